@@ -16,7 +16,6 @@ Publishes, as the lab's part needs it
 """
 import re
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -33,6 +32,8 @@ from tb3_labs.marking.own_numbers import own_numbers
 from tb3_labs.marking.ros_checkoff import Checkoff, parts_of
 from tb3_labs.marking.ros_running_node import Impossible, Person
 from tb3_labs.report.messages import RECORDED
+from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.program import Program
 
 #: The folder for the bags.
 BAGS = Path(rospkg.get_ros_home()) / 'checkoffs'
@@ -78,8 +79,9 @@ def main(words):
     person.tell('Judged by {}.'.format(
         "the simulated robot's true pose" if checkoff.has_truth else
         'odometry and IMU, since this robot says no true pose'))
-    bag = Bag(given.folder / (re.sub(r'\W+', '_', ' '.join(filter(None, (
-        'checkoff', given.lab, given.name, time.strftime('%Y%m%d_%H%M%S'))))) + '.bag'))
+    bag = given.folder / (re.sub(r'\W+', '_', ' '.join(filter(None, (
+        'checkoff', given.lab, given.name, time.strftime('%Y%m%d_%H%M%S'))))) + '.bag')
+    recorder = recording(bag)
     try:
         checkoff.run()
     except Impossible as problem:
@@ -87,18 +89,21 @@ def main(words):
     except KeyboardInterrupt:
         person.tell('\nInterrupted.')
     finally:
-        bag.close()
+        if recorder is not None:
+            recorder.send(signal.SIGINT)
+            wait_until(lambda: recorder.status is not None, CLOSING)
+            recorder.kill()
         rospy.signal_shutdown('done')
     person.tell('\n{}: {:g} of {:g} points, {}, {} ({}), node {}'.format(
         given.name or 'No name given', *checkoff.criteria.points, begun, lab.title,
         ', '.join(parts), checkoff.node.name or 'not found'))
-    person.tell('Watch it again: rosrun tb3_labs lab_report.py {}'.format(bag.path.resolve())
-                if bag.path else 'Bag: none, rosbag is missing')
+    person.tell('Watch it again: rosrun tb3_labs lab_report.py {}'.format(bag.resolve())
+                if recorder else 'Bag: none, rosbag is missing')
     return 0 if checkoff.criteria.all_met else 1
 
 
 def own_goal(given, person):
-    """Returns the student's own goal, and tells it to the person. ValueError if there is none."""
+    """The student's own goal, which is told to the person. ``ValueError`` if there is none."""
     if given.lab != MOVE2GOAL or not given.name:
         raise ValueError('--own is for {} alone, with --name'.format(MOVE2GOAL))
     numbers = own_numbers(given.name)
@@ -106,27 +111,11 @@ def own_goal(given, person):
     return numbers.goal_pose
 
 
-class Bag:
-    """The bag of a checkoff, for lab_report.py; `path` is None if rosbag is not installed."""
-
-    def __init__(self, path):
-        found = find_node('rosbag', 'record')
-        self.path = path if found else None
-        self._process = subprocess.Popen(
-            [found[0], '--quiet', '-O', str(path)] + [rospy.resolve_name(t) for t in RECORDED],
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-            start_new_session=True) if found else None
-
-    def close(self):
-        """End the recording."""
-        if self._process is None:
-            return
-        self._process.send_signal(signal.SIGINT)
-        try:
-            self._process.wait(CLOSING)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+def recording(bag):
+    """A Program that records for lab_report.py; None if rosbag is not installed."""
+    found = find_node('rosbag', 'record')
+    topics = [rospy.resolve_name(topic) for topic in RECORDED]
+    return Program([found[0], '--quiet', '-O', str(bag)] + topics) if found else None
 
 
 def tell_problem(problem):

@@ -8,7 +8,6 @@ platform, or a text file with a list of repositories. MARKS gets marks.csv, over
 page of feedback and a results.json for each student. A submission that has been marked there, and
 has not changed, is not tried again. doc/instructor/marking.md tells more.
 """
-import os
 import signal
 import sys
 import tempfile
@@ -58,9 +57,9 @@ def parse(words):
                         help='for one submission; default: %(default)g')
     parser.add_argument('--network', choices=list(NETWORKS), default=QUIET,
                         help='between robot and node; default: %(default)s')
-    parser.add_argument('--pad', metavar='NAME',
+    parser.add_argument('--pad', metavar='NAME', default=HANDOUT,
                         help='for the lab {}: numbers of the gamepad that is played, '
-                        'launch/params/pad_NAME.yaml; default: {}'.format(GAMEPAD, HANDOUT))
+                        'launch/params/pad_NAME.yaml; default: %(default)s'.format(GAMEPAD))
     parser.add_argument('--own', action='store_true', help='for the lab {}: each student has the '
                         'numbers of skeleton.py --student NAME'.format(MOVE2GOAL))
     parser.add_argument('--jobs', type=int, default=1, choices=range(1, 17), metavar='N',
@@ -88,9 +87,9 @@ def main(words):
             if given.only:
                 names = chosen([submission.student for submission in found], given.only)
                 found = [submission for submission in found if submission.student in names]
-            options = Options(given.package, given.type, given.limit, given.network,
-                              checked_pad(given.lab, given.pad), checked_own(given.lab, given.own),
-                              not given.unprotected)
+            check_lab(given)
+            options = Options(given.package, given.type, given.limit, given.network, given.pad,
+                              given.own, not given.unprotected)
             check_sandboxes(given.unprotected, progress)
             folder = MarksFolder(given.folder, given.lab, parts, worth, rows, asdict(options))
         except (OSError, ValueError, Refused) as problem:
@@ -119,25 +118,18 @@ def given_programs():
             for program in skeletons.programs(folder / lab)]
 
 
-def checked_pad(lab, pad):
-    """Returns the name of the pad to play; ``ValueError`` if it is unknown or for another lab."""
-    if pad and lab != GAMEPAD:
+def check_lab(given):
+    """Raises ``ValueError`` for an unknown pad, and for an option of another lab."""
+    if given.pad != HANDOUT and given.lab != GAMEPAD:
         raise ValueError('--pad is for --lab {} alone'.format(GAMEPAD))
-    pad_called(pad or HANDOUT)
-    return pad or HANDOUT
-
-
-def checked_own(lab, own):
-    """Does each student have own numbers? ``ValueError`` for a lab without such numbers."""
-    if own and lab != MOVE2GOAL:
+    pad_called(given.pad)
+    if given.own and given.lab != MOVE2GOAL:
         raise ValueError('--own is for --lab {} alone'.format(MOVE2GOAL))
-    return own
 
 
 def check_place(submissions, marks):
     """Raises ``ValueError`` if the marks would lie among the submissions, and be marked, too."""
-    inside = Path(os.path.realpath(str(marks)))
-    outside = Path(os.path.realpath(str(submissions)))
+    inside, outside = marks.resolve(), submissions.resolve()
     if outside.is_dir() and outside in (inside, *inside.parents):
         raise ValueError('-o {}: the marks would lie among the submissions; give a folder beside '
                          'them'.format(marks))

@@ -18,7 +18,7 @@ from tb3_labs.ros.program import Observer
 from node_case import Program, path_of, watch_robot
 
 NODES = Path(rospkg.RosPack().get_path('tb3_labs')) / 'test' / 'ros' / 'student_nodes'
-#: What the person is asked to type, and what to answer.
+#: The person is asked to type a word, or to answer.
 TASK = re.compile(r'^> .* type (\w+), then Enter\.$|^(\?) .*\[y/n\] ', re.MULTILINE)
 #: A checkoff of the turns takes no longer [s].
 LONGEST = 150.0

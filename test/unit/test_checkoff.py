@@ -44,7 +44,7 @@ def test_all_turns_are_reached_from_every_heading(error):
             numbers.append(len(way))
             for this in filter(lambda this: this[2].name, way[:WITH_MARGIN]):
                 assert_is_what_its_name_says(*this)
-    assert sorted(numbers)[len(numbers) // 2] <= 7
+    assert min(numbers) == 5 and sorted(numbers)[len(numbers) // 2] <= 7
 
 
 def assert_is_what_its_name_says(begin, end, step):
@@ -53,11 +53,6 @@ def assert_is_what_its_name_says(begin, end, step):
         if step.name.endswith(name):
             before, after = (difference_degrees(at, jump) for at in (begin, end))
             assert before * after <= 0.0, (begin, end, step)
-
-
-def test_five_turns_are_enough_where_the_marking_begins():
-    assert len(walk(40.0, lambda: 0.0)) == 5
-    assert next_turn(40.0, []) is None
 
 
 # -- open criteria
@@ -116,7 +111,7 @@ def test_all_that_the_handout_asks_for_can_be_tried(lab):
     graded = {criterion.part for criterion in LABS[lab].criteria if not criterion.extra}
     assert graded <= set(PARTS[lab]) <= set(LABS[lab].parts)
     assert set(parts_of(lab, [])) == graded
-    assert all(topic in RELEASES for topic in PLAYED.values())
+    assert {topic for topic, _ in PLAYED.values()} == set(RELEASES)
     assert {name for name in QUESTIONS} <= {c.name for some in LABS.values() for c in some.criteria}
     with pytest.raises(ValueError, match='mark.py tries it'):
         parts_of('imu', ['odd samples'])

@@ -9,7 +9,7 @@ import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 SETUP = REPOSITORY / 'scripts' / 'setup.sh'
-#: What bash does for the Tab key: the words of the line, and the function that `complete -p` names.
+#: bash does this for the Tab key: the words of the line, and the function that `complete -p` names.
 TAB = '''
 tab() {
   COMP_WORDS=("$@") COMP_CWORD=$(($# - 1)) COMP_LINE="$*" COMPREPLY=()

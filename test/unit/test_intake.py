@@ -1,6 +1,5 @@
 """Submissions as they come: names of learning platforms, archives, lists of repositories."""
 import os
-import pathlib
 import shutil
 import subprocess
 import zipfile
@@ -64,7 +63,7 @@ def test_every_name_becomes_one_that_files_and_lines_can_have(name):
 def test_a_usual_name_stays_and_odd_ones_are_told_apart():
     assert [file_name(name) for name in ('Ann-Li de Groot', 'M\xfcller', 'kim (2)', '\u05d0')] == [
         'Ann-Li de Groot', 'M\xfcller', 'kim (2)', '\u05d0']
-    assert file_name(os.fsdecode(b'M\xfcller')) == 'M\\xfcller'
+    assert file_name(os.fsdecode(b'M\x80\xff')) == 'M\\x80\\xff'
     names = NASTY + ['M\\xfcller', 'M\\xfcller_', 'x' * 254, '..', 'Ann', 'Ann ']
     found = by_student((name, True) for name in names)
     assert sorted(parts[0][0] for parts in found.values()) == sorted(names)
@@ -191,7 +190,7 @@ def test_a_folder_of_everything(tmp_path):
         {'work.unpacked/' + NODE}, {'turtlebot_controller.py'}, {'lab2.unpacked/lee/' + NODE}]
 
 
-def test_a_platforms_whole_zip_file(tmp_path):
+def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path):
     inner = zipped(tmp_path / 'b.zip', {NODE: 'x'}).read_bytes()
     path = zipped(tmp_path / 'IMU lab.zip', {
         'IMU lab/Ann_1_assignsubmission_file_/' + NODE: 'x',
@@ -199,6 +198,10 @@ def test_a_platforms_whole_zip_file(tmp_path):
     found = submissions_from(path, tmp_path, print)
     assert [submission.student for submission in found] == ['Ann', 'Bo']
     assert laid_out(found[1], tmp_path) == ({'b.unpacked/' + NODE}, [])
+    flat = zipped(tmp_path / 'flat.zip', {'Cy/' + NODE: 'x', 'Di/' + NODE: 'x'})
+    (tmp_path / 'other').mkdir()
+    assert [submission.student for submission in submissions_from(
+        flat, tmp_path / 'other', print)] == ['Cy', 'Di']
 
 
 def test_zip_files_in_zip_files_are_unpacked_unless_there_is_code(tmp_path):
@@ -209,13 +212,15 @@ def test_zip_files_in_zip_files_are_unpacked_unless_there_is_code(tmp_path):
     assert laid_out(two, tmp_path)[0] == {'two.unpacked/n.py', 'two.unpacked/a/inner.zip'}
 
 
-def test_what_cannot_be_unpacked_is_told(tmp_path):
+def test_what_is_left_out_or_cannot_be_unpacked_is_told(tmp_path):
     (tmp_path / 'a').mkdir()
+    (tmp_path / 'a' / 'link').symlink_to('/etc/passwd')
     (tmp_path / 'a' / 'work.zip').write_bytes(b'x')
     (tmp_path / 'a' / 'work.rar').write_bytes(b'x')
     files, remarks = laid_out(Submission('Ann', [tmp_path / 'a']), tmp_path)
     assert files == {'work.rar'}
-    assert 'cannot be unpacked' in remarks[0] and 'work.rar was not unpacked' in remarks[1]
+    assert remarks[0] == 'Left out, because each is a link, a device, or too deep: link.'
+    assert 'cannot be unpacked' in remarks[1] and 'work.rar was not unpacked' in remarks[2]
 
 
 def test_a_list_of_repositories_is_found(tmp_path):
@@ -257,13 +262,3 @@ def test_a_digest_is_that_of_what_is_in_it(tmp_path):
     assert digest(tmp_path) == before
     (tmp_path / 'n.py').rename(tmp_path / 'm.py')
     assert digest(tmp_path) != before
-
-
-def test_a_single_file_is_laid_out_in_a_folder_of_its_own(tmp_path):
-    (tmp_path / 'Ann_n.py').write_text('x')
-    (tmp_path / 'work').mkdir()
-    copy = Submission('Ann', [tmp_path / 'Ann_n.py'], ['n.py']).lay_out(tmp_path / 'work')
-    assert [path.relative_to(tmp_path) for path in copy.folder.iterdir()] == [
-        pathlib.Path('work', 'Ann', 'n.py')]
-    nothing = Submission('Bo', []).lay_out(tmp_path / 'work')
-    assert list(nothing.folder.iterdir()) == [] and nothing.unread == []

@@ -67,7 +67,7 @@ def test_only_what_has_the_identity_is_ended(family):
 def test_a_sandbox_that_uses_too_much_is_ended(monkeypatch, family, limit, most, words):
     monkeypatch.setattr(processes, 'PERIOD', 0.01)
     calm = ResourceWatch(family.pid, [])
-    calm.end()
+    calm.over.set()
     assert calm._excess() == ''
     monkeypatch.setattr(processes, limit, most)
     watch = ResourceWatch(family.pid, ['/tmp'])

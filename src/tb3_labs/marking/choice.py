@@ -15,11 +15,13 @@ from tb3_labs.marking.marks import Lab
 from tb3_labs.marking.names import NAME, is_name
 
 MANIFEST = 'package.xml'
+#: A module of this package; those that every node may import begin as in SHARED.
+LAW = re.compile(r'tb3_labs\.\w[\w.]*')
+SHARED = ('tb3_labs.msg.', 'tb3_labs.srv.')
 #: At most this much of a package.xml is read [bytes].
 LARGEST_MANIFEST = 1000000
 #: The folders of a package's messages, services and actions; also the endings of their files.
-MESSAGES, SERVICES = 'msg', 'srv'
-INTERFACES = (MESSAGES, SERVICES, 'action')
+INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: A field of a type of another package, as in `geometry_msgs/Pose2D goal`.
 FIELD = re.compile(r'^\s*([A-Za-z]\w*)/[A-Za-z]\w*(?:\[\d*\])?\s+\w', re.MULTILINE)
 #: The folders of a package where nodes usually are, likeliest first.
@@ -58,10 +60,7 @@ class _Candidate(NamedTuple):
 
 
 def find_node(folder: Path, lab: Lab, package: str = '', name: str = '') -> Tuple[Path, List[str]]:
-    """The path of a Lab's node below `folder`, and remarks on the choice.
-
-    `package` and `name`: of the node, if given. ``NoNode`` if no file can be the node.
-    """
+    """The path of a Lab's node below `folder`, and remarks on the choice; see choose()."""
     files = []
     for path in filter(_is_program, files_in(folder)):
         found = package_folder(path, folder)
@@ -89,11 +88,11 @@ def _is_program(path):
 
 def choose(lab: Lab, files: Sequence[SourceFile], package: str = '',
            name: str = '') -> Tuple[str, List[str]]:
-    """Returns the path of the file that is chosen as the node of a lab, and sentences about why.
+    """The path of the file that is chosen as the node of a lab, and sentences about why.
 
     A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
-    of class and node. If `package` is given, only the files of this package count; if `name` is
-    given, only the files of this name. ``NoNode`` if no file is left.
+    of class and node. Only files of `package` and called `name` count, if these are given.
+    ``NoNode`` if no file is left.
     """
     packages, names = (package,) if package else lab.packages, (name,) if name else lab.files
     found = sorted(candidate for candidate in (
@@ -215,10 +214,10 @@ def name_in(manifest: Path) -> Tuple[str, str]:
 
 
 def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
-    """Returns name -> folder of all packages below `folder`.
+    """Returns name -> folder of all packages below `folder` whose names a program can import.
 
     A package has a package.xml, or at least message files. If several packages have one name, the
-    package nearest to `node` is taken. A package is left out if a program cannot import its name.
+    package nearest to `node` is taken.
     """
     found: Dict[str, Set[Path]] = {}
     for path in files_in(folder):
@@ -241,12 +240,9 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
 
 
 def interface_files(package: Path) -> Dict[str, List[str]]:
-    """Returns kind ('msg', 'srv', 'action') -> names of the files of this kind, in a package.
-
-    A kind without files is left out. The names may be invalid.
-    """
+    """Returns kind -> names of the files of this kind, in a package; the names may be invalid."""
     return {kind: sorted(path.name for path in (package / kind).glob('*.' + kind) if path.is_file())
-            for kind in INTERFACES if any((package / kind).glob('*.' + kind))}
+            for kind in INTERFACES}
 
 
 def types_used(package: Path) -> Set[str]:
@@ -273,23 +269,28 @@ class Import(NamedTuple):
         return {module.split('.')[0] for module in self.modules}
 
 
+def _nodes_of(text):
+    """All nodes of a program's syntax tree; [] if its syntax is wrong, or too deep."""
+    try:
+        return list(ast.walk(ast.parse(text)))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
+
+
 def imports_of(text: str) -> List[Import]:
-    """Returns the import statements of a program, in order; [] if its syntax is wrong, or too deep.
+    """Returns the import statements of a program, in order; [] if it is not valid Python.
 
     Imports of the program's own package (``from . import x``) are left out.
     """
-    try:
-        tree = ast.parse(text)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return []
-    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-    guarded = {id(inner) for node in ast.walk(tree) if isinstance(node, ast.Try)
+    nodes = _nodes_of(text)
+    used = {node.id for node in nodes if isinstance(node, ast.Name)}
+    guarded = {id(inner) for node in nodes if isinstance(node, ast.Try)
                and any(_catches(handler) for handler in node.handlers)
                for statement in node.body for inner in ast.walk(statement)}
-    simple = [node for node in ast.walk(tree)
+    simple = [node for node in nodes
               if isinstance(node, ast.stmt) and not hasattr(node, 'body')]
     found = []
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Import):
             modules = tuple(alias.name for alias in node.names)
             bound = {alias.asname or alias.name.split('.')[0] for alias in node.names}
@@ -310,3 +311,24 @@ def imports_of(text: str) -> List[Import]:
 def _catches(handler):
     return handler.type is None or any(
         isinstance(node, ast.Name) and node.id in CAUGHT for node in ast.walk(handler.type))
+
+
+def laws_named(file: str, text: str) -> List[str]:
+    """The findings on a Python file that names more of this package than its messages.
+
+    A module is imported, or named in quotes, as importlib takes it.
+    """
+    found = []
+    for node in _nodes_of(text):
+        if isinstance(node, ast.ImportFrom):
+            names = ['{}.{}'.format(node.module, alias.name) for alias in node.names]
+        elif isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            names = [node.value]
+        else:
+            continue
+        found += ['{}, line {}, uses {} of this package.'.format(file, node.lineno, name)
+                  for name in names if LAW.fullmatch(name)
+                  and not (name + '.').startswith(SHARED)]
+    return list(dict.fromkeys(found))

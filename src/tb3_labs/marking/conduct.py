@@ -14,7 +14,6 @@ document fingerprinting", SIGMOD 2003; all k-grams are kept, since these texts a
 import io
 import itertools
 import keyword
-import re
 import tokenize
 from typing import Any, Dict, FrozenSet, Iterable, List, Mapping, Sequence, Tuple
 
@@ -30,12 +29,6 @@ ROBOTS = (CLOCK, IMU, JOINT_STATES, ODOM)
 SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 #: The file with the node's text, in the logs, has the student's name and this ending.
 NODE_TEXT = '.node.txt'
-#: Modules of this package that every node may import begin so.
-SHARED = ('tb3_labs.msg.', 'tb3_labs.srv.')
-IMPORT = re.compile(r'^\s*(?:from\s+(tb3_labs[\w.]*)\s+import\s+([\w, ]+)|'
-                    r'import\s+(tb3_labs[\w.]*))')
-#: A name in quotes, as importlib takes it.
-QUOTED = re.compile(r'''["'](tb3_labs\.\w[\w.]*)["']''')
 #: Tokens in a shingle, about two lines.
 LENGTH = 16
 #: Texts that are as alike as this are nearly the same. The handout gives everybody the same
@@ -53,10 +46,9 @@ Shingles = FrozenSet[Tuple[str, ...]]
 
 
 def published(node: str, topic: str, inputs: Iterable[str], truth: Sequence[str]) -> str:
-    """Returns the finding on a node that publishes on `topic`; '' if this is allowed.
+    """The finding on a node that publishes on `topic`; '' if this is allowed. Names are resolved.
 
-    `inputs`: topics on which the marker publishes; `truth`: names of the true poses' topic. All
-    names are resolved.
+    `inputs`: topics on which the marker publishes; `truth`: names of the true poses' topic.
     """
     name = topic.lstrip('/')
     if topic in truth:
@@ -83,43 +75,19 @@ def listened(node: str, topic: str, truth: Sequence[str], markers: Iterable[str]
 
 
 def changed(before: Mapping[str, Any], now: Mapping[str, Any], what: str) -> List[str]:
-    """Returns the findings on changed values of the robot; `what`: 'parameter' or 'setting'.
-
-    SWITCHES do not count, because the marker itself changes them.
-    """
+    """The findings on changed values of the robot, but for SWITCHES; `what`: parameter, setting."""
     return ['A {} of the robot was changed: {} from {} to {}.'.format(
         what, name, before.get(name, 'none'), now.get(name, 'none'))
         for name in sorted(set(before) | set(now))
         if name not in SWITCHES and before.get(name) != now.get(name)]
 
 
-def laws_imported(file: str, code: str) -> List[str]:
-    """The findings on a Python file that uses more of this package than its messages."""
-    found = []
-    for number, line in enumerate(code.splitlines(), 1):
-        found += ['{}, line {}, uses {} of this package.'.format(file, number, name)
-                  for name in QUOTED.findall(line) + _imported(line)
-                  if not (name + '.').startswith(SHARED)]
-    return list(dict.fromkeys(found))
-
-
-def _imported(line: str) -> List[str]:
-    match = IMPORT.match(line)
-    if match is None:
-        return []
-    module, names, plain = match.groups()
-    if plain:
-        return [plain] if '.' in plain else []
-    return ['{}.{}'.format(module, name.split()[0]) for name in names.split(',') if name.split()]
-
-
 def for_instructor(all_marks: Sequence[Marks], texts: Mapping[str, str],
                    published: Mapping[str, str], unprotected: bool = False,
                    given: Sequence[str] = ()) -> List[str]:
-    """Returns the lines for the instructor: a warning if there were no sandboxes, and all findings.
+    """The lines for the instructor: all findings, and a warning if there were no sandboxes.
 
-    `texts`: student -> the node's program; `published`: name -> program of this package; `given`:
-    programs of the skeletons.
+    `texts`: student -> the node's program; the others as for nearly_same().
     """
     lines = [UNPROTECTED] if unprotected else []
     for marks in all_marks:
@@ -134,11 +102,7 @@ def for_instructor(all_marks: Sequence[Marks], texts: Mapping[str, str],
 # -- how alike two programs are
 
 def tokens_of(code: str) -> List[str]:
-    """Returns the tokens of a program.
-
-    Keywords and operators are unchanged. A number becomes 0, a string becomes ''. A name gets a
-    blank in front.
-    """
+    """The tokens of a program: a number becomes 0, a string '', a name gets a blank in front."""
     found, begins_line = [], True
     try:
         for kind, text, _, _, _ in tokenize.generate_tokens(io.StringIO(code).readline):
@@ -159,33 +123,29 @@ def _plain(text: str, is_string: bool) -> str:
 
 
 def shingles(code: str) -> Shingles:
-    """The shingles of a program."""
     tokens = tokens_of(code)
     return frozenset(_renamed(tokens[begin:begin + LENGTH])
                      for begin in range(len(tokens) - LENGTH + 1))
 
 
 def _renamed(tokens: Sequence[str]) -> Tuple[str, ...]:
-    """Returns a run of tokens; its names are replaced by name1, name2, ... in their order."""
+    """A run of tokens; its names are replaced by name1, name2, ... in their order."""
     known: Dict[str, str] = {}
     return tuple(known.setdefault(token, 'name{}'.format(len(known) + 1))
                  if token.startswith(' ') else token for token in tokens)
 
 
 def likeness(one: Shingles, other: Shingles) -> float:
-    """Returns the share of the smaller set that is also in the other one, from 0 to 1.
-
-    Returns 0 if one set has fewer than FEWEST shingles.
-    """
+    """The share of the smaller set that is also in the other; 0 if one has fewer than FEWEST."""
     smaller = min(len(one), len(other))
     return len(one & other) / smaller if smaller >= FEWEST else 0.0
 
 
 def nearly_same(submitted: Mapping[str, str], published: Mapping[str, str],
                 given: Iterable[str] = ()) -> List[Tuple[str, str, float]]:
-    """Returns (one, other, likeness) of each pair that is nearly the same, the most alike first.
+    """(one, other, likeness) of each pair that is nearly the same, the most alike first.
 
-    `submitted`, `published`: name -> program. Published programs are not compared with each other.
+    `submitted`, `published`: name -> program; published ones are not compared with each other.
     `given`: programs that every student was given; their shingles do not count.
     """
     common = frozenset().union(*(shingles(code) for code in given))

@@ -97,10 +97,8 @@ class Verdict:
 
 def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
           parts: Sequence[str] = ()) -> List[Verdict]:
-    """Returns one Verdict for each criterion of `parts`, or of all parts if none are given.
-
-    `worth` has the points of each criterion by its name.
-    """
+    """One Verdict for each criterion of `parts`, or of all parts if none are given; `worth`: name
+    of a criterion -> points."""
     verdicts = []
     for criterion in criteria:
         if parts and criterion.part not in parts:
@@ -118,7 +116,7 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
 
 
 def first_missed(*missed: str) -> str:
-    """Returns the first of these judgements that is not ''; '' if all criteria are met."""
+    """The first of these judgements that is not ''; '' if all criteria are met."""
     return next((said for said in missed if said), '')
 
 
@@ -136,10 +134,13 @@ ORDERLY = (0, 2, 15)
 START_TIME = 15.0
 #: A node that still runs after this time hangs [s]; rospy itself needs up to 2 s.
 ENDING = 5.0
-#: A zero velocity must be sent within this time after Ctrl+C [s].
-STOPPING = 0.5
-#: The limits of the criteria about the start and Ctrl+C, in words.
-IN_TIME, STOPS_IN_TIME = ('within {:g} s'.format(time) for time in (START_TIME, STOPPING))
+#: A stop "at once", as the zero velocity at Ctrl+C, must happen within this time [s].
+AT_ONCE = 0.5
+#: A node must stop the robot within this time after a sensor or an input fell silent [s].
+LOST = 1.0
+#: These limits in words.
+IN_TIME, STOPS_AT_ONCE, STOPS_WHEN_LOST = (
+    'within {:g} s'.format(time) for time in (START_TIME, AT_ONCE, LOST))
 #: A traceback begins so, also in the middle of a line of a log.
 TRACEBACK = 'Traceback (most recent call last)'
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
@@ -158,7 +159,7 @@ def _ends(seen):
 
 
 def ends_cleanly(part: str, where: Place) -> Criterion:
-    """Returns the criterion that the node ends properly at each Ctrl+C."""
+    """The criterion that the node ends properly at each Ctrl+C."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where,
         lambda seen: first_missed(*map(_clean_exit, _ends(seen))),
@@ -177,10 +178,8 @@ def _clean_exit(scene: Scene) -> str:
 
 
 def traceback_in(printed: str) -> Optional[str]:
-    """Returns the error of the node's traceback, in quotes; '' if the error is unknown.
-
-    Returns None if there is no traceback, or only one of rospy itself.
-    """
+    """The error of the node's traceback, in quotes; '' if the error is unknown; None if there is no
+    traceback, or only one of rospy itself."""
     if TRACEBACK not in printed:
         return None
     errors = [line for line in printed.splitlines()
@@ -191,7 +190,7 @@ def traceback_in(printed: str) -> Optional[str]:
 
 
 def tracebacks_before_the_end(stimulus: Stimulus) -> List[str]:
-    """Returns a sentence on a traceback before Ctrl+C, if any: no criterion is about it."""
+    """A sentence on a traceback before Ctrl+C, if any: no criterion is about it."""
     error = traceback_in(stimulus.printed) if stimulus.name not in CTRL_C else None
     return [] if error is None else [
         'A traceback was printed during "{}"{}. The clean exit is about Ctrl+C alone.'.format(
@@ -199,31 +198,24 @@ def tracebacks_before_the_end(stimulus: Stimulus) -> List[str]:
 
 
 def stops_robot(seen: Observation) -> str:
-    """Returns '' if the node sent a zero velocity at one of its Ctrl+C, else a clause."""
+    """'' if the node sent a zero velocity at one of its Ctrl+C, else a clause."""
     scenes = [scene for scene in _ends(seen) if scene.facts[WAS_MOVING]]
     if not scenes:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
     for scene in scenes:
-        soon = scene.commands[scene.commands[:, 0] <= scene.begin + STOPPING]
+        soon = scene.commands[scene.commands[:, 0] <= scene.begin + AT_ONCE]
         if (soon[:, 1:] == 0.0).all(axis=1).any():
             return ''
     return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
 
 
 def says(seen: Observation, words: str) -> str:
-    """Returns '' if these words were printed at Ctrl+C, else a clause."""
+    """'' if these words were printed at Ctrl+C, else a clause."""
     scene = seen.during(CTRL_C[0], may_die=True)
     return '' if words in scene.printed else '"{}" was not printed at Ctrl+C'.format(words)
 
 
 # ----- stopping when something is lost -----
-
-#: The time within which a stop "at once" must happen [s].
-AT_ONCE = 0.5
-#: The time within which a node must stop the robot after a sensor or an input fell silent [s].
-LOST = 1.0
-#: Both limits in words.
-STOPS_AT_ONCE, STOPS_WHEN_LOST = ('within {:g} s'.format(time) for time in (AT_ONCE, LOST))
 
 
 def stops_when_silent(seen: Observation, name: str, what: str) -> str:
@@ -249,7 +241,7 @@ ROUNDING = 0.005
 
 
 def steers(commands: np.ndarray, name: str, column: int, bounds: Tuple[float, float]) -> str:
-    """Returns '' if the latest command is within `bounds` and commands nothing else, else a clause.
+    """'' if the latest command is within `bounds` and commands nothing else, else a clause.
 
     `commands` has rows of time, linear [m/s], angular [rad/s]; `name` is the stimulus; `column` is
     LINEAR or ANGULAR; `bounds` are the least and the greatest value, both allowed.

@@ -73,8 +73,7 @@ tr { break-inside: avoid; }
 
 
 def feedback(marks: Marks, lab: str, course: str = '') -> str:
-    """Returns a student's page, HTML; `lab`: its title; `course`: a sentence on the points
-    there."""
+    """A student's page, HTML; `lab`: its title; `course`: a sentence on the points there."""
     node = 'Node: {}.'.format(marks.node) if marks.node else ''
     parts = ['<p><b>{:g} of {:g} points.</b> {}</p>'.format(marks.points, marks.worth, escape(
         ' '.join(filter(None, [course, node])))) if marks.judged else
@@ -123,8 +122,7 @@ def _printed(observation):
 
 
 def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
-    """Returns the page of all students, HTML; `lab`: its title; `notes`: for the instructor
-    alone."""
+    """The page of all students, HTML; `lab`: its title; `notes`: for the instructor alone."""
     some = all_marks[0]
     heads = ['student', 'points'] + [Markup('<span class="upright">{}</span>'.format(
         escape(v.criterion.name.replace('_', ' ')))) for v in some.graded + some.extra] + [REMARKS]
@@ -179,8 +177,7 @@ def results(marks: Marks, rows: Sequence[Row] = ()) -> Dict[str, Any]:
 
 def moments(observation: Observation, verdicts: Sequence[Verdict],
             found: Diagnosis = Diagnosis('')) -> Dict[str, Any]:
-    """Returns the timeline's data of an observation with true poses; `verdicts`: on its node;
-    `found`: its diagnosis."""
+    """The timeline's data of an observation with true poses, the verdicts on it, its diagnosis."""
     data = timeline(_run(observation), MODELS[DEFAULT_MODEL], _marks(observation, verdicts),
                     found.asked, found.ghost)
     return dict(data, heading_of='true heading')
@@ -257,10 +254,8 @@ def _rate(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _in_local(true: Poses, drives: Sequence[Stimulus]) -> Poses:
-    """Returns the true poses in the local frame of each drive, from its begin to the next drive.
-
-    If there are no drives, the local frame is the true frame.
-    """
+    """The true poses in the local frame of each drive, from its begin to the next drive; in the
+    true frame if there are no drives."""
     ends = [drive.begin for drive in drives[1:]] + [np.inf]
     parts = [true.between(drive.begin, end).seen_from(Pose2(*drive.facts[LOCAL_T_WORLD]))
              for drive, end in zip(drives, ends)]

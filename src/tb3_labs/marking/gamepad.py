@@ -2,9 +2,9 @@
 from functools import partial
 
 from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, IN_TIME, LINEAR, NEAR, ROUNDING,
-                                       STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST, THUMB,
-                                       TRACEBACK, Criterion, ends_cleanly, first_missed, opposite,
-                                       starts, steers, stops_robot, stops_when_silent)
+                                       STOPS_AT_ONCE, STOPS_WHEN_LOST, THUMB, TRACEBACK, Criterion,
+                                       ends_cleanly, opposite, starts, steers, stops_robot,
+                                       stops_when_silent)
 from tb3_labs.marking.observation import NotSeen, Observation
 
 #: The parts of the lab.
@@ -57,13 +57,13 @@ def _drives(seen: Observation) -> str:
     if missed:
         return missed
     full = seen.during(UP).commands[-1, LINEAR]
-    return first_missed(_stick(seen, HALF_UP, LINEAR, (HALF[0] * full, HALF[1] * full)),
-                        _stick(seen, DOWN, LINEAR, opposite(FORWARD)))
+    return (_stick(seen, HALF_UP, LINEAR, (HALF[0] * full, HALF[1] * full))
+            or _stick(seen, DOWN, LINEAR, opposite(FORWARD)))
 
 
 def _turns(seen: Observation) -> str:
-    return first_missed(_stick(seen, TO_LEFT, ANGULAR, TURN),
-                        _stick(seen, TO_RIGHT, ANGULAR, opposite(TURN)))
+    return (_stick(seen, TO_LEFT, ANGULAR, TURN)
+            or _stick(seen, TO_RIGHT, ANGULAR, opposite(TURN)))
 
 
 def _lets_go(seen: Observation) -> str:
@@ -168,7 +168,7 @@ CRITERIA = [
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', THUMB,
               _says_why_not, limits=IN_RESET_TIME),
     Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', THUMB,
-              stops_robot, extra=True, limits=STOPS_IN_TIME),
+              stops_robot, extra=True, limits=STOPS_AT_ONCE),
     Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', THUMB,
               _not_blocked, extra=True, limits='the stick drives within {:g} s'.format(PROMPT)),
     Criterion('once', BUTTONS, 'Y, held, is one call', THUMB, _once, extra=True),

@@ -61,7 +61,7 @@ class Submission:
     late: bool = False                      # as the platform says
 
     def lay_out(self, work: Path) -> Copy:
-        """Copy the submission into a folder below `work`, which exists. Returns the Copy."""
+        """Copy the submission into a folder below `work`, which exists."""
         copy, budget = Copy(Path(work) / self.student, [], []), Budget()
         copy.folder.mkdir()
         try:
@@ -76,10 +76,9 @@ class Submission:
         return copy
 
     def handed_in_at(self) -> Tuple[Optional[datetime], str]:
-        """Returns (time, the thing that has this time); the time is None if it is not known.
+        """(Time, the thing that has this time); the time is None if it is not known.
 
-        A repository has the time of its last commit. Any other submission has the time of its
-        newest file. A file in a zip file has the time that the zip file says.
+        It is that of a repository's last commit, else of the newest file, also in zip files.
         """
         if len(self.paths) == 1 and (self.paths[0] / '.git').exists():
             committed = _committed_at(self.paths[0])
@@ -94,7 +93,7 @@ class Submission:
 
 
 def submissions_from(path: Path, work: Path, tell: Callable[[str], None]) -> List[Submission]:
-    """Returns the Submissions in a folder, a zip file, or a list of repositories, sorted by name.
+    """The Submissions in a folder, a zip file, or a list of repositories, sorted by name.
 
     `work`: an existing folder for unpacked files; ``tell(line)`` is told which files are left out.
     ``ValueError``, ``OSError`` or ``Refused`` if there is nothing to mark.
@@ -131,7 +130,7 @@ def digest(folder: Path) -> str:
 
 
 def sort_out(folder: Path) -> Tuple[List[Path], List[Path]]:
-    """Returns (files, others) below a folder, without those of LEFT_OUT. Zip files are files.
+    """(Files, others) below a folder, without those of LEFT_OUT.
 
     The others are links, devices, and folders that are too deep. A file that has a second name
     outside of the folder (a hard link) counts as a link: it may be another person's.
@@ -178,10 +177,8 @@ def _in_folder(folder, tell):
 
 
 def _without_wrapping(folder):
-    """Returns the only folder in `folder` if it holds only folders and zip files, else `folder`.
-
-    Many programs that make zip files put such a folder around all others.
-    """
+    """The only folder in `folder` if it holds only folders and zip files, else `folder`: many
+    programs that make zip files put such a folder around all others."""
     inside = list(folder.iterdir())
     if len(inside) == 1 and inside[0].is_dir() and all(
             path.is_dir() or is_zip(path.name) for path in inside[0].iterdir()):
@@ -210,10 +207,8 @@ def _copy_file(source, target, budget):
 
 
 def _unpack_all(copy, budget):
-    """Unpack the zip files in the copy, then the zip files in them, until there is a Python file.
-
-    A zip file beside Python code does not belong to the code.
-    """
+    """Unpack the zip files in the copy, then the zip files in them, until there is a Python file:
+    a zip file beside Python code does not belong to the code."""
     for _ in range(DEPTH):
         files = sort_out(copy.folder)[0]
         archives = [path for path in files if is_zip(path.name)]
@@ -304,10 +299,8 @@ def newest_in(path: Path) -> Optional[datetime]:
 
 
 def _path_of(info):
-    """Returns the path of this file in the archive's folder; '' if the file is left out.
-
-    ``Refused`` for a path that leads out of the folder. Windows writes \\ for /.
-    """
+    """The path of this file in the archive's folder; '' if the file is left out; ``Refused`` if it
+    leads out of the folder. Windows writes \\ for /."""
     path = info.filename.replace('\\', '/')
     if path.count('/') > DEEPEST:
         raise Refused('The zip file was not unpacked: its folders are deeper than {}.'.format(

@@ -53,8 +53,7 @@ class Lab(NamedTuple):
 
     @property
     def parts(self) -> List[str]:
-        """The parts of the lab, in which its criteria are tried."""
-        return list(dict.fromkeys(criterion.part for criterion in self.criteria))
+            return list(dict.fromkeys(criterion.part for criterion in self.criteria))
 
     def checked_parts(self, text: str) -> List[str]:
         """The parts in a list with commas; ``ValueError`` for a part that the lab does not have."""
@@ -99,6 +98,11 @@ class Marks:
         return not self.unjudged
 
     @property
+    def unfair(self) -> str:
+        """A sentence if the machine was too busy to judge the node fairly, else ''."""
+        return self.observation.unfair if self.observation else ''
+
+    @property
     def sentences(self) -> List[str]:
         """The reason why it was not judged, the sentence on lateness, and all remarks."""
         return [said for said in (self.unjudged, self.late) if said] + self.remarks
@@ -131,11 +135,10 @@ class Marks:
 # -- points
 
 def points_of(lab: str, table: Any) -> Dict[str, float]:
-    """Returns name of a criterion -> its points.
+    """Returns name of a criterion -> its points; `table`: from yaml.safe_load().
 
-    `table`: from yaml.safe_load(). ``ValueError`` if it has no section for the lab, if it
-    lacks a criterion or has an unknown one, or if points are invalid. Valid points are finite and
-    at least 0.
+    ``ValueError`` if it has no section for the lab, if it lacks a criterion or has an unknown
+    one, or if points are not finite, or below 0.
     """
     criteria = LABS[lab].criteria
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
@@ -158,7 +161,6 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
 
 
 def _checked_points(lab: str, name: str, points: Any) -> float:
-    """Returns `points`; ``ValueError`` if they are invalid."""
     if isinstance(points, bool) or not isinstance(points, (int, float)) or not (
             math.isfinite(points) and points >= 0):
         raise ValueError('{}: {} = {!r} is not valid: a number of at least 0'.format(
@@ -190,17 +192,9 @@ class Row(NamedTuple):
     name: str
     points: float      # full marks
 
-    @property
-    def label(self) -> str:
-        """The name, and the points of full marks."""
-        return '{} ({:g})'.format(self.name, self.points)
-
 
 def course_of(lab: str, table: Any) -> List[Row]:
-    """Returns the rows of a lab's section `course`, if it has one; `table`: as for points_of().
-
-    ``ValueError`` if they are not valid.
-    """
+    """The rows of a lab's section `course`, [] if it has none; arguments, errors: see points_of."""
     given = table[lab].get(COURSE) or {}
     if not isinstance(given, dict):
         raise ValueError('{}: "{}" is a section of its own'.format(lab, COURSE))

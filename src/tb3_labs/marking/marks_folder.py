@@ -36,9 +36,8 @@ STUDENT, POINTS, OF, NODE, LATE, REMARKS = 'student', 'points', 'of', 'node', 'l
 YES, NO = 'yes', 'no'
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
-#: Keys of a record. AGAIN: is another try wanted? PAGE: the values on the student's page that may
-#: change without a try.
-AGAIN, PAGE = 'again', 'page'
+#: Key of a record: the values on the student's page that may change without a try.
+PAGE = 'page'
 #: At most MOST_SENTENCES remarks and as many findings are written for one student. Each has at most
 #: LONGEST characters.
 MOST_SENTENCES, LONGEST = 100, 2000
@@ -66,19 +65,19 @@ class MarksFolder:
         self._table()       # fails at once if the table cannot be read
 
     def kept(self, student: str, submission: str) -> Optional[Marks]:
-        """Returns a student's Marks if a new try of this digest would end alike, else None."""
+        """A student's Marks if a new try of this digest would end alike, else None."""
         record = self._records.get(student)
-        if record is None or record[AGAIN] or record[KEY] != self._key_of(submission):
+        if record is None or record[KEY] != self._key_of(submission):
             return None
         return self._marks(record)
 
-    def write(self, marks: Marks, submission: str, again: bool = False) -> None:
+    def write(self, marks: Marks, submission: str) -> None:
         """Write the marks of one student, and forget their observation.
 
-        `again`: is the submission to be tried again in the next run?
+        `submission`: its digest; '' if it is to be tried again in the next run.
         """
         marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
-        self._keep(marks, dict(to_record(marks, self._key_of(submission)), **{AGAIN: again}))
+        self._keep(marks, to_record(marks, self._key_of(submission)))
 
     def set_late(self, student: str, late: str) -> None:
         """Set the sentence on lateness in a student's marks; '': handed in on time."""
@@ -86,10 +85,9 @@ class MarksFolder:
 
     def write_overview(self, unprotected: bool = False,
                        given: Sequence[str] = ()) -> Tuple[Optional[Path], List[str]]:
-        """Write the files about all students.
+        """Write the files about all students; arguments: as for for_instructor().
 
-        Returns (path of the page, lines for the instructor); the path is None if there are no
-        marks. `unprotected`: were there no sandboxes? `given`: programs that every student got.
+        Returns (path of the page, lines for the instructor); (None, []) if there are no marks.
         """
         all_marks = []
         for _, record in sorted(self._records.items()):
@@ -102,12 +100,11 @@ class MarksFolder:
         _replace(self._path / TABLE, self._table().renewed(all_marks, self._rows))
         for marks in all_marks:
             self._renew_page(marks)
-        path = self._path / OVERVIEW
         nodes = {file.name[:-len(NODE_TEXT)]: file.read_text(errors='replace')
                  for file in sorted(self.logs.glob('*' + NODE_TEXT))}
         notes = for_instructor(all_marks, nodes, _own_nodes(), unprotected, given)
-        _replace(path, overview(all_marks, LABS[self._lab].title, notes))
-        return path, notes
+        _replace(self._path / OVERVIEW, overview(all_marks, LABS[self._lab].title, notes))
+        return self._path / OVERVIEW, notes
 
     def _read(self, file):
         try:
@@ -135,11 +132,9 @@ class MarksFolder:
             raise ValueError('{} cannot be read, and may hold what a person wrote: {}'.format(
                 path, problem)) from None
 
-    def _sentence(self, marks):
-        return sentence(self._rows, marks, self._table().given(marks.student))
-
     def _page_of(self, marks):
-        return [self._sentence(marks), marks.late] + [verdict.worth for verdict in marks.verdicts]
+        course = sentence(self._rows, marks, self._table().given(marks.student))
+        return [course, marks.late] + [verdict.worth for verdict in marks.verdicts]
 
     def _renew_page(self, marks):
         """Write the page again if points were changed, or a person filled in cells."""
@@ -152,7 +147,8 @@ class MarksFolder:
         self._keep(marks, record)
 
     def _keep(self, marks, record):
-        page = feedback(marks, LABS[self._lab].title, self._sentence(marks))
+        shown = self._page_of(marks)
+        page = feedback(marks, LABS[self._lab].title, shown[0])
         _replace(self._path / (marks.student + '.html'), page)
         marks.observation = None        # the observations of a class need hundreds of MB
         folder = self._path / 'gradescope' / marks.student
@@ -161,13 +157,12 @@ class MarksFolder:
             _replace(folder / RESULTS, json.dumps(results(marks, self._rows), indent=1))
         elif (folder / RESULTS).exists():
             (folder / RESULTS).unlink()     # of an earlier try: no longer true
-        record[PAGE] = self._page_of(marks)
-        self._records[marks.student] = record
-        _replace(self.logs / (marks.student + RECORD), json.dumps(record))
+        self._records[marks.student] = dict(record, **{PAGE: shown})
+        _replace(self.logs / (marks.student + RECORD), json.dumps(self._records[marks.student]))
 
 
 def late_by(due: datetime, handed_in: Optional[datetime], what: str) -> str:
-    """Returns a sentence if the thing `what` was handed in late, else ''."""
+    """A sentence if the thing `what` was handed in late, else ''."""
     if handed_in is None or handed_in <= due:
         return ''
     return 'Late: {} is of {:%Y-%m-%d %H:%M}, it was due {:%Y-%m-%d %H:%M}.'.format(
@@ -175,10 +170,7 @@ def late_by(due: datetime, handed_in: Optional[datetime], what: str) -> str:
 
 
 def due_time(text: str) -> datetime:
-    """Returns a datetime from 'YYYY-MM-DD HH:MM', or from a date alone: then it is 23:59.
-
-    ``ValueError`` for any other text.
-    """
+    """The time 'YYYY-MM-DD HH:MM', or 23:59 of a date; ``ValueError`` for any other text."""
     try:
         return datetime.strptime(text if ':' in text else text + ' 23:59', '%Y-%m-%d %H:%M')
     except ValueError:
@@ -186,7 +178,7 @@ def due_time(text: str) -> datetime:
 
 
 def _cleaned(sentences):
-    """Returns the first sentences, each short and printable: they may quote a submission."""
+    """The first sentences, each short and printable: they may quote a submission."""
     return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
 
 
@@ -215,10 +207,8 @@ def _own_nodes():
 # -- the table
 
 class Table:
-    """The table of the last run, with the cells that a person filled in.
-
-    `text` is '' in the first run. ``ValueError`` if the text is not such a table.
-    """
+    """The table of the last run, with the cells that a person filled in; ``ValueError`` if the
+    text is not such a table. It is '' in the first run."""
 
     def __init__(self, text: str = '') -> None:
         text = text.lstrip('\ufeff')
@@ -236,15 +226,12 @@ class Table:
             raise ValueError(str(problem)) from None
 
     def given(self, student: str) -> Dict[str, str]:
-        """Returns the cells that a person filled in for a student: name of a row -> text."""
+        """The cells that a person filled in for a student: name of a row -> text."""
         row = self._rows.get(safe(student), {})
         return {name_in(head): text for head, text in row.items() if name_in(head)}
 
     def renewed(self, all_marks: Sequence[Marks], rows: Sequence[Row]) -> str:
-        """Returns the table with these marks in place of the old ones.
-
-        The cells and columns that a person filled in stay. The rows of other students stay.
-        """
+        """The table with these marks. A person's cells and columns stay, and others' rows."""
         some = all_marks[0]
         heads = [STUDENT, POINTS, OF] + [v.criterion.label for v in some.graded + some.extra] + [
             NODE, LATE] + labels(rows) + [REMARKS]
@@ -276,10 +263,8 @@ def _cells(marks, rows, given):
 
 
 def cells(rows: Sequence[Row], marks: Marks, given: Mapping[str, str]) -> List[str]:
-    """Returns the cell of each row, and the cell of their sum if there are several rows.
-
-    `given`: name of a row -> a person's cell. The sum is empty until each cell is a number.
-    """
+    """The cell of each row, and that of their sum if there are several rows; `given`: name of a
+    row -> a person's cell. The sum is empty until each cell is a number."""
     if not rows:
         return []
     texts = ['{:g}'.format(marks.scaled(rows[0].points)) if marks.judged else ''] + [
@@ -292,9 +277,9 @@ def cells(rows: Sequence[Row], marks: Marks, given: Mapping[str, str]) -> List[s
 
 
 def labels(rows: Sequence[Row]) -> List[str]:
-    """The heading of each cell of :func:`cells`."""
+    """The heading of each cell of :func:`cells`: the name, and the points of full marks."""
     total = [Row(TOTAL, sum(row.points for row in rows))] if len(rows) > 1 else []
-    return [row.label for row in [*rows, *total]]
+    return ['{} ({:g})'.format(*row) for row in [*rows, *total]]
 
 
 def name_in(label: str) -> str:
@@ -304,8 +289,7 @@ def name_in(label: str) -> str:
 
 
 def number_in(text: str) -> Optional[float]:
-    """Returns the number in a person's text, with a comma or a point; None if it is not a
-    number."""
+    """The number in a person's text, with a comma or a point; None if it is not a number."""
     try:
         number = float(text.strip().replace(',', '.'))
     except ValueError:

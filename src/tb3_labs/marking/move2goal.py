@@ -8,9 +8,8 @@ import numpy as np
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.criteria import (AT_ONCE, IN_TIME, ROUNDING, STATES, STOPS_AT_ONCE,
-                                       STOPS_IN_TIME, STOPS_WHEN_LOST, TRANSFORMATION_SHEET,
-                                       Criterion, Place, ends_cleanly, first_missed, starts,
-                                       stops_robot, stops_when_silent)
+                                       STOPS_WHEN_LOST, TRANSFORMATION_SHEET, Criterion, Place,
+                                       ends_cleanly, starts, stops_robot, stops_when_silent)
 from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene
 
 #: The parts of the lab.
@@ -87,8 +86,7 @@ def _place(seen: Observation, name: str, tolerance: float = DISTANCE + MORE_DIST
 
 
 def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE) -> str:
-    """'' if the robot's last heading was the goal's within `tolerance` [deg], else what was
-    seen."""
+    """'' if the last heading was the goal's within `tolerance` [deg], else what was seen."""
     scene = _driven(seen, name)
     if not scene.facts[RESTED]:
         return 'it was still moving after {:.0f} s'.format(scene.end - scene.begin)
@@ -99,7 +97,7 @@ def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE
 
 
 def _driven(seen: Observation, name: str) -> Scene:
-    """Returns the scene of a drive; NotSeen if the node did not move the robot."""
+    """The scene of a drive; NotSeen if the node did not move the robot."""
     scene = seen.during(name)
     if not scene.facts[MOVED]:
         raise NotSeen('it got control, but did not move the robot')
@@ -107,7 +105,7 @@ def _driven(seen: Observation, name: str) -> Scene:
 
 
 def _end(scene):
-    """Returns the pose at which a drive ended, in the local frame."""
+    """The pose at which a drive ended, in the local frame."""
     return Pose2(*scene.facts[LOCAL_T_WORLD]) @ Pose2(*scene.truth[-1, 1:])
 
 
@@ -168,18 +166,19 @@ def _control_taken(seen: Observation) -> str:
 
 
 def _exact(seen: Observation) -> str:
-    return first_missed(*(said for name in (FIRST_DRIVE, SECOND_DRIVE) for said in (
-        _place(seen, name, EXACT_DISTANCE),
-        _heading(seen, name, EXACT_ANGLE))))
+    for name in (FIRST_DRIVE, SECOND_DRIVE):
+        missed = _place(seen, name, EXACT_DISTANCE) or _heading(seen, name, EXACT_ANGLE)
+        if missed:
+            return missed
+    return ''
 
 
-def _offset_imu(seen: Observation) -> str:
-    return _place(seen, OFFSET_DRIVE) or _heading(seen, OFFSET_DRIVE)
+def _arrives(seen: Observation, name: str) -> str:
+    return _place(seen, name) or _heading(seen, name)
 
 
 def _declared_pose(seen: Observation) -> str:
-    return _reset(seen, RESET_ELSEWHERE) or _place(
-        seen, DECLARED_DRIVE) or _heading(seen, DECLARED_DRIVE)
+    return _reset(seen, RESET_ELSEWHERE) or _arrives(seen, DECLARED_DRIVE)
 
 
 CRITERIA = [
@@ -208,13 +207,14 @@ CRITERIA = [
               _control_taken, limits='zero velocity ' + STOPS_AT_ONCE),
     ends_cleanly(CONTROL, STATES),
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', STATES,
-              stops_robot, extra=True, limits=STOPS_IN_TIME),
+              stops_robot, extra=True, limits=STOPS_AT_ONCE),
     Criterion('exact', RESET, 'both drives are within {:g} m and {:g} degree'.format(
         EXACT_DISTANCE, EXACT_ANGLE), ANALYSIS, _exact, extra=True),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',
               AT_RESET, _declared_pose, extra=True, limits='as goal_place and goal_heading'),
     Criterion('offset_imu', OFFSET, 'drives with an IMU whose zero is not that of the odometry',
-              TWO_ZEROS, _offset_imu, extra=True, limits='as goal_place and goal_heading'),
+              TWO_ZEROS, partial(_arrives, name=OFFSET_DRIVE), extra=True,
+              limits='as goal_place and goal_heading'),
     Criterion('lost_odometry', LOST, 'stops the robot after the odometry fell silent', STATES,
               partial(stops_when_silent, name=ODOMETRY_SILENT, what='the odometry'), extra=True,
               limits=STOPS_WHEN_LOST),

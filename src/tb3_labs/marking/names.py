@@ -47,7 +47,7 @@ def is_zip(name: str) -> bool:
 
 
 def printable(text: str) -> str:
-    """Returns the text in one line. Characters that do not show are escaped: \\n, \\xfc."""
+    """The text in one line. Characters that do not show are escaped: \\n, \\xfc."""
     return ''.join(char if char.isprintable() else _escaped(char) for char in text)
 
 
@@ -58,7 +58,7 @@ def _escaped(char):
 
 
 def file_name(text: str) -> str:
-    """Returns a valid name of a file that a line can show; most names stay as they are."""
+    """A valid name of a file that a line can show; most names stay as they are."""
     name = printable(text.strip()).replace('/', '_')
     if TAKEN.fullmatch(name):
         name = '_{}_'.format(name)
@@ -119,9 +119,9 @@ def by_student(names: Iterable[Tuple[str, bool]]) -> Dict[str, List[Tuple[str, H
 
 
 def repositories(text: str) -> Dict[str, str]:
-    """Returns name -> path, from a list of repositories. Each line is a path, or ``path, name``.
+    """Name -> path, from a list of repositories: each line is a path, or ``path, name``; the name
+    is else that of the folder. Lines that begin with # are left out.
 
-    Lines that begin with # are left out. A path without a name gets the name of its folder.
     ``ValueError`` if a name is invalid, or if two names are equal.
     """
     found: Dict[str, str] = {}
@@ -140,18 +140,16 @@ def repositories(text: str) -> Dict[str, str]:
 
 
 def chosen(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
-    """Returns the students that are wanted; upper and lower case are the same.
-
-    ``ValueError`` for an unknown name, with the names that are similar.
-    """
+    """The students that are wanted, in any case of letters; ``ValueError`` for an unknown name,
+    with the names that are similar."""
     known = {student.lower(): student for student in students}
     found = []
     for name in wanted:
         if name.lower() not in known:
-            near = [known[key] for key in known if name.lower() in key] or [
-                known[key] for key in difflib.get_close_matches(name.lower(), known)]
-            raise ValueError('no submission is called {}{}'.format(
-                name, '; near it: ' + ', '.join(near[:5]) if near else
-                '; these are: ' + ', '.join(list(known.values())[:10])))
+            near = [key for key in known if name.lower() in key] or difflib.get_close_matches(
+                name.lower(), known)
+            raise ValueError('no submission is called {}; {}: {}'.format(
+                name, 'near it' if near else 'these are',
+                ', '.join(known[key] for key in (near or list(known))[:10])))
         found.append(known[name.lower()])
     return found

@@ -89,7 +89,7 @@ class Observation:
 
     @classmethod
     def from_json(cls, text: str) -> 'Observation':
-        """Returns the Observation that :meth:`to_json` wrote as this text."""
+        """The Observation that :meth:`to_json` wrote as this text."""
         parts = json.loads(text)
         parts['stimuli'] = [Stimulus(**item) for item in parts['stimuli']]
         parts['runs'] = [Run(**item) for item in parts['runs']]
@@ -118,11 +118,10 @@ class Observation:
         return any(stimulus.name == name for stimulus in self.stimuli)
 
     def during(self, name: str, may_die: bool = False) -> 'Scene':
-        """Returns the :class:`Scene` of a stimulus.
+        """The :class:`Scene` of a stimulus.
 
-        ``NotOffered`` if the node does not offer what the stimulus needs. ``NotSeen`` if the
-        stimulus is missing for another reason, or if the node ended during it and `may_die` is
-        False.
+        ``NotOffered`` if the node does not offer what it needs. ``NotSeen`` if it is missing for
+        another reason, or if the node ended during it, unless it `may_die`.
         """
         for stimulus in self.stimuli:
             if stimulus.name == name:
@@ -136,18 +135,15 @@ class Observation:
         raise NotSeen(self.why_missing())
 
     def why_missing(self) -> str:
-        """Returns why a stimulus is missing: the node ended, was never ready, or the time was
-        up."""
+        """Why a stimulus is missing: the node ended, was never ready, or the time was up."""
         if not self.runs:
             return 'it was never started'
         run = self.runs[-1]
-        if run.ready is None:
-            if run.ended_by_itself:
-                return 'it ended at once: {}'.format(last_words(run.printed))
-            return 'it ran, but never listened to the robot'
         if run.ended_by_itself:
-            return 'it had ended: {}'.format(last_words(run.printed))
-        return 'the time was up before this was tried'
+            return 'it {}: {}'.format('ended at once' if run.ready is None else 'had ended',
+                                      last_words(run.printed))
+        return 'it ran, but never listened to the robot' if run.ready is None else \
+            'the time was up before this was tried'
 
 
 class Scene:
@@ -183,6 +179,6 @@ def _between(rows, columns, begin, end):
 
 
 def last_words(printed: str) -> str:
-    """Returns the last line that a node printed, in quotes, or a clause if there is none."""
+    """The last line that a node printed, in quotes, or a clause if there is none."""
     lines = [line.strip() for line in printed.splitlines() if line.strip()]
     return repr(lines[-1][:160]) if lines else 'it printed nothing'

@@ -91,7 +91,6 @@ def with_own(files: Dict[str, str], numbers: OwnNumbers) -> Dict[str, str]:
         'name="robot_set" default="{}"': 'name="robot_set" default="{{start_x: {:.1f}, start_y: '
         '{:.1f}, start_yaw_deg: {:g}, imu_offset_deg: {}}}"'.format(
             *numbers.start, numbers.imu_offset)}
-    own = dict(files)
     for given, place in places.items():
-        own = {name: text.replace(given, place) for name, text in own.items()}
-    return own
+        files = {name: text.replace(given, place) for name, text in files.items()}
+    return files

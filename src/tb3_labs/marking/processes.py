@@ -9,6 +9,7 @@ import shutil
 import signal
 import sys
 import threading
+from contextlib import suppress
 from pathlib import Path
 from typing import Dict, Iterable, List, MutableMapping, TextIO
 
@@ -55,8 +56,7 @@ RENEW = '\r\x1b[K'
 # -- the environment
 
 def environment_in(work: Path, environment: Dict[str, str]) -> Dict[str, str]:
-    """Returns the environment of a separate ROS, which writes only below `work`, an existing
-    folder; `environment`: that of the submission's workspace."""
+    """The environment of a separate ROS that writes only below `work`, an existing folder."""
     settings = work / 'etc'
     settings.mkdir(exist_ok=True)
     (settings / 'logging.conf').write_text(LOGGING)
@@ -73,8 +73,7 @@ def forget_overlays(environment: MutableMapping[str, str] = os.environ,
     """Remove the catkin workspaces that come before this package's from `environment` and from
     Python's search path `modules`.
 
-    An instructor's own nodes and messages must not replace those of a submission. A submission must
-    not read them.
+    An instructor's own nodes and messages must not replace those of a submission, nor be read.
     """
     prefixes = [path for path in environment.get(PREFIXES, '').split(':') if path]
     holders = [number for number, prefix in enumerate(prefixes)
@@ -120,34 +119,26 @@ def _environment_of(process):
 
 
 def _kill(pid):
-    try:
+    with suppress(ProcessLookupError):      # it has ended already
         os.kill(pid, signal.SIGKILL)
-    except ProcessLookupError:
-        pass    # it has ended already
 
 
 # -- the resources
 
 class ResourceWatch:
-    """Watches a sandbox until :meth:`end`; kills its programs if they use too much.
-
-    `pid` is the outermost process of the sandbox.
-    """
+    """Watches a sandbox until `over` is set; kills its programs if they use too much."""
 
     def __init__(self, pid: int, own_folders: Iterable[str]) -> None:
-        """`own_folders`: paths of the sandbox's own folders, as its programs see them."""
+        """`pid`: the outermost process of the sandbox; `own_folders`: the sandbox's own folders,
+        as its programs see them."""
         self._pid, self._own = pid, own_folders
-        self._over = threading.Event()
+        self.over = threading.Event()
         #: The limit that was exceeded, a clause; '' if none was.
         self.exceeded = ''
         threading.Thread(target=self._look, daemon=True).start()
 
-    def end(self) -> None:
-        """Watch no more."""
-        self._over.set()
-
     def _look(self):
-        while not self._over.wait(PERIOD):
+        while not self.over.wait(PERIOD):
             self.exceeded = self._excess()
             if self.exceeded:
                 _kill(self._pid)      # the sandbox ends with it
@@ -167,16 +158,14 @@ class ResourceWatch:
 def _below(pid):
     family = [pid]
     for parent in family:       # the list grows meanwhile
-        try:
+        with suppress(OSError):     # it has ended meanwhile
             for thread in Path('/proc/{}/task'.format(parent)).iterdir():
                 family += map(int, (thread / 'children').read_text().split())
-        except OSError:
-            pass    # it has ended meanwhile
     return family[1:]
 
 
 def _memory(pid):
-    """Returns the memory of a process, without files [bytes]; shared pages count in full."""
+    """The memory of a process, without files [bytes]; shared pages count in full."""
     try:
         _, resident, shared, *_ = Path('/proc/{}/statm'.format(pid)).read_text().split()
     except OSError:
@@ -185,7 +174,7 @@ def _memory(pid):
 
 
 def _own_memory(pid):
-    """Returns the memory of a process [bytes]; of shared pages only its part counts. Slower."""
+    """The memory of a process [bytes]; of shared pages only its part counts. Slower."""
     try:
         with open('/proc/{}/smaps_rollup'.format(pid)) as file:
             return 1024 * next(int(line.split()[1]) for line in file if line.startswith('Pss:'))
@@ -194,7 +183,7 @@ def _own_memory(pid):
 
 
 def _used(pid, folder):
-    """Returns the size of the files in a sandbox's own folder [bytes]; `pid`: a process in it."""
+    """The size of the files in a sandbox's own folder [bytes]; `pid`: a process in it."""
     try:
         state = os.statvfs('/proc/{}/root{}'.format(pid, folder))
     except OSError:
@@ -205,8 +194,7 @@ def _used(pid, folder):
 # -- the progress
 
 def tried_last(log: str) -> str:
-    """Returns the latest line of a log that begins with TRYING, without TRYING; '' if there is
-    none."""
+    """The rest of the latest line of a log that begins with TRYING; '' if there is none."""
     lines = [line for line in log.splitlines() if line.startswith(TRYING)]
     return lines[-1][len(TRYING):] if lines else ''
 
@@ -236,10 +224,7 @@ class Progress:
             self._draw()
 
     def now(self, task: str, words: str, detail: str = '') -> None:
-        """Show the step of a task.
-
-        If the stream is not a terminal, only a change of `words` is written, without `detail`.
-        """
+        """Show the step of a task; `detail` is for a terminal alone."""
         with self._lock:
             if self._terminal:
                 self._now[task] = words + detail

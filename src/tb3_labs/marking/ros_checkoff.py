@@ -26,7 +26,7 @@ from tb3_labs.ros.clocks import wait_until
 ANSWER = 4.0
 #: The stick is held at this value, so that the robot turns slowly until Ctrl+C.
 SLOWLY = 0.3
-#: At the end the sticks rest in their middle, or the control stays taken, for this time [s].
+#: At the end what lets go is sent for this time [s].
 RELEASE = 0.4
 
 
@@ -110,27 +110,6 @@ def buttons(stage):
         set_in_motion=lambda: pad.push(left=SLOWLY)))
 
 
-# -- letting go
-
-def release_mouse(stage):
-    """Make the mouse inactive."""
-    mouse = ros_turn.mouse_of(stage, [])
-    if mouse is not None:
-        mouse.hold(None)
-
-
-def release_pad(stage):
-    """Let the sticks go to their middle."""
-    with ros_gamepad.HeldPad(stage.pad):
-        time.sleep(RELEASE)
-
-
-def release_control(stage):
-    """Take the control from the node."""
-    ros_move2goal.Control(stage)
-    time.sleep(RELEASE)
-
-
 #: lab -> part -> its script, given a Stage
 PARTS = {
     IMU: {imu.HEADING: heading},
@@ -140,12 +119,13 @@ PARTS = {
                 move2goal.CONTROL: control, move2goal.DECLARED: ros_move2goal.declared},
     GAMEPAD: dict(ros_gamepad.PARTS, **{gamepad.BUTTONS: buttons}),
 }
-#: (lab, part) -> the topic that this program publishes there; no other program may.
-PLAYED = {(lab, part): topic for lab, topic, parts in (
-    (TURN, MOUSE_INFO, (turn.MOUSE, turn.BOTH)), (MOVE2GOAL, CTRL_RELINQ, PARTS[MOVE2GOAL]),
-    (GAMEPAD, JOY, PARTS[GAMEPAD])) for part in parts}
-#: topic -> the function that lets go of it, given a Stage
-RELEASES = {MOUSE_INFO: release_mouse, JOY: release_pad, CTRL_RELINQ: release_control}
+#: lab -> (topic that this program plays, parts in which it does): no other program may then
+PLAYED = {TURN: (MOUSE_INFO, {turn.MOUSE, turn.BOTH}),
+          MOVE2GOAL: (CTRL_RELINQ, set(PARTS[MOVE2GOAL])), GAMEPAD: (JOY, set(PARTS[GAMEPAD]))}
+#: topic -> lets go of it, given a Stage: a new mouse is not active, a new pad's sticks are in the
+#: middle, a new control is taken
+RELEASES = {MOUSE_INFO: lambda stage: ros_turn.mouse_of(stage, []),
+            JOY: lambda stage: ros_gamepad.HeldPad(stage.pad), CTRL_RELINQ: ros_move2goal.Control}
 
 
 # -- criteria that are open
@@ -198,18 +178,17 @@ class OpenCriteria:
         self._worth, self._marks = worth, Marks('')
 
     def look(self, observation: Observation) -> List[Verdict]:
-        """Returns the verdicts that are final now, in the middle of a part."""
+        """The verdicts that are final now, in the middle of a part."""
         return self._judge(_SoFar(**vars(observation)), self._open, asked=True)
 
     def questions(self, observation: Observation, part: str) -> List[Question]:
-        """Returns the questions at the end of a part: one for each open criterion about the
-        node's output, which is not fully known."""
+        """Those at the end of a part, on open criteria about the node's output."""
         return [QUESTIONS[criterion.name] for criterion in self._open
                 if criterion.part == part and criterion.name in QUESTIONS
                 and observation.has(QUESTIONS[criterion.name].stimulus)]
 
     def end(self, observation: Observation, part: str) -> List[Verdict]:
-        """Returns the verdicts on the open criteria of a part at its end."""
+        """The verdicts on the open criteria of a part at its end."""
         return self._judge(observation, [c for c in self._open if c.part == part])
 
     def _judge(self, observation, criteria, asked=False):
@@ -231,9 +210,8 @@ class OpenCriteria:
     def all_met(self) -> bool:
         """Are all of the handout's criteria judged and met?"""
         graded = self._marks.graded
-        return bool(graded) and all(
-            verdict.outcome is Outcome.MET for verdict in graded) and all(
-            criterion.extra for criterion in self._open)
+        return (bool(graded) and all(verdict.outcome is Outcome.MET for verdict in graded)
+                and all(criterion.extra for criterion in self._open))
 
     @property
     def points(self) -> Tuple[float, float]:
@@ -245,7 +223,7 @@ class OpenCriteria:
 # -- the checkoff
 
 def parts_of(lab, given):
-    """Returns the parts to try: those `given`, or all that have a criterion of the handout.
+    """The parts to try: those `given`, or all that have a criterion of the handout.
 
     ``ValueError`` for a part that cannot be tried with a node that runs already.
     """
@@ -266,6 +244,8 @@ class Checkoff:
         as for a Stage. ``Impossible`` if there is no robot, or if another program publishes a topic
         that this program must publish."""
         self._lab, self._parts, self._person = lab, parts, person
+        topic, played = PLAYED.get(lab, ('', set()))
+        self._played = topic if played.intersection(parts) else ''
         #: The OpenCriteria of these parts.
         self.criteria = OpenCriteria(LABS[lab].criteria, worth, parts)
         self.has_truth = self._look_round()
@@ -316,14 +296,12 @@ class Checkoff:
         if not (nodes(IMU_TOPIC) and nodes(ODOM)):
             raise Impossible('no robot runs here: nothing publishes {} and {}; start one first'
                              .format(IMU_TOPIC, ODOM))
-        for part in self._parts:
-            topic = PLAYED.get((self._lab, part))
-            if topic and nodes(topic):
-                raise Impossible('{} publishes {}, which is played here: end it first'.format(
-                    ', '.join(nodes(topic)), topic))
+        if self._played and nodes(self._played):
+            raise Impossible('{} publishes {}, which is played here: end it first'.format(
+                ', '.join(nodes(self._played)), self._played))
         return bool(nodes(TRUTH))
 
     def _let_go(self):
-        for topic in {PLAYED.get((self._lab, part)) for part in self._parts} - {None}:
-            if self.node.alive:
-                RELEASES[topic](self._stage)
+        if self._played and self.node.alive:
+            RELEASES[self._played](self._stage)
+            time.sleep(RELEASE)

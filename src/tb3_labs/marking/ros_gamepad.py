@@ -13,7 +13,7 @@ from tb3_labs.marking import gamepad as asked
 from tb3_labs.marking.gamepad import HELD, RESET_TIME, SAYS
 from tb3_labs.marking.observation import CTRL_RELINQ, JOY
 from tb3_labs.marking.ros_interface import AnyService
-from tb3_labs.marking.ros_robot import Repeater
+from tb3_labs.marking.ros_robot import UNDER_WAY, Repeater
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.clocks import wait_until
 
@@ -21,12 +21,8 @@ from tb3_labs.ros.clocks import wait_until
 AXES, BUTTONS = 8, 11
 #: A button is pressed for PRESS [s]; Y is held for HOLD [s].
 PRESS, HOLD = 0.15, 0.6
-#: A node's output and messages after an answer arrive within this time [s].
-UNDER_WAY = 0.3
 #: A node that will drive has begun to drive within this time [s].
 REACTION = 1.5
-#: A drive has lasted this long before something happens to it [s].
-WELL_UNDER_WAY = 0.4
 #: The pad that is played if none is named.
 HANDOUT = 'handout'
 
@@ -132,8 +128,7 @@ def buttons(stage, ctrl_c=None):
 
 def _start_driving(stage, pad):
     pad.sticks()
-    return stage.set_in_motion(lambda: stage.node.alive, lambda: pad.push(1.0), REACTION,
-                               WELL_UNDER_WAY)
+    return stage.set_in_motion(lambda: stage.node.alive, lambda: pad.push(1.0), REACTION)
 
 
 def _hand_over(stage, pad):

@@ -40,7 +40,7 @@ WORDS = ('reset', 'pose')
 
 
 class Graph:
-    """Asks the master for nodes; if the master does not answer, no node is known."""
+    """Asks the master for nodes, and for the student's node."""
 
     def __init__(self, types):
         """`types`: the Types of the node's messages and services."""
@@ -50,39 +50,35 @@ class Graph:
         self.names = set()
 
     def nodes(self):
-        """Returns name -> registrations, for each node except this one.
-
-        The registrations are a set of (role, name of the topic or service); roles: see ROLES.
-        """
+        """Returns name -> {(role, topic or service)} of each node except this one; {} if the
+        master does not answer. Roles: see ROLES."""
         try:
-            publishers, subscribers, services = self._master.getSystemState()
+            state = self._master.getSystemState()
         except (OSError, rosgraph.MasterException):
             return {}
         nodes = {}
-        for role, groups in zip(ROLES, (publishers, subscribers, services)):
+        for role, groups in zip(ROLES, state):
             for topic, names in groups:
                 for name in names:
                     nodes.setdefault(name, set()).add((role, topic))
         nodes.pop(rospy.get_name(), None)
         return nodes
 
-    def services(self):
-        """Returns the names of the node's services."""
-        _, _, services = self._master.getSystemState()
-        return [name for name, nodes in services if self.names.intersection(nodes)]
+    def of_node(self, role):
+        """The names of the topics or services at which the student's node has this role.
 
-    def listens_to(self, topic):
-        """Does the node listen to `topic`?"""
-        topic, nodes = rospy.resolve_name(topic), self.nodes()
-        return any((LISTENS, topic) in nodes.get(name, ()) for name in self.names)
+        An error if the master does not answer: the node must not lose points for that.
+        """
+        groups = self._master.getSystemState()[ROLES.index(role)]
+        return {topic for topic, names in groups if self.names.intersection(names)}
 
     def kind_of(self, topic):
-        """Returns the message class that the node uses on `topic`; None if it is not known."""
+        """The message class that the node uses on `topic`; None if it is not known."""
         kind = dict(self._master.getTopicTypes()).get(rospy.resolve_name(topic))
         return self.types.message(kind) if kind else None
 
     def service(self, name):
-        """Returns the class of a service that is offered; None if its type is not known."""
+        """The class of a service that is offered; None if its type is not known."""
         try:
             kind = rosservice.get_service_type(name)
         except (rosservice.ROSServiceException, OSError):
@@ -99,8 +95,8 @@ class Graph:
 def fill_pose(request, pose):
     """Fill a Pose2 into the fields of a message that are meant for a pose.
 
-    Returns the set of the parts that were filled, of ALL, and UNIT. A yaw whose name does not end
-    in '_deg' is filled in rad.
+    Returns the parts that were filled, of ALL, and UNIT. A yaw is filled in rad if its name does
+    not end in '_deg'.
     """
     filled = set()
     for name, kind in zip(request.__slots__, request._slot_types):
@@ -139,12 +135,10 @@ class ResetCaller:
     """The reset service of the node of a Graph; `found` is its name, '' if there is none."""
 
     def __init__(self, graph):
-        def rank(name):
-            base = name.rsplit('/', 1)[-1].lower()
-            return (NAMES.index(base) if base in NAMES else len(NAMES), name)
-        likely = [name for name in graph.services() if any(
-            word in name.rsplit('/', 1)[-1].lower() for word in WORDS)]
-        self.found = min(likely, key=rank, default='')
+        bases = {name: name.rsplit('/', 1)[-1].lower() for name in graph.of_node(OFFERS)}
+        likely = [name for name, base in bases.items() if any(word in base for word in WORDS)]
+        usual = [name for wanted in NAMES for name in sorted(likely) if bases[name] == wanted]
+        self.found = (usual + sorted(likely) + [''])[0]
         self._kind = graph.service(self.found) if self.found else None
         #: The parts of a pose that its request takes, as fill_pose() returns them.
         self.takes = set()
@@ -152,7 +146,7 @@ class ResetCaller:
             self.takes = fill_pose(self._kind._request_class(), Pose2())
 
     def call(self, pose):
-        """Call the reset with a Pose2. Returns '', or the reason why it failed."""
+        """Call the reset with a Pose2. Returns the reason why it failed, else ''."""
         if self._kind is None:
             return 'the type of {} cannot be loaded'.format(self.found)
         request = self._kind._request_class()
@@ -188,7 +182,6 @@ class AnyService:
         self._services = [offer_any_service(name, self._on_call) for name in NAMES]
 
     def close(self):
-        """End the services."""
         for service in self._services:
             service.shutdown()
 
@@ -210,7 +203,7 @@ class AnyService:
 # -- private parts of rospy and genpy
 
 def sender_of(subscriber, message):
-    """Returns the URI of the program that sent a message; '' if the connection has ended.
+    """The URI of the program that sent a message; '' if the connection has ended.
 
     The URI comes from the master, not from the sender. It is `endpoint_id` of the connection that
     has the message's header. If rospy renames it, an AttributeError ends the marking of a node at
@@ -224,7 +217,7 @@ def sender_of(subscriber, message):
 
 
 def name_of_sender(message):
-    """Returns the name of a message's sender, as the sender says it."""
+    """The name of a message's sender, as the sender says it."""
     return connection_of(message).get('callerid') or 'an unknown program'
 
 
@@ -270,8 +263,8 @@ class _AnyType:
 def offer_any_service(name, on_call):
     """Returns a rospy.Service that takes requests of any type.
 
-    ``on_call(checksum, data)`` gets the checksum of the client's type and the bytes of its request.
-    ``on_call`` returns the response, a message.
+    ``on_call(checksum, data)`` gets the checksum of the client's type and the bytes of its request,
+    and returns the response, a message.
 
     A gamepad's call of its own service type fails if rospy no longer compares a client's checksum
     with `_md5sum`, or no longer passes on the header and the bytes of an AnyMsg.

@@ -15,11 +15,11 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Callable, Mapping, Optional, Sequence, Set
+from typing import Callable, Mapping, Optional, Sequence
 
 from tb3_labs.command_line import reason
-from tb3_labs.marking.choice import NoNode, files_in
-from tb3_labs.marking.conduct import NODE_TEXT, laws_imported
+from tb3_labs.marking.choice import NoNode, files_in, laws_named
+from tb3_labs.marking.conduct import NODE_TEXT
 from tb3_labs.marking.criteria import judge
 from tb3_labs.marking.intake import Copy, Submission, digest
 from tb3_labs.marking.marks import GAMEPAD, LABS, NOT_JUDGED, Marks
@@ -64,43 +64,29 @@ class Marker:
         """`worth`: criterion -> points; `logs`: an existing folder; `parts`: only these."""
         self._lab, self._worth, self._logs = lab, worth, Path(logs)
         self._parts, self._options = parts, options
-        self._interrupted = False
-        self._identities: Set[str] = set()
+        #: Once this is set, all that runs is ended, and each :meth:`mark` raises Interrupted.
+        self.interrupted = threading.Event()
 
-    def interrupt(self) -> None:
-        """Kill all that runs: each :meth:`mark` raises Interrupted from now on."""
-        self._interrupted = True
-        for identity in list(self._identities):
-            sweep(identity)
-
-    def mark(self, copy: Copy, tell: Callable[[str], None] = lambda words: None,
-             trying: Callable[[str], None] = lambda words: None) -> Marks:
+    def mark(self, copy: Copy, tell: Callable[[str], None],
+             trying: Callable[[str], None]) -> Marks:
         """The Marks of a submission.
 
         If the machine was too busy to judge it fairly, the submission is tried once more, and
-        ``tell(words)`` is told so. ``trying(words)`` is told the present part at
-        least once a second.
+        ``tell(words)`` is told so. ``trying(words)`` is told the present part twice a second.
         """
         marks = self._try(copy, trying)
-        if self.held_up(marks):
+        if marks.unfair:
             tell('the machine held the robot up for {:.2f} s; tried again'.format(
                 marks.observation.longest_gap))
             marks = self._try(copy, trying)
-            if self.held_up(marks):
-                marks.remarks.append(marks.observation.unfair)
+            marks.remarks += [marks.unfair] * bool(marks.unfair)
         return marks
-
-    @staticmethod
-    def held_up(marks: Marks) -> bool:
-        """Was the machine too busy to judge it fairly?"""
-        return marks.observation is not None and bool(marks.observation.unfair)
 
     def _try(self, copy, trying):
         marks = Marks(copy.folder.name, remarks=list(copy.remarks))
         unread = list(dict.fromkeys(copy.unread))
         with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
             identity = uuid.uuid4().hex
-            self._identities.add(identity)
             try:
                 self._observe(marks, copy.folder, Path(work), identity, trying)
                 marks.remarks += unread
@@ -111,14 +97,10 @@ class Marker:
                     marks.remarks.append(str(reason))
             finally:
                 sweep(identity)
-                self._identities.remove(identity)
-        return self._judged(marks)
+        return self.judged(marks)
 
-    def not_judged(self, student: str, reason: str) -> Marks:
-        """Returns the Marks of a submission that cannot be judged; `reason`: a sentence."""
-        return self._judged(Marks(student, unjudged=reason))
-
-    def _judged(self, marks):
+    def judged(self, marks: Marks) -> Marks:
+        """The Marks with their verdicts; if they are unjudged, the instructor is told why."""
         if marks.unjudged:
             marks.findings.append('Not judged: ' + marks.unjudged)
         observation = marks.observation or Observation(self._lab, marks.node)
@@ -147,11 +129,11 @@ class Marker:
             numbers = own_numbers(marks.student)
             marks.remarks.append(numbers.remark)
             settings = ['goal:={!r},{!r},{!r}'.format(*numbers.goal_pose)]
-        self._go_on()
         if not self._check(prepared, sandbox, work, log, record, identity, trying, settings):
             marks.remarks.append('It was stopped after {:g} s, the limit.'.format(
                 self._options.limit))
-        self._go_on()
+        if self.interrupted.is_set():
+            raise Interrupted('interrupted')
         if not record.exists():
             marks.unjudged = 'The check left no record; see {}.'.format(log)
             return
@@ -166,7 +148,7 @@ class Marker:
     def _read(self, marks, sources, executable):
         for path in files_in(sources):
             if path.suffix == '.py':
-                marks.findings += laws_imported(path.name, path.read_text(errors='replace'))
+                marks.findings += laws_named(path.name, path.read_text(errors='replace'))
         node = min(sources.rglob(executable))
         (self._logs / (marks.student + NODE_TEXT)).write_bytes(node.read_bytes())
 
@@ -199,20 +181,16 @@ class Marker:
 
     def _wait_for(self, check, log, trying):
         """Wait for the check's end or an interruption. Returns False if the time was up."""
-        begun = told = time.monotonic()
-        while check.poll() is None and not self._interrupted:
-            time.sleep(0.1)
-            now = time.monotonic()
-            if now > begun + self._options.limit:
-                return False
-            if now > told + TOLD:
-                told = now
+        end = time.monotonic() + self._options.limit
+        while not self.interrupted.is_set():
+            try:
+                check.wait(TOLD)
+                break
+            except subprocess.TimeoutExpired:
                 trying(tried_last(log.read_text(errors='replace')))
+            if time.monotonic() > end:
+                return False
         return True
-
-    def _go_on(self):
-        if self._interrupted:
-            raise Interrupted('interrupted')
 
 
 # -- a class
@@ -245,7 +223,7 @@ class MarkedClass:
                 self._failed = True
                 for task in tasks:
                     task.cancel()
-                self._marker.interrupt()
+                self._marker.interrupted.set()
         for task in tasks:
             problem = None if task.cancelled() else task.exception()
             if problem is not None:
@@ -264,8 +242,8 @@ class MarkedClass:
         except Exception as problem:    # any error: the other submissions are still marked
             said = '{} ({})'.format(reason(problem), type(problem).__name__)
             self._tell_problem('{}: {}: {}'.format(name, NOT_JUDGED, said))
-            self._write(self._marker.not_judged(
-                submission.student, 'The marking of it failed: {}.'.format(said)), '')
+            self._write(self._marker.judged(Marks(
+                submission.student, unjudged='The marking of it failed: {}.'.format(said))), '')
         finally:
             self._progress.done(name)
 
@@ -301,7 +279,7 @@ class MarkedClass:
     def _write(self, marks, tried):
         """Write Marks; `tried`: the digest of the submission."""
         with self._writing:
-            self._folder.write(marks, tried, self._marker.held_up(marks) or not marks.judged)
+            self._folder.write(marks, '' if marks.unfair or marks.unjudged else tried)
             self._failed = self._failed or not marks.judged
 
     def _tell(self, line):

@@ -13,15 +13,11 @@ from tb3_labs.marking.move2goal import (
 from tb3_labs.marking.observation import CTRL_RELINQ, MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.observation import RESET as ROBOTS_RESET
 from tb3_labs.marking.ros_interface import ALL, UNIT, ResetCaller
-from tb3_labs.marking.ros_robot import sensed
+from tb3_labs.marking.ros_robot import RESTS, sensed
 from tb3_labs.ros.clocks import wait_until
 
 #: A robot has arrived if it rests and had no command to move for this time [s].
 ARRIVAL = 1.5
-#: A drive has lasted this long before something happens to it [s].
-WELL_UNDER_WAY = 0.7
-#: A robot rests within this time after control was taken from the node [s].
-RESTS = 2.0
 #: The robot has this heading before its own `reset` [deg].
 OFFSET_HEADING = 100.0
 #: The robot recalibrates after its `reset` for less than this time [s].
@@ -69,8 +65,7 @@ class Control:
 
         A node that runs and can be reset drives again after a reset. Any other is started anew.
         """
-        return self._stage.set_in_motion(self._is_ready, lambda: self.give(True), REACTION,
-                                         WELL_UNDER_WAY)
+        return self._stage.set_in_motion(self._is_ready, lambda: self.give(True), REACTION)
 
     def _is_ready(self):
         self.give(False)
@@ -106,7 +101,7 @@ def reset(stage):
     if not stage.node.alive and not stage.node.start():
         return
     time.sleep(0.3)
-    stage.robot.face(stage.recorder.heading_deg + TURNED, seconds=4.0)
+    stage.robot.face(stage.recorder.heading_deg + TURNED)
     caller = ResetCaller(stage.node.graph)
     if not caller.found:
         stage.not_offered([asked.RESET_TO_ORIGIN, asked.SECOND_DRIVE], NO_SERVICE)

@@ -39,9 +39,14 @@ REST_WAY, REST_TURN, REST_TIME = 0.002, 0.005, 0.4
 FEWEST = 5
 #: A turn by the marker. GAIN: rate for each rad of error [1/s]. SLOWEST, FASTEST: limits of
 #: the rate [rad/s]. CLOSE: greatest error at its end [rad]. PERIOD: time between commands [s].
-GAIN, SLOWEST, FASTEST, CLOSE, PERIOD = 3.0, 0.1, 1.5, 0.01, 0.03
+#: FACED: the longest time of a turn [s].
+GAIN, SLOWEST, FASTEST, CLOSE, PERIOD, FACED = 3.0, 0.1, 1.5, 0.01, 0.03, 8.0
 #: The robot rests within this time after its last command [s].
 RESTS = 2.0
+#: A movement has lasted this long before something happens to it [s].
+WELL_UNDER_WAY = 0.5
+#: The output and the messages of a node arrive within this time [s].
+UNDER_WAY = 0.3
 #: The time between two messages that are repeated [s].
 REPEATED = 0.05
 #: A node that is ready connects within CONNECTING [s]. A node may ignore a new pad that has not
@@ -76,8 +81,8 @@ class Recorder:
 
     def __init__(self, observation, is_judged=None, has_truth=True):
         """``is_judged(name)``: are the commands of the node of this name recorded? None: those of
-        all other programs are. `has_truth`: does the robot publish its true pose? If not, the
-        odometry gives the place, and the IMU gives the changes of the heading."""
+        all other programs are. `has_truth`: does the robot publish its true pose? If not, its
+        place is the odometry's, and its heading changes as the IMU's."""
         self._observation, self._is_judged = observation, is_judged
         self._zero, self._lock = rospy.get_time(), threading.Lock()
         #: The address of the robot: the sender of the first true pose.
@@ -166,8 +171,7 @@ class Recorder:
         return any(linear or angular for _, linear, angular in self.commands_since(begin))
 
     def rests(self, without_command=0.0):
-        """Has the robot rested for REST_TIME, without a command to move for `without_command`
-        [s]?"""
+        """Has it rested for REST_TIME, without a command to move for `without_command` [s]?"""
         if without_command and self.moves(self.now - without_command):
             return False
         truth = self._observation.truth
@@ -186,15 +190,12 @@ class RobotHand:
         self._recorder = recorder
         self._wheels = rospy.Publisher(CMD_VEL, Twist, queue_size=1)
 
-    def face(self, heading_deg, seconds=8.0):
-        """Turn the robot the short way to a heading [deg], in at most `seconds` [s].
-
-        Returns True if the robot rests afterwards. The last command is zero, also after an
-        interruption.
-        """
+    def face(self, heading_deg):
+        """Turn the robot the short way to a heading [deg], in at most FACED. Does it rest
+        afterwards? The last command is zero, also after an interruption."""
         def error():
             return difference(math.radians(heading_deg), self._recorder.pose.yaw)
-        deadline = time.monotonic() + seconds
+        deadline = time.monotonic() + FACED
         try:
             while abs(error()) > CLOSE and time.monotonic() < deadline:
                 rate = clamp(GAIN * error(), -FASTEST, FASTEST)
@@ -206,10 +207,8 @@ class RobotHand:
 
 
 class Repeater:
-    """Repeats the latest message on a topic, as the driver of a mouse or a gamepad does.
-
-    A ``with`` statement ends the messages at the end of the block.
-    """
+    """Repeats the latest message on a topic, as the driver of a mouse or a gamepad does; until the
+    end of a ``with`` statement."""
 
     def __init__(self, topic, kind):
         self._message, self._closed = None, False
@@ -225,19 +224,18 @@ class Repeater:
     def hold(self, message):
         """Send this message from now on. None: send nothing, like a device that is unplugged."""
         self._message = message
-        self._send()
+        self._send(message)
 
     def wait_until_heard(self):
         """Wait until a node is connected and has heard the message that is held."""
         wait_until(self._publisher.get_num_connections, CONNECTING)
         time.sleep(SETTLED)
 
-    def _send(self):
-        message = self._message
+    def _send(self, message):
         if message is not None:
             self._publisher.publish(message)
 
     def _repeat(self):
         while not (self._closed or rospy.is_shutdown()):
-            self._send()
+            self._send(self._message)
             time.sleep(REPEATED)

@@ -14,10 +14,11 @@ import rosgraph
 import rospy
 from rosgraph_msgs.msg import Log
 
-from tb3_labs.marking.criteria import CTRL_C, SIGNAL, STOPPING, TOOK, TRACEBACK
+from tb3_labs.marking.criteria import AT_ONCE, CTRL_C, SIGNAL, TOOK, TRACEBACK
 from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, WAS_MOVING, Run, Stimulus
 from tb3_labs.marking.ros_interface import LISTENS, PUBLISHES, Graph
-from tb3_labs.marking.ros_stage import PATIENCE, UNDER_WAY
+from tb3_labs.marking.ros_robot import UNDER_WAY
+from tb3_labs.marking.ros_stage import PATIENCE
 from tb3_labs.marking.ros_types import Types
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.program import BoundedText
@@ -43,7 +44,6 @@ class Person:
 
     @staticmethod
     def tell(words):
-        """Say something."""
         print(words, flush=True)
 
     def have(self, task):
@@ -85,10 +85,7 @@ class Impossible(Exception):
 
 
 def is_there(name):
-    """Does the node of this name answer?
-
-    A node that ends leaves the graph. A node that was killed stays on it, and does not answer.
-    """
+    """Does the node of this name answer? One that was killed stays on the graph, but does not."""
     try:
         address = rosgraph.Master(rospy.get_name()).lookupNode(name)
         xmlrpc.client.ServerProxy(address).getPid(rospy.get_name())
@@ -124,8 +121,7 @@ class RunningNode:
         return next(iter(self.graph.names), '')
 
     def find(self):
-        """Returns True if there is such a node: it is watched. ``Impossible`` if there are
-        several."""
+        """Is there such a node? It is watched from now on. ``Impossible`` if there are several."""
         nodes = self.graph.nodes()
         robot = {(PUBLISHES, rospy.resolve_name(topic)) for topic in (IMU, ODOM)}
         found = [name for name, registered in nodes.items() if self._wanted <= registered
@@ -142,7 +138,7 @@ class RunningNode:
         return True
 
     def start(self):
-        """Returns True if a node runs. If none does, the person is asked to start it."""
+        """Does a node run? If none does, the person is asked to start it."""
         if self.alive or self.find():
             return True
         self.person.have('Start your node in its own terminal ({}).'.format(self._told))
@@ -161,12 +157,12 @@ class RunningNode:
 
     @property
     def printed(self):
-        """The length of the node's output, as far as it is known: (characters, lines)."""
+        """The length of the node's known output: (characters, lines)."""
         with self._lock:
             return self._text.length, self._text.lines
 
     def text_since(self, characters):
-        """Returns the node's output after its first `characters`, as far as it is known."""
+        """The node's known output after its first `characters`."""
         with self._lock:
             return self._text.since(characters)
 
@@ -198,8 +194,7 @@ def person_ends(stage, task, goodbye='', set_in_motion=None):
     """Have the person end the node by Ctrl+C.
 
     `task`: the words to the person; `goodbye`: the last line of the node; ``set_in_motion()`` is
-    called before Ctrl+C. If the robot did not move then, the node is ended again. None: the robot
-    need not move.
+    called before Ctrl+C, and the node ended again if the robot did not move; None: it need not.
     """
     for name in CTRL_C:
         if not _ended(stage, name, task, goodbye, set_in_motion):
@@ -210,9 +205,9 @@ def person_ends(stage, task, goodbye='', set_in_motion=None):
 
 
 def _ended(stage, name, task, goodbye, set_in_motion):
-    """Record the stimulus of a Ctrl+C. Returns False if the person does not press Ctrl+C.
+    """Record the stimulus of a Ctrl+C; False if the person does not press it.
 
-    The moment of Ctrl+C is concluded from the node's last command, or from its end.
+    Its moment is concluded from the node's last command, or from its end.
     """
     node, recorder = stage.node, stage.recorder
     answer = NO
@@ -232,7 +227,7 @@ def _ended(stage, name, task, goodbye, set_in_motion):
     gone = node.runs[-1].end if ended else recorder.now
     moving = [at for at, linear, angular in recorder.commands_since(asked) if linear or angular]
     in_motion = bool(moving) and gone - moving[-1] < IN_MOTION
-    begin = moving[-1] if in_motion else max(asked, gone - STOPPING)
+    begin = moving[-1] if in_motion else max(asked, gone - AT_ONCE)
     _ask_for_the_end(node, characters, goodbye if name == CTRL_C[0] else '', ended)
     stage.observation.stimuli.append(Stimulus(
         name, begin, recorder.now, node.text_since(characters), node.printed[1] - lines, ended,

@@ -10,7 +10,7 @@ is the student's.
 import os
 import threading
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import rosgraph
 import rospy
@@ -21,13 +21,14 @@ from dynamic_reconfigure.srv import Reconfigure
 from std_msgs.msg import Empty
 
 from tb3_labs.marking import conduct, ros_gamepad, ros_move2goal, ros_turn
-from tb3_labs.marking.criteria import (CTRL_C, ENDING, SIGNAL, STOPPING, TOOK,
+from tb3_labs.marking.criteria import (AT_ONCE, CTRL_C, ENDING, SIGNAL, TOOK,
                                        tracebacks_before_the_end)
 from tb3_labs.marking.marks import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN
 from tb3_labs.marking.move2goal import GOAL
 from tb3_labs.marking.observation import RESET, TRUTH, WAS_MOVING, Observation, Stimulus
 from tb3_labs.marking.ros_interface import name_of_sender, sender_of
-from tb3_labs.marking.ros_robot import ROBOT, Recorder, RobotHand
+from tb3_labs.marking.ros_robot import (ROBOT, UNDER_WAY, WELL_UNDER_WAY, Recorder,
+                                        RobotHand)
 from tb3_labs.marking.ros_student_node import StudentNode
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.clocks import wait_until
@@ -35,8 +36,6 @@ from tb3_labs.ros.topics import subscribe
 
 #: An input or a sensor is silent for this time: LOST, plus a margin [s].
 SILENCE = 1.5
-#: The messages that a node sends at its end arrive within this time [s].
-UNDER_WAY = 0.2
 #: A person has this time to do what is asked [s].
 PATIENCE = 60.0
 #: lab -> part -> its script, given a Stage
@@ -49,9 +48,9 @@ class Stage:
 
     def __init__(self, observation, recorder, node, keep, witness=None, pad=PadConfig(),
                  tell=lambda words: None, goal=GOAL):
-        """``keep(observation)`` is called after each stimulus and each run. `witness`: a Witness
-        that looks before each such call; `pad`: the PadConfig of the gamepad; ``tell(words)`` is
-        called with the present step; `goal`: the goal of move_to_goal, x, y [m], heading [rad]."""
+        """``keep(observation)`` is called after each stimulus and each run, the `witness` looks
+        before. `pad`: a PadConfig; ``tell(words)`` is called with the present step; `goal`: that
+        of move_to_goal, x, y [m], heading [rad]."""
         self.observation, self.recorder, self.node = observation, recorder, node
         self.robot, self.pad, self.goal = RobotHand(recorder), pad, goal
         self._keep, self._witness, self._tell, self._part = keep, witness, tell, ''
@@ -64,10 +63,8 @@ class Stage:
 
     @contextmanager
     def stimulus(self, name, facts=None):
-        """Record the node's behaviour within the ``with`` block as the stimulus `name`.
-
-        The stimulus has these `facts`, and those that the block adds.
-        """
+        """Record the node's behaviour within the ``with`` block as the stimulus `name`, with these
+        `facts`, and those that the block adds."""
         self._tell('{}: {}'.format(self._part, name))
         record = Stimulus(name, self.recorder.now, facts=dict(facts or {}))
         characters, lines = self.node.printed
@@ -81,7 +78,7 @@ class Stage:
         self.keep()
 
     def not_offered(self, names, reason):
-        """Note that these stimuli are impossible: the node does not offer what they need."""
+        """Note that the node does not offer what these stimuli need."""
         self.observation.missing.update(dict.fromkeys(names, reason))
 
     def remark(self, sentences):
@@ -90,7 +87,7 @@ class Stage:
         known += [sentence for sentence in sentences if sentence not in known]
 
     def keep(self):
-        """Call ``keep(observation)`` with the present Observation."""
+        """Hand the present Observation to ``keep(observation)``."""
         self.node.note()
         if self._witness is not None:
             self._witness.look()
@@ -99,10 +96,10 @@ class Stage:
     # -- patterns that several labs use
 
     def moves_after(self, act, seconds):
-        """Call `act()` and wait. Returns True as soon as the node commands a movement.
+        """Call `act()`. Does the node command a movement within `seconds` [s]?
 
-        Returns False after `seconds` [s], or if the node ends before. If `act()` returns a Person,
-        that person was asked to act: the wait is longer, and the person may be asked again.
+        If `act()` returns a Person, that person was asked to act: the wait is longer, and the
+        person may be asked again.
         """
         begun = self.recorder.now
 
@@ -114,18 +111,18 @@ class Stage:
                 break
         return self.recorder.moves(begun)
 
-    def set_in_motion(self, is_ready, act, reaction, well_under_way):
+    def set_in_motion(self, is_ready, act, reaction):
         """Have the node move the robot. Returns True in the middle of the motion, False if the
         node does not move the robot, None if the node does not run.
 
-        `is_ready()`: does the node run, and wait? If not, the node is started. `act()` should make
-        it move within `reaction` [s]; the middle is `well_under_way` [s] later.
+        `is_ready()`: does the node run, and wait? If not, it is started. `act()` should make it
+        move within `reaction` [s].
         """
         for _ in range(2):
             if not is_ready() and not self.node.start():
                 return None
             if self.moves_after(act, reaction):
-                time.sleep(well_under_way)
+                time.sleep(WELL_UNDER_WAY)
                 return self.node.alive
             self.node.stop()        # an earlier stimulus may be the reason
         return False if self.node.start() else None
@@ -146,7 +143,7 @@ class Stage:
     def ctrl_c_in_motion(self, set_in_motion):
         """Send Ctrl+C while the node moves the robot; again if the node sends no zero velocity.
 
-        `set_in_motion()` must return what :meth:`set_in_motion` returns.
+        `set_in_motion()` returns what :meth:`set_in_motion` returns.
         """
         for name in CTRL_C:
             moving = set_in_motion()
@@ -154,7 +151,7 @@ class Stage:
                 return
             begin = self.recorder.now
             self.ctrl_c(name, moving)
-            if any(not (linear or angular) and at <= begin + STOPPING
+            if any(not (linear or angular) and at <= begin + AT_ONCE
                    for at, linear, angular in self.recorder.commands_since(begin)):
                 return
 
@@ -209,14 +206,11 @@ class Witness:
 
     def look(self):
         """Ask the master once; if it does not answer, nothing is noted."""
-        with self._asking:
-            try:
-                self._look_at_graph()
-                for finding in conduct.changed(self._parameters, self._robots_parameters(),
-                                               'parameter'):
-                    self._observation.note(finding)
-            except (OSError, rosgraph.MasterException):
-                pass
+        with self._asking, suppress(OSError, rosgraph.MasterException):
+            self._look_at_graph()
+            for finding in conduct.changed(self._parameters, self._robots_parameters(),
+                                           'parameter'):
+                self._observation.note(finding)
 
     def _repeat(self):
         while not self._over.wait(PERIOD):
@@ -267,11 +261,9 @@ class Witness:
             self._repairs += 1
             before = {name: value for name, value in self._settings.items()
                       if name not in conduct.SWITCHES}
-            try:
+            with suppress(rospy.ServiceException):      # the robot is gone: noted elsewhere
                 rospy.ServiceProxy('/{}/set_parameters'.format(ROBOT), Reconfigure)(
                     encode_config(before))
-            except rospy.ServiceException:
-                pass    # the robot is gone, which is noted elsewhere
 
     def _on_shutdown(self):
         """End at once: a marker that was shut down hears nothing, and would observe wrongly."""
@@ -284,9 +276,9 @@ class Witness:
 # -- a trial
 
 def try_out(lab, package, executable, parts, keep, pad, tell, goal):
-    """Start a node and try `parts` of its lab, or all parts if there are none in it.
+    """Start a node and try `parts` of its lab, [] for all of them. Returns the Observation.
 
-    Returns the Observation. The other arguments are those of Stage.
+    The other arguments are those of Stage.
     """
     observation = Observation(lab, '{}/{}'.format(package, executable))
     recorder = Recorder(observation)

@@ -7,6 +7,7 @@ import json
 import os
 import signal
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Dict, List, Optional
@@ -53,7 +54,7 @@ class Launch:
 
     @classmethod
     def given(cls):
-        """Returns the Launch that mark.py wrote; without mark.py, one without a sandbox."""
+        """The Launch that mark.py wrote; without mark.py, one without a sandbox."""
         if VARIABLE not in os.environ:
             return cls()
         return cls(**json.loads(Path(os.environ[VARIABLE]).read_text()))
@@ -63,8 +64,7 @@ class StudentNode:
     """Runs one process of the node at a time; `runs` is a list of Run, the latest last."""
 
     def __init__(self, package, executable, listens, now):
-        """`listens`: the topic that the node must listen to in order to be ready; `now()`: the
-        observation's time [s]."""
+        """`listens`: topic that a ready node listens to; `now()`: the observation's time [s]."""
         self._what, self._listens, self._now = (package, executable), listens, now
         self._launch = Launch.given()
         #: This function is called after each run.
@@ -135,7 +135,7 @@ class StudentNode:
         self.interrupt(PATIENCE)
         self._process.kill()
         if self._watch is not None:
-            self._watch.end()
+            self._watch.over.set()
         self.note()
         self.runs[-1].end, self.runs[-1].ended_by_itself = self._now(), ended
         self._process = None
@@ -149,10 +149,8 @@ class StudentNode:
 
     def type(self, line):
         """Type a line, and Enter."""
-        try:
+        with suppress(OSError):     # the node has ended, which is recorded
             self._process.type(line)
-        except OSError:
-            pass    # the node has ended, which is recorded
 
     @property
     def printed(self):
@@ -164,8 +162,7 @@ class StudentNode:
         return self._process.text_since(characters)[-PRINTED:]
 
     def note(self):
-        """Write into the latest run the output of the process, and whether the process has
-        ended."""
+        """Write into the latest run the process's output, and whether it has ended."""
         if self._process is None:
             return
         text, run = self._process.text, self.runs[-1]

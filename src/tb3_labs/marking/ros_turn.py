@@ -12,7 +12,8 @@ from tb3_labs.marking import imu as asked_imu
 from tb3_labs.marking import turn as asked
 from tb3_labs.marking.conduct import IMU_SWITCH
 from tb3_labs.marking.observation import MOUSE_INFO, MOVED, RESTED, WAS_MOVING
-from tb3_labs.marking.ros_robot import Repeater
+from tb3_labs.marking.ros_interface import LISTENS
+from tb3_labs.marking.ros_robot import WELL_UNDER_WAY, Repeater
 from tb3_labs.marking.turn import LEFT, RIGHT
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
@@ -30,8 +31,6 @@ HAIRS = (-1e-17, -1e-12, math.radians(-1e-8))
 ASTRAY = 25.0
 #: The robot's heading after the last turn; there an invalid input is typed [deg].
 LAST_HEADING = -50.0
-#: A turn has lasted this long before something happens to it [s].
-WELL_UNDER_WAY = 0.3
 #: A turn is over if the node has commanded no movement for this time [s].
 QUIET = 0.4
 
@@ -99,11 +98,9 @@ class HeldMouse(Repeater):
 
 
 def mouse_of(stage, names):
-    """Returns the HeldMouse of the node, inactive in the middle.
-
-    Returns None if the node has no mouse that can be played: the stimuli `names` are not offered.
-    """
-    if not stage.node.graph.listens_to(MOUSE_INFO):
+    """The HeldMouse of the node, inactive in the middle; None if the node has no mouse that can be
+    played: the stimuli `names` are not offered."""
+    if rospy.resolve_name(MOUSE_INFO) not in stage.node.graph.of_node(LISTENS):
         stage.not_offered(names, 'it does not listen to mouse_info')
         return None
     try:
@@ -209,7 +206,7 @@ def _is_idle(stage):
 
 def _in_a_turn(stage):
     return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.node.type(LEFT),
-                               asked.REACTION, WELL_UNDER_WAY)
+                               asked.REACTION)
 
 
 def shutdown(stage):

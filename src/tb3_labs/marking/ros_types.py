@@ -25,8 +25,8 @@ NUMBERS = {'bool': '?', 'byte': 'b', 'char': 'B', 'int8': 'b', 'uint8': 'B', 'in
 TIMES = {'time': ('<II', genpy.Time), 'duration': ('<ii', genpy.Duration)}
 LENGTH = '<I'
 TEXT = 'string'
-#: A type, with the length if the type is an array: 'float32', 'float32[]', 'lab2/Wheel[4]'.
-KIND = re.compile(r'([A-Za-z0-9_/]+)(\[[0-9]*\])?')
+#: A type, and the length if it is an array: 'float32', 'float32[]', 'lab2/Wheel[4]'.
+KIND = re.compile(r'([A-Za-z0-9_/]+)(?:\[([0-9]*)\])?')
 #: A new message has at most this many values.
 MOST_VALUES = 20000
 
@@ -43,7 +43,7 @@ class Types:
         self._classes: Dict[str, Any] = {}
 
     def message(self, kind: str) -> Any:
-        """Returns the class of a message type ('lab2/MouseController'); None if it is unknown."""
+        """The class of a message type ('lab2/MouseController'); None if it is unknown."""
         return _imported(kind, 'msg') or self._made(kind)
 
     def service(self, kind: str) -> Any:
@@ -61,10 +61,8 @@ class Types:
             _response_class=response)
 
     def _made(self, kind, part=''):
-        """Returns the class of a message, or of this part of a service.
-
-        Returns None if its description is missing or invalid.
-        """
+        """The class of a message, or of this part of a service; None if its description is missing
+        or invalid."""
         try:
             made = self._class_of(kind + part)
             made._md5sum = self._sums[kind]
@@ -188,16 +186,13 @@ def _imported(kind, what):
 
 
 def _split(kind):
-    """Returns the type without its brackets, and the length of the array.
-
-    The length is -1 for an array of any length, and None if the type is not an array.
-    """
-    base, bracket, length = kind.partition('[')
-    return base, (int(length[:-1] or -1) if bracket else None)
+    """The type without its brackets, and the length of the array: -1 for any, None for no array."""
+    base, length = KIND.fullmatch(kind).groups()
+    return base, None if length is None else int(length or -1)
 
 
 def _is_field(field):
     kind, name = field
-    base, _, _ = kind.partition('[')
-    return bool(KIND.fullmatch(kind)) and is_name(name) and (
-        base in NUMBERS or base in TIMES or base == TEXT or is_type(base))
+    found = KIND.fullmatch(kind)
+    return bool(found) and is_name(name) and (
+        found[1] in {*NUMBERS, *TIMES, TEXT} or is_type(found[1]))

@@ -56,7 +56,7 @@ READ_ONLY, READ_ONLY_TRY, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
 
 @functools.lru_cache(maxsize=1)
 def problem() -> str:
-    """Tries a sandbox. Returns why it does not work here, a clause; '' if it works."""
+    """Tries a sandbox: why it does not work here, a clause; '' if it works."""
     sandbox = Sandbox([])
     command = sandbox.own_network(sandbox.command(
         ['python3', '-c', 'import {}.msg'.format(OWN_PACKAGE)]))
@@ -79,15 +79,15 @@ class NoSandbox:
     isolates = False
 
     def own_network(self, command: List[str]) -> List[str]:
-        """Returns the command that starts the check of a submission."""
+        """The command that starts the check of a submission."""
         return command
 
     def command(self, command: List[str]) -> List[str]:
-        """Returns the command that starts a submission's program."""
+        """The command that starts a submission's program."""
         return ['prlimit', '--fsize={}'.format(LARGEST_FILE)] + command
 
     def environment(self, environment: Mapping[str, str]) -> Dict[str, str]:
-        """Returns the environment of a submission's program."""
+        """The environment of a submission's program."""
         return dict(environment)
 
     def hand_over(self, folder: Path) -> None:
@@ -179,10 +179,8 @@ def _own_package():
 
 
 def _with_parents(places):
-    """Returns bubblewrap's options for these places; the folders above a place come before it.
-
-    Without these options, bubblewrap would make some of them so that only root may enter.
-    """
+    """bubblewrap's options for these places; the folders above a place come before it, since
+    bubblewrap itself would make some of them so that only root may enter."""
     words, made = [], {Path('/')}
     for place in places:
         for folder in reversed(Path(place[-1]).parents):
@@ -210,11 +208,9 @@ def _version(text):
 
 
 def _enter(limits, forget, user, folders):
-    """The first program in a sandbox becomes `user`, and keeps within these limits.
-
-    limits: name in :mod:`resource` -> number; forget: a variable to remove; user: a number, None to
-    keep the user; folders: made writable for the user. The text of this function runs in the
-    sandbox, without this package.
+    """The first program in a sandbox becomes `user` (None: keeps its user), and keeps within
+    `limits`: name in :mod:`resource` -> number. The variable `forget` is removed; the `folders`
+    are writable for the user. The text of this function runs there, without this package.
     """
     if user is not None:
         for folder in folders:

@@ -1,4 +1,4 @@
-"""The IMU lab: turns by keyboard, beside the  Here are all its criteria.
+"""The IMU lab: turns by keyboard, beside the mouse. Here are all its criteria.
 
 Students define the message of the mouse themselves. It may have `activestatus` for `status`, `bool`
 for `std_msgs/Bool`, or an extra `zPos`. Its fields are found by name, else by type and position.
@@ -9,11 +9,10 @@ from typing import Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, IMU_SHEET, IN_TIME, LINEAR, NEAR,
-                                       ROUNDING, STOPS_AT_ONCE, STOPS_IN_TIME, STOPS_WHEN_LOST,
-                                       TURN_LAB, Criterion, Place, ends_cleanly, first_missed,
-                                       opposite, says, starts, steers, stops_robot,
-                                       stops_when_silent)
+from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, IMU_SHEET, IN_TIME, LINEAR, NEAR, ROUNDING,
+                                       STOPS_AT_ONCE, STOPS_WHEN_LOST, TURN_LAB, Criterion, Place,
+                                       ends_cleanly, first_missed, opposite, says, starts, steers,
+                                       stops_robot, stops_when_silent)
 from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
 
 #: The parts of the lab.
@@ -54,11 +53,9 @@ TYPED_NONSENSE = 'x'
 TOLERANCE, AFTER_STOP = 10.0, 1.0
 #: The handout's fastest turn [rad/s].
 MAX_ANG_Z = 1.5
-#: A turn begins within REACTION after the letter was typed [s].
-#: It is over within TURN_TIME [s].
+#: A turn begins within REACTION after the letter was typed, and is over within TURN_TIME [s].
 REACTION, TURN_TIME = 3.0, 8.0
-#: A person waits for an answer for ANSWER [s].
-#: A person finds the answer among at most LEGIBLE lines.
+#: A person waits for an answer for ANSWER [s], and finds it among at most LEGIBLE lines.
 ANSWER, LEGIBLE = 1.0, 1000
 #: The tolerance of the criterion beyond the handout [deg].
 EXACT = 1.0
@@ -69,11 +66,9 @@ LIMITS = 'within {:g} degrees, and {:g} that a stopped robot goes on; begun with
 
 def turned(seen: Observation, name: str, turn: Turn,
            tolerance: float = TOLERANCE + AFTER_STOP) -> str:
-    """Returns '' if the robot did `turn` within `tolerance` [deg] in the stimulus `name`, else a
-    clause."""
+    """'' if the robot did `turn` within `tolerance` [deg] in the stimulus `name`, else a clause."""
     scene = seen.during(name)
-    where = ' ({})'.format(name[2:]) if name in ACROSS else ''
-    after = 'after {}{}'.format(turn.typed, where)
+    after = 'after {}{}'.format(turn.typed, ' ({})'.format(name[2:]) if name in ACROSS else '')
     if not scene.facts[MOVED]:
         return '{} the robot did not turn'.format(after)
     seen_deg = scene.turned_deg
@@ -107,7 +102,7 @@ def _within_1_deg(seen: Observation) -> str:
 
 
 def _turning(seen):
-    """Returns the commands of all turns that were tried; NotSeen if there are none."""
+    """The commands of all turns that were tried; NotSeen if there are none."""
     scenes = [seen.during(name) for name in EACH_TURN if seen.has(name)] or [seen.during(LEFT)]
     commands = np.vstack([scene.moving for scene in scenes])
     if not len(commands):
@@ -168,8 +163,7 @@ FULL = 0.5
 AT_EDGE = (FULL - NEAR, FULL + NEAR)
 #: The speeds at 0.6 of the way: a wide range, since the mouse lab does not fix the dead zone.
 HALF_WAY = (0.2 * FULL, 0.8 * FULL)
-#: The mouse is held at a place for HELD [s].
-#: A mouse that is moved during a turn must drive within AT_LAST [s].
+#: The mouse is held at a place for HELD; moved during a turn, it must drive within AT_LAST [s].
 HELD, AT_LAST = 0.8, 4.0
 #: The limits of the criteria of the mouse, in words.
 DRIVES, DRIVES_AFTER_TURN, IN_DEAD_ZONE = (
@@ -259,7 +253,7 @@ CRITERIA = [
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
               AT_MOUSE, _in_turn, limits='within {:g} s'.format(AT_LAST)),
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', AT_CTRL_C,
-              stops_robot, limits=STOPS_IN_TIME),
+              stops_robot, limits=STOPS_AT_ONCE),
     Criterion('says_goodbye', SHUTDOWN, 'at Ctrl+C says "{}"'.format(GOODBYE), AT_CTRL_C,
               partial(says, words=GOODBYE)),
     ends_cleanly(SHUTDOWN, AT_CTRL_C),
@@ -291,7 +285,7 @@ class MouseFields(NamedTuple):
 
 
 def mouse_fields(names: Sequence[str], types: Sequence[str]) -> MouseFields:
-    """Returns the MouseFields of a message that has fields of these names and types, in this order.
+    """The MouseFields of a message that has fields of these names and types, in this order.
 
     ``ValueError`` with a clause if the message has no flag, or fewer than two numbers.
     """
@@ -311,7 +305,7 @@ def mouse_fields(names: Sequence[str], types: Sequence[str]) -> MouseFields:
 
 
 def _named(usual: str, fields: List[Tuple[str, str]]) -> Optional[Tuple[str, str]]:
-    """Returns the field of this name, in any case, with or without `Pos`; None if there is none."""
+    """The field of this name, in any case, with or without `Pos`; None if there is none."""
     for wanted in (usual.lower(), usual.lower().replace('pos', '')):
         for name, kind in fields:
             if name.lower().replace('_', '') == wanted:

@@ -20,20 +20,19 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Set, Union
+from typing import Any, Dict, List, Mapping, Optional, Set
 
 import rospkg
 
 from tb3_labs.marking import messages_in_sandbox
-from tb3_labs.marking.choice import (MANIFEST, MESSAGES, SERVICES, Import, NoNode, find_node,
-                                     imports_of, interface_files, name_in, packages_in, source_of,
-                                     types_used)
+from tb3_labs.marking.choice import (ACTIONS, MANIFEST, MESSAGES, SERVICES, Import, NoNode,
+                                     find_node, imports_of, interface_files, name_in, packages_in,
+                                     source_of, types_used)
 from tb3_labs.marking.marks import Lab
 from tb3_labs.marking.names import NAME, is_name, printable
 from tb3_labs.marking.processes import MODULES, PREFIXES
-from tb3_labs.marking.sandbox import OWN_PACKAGE, NoSandbox, Sandbox
+from tb3_labs.marking.sandbox import OWN_PACKAGE, NoSandbox
 
-RECIPE = 'CMakeLists.txt'
 MODULE = re.compile(r'_[A-Za-z0-9_]+\.py')
 #: All messages of a submission are built within this time [s].
 BUILD_TIME = 30.0
@@ -61,10 +60,8 @@ class Prepared:
 
 
 def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str],
-            package: str = '', name: str = '',
-            sandbox: Union[Sandbox, NoSandbox] = NoSandbox()) -> Prepared:
-    """Returns the Prepared of a Lab's node below `folder`; `package`, `name`: of the node, if
-    given.
+            package: str = '', name: str = '', sandbox: NoSandbox = NoSandbox()) -> Prepared:
+    """The Prepared of a Lab's node below `folder`; `package`, `name`: of the node, if given.
 
     `folder` is a copy of the submission as Submission.lay_out() makes it: it has no links. Its
     packages are copied into `workspace`, the node is repaired, and the Python modules that it
@@ -103,7 +100,8 @@ def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str
 def _leave_out_lacking(node, packages, modules, remarks):
     """Remove unused imports of modules that are not found. Returns the used modules not found.
 
-    `packages`: names of the submission's packages; `modules`: folder of the built modules."""
+    `packages`: names of the submission's packages; `modules`: folder of the built modules.
+    """
     text = node.read_bytes().decode(errors='replace')
     imports = [item for item in imports_of(text) if not item.guarded]
     named = set().union(*(item.packages for item in imports)) - packages
@@ -162,8 +160,7 @@ def _repair(node, remarks):
 
 
 def without(text: str, imports: List[Import]) -> str:
-    """Returns the program without these imports. Each of their lines becomes a comment, so that
-    the other lines keep their numbers."""
+    """The program without these imports: they become comments, other lines keep their numbers."""
     lines = text.splitlines(True)
     for item in imports:
         begin = item.first - 1
@@ -177,7 +174,7 @@ def without(text: str, imports: List[Import]) -> str:
 # -- what must be built for a node
 
 def needed_by(node: Path, packages: Dict[str, Path]) -> List[str]:
-    """Returns the packages that must be built for a node; each one follows the packages it needs.
+    """The packages that must be built for a node; each one follows the packages it needs.
 
     `packages`: name -> folder of all packages. Imports of modules beside the node count too.
     """
@@ -207,13 +204,12 @@ def needed_by(node: Path, packages: Dict[str, Path]) -> List[str]:
 
 
 def _imported_by(path):
-    """Returns the modules that a program imports, up to their first dot."""
     text = path.read_bytes().decode('utf-8-sig', errors='replace')    # Windows' first bytes
     return {name for item in imports_of(text) for name in item.packages}
 
 
 def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], remarks: List[str],
-          sandbox: Union[Sandbox, NoSandbox]) -> Optional[Dict[str, Any]]:
+          sandbox: NoSandbox) -> Optional[Dict[str, Any]]:
     """Make the Python modules of `packages`, {name: folder}, below `folder`. Returns the
     description of their types, see messages_in_sandbox; None if they define none.
 
@@ -242,24 +238,15 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
     for name, problem in sorted(done['problems'].items()):
         remarks.append('{} cannot be built: {}.'.format(
             name, ' '.join(problem.split()).rstrip('.')))
-    for name, package in packages.items():
-        if interface_files(package) and not _generates(package / RECIPE):
-            remarks.append('{} does not generate its messages (generate_messages() is missing in '
-                           '{}): they were built all the same.'.format(name, RECIPE))
     return done
 
 
-def _generates(recipe):
-    text = recipe.read_text(encoding='utf-8', errors='replace') if recipe.is_file() else ''
-    return re.search(r'^[^#\n]*\bgenerate_messages\s*\(', text, re.IGNORECASE | re.MULTILINE)
-
-
 def _definitions(name, package, remarks):
-    for kind, files in interface_files(package).items():
-        if kind not in (MESSAGES, SERVICES):
-            remarks.append('{} has actions: they were not built.'.format(name))
-            continue
-        for file in files:
+    files = interface_files(package)
+    if files[ACTIONS]:
+        remarks.append('{} has actions: they were not built.'.format(name))
+    for kind in (MESSAGES, SERVICES):
+        for file in files[kind]:
             stem = file[:-len(kind) - 1]
             if is_name(stem):
                 text = (package / kind / file).read_text(encoding='utf-8', errors='replace')
