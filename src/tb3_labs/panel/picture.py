@@ -54,22 +54,18 @@ Point = Tuple[float, float]
 
 
 class Trail:
-    """The robot's path in one frame [m], thinned and bounded, for a page that is opened later."""
+    """The robot's path in one frame [m], thinned and bounded."""
 
     def __init__(self) -> None:
         self.points: List[Point] = []
 
     def add(self, pose: Pose2) -> None:
-        """Add the place of the robot, unless it has hardly moved."""
+        """Add the place of the robot, if it has moved by `TRAIL_STEP`."""
         if self.points and pose.distance_to(Pose2(*self.points[-1])) < TRAIL_STEP:
             return
         self.points.append((round(pose.x, 3), round(pose.y, 3)))
         if len(self.points) > MOST_POINTS:
             self.points = self.points[::2]
-
-    def clear(self) -> None:
-        """Forget everything: the frame was declared anew."""
-        self.points = []
 
 
 class RobotView:
@@ -93,15 +89,15 @@ class RobotView:
         self._latest[kind] = now, value
 
     def hear_odometry(self, pose: Pose2, now: float) -> None:
-        """The robot is at `pose` in odom."""
+        """Store the robot's `pose` in odom."""
         last = self.latest('odom')
         if last is not None and _moved(last, pose, ODOMETRY_JUMP):
-            self.trail_in_odom.clear()
+            self.trail_in_odom = Trail()
         self.trail_in_odom.add(pose)
         self.hear('odom', pose, now)
 
     def hear_local(self, pose: Pose2, now: float, stamp: Optional[float] = None) -> None:
-        """The robot is believed to be at `pose` in local, at `stamp` [s].
+        """Store the robot's `pose` in local, as its node believes, with its `stamp` [s].
 
         If the pose jumps and the odometry does not, the frame was declared anew. The message with
         the frame comes a moment later; until then the frame is computed from the odometry.
@@ -117,7 +113,7 @@ class RobotView:
         self.hear('local_stamp', stamp, now)
 
     def hear_frame(self, frame: Pose2, now: float) -> None:
-        """The frame local is at `frame` in odom. A new declaration begins a new trail."""
+        """Store the pose of local in odom. A new declaration begins a new trail."""
         last, odom = self.latest('frame'), self.latest('odom')
         followed_odometry = (odom and self._odom_at_frame
                              and _moved(self._odom_at_frame, odom, ODOMETRY_JUMP))
@@ -130,11 +126,11 @@ class RobotView:
 
     def _declare(self, frame: Pose2, now: float) -> None:
         self._epoch += 1
-        self.trail_in_local.clear()
+        self.trail_in_local = Trail()
         self.hear('frame', frame, now)
 
     def hear_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """`sender` commands a speed [m/s] and a rate of turn [rad/s]."""
+        """Store the speed [m/s] and the rate of turn [rad/s] that `sender` commands."""
         self._commands[sender] = now, linear, angular
 
     # -- output
@@ -154,12 +150,17 @@ class RobotView:
 
     @property
     def phase(self) -> str:
-        """The kind of `goal_state`, such as 'driving'."""
-        return phase_of(self.latest('state') or '')
+        """The kind of the words of `goal_state`; '' for words that no kind has."""
+        state = self.latest('state') or ''
+        if state in DRIVING:
+            return 'driving'
+        if state == GoalState.GOAL_REACHED.name:
+            return 'reached'
+        return next((word for word in (WAITING, STOPPED, GAVE_UP) if state.startswith(word)), '')
 
     def driver(self, now: float) -> str:
         """The node whose commands move the robot, or ''."""
-        moving = [(at, sender) for sender, (at, linear, angular) in list(self._commands.items())
+        moving = [(at, sender) for sender, (at, linear, angular) in self._commands.items()
                   if now - at <= COMMAND_TIMEOUT and (linear or angular)]
         return max(moving)[1] if moving else ''
 
@@ -177,11 +178,12 @@ class RobotView:
             'odom': _numbers(shown), 'local': _numbers(self.latest('local')),
             'frame': _numbers(self.latest('frame')),
             'truth': _numbers(self._truth_in_odom(stamp)), 'goal': _numbers(self.latest('goal')),
-            'tolerance': _rounded(self.latest('tolerance'), 6), 'to_go': self._to_go(),
+            'tolerance': _rounded(self.latest('tolerance'), 6),
+            'to_go': _all_rounded((self.latest('distance'), self.latest('angle'))),
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'holder': self.holder(now),
             'driver': driver,
-            'command': _all_rounded(self._commands[driver][1:], 3) if driver else None,
+            'command': _all_rounded(self._commands[driver][1:]) if driver else None,
             'heading_deg': _rounded(
                 None if heading is None else round(math.degrees(heading) % 360.0, 1) % 360.0),
             'ages': {source: self._silence(source, now, READ_WITHIN) for source in SOURCES},
@@ -221,19 +223,6 @@ class RobotView:
             pose = pose @ Pose2(ahead * motion[1], 0.0, ahead * motion[2]).inverse()
         return origin.inverse() @ pose
 
-    def _to_go(self) -> Optional[List[float]]:
-        return _all_rounded((_rounded(self.latest('distance'), 4),
-                             _rounded(self.latest('angle'), 2)))
-
-
-def phase_of(state: str) -> str:
-    """Returns the kind of the words of `goal_state`, such as 'driving'; '' for other words."""
-    if state in DRIVING:
-        return 'driving'
-    if state == GoalState.GOAL_REACHED.name:
-        return 'reached'
-    return next((word for word in (WAITING, STOPPED, GAVE_UP) if state.startswith(word)), '')
-
 
 def _moved(before: Pose2, after: Pose2, step: Tuple[float, float]) -> bool:
     return (before.distance_to(after) > step[0]
@@ -241,8 +230,7 @@ def _moved(before: Pose2, after: Pose2, step: Tuple[float, float]) -> bool:
 
 
 def _numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
-    return None if pose is None else [
-        round(pose.x, 4), round(pose.y, 4), round(pose.yaw, 5)]
+    return None if pose is None else [round(pose.x, 4), round(pose.y, 4), round(pose.yaw, 5)]
 
 
 def _rounded(number: Optional[float], digits: int = 3) -> Optional[float]:
@@ -250,8 +238,7 @@ def _rounded(number: Optional[float], digits: int = 3) -> Optional[float]:
     return None if number is None or not math.isfinite(number) else round(number, digits) + 0.0
 
 
-def _all_rounded(numbers: Iterable[Optional[float]], digits: int = 4) -> Optional[List[float]]:
+def _all_rounded(numbers: Iterable[Optional[float]]) -> Optional[List[Optional[float]]]:
     """Returns the rounded numbers; None if any of them is None, NaN or infinite."""
-    rounded = [_rounded(number, digits) for number in numbers]
-    known = [number for number in rounded if number is not None]
-    return known if len(known) == len(rounded) else None
+    rounded = [_rounded(number, 4) for number in numbers]
+    return None if None in rounded else rounded

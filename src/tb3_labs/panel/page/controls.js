@@ -4,7 +4,7 @@
 // reason; a stop never is: neither STOP, nor "take control", nor B.
 
 import {Keys, PAD_BUTTONS, RealGamepad, mousePad, padButton, stick} from './inputs.js';
-import {$, flashBanner, help, say, setReason, setText} from './page.js';
+import {$, help, say, setPressed, setReason, setText} from './page.js';
 import {MapInput, degrees} from './view.js';
 
 const ABSENT = {
@@ -123,7 +123,6 @@ export class Controls {
         say(answer.ok ? answer.text : `STOP is not confirmed: ${answer.text}`, !answer.ok);
       } else {
         say('not connected: nothing can be stopped from here', true);
-        flashBanner();
       }
     });
     this._redraw();
@@ -181,7 +180,7 @@ export class Controls {
     for (const letGo of this._letGo) letGo();
     for (const name of HANDS) {
       $(name).hidden = hand !== name;
-      $('tab-' + name).setAttribute('aria-pressed', String(hand === name));
+      setPressed('tab-' + name, hand === name);
     }
     this._redraw();
   }
@@ -190,8 +189,7 @@ export class Controls {
 const onClick = (id, action) => $(id).addEventListener('click', action);
 
 function showTool(tool) {
-  $('tool-goal').setAttribute('aria-pressed', String(tool === 'goal'));
-  $('tool-reset').setAttribute('aria-pressed', String(tool === 'reset'));
+  for (const name of ['goal', 'reset']) setPressed('tool-' + name, tool === name);
   $('map').classList.toggle('placing', tool !== null);
   if (tool === 'goal') say('Goal: press at the place, drag to the heading.');
   if (tool === 'reset') say('Reset: press where the robot is, drag to its heading.');

@@ -5,7 +5,7 @@ import {readColours} from './drawing.js';
 import {Holder} from './holder.js';
 import {Link} from './link.js';
 import {FRAMES, RobotMap} from './map.js';
-import {$, LogBox, announce, help, say, setText, showBanner, startTheme} from './page.js';
+import {$, announce, help, log, say, setPressed, setText, showBanner, startTheme} from './page.js';
 import {Robots, Strip, showStatus} from './status.js';
 
 const link = new Link({
@@ -20,7 +20,6 @@ const link = new Link({
 const holder = new Holder(link, say);
 const map = new RobotMap($('map'));
 const strips = [new Strip($('strip-distance'), false), new Strip($('strip-angle'), true)];
-const log = new LogBox($('log'), $('log-filter'));
 const robots = new Robots($('robots'), $('class-map'), (name) => {
   location.hash = encodeURIComponent(name);
 });
@@ -46,11 +45,9 @@ function draw() {
   if (seen.picture) showStatus(seen.picture);
   controls.show();
   setText($('title'), seen.robot || (names.length > 1 ? 'Robots' : 'Robot panel'));
-  for (const frame of FRAMES) {
-    $('fixed-' + frame).setAttribute('aria-pressed', String(map.fixed === frame));
-  }
+  for (const frame of FRAMES) setPressed('fixed-' + frame, map.fixed === frame);
   map.draw();
-  $('fit').setAttribute('aria-pressed', String(map.view.auto));
+  setPressed('fit', map.view.auto);
   for (const strip of strips) strip.draw();
 }
 
@@ -127,7 +124,7 @@ const changeMap = (change) => () => {
 const buttons = {
   back: toList, 'help-open': help.toggle, 'help-close': help.close,
   'zoom-in': changeMap(() => map.view.zoom(1.25)), 'zoom-out': changeMap(() => map.view.zoom(0.8)),
-  fit: changeMap(() => map.fit()),
+  fit: changeMap(() => map.fit()), 'log-filter': log.filter,
 };
 for (const frame of FRAMES) buttons['fixed-' + frame] = changeMap(() => map.fix(frame));
 for (const [id, action] of Object.entries(buttons)) $(id).addEventListener('click', action);

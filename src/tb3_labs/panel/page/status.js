@@ -1,9 +1,7 @@
 // What the page tells: the numbers and words of its robot, those of the last 60 seconds, and the
 // list of all robots.
 
-import {
-  Labels, circle, colours, drawGrid, heading, nice, sharp, stroke,
-} from './drawing.js';
+import {Labels, circle, colours, drawGrid, heading, nice, sharp, stroke} from './drawing.js';
 import {$, make, number, setText} from './page.js';
 import {View, degrees, wrap} from './view.js';
 
@@ -69,10 +67,8 @@ function showAges(ages) {
 // -- the last 60 seconds
 
 const SPAN = 60;           // [s]
-const MOST = 2400;         // points kept
 const GAP = 1;             // [s] a longer silence breaks the curve
-const ANGLES = [10, 20, 45, 90, 180];               // [degrees] scales of a strip about an angle
-const LEAST = 0.1;         // [m] the scale shows at least this
+const LEAST = {angle: 10, distance: 0.1};           // [degrees], [m] the scale shows at least this
 const LEFT = 40, RIGHT = 6, TOP = 6, BOTTOM = 16;   // [px] around the curve
 const EVERY = 200;         // [ms] a strip moves by few pixels a second
 
@@ -92,10 +88,10 @@ export class Strip {
   add(picture, isReset) {
     const time = picture.now, value = picture.to_go ? picture.to_go[this._isAngle ? 1 : 0] : null;
     const last = this.points[this.points.length - 1];
-    if (last && time < last[0]) this.clear();        // the clock was set back, or another node's
+    if (last && time < last[0]) this.clear();        // of a panel on another computer
     if (last && time - last[0] > GAP) this.points.push([time, null, false]);
     this.points.push([time, value, isReset]);
-    while (this.points[0][0] < time - SPAN || this.points.length > MOST) this.points.shift();
+    while (this.points[0][0] < time - SPAN) this.points.shift();
   }
 
   draw() {
@@ -115,9 +111,8 @@ export class Strip {
   }
 
   _top() {
-    let most = this._isAngle ? ANGLES[0] : LEAST;
-    for (const [, value] of this.points) most = Math.max(most, Math.abs(value));
-    return this._isAngle && ANGLES.find((angle) => angle >= most) || nice(most);
+    const least = this._isAngle ? LEAST.angle : LEAST.distance;
+    return nice(Math.max(least, ...this.points.map(([, value]) => Math.abs(value))));
   }
 
   _axes(c, width, height, top, bottom, x, y, end) {
@@ -177,9 +172,8 @@ export class Robots {
     this._view = new View();
   }
 
-  /** Cards for these names; those that stay keep the keyboard's focus. */
+  /** Cards for these names. */
   names(names) {
-    if (names.length === this._cards.size && names.every((name) => this._cards.has(name))) return;
     this._cards.clear();
     this._list.replaceChildren(...names.map((name) => this._card(name)));
   }
