@@ -99,6 +99,7 @@ class PanelBrowserTest(PanelCase):
         self.assertRegex(self.page.text('distance'), r'0\.\d')
         self.page.wait_until(lambda: self.page.text('state').strip() == 'GOAL_REACHED', 40.0,
                              'GOAL_REACHED')
+        self.assertTrue(self.page.picture('has_control'))
         reached = origin.inverse() @ self.rest()
         self.assertLess(reached.distance_to(Pose2(-0.3, 0.3)), 0.012)
         self.assertLess(abs(math.degrees(reached.yaw)), 0.7)

@@ -4,7 +4,7 @@
 // reason; a stop never is: neither STOP, nor "take control", nor B.
 
 import {Keys, PAD_BUTTONS, RealGamepad, mousePad, padButton, stick} from './inputs.js';
-import {$, help, say, setPressed, setReason, setText} from './page.js';
+import {$, say, setPressed, setReason, setText} from './page.js';
 import {MapInput, degrees} from './view.js';
 
 const ABSENT = {
@@ -23,9 +23,8 @@ const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -9
 const HANDS = ['pad', 'mouse'];      // two ways to drive by hand
 
 export class Controls {
-  /** `seen`: {robot, control, picture}, as the page looks at them now; `redraw()` draws anew;
-   *  `actions`: key -> function, of the keys that control nothing. */
-  constructor({link, holder, map, seen, redraw, actions}) {
+  /** `seen`: {robot, control, picture}, as the page looks at them now; `redraw()` draws anew. */
+  constructor({link, holder, map, seen, redraw}) {
     Object.assign(this, {_link: link, _holder: holder, _seen: seen, _redraw: redraw});
     this._mapInput = new MapInput(map, {
       redraw, yawOf: typedYaw,
@@ -37,10 +36,7 @@ export class Controls {
     this._letGo = [stick($('stick-left'), 'forward', holder),
                    stick($('stick-right'), 'left', holder), mousePad($('mouse-pad'), holder)];
     for (const name of PAD_BUTTONS) padButton($('button-' + name), name, holder);
-    this._keys = new Keys(holder, {
-      driving, stop: () => this._stop(), escape: help.close,
-      actions: {...actions, ...this._actions()},
-    });
+    this._keys = new Keys(holder, {driving, stop: () => this._stop(), escape: () => $('help').close()});
     this._gamepad = new RealGamepad(holder, driving, (text) => setText($('gamepad-hint'), text));
     holder.ontake = () => this._take();
     holder.ondrop = () => this._dropped();
@@ -162,18 +158,6 @@ export class Controls {
         this._sendTyped(kind);
       });
     }
-  }
-
-  /** Key -> function: it does what a button does; a disabled button tells why. */
-  _actions() {
-    const click = (id) => () => {
-      if (!this._mayAsk) return;
-      if ($(id).disabled) say($(id).title, true); else $(id).click();
-    };
-    return {
-      1: click('turn-left'), 2: click('turn-about'), 3: click('turn-right'),
-      g: click('tool-goal'), r: click('tool-reset'),
-    };
   }
 
   _showHand(hand) {

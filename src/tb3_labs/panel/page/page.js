@@ -95,22 +95,10 @@ function entry(line) {
   return item;
 }
 
-// -- the list of keys
-
-/** It is not modal: STOP must stay within reach. */
-export const help = {
-  toggle() {
-    if ($('help').open) { help.close(); return; }
-    $('help').show();
-    $('help-close').focus();
-  },
-
-  close() {
-    if (!$('help').open) return;
-    $('help').close();
-    $('help-open').focus();
-  },
-};
+/** The list of keys is not modal: STOP must stay within reach. */
+export function toggleHelp() {
+  if ($('help').open) $('help').close(); else $('help').show();
+}
 
 // -- the theme
 
