@@ -153,7 +153,7 @@ class Pages:
         pages = [page for page in self._pages if page.robot is None]
         if pages:
             now = steady_time()
-            robots = [dict(robot.watch.read(lambda view: view.summary(now)), name=robot.name)
+            robots = [dict(robot.watch.read(lambda view: view.picture(now)), name=robot.name)
                       for robot in self._robots.values()]
             for page in pages:
                 page.send('robots', robots=robots)

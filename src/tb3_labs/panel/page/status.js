@@ -20,9 +20,9 @@ export function showStatus(p) {
   setText($('reason'), p.state || '');
   setText($('phase'), SHAPES[p.phase] ?? SHAPES['']);
   $('state-box').dataset.phase = p.phase || 'none';
-  setText($('distance'), p.to_go ? number(p.to_go[0], 3, ' m') : number(null));
-  setText($('angle'), p.to_go ? number(p.to_go[1], 1, '\u00b0') : number(null));
-  setText($('brief'), p.to_go ? `${$('distance').textContent}  ${$('angle').textContent}` : '');
+  setText($('distance'), number(p.distance, 3, ' m'));
+  setText($('angle'), number(p.angle, 1, '\u00b0'));
+  setText($('brief'), `${$('distance').textContent}  ${$('angle').textContent}`);
   setText($('local-pose'), poseText(p.local));
   setText($('odom-pose'), poseText(p.odom));
   setText($('goal-pose'), poseText(p.goal));
@@ -86,7 +86,7 @@ export class Strip {
   clear() { this.points = []; }
 
   add(picture, isReset) {
-    const time = picture.now, value = picture.to_go ? picture.to_go[this._isAngle ? 1 : 0] : null;
+    const time = picture.now, value = this._isAngle ? picture.angle : picture.distance;
     const last = this.points[this.points.length - 1];
     if (last && time < last[0]) this.clear();        // of a panel on another computer
     if (last && time - last[0] > GAP) this.points.push([time, null, false]);
@@ -163,6 +163,8 @@ export class Strip {
 
 // -- the list
 
+const SILENT = 1;        // [s] an older message of the odometry is marked
+
 export class Robots {
   constructor(list, canvas, choose) {
     this._list = list;
@@ -219,16 +221,11 @@ export class Robots {
 }
 
 function fill(card, robot) {
-  const late = robot.age === null || robot.age > 1;
+  const age = robot.ages.odom, late = age === null || age > SILENT;
+  const silent = age === null ? '\u25b2 never heard' : `\u25b2 silent for ${age.toFixed(1)} s`;
   card.dataset.phase = late ? 'silent' : robot.phase || 'none';
   setText(card.querySelector('.state'), robot.state || 'state unknown');
-  const distance = robot.distance === null ? '' : robot.distance.toFixed(2) + ' m';
-  setText(card.querySelector('.distance'), distance);
-  setText(card.querySelector('.holder'), robot.holder || '');
-  setText(card.querySelector('.age'), (late ? '\u25b2 ' : '') + ageText(robot.age));
-}
-
-function ageText(age) {
-  if (!age) return age === null ? 'never heard' : 'data fresh';
-  return `silent for ${age.toFixed(1)} s`;
+  setText(card.querySelector('.distance'), number(robot.distance, 2, ' m'));
+  setText(card.querySelector('.holder'), robot.holder);
+  setText(card.querySelector('.age'), late ? silent : 'data fresh');
 }
