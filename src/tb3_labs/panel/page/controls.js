@@ -21,6 +21,11 @@ const PAD = {
 
 const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);   // degrees
 const HANDS = ['pad', 'mouse'];      // two ways to drive by hand
+/** By reason: the elements that it disables. */
+const CONTROLS = {
+  give: ['give'], turn: [...TURNS.keys()], goal: ['goal'], reset: ['reset'], mouse: ['mouse-pad'],
+  pad: ['button-a', 'button-y', 'stick-left', 'stick-right'],
+};
 
 export class Controls {
   /** `seen`: {robot, control, picture}, as the page looks at them now; `redraw()` draws anew. */
@@ -47,15 +52,10 @@ export class Controls {
   show() {
     const {picture} = this._seen, reasons = this._reasons();
     const drag = picture && !picture.frame ? 'the frame local is not known yet' : '';
-    setReason($('give'), reasons.give);
-    for (const id of TURNS.keys()) setReason($(id), reasons.turn);
-    for (const kind of ['goal', 'reset']) {
-      setReason($(kind), reasons[kind]);
-      setReason($('tool-' + kind), reasons[kind] || drag);
+    for (const [kind, ids] of Object.entries(CONTROLS)) {
+      for (const id of ids) setReason($(id), reasons[kind]);
     }
-    for (const id of ['button-a', 'button-y']) setReason($(id), reasons.pad);
-    for (const id of ['stick-left', 'stick-right']) inert($(id), reasons.pad);
-    inert($('mouse-pad'), reasons.mouse);
+    for (const kind of ['goal', 'reset']) setReason($('tool-' + kind), reasons[kind] || drag);
     // Without a connection the banner says it once for all.
     const words = this._link.connected && picture ? join : () => '';
     setText($('drive-hint'), words(
@@ -184,11 +184,6 @@ function padWords(picture, holder) {
   if (holder.spent) return PAD['held back'];
   if (holder.phase === 'asking') return 'asking whether this page may drive';
   return PAD[picture.pad] ?? picture.pad;
-}
-
-function inert(element, reason) {
-  element.setAttribute('aria-disabled', String(Boolean(reason)));
-  if (element.title !== reason) element.title = reason;
 }
 
 const named = (name, reason) => (reason ? `${name}: ${reason}` : '');

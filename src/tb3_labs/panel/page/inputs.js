@@ -84,7 +84,6 @@ function onHold(element, grip, move, letGo) {
   let pointer = null;
   element.addEventListener('pointerdown', (event) => {
     if (pointer !== null || event.button !== 0 || element.disabled) return;
-    if (element.getAttribute('aria-disabled') === 'true') return;
     pointer = event.pointerId;
     element.setPointerCapture(pointer);
     element.classList.add('held');

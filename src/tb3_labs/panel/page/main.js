@@ -80,7 +80,7 @@ function see(picture) {
   const isReset = map.see(picture);
   for (const strip of strips) strip.add(picture, isReset);
   holder.picture(picture);
-  announce(picture.state || '');
+  announce(picture.state);
   redraw();
 }
 

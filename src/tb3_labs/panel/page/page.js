@@ -24,10 +24,11 @@ export function make(tag, className, text = '') {
 }
 
 /** A control that makes no sense now is disabled, and says why. */
-export function setReason(button, reason) {
-  button.dataset.plainTitle ??= button.title;
-  button.disabled = Boolean(reason);
-  button.title = reason || button.dataset.plainTitle;
+export function setReason(element, reason) {
+  element.dataset.plainTitle ??= element.title;
+  element.title = reason || element.dataset.plainTitle;
+  element.disabled = Boolean(reason);
+  element.setAttribute('aria-disabled', String(Boolean(reason)));
 }
 
 /** A number with so many digits; a dash if it is unknown. -0.0 is shown as 0.0. */

@@ -16,9 +16,9 @@ export function showStatus(p) {
   setText($('state'), p.state || 'state unknown');
   $('state').title = p.state;
   // The bar cuts a long reason off: it is shown in full here.
-  $('reason').hidden = (p.state || '').length <= LONG;
-  setText($('reason'), p.state || '');
-  setText($('phase'), SHAPES[p.phase] ?? SHAPES['']);
+  $('reason').hidden = p.state.length <= LONG;
+  setText($('reason'), p.state);
+  setText($('phase'), SHAPES[p.phase]);
   $('state-box').dataset.phase = p.phase || 'none';
   setText($('distance'), number(p.distance, 3, ' m'));
   setText($('angle'), number(p.angle, 1, '\u00b0'));
@@ -30,9 +30,9 @@ export function showStatus(p) {
   setText($('heading'), number(p.heading_deg, 1, '\u00b0'));
   setText($('command'), p.command
     ? `${number(p.command[0], 2)} m/s ${number(p.command[1], 2)} rad/s` : number(null));
-  setText($('holder'), p.holder || 'unknown');
+  setText($('holder'), p.holder);
   setText($('driver'), p.driver || 'nobody');
-  showAges(p.ages || {});
+  showAges(p.ages);
 }
 
 function poseText(pose) {
@@ -50,13 +50,9 @@ function errorText(p) {
 
 function showAges(ages) {
   const box = $('ages');
-  for (const [name, age] of Object.entries(ages)) {
-    let chip = box.querySelector(`[data-name="${CSS.escape(name)}"]`);
-    if (!chip) {
-      chip = make('span', '');
-      chip.dataset.name = name;
-      box.append(chip);
-    }
+  for (const [i, [name, age]] of Object.entries(ages).entries()) {
+    if (i === box.childElementCount) box.append(make('span', ''));
+    const chip = box.children[i];
     const late = age !== null && age > LATE;
     chip.className = age === null ? 'never' : late ? 'late' : 'fresh';
     const silent = `${late ? '\u25b2 ' : ''}silent for ${(age || 0).toFixed(age < 10 ? 1 : 0)} s`;
