@@ -119,7 +119,7 @@ class Browser:
             return []
 
     def errors(self):
-        """What the browser complains about."""
+        """The browser's warnings and errors."""
         return [entry['message'] for entry in self._driver.get_log('browser')
                 if entry['level'] in ('SEVERE', 'WARNING')]
 

@@ -136,7 +136,7 @@ class PanelBrowserTest(PanelCase):
 
     def test_keys_turn_and_space_stops(self):
         start = self.rest()
-        self.let_pass(SILENCE)    # until the controller has heard the STOP of setUp, which ends a turn
+        self.let_pass(SILENCE)    # until the controller has heard setUp's STOP, which ends a turn
         self.page.press_key('3')    # the button that turns right by 90 degrees
         self.assert_turns(start, -1)
         since = rospy.get_time()

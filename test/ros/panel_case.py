@@ -23,7 +23,7 @@ class PanelCase(NodeCase):
 
     @staticmethod
     def is_at(shown, place, within):
-        """Is the pose of a picture, None if it is not known yet, `within` [m] of the Pose2 `place`?"""
+        """Is the pose of a picture (None: unknown) `within` [m] of the Pose2 `place`?"""
         return shown is not None and Pose2(*shown).distance_to(place) < within
 
     def assert_drives_forward(self, start):

@@ -33,8 +33,8 @@ def sample(*pose, stamp=0.0, linear=0.0, angular=0.0):
 
 def test_of_a_robot_that_was_never_heard_nothing_is_known(view):
     assert picture(view) == {
-        **dict.fromkeys(['odom', 'local', 'frame', 'truth', 'goal', 'tolerance', 'distance', 'angle',
-                         'has_control', 'command', 'heading_deg']),
+        **dict.fromkeys(['odom', 'local', 'frame', 'truth', 'goal', 'tolerance', 'distance',
+                         'angle', 'has_control', 'command', 'heading_deg']),
         'state': '', 'phase': '', 'holder': 'nobody', 'driver': '',
         'ages': {'imu': None, 'odom': None, 'joy': None}, 'epoch': 0}
     assert not view.is_driving

@@ -45,8 +45,8 @@ ODOMETRY_JUMP = 0.2, math.radians(60.0)
 LOCAL_JUMP = 0.1, math.radians(30.0)
 #: Truth and odometry that are farther apart in time than this are not compared [s].
 SAME_MOMENT = 0.3
-#: Ages below this are shown as 0 [s]. Streams are read only a few times a second, so a small age says
-#: nothing about the robot.
+#: Ages below this are shown as 0 [s]: streams are read only a few times a second, so a small age
+#: says nothing about the robot.
 READ_WITHIN = 0.3
 #: Sources whose ages a picture has.
 SOURCES = ('imu', 'odom', 'joy')

@@ -113,7 +113,7 @@ class Pages:
 
     def _draw(self):
         pictures = {}    # robot: its picture, made once
-        for page in list(self._pages):
+        for page in self._pages:
             if page.lines:
                 self._send_log(page)
             if page.robot is not None:

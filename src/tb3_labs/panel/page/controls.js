@@ -41,7 +41,9 @@ export class Controls {
     this._letGo = [stick($('stick-left'), 'forward', holder),
                    stick($('stick-right'), 'left', holder), mousePad($('mouse-pad'), holder)];
     for (const name of PAD_BUTTONS) padButton($('button-' + name), name, holder);
-    this._keys = new Keys(holder, {driving, stop: () => this._stop(), escape: () => $('help').close()});
+    this._keys = new Keys(holder, {
+      driving, stop: () => this._stop(), escape: () => $('help').close(),
+    });
     this._gamepad = new RealGamepad(holder, driving, (text) => setText($('gamepad-hint'), text));
     holder.ontake = () => this._take();
     holder.ondrop = () => this._dropped();

@@ -1,5 +1,4 @@
-// What the page tells: the numbers and words of its robot, those of the last 60 seconds, and the
-// list of all robots.
+// The numbers and words of the page: of its robot now, of the last 60 seconds, and of all robots.
 
 import {Labels, circle, colours, drawGrid, heading, nice, sharp, stroke} from './drawing.js';
 import {$, make, number, setText} from './page.js';
