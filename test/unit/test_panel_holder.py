@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from tb3_labs.panel.requests import Joy, Pad
 from tb3_labs.panel.holder import Holder, LatePad, MouseState
 
+OLD = 'pressed before the robot was stopped'
 REST, FULL, B = Pad(), Pad(forward=1.0, hold=True), Pad(b=True)
 EMPTY = Joy()
 #: A person presses later than what happened before, by this [s] at least.
@@ -140,6 +141,16 @@ def test_a_loss_is_told_if_anything_was_held(room, hold):
         'The page that drives has gone'] * bool(hold)
 
 
+def test_a_grant_that_was_pressed_before_the_page_was_lost_does_not_count(room):
+    room.give()
+    pressed = room.now + 0.125
+    room.run(0.5)
+    with pytest.raises(ValueError, match=OLD):
+        room.holder.give('A', room.now, pressed)
+    room.give()
+    assert room.grants == [True, False, True]
+
+
 @pytest.mark.parametrize('late, counts', [(0.25, True), (0.25 + 2.0 ** -30, False), (1.0, False)])
 def test_a_message_that_was_delayed_for_as_long_does_not_count(room, late, counts):
     room.drive(pad=None)
@@ -204,7 +215,6 @@ def test_the_page_that_drives_takes_control_and_keeps_what_it_holds(room):
 
 # -- a press that is older than a stop
 
-OLD = 'pressed before the robot was stopped'
 STOPS = {
     'stop': lambda room: room.holder.stop('B', room.now),
     'take': lambda room: room.holder.take('B', room.now),
@@ -276,6 +286,10 @@ def test_a_that_was_pressed_before_a_stop_is_not_shown_until_it_is_pressed_anew(
         'A was pressed before the robot was stopped: press it again')
     room.joy('A', REST)
     room.holder.on_joy('A', Joy(Pad(a=True)), room.now, pressed=room.now + TICK)
+    assert room.said()[1][-1].pad.a
+    room.holder.let_go('A')
+    room.begin('B')
+    room.holder.on_joy('B', Joy(Pad(a=True)), room.now, pressed=room.now + TICK)
     assert room.said()[1][-1].pad.a
 
 
