@@ -18,6 +18,8 @@ try:
 except ModuleNotFoundError:
     webdriver = None
 
+from tb3_labs.ros.clocks import wait_until
+
 CHROMIUM, DRIVER = shutil.which('chromium'), shutil.which('chromedriver')
 #: The reason why there is no browser; '' if there is one.
 MISSING = '' if webdriver and CHROMIUM and DRIVER else (
@@ -71,7 +73,8 @@ class Browser:
             options.add_argument(flag)
         options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
         self._driver = webdriver.Chrome(service=Service(DRIVER), options=options)
-        self._driver.execute_cdp_cmd('Page.addScriptToEvaluateOnNewDocument', {'source': GAMEPAD + SILENCE_METER})
+        self._driver.execute_cdp_cmd('Page.addScriptToEvaluateOnNewDocument',
+                                     {'source': GAMEPAD + SILENCE_METER})
         self._tab = self._driver.current_window_handle
         self._driver.get(address)
 
@@ -89,14 +92,10 @@ class Browser:
 
     def wait_until(self, condition, seconds=20.0, what='a condition'):
         """Wait until `condition()` holds; RuntimeError with the page's picture if it does not."""
-        deadline = time.monotonic() + seconds
-        while not condition():
-            if time.monotonic() > deadline:
-                raise RuntimeError('waited {:.0f} s in vain for {}; the page: {}; {}; {}'.format(
-                    seconds, what, self.run('return JSON.stringify(panel.latest)'),
-                    self.run('return document.getElementById("message").textContent'),
-                    self.errors()))
-            time.sleep(PERIOD)
+        if not wait_until(condition, seconds, PERIOD):
+            raise RuntimeError('waited {:.0f} s in vain for {}; the page: {}; {}; {}'.format(
+                seconds, what, self.run('return JSON.stringify(panel.latest)'),
+                self.run('return document.getElementById("message").textContent'), self.errors()))
 
     def wait_for(self, seconds=20.0, **values):
         """Wait for a picture with these values."""
@@ -120,7 +119,7 @@ class Browser:
             return []
 
     def errors(self):
-        """What the browser complains about."""
+        """The browser's warnings and errors."""
         return [entry['message'] for entry in self._driver.get_log('browser')
                 if entry['level'] in ('SEVERE', 'WARNING')]
 
@@ -133,11 +132,12 @@ class Browser:
     def click(self, element):
         self._find(element).click()
 
-    def type(self, element, text):
-        """Type into a field, in place of what it holds."""
-        field = self._find(element)
-        field.clear()
-        field.send_keys(text)
+    def type(self, **texts):
+        """Type into fields, in place of what they hold: field_x='1' into field-x."""
+        for name, text in texts.items():
+            field = self._find(name.replace('_', '-'))
+            field.clear()
+            field.send_keys(text)
 
     def press_key(self, key):
         ActionChains(self._driver).send_keys(key).perform()

@@ -124,7 +124,7 @@ class LedgerCase(LedgerNodes):
     def late(self, number, what, seconds, *between):
         """A page says this, which the network delays; other acts come between."""
         pressed = rospy.get_time()
-        text = {'type': what, 't': 1000.0 * time.time(), 'degrees': 300.0}
+        text = {'type': what, 't': time.time(), 'degrees': 300.0}
         if what == 'give':
             self.presses.append((pressed, 'panel', 'A'))
         self.spend(seconds, between)

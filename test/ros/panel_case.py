@@ -23,8 +23,18 @@ class PanelCase(NodeCase):
 
     @staticmethod
     def is_at(shown, place, within):
-        """Is the pose of a picture, None if it is not known yet, `within` [m] of the Pose2 `place`?"""
+        """Is the pose of a picture (None: unknown) `within` [m] of the Pose2 `place`?"""
         return shown is not None and Pose2(*shown).distance_to(place) < within
+
+    def assert_drives_forward(self, start):
+        """The robot drives forward from the true pose `start`."""
+        there = self.seen.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.1)
+        self.assertGreater((start.inverse() @ there).x, 0.09)
+
+    def assert_turns(self, start, sign):
+        """The robot turns from the true pose `start`: left if `sign` is 1, right if it is -1."""
+        self.seen.wait_for('ground_truth', lambda pose: 0.2 < sign * difference(
+            pose.yaw, start.yaw) < 2.0)
 
     def wait_until_it_moves(self):
         """Wait until the robot has truly moved a little since now."""

@@ -11,8 +11,6 @@ from tornado.websocket import websocket_connect
 
 #: Time between two messages of hands that hold something [s].
 PERIOD = 0.05
-#: A page reports one picture in this number.
-REPORT_EVERY = 10
 AT_REST = {'forward': 0, 'left': 0, 'a': False, 'b': False, 'y': False, 'hold': True}
 
 
@@ -25,17 +23,15 @@ def address_of(panel):
 class Page:
     """Connects to the panel at `address` ('http://localhost:8080/?token=...').
 
-    It keeps the latest message of each type, all answers, and counts the pictures. `reports`: it
-    tells the panel which pictures it has seen.
+    It keeps the latest message of each type, all answers, and counts the pictures.
     """
 
-    def __init__(self, address, reports=True, headers=None):
+    def __init__(self, address, headers=None):
         self.latest = {}
         self.answers = {}
         self.notes = []
         self.pictures = 0
         self.closed = threading.Event()
-        self._reports = reports
         self._changed = threading.Condition()
         self._held = None                # the message that is repeated, or None
         self._repeated_at = None         # while it is
@@ -59,7 +55,7 @@ class Page:
 
     def send(self, kind, **values):
         """Send one message; with t, the time."""
-        message = dict(values, type=kind, t=1000.0 * time.time())
+        message = dict(values, type=kind, t=time.time())
         self.send_text(json.dumps(message))
 
     def send_text(self, text):
@@ -80,6 +76,10 @@ class Page:
 
     def fall_silent(self):
         self._held = None
+
+    def freeze(self, seconds):
+        """Read and send nothing for a time, as on a laptop that is suspended."""
+        self._loop.call_soon_threadsafe(time.sleep, seconds)
 
     def close(self):
         self._held = None
@@ -152,6 +152,4 @@ class Page:
                 self.notes.append(message['text'])
             elif message['type'] == 'picture':
                 self.pictures += 1
-                if self._reports and message['n'] % REPORT_EVERY == 0:
-                    self.send('seen', n=message['n'])
             self._changed.notify_all()

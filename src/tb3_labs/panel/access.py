@@ -3,11 +3,10 @@
 A browser sends requests for any page that it shows, so the address 127.0.0.1 alone does not keep
 pages of other sites out. Three things are checked:
 
-* *Host*, the name under which the browser reached this node. If a site lets its name lead to
-  127.0.0.1 (DNS rebinding), *Host* still has the name of that site.
+* *Host*, the name under which the browser reached this node. A site may let its own name lead to
+  127.0.0.1 (DNS rebinding); *Host* still has that name.
 * *Origin*, the site whose page opens the socket. It must be this node's own page.
-* *The token*, if the node listens at another address than the loopback. It is part of the address
-  that the node prints.
+* *The token* in the address that the node prints, if other computers can reach the node.
 
 Sources: RFC 6454 (origins), RFC 6455 section 10.2 (origins of websockets), RFC 7230 section 5.4
 (Host).
@@ -23,8 +22,8 @@ from tb3_labs.config import Config, setting
 LOOPBACK = '127.0.0.1'
 #: Names of the loopback.
 LOOPBACK_NAMES = ('localhost', LOOPBACK, '::1')
-#: A Host header: an IPv6 address in brackets, or another address or name; then a port.
-HOST = re.compile(r'(?:\[([0-9a-fA-F.]*:[0-9a-fA-F:.]*)\]|([^\s\\@:/?#\[\]]+))(?::[0-9]*)?')
+#: The port at the end of a Host header.
+PORT = re.compile(r':[0-9]*\Z')
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,9 @@ class Access:
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
         """`names`: names and addresses of this computer, beside those of the loopback."""
-        self._names = {name.lower() for name in (*LOOPBACK_NAMES, *names)}
+        # as a Host header writes them: an IPv6 address stands in brackets
+        self._names = {('[{}]' if ':' in name else '{}').format(name.lower())
+                       for name in (*LOOPBACK_NAMES, *names)}
         self._token = token
 
     def refusal(self, host: Optional[str], origin: Optional[str],
@@ -63,8 +64,7 @@ class Access:
         an origin. `token`: the token in the request; None: this request needs no token.
         """
         host = (host or '').lower()
-        match = HOST.fullmatch(host)
-        name = match[1] or match[2] if match else ''
+        name = PORT.sub('', host)
         if name not in self._names:
             return 'this page is not offered as {!r}: use one of {}'.format(
                 name, ', '.join(sorted(self._names)))
@@ -76,5 +76,5 @@ class Access:
 
 
 def _bytes(token: str) -> bytes:
-    """Returns the token as bytes: hmac takes no text but ASCII, and a browser may send any."""
+    """The token for hmac, which takes no text but ASCII; a browser may send any."""
     return token.encode(errors='surrogatepass')

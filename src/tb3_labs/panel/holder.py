@@ -5,9 +5,8 @@ The holder sends the state of its pad and mouse (`Joy`) about 20 times a second.
 of a gamepad:
 
 * A holder that is silent for more than `PAGE_TIMEOUT` is lost: the page was closed or hidden
-  (browsers slow its timers then), or the network failed. Control that it gave is taken back. No
-  page holds the robot until a person grips something again: a page that comes back drives nothing
-  by itself.
+  (browsers slow its timers then), or the network failed. Control that it gave is taken back. A page
+  that comes back drives nothing by itself: a person must grip something again.
 * A message that was delayed by more than `PAGE_TIMEOUT` counts only for its button B.
 * "take", B and "stop" count from every page, whenever they arrive. If another page than
   the holder sends one of them, the holder is stopped too.
@@ -186,9 +185,9 @@ class Holder:
     def take_messages(self) -> Tuple[List[bool], List[LatePad], List[MouseState]]:
         """Returns the messages since the last call, in three lists: for `ctrl_relinq` (True gives
         control, False takes it), for the pad, and for the mouse."""
-        said = self._grants, self._pads, self._mouse
+        messages = self._grants, self._pads, self._mouse
         self._grants, self._pads, self._mouse = [], [], []
-        return said
+        return messages
 
     def take_news(self) -> List[News]:
         """The News since the last call."""

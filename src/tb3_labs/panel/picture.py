@@ -6,7 +6,7 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was h
     "frame"              pose of the frame local, in odom
     "truth"              true pose of a simulated robot, in odom
     "goal"               pose of the goal, in local; "tolerance" [m]
-    "to_go"              [distance m, angle deg] to the goal, as the node publishes them
+    "distance", "angle"  to the goal [m], and off its heading [deg], as the node publishes them
     "state", "phase"     the words of `goal_state`; their kind: driving, reached, waiting, stopped,
                          gave up, or ''
     "has_control"        may move_to_goal drive?
@@ -24,11 +24,12 @@ NaN and infinite numbers are null too: JSON does not have them, but any node may
 Units in the code: metres, radians; arrivals in seconds on one clock (`now`).
 """
 import math
-from typing import Any, Dict, Iterable, List, Optional, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 from tb3_labs.control.goal import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A point is added to a trail after this distance [m].
@@ -44,9 +45,9 @@ ODOMETRY_JUMP = 0.2, math.radians(60.0)
 LOCAL_JUMP = 0.1, math.radians(30.0)
 #: Truth and odometry that are farther apart in time than this are not compared [s].
 SAME_MOMENT = 0.3
-#: Ages below these are shown as 0 [s]: on a robot's page, and in the list of robots. Streams are
-#: read only a few times a second, so a small age says nothing about the robot.
-READ_WITHIN, LISTED_WITHIN = 0.3, 0.7
+#: Ages below this are shown as 0 [s]: streams are read only a few times a second, so a small age
+#: says nothing about the robot.
+READ_WITHIN = 0.3
 #: Sources whose ages a picture has.
 SOURCES = ('imu', 'odom', 'joy')
 
@@ -54,29 +55,26 @@ Point = Tuple[float, float]
 
 
 class Trail:
-    """The robot's path in one frame [m], thinned and bounded, for a page that is opened later."""
+    """The robot's path in one frame [m], thinned and bounded."""
 
     def __init__(self) -> None:
         self.points: List[Point] = []
 
     def add(self, pose: Pose2) -> None:
-        """Add the place of the robot, unless it has hardly moved."""
+        """Add the place of the robot, if it has moved by `TRAIL_STEP`."""
         if self.points and pose.distance_to(Pose2(*self.points[-1])) < TRAIL_STEP:
             return
         self.points.append((round(pose.x, 3), round(pose.y, 3)))
         if len(self.points) > MOST_POINTS:
             self.points = self.points[::2]
 
-    def clear(self) -> None:
-        """Forget everything: the frame was declared anew."""
-        self.points = []
-
 
 class RobotView:
     """The latest value of each kind that was heard from one robot, and its trails."""
 
     def __init__(self) -> None:
-        self._latest: Dict[str, Tuple[float, Any]] = {}          # kind: arrival, value
+        self._latest: Dict[str, Any] = {}          # kind: value
+        self._arrivals: Dict[str, float] = {}      # kind: its arrival
         self._commands: Dict[str, Tuple[float, float, float]] = {}   # sender: arrival, v, w
         self._odom_at_frame: Optional[Pose2] = None
         self._is_estimate = False        # is the frame estimated, not heard?
@@ -88,64 +86,61 @@ class RobotView:
 
     def hear(self, kind: str, value: Any, now: float) -> None:
         """Store `value` as the latest of its `kind`: a kind in :meth:`picture`, or 'origin' (pose
-        of odom in world), 'truth' (pose in world, stamp [s]), 'motion' (stamp [s], v [m/s], w
-        [rad/s] of the odometry), 'imu' (yaw [rad]), 'distance' [m], 'angle' [deg]."""
-        self._latest[kind] = now, value
+        of odom in world), 'truth' (pose in world, stamp [s]), 'imu' (yaw [rad])."""
+        self._latest[kind], self._arrivals[kind] = value, now
 
-    def hear_odometry(self, pose: Pose2, now: float) -> None:
-        """The robot is at `pose` in odom."""
+    def hear_odometry(self, sample: OdometrySample, now: float) -> None:
+        """Store a sample of the odometry."""
         last = self.latest('odom')
-        if last is not None and _moved(last, pose, ODOMETRY_JUMP):
-            self.trail_in_odom.clear()
-        self.trail_in_odom.add(pose)
-        self.hear('odom', pose, now)
+        if last is not None and _moved(last.pose, sample.pose, ODOMETRY_JUMP):
+            self.trail_in_odom = Trail()
+        self.trail_in_odom.add(sample.pose)
+        self.hear('odom', sample, now)
 
-    def hear_local(self, pose: Pose2, now: float, stamp: Optional[float] = None) -> None:
-        """The robot is believed to be at `pose` in local, at `stamp` [s].
+    def hear_local(self, pose: Pose2, stamp: float, now: float) -> None:
+        """Store the robot's `pose` in local, as its node believes, with its `stamp` [s].
 
         If the pose jumps and the odometry does not, the frame was declared anew. The message with
         the frame comes a moment later; until then the frame is computed from the odometry.
         """
-        last, odom = self.latest('local'), self.latest('odom')
-        frame = self.latest('frame')
-        if last and odom and frame and _moved(last, pose, LOCAL_JUMP) and (
-                _moved(odom, frame @ pose, LOCAL_JUMP)):
-            self._declare(odom @ pose.inverse(), now)
+        last, odom, frame = (self.latest(kind) for kind in ('local', 'odom', 'frame'))
+        if last and odom and frame and _moved(last[0], pose, LOCAL_JUMP) and (
+                _moved(odom.pose, frame @ pose, LOCAL_JUMP)):
+            self._declare(odom.pose @ pose.inverse(), now)
             self._is_estimate = True
         self.trail_in_local.add(pose)
-        self.hear('local', pose, now)
-        self.hear('local_stamp', stamp, now)
+        self.hear('local', (pose, stamp), now)
 
     def hear_frame(self, frame: Pose2, now: float) -> None:
-        """The frame local is at `frame` in odom. A new declaration begins a new trail."""
+        """Store the pose of local in odom. A new declaration begins a new trail."""
         last, odom = self.latest('frame'), self.latest('odom')
         followed_odometry = (odom and self._odom_at_frame
-                             and _moved(self._odom_at_frame, odom, ODOMETRY_JUMP))
+                             and _moved(self._odom_at_frame, odom.pose, ODOMETRY_JUMP))
         if last and _moved(last, frame, FRAME_STEP) and not (
                 self._is_estimate or followed_odometry):
             self._declare(frame, now)
         self._is_estimate = False
-        self._odom_at_frame = odom
+        self._odom_at_frame = odom and odom.pose
         self.hear('frame', frame, now)
 
     def _declare(self, frame: Pose2, now: float) -> None:
         self._epoch += 1
-        self.trail_in_local.clear()
+        self.trail_in_local = Trail()
         self.hear('frame', frame, now)
 
     def hear_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """`sender` commands a speed [m/s] and a rate of turn [rad/s]."""
+        """Store the speed [m/s] and the rate of turn [rad/s] that `sender` commands."""
         self._commands[sender] = now, linear, angular
 
     # -- output
 
     def latest(self, kind: str) -> Any:
         """The latest value of a kind, or None."""
-        return self._latest[kind][1] if kind in self._latest else None
+        return self._latest.get(kind)
 
     def age(self, kind: str, now: float) -> Optional[float]:
         """Time since the last message of a kind [s]; None before the first one."""
-        return now - self._latest[kind][0] if kind in self._latest else None
+        return now - self._arrivals[kind] if kind in self._arrivals else None
 
     @property
     def is_driving(self) -> bool:
@@ -154,12 +149,17 @@ class RobotView:
 
     @property
     def phase(self) -> str:
-        """The kind of `goal_state`, such as 'driving'."""
-        return phase_of(self.latest('state') or '')
+        """The kind of the words of `goal_state`; '' for words that no kind has."""
+        state = self.latest('state') or ''
+        if state in DRIVING:
+            return 'driving'
+        if state == GoalState.GOAL_REACHED.name:
+            return 'reached'
+        return next((word for word in (WAITING, STOPPED, GAVE_UP) if state.startswith(word)), '')
 
     def driver(self, now: float) -> str:
         """The node whose commands move the robot, or ''."""
-        moving = [(at, sender) for sender, (at, linear, angular) in list(self._commands.items())
+        moving = [(at, sender) for sender, (at, linear, angular) in self._commands.items()
                   if now - at <= COMMAND_TIMEOUT and (linear or angular)]
         return max(moving)[1] if moving else ''
 
@@ -172,42 +172,37 @@ class RobotView:
     def picture(self, now: float) -> Dict[str, Any]:
         """The picture, without the entries that differ from page to page."""
         driver, heading = self.driver(now), self.latest('imu')
-        shown, stamp = self._in_odom()
+        (shown, stamp), local = self._in_odom(), self.latest('local')
         return {
-            'odom': _numbers(shown), 'local': _numbers(self.latest('local')),
+            'odom': _numbers(shown), 'local': _numbers(local and local[0]),
             'frame': _numbers(self.latest('frame')),
             'truth': _numbers(self._truth_in_odom(stamp)), 'goal': _numbers(self.latest('goal')),
-            'tolerance': _rounded(self.latest('tolerance'), 6), 'to_go': self._to_go(),
+            'tolerance': _rounded(self.latest('tolerance'), 6),
+            'distance': _rounded(self.latest('distance'), 4),
+            'angle': _rounded(self.latest('angle'), 4),
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'holder': self.holder(now),
             'driver': driver,
-            'command': _all_rounded(self._commands[driver][1:], 3) if driver else None,
+            'command': [_rounded(number) for number in self._commands[driver][1:]] if driver
+            else None,
             'heading_deg': _rounded(
                 None if heading is None else round(math.degrees(heading) % 360.0, 1) % 360.0),
-            'ages': {source: self._silence(source, now, READ_WITHIN) for source in SOURCES},
+            'ages': {source: self._silence(source, now) for source in SOURCES},
             'epoch': self._epoch}
 
-    def summary(self, now: float) -> Dict[str, Any]:
-        """The robot's line in the list of all robots."""
-        return {'state': self.latest('state') or '', 'phase': self.phase,
-                'holder': self.holder(now), 'age': self._silence('odom', now, LISTED_WITHIN),
-                'distance': _rounded(self.latest('distance')),
-                'local': _numbers(self.latest('local')), 'goal': _numbers(self.latest('goal'))}
-
-    def _silence(self, kind: str, now: float, within: float) -> Optional[float]:
+    def _silence(self, kind: str, now: float) -> Optional[float]:
         age = self.age(kind, now)
-        return 0.0 if age is not None and age <= within else _rounded(age)
+        return 0.0 if age is not None and age <= READ_WITHIN else _rounded(age)
 
     def _in_odom(self) -> Tuple[Optional[Pose2], Optional[float]]:
         """Returns (the robot's pose in odom, its stamp [s]) by the latest message, odom or local.
 
         Each odometry brings a pose in local, so the odometry can be read less often.
         """
-        odom, frame, local = (self._latest.get(kind) for kind in ('odom', 'frame', 'local'))
-        if frame and local and (odom is None or local[0] > odom[0]):
-            return frame[1] @ local[1], self.latest('local_stamp')
-        motion = self.latest('motion')
-        return odom and odom[1], motion and motion[0]
+        odom, frame, local = (self.latest(kind) for kind in ('odom', 'frame', 'local'))
+        if frame and local and (odom is None or self._arrivals['local'] > self._arrivals['odom']):
+            return frame @ local[0], local[1]
+        return (odom.pose, odom.stamp) if odom else (None, None)
 
     def _truth_in_odom(self, shown: Optional[float]) -> Optional[Pose2]:
         """Returns the true pose in odom at the time `shown` [s] of the pose that is shown, to
@@ -215,24 +210,11 @@ class RobotView:
         origin, truth = self.latest('origin'), self.latest('truth')
         if origin is None or truth is None:
             return None
-        (pose, stamp), motion = truth, self.latest('motion')
-        if None not in (motion, shown) and abs(stamp - shown) < SAME_MOMENT:
+        (pose, stamp), odom = truth, self.latest('odom')
+        if odom is not None and shown is not None and abs(stamp - shown) < SAME_MOMENT:
             ahead = stamp - shown
-            pose = pose @ Pose2(ahead * motion[1], 0.0, ahead * motion[2]).inverse()
+            pose = pose @ Pose2(ahead * odom.linear, 0.0, ahead * odom.angular).inverse()
         return origin.inverse() @ pose
-
-    def _to_go(self) -> Optional[List[float]]:
-        return _all_rounded((_rounded(self.latest('distance'), 4),
-                             _rounded(self.latest('angle'), 2)))
-
-
-def phase_of(state: str) -> str:
-    """Returns the kind of the words of `goal_state`, such as 'driving'; '' for other words."""
-    if state in DRIVING:
-        return 'driving'
-    if state == GoalState.GOAL_REACHED.name:
-        return 'reached'
-    return next((word for word in (WAITING, STOPPED, GAVE_UP) if state.startswith(word)), '')
 
 
 def _moved(before: Pose2, after: Pose2, step: Tuple[float, float]) -> bool:
@@ -241,17 +223,9 @@ def _moved(before: Pose2, after: Pose2, step: Tuple[float, float]) -> bool:
 
 
 def _numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
-    return None if pose is None else [
-        round(pose.x, 4), round(pose.y, 4), round(pose.yaw, 5)]
+    return None if pose is None else [round(pose.x, 4), round(pose.y, 4), round(pose.yaw, 5)]
 
 
 def _rounded(number: Optional[float], digits: int = 3) -> Optional[float]:
     """Returns the number rounded; None for NaN and infinity, 0.0 for -0.0: the - would be shown."""
     return None if number is None or not math.isfinite(number) else round(number, digits) + 0.0
-
-
-def _all_rounded(numbers: Iterable[Optional[float]], digits: int = 4) -> Optional[List[float]]:
-    """Returns the rounded numbers; None if any of them is None, NaN or infinite."""
-    rounded = [_rounded(number, digits) for number in numbers]
-    known = [number for number in rounded if number is not None]
-    return known if len(known) == len(rounded) else None

@@ -3,7 +3,6 @@
 A request is a JSON object:
 
     {"type": "look", "robot": "robot3"}      show this robot; null: the list of all
-    {"type": "seen", "n": 20}                picture 20 was drawn
     {"type": "begin"}                        a person grips a control of this page
     {"type": "joy", "pad": {...}, "mouse": [x, y]}     state of each now; null: not gripped
     {"type": "let go"}                       the person is done
@@ -15,16 +14,11 @@ A request is a JSON object:
 
 "pad" is {"forward": -1..1, "left": -1..1, "a": bool, "b": bool, "y": bool, "hold": bool}; "mouse"
 counts from the middle of its square to its edges, -1..1, x right, y up. Each may have an "id", a
-whole number: the answer has it too. "t" is the time at which it was sent [ms, the page's clock].
+whole number: the answer has it too. "t" is the time at which it was sent [s, the page's clock].
 "pressed" is the time at which a person asked for it; in a "joy", the time at which A was pressed
 [s, the panel's clock]. The page adds "now" of the last picture and the time since that picture.
 
-Any other message raises ``ValueError`` with the reason: the invalid value, and the valid ones.
-
-A page reports the number of each tenth picture that it has drawn. It is too slow if it has not
-drawn the last `MOST_UNSEEN` of those that were sent to it: a laptop was suspended, or a network
-holds everything up. Then its connection is closed, and nothing is stored for it. A page that
-runs again connects anew, and sees the present picture, not the pictures of the past minutes.
+Any other message raises ``ValueError`` with the invalid value, and the valid ones.
 """
 import json
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
@@ -33,16 +27,15 @@ from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
 from tb3_labs.localization.sender_clock import Lateness
 from tb3_labs.nodes.pad_config import PadConfig
 
-#: A message with more characters is refused; the longest valid one has about 200.
-LONGEST = 2000
-#: The latest time of a clock [ms since 1970].
-LATEST = 1e15
+#: A message with more characters is refused; the longest valid one has about 250. JSON of this
+#: length is not nested so deeply that Python gives up.
+LONGEST = 500
+#: The latest time of a clock [s since 1970].
+LATEST = 1e12
 #: A turn is at most this [deg].
 MOST_DEGREES = 360.0
 #: Numbers of axes and buttons of the most common pad: students' nodes may read any of them.
 AXES, BUTTONS = 8, 11
-#: A page is dropped if it is behind by this number of pictures: 3 s at the usual rate.
-MOST_UNSEEN = 60
 
 
 class Pad(NamedTuple):
@@ -90,17 +83,13 @@ class Request(NamedTuple):
 
 
 class Viewer:
-    """One page; `send(text)` sends a message to it, `close()` drops it."""
+    """One page; `send(text)` sends a message to it."""
 
-    def __init__(self, send: Callable[[str], None], close: Callable[[], None]) -> None:
-        self.close = close
+    def __init__(self, send: Callable[[str], None]) -> None:
         #: The robot that it looks at; None for the list of robots.
         self.robot: Any = None
         #: Lines of the log that were not sent to it yet.
         self.lines: List[Dict[str, str]] = []
-        #: Number of the last picture that was sent; the first one is 1.
-        self.sent = 0
-        self._seen = 0
         self._send = send
         self._lateness = Lateness()
 
@@ -124,23 +113,6 @@ class Viewer:
         pressed = now - late if request.pressed is None else min(now - late, request.pressed)
         return request._replace(lateness=late, pressed=pressed)
 
-    def send_picture(self, picture: Dict[str, Any], **values: Any) -> None:
-        """Send the next picture, with the `values` for this page."""
-        self.sent += 1
-        self.send('picture', n=self.sent, **picture, **values)
-
-    def has_seen(self, number: int) -> None:
-        """The page has drawn picture `number`; ``ValueError`` if it was not sent yet."""
-        if number > self.sent:
-            raise ValueError('picture {} was not sent yet: the last one is {}'.format(
-                number, self.sent))
-        self._seen = max(self._seen, number)
-
-    @property
-    def is_too_slow(self) -> bool:
-        """Is the page to be dropped?"""
-        return self.sent - self._seen >= MOST_UNSEEN
-
 
 def read_request(text: Union[str, bytes]) -> Request:
     """Returns the Request in a message. ``ValueError``, with the reason, if it is invalid."""
@@ -148,21 +120,24 @@ def read_request(text: Union[str, bytes]) -> Request:
         raise ValueError('a message of {} characters is refused: at most {} are valid'.format(
             len(text), LONGEST))
     try:
-        # NaN and Infinity are not JSON, but Python's reader accepts them
-        message = json.loads(text, parse_constant=_no_number)
-    except (ValueError, RecursionError) as problem:
+        message = json.loads(text)
+    except ValueError as problem:
         raise ValueError('a message is not JSON: {}'.format(problem)) from None
     if not isinstance(message, dict):
         raise ValueError('a message must be an object with "type"')
     kind = message.get('type')
-    reader = READERS.get(kind) if isinstance(kind, str) else None
-    if reader is None:
-        raise ValueError('type {} is unknown; known: {}'.format(_short(kind), ', '.join(READERS)))
-    given, sent, pressed = (message.get(name) for name in ('id', 't', 'pressed'))
-    return Request(str(kind), reader(message),
-                   None if given is None else _whole(message, 'id'),
-                   None if sent is None else _number(message, 't', LATEST) / 1000.0,
-                   None if pressed is None else _number(message, 'pressed', LATEST))
+    if not isinstance(kind, str) or kind not in READERS:
+        raise _invalid('type', kind, 'one of ' + ', '.join(READERS))
+    sent_at, pressed = (None if message.get(name) is None else _number(message, name, LATEST)
+                        for name in ('t', 'pressed'))
+    return Request(kind, READERS[kind](message), _id(message), sent_at, pressed)
+
+
+def _id(message: Dict) -> Optional[int]:
+    value = message.get('id')
+    if value is not None and (isinstance(value, bool) or not isinstance(value, int)):
+        raise _invalid('id', value, 'a whole number, or null')
+    return value
 
 
 def _look(message: Dict) -> Optional[str]:
@@ -196,7 +171,6 @@ def _joy(message: Dict) -> Joy:
 #: By type: the reader of a message's value.
 READERS: Dict[str, Callable[[Dict], Any]] = {
     'look': _look, 'joy': _joy, 'goal': _pose, 'reset': _pose,
-    'seen': lambda message: _whole(message, 'n'),
     'turn': lambda message: _number(message, 'degrees', MOST_DEGREES, 'deg'),
     **dict.fromkeys(('begin', 'let go', 'give', 'take', 'stop'), lambda message: None)}
 
@@ -211,13 +185,6 @@ def _number(message: Dict, name: str, most: float, unit: str = '') -> float:
     return float(value)
 
 
-def _whole(message: Dict, name: str) -> int:
-    value = message.get(name)
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 10 ** 12:
-        raise _invalid(name, value, 'a whole number from 0')
-    return value
-
-
 def _flag(message: Dict, name: str) -> bool:
     value = message.get(name, False)
     if not isinstance(value, bool):
@@ -226,17 +193,4 @@ def _flag(message: Dict, name: str) -> bool:
 
 
 def _invalid(name: str, value: Any, valid: str) -> ValueError:
-    return ValueError('{} = {} is not valid: {}'.format(name, _short(value), valid))
-
-
-def _short(value: Any) -> str:
-    """`value` as a page writes it, cut if it is long."""
-    try:
-        text = json.dumps(value)
-    except RecursionError:    # json reads a little deeper than it writes
-        return 'a value that is nested too deeply'
-    return text if len(text) <= 40 else text[:37] + '...'
-
-
-def _no_number(name: str) -> None:
-    raise ValueError('{} is not a number'.format(name))
+    return ValueError('{} = {:.40} is not valid: {}'.format(name, json.dumps(value), valid))

@@ -3,7 +3,6 @@ import threading
 import time
 from collections import deque
 
-import rospy
 from rosgraph_msgs.msg import Log
 
 from tb3_labs.panel.requests import Viewer, read_request
@@ -63,8 +62,8 @@ class Pages:
 
     # -- pages come and go
 
-    def _open_page(self, send, close):
-        page = Viewer(send, close)
+    def _open_page(self, send):
+        page = Viewer(send)
         self._pages.append(page)
         page.send('hello', **self._hello)
         if len(self._robots) == 1:
@@ -74,9 +73,7 @@ class Pages:
         return (lambda text: self._on_text(page, text)), (lambda: self._on_end(page))
 
     def _on_end(self, page):
-        """The page has closed, or is dropped. A second call changes nothing."""
-        if page not in self._pages:
-            return
+        """The page has closed."""
         self._pages.remove(page)
         self._leave_robot(page)
         if not self._pages:
@@ -116,7 +113,7 @@ class Pages:
 
     def _draw(self):
         pictures = {}    # robot: its picture, made once
-        for page in list(self._pages):
+        for page in self._pages:
             if page.lines:
                 self._send_log(page)
             if page.robot is not None:
@@ -145,23 +142,18 @@ class Pages:
             page.send('log', all=is_all, lines=lines)
 
     def _send_picture(self, page, pictures):
-        if page.is_too_slow:
-            rospy.loginfo('A page is too slow, and dropped: it connects anew when it can')
-            self._on_end(page)
-            page.close()
-            return
         robot, now = page.robot, steady_time()
         if robot not in pictures:
             pictures[robot] = robot.picture(now)
         holder = robot.holder.page
-        page.send_picture(pictures[robot], robot=robot.name, now=now,
-                          page='' if holder is None else 'this' if holder is page else 'other')
+        page.send('picture', **pictures[robot], robot=robot.name, now=now,
+                  page='' if holder is None else 'this' if holder is page else 'other')
 
     def _list(self):
         pages = [page for page in self._pages if page.robot is None]
         if pages:
             now = steady_time()
-            robots = [dict(robot.watch.read(lambda view: view.summary(now)), name=robot.name)
+            robots = [dict(robot.watch.read(lambda view: view.picture(now)), name=robot.name)
                       for robot in self._robots.values()]
             for page in pages:
                 page.send('robots', robots=robots)
@@ -183,9 +175,6 @@ class Pages:
         """Do what a request asks for. Returns the answer in words; None if it comes later."""
         if request.kind == 'look':
             self._look(page, request.value)
-            return ''
-        if request.kind == 'seen':
-            page.has_seen(request.value)
             return ''
         if not self._hello['control']:
             raise ValueError('this panel only shows: it was started with control:=false')

@@ -27,8 +27,10 @@ OTHER_PAD = 0.5
 PAD_IS_HEARD = 0.5
 #: Requests that count even if they come late.
 STOPS = ('stop', 'take', 'let go', 'joy')
-#: A stop is confirmed if it is written within CONFIRM_WITHIN [s], checked every CONFIRM_PERIOD [s].
-CONFIRM_WITHIN, CONFIRM_PERIOD = 0.5, 0.005
+#: A stop is confirmed if it is written within this time [s].
+CONFIRM_WITHIN = 0.5
+#: That is checked once in this time [s].
+CONFIRM_PERIOD = 0.005
 
 
 class Senders:
@@ -70,7 +72,7 @@ class Senders:
         """Names of the nodes that hear a stop: the `takers`, and the nodes of the robot."""
         return self.takers | heard_by(self.cmd_vel) - self._others
 
-    def stop_written(self):
+    def stops_written(self):
         """Returns {connection: number of messages written to it}, of those that carry a stop."""
         return {**self.control.written, **messages_written(self.cmd_vel)}
 
@@ -189,20 +191,19 @@ class PanelRobot:
 
     def _take(self, page, request, now):
         senders = self._senders
-        confirm = self._confirmation(
-            page, request, senders.takers, lambda: senders.control.written, 'control taken',
-            'no node listens on ctrl_relinq: there is no control to take')
+        confirm = self._confirmation(page, request, senders.takers,
+                                     lambda: senders.control.written, 'control taken')
         self.holder.take(page, now, request.pressed)
         self.flush(now)
         confirm()
 
     def _stop(self, page, request, now):
-        confirm = self._confirmation(page, request, self._senders.stoppable,
-                                     self._senders.stop_written, 'STOP was sent to {}',
-                                     'no node hears it')
+        senders = self._senders
+        confirm = self._confirmation(page, request, senders.stoppable, senders.stops_written,
+                                     'STOP was sent to {}')
         self.holder.stop(page, now, request.pressed)
         self.flush(now)
-        self._senders.cmd_vel.publish(Twist())    # for a robot that is driven by a simple node
+        senders.cmd_vel.publish(Twist())    # for a robot that is driven by a simple node
         confirm()
 
     def _turn(self, page, request, _now):
@@ -218,9 +219,8 @@ class PanelRobot:
         if not self._senders.heard()['goal']:
             raise ValueError('no node listens on move_base_simple/goal: is move_to_goal running?')
         self.holder.check(page, request.pressed)
-        place = request.value
-        self._senders.goal(place)
-        return 'goal sent: {:.2f} m, {:.2f} m, {:.0f} deg'.format(place.x, place.y, place.yaw_deg)
+        self._senders.goal(request.value)
+        return 'goal sent: {0.x:.2f} m, {0.y:.2f} m, {0.yaw_deg:.0f} deg'.format(request.value)
 
     def _reset(self, page, request, _now):
         """Call the service in a thread of its own: it may take a second."""
@@ -234,19 +234,19 @@ class PanelRobot:
             self._server.soon(lambda: page.answer(request, fulfilled, text))
         threading.Thread(target=guarded(call), name='reset', daemon=True).start()
 
-    def _confirmation(self, page, request, hearers, written, done, nobody):
+    def _confirmation(self, page, request, hearers, written, done):
         """Returns a function that answers `page`: as soon as the stop was written to each present
         connection, or after `CONFIRM_WITHIN`. A cut network may still lose a written stop.
 
         `hearers`: names of the nodes; `written()`: {connection: messages written to it}; `done`:
-        the answer if the stop is confirmed; `nobody`: the answer if there are no hearers.
+        the answer if the stop is confirmed.
         """
         before, begun, names = written(), steady_time(), ', '.join(sorted(hearers))
 
         def confirm():
             now = written()
             if not names:
-                page.answer(request, False, nobody)
+                page.answer(request, False, 'no node hears it')
             elif all(now.get(link, 0) > count for link, count in before.items()):
                 page.answer(request, True, done.format(names))
             elif steady_time() - begun > CONFIRM_WITHIN:
@@ -262,7 +262,7 @@ class PanelRobot:
     # -- messages that were heard
 
     def _tell_holder(self, tell):
-        """Call `tell(holder, now)` in the thread of the server; any thread may call this."""
+        """Soon call `tell(holder, now)`; any thread may call this."""
         def call():
             now = steady_time()
             tell(self.holder, now)

@@ -25,6 +25,11 @@ PUBLIC = ('.css', '.js', '.svg')
 FILES = Path(__file__).resolve().parent / 'page'
 #: The names of the files that draw a robot, as a regular expression.
 DRAWN = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir() if path.suffix in PUBLIC)
+#: Each page is asked once in this time whether it is there [s].
+PING_PERIOD = 1.0
+#: A page that does not answer for so long is dropped [s]: a laptop was suspended, or a network
+#: holds all messages up. A page that runs again connects anew, and sees the present picture.
+PONG_WITHIN = 3.0
 #: Ports that are tried if the first one is in use.
 PORTS = 10
 #: If the master does not answer, it is asked again after this time [s].
@@ -41,10 +46,9 @@ HEADERS = {
 class Server:
     """Offers the page at the address of a PanelConfig, in a thread of its own.
 
-    `open_page(send, close)` is called for each page that connects. It returns two functions: the
-    first is called with each message (a str) of the page, the second at the page's end.
-    `send(text)` sends a message, `close()` drops the page. ``ValueError`` if the address cannot be
-    used.
+    `open_page(send)` is called for each page that connects; `send(text)` sends a message to it. It
+    returns two functions: the first is called with each message (a str) of the page, the second at
+    the page's end. ``ValueError`` if the address cannot be used.
     """
 
     def __init__(self, config, open_page):
@@ -80,7 +84,8 @@ class Server:
             ('/({})'.format(DRAWN), _File, {'access': self._access, 'path': str(drawing.FILES)}),
             (r'/(.*)', _File, {'access': self._access, 'path': str(FILES),
                                'default_filename': 'index.html'})],
-            log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST)
+            log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST,
+            websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_WITHIN)
         server = httpserver.HTTPServer(application)
         server.add_sockets(self._sockets)
         self._loop.run_forever()
@@ -157,7 +162,7 @@ class _Socket(_Guarded, websocket.WebSocketHandler):
 
     def open(self):
         self.set_nodelay(True)
-        on_text, on_end = self._open_page(self._send, self.close)
+        on_text, on_end = self._open_page(self._send)
         self._on_text, self._on_end = guarded(on_text), guarded(on_end)
 
     def on_message(self, message):

@@ -97,7 +97,8 @@ class Watch:
                 'control_holder': (String, self._hear('holder'), _data),
                 'current_goal': (PoseStamped, self._hear('goal'), _pose)}
         # the latest sample is read, then the stream is not read for a time [s]
-        streams = {'odom': (Odometry, POSES, self._write(_odometry), to_odometry_sample),
+        streams = {'odom': (Odometry, POSES, self._write(RobotView.hear_odometry),
+                            to_odometry_sample),
                    'local_pose': (PoseStamped, POSES, self._write(_local), _stamped_pose),
                    'distance_error': (Float32, NUMBERS, self._hear('distance'), _data)}
         topics = {}
@@ -176,13 +177,8 @@ class Watch:
 # -- functions that write a message into a view
 
 
-def _odometry(view, sample, now):
-    view.hear_odometry(sample.pose, now)
-    view.hear('motion', (sample.stamp, sample.linear, sample.angular), now)
-
-
 def _local(view, stamped, now):
-    view.hear_local(stamped[0], now, stamped[1])
+    view.hear_local(*stamped, now)
 
 
 def _command(view, message, now):

@@ -4,7 +4,7 @@
 // reason; a stop never is: neither STOP, nor "take control", nor B.
 
 import {Keys, PAD_BUTTONS, RealGamepad, mousePad, padButton, stick} from './inputs.js';
-import {$, flashBanner, help, say, setReason, setText} from './page.js';
+import {$, say, setPressed, setReason, setText} from './page.js';
 import {MapInput, degrees} from './view.js';
 
 const ABSENT = {
@@ -21,11 +21,15 @@ const PAD = {
 
 const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);   // degrees
 const HANDS = ['pad', 'mouse'];      // two ways to drive by hand
+/** By reason: the elements that it disables. */
+const CONTROLS = {
+  give: ['give'], turn: [...TURNS.keys()], goal: ['goal'], reset: ['reset'], mouse: ['mouse-pad'],
+  pad: ['button-a', 'button-y', 'stick-left', 'stick-right'],
+};
 
 export class Controls {
-  /** `seen`: {robot, control, picture}, as the page looks at them now; `redraw()` draws anew;
-   *  `actions`: key -> function, of the keys that control nothing. */
-  constructor({link, holder, map, seen, redraw, actions}) {
+  /** `seen`: {robot, control, picture}, as the page looks at them now; `redraw()` draws anew. */
+  constructor({link, holder, map, seen, redraw}) {
     Object.assign(this, {_link: link, _holder: holder, _seen: seen, _redraw: redraw});
     this._mapInput = new MapInput(map, {
       redraw, yawOf: typedYaw,
@@ -38,8 +42,7 @@ export class Controls {
                    stick($('stick-right'), 'left', holder), mousePad($('mouse-pad'), holder)];
     for (const name of PAD_BUTTONS) padButton($('button-' + name), name, holder);
     this._keys = new Keys(holder, {
-      driving, stop: () => this._stop(), escape: help.close,
-      actions: {...actions, ...this._actions()},
+      driving, stop: () => this._stop(), escape: () => $('help').close(),
     });
     this._gamepad = new RealGamepad(holder, driving, (text) => setText($('gamepad-hint'), text));
     holder.ontake = () => this._take();
@@ -51,15 +54,10 @@ export class Controls {
   show() {
     const {picture} = this._seen, reasons = this._reasons();
     const drag = picture && !picture.frame ? 'the frame local is not known yet' : '';
-    setReason($('give'), reasons.give);
-    for (const id of TURNS.keys()) setReason($(id), reasons.turn);
-    for (const kind of ['goal', 'reset']) {
-      setReason($(kind), reasons[kind]);
-      setReason($('tool-' + kind), reasons[kind] || drag);
+    for (const [kind, ids] of Object.entries(CONTROLS)) {
+      for (const id of ids) setReason($(id), reasons[kind]);
     }
-    for (const id of ['button-a', 'button-y']) setReason($(id), reasons.pad);
-    for (const id of ['stick-left', 'stick-right']) inert($(id), reasons.pad);
-    inert($('mouse-pad'), reasons.mouse);
+    for (const kind of ['goal', 'reset']) setReason($('tool-' + kind), reasons[kind] || drag);
     // Without a connection the banner says it once for all.
     const words = this._link.connected && picture ? join : () => '';
     setText($('drive-hint'), words(
@@ -123,7 +121,6 @@ export class Controls {
         say(answer.ok ? answer.text : `STOP is not confirmed: ${answer.text}`, !answer.ok);
       } else {
         say('not connected: nothing can be stopped from here', true);
-        flashBanner();
       }
     });
     this._redraw();
@@ -165,23 +162,11 @@ export class Controls {
     }
   }
 
-  /** Key -> function: it does what a button does; a disabled button tells why. */
-  _actions() {
-    const click = (id) => () => {
-      if (!this._mayAsk) return;
-      if ($(id).disabled) say($(id).title, true); else $(id).click();
-    };
-    return {
-      1: click('turn-left'), 2: click('turn-about'), 3: click('turn-right'),
-      g: click('tool-goal'), r: click('tool-reset'),
-    };
-  }
-
   _showHand(hand) {
     for (const letGo of this._letGo) letGo();
     for (const name of HANDS) {
       $(name).hidden = hand !== name;
-      $('tab-' + name).setAttribute('aria-pressed', String(hand === name));
+      setPressed('tab-' + name, hand === name);
     }
     this._redraw();
   }
@@ -190,8 +175,7 @@ export class Controls {
 const onClick = (id, action) => $(id).addEventListener('click', action);
 
 function showTool(tool) {
-  $('tool-goal').setAttribute('aria-pressed', String(tool === 'goal'));
-  $('tool-reset').setAttribute('aria-pressed', String(tool === 'reset'));
+  for (const name of ['goal', 'reset']) setPressed('tool-' + name, tool === name);
   $('map').classList.toggle('placing', tool !== null);
   if (tool === 'goal') say('Goal: press at the place, drag to the heading.');
   if (tool === 'reset') say('Reset: press where the robot is, drag to its heading.');
@@ -202,11 +186,6 @@ function padWords(picture, holder) {
   if (holder.spent) return PAD['held back'];
   if (holder.phase === 'asking') return 'asking whether this page may drive';
   return PAD[picture.pad] ?? picture.pad;
-}
-
-function inert(element, reason) {
-  element.setAttribute('aria-disabled', String(Boolean(reason)));
-  if (element.title !== reason) element.title = reason;
 }
 
 const named = (name, reason) => (reason ? `${name}: ${reason}` : '');

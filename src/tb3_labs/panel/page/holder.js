@@ -18,37 +18,31 @@ const WAITS = 1500;         // [ms] a press that waited for so long is dropped
 /** The presses of one button. Each is shown in at least one message as down, then as up. */
 class Presses {
   constructor() {
-    this.drop();
     this.down = false;
+    this.drop();
   }
 
   /** `pressed`: the time of the press, on the panel's clock [s]. */
   press(pressed) {
     this.down = true;
     this.pressed = pressed;
-    this._waiting = true;
-    this._since = performance.now();
+    this._waitsSince = performance.now();
   }
 
   /** Forget everything; a button that is still down must be pressed anew. */
   drop() {
-    this._waiting = this._shown = this._held = false;
-    this._since = 0;
-  }
-
-  /** A press that was not shown yet no longer counts. */
-  forgetWaiting() {
-    this._waiting = false;
+    this._waitsSince = -Infinity;
+    this._shown = false;
   }
 
   /** Is it down in the next message? `allowed`: may a new press be shown now? */
   next(allowed) {
-    if (this._waiting && performance.now() - this._since > WAITS) this._waiting = false;
+    const waits = performance.now() - this._waitsSince < WAITS;
     if (this._shown) {
-      this._shown = this._held && this.down && !this._waiting;
-    } else if (this._waiting && allowed) {
-      this._waiting = false;
-      this._shown = this._held = true;
+      this._shown = this.down && !waits;
+    } else if (waits && allowed) {
+      this.drop();
+      this._shown = true;
     }
     return this._shown;
   }
@@ -132,24 +126,17 @@ export class Holder {
 
   /** Give control to move_to_goal. This page then renews it. */
   async give() {
-    const asked = this.phase === 'held' ? this._asked : ++this._asked;
-    if (this.phase !== 'held') this.phase = 'asking';
     const takes = this._takes;
-    const answer = await this._link.ask({type: 'give'});
+    const answer = await this._ask('give');
     this._say(answer.text, !answer.ok);
-    if (answer.ok && asked === this._asked) {
-      // else it was taken meanwhile
-      if (takes === this._takes) this._granted = performance.now();
-      if (this.phase !== 'held') this._hold();
-    } else if (asked === this._asked && this.phase === 'asking') {
-      this.phase = 'idle';
-    }
+    const isTaken = takes !== this._takes;    // meanwhile
+    if (answer.ok && answer.isCurrent && !isTaken) this._granted = performance.now();
   }
 
   /** A person takes control from move_to_goal: no earlier request may give it. */
   took() {
     this._takes += 1;
-    this.buttons.a.forgetWaiting();
+    this.buttons.a.drop();
     this._endGrant();
   }
 
@@ -217,18 +204,25 @@ export class Holder {
   }
 
   async _begin() {
-    if (document.hidden) return;
-    this.phase = 'asking';
-    this._picture = null;          // the pad's state in older pictures no longer holds
-    const asked = ++this._asked;
-    const answer = await this._link.ask({type: 'begin'});
-    if (asked !== this._asked || this.phase !== 'asking') return;    // stopped or hidden meanwhile
-    if (answer.ok) {
-      this._hold();
-    } else {
-      this.silence();
-      this._say('This page may not drive: ' + answer.text, true);
+    const answer = await this._ask('begin');
+    if (!answer.ok && answer.isCurrent) this._say(`This page may not drive: ${answer.text}`, true);
+  }
+
+  /** Send a request of this `type`, which makes this page the holder. Returns its answer with
+   *  `isCurrent`: the page was not stopped or hidden meanwhile. */
+  async _ask(type) {
+    if (this.phase !== 'held') {
+      this.phase = 'asking';
+      this._picture = null;        // the pad's state in older pictures no longer holds
+      this._asked += 1;
     }
+    const asked = this._asked;
+    const answer = await this._link.ask({type});
+    const isCurrent = asked === this._asked;
+    if (isCurrent && this.phase === 'asking') {
+      if (answer.ok) this._hold(); else this.silence();
+    }
+    return {...answer, isCurrent};
   }
 
   _hold() {

@@ -1,6 +1,8 @@
 // The inputs of a person who drives: sticks, buttons and the mouse pad on the screen, the keyboard,
 // and a real gamepad. Each pointer holds its own element, so that several fingers work at once.
 
+import {say} from './page.js';
+
 const NEAR = 0.04;            // a stick nearer to its middle than this is at rest
 const HALF = 0.5;             // the deflection of the arrow keys
 const ARROWS = {
@@ -82,7 +84,6 @@ function onHold(element, grip, move, letGo) {
   let pointer = null;
   element.addEventListener('pointerdown', (event) => {
     if (pointer !== null || event.button !== 0 || element.disabled) return;
-    if (element.getAttribute('aria-disabled') === 'true') return;
     pointer = event.pointerId;
     element.setPointerCapture(pointer);
     element.classList.add('held');
@@ -106,15 +107,12 @@ function onHold(element, grip, move, letGo) {
 
 // -- the keyboard
 
-/** Shortcuts, and the arrows as sticks at half deflection while they are held. The list of keys that
- *  the page shows is in index.html. */
+/** Shortcuts, and the arrows as sticks at half deflection while they are held. In index.html each
+ *  button has its key, and a list shows all keys. */
 export class Keys {
-  /** `actions`: key -> function; `stop()`: false if there is nothing to stop; `driving()`: may the
-   *  arrows drive now? */
-  constructor(holder, {actions, stop, escape, driving}) {
-    Object.assign(this, {
-      _holder: holder, _actions: actions, _stop: stop, _escape: escape, _driving: driving,
-    });
+  /** `stop()`: false if there is nothing to stop; `driving()`: may the arrows drive now? */
+  constructor(holder, {stop, escape, driving}) {
+    Object.assign(this, {_holder: holder, _stop: stop, _escape: escape, _driving: driving});
     this._arrows = new Set();
     this._spaceStops = false;      // was the space key, when it went down, a stop?
     // In the capture phase: nothing on the page can keep the stop key for itself.
@@ -145,10 +143,10 @@ export class Keys {
       this._holder.press(key);
       return;
     }
-    const action = this._actions[key];
-    if (!action) return;
+    const button = buttonOf(key);
+    if (!button) return;
     event.preventDefault();
-    action();
+    if (button.disabled) say(button.title, true); else button.click();
   }
 
   _stopKey(event) {
@@ -184,6 +182,12 @@ export class Keys {
     for (const key of this._arrows) { forward += ARROWS[key][0]; left += ARROWS[key][1]; }
     this._holder.move('keys', forward, left);
   }
+}
+
+/** The button that is shown and has this key. */
+function buttonOf(key) {
+  return [...document.querySelectorAll('[data-key]')].find(
+    (button) => button.dataset.key.split(' ').includes(key) && button.offsetParent !== null);
 }
 
 // -- a real gamepad

@@ -4,9 +4,9 @@ const RETRY = 1000;        // [ms] between two attempts to connect
 const SILENT = 4000;       // [ms] without any message: the connection counts as broken
 const ANSWER_WITHIN = 6000; // [ms] a request without an answer for so long has failed
 const CROWDED = 2000;      // [bytes] waiting to be sent: what is sent now would arrive too late
-const SEEN_EVERY = 10;     // pictures
 
-export const timeNow = () => performance.timeOrigin + performance.now();
+/** The time of this computer [s since 1970]. */
+export const timeNow = () => (performance.timeOrigin + performance.now()) / 1000;
 
 export class Link {
   /** `hear`: type of a message, or 'connection' -> function that is called with it. */
@@ -16,14 +16,13 @@ export class Link {
     this._socket = null;
     this._lastId = 0;
     this._open = new Map();       // id -> function that is called with the answer
-    this._pictures = 0;
     this._heardAt = 0;
     this._clock = null;           // of the panel: its time in the last picture, and when that came
     setInterval(() => this._watch(), 500);
     this._connect();
   }
 
-  /** Send one message; false if there is no connection. */
+  /** Returns false if there is no connection. */
   send(message) {
     if (!this._socket || this._socket.readyState !== WebSocket.OPEN) return false;
     this._socket.send(JSON.stringify(message));
@@ -76,15 +75,12 @@ export class Link {
     const message = JSON.parse(text);
     if (message.type === 'hello') {
       this.connected = true;
-      this._pictures = 0;
       this._clock = null;
       this._hear.connection(true);
     } else if (message.type === 'answer') {
       this._answered(message.id, message);
     } else if (message.type === 'picture') {
-      this._pictures += 1;
       this._clock = {shown: message.now, at: performance.now()};
-      if (this._pictures % SEEN_EVERY === 0) this.send({type: 'seen', n: message.n, t: timeNow()});
     }
     this._hear[message.type]?.(message);
   }

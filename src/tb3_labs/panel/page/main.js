@@ -5,7 +5,9 @@ import {readColours} from './drawing.js';
 import {Holder} from './holder.js';
 import {Link} from './link.js';
 import {FRAMES, RobotMap} from './map.js';
-import {$, LogBox, announce, help, say, setText, showBanner, startTheme} from './page.js';
+import {
+  $, announce, log, say, setPressed, setText, showBanner, startTheme, toggleHelp,
+} from './page.js';
 import {Robots, Strip, showStatus} from './status.js';
 
 const link = new Link({
@@ -20,7 +22,6 @@ const link = new Link({
 const holder = new Holder(link, say);
 const map = new RobotMap($('map'));
 const strips = [new Strip($('strip-distance'), false), new Strip($('strip-angle'), true)];
-const log = new LogBox($('log'), $('log-filter'));
 const robots = new Robots($('robots'), $('class-map'), (name) => {
   location.hash = encodeURIComponent(name);
 });
@@ -47,10 +48,11 @@ function draw() {
   controls.show();
   setText($('title'), seen.robot || (names.length > 1 ? 'Robots' : 'Robot panel'));
   for (const frame of FRAMES) {
-    $('fixed-' + frame).setAttribute('aria-pressed', String(map.fixed === frame));
+    setPressed('fixed-' + frame, map.fixed === frame);
+    $('fixed-' + frame).dataset.key = map.fixed === frame ? '' : 'v';
   }
   map.draw();
-  $('fit').setAttribute('aria-pressed', String(map.view.auto));
+  setPressed('fit', map.view.auto);
   for (const strip of strips) strip.draw();
 }
 
@@ -78,7 +80,7 @@ function see(picture) {
   const isReset = map.see(picture);
   for (const strip of strips) strip.add(picture, isReset);
   holder.picture(picture);
-  announce(picture.state || '');
+  announce(picture.state);
   redraw();
 }
 
@@ -112,37 +114,23 @@ function forget() {
   for (const strip of strips) strip.clear();
 }
 
-function toList() {
-  if (names.length > 1) location.hash = '';
-}
-
 addEventListener('hashchange', () => { if (names.length) look(); });
 
-// -- the buttons and keys that control nothing
+// -- the buttons that control nothing
 
 const changeMap = (change) => () => {
   change();
   redraw();
 };
 const buttons = {
-  back: toList, 'help-open': help.toggle, 'help-close': help.close,
+  back: () => { location.hash = ''; }, 'help-open': toggleHelp, 'help-close': toggleHelp,
   'zoom-in': changeMap(() => map.view.zoom(1.25)), 'zoom-out': changeMap(() => map.view.zoom(0.8)),
-  fit: changeMap(() => map.fit()),
+  fit: changeMap(() => map.fit()), 'log-filter': log.filter,
 };
 for (const frame of FRAMES) buttons['fixed-' + frame] = changeMap(() => map.fix(frame));
 for (const [id, action] of Object.entries(buttons)) $(id).addEventListener('click', action);
 
-/** A key that does what a button does, while a robot is looked at. */
-const click = (id) => () => { if (seen.robot !== null) $(id()).click(); };
-const controls = new Controls({
-  link, holder, map, seen, redraw,
-  actions: {
-    v: click(() => (map.fixed === 'odom' ? 'fixed-local' : 'fixed-odom')),
-    '+': click(() => 'zoom-in'), '=': click(() => 'zoom-in'), '-': click(() => 'zoom-out'),
-    f: click(() => 'fit'), w: click(() => 'log-filter'),
-    t: () => $('theme').click(), u: toList, '?': help.toggle,
-  },
-});
+const controls = new Controls({link, holder, map, seen, redraw});
 
 document.addEventListener('visibilitychange', () => {
   if (document.hidden) controls.hide(); else redraw();

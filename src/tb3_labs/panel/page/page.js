@@ -12,6 +12,10 @@ export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
+export function setPressed(id, pressed) {
+  $(id).setAttribute('aria-pressed', String(pressed));
+}
+
 export function make(tag, className, text = '') {
   const element = document.createElement(tag);
   element.className = className;
@@ -20,11 +24,11 @@ export function make(tag, className, text = '') {
 }
 
 /** A control that makes no sense now is disabled, and says why. */
-export function setReason(button, reason) {
-  if (!('plainTitle' in button.dataset)) button.dataset.plainTitle = button.title;
-  button.disabled = Boolean(reason);
-  const title = reason || button.dataset.plainTitle;
-  if (button.title !== title) button.title = title;
+export function setReason(element, reason) {
+  element.dataset.plainTitle ??= element.title;
+  element.title = reason || element.dataset.plainTitle;
+  element.disabled = Boolean(reason);
+  element.setAttribute('aria-disabled', String(Boolean(reason)));
 }
 
 /** A number with so many digits; a dash if it is unknown. -0.0 is shown as 0.0. */
@@ -52,9 +56,8 @@ let announced = '';
 /** Tell a screen reader the state, but not each change of a number in it. */
 export function announce(state) {
   const words = state.replace(/[\d.]+/g, '');
-  if (words === announced) return;
+  if (words !== announced) $('live').textContent = state;
   announced = words;
-  $('live').textContent = state;
 }
 
 export function showBanner(connected) {
@@ -63,38 +66,28 @@ export function showBanner(connected) {
   $('banner').textContent = connected ? '' : 'not connected: nothing can be stopped from here';
 }
 
-export function flashBanner() {
-  const banner = $('banner');
-  banner.classList.remove('flash');
-  void banner.offsetWidth;            // starts the animation anew
-  banner.classList.add('flash');
-}
-
 // -- the log
 
 /** The log lines of all nodes, newest at the bottom, bounded. */
-export class LogBox {
-  constructor(list, filter) {
-    this._list = list;
-    filter.addEventListener('click', () => {
-      const only = filter.getAttribute('aria-pressed') !== 'true';
-      filter.setAttribute('aria-pressed', String(only));
-      list.classList.toggle('warnings-only', only);
-      list.scrollTop = list.scrollHeight;
-    });
-  }
-
-  clear() { this._list.replaceChildren(); }
+export const log = {
+  clear() { $('log').replaceChildren(); },
 
   add(lines) {
-    const list = this._list;
+    const list = $('log');
     // A reader who scrolled back stays where he is.
     const atEnd = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
     list.append(...lines.map(entry));
     while (list.childElementCount > MOST_LINES) list.firstElementChild.remove();
     if (atEnd) list.scrollTop = list.scrollHeight;
-  }
-}
+  },
+
+  /** Show all lines, or warnings and errors alone. */
+  filter() {
+    const only = $('log').classList.toggle('warnings-only');
+    setPressed('log-filter', only);
+    $('log').scrollTop = $('log').scrollHeight;
+  },
+};
 
 function entry(line) {
   const item = make('li', line.level);
@@ -103,22 +96,10 @@ function entry(line) {
   return item;
 }
 
-// -- the list of keys
-
-/** It is not modal: STOP must stay within reach. */
-export const help = {
-  toggle() {
-    if ($('help').open) { help.close(); return; }
-    $('help').show();
-    $('help-close').focus();
-  },
-
-  close() {
-    if (!$('help').open) return;
-    $('help').close();
-    $('help-open').focus();
-  },
-};
+/** The list of keys is not modal: STOP must stay within reach. */
+export function toggleHelp() {
+  if ($('help').open) $('help').close(); else $('help').show();
+}
 
 // -- the theme
 

@@ -1,9 +1,6 @@
-// What the page tells: the numbers and words of its robot, those of the last 60 seconds, and the
-// list of all robots.
+// The numbers and words of the page: of its robot now, of the last 60 seconds, and of all robots.
 
-import {
-  Labels, circle, colours, drawGrid, heading, nice, sharp, stroke,
-} from './drawing.js';
+import {Labels, circle, colours, drawGrid, heading, nice, sharp, stroke} from './drawing.js';
 import {$, make, number, setText} from './page.js';
 import {View, degrees, wrap} from './view.js';
 
@@ -18,13 +15,13 @@ export function showStatus(p) {
   setText($('state'), p.state || 'state unknown');
   $('state').title = p.state;
   // The bar cuts a long reason off: it is shown in full here.
-  $('reason').hidden = (p.state || '').length <= LONG;
-  setText($('reason'), p.state || '');
-  setText($('phase'), SHAPES[p.phase] ?? SHAPES['']);
+  $('reason').hidden = p.state.length <= LONG;
+  setText($('reason'), p.state);
+  setText($('phase'), SHAPES[p.phase]);
   $('state-box').dataset.phase = p.phase || 'none';
-  setText($('distance'), p.to_go ? number(p.to_go[0], 3, ' m') : number(null));
-  setText($('angle'), p.to_go ? number(p.to_go[1], 1, '\u00b0') : number(null));
-  setText($('brief'), p.to_go ? `${$('distance').textContent}  ${$('angle').textContent}` : '');
+  setText($('distance'), number(p.distance, 3, ' m'));
+  setText($('angle'), number(p.angle, 1, '\u00b0'));
+  setText($('brief'), `${$('distance').textContent}  ${$('angle').textContent}`);
   setText($('local-pose'), poseText(p.local));
   setText($('odom-pose'), poseText(p.odom));
   setText($('goal-pose'), poseText(p.goal));
@@ -32,9 +29,9 @@ export function showStatus(p) {
   setText($('heading'), number(p.heading_deg, 1, '\u00b0'));
   setText($('command'), p.command
     ? `${number(p.command[0], 2)} m/s ${number(p.command[1], 2)} rad/s` : number(null));
-  setText($('holder'), p.holder || 'unknown');
+  setText($('holder'), p.holder);
   setText($('driver'), p.driver || 'nobody');
-  showAges(p.ages || {});
+  showAges(p.ages);
 }
 
 function poseText(pose) {
@@ -52,13 +49,9 @@ function errorText(p) {
 
 function showAges(ages) {
   const box = $('ages');
-  for (const [name, age] of Object.entries(ages)) {
-    let chip = box.querySelector(`[data-name="${CSS.escape(name)}"]`);
-    if (!chip) {
-      chip = make('span', '');
-      chip.dataset.name = name;
-      box.append(chip);
-    }
+  for (const [i, [name, age]] of Object.entries(ages).entries()) {
+    if (i === box.childElementCount) box.append(make('span', ''));
+    const chip = box.children[i];
     const late = age !== null && age > LATE;
     chip.className = age === null ? 'never' : late ? 'late' : 'fresh';
     const silent = `${late ? '\u25b2 ' : ''}silent for ${(age || 0).toFixed(age < 10 ? 1 : 0)} s`;
@@ -69,10 +62,8 @@ function showAges(ages) {
 // -- the last 60 seconds
 
 const SPAN = 60;           // [s]
-const MOST = 2400;         // points kept
 const GAP = 1;             // [s] a longer silence breaks the curve
-const ANGLES = [10, 20, 45, 90, 180];               // [degrees] scales of a strip about an angle
-const LEAST = 0.1;         // [m] the scale shows at least this
+const LEAST = {angle: 10, distance: 0.1};           // [degrees], [m] the scale shows at least this
 const LEFT = 40, RIGHT = 6, TOP = 6, BOTTOM = 16;   // [px] around the curve
 const EVERY = 200;         // [ms] a strip moves by few pixels a second
 
@@ -90,12 +81,12 @@ export class Strip {
   clear() { this.points = []; }
 
   add(picture, isReset) {
-    const time = picture.now, value = picture.to_go ? picture.to_go[this._isAngle ? 1 : 0] : null;
+    const time = picture.now, value = this._isAngle ? picture.angle : picture.distance;
     const last = this.points[this.points.length - 1];
-    if (last && time < last[0]) this.clear();        // the clock was set back, or another node's
+    if (last && time < last[0]) this.clear();        // of a panel on another computer
     if (last && time - last[0] > GAP) this.points.push([time, null, false]);
     this.points.push([time, value, isReset]);
-    while (this.points[0][0] < time - SPAN || this.points.length > MOST) this.points.shift();
+    while (this.points[0][0] < time - SPAN) this.points.shift();
   }
 
   draw() {
@@ -115,9 +106,8 @@ export class Strip {
   }
 
   _top() {
-    let most = this._isAngle ? ANGLES[0] : LEAST;
-    for (const [, value] of this.points) most = Math.max(most, Math.abs(value));
-    return this._isAngle && ANGLES.find((angle) => angle >= most) || nice(most);
+    const least = this._isAngle ? LEAST.angle : LEAST.distance;
+    return nice(Math.max(least, ...this.points.map(([, value]) => Math.abs(value))));
   }
 
   _axes(c, width, height, top, bottom, x, y, end) {
@@ -168,6 +158,8 @@ export class Strip {
 
 // -- the list
 
+const SILENT = 1;        // [s] an older message of the odometry is marked
+
 export class Robots {
   constructor(list, canvas, choose) {
     this._list = list;
@@ -177,9 +169,8 @@ export class Robots {
     this._view = new View();
   }
 
-  /** Cards for these names; those that stay keep the keyboard's focus. */
+  /** Cards for these names. */
   names(names) {
-    if (names.length === this._cards.size && names.every((name) => this._cards.has(name))) return;
     this._cards.clear();
     this._list.replaceChildren(...names.map((name) => this._card(name)));
   }
@@ -225,16 +216,11 @@ export class Robots {
 }
 
 function fill(card, robot) {
-  const late = robot.age === null || robot.age > 1;
+  const age = robot.ages.odom, late = age === null || age > SILENT;
+  const silent = age === null ? '\u25b2 never heard' : `\u25b2 silent for ${age.toFixed(1)} s`;
   card.dataset.phase = late ? 'silent' : robot.phase || 'none';
   setText(card.querySelector('.state'), robot.state || 'state unknown');
-  const distance = robot.distance === null ? '' : robot.distance.toFixed(2) + ' m';
-  setText(card.querySelector('.distance'), distance);
-  setText(card.querySelector('.holder'), robot.holder || '');
-  setText(card.querySelector('.age'), (late ? '\u25b2 ' : '') + ageText(robot.age));
-}
-
-function ageText(age) {
-  if (!age) return age === null ? 'never heard' : 'data fresh';
-  return `silent for ${age.toFixed(1)} s`;
+  setText(card.querySelector('.distance'), number(robot.distance, 2, ' m'));
+  setText(card.querySelector('.holder'), robot.holder);
+  setText(card.querySelector('.age'), late ? silent : 'data fresh');
 }
