@@ -8,7 +8,7 @@ from pages import PAGES, ROOT, by_name
 
 sys.path.insert(0, str(ROOT / 'test' / 'ros'))
 
-from sheets_steps import KINDS, promised, steps_of, without_comment  # noqa: E402
+from sheets_steps import KINDS, steps_of, without_comment  # noqa: E402
 
 WALK = ROOT / 'test' / 'ros' / 'sheets_walk.md'
 STUDENTS = ROOT / 'doc' / 'instructor' / 'README.students.md'
@@ -40,7 +40,9 @@ def known():
 
 @by_name(ALL)
 def test_every_command_is_typed_or_says_why_not(page, known):
-    assert [command for command in inline(page.read_text(encoding='utf-8')) if command not in known] == []
+    text = page.read_text(encoding='utf-8')
+    assert [command for command in inline(text) if command not in known] == []
+    assert [step for step in steps_of(text) if step.kind == 'never' and len(step.argument) < 10] == []
 
 
 def test_the_walk_types_what_the_pages_have():
@@ -55,23 +57,11 @@ def test_what_the_walk_types_in_another_home_is_what_the_page_says():
     assert len(literal) > 10 and [command for command in literal if command not in typed(WALK)] == []
 
 
-@by_name([*ALL, WALK])
-def test_what_is_not_typed_says_why(page):
-    assert [step for step in steps_of(page.read_text(encoding='utf-8'))
-            if step.kind == 'never' and len(step.argument) < 10] == []
-
-
 def test_a_new_command_is_seen_wherever_it_stands():
     assert inline('Type `rostopic  list`\nor `cmd_vel`:\n\n   ```bash run\n   `ls -l`\n   ```\n') == ['rostopic list']
     step, = steps_of('   ```bash run=robot ends=lab\n   ls -l   # a comment\n   ```\n   ```text\n   a\n   ```\n')
     assert (step.kind, step.argument, step.before) == ('run', 'robot', {'ends': 'lab'})
     assert (step.commands, step.output) == (['ls -l'], 'a')
-
-
-def test_a_promise_holds_for_other_numbers_and_lines_between():
-    pattern = promised('drive 1 -0.610 ... ok\ndone')
-    assert pattern.search('drive 1   0.123  0.8 mm  ok\nother\ndone\n')
-    assert not pattern.search('drive 2  -0.610  ok\ndone\n') and not pattern.search('done\ndrive 1 -0.610  ok\n')
 
 
 @pytest.mark.parametrize('info', ['bash', 'bash rn', 'bash run never=reason', 'text then=a types=b'])

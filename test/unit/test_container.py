@@ -38,12 +38,10 @@ def test_a_mounted_clone_lies_where_the_image_was_built(dockerfile, editor):
     assert '"{}/build/.ws/venv/bin/python3"'.format(place) in json.dumps(editor)
 
 
-def test_nothing_runs_as_root(dockerfile, editor):
+def test_nothing_runs_as_root_and_the_page_is_reached(dockerfile, editor):
+    """The editor reaches the page without a token, docker with one."""
     assert last(dockerfile, 'USER') == editor['remoteUser'] == 'student'
     assert dockerfile.index('\nUSER ') < dockerfile.index('\nRUN ./scripts/setup.sh')
-
-
-def test_the_editor_reaches_the_page_without_a_token_and_docker_with_one(dockerfile, editor):
     assert 'ENV TB3_LABS_PANEL_ADDRESS=0.0.0.0\n' in dockerfile
     assert editor['containerEnv'] == {'TB3_LABS_PANEL_ADDRESS': '127.0.0.1'}
     assert editor['forwardPorts'] == [int(last(dockerfile, 'EXPOSE'))] == [8080]

@@ -52,8 +52,8 @@ def test_each_item_has_its_place_and_its_check():
 
 
 @pytest.mark.parametrize('where, check, said', [
-    ('MISSING', 'read', 'why'), ('MISSING: ', 'read', 'why'), ('somewhere', 'read', 'neither MISSING'),
-    ('`no/file` "x"', 'read', 'not exist'), ('`setup.py` "no such words"', 'read', 'does not have'),
+    ('MISSING', 'read', 'why'), ('somewhere', 'read', 'neither MISSING'),
+    ('`no/file` "x"', 'read', 'not exist'),
     ('`setup.py` "setup" `setup.py` "no such words"', 'read', 'does not have'),
     ('`setup.py` "setup"', '', 'neither read'), ('`setup.py` "setup"', '`test_gone`', 'test_gone')])
 def test_a_row_that_is_wrong_says_so(where, check, said):

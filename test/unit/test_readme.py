@@ -65,21 +65,6 @@ def test_parameters_that_are_set_exist(page):
                 assert set(yaml.safe_load(value)) <= settings_of(node), command
 
 
-def test_settings_of_the_simulated_robot_exist():
-    for code in in_backticks(ROOT / 'doc' / 'robot.md'):
-        name = re.fullmatch(r'(\w+): \S+', code)
-        assert name is None or name.group(1) in settings_of('turtlebot3'), code
-
-
-@by_name(PAGES)
-def test_arguments_that_are_named_alone_exist(page):
-    known = set().union(*map(arguments_of, [*LAUNCHABLE.values(), *SKELETONS.values()]))
-    for command in commands(page):
-        words = words_of(command)
-        if words and all(re.match(r'\w+:=', word) for word in words):
-            assert set(given(words)) <= known, command
-
-
 @by_name(PAGES)
 def test_what_rosrun_starts_exists_with_its_options(page):
     for command in commands(page):
@@ -88,13 +73,3 @@ def test_what_rosrun_starts_exists_with_its_options(page):
             assert path.exists(), command
             for option in re.findall(r'\s(--\w+)', rest):
                 assert repr(option) in path.read_text(encoding='utf-8'), command
-
-
-@by_name(PAGES)
-def test_test_names_match_a_test(page):
-    names = [path.stem for path in LAUNCHABLE.values() if path.suffix == '.test']
-    for command in commands(page):
-        for words in re.findall(r'\./scripts/test\.sh((?: \w+)+)', command):
-            for word in words.split():
-                assert word in ('unit', 'ros') or PLACEHOLDER.fullmatch(word) or any(
-                    word in name for name in names), command

@@ -57,10 +57,10 @@ def test_a_bad_file_is_one_line(tmp_path, text, words):
     assert len(str(caught.value).splitlines()) == 1 and str(path) in str(caught.value)
 
 
-def test_a_file_of_the_simulated_robot_is_read_and_without_one_all_is_usual(tmp_path):
-    path = tmp_path / 'robot3.yaml'
-    path.write_text('motor_lag: 0.12\nimu_rate: 115.0\n')
-    assert read_response(RobotFileConfig(str(path)), BURGER).lag == 0.12
+def test_a_file_of_the_simulated_robot_is_read_and_without_one_all_is_usual(tmp_path, monkeypatch):
+    (tmp_path / 'robot3.yaml').write_text('motor_lag: 0.12\nimu_rate: 115.0\n')
+    monkeypatch.setenv('PWD', str(tmp_path))    # the folder of the terminal
+    assert read_response(RobotFileConfig('robot3.yaml'), BURGER).lag == 0.12
     usual = read_response(RobotFileConfig(), BURGER)
     assert (usual.delay, usual.lag, usual.turn_scale) == (FIRST_DELAY, FIRST_LAG, 1.0)
 
@@ -81,9 +81,3 @@ def test_the_first_drive_of_a_slow_robot_stops_nearer_to_its_goal():
     assert drive(goal, robot, response=known).distance_error < 0.001
     turn, = turns([90.0], SimulatorConfig(**SLOW), response=response_of(SLOW, BURGER))
     assert math.degrees(turn.turned) == pytest.approx(90.0, abs=0.12)
-
-
-def test_a_file_in_the_folder_of_the_terminal_is_found(tmp_path, monkeypatch):
-    (tmp_path / 'robot3.yaml').write_text('motor_lag: 0.11\n')
-    monkeypatch.setenv('PWD', str(tmp_path))
-    assert read_response(RobotFileConfig('robot3.yaml'), BURGER).lag == 0.11
