@@ -206,7 +206,7 @@ def test_a_program_that_slept_does_not_go_on():
     recording, here = begun()
     hear(here, 2.2, 0.16)               # what waited in the sockets comes first
     assert here.tick(2.2).command == (0.0, 0.0) and here.is_over
-    assert ride.STOOD in recording.ended
+    assert findings.findings(recording, {}, BURGER)[0].key == 'stood'
 
 
 def test_enter_and_numbers_count_only_when_they_are_asked_for():

@@ -11,7 +11,7 @@ from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 
-from tb3_labs.doctor import examination
+from tb3_labs.doctor import examination, network
 from tb3_labs.doctor.examination import (
     examine, judge_disk, judge_mouse, judge_pad, judge_python)
 from tb3_labs.doctor.body import (
@@ -23,6 +23,7 @@ from tb3_labs.doctor.listening import (
 from tb3_labs.doctor.network import (
     PROBLEMS, Address, Answer, judge_address, judge_master, judge_nat, judge_second_master,
     own_addresses, way_out)
+from tb3_labs.doctor.questions import Peer
 from tb3_labs.doctor.robot import (
     PAUSES, Driver, MasterName, judge_clock, judge_drivers, judge_gyro, judge_names, judge_nodes,
     judge_presence, judge_stream, judge_way_back)
@@ -128,6 +129,12 @@ def test_nat(kind, way, elsewhere, verdict):
     check(judge_nat(kind, way, elsewhere), verdict, kind)
 
 
+def test_a_kernel_of_wsl_is_known(monkeypatch):
+    monkeypatch.setattr(network, 'open', lambda path: io.StringIO(
+        {'/proc/version': 'Linux version 5.15 microsoft-standard-WSL2'}[path]), raising=False)
+    assert network.nat_kind() == 'WSL'
+
+
 def test_master():
     check(judge_master(Answer('http://robot3:11311', '', '192.168.0.9', 0.004)), OK,
           'robot3:11311 (192.168.0.9) answers in 4 ms')
@@ -165,6 +172,18 @@ def test_nodes():
           FAULT, 'rosnode cleanup', 'on the robot')
     check(judge_nodes({CORE: Answer('http://robot3:40001/', 'refused', '192.168.0.8')}, False),
           FAULT, 'refuses', 'is robot3 really 192.168.0.8?')
+    check(judge_nodes({CORE: Answer('http://robot3:40001/', 'unresolved')}, False), FAULT,
+          'cannot resolve', 'add "ITS_ADDRESS robot3" to /etc/hosts')
+    check(judge_nodes({CORE: Answer('http://robot3:40001/', 'silent', '192.168.0.8')}, False),
+          FAULT, 'does not answer', 'ping 192.168.0.8')
+
+
+@pytest.mark.parametrize('uri, problem', [
+    ('', 'malformed'), ('localhost:11311', 'malformed'), ('http://localhost', 'malformed'),
+    ('http://localhost:1', 'refused'), ('http://robot3.invalid:11311/', 'unresolved')])
+def test_a_peer_that_cannot_be_asked_says_why(uri, problem):
+    peer = Peer(uri)
+    assert peer.ask('getPid') is None and peer.answer.problem == problem
 
 
 def test_names():
@@ -193,6 +212,7 @@ def test_drivers():
     check(judge_drivers([], {}, 5.0), OK, 'no node drives')
     check(judge_drivers(['/a'], {'/a': 0}, 5.0), OK, 'does not now')
     check(judge_drivers(['/a', '/b'], {'/a': 50, '/b': 0}, 5.0), OK, '/a drives')
+    check(judge_drivers(['/a', '/b'], {'/b': 5, '/a': 50}, 5.0), FAULT, '/a (10/s) and /b (1/s)')
     check(judge_drivers(['/b', '/a'], {'/a': 0}, 5.0), OK, '/a, /b could', 'if it jerks')
     check(judge_drivers(['/a'], {}, 5.0, ['/a']), WARNING, '/a', 'rosnode cleanup')
 

@@ -185,6 +185,7 @@ def _of_the_end(recording: Recording) -> List[Finding]:
              'restart bringup'),
             (ride.STANDS + ', by odom', 'odom_frozen', 'the IMU turns, the odometry does not'),
             (ride.STANDS, 'motors', 'battery below 11 V? torque off? does the robot hear cmd_vel?'),
+            (ride.STOOD, 'stood', 'this computer was asleep, or too busy: once more'),
             (ride.WALL, 'wall', 'it did not come back to its start: do the wheels slip?'),
             ('', 'slow', 'it moves less than told')) if words in ended)
     return [Finding(FAULT, key, 'Ended', ended, '', meaning)]
