@@ -23,7 +23,7 @@ from tb3_labs.doctor.listening import (
 from tb3_labs.doctor.network import (
     PROBLEMS, Address, Answer, judge_address, judge_master, judge_nat, judge_second_master,
     own_addresses, way_out)
-from tb3_labs.doctor.questions import Peer
+from tb3_labs.doctor.questions import Graph, Peer
 from tb3_labs.doctor.robot import (
     PAUSES, Driver, MasterName, judge_clock, judge_drivers, judge_gyro, judge_names, judge_nodes,
     judge_presence, judge_stream, judge_way_back)
@@ -186,6 +186,15 @@ def test_a_peer_that_cannot_be_asked_says_why(uri, problem):
     assert peer.ask('getPid') is None and peer.answer.problem == problem
 
 
+def test_the_nodes_around_a_robot():
+    graph = Graph('/robot3/', [
+        [['/robot3/odom', [CORE]], ['/robot9/odom', ['/other']], ['/robot3/cmd_vel', ['/pad']],
+         ['/rosout', ['/robot3/serial', '/robot9/serial', '/robot3/panel']]],
+        [['/robot3/cmd_vel', ['/recorder', CORE]]], []])
+    assert (graph.others, graph.hearers, graph.drivers) == (['/robot9/'], [CORE], ['/pad'])
+    assert (graph.robot_nodes, graph.serial_nodes) == ([CORE], ['/robot3/serial'])
+
+
 def test_names():
     uri = 'http://ann:11311'
     check(judge_names([], '192.168.0.5'), WARNING, 'no node')
@@ -235,6 +244,7 @@ def test_stream(stream, verdict, words):
 
 @pytest.mark.parametrize('clock, verdict, words', [
     (dict(least_delay=0.004, round_trip=0.008), OK, 'right within 0.004 s'),
+    (dict(least_delay=0.05, round_trip=0.02), OK, 'right within 0.04 s'),
     (dict(least_delay=0.3, round_trip=0.002), WARNING, '0.3 s behind (to 0.001 s), or all its messages'),
     (dict(least_delay=-0.3, round_trip=0.002), WARNING, '0.3 s ahead'),
     (dict(least_delay=-0.3, round_trip=1.0), WARNING, '0.8 s ahead (to 0.5 s)'),
