@@ -106,13 +106,6 @@ def test_a_goal_that_moves_on_the_way_confuses_neither_the_stop_nor_what_is_lear
     assert learned.delay + learned.lag == pytest.approx(0.05, abs=0.002)
 
 
-def test_a_learned_delay_prevents_the_overshoot_that_ignorance_causes():
-    learned = Response(delay=0.16)
-    _, with_knowledge, _, _ = approach_to(0.3, 0.16, learned=learned)
-    _, without, _, _ = approach_to(0.3, 0.16, learned=Response(delay=0.0))
-    assert with_knowledge < math.radians(1.0) < without
-
-
 def test_acceleration_is_bounded_and_a_dt_of_zero_changes_nothing():
     approach = make_approach(12.0)
     commands = [approach.step(3.0, 0.0, 1.5, dt) for dt in (TICK, 0.0, TICK, TICK)]

@@ -57,11 +57,6 @@ def test_commanded_is_counted_to_the_begin_of_the_next_period():
     assert CommandHistory(PERIOD).commanded(PERIOD) == 0.0
 
 
-def test_a_robot_with_a_gain_drives_as_much_more_of_what_is_under_way():
-    history = history_of([0.5] * 10, extra=PERIOD)
-    assert way_at_rest(1.0, 0.0, history, 0.1, 0.05, 1.1) == pytest.approx(1.0 - 1.1 * 0.05)
-
-
 def test_a_command_counts_from_the_begin_of_the_period_it_is_for():
     history = history_of([0.5])
     history.advance(1.3 * PERIOD)

@@ -138,14 +138,6 @@ def test_shortfall_names_both_numbers():
         'stopped 30 mm from the goal (tolerance 10 mm)')
 
 
-def test_a_robot_that_rests_beyond_the_tolerance_backs_up_straight():
-    goal = Pose2(1.0, 0.0, 0.0)
-    law = begun(goal)
-    step = law.move_forward(at(1.015, 0.0, 0.0), goal, 0.02)
-    assert not step.finished
-    assert step.command.linear < 0.0 and step.command.angular == 0.0
-
-
 def test_a_precise_drive_brakes_with_a_fifth_of_what_it_speeds_up_with():
     """Each number was chosen by the benchmark of motions."""
     config = DriveConfig(linear_acceleration=3.0, distance_tolerance=0.02)

@@ -153,16 +153,6 @@ def test_a_drive_that_ends_outside_is_driven_on_from_there_twice(misses, starts,
     assert machine.failure == ('' if reached else 'stopped 30 mm from the goal')
 
 
-def test_another_try_turns_to_the_goal_again():
-    law = Told('stopped 30 mm from the goal', left=0.0)
-    law.start = lambda pose, goal: law.left.update(rotate_to_goal=float(law.starts))
-    machine = machine_with(law)
-    machine.step(STANDING, 0.033)
-    law.starts = 1
-    assert machine.step(STANDING, 0.033) == Twist2(0.1, 0.2)
-    assert machine.state is GoalState.ROTATE_TO_GOAL
-
-
 def test_another_try_waits_for_rest_of_its_own():
     law = Told('stopped 30 mm from the goal', left=0.0)
     machine = machine_with(law)

@@ -50,13 +50,6 @@ def test_a_quiet_link_takes_no_time():
     assert link.take(1.0) == [(1.0, 2)] and link.take(math.inf) == []
 
 
-def test_a_delay_is_the_same_for_all():
-    link = link_of(LinkSettings(delay=0.25))
-    assert carry(link, [0.0, 0.125, 0.5], 0.2) == []
-    assert link.take(0.375) == [(0.25, 0), (0.375, 1)]
-    assert link.take(9.0) == [(0.75, 2)]
-
-
 def test_jitter_is_exponential_on_top_of_the_delay():
     arrivals = carry(link_of(LinkSettings(delay=0.02, jitter=0.01)), SPARSE)
     extra = sorted(arrival - number - 0.02 for arrival, number in arrivals)
