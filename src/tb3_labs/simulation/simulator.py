@@ -116,27 +116,20 @@ class Simulator:
 
         ``ValueError`` if `dt` is negative or not finite.
         """
-        self._pass(dt)
-        return self.sensors.clock.stamped([sample for _, sample in self._arrivals()])
+        return [sample for _, sample in self.step_with_arrivals(dt)]
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
         """As :meth:`step`, but samples that arrive at the same moment, for instance after a stall,
         are together in one list."""
-        self._pass(dt)
-        return [self.sensors.clock.stamped([sample for _, sample in burst])
-                for _, burst in groupby(self._arrivals(), itemgetter(0))]
+        return [[sample for _, sample in burst]
+                for _, burst in groupby(self.step_with_arrivals(dt), itemgetter(0))]
 
     def step_with_arrivals(self, dt: float) -> List[Arrival]:
         """As :meth:`step`, but each sample with the moment of its arrival [s] before it."""
         self._pass(dt)
-        arrivals = self._arrivals()
-        return list(zip((moment for moment, _ in arrivals),
-                        self.sensors.clock.stamped([sample for _, sample in arrivals])))
-
-    def _arrivals(self) -> List[Arrival]:
         sent = self.sensors.take()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
-        return self._sensor_link.take(self.now + ROUNDING)
+        return self.sensors.clock.stamped(self._sensor_link.take(self.now + ROUNDING))
 
     def _pass(self, dt: float) -> None:
         if not 0.0 <= dt < math.inf:

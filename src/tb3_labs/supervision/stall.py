@@ -25,6 +25,11 @@ REST_ANGULAR = 0.03
 SETTLING_TIME = 0.03
 
 
+def is_slow(linear: float, angular: float) -> bool:
+    """Are these speeds [m/s, rad/s] those of a robot at rest?"""
+    return abs(linear) <= REST_LINEAR and abs(angular) <= REST_ANGULAR
+
+
 class StallWatch:
     """Watches the remaining way of one state of a drive, or of one turn."""
 
