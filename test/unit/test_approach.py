@@ -163,23 +163,6 @@ def test_a_command_that_comes_late_is_made_good_backwards(stall, backs_up):
     assert (lowest < -0.01) is backs_up
 
 
-@pytest.mark.parametrize('remaining', [0.3, -0.3, 2.0])
-def test_brakes_with_the_deceleration_that_was_planned_and_stops_at_zero(remaining):
-    """A robot that obeys at once, in fine steps: at speed v the way v^2 / (2 a) remains."""
-    fine = 0.001
-    approach = Approach(ApproachConfig(period=fine, acceleration=100.0, braking=2.0, gain=50.0,
-                                       slowest=0.0, close_enough=1e-4), Response(0.0, 0.0))
-    speed, slowing = 0.0, []
-    for tick in range(4000):
-        before, speed = speed, approach.step(remaining, speed, 1.0, fine)
-        remaining -= speed * fine
-        if 0.2 < abs(speed) < abs(before):
-            slowing.append((abs(before) - abs(speed)) / fine)
-            assert abs(remaining) == pytest.approx(speed ** 2 / (2.0 * 2.0), abs=0.002)
-    assert slowing and max(slowing) <= 2.0 * 1.05
-    assert abs(remaining) <= 1e-3 and speed == 0.0
-
-
 @pytest.mark.parametrize('age, rests', [(0.0, True), (0.158, True), (0.162, False), (0.3, False)])
 def test_a_robot_has_been_told_to_rest_only_when_its_last_command_is_over(age, rests):
     """One command at 0 s, then stops. It is over two periods of 20 ms after a delay of 0.1 s, so a

@@ -42,18 +42,12 @@ def test_the_command_that_arrives_is_the_one_of_a_delay_ago(delay, command):
     assert history_of([0.1, 0.2, 0.3], extra=PERIOD).arrived(delay) == command
 
 
-def test_all_that_was_commanded_is_counted_up_to_now():
-    history = history_of([0.5] * 10, extra=0.5 * PERIOD)
-    assert history.commanded(history.now) == pytest.approx(0.5 * 9.5 * PERIOD)
-    assert history.unchanged_for == pytest.approx(9.5 * PERIOD)
-    assert history.first == 0.5
-
-
-def test_commanded_is_counted_to_the_begin_of_the_next_period():
-    history = history_of([0.5] * 10)
-    assert history.commanded(history.begin) == pytest.approx(0.5 * 9.0 * PERIOD)
-    history.advance(0.9 * PERIOD)
+def test_all_that_was_commanded_is_counted():
+    history = history_of([0.5] * 10, extra=0.9 * PERIOD)
+    assert history.commanded(history.now) == pytest.approx(0.5 * 9.9 * PERIOD)
     assert history.commanded(history.begin) == pytest.approx(0.5 * 10.0 * PERIOD)
+    assert history.unchanged_for == pytest.approx(9.9 * PERIOD)
+    assert history.first == 0.5
     assert CommandHistory(PERIOD).commanded(PERIOD) == 0.0
 
 

@@ -52,18 +52,6 @@ def test_odometry_of_two_intervals_by_hand():
     assert odometer.wheel_speeds == pytest.approx((-200 * TICK, -600 * TICK))
 
 
-def test_a_reset_zeroes_pose_and_wheels_and_goes_on_with_the_imus_yaw():
-    odometer = Odometer(BURGER, Pose2(5.0, 6.0, 0.7), imu_yaw=0.2)
-    odometer.update(0.1, (500, 700), 0.3)
-    odometer.reset((510, 720))
-    assert odometer.wheel_angles == (0.0, 0.0)
-    sample = odometer.update(0.2, (610, 820), 0.5)
-    way = RADIUS * 100 * TICK
-    assert (sample.pose.x, sample.pose.y, sample.pose.yaw) == pytest.approx(
-        (way * math.cos(0.1), way * math.sin(0.1), 0.2))
-    assert odometer.wheel_angles == pytest.approx((100 * TICK, 100 * TICK))
-
-
 # Power, serial link, stamps -----------------------------------------------------------------------
 
 def spinning(**settings):
