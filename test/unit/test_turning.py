@@ -100,7 +100,9 @@ def test_waffle_turns_as_well_within_its_limits():
     assert turn.fastest <= 1.82
 
 
-def test_limits_that_contradict_each_other_are_refused():
+def test_settings_out_of_their_bounds_or_that_contradict_each_other_are_refused():
+    with pytest.raises(ValueError, match='hdg_tol = 46'):
+        TurnConfig(hdg_tol=46.0)
     with pytest.raises(ValueError, match='min_ang_z = 1.5.*max_ang_z, which is 1'):
         TurnConfig(min_ang_z=1.5, max_ang_z=1.0)
 

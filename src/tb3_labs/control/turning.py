@@ -115,7 +115,7 @@ class LabTurn:
         self._goal = yaw + angle
 
     def extend(self, angle: float) -> None:
-        self._goal += angle
+        """Not called: `extends` is False."""
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
