@@ -24,9 +24,8 @@ from typing import NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.robot.samples import ImuSample, OdometrySample, is_slow
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
-from tb3_labs.supervision.stall import is_slow
 
 #: No TurtleBot3 drives faster than this [m/s].
 FASTEST = 0.5
