@@ -5,10 +5,8 @@
     for sample in robot.step(0.02):
         ...                            # ImuSample and OdometrySample, by time of arrival
 
-Parts: `simulator_config` holds the settings. `firmware` reads commands and resets, and turns
-commands into motor speeds and encoders into odometry. `body` moves the robot and its IMU, `sensors`
-makes the samples with their faults, and `network` delays samples and commands.
-This module is their clock. The same seed gives the same samples, for steps of any length.
+This module is the clock of the parts: `firmware`, `body`, `sensors` and `network`. The same seed
+gives the same samples, for steps of any length.
 
 Frames: `truth` is in `world`, in which the odometry starts without error. The IMU's yaw differs
 from the true yaw by `imu_offset_deg`. Stamps count seconds from 0.
