@@ -101,7 +101,7 @@ def test_commands_and_resets_of_the_pause_are_obeyed_late_in_their_order():
 
 def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
     robot = Simulator(replace(STIFF, start_x=1.0, start_y=-2.0, start_yaw_deg=30.0,
-                              reset_pause=0.3))
+                              reset_pause=0.31))
     assert robot.sensors.origin == Pose2()          # the odometry starts at the true pose
     for linear, angular in ((0.1, 0.5), (-0.1, 0.3)):
         drive(robot, 1.0, linear, angular)
@@ -113,6 +113,10 @@ def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
     sample = odom_of(robot.step(0.1))[-1]
     here = robot.sensors.origin @ sample.pose
     assert close(here, robot.truth, metres=3 * TICK + 0.1 / 30.0, radians=0.5 / 30.0)
+    drive(robot, 0.5, 0.1, 0.0)
+    robot.reset()                       # in motion
+    sample = odom_of(drive(robot, 1.0, 0.1, 0.0))[-1]
+    assert close(robot.sensors.origin @ sample.pose, robot.truth, metres=3 * TICK)
 
 
 def test_the_wheels_are_as_old_as_their_lag_says():
