@@ -1,9 +1,6 @@
 #!/usr/bin/env python3
 """Judges an answer to a mystery robot: which fault is hidden in it, and how large is it?
 
-Usage: mystery.py --answer NUMBER FAULT [VALUE]
-       mystery.py --list
-
     roslaunch tb3_labs fake_robot.launch mystery:=7        the robot; measure it, then:
     rosrun tb3_labs mystery.py --answer 7 "imu offset" 130
 

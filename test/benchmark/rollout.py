@@ -19,12 +19,11 @@ from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
-from tb3_labs.robot.samples import ImuSample, Sample
+from tb3_labs.robot.samples import REST_ANGULAR, REST_LINEAR, ImuSample, Sample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.supervision.arbitration import Driver
-from tb3_labs.supervision.stall import REST_ANGULAR, REST_LINEAR
 
 #: Time between two looks at the robot's true pose [s].
 LOOK_PERIOD = 0.02

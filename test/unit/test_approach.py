@@ -106,13 +106,6 @@ def test_a_goal_that_moves_on_the_way_confuses_neither_the_stop_nor_what_is_lear
     assert learned.delay + learned.lag == pytest.approx(0.05, abs=0.002)
 
 
-def test_a_learned_delay_prevents_the_overshoot_that_ignorance_causes():
-    learned = Response(delay=0.16)
-    _, with_knowledge, _, _ = approach_to(0.3, 0.16, learned=learned)
-    _, without, _, _ = approach_to(0.3, 0.16, learned=Response(delay=0.0))
-    assert with_knowledge < math.radians(1.0) < without
-
-
 def test_acceleration_is_bounded_and_a_dt_of_zero_changes_nothing():
     approach = make_approach(12.0)
     commands = [approach.step(3.0, 0.0, 1.5, dt) for dt in (TICK, 0.0, TICK, TICK)]
@@ -168,23 +161,6 @@ def test_a_command_that_comes_late_is_made_good_backwards(stall, backs_up):
     assert abs(remaining) <= 0.009
     assert abs(speed) < 1e-3
     assert (lowest < -0.01) is backs_up
-
-
-@pytest.mark.parametrize('remaining', [0.3, -0.3, 2.0])
-def test_brakes_with_the_deceleration_that_was_planned_and_stops_at_zero(remaining):
-    """A robot that obeys at once, in fine steps: at speed v the way v^2 / (2 a) remains."""
-    fine = 0.001
-    approach = Approach(ApproachConfig(period=fine, acceleration=100.0, braking=2.0, gain=50.0,
-                                       slowest=0.0, close_enough=1e-4), Response(0.0, 0.0))
-    speed, slowing = 0.0, []
-    for tick in range(4000):
-        before, speed = speed, approach.step(remaining, speed, 1.0, fine)
-        remaining -= speed * fine
-        if 0.2 < abs(speed) < abs(before):
-            slowing.append((abs(before) - abs(speed)) / fine)
-            assert abs(remaining) == pytest.approx(speed ** 2 / (2.0 * 2.0), abs=0.002)
-    assert slowing and max(slowing) <= 2.0 * 1.05
-    assert abs(remaining) <= 1e-3 and speed == 0.0
 
 
 @pytest.mark.parametrize('age, rests', [(0.0, True), (0.158, True), (0.162, False), (0.3, False)])

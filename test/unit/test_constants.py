@@ -85,8 +85,7 @@ NUMBERS = {
         'FASTEST': 0.5, 'FASTEST_TURN': 4.0, 'SLACK': 0.05, 'SLACK_TURN': 0.3,
         'LONGEST_SILENCE': 5.0, 'SPIKE': 10.0, 'ZERO_YAW': 0.01, 'ZERO_PLACE': 0.001,
         'RESET_SILENCE': 1.0, 'NEAR_ZERO_PLACE': 0.03, 'NEAR_ZERO_YAW': 0.1, 'RESTING_TURN': 0.1,
-        'CALIBRATION_TURN': 0.005, 'RESTING_SPEED': 0.005, 'RESTING_RATE': 0.03,
-        'STOPPING_TIME': 0.5},
+        'CALIBRATION_TURN': 0.005, 'STOPPING_TIME': 0.5},
     sample_buffer: {'MEMORY': 1.5, 'MAX_GAP': 0.3, 'MAX_BRIDGE': 1.0},
     sender_clock: {
         'WINDOW': 5.0, 'SMALL_STEP': 0.1, 'CLOCK_STEP': 1.0, 'LONG_SILENCE': 1.5,
@@ -100,14 +99,14 @@ NUMBERS = {
     se2: {'MAX_DISTANCE': 100.0, 'MAX_YAW_DEG': 360.0},
     pad: {'PAD_TIMEOUT': 0.25, 'LATENESS_SHOWS': 0.3, 'CROSSING': 0.3},
     pad_config: {'MOST': 31},
-    samples: {'FARTHEST_TURN': 1.0},
+    samples: {'FARTHEST_TURN': 1.0, 'REST_LINEAR': 0.005, 'REST_ANGULAR': 0.03},
     turtlebot3: {'CONTROL_RATE': 30.0, 'COMMAND_TIMEOUT': 0.5},
     freshness: {'SENSOR_TIMEOUT': 0.22, 'RESUME_TIME': 2.0, 'FROZEN_TIME': 0.6, 'SURELY_DRIVES': 0.02, 'SURELY_TURNS': 0.1},
     permission: {'RENEWAL': 0.1, 'LAPSE': 0.5, 'LONGEST_LAPSE': 2.0, 'CONFIRMATION': 0.04,
                  'LONGEST_GAP': 1.0, 'WAKING': 0.3},
     stall: {'STALL_TIME': 1.3, 'STALL_STEP': 0.004, 'LONGEST_REST': 4.0,
             'AWAY_LIMIT': 0.8, 'MOVING': 0.005,
-            'REST_LINEAR': 0.005, 'REST_ANGULAR': 0.03, 'SETTLING_TIME': 0.03},
+            'SETTLING_TIME': 0.03},
 }
 
 

@@ -42,24 +42,13 @@ def test_the_command_that_arrives_is_the_one_of_a_delay_ago(delay, command):
     assert history_of([0.1, 0.2, 0.3], extra=PERIOD).arrived(delay) == command
 
 
-def test_all_that_was_commanded_is_counted_up_to_now():
-    history = history_of([0.5] * 10, extra=0.5 * PERIOD)
-    assert history.commanded(history.now) == pytest.approx(0.5 * 9.5 * PERIOD)
-    assert history.unchanged_for == pytest.approx(9.5 * PERIOD)
-    assert history.first == 0.5
-
-
-def test_commanded_is_counted_to_the_begin_of_the_next_period():
-    history = history_of([0.5] * 10)
-    assert history.commanded(history.begin) == pytest.approx(0.5 * 9.0 * PERIOD)
-    history.advance(0.9 * PERIOD)
+def test_all_that_was_commanded_is_counted():
+    history = history_of([0.5] * 10, extra=0.9 * PERIOD)
+    assert history.commanded(history.now) == pytest.approx(0.5 * 9.9 * PERIOD)
     assert history.commanded(history.begin) == pytest.approx(0.5 * 10.0 * PERIOD)
+    assert history.unchanged_for == pytest.approx(9.9 * PERIOD)
+    assert history.first == 0.5
     assert CommandHistory(PERIOD).commanded(PERIOD) == 0.0
-
-
-def test_a_robot_with_a_gain_drives_as_much_more_of_what_is_under_way():
-    history = history_of([0.5] * 10, extra=PERIOD)
-    assert way_at_rest(1.0, 0.0, history, 0.1, 0.05, 1.1) == pytest.approx(1.0 - 1.1 * 0.05)
 
 
 def test_a_command_counts_from_the_begin_of_the_period_it_is_for():

@@ -39,16 +39,6 @@ def test_a_robot_with_one_moving_wheel_pivots_about_the_other(side, speed):
         (0.7 * speed, 0.0) if side == 'left' else (0.0, 0.7 * speed))
 
 
-def test_a_robot_that_was_told_nothing_or_has_no_time_stands():
-    drivetrain = Drivetrain(BURGER, Pose2(1.0, 2.0, 3.0))
-    drivetrain.advance(5.0)
-    assert drivetrain.pose == Pose2(1.0, 2.0, 3.0) and drivetrain.velocity == (0.0, 0.0)
-    assert drivetrain.angles == (0.0, 0.0) and drivetrain.turning == (3.0, 0.0, 0.0, 0.0)
-    drivetrain = train(2.0, 4.0, lag=0.1)
-    drivetrain.advance(0.0)
-    assert drivetrain.pose == Pose2() and drivetrain.velocity == (0.0, 0.0)
-
-
 def test_motors_turn_by_the_integral_of_their_speed():
     drivetrain, now = train(6.0, -3.0, lag=0.2), 0.0
     for time in (0.05, 0.1, 0.4, 1.0):
@@ -62,22 +52,6 @@ def test_motors_turn_by_the_integral_of_their_speed():
             (RADIUS * (left + right) / 2.0, RADIUS * (right - left) / TRACK))
 
 
-def test_its_own_word_for_the_turn_to_come():
-    """turning = (yaw, a, b, lag): the rate is a + b exp(-t / lag), for any step."""
-    drivetrain = train(2.0, 5.0, start=Pose2(0.0, 0.0, 3.0), lag=0.3)
-    yaw, steady, fading, lag = drivetrain.turning
-    final = RADIUS * (5.0 - 2.0) / TRACK
-    assert (yaw, steady, fading, lag) == pytest.approx((3.0, final, -final, 0.3))
-    drivetrain.advance(0.25)
-    gone = math.exp(-0.25 / 0.3)
-    yaw, steady, fading, _ = drivetrain.turning
-    assert (steady, fading) == pytest.approx((final, -final * gone))
-    turned = final * (0.25 - 0.3 * (1.0 - gone))
-    assert yaw == pytest.approx(3.0 + turned)           # not wrapped, as the pose is
-    assert drivetrain.pose.yaw == pytest.approx(3.0 + turned - 2.0 * math.pi * (
-        3.0 + turned > math.pi))
-
-
 def test_a_motor_is_there_when_no_encoder_could_tell():
     """From 5 rad/s with 0.1 s of lag: 5e-6 rad/s off after 13.8 lags, 5e-7 after 16.2."""
     drivetrain = train(5.0, 5.0, lag=0.1)
@@ -85,19 +59,6 @@ def test_a_motor_is_there_when_no_encoder_could_tell():
     assert drivetrain.velocity[0] < RADIUS * 5.0
     drivetrain.advance(0.1)
     assert drivetrain.velocity == (RADIUS * 5.0, 0.0)
-
-
-@pytest.mark.parametrize('slower', ['left', 'right'])
-def test_both_motors_must_be_there(slower):
-    """One is at its goal from the begin, the other one is not: the robot turns."""
-    drivetrain = train(3.0, 3.0)
-    drivetrain.set_physics(lag=0.1, mismatch=0.0, slip=0.0)
-    drivetrain.set_goals(*((5.0, 3.0) if slower == 'left' else (3.0, 5.0)))
-    drivetrain.advance(0.1)
-    faster = 3.0 + 2.0 * (1.0 - math.exp(-1.0))
-    sign = -1.0 if slower == 'left' else 1.0
-    assert drivetrain.velocity == pytest.approx(
-        (RADIUS * (3.0 + faster) / 2.0, sign * RADIUS * (faster - 3.0) / TRACK))
 
 
 def test_the_wheels_carry_the_robot_as_far_as_their_own_size_says():

@@ -1,6 +1,5 @@
 """A number by noisy samples: the mean of equal ones, the newest of those that say more."""
 import math
-import random
 
 import pytest
 
@@ -44,14 +43,3 @@ def test_a_change_is_taken_over_and_its_doubt_added():
 def test_a_sample_that_contradicts_the_estimate_takes_its_place(share, value, sign):
     far = sign * share * CONTRADICTION * math.hypot(0.1, 0.1)
     assert estimate_of(0.0, far).value == pytest.approx(value * far)
-
-
-def test_a_number_that_changes_is_followed_with_less_noise_than_the_samples_have():
-    chance, estimate, number, squares = random.Random(1), Estimate(), 0.0, 0.0
-    for _ in range(1000):
-        number += chance.gauss(0.3, 0.02)
-        estimate.shift(0.3, 0.02)
-        estimate.add(number + chance.gauss(0.0, 0.1), 0.1)
-        squares += (estimate.value - number) ** 2
-    # in the long run the variance p fulfils p^2 = 0.02^2 (0.1^2 - p)
-    assert math.sqrt(squares / 1000.0) == pytest.approx(0.0426, rel=0.15)

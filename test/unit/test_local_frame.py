@@ -55,8 +55,6 @@ def test_both_sensors_cross_half_a_turn_at_different_times():
             assert_pose(frame.pose(*sensors(robot, time)), declared.then(*robot.moved(time)))
 
 
-# The handout's mistakes ---------------------------------------------------------------------------
-
 def test_knows_by_how_much_imu_and_odometry_differ():
     frame = LocalFrame.declared(Pose2(1.0, -2.0, 0.4), Pose2(4.8, -0.3, -1.84), 0.6)
     assert frame.imu_minus_odometry == pytest.approx(0.6 + 1.84)

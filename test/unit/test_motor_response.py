@@ -123,19 +123,6 @@ def test_what_tells_nothing_teaches_nothing(what):
     assert (learned.delay, learned.lag) == (Response().delay, Response().lag)
 
 
-@pytest.mark.parametrize('command', [0.5, -2.0])
-@pytest.mark.parametrize('share, is_steady', [(0.91, False), (0.93, True), (1.07, True)])
-def test_steady_is_within_8_percent_of_the_command(command, share, is_steady):
-    learned, history = Response(), CommandHistory(PERIOD)
-    identification = Identification(learned, speed_is_prompt=False)
-    identification.begin(0.0)
-    for _ in range(10):
-        history.send(command)
-        history.advance(PERIOD)
-    identification.look(history, 0.0, share * command, 2.0 * abs(command))
-    assert (learned.delay != Response().delay) is is_steady
-
-
 def test_learning_ends_before_changes_of_the_gain_add_up():
     _, long = identified(0.1, 0.05, seconds=LEARNING_TIME + 3.0)
     _, short = identified(0.1, 0.05, seconds=LEARNING_TIME + 2.0 * PERIOD)
@@ -199,15 +186,6 @@ def test_the_age_that_is_known_is_not_counted_again():
 def test_a_turn_that_does_not_show_the_answer_clearly_teaches_nothing(what):
     response = learned(**what)
     assert (response.sample_delay, response.delay) == (LEAST_SAMPLE_DELAY, Response().delay)
-
-
-def test_each_turn_counts():
-    response = Response()
-    for delay in (0.09, 0.13):
-        one = learned([(10.0, 0.0, 1.0)], delay)
-        for _ in range(20):
-            response.measured(one)
-    assert response.sample_delay == pytest.approx(0.11 - 0.074 / 3.0, abs=0.012)
 
 
 def test_a_drive_that_takes_over_a_turn_is_not_taken_for_that_turn():

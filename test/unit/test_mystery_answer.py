@@ -48,11 +48,6 @@ def test_a_wrong_fault_tells_nothing_of_the_right_one(number):
                 number, kind.name, kind.shows)
 
 
-def test_a_fault_without_its_value_is_not_the_answer():
-    is_right, words = judge(4, 'imu offset')
-    assert not is_right and 'in deg' in words and '115' not in words
-
-
 @pytest.mark.parametrize('wrong, near', [
     ('imu ofset', 'imu offset'), ('Wheel missmatch', 'wheel mismatch'), ('ghosts', None)])
 def test_an_unknown_fault_is_told_the_valid_ones(wrong, near):

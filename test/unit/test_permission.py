@@ -68,12 +68,8 @@ def senders():
 
 def test_given_by_hand_it_stands(senders):
     senders.say('hand', True)
-    senders.run(0.05)
-    assert senders.granted
     senders.run(100.0)
     assert senders.granted
-    senders.say('hand', False)
-    assert not senders.granted and not senders.run(10.0)
 
 
 def test_given_at_the_start_it_stands_until_anybody_takes_it(senders):
@@ -106,12 +102,11 @@ def test_what_is_only_repeated_is_no_giving(senders):
 
 def test_renewed_it_is_suspended_when_the_giver_falls_silent(senders):
     senders.say('pad', True)
-    senders.run(1.0)
+    senders.run(1.005)           # the last renewal was 1 s after the first
     senders.renewing.clear()
-    last = senders.permission._grants['pad'].heard_at
-    while senders.granted and senders.now < last + 10.0:
-        senders.run(0.01)
-    assert senders.now - last == pytest.approx(LAPSE, abs=0.011)
+    assert senders.run(LAPSE - 0.02) and senders.granted
+    senders.run(0.03)
+    assert not senders.granted
 
 
 @pytest.mark.parametrize('after, granted', [(0.03, False), (0.05, True)])
@@ -218,9 +213,13 @@ def test_each_giving_is_counted(senders):
         senders.say('hand', False)
 
 
-def test_a_giving_of_a_sleep_that_the_network_held_up_does_not_count(senders):
+@pytest.mark.parametrize('slept', [True, False])
+def test_a_giving_that_is_older_than_this_node_or_its_waking_does_not_count(senders, slept):
     """It arrives when this node has been awake for a while."""
-    senders.now += 3.0                   # no update meanwhile
+    if slept:
+        senders.now += 3.0               # no update meanwhile
+    else:
+        senders.permission = Permission()
     assert not senders.run(0.5)
     senders.say('pad', True)
     senders.at_once(8)                   # pressed 0.8 s ago
@@ -239,14 +238,6 @@ def test_a_giving_that_was_under_way_when_somebody_else_stopped_the_robot(
     senders.at_once(round(late / RENEWAL))
     assert senders.run(3.0) is counts
     assert senders.warned('it was taken while the network delayed it') is not counts
-
-
-def test_a_giving_that_is_older_than_this_node_does_not_count(senders):
-    senders.permission = Permission()
-    senders.run(0.5)
-    senders.say('pad', True)
-    senders.at_once(8)                   # pressed 0.8 s ago
-    assert not senders.run(3.0) and senders.warned('it was given before this node started, or woke')
 
 
 def test_what_was_taken_before_this_node_lived_is_no_stop():
@@ -281,29 +272,14 @@ def test_the_first_look_and_a_simulated_clock_that_begins_see_no_sleep():
 
 @pytest.mark.parametrize('gap, slept', [(0.0, 0.0), (1.0, 0.0), (1.25, 1.25), (3600.0, 3600.0),
                                         (-50.0, 0.0)])
-def test_a_gap_beyond_the_limit_is_a_sleep(gap, slept):
-    watch = SleepWatch()
-    watch.update(100.0)
-    watch.update(100.0 + gap)
-    assert watch.slept_for == slept
-    watch.update(100.0 + gap)
-    assert watch.slept_for == 0.0
-
-
-@pytest.mark.parametrize('later, waking', [(0.0, True), (0.25, True), (0.375, False)])
-def test_messages_may_be_as_old_as_the_sleep_for_a_moment(later, waking):
-    watch = SleepWatch()
-    watch.update(100.0)
-    assert not watch.is_waking
-    watch.update(102.0)
-    watch.update(102.0 + later)
-    assert watch.is_waking is waking
-
-
-def test_nobody_needed_to_look_before_the_start():
+def test_a_gap_beyond_the_limit_is_a_sleep_that_is_found_once(gap, slept):
     watch = SleepWatch()
     watch.update(10.0)
-    watch.start(100.0)
-    assert watch.slept_for == 0.0
-    watch.update(103.0)
-    assert watch.slept_for == 3.0
+    watch.start(100.0)          # nobody needed to look before the start
+    assert watch.slept_for == 0.0 and not watch.is_waking
+    watch.update(100.0 + gap)
+    assert watch.slept_for == slept and watch.is_waking is bool(slept)
+    watch.update(100.25 + gap)
+    assert watch.slept_for == 0.0 and watch.is_waking is bool(slept)
+    watch.update(100.375 + gap)
+    assert not watch.is_waking

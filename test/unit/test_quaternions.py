@@ -67,11 +67,6 @@ def test_ros_order_mistaken_for_w_first_and_the_other_way_round_are_refused(yaw,
             yaw_of(parts)
 
 
-def test_the_parts_must_be_named():
-    with pytest.raises(TypeError):
-        yaw_from_quaternion(1.0, 0.0, 0.0, 0.0)
-
-
 @given(YAWS, st.floats(-40.0, 40.0), st.sampled_from('xy'))
 def test_a_ramp_does_not_hide_the_heading(yaw, tilt_deg, axis):
     assert_yaw(then_tilted(yaw, math.radians(tilt_deg), axis), yaw)

@@ -1,6 +1,5 @@
 """Both sensors at one instant: orders of arrival, gaps, and clocks with faults."""
 import math
-import random
 from dataclasses import replace
 
 import pytest
@@ -116,15 +115,6 @@ def test_the_order_of_arrival_does_not_matter(imu_late, odometry_late):
     assert stamps == sorted(set(stamps))
 
 
-@pytest.mark.parametrize('rate', [2.6, -2.6])
-@pytest.mark.parametrize('imu_rate', [20.0, 118.0, 200.0])
-def test_the_yaw_between_two_samples_goes_the_short_way_through_half_a_turn(rate, imu_rate):
-    robot = replace(SPINNING, angular=rate)
-    pairs = pairs_of(SampleBuffer(), robot.messages(0.0, 5.0, imu_rate))
-    assert len(pairs) > 140
-    assert_right(pairs, robot)
-
-
 def test_of_several_that_wait_the_newest_is_taken():
     history = SampleBuffer()
     for time in (0.0, 0.1, 0.2, 0.3):
@@ -139,15 +129,6 @@ def without_imu(silent, end=8.0):
     """Messages of a robot whose IMU is silent for `silent` [s] from 2.0 s on."""
     return [(arrival, sample) for arrival, sample in SPINNING.messages(0.0, end)
             if not (isinstance(sample, ImuSample) and 2.0 < arrival < 2.0 + silent)]
-
-
-@pytest.mark.parametrize('silent', [1.1, 1.4, 4.3])
-def test_no_pair_is_made_up_in_a_long_silence_of_the_imu(silent):
-    pairs = pairs_of(SampleBuffer(), without_imu(silent))
-    assert_right(pairs, SPINNING)
-    times = [odometry.stamp - SPINNING.clock_ahead for odometry, _ in pairs]
-    assert not [time for time in times if 2.01 < time < 2.0 + silent - 0.01]
-    assert max(times) > 7.9
 
 
 @pytest.mark.parametrize('silent', [0.2, 0.35, 0.5, 0.9])
@@ -191,21 +172,6 @@ def test_the_senders_clock_may_be_off_by_anything(ahead, now):
     assert_instant(instant_at(filled(robot.messages(0.5, 2.05, 50.0)), now), robot, now)
 
 
-@pytest.mark.parametrize('drift', [1e-4, -1e-4, 0.0])
-def test_a_clock_that_runs_slow_or_fast_is_followed(drift):
-    """Ten minutes, the sender's clock 100 ppm off, each message up to 10 ms late."""
-    chance, history = random.Random(1), SampleBuffer()
-    for k in range(600 * 20):
-        time = k / 20
-        for sample in (SPINNING.imu(time), SPINNING.odometry(time)):
-            stamped = with_stamp(sample, sample.stamp - drift * time)
-            add(history, time + chance.uniform(0.0, 0.01), stamped)
-        if k % 200 == 199:
-            ahead = SPINNING.clock_ahead - drift * time
-            now = time - 0.1
-            assert_instant(instant_at(history, now), SPINNING, now, ahead, 0.01, 1e-4)
-
-
 # Stamps that cannot be used -----------------------------------------------------------------------
 
 @pytest.mark.parametrize('useless', [0.0, -1.0, 1234.5])
@@ -242,20 +208,6 @@ def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
     assert_instant(instant_at(history, now), robot, now, robot.clock_ahead + step, imu_late + 1e-6)
 
 
-@pytest.mark.parametrize('step', [5.0, -5.0])
-@pytest.mark.parametrize('silent', [0.0, 6.0])
-def test_instants_are_known_at_once_after_a_step_of_the_clock(step, silent):
-    """Also where the clock stepped back by less than the silence: its stamps only went ahead."""
-    robot = replace(SPINNING, clock_ahead=1000.0)
-    history = filled(robot.messages(0.0, 3.0) + [(3.002, robot.odometry(3.002))])
-    pairs = pairs_of(history, restamped(robot.messages(3.01 + silent, 3.2 + silent),
-                                        lambda arrival, stamp: stamp + step))
-    assert len(pairs) >= 5
-    assert_right(pairs, robot, stamped_off=step)
-    now = 3.1 + silent
-    assert_instant(instant_at(history, now), robot, now, 1000.0 + step)
-
-
 @pytest.mark.parametrize('stall', [0.9, 1.2, 1.6, 4.0, 10.0])
 def test_late_messages_are_no_new_clock(stall):
     end = 2.1 + stall
@@ -278,17 +230,6 @@ def test_two_clocks_that_disagree_are_no_use(apart):
 
 
 # The least delay ----------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('seed', range(5))
-def test_now_is_late_by_the_least_delay_of_a_jittery_network(seed):
-    """20 ms, and an additional exponential delay of 20 ms, for each message; in order."""
-    chance, history, last = random.Random(seed), SampleBuffer(), 0.0
-    for time, sample in SPINNING.messages(0.0, 8.0):
-        last = max(last, time + 0.02 + chance.expovariate(50.0))
-        add(history, last, sample)
-    late_by = 8.0 + SPINNING.clock_ahead - history.clock.stamp_of(8.0)
-    assert 0.02 <= late_by <= 0.025
-
 
 def test_the_least_delay_is_forgotten_after_some_seconds():
     """The sender's clock is set back by 20 ms: all its messages seem to be late by that."""
@@ -329,9 +270,11 @@ def test_stamps_that_do_not_catch_up_are_no_clock():
         assert clock.uses_stamps is (k <= 150)
 
 
-def test_a_silence_of_a_second_is_no_new_clock_and_a_step_is_one():
+def test_a_silence_of_a_second_is_no_new_clock_and_a_step_or_a_longer_silence_is_one():
+    """The last step goes back by less than its silence: the stamps only went ahead."""
     clock = SenderClock()
-    for arrival, stamp, epoch in ((1.0, 101.0, 0), (2.2, 102.2, 0), (2.3, 104.0, 1)):
+    for arrival, stamp, epoch in ((1.0, 101.0, 0), (2.2, 102.2, 0), (2.3, 104.0, 1),
+                                  (8.3, 105.0, 2)):
         clock.time_of('imu', stamp, arrival)
         assert clock.epoch == epoch
 
@@ -358,13 +301,6 @@ def test_a_clock_that_was_set_back_is_believed_after_a_while(step):
     lateness.of(50.0, 1000.0)
     seen = [lateness.of(50.0 - step + 0.1 * k, 1000.0 + 0.1 * k) for k in range(1, 80)]
     assert seen[:49] == pytest.approx([step] * 49) and seen[51:] == pytest.approx([0.0] * 28)
-
-
-def test_a_clock_that_runs_slower_makes_nothing_late():
-    """50 ppm: after 83 minutes its stamps are a quarter of a second behind."""
-    lateness = Lateness()
-    seen = [lateness.of(50.0 + 0.1 * k * (1.0 - 50e-6), 1000.0 + 0.1 * k) for k in range(60000)]
-    assert max(seen) < 0.001
 
 
 def test_the_fastest_message_tells_what_is_usual():

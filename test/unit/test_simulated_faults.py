@@ -49,21 +49,6 @@ def test_a_cut_holds_up_samples_and_they_come_in_one_burst():
     assert samples + [sample for burst in bursts for sample in burst] == uncut.step(1.85)
 
 
-def test_what_arrives_together_is_known_from_what_arrives_one_after_the_other():
-    """The bursts hold all samples of a step, also those that a stall delayed."""
-    config = SimulatorConfig(stalls_per_min=60.0, longest_stall=0.5)
-    robot = Simulator(config)
-    bursts = [burst for _ in range(40) for burst in robot.step_in_bursts(0.5)]
-    assert [sample for burst in bursts for sample in burst] == Simulator(config).step(20.0)
-    lengths = [burst[-1].stamp - burst[0].stamp for burst in bursts]
-    # 1 s to the next one, 0.25 s long on average: 16 in 20 s, give or take 4
-    assert 5 < sum(length > 0.0 for length in lengths) < 28
-    assert 0.25 < max(lengths) <= 0.5
-    for burst in bursts:
-        stamps = [sample.stamp for sample in imu_of(burst)]
-        assert all(b - a == pytest.approx(0.005) for a, b in zip(stamps, stamps[1:]))
-
-
 def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     robot = Simulator(STIFF)
     robot.step(1.0)
@@ -86,20 +71,6 @@ def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     assert robot.true_velocity[0] > 0.19
     robot.step(0.01 + 1 / 30)
     assert robot.true_velocity == (0.0, 0.0)
-
-
-def test_stalls_hold_up_samples_and_commands():
-    robot = Simulator(replace(STIFF, stalls_per_min=120.0, longest_stall=4.0))
-    longest, stops, arrived = 0.0, 0, 0.0
-    for _ in range(6000):
-        robot.command(0.1, 0.0)
-        moving = robot.true_velocity[0] > 0.0
-        samples = robot.step(0.01)
-        stops += moving and robot.true_velocity[0] == 0.0
-        arrived = robot.now if samples else arrived
-        longest = max(longest, robot.now - arrived)
-    # 24 stalls in 60 s, three of four longer than the board's patience and a tick
-    assert stops > 8 and 2.0 < longest <= 4.0
 
 
 @pytest.mark.parametrize('fault, lost', [('imu_silent', ImuSample),

@@ -1,13 +1,12 @@
 """The simulated robot's clock: steps of any length, rates, seeds."""
 import math
-import time
 from dataclasses import astuple, is_dataclass, replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulated import QUIET, close, drive, imu_of, odom_of
+from simulated import QUIET, close, imu_of, odom_of
 
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
@@ -85,13 +84,3 @@ def test_no_time_no_samples_and_no_way_back():
     for nonsense in (-0.1, math.nan, math.inf):
         with pytest.raises(ValueError):
             robot.step(nonsense)
-
-
-def test_much_faster_than_real_time():
-    def seconds():
-        robot, start = Simulator(), time.process_time()
-        drive(robot, 30.0, 0.1, 0.5)
-        return time.process_time() - start
-    # A quiet computer does 1500; this only catches a mistake that makes it useless. The best of
-    # three counts: caches that other programs empty, and the garbage of other tests, cost time.
-    assert 30.0 / min(seconds() for _ in range(3)) > 200.0

@@ -19,30 +19,20 @@ def test_the_firmwares_constants():
 
 def test_the_burgers_limits_are_its_motors():
     burger = robot_model('burger')
-    assert burger.max_wheel_speed == pytest.approx(rim_speed(61.0))
-    assert burger.max_linear == pytest.approx(0.2108, abs=1e-9)
     assert burger.motor_steps * MOTOR_SPEED_STEP * 0.033 == pytest.approx(0.2097, abs=5e-5)
     assert burger.max_linear == pytest.approx(burger.max_wheel_speed, abs=5e-5)
     assert burger.max_angular == pytest.approx(rim_speed(61.0) / 0.080, abs=1e-3)
-    assert burger.max_linear < 0.22 and burger.max_angular < 2.84
 
 
-@pytest.mark.parametrize('name', ['waffle', 'waffle_pi'])
-def test_the_waffles(name):
-    waffle = robot_model(name)
-    assert (waffle.max_linear, waffle.max_angular) == (0.26, 1.82)
-    assert waffle.max_wheel_speed == pytest.approx(rim_speed(77.0))
-
-
-@pytest.mark.parametrize('name, separation, radius', [
-    ('burger', 0.160, 0.105), ('waffle', 0.287, 0.220), ('waffle_pi', 0.287, 0.220)])
-def test_geometry(name, separation, radius):
-    """The firmware's WHEEL_SEPARATION and ROBOT_RADIUS."""
+@pytest.mark.parametrize('name, separation, radius, rpm, linear, angular', [
+    ('burger', 0.160, 0.105, 61.0, 0.2108, 2.635), ('waffle', 0.287, 0.220, 77.0, 0.26, 1.82),
+    ('waffle_pi', 0.287, 0.220, 77.0, 0.26, 1.82)])
+def test_the_numbers_of_the_firmware(name, separation, radius, rpm, linear, angular):
     model = MODELS[name]
-    assert model.name == name
-    assert (model.wheel_radius, model.wheel_separation) == (0.033, separation)
     assert model.half_track == separation / 2.0
-    assert model.body_radius == radius > model.half_track
+    assert model.max_wheel_speed == pytest.approx(rim_speed(rpm))
+    assert (model.name, model.wheel_radius, model.body_radius, model.max_linear,
+            model.max_angular) == (name, 0.033, radius, linear, angular)
 
 
 @pytest.mark.parametrize('name', ['', 'Burger', 'turtlebot4', None])

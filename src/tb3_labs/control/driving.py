@@ -51,19 +51,16 @@ class LabLaw:
         return state
 
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Turn towards the goal."""
         error = difference(motion.pose.bearing_to(goal), motion.pose.yaw)
         if motion.pose.distance_to(goal) < self.distance_tolerance:
             error = 0.0           # at the goal the bearing means nothing
         return self._turn(error, self.ROTATE_TO_GOAL_GAIN)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Drive straight on until near the goal."""
         distance = motion.pose.distance_to(goal)
         return LawStep(Twist2(self._forward, 0.0), distance, distance < self.distance_tolerance)
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Turn to the goal's heading."""
         return self._turn(difference(goal.yaw, motion.pose.yaw), self.ROTATE_TO_FINAL_GAIN)
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:

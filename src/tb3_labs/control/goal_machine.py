@@ -1,6 +1,4 @@
-"""Driving to a goal in four states, as the Transformation lab lists them.
-
-    ROTATE_TO_GOAL -> MOVE_FORWARD -> ROTATE_TO_FINAL -> GOAL_REACHED
+"""Driving to a goal in the four states of :class:`tb3_labs.control.goal.GoalState`.
 
 A *law* (:mod:`tb3_labs.control.driving`) gives the command in each of the three driving states, and
 says when the state is finished. This module chooses the state. If the robot gets no nearer,
@@ -12,7 +10,6 @@ start it again.
 
 Units: metres, radians, seconds. Poses are in the local frame. Edge case: after GOAL_REACHED or a
 failure the command is None, not a zero.
-Source: the course's first move-to-goal lab.
 """
 from collections import defaultdict
 from typing import Dict, Optional, Protocol, Tuple
@@ -21,8 +18,8 @@ from tb3_labs.control.goal import GoalState
 from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import Motion
-from tb3_labs.supervision.stall import REST_ANGULAR, REST_LINEAR, Settling, StallWatch
+from tb3_labs.robot.samples import Motion, is_slow
+from tb3_labs.supervision.stall import Settling, StallWatch
 
 #: A drive that ends outside its tolerance, for instance by a stall of the network, goes on from
 #: there, at most this many times.
@@ -129,7 +126,7 @@ class GoalMachine:
         elif self._interrupted:
             self._resume(motion.pose, goal)
         self._time += dt
-        self._settling.look(_is_slow(motion), self._time - motion.imu_age)
+        self._settling.look(is_slow(motion.linear, motion.angular), self._time - motion.imu_age)
         while self.active:
             command, remaining, finished = self._move(motion, goal, dt)
             if finished and self.state is GoalState.ROTATE_TO_FINAL and not self._rests(motion):
@@ -188,7 +185,3 @@ class GoalMachine:
         for stall in self._stalls.values():
             stall.resume()
         self.state = self.law.resume(self.state, pose, goal)
-
-
-def _is_slow(motion: Motion) -> bool:
-    return abs(motion.linear) <= REST_LINEAR and abs(motion.angular) <= REST_ANGULAR

@@ -28,6 +28,7 @@ Source: the step response of a first-order system with dead time, as in K. J. As
 T. Hagglund, PID Controllers: Theory, Design, and Tuning (1995), chapter 2.
 """
 import math
+from copy import copy
 from typing import Optional, Tuple
 
 import numpy as np
@@ -116,10 +117,6 @@ class Response:
             return LEAST_SAMPLE_DELAY
         return min(excess, MAX_SAMPLE_DELAY)
 
-    def copy(self) -> 'Response':
-        """A copy with the same values."""
-        return Response(self.delay, self.lag, self.gain)
-
     def measured(self, other: 'Response') -> None:
         """Take in one measurement of delay, lag and gain."""
         delay = clamp(other.delay, 0.0, MAX_DELAY)
@@ -154,9 +151,9 @@ class Identification:
         """`response`: the values as far as known, which this approach improves;
         `speed_is_prompt`: see ApproachConfig."""
         #: The estimate of this approach.
-        self.estimate = response.copy()
+        self.estimate = copy(response)
         self._response = response
-        self._first = response.copy()    # the equations are solved for the difference
+        self._first = copy(response)    # the equations are solved for the difference
         self._speed_is_prompt = speed_is_prompt
         self._from_rest = False          # did the robot stand when the approach began,
         self._seen_to_start = False      # and was it seen to speed up?
@@ -197,7 +194,7 @@ class Identification:
         seen = look_at_start(history.now - age, history.first * self._first.gain, travelled, speed)
         if seen is not None:
             self._first.delay, self._first.lag = seen
-            self.estimate = self._first.copy()
+            self.estimate = copy(self._first)
 
     def _solve(self, history: CommandHistory, travelled: float, speed: float, fastest: float,
                age: float) -> None:

@@ -15,8 +15,9 @@ from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import LawStep, Twist2, proportional
 from tb3_labs.geometry.angles import continuous, difference
+from tb3_labs.robot.samples import REST_ANGULAR
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, RobotModel
-from tb3_labs.supervision.stall import REST_ANGULAR, Settling
+from tb3_labs.supervision.stall import Settling
 
 #: The precise law gives one command in each control period of the firmware [s].
 PERIOD = 1.0 / CONTROL_RATE
@@ -115,7 +116,7 @@ class LabTurn:
         self._goal = yaw + angle
 
     def extend(self, angle: float) -> None:
-        self._goal += angle
+        """Not called: `extends` is False."""
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:

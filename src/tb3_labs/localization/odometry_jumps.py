@@ -24,7 +24,7 @@ from typing import NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.robot.samples import ImuSample, OdometrySample, is_slow
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: No TurtleBot3 drives faster than this [m/s].
@@ -55,10 +55,6 @@ NEAR_ZERO_YAW = 0.1
 RESTING_TURN = 0.1
 #: If the IMU turns farther than this in a silence, it was calibrated [rad].
 CALIBRATION_TURN = 0.005
-#: A robot rests if its speed by the wheels is at most this [m/s],
-RESTING_SPEED = 0.005
-#: and its rate of turn by the gyro is at most this [rad/s].
-RESTING_RATE = 0.03
 #: A robot that turns comes to rest within this time of its last message [s].
 STOPPING_TIME = 0.5
 
@@ -101,8 +97,7 @@ class _Heard(NamedTuple):
     @property
     def rests(self) -> bool:
         """Do wheels and gyro rest?"""
-        return (abs(self.sample.linear) <= RESTING_SPEED
-                and abs(self.imu.yaw_rate) <= RESTING_RATE)
+        return is_slow(self.sample.linear, self.imu.yaw_rate)
 
 
 def _is_reset(before: _Heard, after: _Heard) -> bool:

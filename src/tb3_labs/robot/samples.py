@@ -12,6 +12,10 @@ from tb3_labs.geometry.se2 import Pose2
 #: A robot does not turn farther than this between two samples of its IMU [rad]. In a silence of the
 #: IMU, a node that drives by the IMU stops the robot.
 FARTHEST_TURN = 1.0
+#: A robot at rest has at most this forward speed in its samples [m/s],
+REST_LINEAR = 0.005
+#: and at most this rate of turn [rad/s].
+REST_ANGULAR = 0.03
 
 
 class ImuSample(NamedTuple):    # faster than a dataclass: hundreds are made in a second
@@ -63,6 +67,11 @@ def with_stamp(sample: AnySample, stamp: float) -> AnySample:
     if isinstance(sample, ImuSample):
         return sample._replace(stamp=stamp)
     return replace(sample, stamp=stamp)
+
+
+def is_slow(linear: float, angular: float) -> bool:
+    """Are these speeds [m/s, rad/s] those of a robot at rest?"""
+    return abs(linear) <= REST_LINEAR and abs(angular) <= REST_ANGULAR
 
 
 def heading_jump(before: float, after: float) -> str:

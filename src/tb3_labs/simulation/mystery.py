@@ -1,10 +1,5 @@
 """Mystery robots: the simulated robot with one hidden fault, to be found by measuring.
 
-    hidden = HiddenFault(7, SimulatorConfig())
-    robot = Simulator(hidden.settings_at(0.0))
-    hidden.fault.name, hidden.value    # ('command latency', 0.52): the answer
-    judge(7, 'command latency', 0.5)   # (True, 'Right: ...')
-
 A number from 1 to LAST always gives the same robot. In each block of numbers (1 to 11, 12 to 22,
 ...) each of the KINDS occurs once, in a random order, and neighbours differ. Only
 ``random.Random(text).random()`` is used, since Python promises its sequence for all versions.

@@ -1,10 +1,5 @@
 """The network between the simulated robot and a computer: it decides when a message arrives.
 
-    link = Link('sensors', seed=1)
-    link.configure(LinkSettings(delay=0.03, jitter=0.0075), now=0.0)
-    link.send(['a', 'b'], [0.10, 0.11])
-    link.take(0.2)                     # [(0.134, 'a'), (0.151, 'b')]: time of arrival, message
-
 A link is one direction and behaves as TCP does: messages are not lost, and stay in their
 order. A message arrives after its `delay` and a random `jitter`, which is drawn for each message. A
 message that comes during a stall waits for the end of the stall. A cut is a stall that lasts until

@@ -12,7 +12,7 @@ from tb3_labs.robot.samples import Sample, with_stamp
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.body import Body
 from tb3_labs.simulation.firmware import Odometer, encoder
-from tb3_labs.simulation.network import Interruptions
+from tb3_labs.simulation.network import Arrival, Interruptions
 from tb3_labs.simulation.simulator_config import FAULTS, SimulatorConfig
 
 #: Shortest and longest dropout [s].
@@ -89,11 +89,12 @@ class TimeSyncs:
             self._number, self._error = number, source.uniform(-self._largest, self._largest)
         return self._error
 
-    def stamped(self, samples: List[Sample]) -> List[Sample]:
-        """Returns the samples with the stamps of the board's clock; `samples` have true stamps."""
+    def stamped(self, arrivals: List[Arrival]) -> List[Arrival]:
+        """Returns the samples with the stamps of the board's clock; theirs are the true ones."""
         if not self._largest:
-            return samples
-        return [with_stamp(sample, sample.stamp + self.error(sample.stamp)) for sample in samples]
+            return arrivals
+        return [(moment, with_stamp(sample, sample.stamp + self.error(sample.stamp)))
+                for moment, sample in arrivals]
 
 
 class Sensors:

@@ -5,10 +5,8 @@
     for sample in robot.step(0.02):
         ...                            # ImuSample and OdometrySample, by time of arrival
 
-Parts: `simulator_config` holds the settings. `firmware` reads commands and resets, and turns
-commands into motor speeds and encoders into odometry. `body` moves the robot and its IMU, `sensors`
-makes the samples with their faults, and `network` delays samples and commands.
-This module is their clock. The same seed gives the same samples, for steps of any length.
+This module is the clock of the parts: `firmware`, `body`, `sensors` and `network`. The same seed
+gives the same samples, for steps of any length.
 
 Frames: `truth` is in `world`, in which the odometry starts without error. The IMU's yaw differs
 from the true yaw by `imu_offset_deg`. Stamps count seconds from 0.
@@ -116,27 +114,20 @@ class Simulator:
 
         ``ValueError`` if `dt` is negative or not finite.
         """
-        self._pass(dt)
-        return self.sensors.clock.stamped([sample for _, sample in self._arrivals()])
+        return [sample for _, sample in self.step_with_arrivals(dt)]
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
         """As :meth:`step`, but samples that arrive at the same moment, for instance after a stall,
         are together in one list."""
-        self._pass(dt)
-        return [self.sensors.clock.stamped([sample for _, sample in burst])
-                for _, burst in groupby(self._arrivals(), itemgetter(0))]
+        return [[sample for _, sample in burst]
+                for _, burst in groupby(self.step_with_arrivals(dt), itemgetter(0))]
 
     def step_with_arrivals(self, dt: float) -> List[Arrival]:
         """As :meth:`step`, but each sample with the moment of its arrival [s] before it."""
         self._pass(dt)
-        arrivals = self._arrivals()
-        return list(zip((moment for moment, _ in arrivals),
-                        self.sensors.clock.stamped([sample for _, sample in arrivals])))
-
-    def _arrivals(self) -> List[Arrival]:
         sent = self.sensors.take()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
-        return self._sensor_link.take(self.now + ROUNDING)
+        return self.sensors.clock.stamped(self._sensor_link.take(self.now + ROUNDING))
 
     def _pass(self, dt: float) -> None:
         if not 0.0 <= dt < math.inf:

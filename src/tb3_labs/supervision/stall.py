@@ -17,10 +17,6 @@ LONGEST_REST = 4.0
 AWAY_LIMIT = 0.8
 #: A robot that is faster than this moves [m/s or rad/s].
 MOVING = 0.005
-#: A robot at rest has at most this forward speed in its samples [m/s],
-REST_LINEAR = 0.005
-#: and at most this rate of turn [rad/s].
-REST_ANGULAR = 0.03
 #: Samples at rest must span this time, nearly one control period of the robot [s].
 SETTLING_TIME = 0.03
 
