@@ -20,7 +20,7 @@ Units: seconds, radians; `now` on the receiver's clock. Sources: the firmware's 
 a recorded drive of a Burger: at most 0.5 deg of its turns are unexplained.
 """
 from collections import deque
-from typing import Deque, NamedTuple, Optional, Tuple
+from typing import Deque, NamedTuple, Optional, Tuple, Union
 
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.localization.sender_clock import SenderClock
@@ -97,11 +97,8 @@ class GyroWatch:
         self.cause, self.remedy = CAUSE.format(model.name), REMEDY.format(reset_topic)
         #: Has any reading been compared?
         self.has_compared = False
+        self._clock = SenderClock()
         self._contradicts = False
-        self._clock = SenderClock(self._begin)
-
-    def _begin(self) -> None:
-        """Begin to compare anew: no sample until now counts."""
         self._imu: Optional[Tuple[ImuSample, float]] = None         # the latest, and its time
         self._wheels: Optional[Tuple[WheelSample, float]] = None
         self._readings: Deque[_Reading] = deque()    # not compared yet
@@ -114,7 +111,7 @@ class GyroWatch:
 
     def on_imu(self, sample: ImuSample, now: float) -> None:
         """Take in a sample of the IMU."""
-        time = self._clock.time_of('imu', sample.stamp, now)
+        time = self._time_of('imu', sample, now)
         if self._imu is not None:
             (last, begin), is_repeated = self._imu, sample[1:] == self._imu[0][1:]
             if 0.0 < time - begin <= GYRO_GAP:
@@ -125,7 +122,7 @@ class GyroWatch:
 
     def on_wheels(self, sample: WheelSample, now: float) -> None:
         """Take in a sample of the wheels."""
-        time = self._clock.time_of('wheels', sample.stamp, now)
+        time = self._time_of('wheels', sample, now)
         if self._wheels is not None:
             last, begin = self._wheels
             if time - begin > WHEEL_GAP:
@@ -139,6 +136,22 @@ class GyroWatch:
     def problem(self) -> str:
         """'' or the contradiction, and its remedy, in words."""
         return '{}: {}'.format(self.cause, self.remedy) if self._contradicts else ''
+
+    def _begin(self) -> None:
+        """Begin to compare anew: no sample until now counts."""
+        self._imu = self._wheels = None
+        self._readings.clear()
+        self._turns.clear()
+        self._is_calibrated, self._turned_for = False, 0.0
+        self._unexplained = self._agreed_for = 0.0
+
+    def _time_of(self, source: str, sample: Union[ImuSample, WheelSample], now: float) -> float:
+        """Time of a sample on the sender's clock. If that clock was set, compare anew."""
+        epoch = self._clock.epoch
+        time = self._clock.time_of(source, sample.stamp, now)
+        if self._clock.epoch != epoch:
+            self._begin()
+        return time
 
     def _add_turn(self, left: float, right: float, begin: float, end: float) -> None:
         per_track = self._model.wheel_radius / self._model.wheel_separation / (end - begin)

@@ -16,7 +16,7 @@ from typing import Any, Callable, Deque, Optional, Tuple
 from tb3_labs.geometry.angles import difference, interpolate_angle, wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.localization.sender_clock import SenderClock
-from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 
 #: Samples are remembered for this long [s].
 MEMORY = 1.5
@@ -77,7 +77,8 @@ class SampleBuffer:
 
     def __init__(self) -> None:
         #: The SenderClock by which samples are ordered.
-        self.clock = SenderClock(self._forget)
+        self.clock = SenderClock()
+        self._forget()
 
     def _forget(self) -> None:
         self._imu = Track(interpolate_angle)
@@ -86,13 +87,13 @@ class SampleBuffer:
 
     def add_imu(self, sample: ImuSample, arrival: float) -> float:
         """Remember a sample that arrived at `arrival` [s, receiver's clock]. Returns its time."""
-        time = self.clock.time_of('imu', sample.stamp, arrival)
+        time = self._time_of('imu', sample, arrival)
         self._imu.add(time, sample.yaw)
         return time
 
     def add_odometry(self, sample: OdometrySample, arrival: float) -> float:
         """Remember a message that arrived at `arrival` [s, receiver's clock]. Returns its time."""
-        time = self.clock.time_of('odometry', sample.stamp, arrival)
+        time = self._time_of('odometry', sample, arrival)
         self._odometry.add(time, sample.pose)
         self._unpaired.append((time, sample))
         while self._unpaired[0][0] < time - MEMORY:
@@ -128,3 +129,10 @@ class SampleBuffer:
             drift = difference(stop - start, difference(after.yaw, before.yaw))
             yaw += drift * (time - begin) / (end - begin)
         return wrap(yaw)
+
+    def _time_of(self, source: str, sample: Sample, arrival: float) -> float:
+        epoch = self.clock.epoch
+        time = self.clock.time_of(source, sample.stamp, arrival)
+        if self.clock.epoch != epoch:
+            self._forget()
+        return time

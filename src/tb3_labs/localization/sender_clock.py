@@ -20,7 +20,7 @@ Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
 """
 import math
 from collections import deque
-from typing import Callable, Deque, Dict, Optional, Tuple
+from typing import Deque, Dict, Optional, Tuple
 
 from tb3_labs.geometry.angles import clamp
 
@@ -45,9 +45,7 @@ HEARD_BEFORE = 0.1
 class SenderClock:
     """Reads the stamps of one sender's several sources."""
 
-    def __init__(self, on_new_epoch: Callable[[], None] = lambda: None) -> None:
-        """`on_new_epoch()` is called at the begin of each epoch, also of the first one."""
-        self._on_new_epoch = on_new_epoch
+    def __init__(self) -> None:
         #: Number of the epoch; the first is 0.
         self.epoch = -1
         #: False once the stamps have shown that they are not a clock.
@@ -117,7 +115,6 @@ class SenderClock:
         self._last: Dict[str, Tuple[float, float, float]] = {}    # by source: time, stamp, arrival
         self._off_since: Dict[str, float] = {}
         self._behind_since: Dict[str, float] = {}
-        self._on_new_epoch()
 
 
 class Lateness:
