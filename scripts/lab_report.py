@@ -21,16 +21,6 @@ from tb3_labs.marking.own_numbers import own_numbers
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
 
-def progress(what):
-    """Returns a function that shows on a terminal which share of `what` is done, 0 to 1. The next
-    line overwrites it."""
-    def show(fraction):
-        if sys.stderr.isatty():
-            print('{}: {:3.0f} %'.format(what, 100.0 * fraction), end='\r', file=sys.stderr,
-                  flush=True)
-    return show
-
-
 def parse(words):
     """The command line's arguments."""
     parser = Parser(
@@ -83,7 +73,7 @@ def report(arguments):
         'runs_report' if several else bags[0].stem + '_report')
     for bag, name in zip(bags, names_of(bags)):
         try:
-            run = completed(read_run(str(bag), arguments.ns, progress('reading ' + name)), goal)
+            run = completed(read_run(str(bag), arguments.ns), goal)
         except BagProblem as problem:
             problems.append(str(problem))
             continue
