@@ -17,13 +17,6 @@ def test_a_rate_by_hand():
     assert told == pytest.approx((5.0, 0.31, 1, 0.71))    # 0.31 s is a gap, 0.29 s is none
 
 
-def test_too_few_messages_have_no_rate():
-    unknown = math.nan
-    for count, told in ((0, (unknown, unknown, 0, unknown)), (1, (unknown, unknown, 0, unknown)),
-                        (2, (unknown, 0.0, 0, 0.0))):
-        assert rate(Samples(np.zeros(count), np.zeros(count))) == pytest.approx(told, nan_ok=True)
-
-
 def test_the_way_counts_forwards_and_backwards_along_both_axes():
     x, y = np.array([0.0, 3.0, 3.0, 0.0]), np.array([0.0, 4.0, 0.0, 0.0])
     nothing = 0.0 * x
@@ -60,22 +53,10 @@ def test_odometry_in_a_gap_of_the_imu_is_left_out(kept, first, last, lost):
     assert len(TIME) - len(offset.time) == lost and offset.mean == pytest.approx(0.5)
 
 
-def test_a_tenth_of_few_samples_is_one():
-    """2 deg/s for 14 twentieths of a second."""
-    imu = ImuSamples(TIME, TIME, np.radians(2.0 * TIME), ZERO)
-    offset = yaw_offset(made(imu=imu, odometry=made().odometry.take(slice(15))))
-    assert math.degrees(offset.drift) == pytest.approx(1.4)
-
-
 def test_an_imu_of_another_time_has_no_offset():
     offset = yaw_offset(made(imu=ImuSamples(TIME + 100.0, TIME + 100.0, ZERO, ZERO)))
     assert math.isnan(offset.mean) and math.isnan(offset.spread) and math.isnan(offset.drift)
     assert len(offset.time) == len(offset.deviation) == 0
-
-
-def test_the_imus_yaw_is_continuous_between_its_samples():
-    at = np.array([0.02, 1.234, 7.77])
-    assert ImuSamples(TIME, TIME, wrap_all(3.0 * TIME), ZERO).yaw_at(at) == pytest.approx(3.0 * at)
 
 
 # Poses as arrays do what Pose2 does ---------------------------------------------------------------
@@ -104,8 +85,8 @@ def test_products_inverses_and_parents_of_many_poses():
 
 
 @pytest.mark.parametrize('time, share, pair', [
-    (1.5, 0.5, (0, 1)), (2.5, 0.25, (1, 2)), (3.5, 0.75, (1, 2)), (0.0, 0.0, (0, 1)),
-    (9.0, 1.0, (1, 2)), (2.0, 0.0, (1, 2)), (4.0, 1.0, (1, 2)), (1.0, 0.0, (0, 1))])
+    (1.5, 0.5, (0, 1)), (3.5, 0.75, (1, 2)), (0.0, 0.0, (0, 1)), (9.0, 1.0, (1, 2)),
+    (2.0, 0.0, (1, 2))])
 def test_a_pose_between_two(time, share, pair):
     here, (before, after) = arrays(A).at(time), (A[k] for k in pair)
     assert (here.x, here.y) == pytest.approx((before.x + share * (after.x - before.x),

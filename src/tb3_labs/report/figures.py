@@ -25,8 +25,6 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 
 DOTS_PER_INCH = 150
 WIDTH = 7.2                     # [inch], between the margins of A4
-#: Widths in a legend [inch]: of a letter, and of the rest of an entry.
-LETTER, SAMPLE = 0.075, 0.6
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: (colour, line style) of successive curves.
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
@@ -79,26 +77,10 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[flo
               **dict(dict(linewidth=1.3), **looks))
 
 
-def map_of_local(figure: Figure, axes: Axes, margin: float) -> None:
-    """Finish a map of the local frame: one scale, the axes' names, a grid, the legend below.
-
-    `margin`: the empty border around the drawing, as a part of its size.
-    """
-    axes.set_aspect('equal', adjustable='datalim')
-    axes.margins(margin)
-    axes.set(xlabel='x in local [m]', ylabel='y in local [m]')
-    axes.grid(True, linewidth=0.3)
-    legend_below(figure, *axes.get_legend_handles_labels())
-
-
 def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
-    """Put a legend below the figure, in as many columns as fit its width."""
-    widths = [SAMPLE + LETTER * len(label) for label in labels]
-    columns = max(1, len(labels))
-    while columns > 1 and sum(map(max, np.array_split(widths, columns))) > WIDTH:
-        columns -= 1
-    figure.legend(handles, labels, loc='upper center', ncol=columns, fontsize=8,
-                  frameon=False, bbox_to_anchor=(0.5, 0.0))
+    """Put a legend below the figure; three columns fit its width."""
+    figure.legend(handles, labels, loc='upper center', ncol=3, fontsize=8, frameon=False,
+                  bbox_to_anchor=(0.5, 0.0))
 
 
 # A run over time ------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ import math
 from datetime import datetime
 from html import escape
 from pathlib import Path
-from typing import Dict, Iterator, Optional, Sequence, Union
+from typing import Dict, Optional, Sequence, Union
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -20,9 +20,9 @@ from tb3_labs.report.drives import DriveReport, drives, goal_errors, spans
 from tb3_labs.report.epochs import epochs
 from tb3_labs.report.movements import FASTEST_BY_MOUSE, PAUSE, by_hand
 from tb3_labs.report.run_data import Poses, RunData, yaw_offset
-from tb3_labs.report.tables import STYLE, degrees, number, safe
+from tb3_labs.report.tables import STYLE, degrees, number
 from tb3_labs.report.turns import TurnReport, turns
-from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
+from tb3_labs.robot.turtlebot3 import RobotModel
 
 PAGE = '''<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{0}</title><style>
@@ -136,7 +136,7 @@ def _turns(run: RunData, turned: Sequence[TurnReport]) -> str:
     if not turned:
         return ''
     return '<h2>Turns</h2>{}<p>{}</p>'.format(
-        tables.numbered('turn', tables.TURNS_OF_RUN, turned), escape(_rule_of_turns(run, turned)))
+        tables.numbered('turn', tables.TURNS, turned), escape(_rule_of_turns(run, turned)))
 
 
 def _drives(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnReport]) -> str:
@@ -221,11 +221,10 @@ def write_csv(run: RunData, path: Path) -> None:
     odometry, local, truth, at = run.odometry, run.local_pose, run.ground_truth, run.odometry.time
     error_time, distance, angle = goal_errors(run)
     in_order = spans(run)
-    words = np.array([''] + [safe(span.state) for span in in_order], dtype=object)
+    words = np.array([''] + [span.state for span in in_order], dtype=object)
     states = words[np.searchsorted([span.begin for span in in_order], at, side='right')]
     near = _nearest(error_time, at)
-    newest = np.searchsorted(run.commands.time, at, side='right') - 1
-    newest[np.append(run.commands.time, -math.inf)[newest] < at - COMMAND_TIMEOUT] = -1
+    newest = run.commands.newest(at)
     columns = {
         'time_s': at, **_pose_columns('odom', odometry, np.arange(len(at))),
         **_pose_columns('local', local, _nearest(local.time, at)),
@@ -236,16 +235,12 @@ def write_csv(run: RunData, path: Path) -> None:
         'linear_m_s': odometry.linear,
         'linear_commanded_m_s': _chosen(run.commands.linear, newest),
         'angular_rad_s': np.interp(at, run.imu.time, run.imu.yaw_rate),
-        'angular_commanded_rad_s': _chosen(run.commands.angular, newest)}
+        'angular_commanded_rad_s': _chosen(run.commands.angular, newest), 'state': states}
     with open(str(path), 'w', newline='') as file:
         writer = csv.writer(file, lineterminator='\n')
-        writer.writerow([*columns, 'state'])
-        writer.writerows(zip(*(_texts(*column) for column in columns.items()), states))
-
-
-def _texts(name: str, values: np.ndarray) -> Iterator[str]:
-    form = '{:.3f}' if name.endswith('_deg') else '{:.4f}'
-    return (number(value, form, '') for value in values)
+        writer.writerow(columns)
+        writer.writerows(zip(*([tables.in_csv(name, value) for value in values]
+                               for name, values in columns.items())))
 
 
 def _pose_columns(name: str, poses: Poses, index: np.ndarray) -> Dict[str, np.ndarray]:

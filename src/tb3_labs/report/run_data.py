@@ -134,6 +134,13 @@ class Commands(Samples):
     linear: np.ndarray
     angular: np.ndarray
 
+    def newest(self, times: np.ndarray) -> np.ndarray:
+        """The index of the command in force at each time [s]; -1 before the first command, and
+        after the robot's timeout."""
+        newest = np.searchsorted(self.time, times, side='right') - 1
+        is_over = np.append(self.time, -math.inf)[newest] < times - COMMAND_TIMEOUT
+        return np.where(is_over, -1, newest)
+
 
 def in_force(time: np.ndarray, speeds: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Returns (time, speed) of commands as steps; NaN if the robot's timeout ended a command."""
