@@ -63,11 +63,10 @@ def test_the_figures_draw_the_runs_own_numbers():
     assert lines(angular, 'measured')[0][:, 1] == pytest.approx(ZERO + 0.1)
     for axes, limit in ((linear, BURGER.max_linear), (angular, BURGER.max_angular)):
         assert [line[0, 1] for line in lines(axes) if len(line) == 2] == [limit, -limit]
-    far, turned = errors(run, BURGER).axes
+    far, turned = errors(run).axes
     assert lines(far)[0][-1] == pytest.approx((10.0, 0.0), abs=1e-9)
     assert lines(turned)[0][:, 1] == pytest.approx(math.degrees(0.2))
-    assert [text.get_text() for text in far.texts] == ['0.0 mm\n11.5 deg']
-    assert far.texts[0].xy == pytest.approx((7.0, 0.0), abs=1e-9) and far.get_ylim()[0] == 0.0
+    assert far.get_ylim()[0] == 0.0
     circle, line, apart = heading(run).axes
     for axes in circle, line:
         assert lines(axes)[0][:, 1] == pytest.approx(math.degrees(0.5))
@@ -131,7 +130,7 @@ def test_turns_are_drawn_from_their_begin_in_the_direction_that_was_asked_for():
 def test_a_legend_is_not_wider_than_its_figure():
     """All states that have a shade of their own, and a reset."""
     told = states(*STATES, (8.0, 'gave up'))
-    figure = errors(made(states=told, local_pose=poses(X + np.where(TIME > 8.5, 0.5, 0.0))), BURGER)
+    figure = errors(made(states=told, local_pose=poses(X + np.where(TIME > 8.5, 0.5, 0.0))))
     figure.canvas.draw()
     legend, = figure.legends
     assert len(legend.get_texts()) == 6

@@ -100,7 +100,6 @@ def _compared(title: str, what: str, columns: Sequence[Column],
     groups = list(runs)
     if len(runs) > 1:
         groups.append(('all', [report for _, reports in runs for report in reports]))
-    heads = [column.head for column in columns]
     meant = [column for column in columns if column.name not in NO_MEAN]
     means: List[List[str]] = []
     for name, reports in groups:
@@ -112,7 +111,7 @@ def _compared(title: str, what: str, columns: Sequence[Column],
     return '<h2>{0}</h2>{1}<h2>{0}, one by one</h2>{2}'.format(
         title,
         table(['run', what + 's', ''] + [column.head for column in meant], means, words=('',)),
-        table(['run', what] + heads, rows))
+        table(['run', what] + [column.head for column in columns], rows))
 
 
 def _spread(columns: Sequence[Column], reports: Sequence[Any]) -> List[List[str]]:

@@ -37,8 +37,6 @@ STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
           '': ('#dddddd', '...')}
 #: The vertical axis of an angle [deg].
 WHOLE_CIRCLE = dict(ylim=(-190.0, 190.0), yticks=[-180, -90, 0, 90, 180])
-#: If there are more labels than this, none is drawn: they would cover each other.
-MOST_LABELS = 6
 #: Long curves are drawn in parts of this many points: Agg in Noetic limits the length of one part.
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: A turn is drawn from this time before it until this time after it [s].
@@ -85,7 +83,7 @@ def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) 
 
 # A run over time ------------------------------------------------------------------------------
 
-def errors(run: RunData, model: RobotModel) -> Optional[Figure]:
+def errors(run: RunData) -> Optional[Figure]:
     """Distance and angle to the goal over time; None without a goal."""
     time, distance, angle = drives.goal_errors(run)
     if not len(time):
@@ -96,16 +94,6 @@ def errors(run: RunData, model: RobotModel) -> Optional[Figure]:
     curve(turned, time, np.degrees(angle), _resets(run), circle=True, color=BLUE)
     far.set(ylabel='distance error [m]', ylim=(0.0, None))
     turned.set(ylabel='angle error [deg]', **WHOLE_CIRCLE)
-    found = drives.drives(run, model)
-    for drive in found if len(found) <= MOST_LABELS else ():
-        if not math.isnan(drive.measured[0]):
-            far.annotate(
-                '{:.1f} mm\n{:.1f} deg'.format(1000.0 * drive.measured[0],
-                                               abs(math.degrees(drive.measured[1]))),
-                (drive.end, drive.measured[0]), xytext=(-6, 16), textcoords='offset points',
-                ha='right', fontsize=8, bbox=dict(boxstyle='round,pad=0.2', facecolor='white',
-                                                  linewidth=0.5),
-                arrowprops=dict(arrowstyle='-', linewidth=0.8))
     _shade(figure, (far, turned), run)
     return figure
 

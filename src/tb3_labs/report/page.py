@@ -39,7 +39,7 @@ SHORTEST_PATH = 0.05
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
     'turns': 'Angle left to what was asked, and rate of turn, from the first command on.',
-    'errors': 'Distance to the goal, and angle off its heading, in local. Labels: errors at rest.',
+    'errors': 'Distance to the goal, and angle off its heading, in local.',
     'heading': 'The IMU\'s heading, and how its difference from the odometry\'s varies.',
     'speeds': 'Commanded and measured speeds.'}
 NOTHING = 'No drives are listed: {}. The local frame is {}.'
@@ -92,7 +92,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
 
 def _figures(run: RunData, model: RobotModel, folder: Path, turn: int) -> Dict[str, str]:
     """Returns {name: HTML} of the figures; '' for a figure that would show nothing."""
-    drawn = {'turns': figures.turns(run, turn), 'errors': figures.errors(run, model),
+    drawn = {'turns': figures.turns(run, turn), 'errors': figures.errors(run),
              'heading': figures.heading(run), 'speeds': figures.speeds(run, model),
              'paths': None}
     if run.odometry.length >= SHORTEST_PATH:
