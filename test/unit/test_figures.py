@@ -78,16 +78,6 @@ def test_the_figures_draw_the_runs_own_numbers():
             np.array([(0.5, 1.0), (1.0, 6.0), (6.0, 7.0), (7.0, 10.0)]))    # the states
 
 
-def test_a_command_is_drawn_until_the_robots_timeout():
-    """The last of two rows of commands is at 6 s, and the first row ends at 2 s."""
-    time = np.array([1.0, 1.3, 2.0, 5.8, 6.0])
-    linear, _ = speeds(made(commands=Commands(time, time, 0.0 * time + 0.2, 0.0 * time)),
-                       BURGER).axes
-    drawn, = lines(linear, 'commanded')
-    assert drawn[np.isnan(drawn[:, 1]), 0] == pytest.approx([1.8, 2.5, 6.5])
-    assert linear.get_lines()[1].get_drawstyle() == 'steps-post'
-
-
 def test_each_reset_is_named():
     """The robot's place in local jumps six times."""
     at = 1.5 + np.arange(6)

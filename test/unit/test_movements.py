@@ -25,13 +25,6 @@ def kinds(segments, **parts):
     return [movement.kind for movement in movements(driven(segments, **parts))]
 
 
-def test_a_turn_on_the_spot():
-    found, = movements(driven([(3.0, 4.0, 0.0, 1.5)]))
-    assert found.kind is Kind.TURN
-    assert (found.begin, found.forward, found.turns_again, found.end) == pytest.approx(
-        (3.0, 4.0, 4.0, 4.0))
-
-
 def test_a_drive_and_its_three_parts():
     found, = movements(driven(DRIVE))
     first = math.radians(135.0) / 1.5
