@@ -1,9 +1,12 @@
 """Bags of any kind are read into the same run, and invalid messages are dropped and counted."""
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
-from recorded_run import (
-    BURGER, MISS, MISS_DEG, fill, in_degrees, sensors, stamped, write_bag)
+import rospy
+from recorded_run import (  # noqa: F401
+    BEGIN, BURGER, MISS, MISS_DEG, in_degrees, run, sensors, write_bag)
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Joy
@@ -12,6 +15,7 @@ from std_msgs.msg import Bool, Float64
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.drives import drives
 from tb3_labs.report.ros_bag import BagProblem, read_run
+from tb3_labs.ros.conversions import to_pose_stamped
 
 
 def test_topics_that_were_recorded_by_relative_names(tmp_path):
@@ -21,7 +25,7 @@ def test_topics_that_were_recorded_by_relative_names(tmp_path):
 
 
 def test_one_robot_of_several(tmp_path):
-    path = write_bag(tmp_path / 'two.bag', ('/robot3', '/robot4'), (sensors,))
+    path = write_bag(tmp_path / 'two.bag', namespaces=('/robot3', '/robot4'), sources=(sensors,))
     with pytest.raises(BagProblem, match='--ns robot'):
         read_run(path)
     assert read_run(path, 'robot3').topics == {'imu': '/robot3/imu', 'odometry': '/robot3/odom'}
@@ -29,32 +33,27 @@ def test_one_robot_of_several(tmp_path):
         read_run(path, 'robot5')
 
 
-def test_bad_quaternions_are_dropped_and_counted(tmp_path):
-    def spoiled(time, number):
-        for name, message in sensors(time, number):
-            if name == 'imu' and number in (10, 20):
-                message.orientation.z = message.orientation.w = math.nan if number == 10 else 0.0
-            yield name, message
-    run = read_run(write_bag(tmp_path / 'bad.bag', sources=(spoiled,)))
-    assert (run.dropped['imu'], len(run.imu)) == (2, 1120)
+def test_bad_quaternions_are_dropped_and_counted(run, tmp_path):
+    yaw = np.where(np.arange(len(run.imu)) == 10, math.nan, run.imu.yaw)
+    bad = replace(run, imu=replace(run.imu, yaw=yaw))
+    read = read_run(write_bag(tmp_path / 'bad.bag', bad, sources=(sensors,)))
+    assert (read.dropped['imu'], len(read.imu)) == (1, len(run.imu) - 1)
 
 
-def events(time, number):
-    """(name, message) of what people and nodes say at three moments."""
-    if number == 100:
-        yield '/rosout', Log(name='/move_to_goal', msg='Local pose set to x=1.00, y=0.50, yaw=1.57',
-                             header=stamped(Log(), time, ahead=0.0).header, file='a.py', line=7)
-        yield '/rosout', Log(name='/move_to_goal', msg='Goal reached!')
-    if number == 200:
-        yield 'turn', Float64(-90.0)
-        yield 'turn', Float64(math.nan)
-        estimate = stamped(PoseWithCovarianceStamped(), time)
-        fill(estimate.pose.pose, 3.0 + 4.0j, 0.5)
-        yield 'initialpose', estimate
-    if number == 300:
-        yield 'ctrl_relinq', Bool(True)
-    if number in (300, 310, 320):
-        yield 'joy', Joy(axes=[0.0], buttons=[0, 0, 1] if number < 320 else [1, 0, 1])
+def events(run):
+    """(time, topic, message) of what people and nodes say at three moments."""
+    line = Log(name='/move_to_goal', msg='Local pose set to x=1.00, y=0.50, yaw=1.57')
+    line.header.stamp = rospy.Time.from_sec(BEGIN + 1.0)
+    yield 1.0, '/rosout', line
+    yield 1.0, '/rosout', Log(name='/move_to_goal', msg='Goal reached!')
+    yield 2.0, 'turn', Float64(-90.0)
+    yield 2.0, 'turn', Float64(math.nan)
+    estimate = PoseWithCovarianceStamped()
+    estimate.pose.pose = to_pose_stamped(Pose2(3.0, 4.0, 0.5), 'local', 0.0).pose
+    yield 2.0, 'initialpose', estimate
+    yield 3.0, 'ctrl_relinq', Bool(True)
+    for time, buttons in ((3.0, [0, 0, 1]), (3.1, [0, 0, 1]), (3.2, [1, 0, 1])):
+        yield time, 'joy', Joy(axes=[0.0], buttons=buttons)
 
 
 def test_resets_turns_and_control_that_were_recorded(tmp_path):
@@ -77,5 +76,6 @@ def test_without_rosout_a_pose_estimate_is_a_reset(tmp_path):
 
 
 def test_a_reset_of_another_robot_is_none(tmp_path):
-    run = read_run(write_bag(tmp_path / 'other.bag', ('/robot3',), (sensors, events)))
+    run = read_run(write_bag(
+        tmp_path / 'other.bag', namespaces=('/robot3',), sources=(sensors, events)))
     assert len(run.resets) == 0 and len(run.asked) == 1

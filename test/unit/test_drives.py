@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from made_run import STATES, TIME, X, ZERO, goals, made, poses, states
-from recorded_run import BURGER, MISS, MISS_DEG, bag, in_degrees, run  # noqa: F401
+from recorded_run import BURGER, MISS, MISS_DEG, in_degrees, run  # noqa: F401
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.drives import drives, goal_errors, spans

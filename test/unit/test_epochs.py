@@ -7,7 +7,7 @@ import pytest
 from known_motion import angle_between
 from made_run import TIME, X, made, poses, states
 from recorded_run import (  # noqa: F401
-    BURGER, MISS, MISS_DEG, RESET, TRUE_DEG, TRUE_END, bag, changed, declared, frame_at,
+    BURGER, MISS, MISS_DEG, RESET, TRUE_DEG, TRUE_END, changed, declared, frame_at,
     in_degrees, odometry_jumps, placed, recorded, run, steps_backwards, way)
 
 from tb3_labs.geometry.angles import wrap_all

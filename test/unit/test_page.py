@@ -13,7 +13,6 @@ from tb3_labs.robot.turtlebot3 import robot_model
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.movements import completed  # noqa: E402
 from tb3_labs.report.page import write_csv, write_report  # noqa: E402
 
 BURGER = robot_model('burger')
@@ -127,9 +126,6 @@ def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path):
 def test_a_page_without_drives_says_where_local_stood(tmp_path):
     text = words_of(made(states=States.none()), tmp_path)
     assert 'the recorded one' in text and 'None' not in text and 'Along the way' not in text
-    run = completed(made(states=States.none(), local_pose=Poses.none()))
-    text = words_of(run, tmp_path)
-    assert 'declared (0, 0, 0)' in text
 
 
 def test_the_page_says_what_happened_along_the_way(page):

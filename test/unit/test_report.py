@@ -25,7 +25,8 @@ from tb3_labs.report.compare import (  # noqa: E402
     drive_errors, summarize, write_comparison)
 from tb3_labs.report.movements import completed  # noqa: E402
 from tb3_labs.report.page import write_report  # noqa: E402
-from tb3_labs.report.path_figures import LEAP, paths  # noqa: E402
+from tb3_labs.report.path_figures import paths  # noqa: E402
+from tb3_labs.report.run_data import LEAP  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 

@@ -15,8 +15,6 @@ from tb3_labs.report.figures import GREY, STYLES, legend_below, new_figure
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: A jump in a path by more than this is left blank [m].
-LEAP = 0.3
 #: The names of frames are LINE apart [points] if the origins are nearer than NEAR, as a part of a
 #: panel's width.
 LINE, NEAR = 11.0, 0.25
@@ -59,8 +57,7 @@ def paths(run: RunData, model: RobotModel) -> Figure:
 
 def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
     """Draw a line with blanks at jumps of the poses, such as a reset of the odometry."""
-    leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
-    for piece in np.split(np.arange(len(poses)), leaps):
+    for piece in np.split(np.arange(len(poses)), poses.leaps):
         if len(piece):
             axes.plot(poses.x[piece], poses.y[piece], **looks)
             looks['label'] = None

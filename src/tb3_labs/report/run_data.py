@@ -21,6 +21,8 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: An interval of a topic longer than this is a gap [s].
 GAP = 0.3
+#: If a robot moves farther than this between two poses, it was put elsewhere [m].
+LEAP = 0.3
 
 #: One kind of Samples.
 Kind = TypeVar('Kind', bound='Samples')
@@ -87,6 +89,11 @@ class Poses(Samples):
     def points(self) -> np.ndarray:
         """Places, shape (n, 2) [m]."""
         return np.column_stack([self.x, self.y])
+
+    @property
+    def leaps(self) -> np.ndarray:
+        """The indices of the first poses after a jump by more than LEAP."""
+        return np.flatnonzero(np.hypot(np.diff(self.x), np.diff(self.y)) > LEAP) + 1
 
     def pose(self, index: int) -> Pose2:
         """The pose at `index`."""

@@ -33,8 +33,6 @@ BOUND = 'Curves are thinned: no recorded value is farther from them than {}.'
 BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
 #: Times and values are rounded to this many digits, which changes them by up to ROUNDING.
 DIGITS, ROUNDING = 3, 0.0005
-#: If the robot moves farther than this between two samples, it was put elsewhere [m].
-LEAP = 0.3
 #: rosbag's own node. Its log lines, the topics that it records, are left out.
 RECORDER = 'record'
 PLACE = ('m', 'm', 'deg')
@@ -125,8 +123,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
 
 def poses_of(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
     yaw = np.degrees(np.unwrap(poses.yaw)) if len(poses) else poses.yaw
-    leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
-    return track(poses.time, [poses.x, poses.y, yaw], PLACE, [*breaks, *leaps])
+    return track(poses.time, [poses.x, poses.y, yaw], PLACE, [*breaks, *poses.leaps])
 
 
 def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
