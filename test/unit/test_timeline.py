@@ -200,6 +200,9 @@ note();
 key('ArrowRight'); key('PageDown'); key('End'); key('Home');
 document.querySelector('a').click(); key('End');
 document.querySelector('a').click(); note();
+const curve = document.getElementById('curve-heading'), area = curve.getBoundingClientRect();
+curve.dispatchEvent(new MouseEvent('click', {clientX: area.left + 46 + (area.width - 54) / 4}));
+note();
 document.getElementById('seen').textContent = JSON.stringify(seen);
 </script>'''
 
@@ -215,7 +218,7 @@ def test_a_browser_shows_each_moment(page, tmp_path):
         file.as_uri()], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=60).stdout
     seen = json.loads(re.search(r'id="seen">(.*?)</pre>', shown.decode()).group(1))
     clocks = [float(row[0].split()[0]) for row in seen]
-    assert clocks == pytest.approx([3.5, 4.5, 8.0, 10.0, 0.0, 10.0, 6.0], abs=0.06)
+    assert clocks == pytest.approx([3.5, 4.5, 8.0, 10.0, 0.0, 10.0, 6.0, 2.5], abs=0.06)
     assert [row[1] for row in seen[:5]] == ['MOVE_FORWARD', 'MOVE_FORWARD', 'GOAL_REACHED',
                                         'GOAL_REACHED', '\u2013']
     assert seen[0][2].startswith('0.500 m, 0.000 m') and seen[3][2].startswith('0.000 m')

@@ -27,6 +27,12 @@ function lastBefore(times, time) {
   return low - 1;
 }
 
+/** Where a canvas of times was clicked: 0 at its left end, 1 at its right end. */
+function share(event) {
+  const width = event.target.clientWidth - LEFT - RIGHT;
+  return Math.max(0, Math.min(1, (event.offsetX - LEFT) / width));
+}
+
 /** Numbers over time, straight between two of them; unknown before the first one. */
 class Track {
   constructor({time, columns, breaks}) {
@@ -41,8 +47,8 @@ class Track {
     if (i < 0) return null;
     const j = i + 1;
     if (j >= this.time.length || this.breaks.has(j)) return this.columns.map((c) => c[i]);
-    const share = (time - this.time[i]) / (this.time[j] - this.time[i] || 1);
-    return this.columns.map((c) => c[i] + share * (c[j] - c[i]));
+    const part = (time - this.time[i]) / (this.time[j] - this.time[i] || 1);
+    return this.columns.map((c) => c[i] + part * (c[j] - c[i]));
   }
 
   pose(time) {
@@ -158,22 +164,15 @@ class MarkLine {
     this.kinds = Object.keys(KINDS).filter((kind) => marks.some((mark) => mark.kind === kind));
     canvas.style.height = `${Math.max(1, this.kinds.length) * MARK_ROW + 6}px`;
     canvas.addEventListener('click', (event) => {
-      const box = canvas.getBoundingClientRect();
-      const near = this._near(event.clientX - box.left, event.clientY - box.top);
-      go(near ? near.begin : this._time(event.clientX - box.left));
+      const near = this._near(event.offsetX, event.offsetY);
+      go(near ? near.begin : this.duration * share(event));
     });
     canvas.addEventListener('pointermove', (event) => {
-      const box = canvas.getBoundingClientRect();
-      canvas.title = this._near(event.clientX - box.left, event.clientY - box.top)?.text || '';
+      canvas.title = this._near(event.offsetX, event.offsetY)?.text || '';
     });
   }
 
   _x(time) { return LEFT + time / this.duration * (this.canvas.clientWidth - LEFT - RIGHT); }
-
-  _time(px) {
-    const share = (px - LEFT) / (this.canvas.clientWidth - LEFT - RIGHT);
-    return this.duration * Math.max(0, Math.min(1, share));
-  }
 
   _near(px, py) {
     const row = Math.floor((py - 3) / MARK_ROW);
@@ -275,9 +274,8 @@ class Timeline {
     addEventListener('resize', () => this.show());
     for (const {canvas} of this.curves) {
       canvas.addEventListener('click', (event) => {
-        const area = canvas.getBoundingClientRect(), [begin, end] = this._stretch();
-        const share = (event.clientX - area.left - LEFT) / (area.width - LEFT - RIGHT);
-        this.go(begin + Math.max(0, Math.min(1, share)) * (end - begin));
+        const [begin, end] = this._stretch();
+        this.go(begin + share(event) * (end - begin));
       });
     }
     addEventListener('keydown', (event) => {
