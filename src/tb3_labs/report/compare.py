@@ -162,15 +162,11 @@ def _errors(runs: Sequence[RunSummary],
 def _points(axes: Axes, place: int, values: np.ndarray, colour: str) -> None:
     """Draw the finite values as points around `place`, in order, with mean and spread."""
     values = values[np.isfinite(values)]
-    if not len(values):
-        return
     across = place + SPREAD_OVER * (np.arange(1, len(values) + 1) / (len(values) + 1.0) - 0.5)
     axes.plot(values, across, 'o', color=colour, markersize=4, markerfacecolor='none')
     mean, spread = _mean_and_spread(values)
-    axes.plot([mean, mean], [place - SPREAD_OVER / 2.0, place + SPREAD_OVER / 2.0], color=colour,
-              linewidth=1.6)
-    if len(values) > 1:
-        axes.errorbar(mean, place, xerr=spread, color=colour, capsize=4, linewidth=1.0)
+    axes.errorbar(mean, place, xerr=np.nan_to_num(spread), fmt='|', markersize=18, color=colour,
+                  capsize=4, linewidth=1.0)
 
 
 def _mean_and_spread(values: np.ndarray) -> Tuple[float, float]:

@@ -61,7 +61,8 @@ def epochs(run: RunData) -> List[Epoch]:
     """The Epochs of a run, in order; the first begins at -inf, the last ends at inf."""
     frames = _frames(run)
     first = [0] + _resets(run, frames)
-    begins = [-math.inf, *_changes(frames)[np.array(first[1:], dtype=int) - 1].tolist()]
+    changes = _changes(frames)
+    begins = [-math.inf] + [float(changes[k - 1]) for k in first[1:]]
     ends = begins[1:] + [math.inf]
     return [Epoch(begin, end, frames.pose(k), _local_T_world(run, begin, end))
             for k, begin, end in zip(first, begins, ends)]
