@@ -87,7 +87,7 @@ def run_of(lab, mistake, seed):
 
 @pytest.mark.parametrize('lab, mistake, seed', [
     ('drive', 'place_kept', 1), ('drive', 'declared_lost', 1), ('drive', 'no_local_frame', 1),
-    ('turn', 'error_not_wrapped', 1), ('turn', 'no_negative_clamp', 1),
+    ('drive', 'no_stop', 1), ('turn', 'error_not_wrapped', 1), ('turn', 'no_negative_clamp', 1),
     ('pad', 'two_senders', 1)])
 def test_the_mistake_of_a_run_is_found(lab, mistake, seed):
     found = diagnose(run_of(lab, mistake, seed))

@@ -155,7 +155,7 @@ def test_a_person_who_drives_is_not_compared():
 
 @pytest.mark.parametrize('at, is_given, moment', [
     (0.5, True, 0.5), (1.4, True, 0.9), (2.5, True, 2.5),       # it drove before: not by this
-    (6.4, False, 5.9), (5.0, False, 5.0), (8.0, False, 8.0)])
+    (6.4, False, 5.9), (5.0, False, 5.0), (5.75, False, 5.75), (8.0, False, 8.0)])
 def test_control_was_heard_before_its_effect(at, is_given, moment):
     assert control_moment(at, is_given, commanded(*RECORDED)) == pytest.approx(moment)
 
