@@ -118,9 +118,9 @@ def lab_topics(run):
         for k, time in enumerate(poses.time):
             yield time, topic, to_pose_stamped(poses.pose(k), 'local', BEGIN + time + ahead)
     for k, time in enumerate(run.frames.time):
-        pose, stamp = run.frames.pose(k), BEGIN + time + AHEAD
         yield time, '/tf', TFMessage([
-            to_transform(pose, 'odom', child, stamp) for child in ('base', 'local')])
+            to_transform(pose, 'odom', child, BEGIN + time + AHEAD)
+            for child, pose in (('base', Pose2()), ('local', run.frames.pose(k)))])
         yield time, 'cmd_vel', to_twist(0.0, 0.0)
     for time, words in zip(run.states.time, run.states.words):
         yield time, 'goal_state', String(words)

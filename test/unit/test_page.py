@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from made_motion import driven, values
 from made_run import (
     STATES, TIME, X, ZERO, goals, made, poses, rows_of, states, table_in, without_pictures)
 
@@ -13,6 +14,7 @@ from tb3_labs.robot.turtlebot3 import robot_model
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
+from tb3_labs.report.movements import completed  # noqa: E402
 from tb3_labs.report.page import write_csv, write_report  # noqa: E402
 
 BURGER = robot_model('burger')
@@ -126,6 +128,16 @@ def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path):
 def test_a_page_without_drives_says_where_local_stood(tmp_path):
     text = words_of(made(states=States.none()), tmp_path)
     assert 'the recorded one' in text and 'None' not in text and 'Along the way' not in text
+
+
+@pytest.mark.parametrize('parts, rule', [
+    (dict(control=values([0.5], [0.0])), 'By the commands and ctrl_relinq'),
+    (dict(devices=('joy',)), 'it never gave control'),
+    (dict(devices=('mouse_info',)), 'faster than any by the mouse (0.5 rad/s)'),
+    ({}, 'a drive is a turn, a straight line and a turn, with pauses under 1 s')])
+def test_a_page_without_drives_says_by_which_rule(parts, rule, tmp_path):
+    run = completed(driven([(2.0, 6.0, 0.2, 0.0)], **parts))
+    assert rule in words_of(run, tmp_path)
 
 
 def test_the_page_says_what_happened_along_the_way(page):
