@@ -207,6 +207,7 @@ def test_the_drives_of_several_runs(tmp_path, no_pictures):
         assert np.concatenate(points) == pytest.approx(expected, abs=0.5)
         assert axes.get_lines()[-1].get_xdata() == pytest.approx([0.0, 0.0])     # the line of 0
     assert [label.get_text() for label in off.get_yticklabels()] == ['one', 'other']
+    assert off.get_ylim() == (1.6, -0.6)         # the first run is the upper row
 
 
 def test_movements_by_hand_are_marks(tmp_path, no_pictures):
