@@ -71,6 +71,7 @@ def test_the_figures_draw_the_runs_own_numbers():
     for axes in circle, line:
         assert lines(axes)[0][:, 1] == pytest.approx(math.degrees(0.5))
     assert lines(apart)[0][:, 1] == pytest.approx(ZERO, abs=1e-9)
+    assert circle.get_ylim() == (-190.0, 190.0)
     assert far.get_xlim() == apart.get_xlim() == (0.0, 10.0)
     assert apart.get_ylim() == (-0.25, 0.25)      # at least this [deg]
     for axes in far, turned:

@@ -13,7 +13,7 @@ from made_run import TIME, X, ZERO, made, poses
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report import timeline  # noqa: E402
-from tb3_labs.report.again import control_moment, parting  # noqa: E402
+from tb3_labs.report.again import control_moment, parting, sentences  # noqa: E402
 from tb3_labs.report.drives import drives  # noqa: E402
 from tb3_labs.report.run_data import Commands, ImuSamples, LogLines, Values  # noqa: E402
 from tb3_labs.robot.turtlebot3 import robot_model  # noqa: E402
@@ -143,6 +143,7 @@ def test_two_nodes_part_when_one_commands_what_the_other_does_not(rows, time):
     found = parting(made(commands=commanded(*RECORDED)), commanded(*rows))
     assert (found is None) == (time is None)
     assert time is None or found.time == pytest.approx(time, abs=0.21)
+    assert len(sentences(found)) == 2
 
 
 def test_a_person_who_drives_is_not_compared():
