@@ -15,20 +15,9 @@ import sys
 from pathlib import Path
 
 from tb3_labs.command_line import Parser, number_or_text
-from tb3_labs.geometry.angles import wrap
-from tb3_labs.geometry.se2 import Pose2, TypedPose
+from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.marking.own_numbers import own_numbers
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
-
-
-def progress(what):
-    """Returns a function that shows on a terminal which share of `what` is done, 0 to 1. The next
-    line overwrites it."""
-    def show(fraction):
-        if sys.stderr.isatty():
-            print('{}: {:3.0f} %'.format(what, 100.0 * fraction), end='\r', file=sys.stderr,
-                  flush=True)
-    return show
 
 
 def parse(words):
@@ -53,7 +42,7 @@ def parse(words):
     given = parser.parse_args(words)
     if given.goal is not None:
         try:
-            TypedPose(*given.goal)
+            given.goal = TypedPose(*given.goal).pose
         except ValueError as problem:
             parser.error('--goal: {}'.format(problem))
     if given.student is not None:
@@ -73,26 +62,20 @@ def report(arguments):
     from tb3_labs.report.movements import LAB_GOAL, completed
     from tb3_labs.report.page import write_report
     from tb3_labs.report.ros_bag import BagProblem, read_run
-    goal, model = LAB_GOAL, robot_model(arguments.model)
-    if arguments.goal is not None:
-        x, y, yaw_deg = arguments.goal
-        goal = Pose2(x, y, wrap(math.radians(yaw_deg)))
+    goal = LAB_GOAL if arguments.goal is None else arguments.goal
+    model = robot_model(arguments.model)
     bags, pages, summaries, problems = [Path(bag) for bag in arguments.bags], [], [], []
     several = len(bags) > 1
     folder = Path(arguments.folder) if arguments.folder else bags[0].with_name(
         'runs_report' if several else bags[0].stem + '_report')
     for bag, name in zip(bags, names_of(bags)):
-        try:
-            run = completed(read_run(str(bag), arguments.ns, progress('reading ' + name)), goal)
-        except BagProblem as problem:
-            problems.append(str(problem))
-            continue
-        if arguments.student is not None:
-            print(whose(run, arguments.student))
         own = folder / name if several else folder
         try:
+            run = completed(read_run(str(bag), arguments.ns), goal)
+            if arguments.student is not None:
+                print(whose(run, arguments.student))
             pages.append(write_report(run, model, own, arguments.turn))
-        except ValueError as problem:
+        except (BagProblem, ValueError) as problem:
             problems.append(str(problem))
             continue
         if several:

@@ -3,7 +3,7 @@
 drive simulated robots; the diagnosis sees only what a bag would hold.
 
     python3 test/benchmark/diagnosis.py --runs 300 --seed 1
-    python3 test/benchmark/diagnosis.py --only not_rotated --save /tmp/runs
+    python3 test/benchmark/diagnosis.py --only not_rotated
 
 Half of the runs are of right nodes, three in ten of known mistakes, each as often, and two in ten
 of unknown ones. A mistake that cannot be seen in its scene is no run: then the right node moves the
@@ -13,10 +13,8 @@ alone: `--run 17 --seed 1` makes it again.
 import argparse
 import collections
 import os
-import pickle
 import random
 import sys
-import time
 from concurrent.futures import ProcessPoolExecutor
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, 'unit'))
@@ -52,7 +50,7 @@ def chosen(number, own, only):
 
 
 def made(number, seed, only):
-    """Returns run `number` as a dict: name, identifier, lab, words, seed, run, and the guess."""
+    """Returns run `number` as a dict: identifier, lab, words, and the guess."""
     for attempt in range(TRIES):
         own = '{}/{}/{}'.format(seed, number, attempt)
         node, scene, scene_seed = chosen(number, own, only)
@@ -63,13 +61,10 @@ def made(number, seed, only):
             break
     else:
         return None
-    began = time.process_time()
     found = diagnose(run)
     guess = found.mistake
-    took = time.process_time() - began
-    return dict(name='run {} of seed {}'.format(number, seed), number=number, seed=own,
-                identifier=node.mistake, lab=node.lab, words=node.words, run=run, guess=guess,
-                took=took, same=is_same(node, guess, scene, scene_seed, run)
+    return dict(number=number, identifier=node.mistake, lab=node.lab, words=node.words, guess=guess,
+                same=is_same(node, guess, scene, scene_seed, run)
                 or bool(found.besides) and set(node.parts) == {guess, found.besides})
 
 
@@ -133,27 +128,16 @@ def main():
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--only', help='one identifier, or "right" or "unknown"')
     parser.add_argument('--run', type=int, help='only the run of this number')
-    parser.add_argument('--save', help='folder for the runs, pickled')
     asked = parser.parse_args()
     if asked.only not in (None, 'right', UNKNOWN, *(mistake for _, mistake in known())):
         parser.error('no mistake is called ' + asked.only)
     numbers = range(asked.runs) if asked.run is None else [asked.run]
-    began = time.time()
     with ProcessPoolExecutor(2) as workers:
         results = list(workers.map(made, numbers, [asked.seed] * len(numbers),
                                    [asked.only] * len(numbers), chunksize=3))
     runs = [each for each in results if each]
     print_table(runs)
-    print('\n{} runs in {:.0f} s; the diagnosis took {:.2f} s of each on average, {:.2f} s at '
-          'most; {} mistakes could not be seen'.format(
-              len(runs), time.time() - began, sum(each['took'] for each in runs) / len(runs),
-              max(each['took'] for each in runs), len(results) - len(runs)))
-    if asked.save:
-        os.makedirs(asked.save, exist_ok=True)
-        path = os.path.join(asked.save, 'runs_{}_{}.pickle'.format(asked.only or 'all', asked.seed))
-        with open(path, 'wb') as file:
-            pickle.dump(runs, file)
-        print('saved:', path)
+    print('\n{} runs; {} mistakes could not be seen'.format(len(runs), len(results) - len(runs)))
 
 
 if __name__ == '__main__':

@@ -1,29 +1,30 @@
-"""A drive that is known in closed form, recorded as a bag, for the tests of the report.
+"""A drive that is known in closed form, as arrays and as a bag, for the tests of the report.
 
 The robot drives straight along local's x axis, a little too short, turning by a tenth of a degree
 each second. Its error by the ground truth is larger. Then it is reset in place, and gives up.
+Places are complex numbers, so that the truth does not come from the code under test.
 """
-import cmath
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_run import goals, states
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.run_data import Poses
+from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses, RunData
 from tb3_labs.robot.turtlebot3 import robot_model
 
 rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
 
 import rospy  # noqa: E402
-from geometry_msgs.msg import PoseStamped, TransformStamped, Twist  # noqa: E402
 from nav_msgs.msg import Odometry  # noqa: E402
 from sensor_msgs.msg import Imu  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 
-from tb3_labs.report.ros_bag import read_run  # noqa: E402
+from tb3_labs.ros.conversions import (  # noqa: E402
+    to_pose_stamped, to_quaternion, to_transform, to_twist)
 
 BURGER = robot_model('burger')
 BEGIN = 1.7e9                            # of the recording
@@ -37,93 +38,104 @@ RESET, DECLARED = 10.0, (1.0 + 0.5j, math.pi / 2.0)
 STATES = ((0.5, 'ROTATE_TO_GOAL'), (1.0, 'MOVE_FORWARD'), (6.0, 'ROTATE_TO_FINAL'),
           (7.0, 'GOAL_REACHED'), (10.02, 'ROTATE_TO_GOAL'), (11.5, 'gave up: it is stuck, alas'))
 END = 12.0
+TIME, OFTEN = np.arange(241) / 20.0, np.arange(1201) / 100.0
 
 
 def way(time):
     """(fraction of the way, yaw [rad]) in the first local frame."""
     yaw_deg = np.interp(time, [1.0, 6.0, 7.0], [0.0, 0.5, MISS_DEG])
-    return float(np.interp(time, [1.0, 6.0], [0.0, 1.0])), math.radians(yaw_deg)
+    return np.interp(time, [1.0, 6.0], [0.0, 1.0]), np.radians(yaw_deg)
 
 
 def placed(frame, place, yaw):
     """A pose of `frame` seen from its parent: (place, yaw)."""
-    return frame[0] + cmath.exp(1j * frame[1]) * place, frame[1] + yaw
-
-
-def fill(pose, place, yaw):
-    """Write (place, yaw) into a Pose or a Transform."""
-    position = getattr(pose, 'position', None) or pose.translation
-    orientation = getattr(pose, 'orientation', None) or pose.rotation
-    position.x, position.y = place.real, place.imag
-    orientation.z, orientation.w = math.sin(yaw / 2.0), math.cos(yaw / 2.0)
-
-
-def stamped(message, time, frame='', ahead=AHEAD):
-    message.header.stamp = rospy.Time.from_sec(BEGIN + time + ahead)
-    message.header.frame_id = frame
-    return message
-
-
-def sensors(time, number):
-    """(name, message) of each message of the robot at `time`."""
-    fraction, yaw = way(time)
-    place, odom_yaw = placed(ODOM_T_LOCAL, (1.0 - MISS) * fraction, yaw)
-    if not 7.2 < time < 8.0:             # a gap, put in on purpose
-        imu = stamped(Imu(), time, 'imu_link')
-        imu.orientation.z = math.sin((odom_yaw + IMU_OFFSET) / 2.0)
-        imu.orientation.w = math.cos((odom_yaw + IMU_OFFSET) / 2.0)
-        yield 'imu', imu
-    if number % 5 == 0:
-        odometry = stamped(Odometry(), time, 'odom')
-        odometry.child_frame_id = 'base_footprint'
-        fill(odometry.pose.pose, place, odom_yaw)
-        odometry.twist.twist.linear.x = 0.1976 if 1.0 <= time < 6.0 else 0.0
-        odometry.twist.twist.angular.z = -143.6 if number == 500 else 0.0
-        yield 'odom', odometry
-
-
-def lab_topics(time, number):
-    """(name, message) of each further message, sent by the package."""
-    fraction, yaw = way(time)
-    truth = stamped(PoseStamped(), time, 'world')
-    fill(truth.pose, *placed(WORLD_T_LOCAL, TRUE_END * fraction, yaw * TRUE_DEG / MISS_DEG))
-    yield 'ground_truth', truth
-    if number % 5 == 0:
-        local = stamped(PoseStamped(), time, 'local')
-        fill(local.pose, *(DECLARED if time >= RESET else ((1.0 - MISS) * fraction, yaw)))
-        yield 'local_pose', local
-        transform = stamped(TransformStamped(), time, 'odom')
-        transform.child_frame_id = 'local'
-        fill(transform.transform, *frame_at(time))
-        yield '/tf', TFMessage([stamped(TransformStamped(), time, 'odom'), transform])
-        yield 'cmd_vel', Twist()
-    for begin, state in STATES:
-        if abs(time - begin) < 1e-6:
-            yield 'goal_state', String(state)
-            goal = stamped(PoseStamped(), time, 'local', ahead=0.0)   # from the laptop
-            fill(goal.pose, 1.0 + 0.0j, 0.0)
-            yield 'current_goal', goal
+    return frame[0] + np.exp(1j * frame[1]) * place, frame[1] + yaw
 
 
 def frame_at(time):
     """The pose of local in odom: (place, yaw)."""
-    if time < RESET:
-        return ODOM_T_LOCAL
     place, yaw = placed(ODOM_T_LOCAL, 1.0 - MISS, math.radians(MISS_DEG))
     yaw -= DECLARED[1]
-    return place - cmath.exp(1j * yaw) * DECLARED[0], yaw
+    later = place - np.exp(1j * yaw) * DECLARED[0], yaw
+    return [np.where(time < RESET, *pair) for pair in zip(ODOM_T_LOCAL, later)]
 
 
-def write_bag(path, namespaces=('',), sources=(sensors, lab_topics), keep=lambda name: True, **how):
-    """Record the drive, once for each namespace; None: by relative names."""
-    with rosbag.Bag(str(path), 'w', **how) as bag:
-        for number in range(int(END * 100) + 1):
-            time = number / 100.0
-            for name, message in (pair for source in sources for pair in source(time, number)):
-                for namespace in namespaces if keep(name) else ():
-                    relative = name[0] == '/' or namespace is None
-                    topic = name if relative else namespace + '/' + name
-                    bag.write(topic, message, rospy.Time.from_sec(BEGIN + time + DELAY))
+def wrapped(yaw):
+    return np.angle(np.exp(1j * yaw))
+
+
+def columns(place, yaw):
+    return place.real, place.imag, wrapped(yaw)
+
+
+@pytest.fixture(scope='module')
+def run():
+    return known_run()
+
+
+def known_run():
+    fraction, yaw = way(TIME)
+    often, often_yaw = way(OFTEN)
+    here = (1.0 - MISS) * fraction + 0.0j, yaw
+    local = [np.where(TIME < RESET, *pair) for pair in zip(here, DECLARED)]
+    imu_yaw = wrapped(ODOM_T_LOCAL[1] + often_yaw + IMU_OFFSET)
+    truth = placed(WORLD_T_LOCAL, TRUE_END * often, often_yaw * TRUE_DEG / MISS_DEG)
+    linear = 0.1976 * ((TIME >= 1.0) & (TIME < 6.0))
+    begins = [begin for begin, _ in STATES]
+    return RunData(
+        'run.bag', BEGIN, END,
+        ImuSamples(OFTEN, OFTEN, imu_yaw, 0.0 * OFTEN).take((OFTEN <= 7.2) | (OFTEN >= 8.0)),
+        OdometrySamples(TIME, TIME, *columns(*placed(ODOM_T_LOCAL, *here)), linear,
+                        np.where(TIME == 5.0, -143.6, 0.0)),
+        commands=Commands(TIME, TIME, 0.0 * TIME, 0.0 * TIME),
+        local_pose=Poses(TIME, TIME, *columns(*local)), states=states(*STATES),
+        ground_truth=Poses(OFTEN, OFTEN, *columns(*truth)), goals=goals(begins, 1.0),
+        frames=Poses(TIME, TIME, *columns(*frame_at(TIME))))
+
+
+# As a bag -----------------------------------------------------------------------------------------
+
+def sensors(run):
+    """(time, topic, message) of each message of the robot."""
+    for time, yaw in zip(run.imu.time, run.imu.yaw):
+        message = Imu(orientation=to_quaternion(yaw))
+        message.header.stamp = rospy.Time.from_sec(BEGIN + time + AHEAD)
+        yield time, 'imu', message
+    odometry = run.odometry
+    for k, time in enumerate(odometry.time):
+        message = Odometry()
+        message.header.stamp = rospy.Time.from_sec(BEGIN + time + AHEAD)
+        message.pose.pose = to_pose_stamped(odometry.pose(k), 'odom', 0.0).pose
+        message.twist.twist = to_twist(odometry.linear[k], odometry.angular[k])
+        yield time, 'odom', message
+
+
+def lab_topics(run):
+    """(time, topic, message) of each further message, sent by the package."""
+    for topic, poses, ahead in (('ground_truth', run.ground_truth, AHEAD),
+                                ('local_pose', run.local_pose, AHEAD),
+                                ('current_goal', run.goals, 0.0)):     # from the laptop
+        for k, time in enumerate(poses.time):
+            yield time, topic, to_pose_stamped(poses.pose(k), 'local', BEGIN + time + ahead)
+    for k, time in enumerate(run.frames.time):
+        yield time, '/tf', TFMessage([
+            to_transform(pose, 'odom', child, BEGIN + time + AHEAD)
+            for child, pose in (('base', Pose2()), ('local', run.frames.pose(k)))])
+        yield time, 'cmd_vel', to_twist(0.0, 0.0)
+    for time, words in zip(run.states.time, run.states.words):
+        yield time, 'goal_state', String(words)
+
+
+def write_bag(path, run=None, namespaces=('',), sources=(sensors, lab_topics),
+              keep=lambda topic: True):
+    """Record the run, once for each namespace; None: by relative names."""
+    messages = [row for source in sources for row in source(run or known_run())]
+    with rosbag.Bag(str(path), 'w') as bag:
+        for time, name, message in sorted(messages, key=lambda row: row[0]):
+            for namespace in namespaces if keep(name) else ():
+                relative = name[0] == '/' or namespace is None
+                bag.write(name if relative else namespace + '/' + name, message,
+                          rospy.Time.from_sec(BEGIN + time + DELAY))
     return path
 
 
@@ -132,10 +144,7 @@ def bag(tmp_path_factory):
     return write_bag(tmp_path_factory.mktemp('bags') / 'run.bag')
 
 
-@pytest.fixture(scope='module')
-def run(bag):
-    return read_run(bag)
-
+# Changes of the run -------------------------------------------------------------------------------
 
 def in_degrees(miss):
     return miss[0], abs(math.degrees(miss[1]))

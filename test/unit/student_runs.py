@@ -13,7 +13,6 @@ import heapq
 import itertools
 import math
 import random
-import struct
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
@@ -21,7 +20,7 @@ from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
-from tb3_labs.report.messages import SenderClock, make_collectors, resets_in
+from tb3_labs.report.messages import LEVELS, SenderClock, make_collectors, resets_in
 from tb3_labs.report.run_data import RunData
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.simulation.network import NETWORKS
@@ -38,8 +37,7 @@ REST = 0.002, 0.004
 #: The recording goes on for this long after Ctrl+C [s].
 AFTER_END = 0.7
 NEVER = math.inf
-KINDS = {'imu': '', 'odometry': '', 'commands': '', 'control': '', 'ground_truth': '', 'log': '',
-         'presses': ''}
+PARTS = 'imu', 'odometry', 'commands', 'control', 'ground_truth', 'log', 'presses'
 
 
 def text_of(node: str) -> str:
@@ -186,7 +184,7 @@ class _World:
         self._numbers = itertools.count()
         self.typed, self._hand, self._joy = [], None, None
         self._step, self._step_began, self._rest_since = -1, 0.0, 0.0
-        self._recorded = make_collectors(KINDS, '/')
+        self._recorded = make_collectors(PARTS, '/')
 
     # Time -----------------------------------------------------------------------------------------
 
@@ -337,11 +335,7 @@ class _World:
         self.later(STEP, lambda: self.send('ctrl_relinq', MESSAGES['Bool'](value)))
 
     def log(self, level, node, line):
-        moment = EPOCH + self.now
-        data = struct.pack('<4xIII', int(moment), int(moment % 1 * 1e9), 0) + bytes([level])
-        for word in (node, line):
-            data += struct.pack('<I', len(word.encode())) + word.encode()
-        self._recorded['log'].add(data, self._arrival(), EPOCH)
+        self._keep('log', (LEVELS[level], node, line), self.now)
 
     # The recording --------------------------------------------------------------------------------
 
@@ -356,8 +350,7 @@ class _World:
     def _record_sample(self, sample):
         stamp = sample.stamp + self._scene.clock_offset
         if isinstance(sample, ImuSample):
-            self._keep('imu', (0.0, 0.0, math.sin(sample.yaw / 2), math.cos(sample.yaw / 2),
-                               sample.yaw_rate), stamp)
+            self._keep('imu', (sample.yaw, sample.yaw_rate), stamp)
         else:
             self._keep('odometry', (*_place(sample.pose), sample.linear, sample.angular), stamp)
 
@@ -380,7 +373,7 @@ class _World:
 
 
 def _place(pose):
-    return pose.x, pose.y, 0.0, 0.0, math.sin(pose.yaw / 2.0), math.cos(pose.yaw / 2.0)
+    return pose.x, pose.y, pose.yaw
 
 
 # Messages -----------------------------------------------------------------------------------------

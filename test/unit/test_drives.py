@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from made_run import STATES, TIME, X, ZERO, goals, made, poses, states
-from recorded_run import BURGER, MISS, MISS_DEG, bag, in_degrees, run  # noqa: F401
+from recorded_run import BURGER, MISS, MISS_DEG, in_degrees, run  # noqa: F401
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.drives import drives, goal_errors, spans
@@ -56,10 +56,6 @@ def test_a_pose_of_long_before_the_end_says_nothing(silence, known):
     assert math.isnan(drive.measured[0]) != known and math.isnan(drive.measured[1]) != known
 
 
-def test_the_last_pose_alone_may_be_close_to_the_end():
-    assert drive_of(made(local_pose=poses().take([0, 138]))).measured == pytest.approx((0.0, 0.0))
-
-
 def test_the_true_error_is_seen_from_where_local_truly_stands():
     world_T_local = Pose2(5.0, -3.0, 2.0)
     truth = poses(X, np.where(TIME > 5.0, 0.05, 0.0), np.where(TIME > 6.5, 0.1, 0.0))
@@ -90,22 +86,6 @@ def test_drift_and_deviation_count_from_three_tenths_into_the_straight_part():
     assert math.degrees(drive.deviation) == pytest.approx(2.0, abs=0.01)
 
 
-def test_drift_is_that_of_the_longest_straight_part():
-    words = [(0.5, 'MOVE_FORWARD'), (2.0, 'ROTATE_TO_FINAL'), (3.0, 'MOVE_FORWARD'),
-             (6.0, 'ROTATE_TO_FINAL'), (7.0, 'GOAL_REACHED')]
-    drive = drive_of(made(states=states(*words), goals=goals([0.5], [1.0]),
-                          imu=heading([0.8, 1.9, 3.25, 6.0], [0.0, 9.0, 0.0, 3.0])))
-    assert math.degrees(drive.drift) == pytest.approx(3.0, abs=0.15)
-
-
-@pytest.mark.parametrize('lasts, known', [(0.34, False), (0.36, True)])
-def test_two_headings_are_needed(lasts, known):
-    """20 samples a second, counted from 0.3 s on: one in 0.34 s, two in 0.36 s."""
-    words = [(1.0, 'MOVE_FORWARD'), (1.0 + lasts, 'ROTATE_TO_FINAL'), (7.0, 'GOAL_REACHED')]
-    drive = drive_of(made(states=states(*words), goals=goals([1.0], [1.0])))
-    assert math.isnan(drive.drift) != known and math.isnan(drive.deviation) != known
-
-
 # Errors over time, and goals that belong to states ------------------------------------------------
 
 def test_errors_are_those_of_the_goal_in_force():
@@ -131,11 +111,6 @@ def test_a_goal_belongs_to_a_state_of_its_moment(apart, own):
     assert first.goal == second.goal == Pose2(1.0, 0.0, 0.0)
 
 
-def test_a_state_before_any_goal_has_none():
-    run = made(states=states((1.0, 'waiting'), (3.0, 'ROTATE_TO_GOAL')), goals=goals([3.0], [1.0]))
-    assert [span.goal for span in spans(run)] == [None, Pose2(1.0, 0.0, 0.0)]
-
-
 def test_spans_never_run_back():
     run = made(states=states((1.0, 'ROTATE_TO_GOAL'), (2.0, 'MOVE_FORWARD')),
                goals=Poses(np.array([1.0, 2.0]), np.array([0.9, 0.2]), *np.zeros((3, 2))))
@@ -146,19 +121,14 @@ def test_spans_never_run_back():
 
 @pytest.mark.parametrize('words, outcomes', [
     ([('ROTATE_TO_GOAL', 1), ('MOVE_FORWARD', 1)], ['recording ended']),
-    ([('ROTATE_TO_GOAL', 1), ('waiting for control', 1)], ['waiting for control']),
     ([('ROTATE_TO_GOAL', 1), ('ROTATE_TO_GOAL', 2), ('GOAL_REACHED', 2)],
      ['replaced by a new goal', 'reached']),
     ([('MOVE_FORWARD', 1), ('stopped: no imu', 1), ('ROTATE_TO_GOAL', 1), ('GOAL_REACHED', 1)],
      ['reached']),
-    ([('MOVE_FORWARD', 1), ('stopped: no imu', 1), ('ROTATE_TO_GOAL', 2), ('GOAL_REACHED', 2)],
-     ['replaced by a new goal', 'reached']),
     ([('MOVE_FORWARD', 1), ('stopped: no imu', 1), ('gave up: no imu', 1)], ['gave up: no imu']),
     ([('ROTATE_TO_FINAL', 1), ('ROTATE_TO_GOAL', 1), ('GOAL_REACHED', 1)], ['reached']),
     ([('ROTATE_TO_FINAL', 1), ('ROTATE_TO_GOAL', 2), ('GOAL_REACHED', 2)],
      ['replaced by a new goal', 'reached']),
-    ([('ROTATE_TO_GOAL', 1), ('stopped: no imu', 1), ('MOVE_FORWARD', 1), ('GOAL_REACHED', 1)],
-     ['reached']),
     ([('ROTATE_TO_GOAL', 1), ('MOVE_FORWARD', 1), ('ROTATE_TO_GOAL', 1), ('GOAL_REACHED', 1)],
      ['begun anew', 'reached']),
     ([('waiting for control', 1), ('GOAL_REACHED', 1)], [])])
@@ -170,8 +140,7 @@ def test_how_drives_end(run, words, outcomes):
     assert [drive.outcome for drive in drives(run, BURGER)] == outcomes
 
 
-@pytest.mark.parametrize('begin, state', [
-    (9.0, 'ROTATE_TO_GOAL'), (9.0, 'ROTATE_TO_FINAL'), (9.92, 'ROTATE_TO_GOAL')])
+@pytest.mark.parametrize('begin, state', [(9.0, 'ROTATE_TO_FINAL'), (9.92, 'ROTATE_TO_GOAL')])
 def test_a_drive_that_is_ended_by_a_reset(run, begin, state):
     words = (begin, state), (10.02, 'ROTATE_TO_GOAL'), (11.0, 'GOAL_REACHED')
     first, second = drives(replace(run, states=states(*words)), BURGER)

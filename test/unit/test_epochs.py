@@ -7,14 +7,13 @@ import pytest
 from known_motion import angle_between
 from made_run import TIME, X, made, poses, states
 from recorded_run import (  # noqa: F401
-    BURGER, MISS, MISS_DEG, RESET, TRUE_DEG, TRUE_END, bag, changed, declared, frame_at,
+    BURGER, MISS, MISS_DEG, RESET, TRUE_DEG, TRUE_END, changed, declared, frame_at,
     in_degrees, odometry_jumps, placed, recorded, run, steps_backwards, way)
 
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.drives import drives
 from tb3_labs.report.epochs import epoch_of, epochs, local_in_odom
-from tb3_labs.report.movements import completed
 from tb3_labs.report.run_data import Poses
 
 
@@ -173,11 +172,6 @@ def test_noise_in_one_of_two_headings_is_not_a_reset(run, noisy):
     assert [RESET] == resets(recorded(run, by_tf=False))
 
 
-def test_a_reset_in_a_gap_of_tf_is_where_local_pose_jumps(run):
-    kept = (run.frames.time < 9.3) | (run.frames.time > 10.7)
-    assert [RESET] == resets(replace(run, frames=run.frames.take(kept)))
-
-
 @pytest.mark.parametrize('later', [-0.01, 0.0, 0.01])
 def test_tf_and_local_pose_of_one_moment_belong_together(run, later):
     """Here the drive lasts until the reset, and its last pose is the last one of the old frame."""
@@ -206,28 +200,10 @@ def shifted(metres=0.0, degrees=0.0, at=8.0):
                                  yaw=np.where(later, math.radians(degrees), 0.0)))
 
 
-@pytest.mark.parametrize('sign', [1.0, -1.0])
 @pytest.mark.parametrize('metres, degrees, is_reset', [
-    (0.0195, 0.0, False), (0.0205, 0.0, True), (0.0, 0.97, False), (0.0, 1.03, True)])
-def test_without_tf_a_jump_of_two_centimetres_or_a_degree_is_a_reset(metres, degrees, is_reset,
-                                                                      sign):
-    assert len(epochs(shifted(sign * metres, sign * degrees))) == 1 + is_reset
-
-
-@pytest.mark.parametrize('metres, is_reset', [(8e-6, False), (1.3e-5, True)])
-def test_by_tf_a_hundredth_of_a_millimetre_is_a_reset(metres, is_reset):
-    run = shifted(metres)
-    frames = poses(np.where(TIME > 7.99, -metres, 0.0))
-    assert len(epochs(replace(run, frames=frames))) == 1 + is_reset
-
-
-@pytest.mark.parametrize('jumps_at, begin', [(8.0, 7.975), (8.05, 8.025)])
-def test_one_local_pose_in_a_gap_of_tf_tells_when_it_was(jumps_at, begin):
-    """tf misses its message of 8 s."""
-    run = shifted(0.5, at=jumps_at)
-    frames = poses(np.where(TIME > jumps_at - 0.01, -0.5, 0.0)).take(np.abs(TIME - 8.0) > 0.01)
-    assert [epoch.begin for epoch in epochs(replace(run, frames=frames))][1:] == [
-        pytest.approx(begin)]
+    (0.0195, 0.0, False), (-0.0205, 0.0, True), (0.0, 0.97, False), (0.0, -1.03, True)])
+def test_without_tf_a_jump_of_two_centimetres_or_a_degree_is_a_reset(metres, degrees, is_reset):
+    assert len(epochs(shifted(metres, degrees))) == 1 + is_reset
 
 
 def test_a_new_frame_is_in_force_from_halfway_to_its_first_message():
@@ -242,20 +218,11 @@ def test_a_new_frame_is_in_force_from_halfway_to_its_first_message():
 
 
 @pytest.mark.parametrize('begin, end, number', [
-    (7.0, 7.5, 0), (7.88, 9.0, 1), (7.87, 9.0, 0), (8.5, 9.0, 1), (7.9, 8.0, 0), (7.97, 8.03, 1)])
+    (7.88, 9.0, 1), (7.87, 9.0, 0), (7.9, 8.0, 0), (7.97, 8.03, 1)])
 def test_a_drive_belongs_to_the_reset_that_began_it(begin, end, number):
     """The reset at 7.975 s began a drive of at most 0.1 s before, unless it is nearer its end."""
     in_order = epochs(shifted(0.5))
     assert epoch_of(in_order, begin, end) is in_order[number]
-
-
-def test_the_first_frame_has_the_robot_at_its_origin():
-    run = made(local_pose=Poses.none(), odometry=replace(
-        made().odometry, x=X + 3.0, y=0.0 * X - 2.0, yaw=0.0 * X + 0.5))
-    epoch, = epochs(completed(run))
-    assert (epoch.odom_T_local.x, epoch.odom_T_local.y, epoch.odom_T_local.yaw) == pytest.approx(
-        (3.0, -2.0, 0.5))
-    assert epoch.local_T_world is None
 
 
 def test_local_stands_in_the_world_by_the_first_pose_of_its_epoch():

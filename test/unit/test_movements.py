@@ -25,13 +25,6 @@ def kinds(segments, **parts):
     return [movement.kind for movement in movements(driven(segments, **parts))]
 
 
-def test_a_turn_on_the_spot():
-    found, = movements(driven([(3.0, 4.0, 0.0, 1.5)]))
-    assert found.kind is Kind.TURN
-    assert (found.begin, found.forward, found.turns_again, found.end) == pytest.approx(
-        (3.0, 4.0, 4.0, 4.0))
-
-
 def test_a_drive_and_its_three_parts():
     found, = movements(driven(DRIVE))
     first = math.radians(135.0) / 1.5
@@ -69,13 +62,20 @@ def test_a_pause_of_a_second_ends_a_movement(pause, number):
     assert len(movements(driven(drive(2.0, 135.0, 0.8, -135.0, pause)))) == number
 
 
-@pytest.mark.parametrize('segments', [DRIVE, [(2.0, 6.0, 0.2, 0.5)]])
 @pytest.mark.parametrize('switches, kind', [
-    ((1.0,), Kind.DRIVE), ((0.0,), Kind.BY_HAND), ((0.0, 1.0), Kind.DRIVE),
-    ((1.0, 0.0), Kind.BY_HAND)])
-def test_control_decides_whatever_the_movement(segments, switches, kind):
+    ((1.0,), Kind.DRIVE), ((0.0, 1.0), Kind.DRIVE), ((1.0, 0.0), Kind.BY_HAND)])
+def test_control_decides_whatever_the_movement(switches, kind):
     control = values([0.5 + k for k in range(len(switches))], switches)
-    assert kinds(segments, control=control, devices=('joy',)) == [kind]
+    assert kinds([(2.0, 6.0, 0.2, 0.5)], control=control, devices=('joy',)) == [kind]
+
+
+@pytest.mark.parametrize('parts, kinds_now', [
+    (dict(control=values([1.0, 5.05], [1.0, 0.0])), [Kind.DRIVE, Kind.BY_HAND]),
+    (dict(resets=resets((5.05, 0.0, 0.0, 0.0))), [Kind.BY_HAND, Kind.BY_HAND])])
+def test_a_change_of_control_and_a_reset_begin_another_movement(parts, kinds_now):
+    found = movements(driven([(2.0, 8.0, 0.2, 0.0)], **parts))
+    assert [movement.kind for movement in found] == kinds_now
+    assert (found[0].end, found[1].begin, found[1].end) == pytest.approx((5.1, 5.1, 8.0))
 
 
 @pytest.mark.parametrize('cut, kind', [(3.3, Kind.DRIVE), (6.0, Kind.BY_HAND)])
@@ -93,18 +93,6 @@ def test_a_turn_alone_that_follows_control_at_once_is_the_nodes(given, kind):
 @pytest.mark.parametrize('switch, kind', [(0.0, Kind.DRIVE), (1.0, Kind.BY_HAND)])
 def test_before_its_first_message_control_was_the_other_way(switch, kind):
     assert kinds(DRIVE, control=values([15.0], [switch])) == [kind]
-
-
-def test_a_node_that_takes_control_begins_another_movement():
-    found = movements(driven([(2.0, 8.0, 0.2, 0.0)], control=values([1.0, 5.05], [1.0, 0.0])))
-    assert [movement.kind for movement in found] == [Kind.DRIVE, Kind.BY_HAND]
-    assert (found[0].end, found[1].begin) == pytest.approx((5.1, 5.1))
-
-
-def test_a_reset_begins_another_movement():
-    found = movements(driven([(2.0, 8.0, 0.2, 0.0)], resets=resets((5.05, 0.0, 0.0, 0.0))))
-    assert [(movement.begin, movement.end) for movement in found] == [
-        pytest.approx((2.0, 5.1)), pytest.approx((5.1, 8.0))]
 
 
 def test_a_command_that_is_not_renewed_lasts_for_the_robots_timeout():
@@ -152,11 +140,6 @@ def test_a_drive_by_numbers():
     assert found.drift == pytest.approx(0.0, abs=1e-3)
     assert run.derived == ('local_pose', 'frames', 'states', 'goals')
     assert run.recorded() == ('imu', 'odometry', 'commands', 'ground_truth')
-
-
-def test_another_goal():
-    found, = drives_of(completed(driven(BACK), Pose2(END[0], END[1], math.radians(2.0))))
-    assert found.measured == pytest.approx((0.0, 0.0), abs=2e-3)
 
 
 def test_a_reset_declares_where_the_robot_is():

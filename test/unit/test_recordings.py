@@ -136,23 +136,3 @@ def test_a_reset_while_the_imu_crosses_half_a_turn(drive, offset):
     fixes, (reset,) = replay(drive, [(arrival + offset, declared)])
     assert_instant(drive, reset)
     assert_follows(drive, fixes_between(fixes, reset.stamp + 0.2), declared, reset.stamp)
-
-
-def test_a_reset_every_second(drive):
-    start = drive.arrivals[0][0]
-    asked = [(start + 1.0 + k, Pose2(0.1 * k, -0.2 * k, 0.3 * k)) for k in range(60)]
-    fixes, resets = replay(drive, asked)
-    assert all(reset.done for reset in resets)
-    for reset, following in zip(resets, resets[1:]):
-        assert_follows(drive, fixes_between(fixes, reset.stamp + 0.2, following.stamp),
-                       reset.declared, reset.stamp)
-
-
-def test_what_the_recordings_readme_says(drive):
-    """The raw numbers themselves, to notice a wrong reading of them."""
-    assert len(drive.faults) == 1
-    way = np.hypot(*np.diff(drive.odometry[:, 1:3], axis=0).T).sum()
-    assert way == pytest.approx(4.46, abs=0.01)
-    assert drive.odometry[0, 1:] == pytest.approx((-0.64, -0.57, math.radians(-105.6)), abs=0.005)
-    _, _, odometry_yaw, imu_yaw = drive.at(drive.imu[0, 0] + 10.0)
-    assert angle_between(imu_yaw - odometry_yaw, math.radians(140.56)) < math.radians(0.5)

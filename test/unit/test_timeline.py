@@ -1,4 +1,4 @@
-"""The timeline of a run: no recorded value is far from its curve, and the page needs nothing else."""
+"""The timeline of a run: no value is far from its curve, and the page needs no other file."""
 import json
 import math
 import re
@@ -13,7 +13,7 @@ from made_run import TIME, X, ZERO, made, poses
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report import timeline  # noqa: E402
-from tb3_labs.report.again import control_moment, parting  # noqa: E402
+from tb3_labs.report.again import control_moment, parting, sentences  # noqa: E402
 from tb3_labs.report.drives import drives  # noqa: E402
 from tb3_labs.report.run_data import Commands, ImuSamples, LogLines, Values  # noqa: E402
 from tb3_labs.robot.turtlebot3 import robot_model  # noqa: E402
@@ -22,11 +22,9 @@ BURGER = robot_model('burger')
 CHROMIUM = shutil.which('chromium')
 
 
-def decoded(track, moment=timeline.MOMENT):
-    """(times, columns, breaks) as the page reads a track."""
-    return (np.cumsum(track['time']) * moment,
-            [np.cumsum(column) * step for column, step in zip(track['columns'], track['steps'])],
-            track['breaks'])
+def decoded(track):
+    """(times, columns, breaks) as arrays."""
+    return np.array(track['time']), list(map(np.array, track['columns'])), track['breaks']
 
 
 def data_of(run):
@@ -42,7 +40,7 @@ def test_no_value_is_farther_from_its_track_than_the_bound(steps, seed):
     time = np.cumsum(np.random.RandomState(seed).uniform(0.002, 0.05, len(values)))
     at, (column,), _ = decoded(timeline.track(time, [values], ['m']))
     assert np.abs(np.interp(time, at, column) - values).max() <= (
-        timeline.BOUNDS['m'] + timeline.MOMENT * 0.02 / 0.002)    # a time is rounded, too
+        timeline.BOUNDS['m'] + 0.001 * 0.02 / 0.002)    # a time is rounded, too
 
 
 def test_a_straight_line_keeps_its_ends():
@@ -145,6 +143,7 @@ def test_two_nodes_part_when_one_commands_what_the_other_does_not(rows, time):
     found = parting(made(commands=commanded(*RECORDED)), commanded(*rows))
     assert (found is None) == (time is None)
     assert time is None or found.time == pytest.approx(time, abs=0.21)
+    assert len(sentences(found)) == 2
 
 
 def test_a_person_who_drives_is_not_compared():
@@ -157,7 +156,7 @@ def test_a_person_who_drives_is_not_compared():
 
 @pytest.mark.parametrize('at, is_given, moment', [
     (0.5, True, 0.5), (1.4, True, 0.9), (2.5, True, 2.5),       # it drove before: not by this
-    (6.4, False, 5.9), (5.0, False, 5.0), (8.0, False, 8.0)])
+    (6.4, False, 5.9), (5.0, False, 5.0), (5.75, False, 5.75), (8.0, False, 8.0)])
 def test_control_was_heard_before_its_effect(at, is_given, moment):
     assert control_moment(at, is_given, commanded(*RECORDED)) == pytest.approx(moment)
 
@@ -202,6 +201,9 @@ note();
 key('ArrowRight'); key('PageDown'); key('End'); key('Home');
 document.querySelector('a').click(); key('End');
 document.querySelector('a').click(); note();
+const curve = document.getElementById('curve-heading'), area = curve.getBoundingClientRect();
+curve.dispatchEvent(new MouseEvent('click', {clientX: area.left + 46 + (area.width - 54) / 4}));
+note();
 document.getElementById('seen').textContent = JSON.stringify(seen);
 </script>'''
 
@@ -217,7 +219,7 @@ def test_a_browser_shows_each_moment(page, tmp_path):
         file.as_uri()], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=60).stdout
     seen = json.loads(re.search(r'id="seen">(.*?)</pre>', shown.decode()).group(1))
     clocks = [float(row[0].split()[0]) for row in seen]
-    assert clocks == pytest.approx([3.5, 4.5, 8.0, 10.0, 0.0, 10.0, 6.0], abs=0.06)
+    assert clocks == pytest.approx([3.5, 4.5, 8.0, 10.0, 0.0, 10.0, 6.0, 2.5], abs=0.06)
     assert [row[1] for row in seen[:5]] == ['MOVE_FORWARD', 'MOVE_FORWARD', 'GOAL_REACHED',
                                         'GOAL_REACHED', '\u2013']
     assert seen[0][2].startswith('0.500 m, 0.000 m') and seen[3][2].startswith('0.000 m')

@@ -32,6 +32,10 @@ export function nice(value) {
   return power * [1, 2, 5, 10].find((step) => step * power >= value * 0.999999);
 }
 
+/** Digits after the point of multiples of a `nice` step. */
+export function digits(step) { return Math.max(0, -Math.floor(Math.log10(step) + 1e-9)); }
+
+/** A line through points [x, y]; it is broken where a point is null. */
 export function stroke(c, colour, points) {
   c.strokeStyle = colour;
   trace(c, points);
@@ -40,7 +44,9 @@ export function stroke(c, colour, points) {
 
 function trace(c, points) {
   c.beginPath();
-  points.forEach(([x, y], i) => (i ? c.lineTo(x, y) : c.moveTo(x, y)));
+  points.forEach((point, i) => {
+    if (point) c[points[i - 1] ? 'lineTo' : 'moveTo'](...point);
+  });
 }
 
 /** A filled figure with a rim of this width. */
@@ -99,8 +105,7 @@ export function drawGrid(c, v, words) {
   c.lineWidth = 1;
   c.font = '11px system-ui, sans-serif';
   c.fillStyle = colours.faint;
-  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  const text = (value) => (Math.abs(value) < step / 2 ? '0' : value.toFixed(digits));
+  const text = (value) => (Math.abs(value) < step / 2 ? '0' : value.toFixed(digits(step)));
   for (let i = Math.ceil(x0 / step); i <= x1 / step; i += 1) {
     const px = Math.round(v.pixel(i * step, 0)[0]) + 0.5;
     stroke(c, i === 0 ? colours.grid_strong : colours.grid, [[px, 0], [px, v.height]]);
@@ -173,7 +178,7 @@ export class Labels {
         const box = [x + dx - 3, y + dy - h, x + dx + w + 3, y + dy + 4];
         if (!this._free(box)) continue;
         this._taken.push(box);
-        this._write(text, x + dx, y + dy, colour, ring > 0 ? [x, y, box] : null);
+        this._write(text, x + dx, y + dy, colour);
         return;
       }
     }
@@ -185,16 +190,8 @@ export class Labels {
     return !this._taken.some((t) => x0 < t[2] && x1 > t[0] && y0 < t[3] && y1 > t[1]);
   }
 
-  _write(text, x, y, colour, far) {
+  _write(text, x, y, colour) {
     const c = this._context;
-    if (far) {
-      // A name that is far from its point gets a thin line to it.
-      const [px, py, box] = far;
-      const end = [
-        Math.max(box[0], Math.min(box[2], px)), Math.max(box[1], Math.min(box[3], py))];
-      c.lineWidth = 1;
-      stroke(c, colour, [[px, py], end]);
-    }
     c.textAlign = 'left';
     c.textBaseline = 'alphabetic';
     c.lineJoin = 'round';

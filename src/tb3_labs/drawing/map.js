@@ -176,7 +176,6 @@ export class RobotMap {
       c.lineWidth = frame === 'odom' ? 2.5 : 2;
       c.setLineDash(frame === 'odom' ? [] : [7, 5]);
       c.lineJoin = 'round';
-      c.strokeStyle = colours[frame];
       c.globalAlpha = 0.4;
       this._path(c, frame, points.slice(0, since));
       c.globalAlpha = 1;
@@ -186,16 +185,10 @@ export class RobotMap {
   }
 
   _path(c, frame, points) {
-    let joined = false;
-    c.beginPath();
-    for (const point of points) {
+    stroke(c, colours[frame], points.map((point) => {
       const pose = point && this.shown(frame, [point[0], point[1], 0]);
-      if (!pose) { joined = false; continue; }
-      const [px, py] = this.view.pixel(pose[0], pose[1]);
-      if (joined) c.lineTo(px, py); else c.moveTo(px, py);
-      joined = true;
-    }
-    c.stroke();
+      return pose && this.view.pixel(pose[0], pose[1]);
+    }));
   }
 
   _frames(c, labels) {

@@ -17,7 +17,7 @@ from tb3_labs.report.tables import number
 from tb3_labs.report.timeline import (
     commands_of, in_order, lines_of, mark, marks, poses_of, section, timeline)
 from tb3_labs.report.turns import TurnReport
-from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
+from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: A command differs if it is farther than APART [m/s], [rad/s] from all commands of the other node
 #: within SHIFT [s], since nodes react sooner or later. It also differs if it moves
@@ -103,15 +103,9 @@ def control_moment(at: float, is_given: bool, commands: Commands) -> float:
 
 
 def in_force_at(commands: Commands, times: np.ndarray) -> np.ndarray:
-    """The speeds in force at each of the times, shape (n, 2): 0 before the first command, and after
-    the robot's timeout."""
-    if not len(commands):
-        return np.zeros((len(times), 2))
-    last = np.searchsorted(commands.time, times, side='right') - 1
-    speeds = np.column_stack([commands.linear, commands.angular])[last]
-    old = (last < 0) | (times - commands.time[last] > COMMAND_TIMEOUT)
-    speeds[old] = 0.0
-    return speeds
+    """The speeds in force at each of the times, shape (n, 2): 0 if there is no command."""
+    speeds = [np.append(part, 0.0) for part in (commands.linear, commands.angular)]
+    return np.column_stack(speeds)[commands.newest(times)]
 
 
 def sentences(found: Optional[Parting]) -> List[str]:

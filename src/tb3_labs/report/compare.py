@@ -17,17 +17,20 @@ from tb3_labs.report.drives import DriveReport, drives
 from tb3_labs.report.epochs import epochs
 from tb3_labs.report.figures import GREY, STYLES, new_figure
 from tb3_labs.report.page import document, write_figure
-from tb3_labs.report.path_figures import ways
-from tb3_labs.report.run_data import Poses, RunData
+from tb3_labs.report.run_data import RunData
 from tb3_labs.report.tables import (
-    DRIVES, TURNS, Column, Markup, cells, heads, number, table, write_reports)
+    DRIVES, TURNS, Column, Markup, cells, number, table, write_reports)
 from tb3_labs.report.turns import TurnReport, turns
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: A run's row in a figure: its height [inch], and the part of it that its points are spread over.
 ROW, SPREAD_OVER = 0.5, 0.5
+#: The columns of drives that are compared.
+COMPARED = tuple(column for column in DRIVES if column.name in (
+    'time_s', 'distance_error_m', 'angle_error_deg', 'true_distance_error_m',
+    'true_angle_error_deg', 'time_to_least', 'drift_deg'))
 #: Columns without a mean: in it, turns to the left and to the right would cancel.
-NO_MEAN = 'asked [deg]', 'turned [deg]'
+NO_MEAN = 'asked_deg', 'turned_deg'
 
 NOTE = '''<p>Spread: standard deviation of the values (divided by n - 1). Largest: by its size.
 All rows are in turns.csv and drives.csv too. Rules, figures, and speeds: on each run's own page.
@@ -45,15 +48,12 @@ class RunSummary:
     resets: int
     turns: List[TurnReport]
     drives: List[DriveReport]
-    ways: List[Poses]                 # the path of each drive, in local
 
 
 def summarize(run: RunData, model: RobotModel, name: str, page: str) -> RunSummary:
     """Returns the RunSummary of a run; `model` is the robot that drove."""
-    found = drives(run, model)
-    return RunSummary(name, page, run.duration, run.odometry.length,
-                      len(epochs(run)) - 1, turns(run), found,
-                      [run.local_pose.between(drive.begin, drive.end) for drive in found])
+    return RunSummary(name, page, run.duration, run.odometry.length, len(epochs(run)) - 1,
+                      turns(run), drives(run, model))
 
 
 def write_comparison(runs: Sequence[RunSummary], folder: Union[str, Path],
@@ -68,13 +68,12 @@ def write_comparison(runs: Sequence[RunSummary], folder: Union[str, Path],
     page = folder / 'report.html'
     page.write_text(document('Runs compared', [
         '<p>{}</p>'.format(escape(' '.join(left_out))), _runs(runs),
-        _compared('Turns', 'turn', TURNS, [(run.name, run.turns) for run in runs]),
+        _compared('Turns', 'turn', TURNS[1:], [(run.name, run.turns) for run in runs]),
         write_figure(turn_errors(runs), folder / 'turn_errors.png',
                      'How far each turn went beyond what was asked. Line: mean; bar: spread.'),
-        _compared('Drives', 'drive', DRIVES, [(run.name, run.drives) for run in runs]),
+        _compared('Drives', 'drive', COMPARED, [(run.name, run.drives) for run in runs]),
         write_figure(drive_errors(runs), folder / 'drive_errors.png',
-                     'How far each drive ended from its goal. Line: mean; bar: spread.'),
-        write_figure(ways(runs), folder / 'ways.png', 'All drives in the local frame.'), NOTE]),
+                     'How far each drive ended from its goal. Line: mean; bar: spread.'), NOTE]),
         encoding='utf-8')
     return page
 
@@ -96,7 +95,7 @@ def _compared(title: str, what: str, columns: Sequence[Column],
     groups = list(runs)
     if len(runs) > 1:
         groups.append(('all', [report for _, reports in runs for report in reports]))
-    meant = [column for column in columns if column[0] not in NO_MEAN]
+    meant = [column for column in columns if column.name not in NO_MEAN]
     means: List[List[str]] = []
     for name, reports in groups:
         mean, spread, largest = _spread(meant, reports)
@@ -106,14 +105,14 @@ def _compared(title: str, what: str, columns: Sequence[Column],
             for name, reports in runs for count, report in enumerate(reports, 1)]
     return '<h2>{0}</h2>{1}<h2>{0}, one by one</h2>{2}'.format(
         title,
-        table(['run', what + 's', ''] + heads(meant), means, words=('',)),
-        table(['run', what] + heads(columns), rows))
+        table(['run', what + 's', ''] + [column.head for column in meant], means, words=('',)),
+        table(['run', what] + [column.head for column in columns], rows))
 
 
 def _spread(columns: Sequence[Column], reports: Sequence[Any]) -> List[List[str]]:
     """Returns three rows of cells: means, standard deviations, largest values."""
     rows: List[List[str]] = [[], [], []]
-    for _, value, form in columns:
+    for _, _, value, form in columns:
         values = np.array([value(report) for report in reports])
         values = values[np.isfinite(values)]
         mean, spread = _mean_and_spread(values)
@@ -163,15 +162,11 @@ def _errors(runs: Sequence[RunSummary],
 def _points(axes: Axes, place: int, values: np.ndarray, colour: str) -> None:
     """Draw the finite values as points around `place`, in order, with mean and spread."""
     values = values[np.isfinite(values)]
-    if not len(values):
-        return
     across = place + SPREAD_OVER * (np.arange(1, len(values) + 1) / (len(values) + 1.0) - 0.5)
     axes.plot(values, across, 'o', color=colour, markersize=4, markerfacecolor='none')
     mean, spread = _mean_and_spread(values)
-    axes.plot([mean, mean], [place - SPREAD_OVER / 2.0, place + SPREAD_OVER / 2.0], color=colour,
-              linewidth=1.6)
-    if len(values) > 1:
-        axes.errorbar(mean, place, xerr=spread, color=colour, capsize=4, linewidth=1.0)
+    axes.errorbar(mean, place, xerr=np.nan_to_num(spread), fmt='|', markersize=18, color=colour,
+                  capsize=4, linewidth=1.0)
 
 
 def _mean_and_spread(values: np.ndarray) -> Tuple[float, float]:

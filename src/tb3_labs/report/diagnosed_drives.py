@@ -41,8 +41,6 @@ SWINGS = 5
 CUT = 0.5
 #: The ghost of a turn has a pose for each of this many parts of it.
 PARTS = 20
-#: The gains of the lab's law, of the first turn, the way and the last turn [1/s].
-GAINS = 0.3, 0.0, 0.5
 
 
 class Seen(NamedTuple):
@@ -90,13 +88,10 @@ def ghost(seen: Sequence[Seen], ideals: Sequence[Drive]) -> Poses:
         way = ideal.way if math.isfinite(ideal.way) else each.drive.way
         rows: List[Tuple[float, float, float, float]] = []
         parts = [(ideal.first_turn, 0.0), (0.0, way), (ideal.last_turn, 0.0)]
-        for (turn, ahead), gain, begin, end in zip(parts, GAINS, each.times, each.times[1:]):
+        for (turn, ahead), begin, end in zip(parts, each.times, each.times[1:]):
             turn = turn if math.isfinite(turn) else 0.0
             time = np.linspace(begin, max(begin, end), PARTS)
             share = np.linspace(0.0, 1.0, PARTS)
-            if gain:        # by the lab's law the error of a turn decays
-                share = (1.0 - np.exp(-gain * (time - begin))) / max(
-                    1e-6, 1.0 - math.exp(-gain * (time[-1] - begin)))
             rows += zip(time, x + share * ahead * math.cos(yaw),
                         y + share * ahead * math.sin(yaw), yaw + share * turn)
             x, y, yaw = rows[-1][1:]

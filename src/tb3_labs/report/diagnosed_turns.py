@@ -53,11 +53,6 @@ def _apart(law: Law, turn: Turn) -> float:
     return min(far)
 
 
-def too_fast(seen: Sequence[Turn]) -> Tuple[bool, bool]:
-    """Is a turn to the left, or to the right, faster than the lab's limit?"""
-    return (any(turn.peak > TOO_FAST for turn in seen), any(-turn.peak > TOO_FAST for turn in seen))
-
-
 def begin_slowly(run: RunData, seen: Sequence[Turn]) -> bool:
     """Does each turn the long way round begin at the least speed? It does if a negative command is
     taken for too small a positive one."""

@@ -16,7 +16,7 @@ import numpy as np
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report import diagnosed_drives, diagnosed_turns
 from tb3_labs.report.diagnosed_drives import Fit, Fresh, fresh_drives, ghost
-from tb3_labs.report.diagnosed_turns import Turn, stretches, turns_of
+from tb3_labs.report.diagnosed_turns import TOO_FAST, Turn, stretches, turns_of
 from tb3_labs.report.mistakes import LAWS, WAYS, Way
 from tb3_labs.report.movements import (
     FASTEST_BY_MOUSE, LAB_GOAL, NO_SPEED, cuts, has_control, movements, moving)
@@ -105,11 +105,10 @@ def of_turns(run: RunData, seen: Sequence[Turn]) -> Diagnosis:
     if not seen:
         turns = np.abs(run.commands.angular) > FASTEST_BY_MOUSE + NO_SPEED
         return Diagnosis(None if turns.any() and 'joy' not in run.devices else '', TURN)
-    is_fast_left, is_fast_right = diagnosed_turns.too_fast(seen)
-    if is_fast_left or is_fast_right:
-        fastest = max(seen, key=lambda turn: abs(turn.peak))
-        return Diagnosis(None if is_fast_left else 'no_negative_clamp', TURN,
-                         moment=fastest.begin)
+    fastest = max(seen, key=lambda turn: abs(turn.peak))
+    if abs(fastest.peak) > TOO_FAST:
+        is_left = any(turn.peak > TOO_FAST for turn in seen)
+        return Diagnosis(None if is_left else 'no_negative_clamp', TURN, moment=fastest.begin)
     fits = _best(diagnosed_turns.compared(seen, law) for law in LAWS)
     result = _decided(TURN, fits, [turn.begin for turn in seen])
     if result.mistake == 'no_negative_clamp' and not diagnosed_turns.begin_slowly(run, seen):

@@ -94,18 +94,13 @@ def _goals_of_states(run: RunData) -> List[Optional[int]]:
 
     Each pair is sent in the same order; several may arrive at once if the recorder was busy.
     """
-    states, goals = run.states.arrival, run.goals.arrival
-    if len(states) == len(goals) and (np.abs(states - goals) < SAME_MOMENT).all():
-        return list(range(len(goals)))
+    goals, following = run.goals.arrival, 0
     indices: List[Optional[int]] = []
-    left = 0
-    for arrival in states:
-        apart = np.abs(goals[left:] - arrival)
-        if len(apart) and apart.min() < SAME_MOMENT:
-            indices.append(left + int(np.argmin(apart)))
-            left += int(np.argmin(apart)) + 1
-        else:
-            indices.append(None)
+    for arrival in run.states.arrival:
+        following += int(np.searchsorted(goals[following:], arrival - SAME_MOMENT))
+        is_near = following < len(goals) and goals[following] < arrival + SAME_MOMENT
+        indices.append(following if is_near else None)
+        following += is_near
     return indices
 
 

@@ -25,8 +25,6 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 
 DOTS_PER_INCH = 150
 WIDTH = 7.2                     # [inch], between the margins of A4
-#: Widths in a legend [inch]: of a letter, and of the rest of an entry.
-LETTER, SAMPLE = 0.075, 0.6
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: (colour, line style) of successive curves.
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
@@ -39,8 +37,6 @@ STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
           '': ('#dddddd', '...')}
 #: The vertical axis of an angle [deg].
 WHOLE_CIRCLE = dict(ylim=(-190.0, 190.0), yticks=[-180, -90, 0, 90, 180])
-#: If there are more labels than this, none is drawn: they would cover each other.
-MOST_LABELS = 6
 #: Long curves are drawn in parts of this many points: Agg in Noetic limits the length of one part.
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: A turn is drawn from this time before it until this time after it [s].
@@ -79,31 +75,15 @@ def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[flo
               **dict(dict(linewidth=1.3), **looks))
 
 
-def map_of_local(figure: Figure, axes: Axes, margin: float) -> None:
-    """Finish a map of the local frame: one scale, the axes' names, a grid, the legend below.
-
-    `margin`: the empty border around the drawing, as a part of its size.
-    """
-    axes.set_aspect('equal', adjustable='datalim')
-    axes.margins(margin)
-    axes.set(xlabel='x in local [m]', ylabel='y in local [m]')
-    axes.grid(True, linewidth=0.3)
-    legend_below(figure, *axes.get_legend_handles_labels())
-
-
 def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
-    """Put a legend below the figure, in as many columns as fit its width."""
-    widths = [SAMPLE + LETTER * len(label) for label in labels]
-    columns = max(1, len(labels))
-    while columns > 1 and sum(map(max, np.array_split(widths, columns))) > WIDTH:
-        columns -= 1
-    figure.legend(handles, labels, loc='upper center', ncol=columns, fontsize=8,
-                  frameon=False, bbox_to_anchor=(0.5, 0.0))
+    """Put a legend below the figure; three columns fit its width."""
+    figure.legend(handles, labels, loc='upper center', ncol=3, fontsize=8, frameon=False,
+                  bbox_to_anchor=(0.5, 0.0))
 
 
 # A run over time ------------------------------------------------------------------------------
 
-def errors(run: RunData, model: RobotModel) -> Optional[Figure]:
+def errors(run: RunData) -> Optional[Figure]:
     """Distance and angle to the goal over time; None without a goal."""
     time, distance, angle = drives.goal_errors(run)
     if not len(time):
@@ -114,16 +94,6 @@ def errors(run: RunData, model: RobotModel) -> Optional[Figure]:
     curve(turned, time, np.degrees(angle), _resets(run), circle=True, color=BLUE)
     far.set(ylabel='distance error [m]', ylim=(0.0, None))
     turned.set(ylabel='angle error [deg]', **WHOLE_CIRCLE)
-    found = drives.drives(run, model)
-    for drive in found if len(found) <= MOST_LABELS else ():
-        if not math.isnan(drive.measured[0]):
-            far.annotate(
-                '{:.1f} mm\n{:.1f} deg'.format(1000.0 * drive.measured[0],
-                                               abs(math.degrees(drive.measured[1]))),
-                (drive.end, drive.measured[0]), xytext=(-6, 16), textcoords='offset points',
-                ha='right', fontsize=8, bbox=dict(boxstyle='round,pad=0.2', facecolor='white',
-                                                  linewidth=0.5),
-                arrowprops=dict(arrowstyle='-', linewidth=0.8))
     _shade(figure, (far, turned), run)
     return figure
 

@@ -1,7 +1,4 @@
-"""The messages of a recording: which topics it has, and how their bytes become samples.
-
-Each topic has a collector. The collector unpacks only the fields that are needed: a recording of an
-hour holds a million messages, and to make an object of each would take minutes.
+"""The messages of a recording: which topics it has, and how messages become samples.
 
 The Transformation lab asks for a line ``Local pose set to x=..., y=..., yaw=...`` at each reset.
 The handout prints the yaw in radians; other nodes print degrees. A yaw counts as degrees if
@@ -11,15 +8,14 @@ Units: metres, radians, seconds since the recording's start on the recorder's cl
 """
 import math
 import re
-import struct
 from array import array
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Optional
 
 import numpy as np
 
 from tb3_labs.geometry.angles import TURN, wrap
-from tb3_labs.geometry.quaternions import yaws_from_quaternions
+from tb3_labs.geometry.quaternions import yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import (
     Commands, ImuSamples, LogLines, OdometrySamples, Poses, States, Values)
@@ -31,15 +27,6 @@ RECORDED = ('imu', 'odom', 'cmd_vel', 'heading', 'ground_truth', 'local_pose', '
 
 #: The levels of log lines, by the bits of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
-
-#: Layouts of messages, or of their parts.
-HEADER = struct.Struct('<4xIII')                # seq, secs, nsecs, length of frame_id
-LENGTH = struct.Struct('<I')
-ORIENTATION_RATE = struct.Struct('<4d88xd')     # x, y, z, w; covariance; angular_velocity.z
-POSE_SPEEDS = struct.Struct('<2d8x4d288xd32xd')  # x, y; x, y, z, w; covariance; as in SPEEDS
-PLACE_ORIENTATION = struct.Struct('<2d8x4d')    # x, y; x, y, z, w
-SPEEDS = struct.Struct('<d32xd')                # linear.x, angular.z
-DEGREES, SWITCH = struct.Struct('<d'), struct.Struct('<?')
 
 #: The line of a reset.
 NUMBER = r'([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)'
@@ -123,154 +110,115 @@ def resets_in(log: LogLines) -> Poses:
                  *np.array([(pose.x, pose.y, pose.yaw) for _, pose in said]).reshape(-1, 3).T)
 
 
-def make_collectors(kinds, prefix):
-    """Returns {field of RunData: collector} for the robot in the namespace `prefix`. `kinds` is
-    {field: message type}."""
+def make_collectors(parts, prefix):
+    """Returns {field of RunData: Collector} for the robot in the namespace `prefix`."""
     special = {
-        'imu': lambda: _Collector(ImuSamples, ORIENTATION_RATE, _imu_columns),
-        'odometry': lambda: _Collector(OdometrySamples, POSE_SPEEDS, _pose_columns, strings=2),
-        'commands': lambda: _Collector(Commands, SPEEDS, strings=0),
-        'states': _StateCollector,
-        'asked': lambda: _Collector(
-            Values, DEGREES, lambda degrees: (np.radians(degrees),), strings=0),
-        'control': lambda: _Collector(Values, SWITCH, strings=0),
-        'presses': _PressCollector,
-        'frames': lambda: _FrameCollector((prefix + 'local').strip('/')),
-        'log': lambda: _LogCollector(prefix)}
-    return {part: special[part]() if part in special else _Collector(
-        Poses, PLACE_ORIENTATION, _pose_columns) for part in kinds}
+        'imu': (ImuSamples, _imu), 'odometry': (OdometrySamples, _odometry),
+        'commands': (Commands, _command), 'states': (States, _state), 'asked': (Values, _angle),
+        'control': (Values, _switch), 'presses': (Values, _presses()),
+        'frames': (Poses, _frames((prefix + 'local').strip('/'))),
+        'log': (LogLines, _lines(prefix))}
+    return {part: Collector(*special.get(part, (Poses, _pose))) for part in parts}
 
 
-def _imu_columns(x, y, z, w, rate):
-    return yaws_from_quaternions(w=w, x=x, y=y, z=z), rate
+class Collector:
+    """Gathers the samples of one topic.
 
-
-def _pose_columns(x, y, qx, qy, qz, qw, *speeds):
-    return (x, y, yaws_from_quaternions(w=qw, x=qx, y=qy, z=qz)) + speeds
-
-
-class _Collector:
-    """Gathers one topic's numbers, row after row.
-
-    `columns` turns these numbers into the columns of the samples. `strings`: the number of strings
-    before the numbers in a message, with the string in the header; 0 if there is no header.
+    `rows_of` gives the samples in a message: rows of the header with the stamp, None without one,
+    and the sample's numbers or words. It raises ``ValueError`` for an invalid quaternion.
     """
 
-    def __init__(self, kind, layout, columns=lambda *numbers: numbers, strings=1):
-        self._kind, self._layout, self._columns, self._strings = kind, layout, columns, strings
-        self.arrival, self.stamp, self.rows, self.bad = array('d'), array('d'), array('d'), 0
+    def __init__(self, kind, rows_of):
+        self._kind, self._rows_of = kind, rows_of
+        self._has_words = kind in (States, LogLines)
+        self._values = [] if self._has_words else array('d')
+        self.arrival, self.stamp, self.bad = array('d'), array('d'), 0
 
-    def add(self, data, arrival, start):
-        """Take in a serialized message; times in seconds since `start`."""
+    def add(self, message, arrival, start):
+        """Take in a message. `arrival`: since `start` [s]; `start`: since 1970 [s]."""
         try:
-            stamp, offset = arrival, 0
-            if self._strings:
-                secs, nsecs, length = HEADER.unpack_from(data)
-                stamp, offset = (secs - start) + 1e-9 * nsecs, 16 + length
-                for _ in range(self._strings - 1):
-                    offset += 4 + LENGTH.unpack_from(data, offset)[0]
-            row = self._layout.unpack_from(data, offset)
-        except struct.error:
+            for header, *row in self._rows_of(message):
+                # both parts apart: a float of today's time has steps of 0.2 microseconds
+                self.keep(row, arrival, arrival if header is None else (
+                    header.stamp.secs - start) + 1e-9 * header.stamp.nsecs)
+        except ValueError:
             self.bad += 1
-            return
-        self.keep(row, arrival, stamp)
 
     def keep(self, row, arrival, stamp):
-        """Append the numbers of one sample."""
-        self.rows.extend(row)
+        """Append one sample, if its numbers are finite."""
+        if not self._has_words and not all(map(math.isfinite, row)):
+            self.bad += 1
+            return
+        self._values.extend(row)
         self.arrival.append(arrival)
         self.stamp.append(stamp)
 
     def samples(self, robot_clock):
-        """Returns the gathered samples, without samples that have a NaN or infinite number."""
-        arrival, stamp = np.array(self.arrival), np.array(self.stamp)
-        width = len(self._layout.unpack(bytes(self._layout.size)))
-        columns = self._columns(*np.array(self.rows).reshape(-1, width).T)
-        good = np.logical_and.reduce([np.isfinite(column) for column in columns])
-        self.bad += int(np.count_nonzero(~good))
-        arrival, stamp = arrival[good], stamp[good]
-        return self._kind(arrival, times_on_recorders_clock(arrival, stamp, robot_clock),
-                          *(column[good] for column in columns))
+        """Returns the gathered samples."""
+        arrival, width = np.array(self.arrival), len(fields(self._kind)) - 2
+        values = np.array(self._values, dtype=object if self._has_words else float)
+        return self._kind(arrival, times_on_recorders_clock(
+            arrival, np.array(self.stamp), robot_clock), *values.reshape(-1, width).T)
 
 
-class _StateCollector:
-    def __init__(self):
-        self.arrival, self.words, self.bad = [], [], 0
-
-    def add(self, data, arrival, start):
-        self.words.append(data[4:].decode('utf-8', 'replace'))
-        self.arrival.append(arrival)
-
-    def samples(self, robot_clock):
-        arrival = np.array(self.arrival)
-        return States(arrival, arrival, np.array(self.words, dtype=object))
+def _yaw(q):
+    return yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)
 
 
-class _FrameCollector(_Collector):
-    """Gathers the pose of ``local`` in ``odom`` from all transforms."""
-
-    def __init__(self, child):
-        super().__init__(Poses, PLACE_ORIENTATION, _pose_columns)
-        self._child = child.encode()
-
-    def add(self, data, arrival, start):
-        offset = 4
-        for _ in range(LENGTH.unpack_from(data)[0]):
-            secs, nsecs, length = HEADER.unpack_from(data, offset)
-            name, numbers = _text(data, offset + 16 + length)
-            if name.lstrip(b'/') == self._child:
-                self.keep(PLACE_ORIENTATION.unpack_from(data, numbers), arrival,
-                          (secs - start) + 1e-9 * nsecs)
-            offset = numbers + 56
+def _imu(message):
+    yield message.header, _yaw(message.orientation), message.angular_velocity.z
 
 
-class _PressCollector(_Collector):
+def _pose(message):
+    pose = getattr(message.pose, 'pose', message.pose)      # with a covariance, or without
+    yield message.header, pose.position.x, pose.position.y, _yaw(pose.orientation)
+
+
+def _odometry(message):
+    for row in _pose(message):
+        yield (*row, message.twist.twist.linear.x, message.twist.twist.angular.z)
+
+
+def _command(message):
+    yield None, message.linear.x, message.angular.z
+
+
+def _state(message):
+    yield None, message.data
+
+
+def _angle(message):
+    yield None, math.radians(message.data)
+
+
+def _switch(message):
+    yield None, float(message.data)
+
+
+def _presses():
     """The number of each button of a pad, whenever it goes down."""
+    held = set()
 
-    def __init__(self):
-        super().__init__(Values, DEGREES, strings=0)
-        self._held = set()
-
-    def add(self, data, arrival, start):
-        try:
-            axes = 16 + HEADER.unpack_from(data)[2]
-            buttons = axes + 4 + 4 * LENGTH.unpack_from(data, axes)[0]
-            count, = LENGTH.unpack_from(data, buttons)
-            states = struct.unpack_from('<{}i'.format(count), data, buttons + 4)
-        except struct.error:
-            self.bad += 1
-            return
-        held = {number for number, is_down in enumerate(states) if is_down}
-        for number in sorted(held - self._held):
-            self.keep((float(number),), arrival, arrival)
-        self._held = held
+    def rows_of(message):
+        nonlocal held
+        before, held = held, {k for k, is_down in enumerate(message.buttons) if is_down}
+        return [(None, float(number)) for number in sorted(held - before)]
+    return rows_of
 
 
-class _LogCollector(_Collector):
+def _frames(child):
+    """The pose of the frame `child` among all transforms."""
+    def rows_of(message):
+        for each in message.transforms:
+            if each.child_frame_id.lstrip('/') == child:
+                place, rotation = each.transform.translation, each.transform.rotation
+                yield each.header, place.x, place.y, _yaw(rotation)
+    return rows_of
+
+
+def _lines(prefix):
     """The log lines of the nodes in one namespace."""
-
-    def __init__(self, prefix):
-        super().__init__(LogLines, struct.Struct(''))
-        self._prefix, self._lines = prefix.encode(), []
-
-    def add(self, data, arrival, start):
-        secs, nsecs, length = HEADER.unpack_from(data)
-        level = 16 + length                         # after the frame's name
-        node, offset = _text(data, level + 1)
-        if node.startswith(self._prefix):
-            words = (part.decode('utf-8', 'replace') for part in (node, _text(data, offset)[0]))
-            self._lines.append((LEVELS.get(data[level], ''), *words))
-            self.keep((), arrival, (secs - start) + 1e-9 * nsecs)
-
-    def samples(self, robot_clock):
-        arrival = np.array(self.arrival)
-        columns = np.array(self._lines, dtype=object).reshape(-1, 3).T
-        return LogLines(arrival, times_on_recorders_clock(arrival, np.array(self.stamp),
-                                                          robot_clock), *columns)
-
-
-def _text(data, offset):
-    """(text, offset of the next field)."""
-    begin = offset + 4
-    end = begin + LENGTH.unpack_from(data, offset)[0]
-    return data[begin:end], end
+    def rows_of(message):
+        if message.name.startswith(prefix):
+            yield message.header, LEVELS.get(message.level, ''), message.name, message.msg
+    return rows_of

@@ -19,13 +19,11 @@ The commands do not name their sender. Other topics decide, if they were recorde
 
 Without these topics, a person who turns, drives straight on and turns by keys counts as a drive.
 
-If a node publishes only `cmd_vel`, `completed` adds the data that the package's own nodes would
-have published:
-
-* the robot's pose in ``local``, and ``local`` in ``odom``: declared (0, 0, 0) at the first sample,
-  then by each reset. The place is by the odometry without its jumps, the heading by the IMU. This
-  is the pose by the lab's theory; the node may believe another pose;
-* the states of a drive and its goal: by the movements that the commands show.
+If a node publishes only `cmd_vel`, `completed` adds what the package's own nodes would have
+published: the states of a drive and its goal, by the movements; the robot's pose in ``local``, and
+``local`` in ``odom``. ``local`` is declared (0, 0, 0) at the first sample, then by each reset. The
+place is by the odometry without its jumps, the heading by the IMU: the lab's theory. The node may
+believe another pose.
 
 Units: metres, radians, seconds since the recording's start.
 Edge cases: a command is in force until the next one, at most for the robot's timeout. A run without

@@ -8,7 +8,7 @@ import math
 from datetime import datetime
 from html import escape
 from pathlib import Path
-from typing import Dict, Iterator, Optional, Sequence, Union
+from typing import Dict, Optional, Sequence, Union
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -18,11 +18,11 @@ from tb3_labs.report import figures, hints, path_figures, tables, timeline
 from tb3_labs.report.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.drives import DriveReport, drives, goal_errors, spans
 from tb3_labs.report.epochs import epochs
-from tb3_labs.report.movements import FASTEST_BY_MOUSE, PAUSE, by_hand
+from tb3_labs.report.movements import FASTEST_BY_MOUSE, PAUSE
 from tb3_labs.report.run_data import Poses, RunData, yaw_offset
-from tb3_labs.report.tables import STYLE, degrees, number, safe
+from tb3_labs.report.tables import STYLE, degrees, number
 from tb3_labs.report.turns import TurnReport, turns
-from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
+from tb3_labs.robot.turtlebot3 import RobotModel
 
 PAGE = '''<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{0}</title><style>
@@ -39,7 +39,7 @@ SHORTEST_PATH = 0.05
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
     'turns': 'Angle left to what was asked, and rate of turn, from the first command on.',
-    'errors': 'Distance to the goal, and angle off its heading, in local. Labels: errors at rest.',
+    'errors': 'Distance to the goal, and angle off its heading, in local.',
     'heading': 'The IMU\'s heading, and how its difference from the odometry\'s varies.',
     'speeds': 'Commanded and measured speeds.'}
 NOTHING = 'No drives are listed: {}. The local frame is {}.'
@@ -84,15 +84,15 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
         timeline.section(timeline.timeline(
             run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)),
         hints.section(found), _turns(run, turned), shown['turns'],
-        _drives(run, driven, turned), _by_hand(run, driven, turned), shown['paths'],
-        shown['errors'], _along(driven), shown['heading'], shown['speeds'],
+        _drives(run, driven, turned), shown['paths'], shown['errors'], _along(driven),
+        shown['heading'], shown['speeds'],
         RATES.format(tables.rates(run))]), encoding='utf-8')
     return page
 
 
 def _figures(run: RunData, model: RobotModel, folder: Path, turn: int) -> Dict[str, str]:
     """Returns {name: HTML} of the figures; '' for a figure that would show nothing."""
-    drawn = {'turns': figures.turns(run, turn), 'errors': figures.errors(run, model),
+    drawn = {'turns': figures.turns(run, turn), 'errors': figures.errors(run),
              'heading': figures.heading(run), 'speeds': figures.speeds(run, model),
              'paths': None}
     if run.odometry.length >= SHORTEST_PATH:
@@ -136,7 +136,7 @@ def _turns(run: RunData, turned: Sequence[TurnReport]) -> str:
     if not turned:
         return ''
     return '<h2>Turns</h2>{}<p>{}</p>'.format(
-        tables.numbered('turn', tables.TURNS_OF_RUN, turned), escape(_rule_of_turns(run, turned)))
+        tables.numbered('turn', tables.TURNS, turned), escape(_rule_of_turns(run, turned)))
 
 
 def _drives(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnReport]) -> str:
@@ -145,12 +145,6 @@ def _drives(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnRe
     words = _rule_of_drives(run) if driven else _nothing(run)
     return '<h2>Drives</h2>{}<p>{}</p>'.format(
         tables.numbered('drive', tables.REACHED, driven) if driven else '', escape(words))
-
-
-def _by_hand(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnReport]) -> str:
-    listed = [(drive.begin, drive.end) for drive in driven] + [
-        (turn.begin, turn.end) for turn in turned]
-    return tables.by_hand(run, by_hand(run, listed))
 
 
 def _along(driven: Sequence[DriveReport]) -> str:
@@ -221,11 +215,10 @@ def write_csv(run: RunData, path: Path) -> None:
     odometry, local, truth, at = run.odometry, run.local_pose, run.ground_truth, run.odometry.time
     error_time, distance, angle = goal_errors(run)
     in_order = spans(run)
-    words = np.array([''] + [safe(span.state) for span in in_order], dtype=object)
+    words = np.array([''] + [span.state for span in in_order], dtype=object)
     states = words[np.searchsorted([span.begin for span in in_order], at, side='right')]
     near = _nearest(error_time, at)
-    newest = np.searchsorted(run.commands.time, at, side='right') - 1
-    newest[np.append(run.commands.time, -math.inf)[newest] < at - COMMAND_TIMEOUT] = -1
+    newest = run.commands.newest(at)
     columns = {
         'time_s': at, **_pose_columns('odom', odometry, np.arange(len(at))),
         **_pose_columns('local', local, _nearest(local.time, at)),
@@ -236,16 +229,12 @@ def write_csv(run: RunData, path: Path) -> None:
         'linear_m_s': odometry.linear,
         'linear_commanded_m_s': _chosen(run.commands.linear, newest),
         'angular_rad_s': np.interp(at, run.imu.time, run.imu.yaw_rate),
-        'angular_commanded_rad_s': _chosen(run.commands.angular, newest)}
+        'angular_commanded_rad_s': _chosen(run.commands.angular, newest), 'state': states}
     with open(str(path), 'w', newline='') as file:
         writer = csv.writer(file, lineterminator='\n')
-        writer.writerow([*columns, 'state'])
-        writer.writerows(zip(*(_texts(*column) for column in columns.items()), states))
-
-
-def _texts(name: str, values: np.ndarray) -> Iterator[str]:
-    form = '{:.3f}' if name.endswith('_deg') else '{:.4f}'
-    return (number(value, form, '') for value in values)
+        writer.writerow(columns)
+        writer.writerows(zip(*([tables.in_csv(name, value) for value in values]
+                               for name, values in columns.items())))
 
 
 def _pose_columns(name: str, poses: Poses, index: np.ndarray) -> Dict[str, np.ndarray]:

@@ -1,26 +1,23 @@
-"""The paths of a run in the global and in the local frame, and the drives of several runs.
+"""The paths of a run in the global and in the local frame.
 
 Units on the axes: metres.
 """
-import math
-from typing import Any, List, Optional, Sequence, Tuple
+from typing import Any, Sequence, Tuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.drives import DriveReport, drives
 from tb3_labs.report.epochs import Epoch, epoch_of, epochs, local_in_odom
-from tb3_labs.report.figures import GREY, STYLES, legend_below, map_of_local, new_figure
+from tb3_labs.report.figures import GREY, STYLES, legend_below, new_figure
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: A jump in a path by more than this is left blank [m].
-LEAP = 0.3
-#: Width and height of a letter in a frame's name, as a part of a panel's width.
-LETTER, LINE = 0.028, 0.05
+#: The names of frames are LINE apart [points] if the origins are nearer than NEAR, as a part of a
+#: panel's width.
+LINE, NEAR = 11.0, 0.25
 
 
 def paths(run: RunData, model: RobotModel) -> Figure:
@@ -58,33 +55,9 @@ def paths(run: RunData, model: RobotModel) -> Figure:
     return figure
 
 
-def ways(runs: Sequence[Any]) -> Optional[Figure]:
-    """All drives in the local frame, with their goals; None without drives."""
-    if not any(run.drives for run in runs):
-        return None
-    figure = new_figure(4.6)
-    axes = figure.subplots()
-    for number, run in enumerate(runs):
-        colour, style = STYLES[number % len(STYLES)]
-        label = run.name
-        for way in run.ways:
-            draw_path(axes, way, color=colour, linestyle=style, linewidth=1.2, label=label)
-            axes.plot(way.x[-1:], way.y[-1:], 's', color=colour, markersize=4)
-            label = None
-    goals = sorted({(drive.goal.x, drive.goal.y) for run in runs for drive in run.drives
-                    if drive.goal})
-    for number, (x, y) in enumerate(goals):
-        axes.plot(x, y, '*', markerfacecolor='none', markeredgecolor='black', markersize=13,
-                  linestyle='', label=None if number else 'goal')
-    axes.plot(0.0, 0.0, 'o', color='black', markersize=5, linestyle='', label='origin of local')
-    map_of_local(figure, axes, 0.1)
-    return figure
-
-
 def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
     """Draw a line with blanks at jumps of the poses, such as a reset of the odometry."""
-    leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
-    for piece in np.split(np.arange(len(poses)), leaps):
+    for piece in np.split(np.arange(len(poses)), poses.leaps):
         if len(piece):
             axes.plot(poses.x[piece], poses.y[piece], **looks)
             looks['label'] = None
@@ -111,47 +84,20 @@ def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
 
 
 def _frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]], width: float) -> None:
-    """Draw the panel's `own` frame and `others`, (pose, name): x axes (long), y axes, names."""
-    drawn = [line.get_xydata() for line in axes.get_lines()]
+    """Draw the panel's `own` frame and `others`, (pose, name): x axes (long), y axes, names. A name
+    stands below its origin, one line lower for each earlier frame that is near."""
     named = [(Pose2(), own)] + list(others)
-    for number, (pose, _) in enumerate(named):
+    for number, (pose, name) in enumerate(named):
         for tip in ((0.13 * width, 0.0), (0.0, 0.08 * width)):
             begin, end = pose.act([(0.0, 0.0), tip])
             axes.annotate('', end, begin, arrowprops=dict(
                 arrowstyle='-|>', color=GREY if number else 'black', shrinkA=0, shrinkB=0,
                 linewidth=1.0 if number else 1.8))
-            drawn.append(np.linspace(begin, end, 9))
-    boxes: List[np.ndarray] = []
-    for number, (pose, name) in enumerate(named):
-        boxes.append(_place(axes, pose, width * np.array((LETTER * len(name), LINE)), boxes,
-                            np.concatenate(drawn)))
-        axes.annotate(name, (pose.x, pose.y), xytext=tuple(boxes[-1].mean(axis=0)), fontsize=8,
-                      textcoords='data', fontweight='normal' if number else 'bold', ha='center',
-                      va='center', bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0, pad=0.0))
-
-
-def _place(axes: Axes, pose: Pose2, size: np.ndarray, boxes: Sequence[np.ndarray],
-           drawn: np.ndarray) -> np.ndarray:
-    """Returns a box, [least, most] (x, y), of `size` for the name of a frame, beside its origin. It
-    is inside the panel, covers no other of the `boxes`, and few of the points `drawn`. If possible
-    it is behind both axes of the frame."""
-    panel = np.array([axes.get_xlim(), axes.get_ylim()]).T
-    back = pose.yaw + 1.25 * math.pi
-
-    def cost(box: np.ndarray) -> float:
-        outside = (box[0] < panel[0]).any() or (box[1] > panel[1]).any()
-        over = any((box[0] < other[1]).all() and (other[0] < box[1]).all() for other in boxes)
-        hidden = np.count_nonzero(((box[0] < drawn) & (drawn < box[1])).all(axis=1))
-        away = box.mean(axis=0) - (pose.x, pose.y)
-        turned = abs(difference(math.atan2(away[1], away[0]), back))
-        far = np.maximum(np.abs(away) - size / 2.0, 0.0).max() / size[1]
-        return 1e6 * outside + 1e5 * over + min(hidden, 20) + turned + 15.0 * far
-
-    steps = [np.array((right, up)) for right in (-1, 0, 1) for up in (-1, 0, 1) if right or up]
-    centres = [(pose.x, pose.y) + step * (far * size[1] + size / 2.0)
-               for far in (0.5, 1.5, 2.5, 3.5) for step in steps]
-    return min((np.array([centre - size / 2.0, centre + size / 2.0]) for centre in centres),
-               key=cost)
+        near = sum(pose.distance_to(other) < NEAR * width for other, _ in named[:number])
+        axes.annotate(name, (pose.x, pose.y), xytext=(0.0, -LINE * (near + 0.4)), fontsize=8,
+                      textcoords='offset points', fontweight='normal' if number else 'bold',
+                      ha='center', va='top',
+                      bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0, pad=0.0))
 
 
 def _ends(axes: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:

@@ -1,9 +1,4 @@
-"""Reads a rosbag into a RunData: any bag with an Imu and an Odometry.
-
-`BagByChunks` uses private parts of rosbag, as in the source of rosbag 1.15.15 (Debian 12). If
-another rosbag keeps the index of a bag differently, reading fails with an AttributeError, or needs
-memory for the whole index. So test/unit/test_bags.py reads bags of many chunks, also compressed.
-"""
+"""Reads a rosbag into a RunData: any bag with an Imu and an Odometry."""
 import struct
 
 import numpy as np
@@ -31,14 +26,13 @@ class BagProblem(Exception):
     """A bag cannot be reported. The message is one line with the reason and the remedy."""
 
 
-def read_run(path, namespace=None, progress=lambda fraction: None):
-    """Returns the RunData of the bag file `path`.
+def read_run(path, namespace=None):
+    """Returns the RunData of the bag file `path`; `namespace` chooses one robot of several.
 
-    `namespace` chooses one robot of several; `progress` is called with the share that
-    has been read, 0 to 1. Raises BagProblem.
+    Raises BagProblem.
     """
     try:
-        recording, collectors = _gather(path, namespace, progress)
+        recording, collectors = _gather(path, namespace)
     except FileNotFoundError:
         raise BagProblem('{}: there is no such file'.format(path)) from None
     except rosbag.ROSBagUnindexedException:
@@ -57,24 +51,17 @@ def _one_line(problem):
     return ' '.join(str(getattr(problem, 'strerror', None) or problem).split())
 
 
-def _gather(path, namespace, progress):
-    """Returns ({field of RunData: value} of the whole bag, {field of RunData: collector})."""
-    with BagByChunks(str(path)) as bag:
+def _gather(path, namespace):
+    """Returns ({field of RunData: value} of the whole bag, {field of RunData: Collector})."""
+    with rosbag.Bag(str(path)) as bag:
         types = {topic: (info.msg_type, info.message_count) for topic, info
                  in bag.get_type_and_topic_info().topics.items() if info.message_count}
         topics = choose_topics(types, namespace)
-        start, total = bag.get_start_time(), sum(types[topic][1] for topic in topics.values())
-        prefix = parent(topics['odometry'])
-        collectors = make_collectors(
-            {part: types[topic][0] for part, topic in topics.items()}, prefix)
-        add = {topic: collectors[part].add for part, topic in topics.items()}
-        step = max(1, total // 200)
-        for number, (topic, message, arrival) in enumerate(
-                bag.read_messages(list(add), raw=True)):
-            add[topic](message[1], arrival.to_sec() - start, start)
-            if number % step == 0:
-                progress(number / total)
-        progress(1.0)
+        start, prefix = bag.get_start_time(), parent(topics['odometry'])
+        collectors = make_collectors(topics, prefix)
+        of_topic = {topic: collectors[part] for part, topic in topics.items()}
+        for topic, message, arrival in bag.read_messages(list(of_topic)):
+            of_topic[topic].add(message, arrival.to_sec() - start, start)
         absolute = {_absolute(topic) for topic in types}
         devices = tuple(name for name in DEVICES if prefix + name in absolute)
         return dict(name=str(path), start=start, duration=bag.get_end_time() - start,
@@ -95,31 +82,6 @@ def _arrange(recording, collectors):
         samples['resets'] = resets_in(samples['log'])
     dropped = {part: collector.bad for part, collector in collectors.items()}
     return RunData(dropped=dropped, **recording, **samples)
-
-
-class BagByChunks(rosbag.Bag):
-    """A bag whose index is read chunk by chunk, together with its messages, in the file's order.
-
-    rosbag itself reads the whole index first: an object of 250 bytes for each message of each
-    topic. These objects take more memory than all samples.
-    """
-
-    def __init__(self, path):
-        super().__init__(path, skip_index=True)
-
-    def _get_entries(self, connections=None, start_time=None, end_time=None):
-        """The index entries for rosbag's read_messages()."""
-        wanted = {connection.id for connection in connections}
-        for chunk in self._chunks:
-            header = self._chunk_headers[chunk.pos]
-            self._file.seek(header.data_pos + header.compressed_size)    # the index comes after
-            self._curr_chunk_info = chunk       # rosbag's reader uses this chunk
-            entries = []
-            for _ in chunk.connection_counts:
-                connection, index = self._reader.read_connection_index_record()
-                if connection in wanted:
-                    entries += index
-            yield from sorted(entries, key=lambda entry: entry.offset)
 
 
 def choose_topics(types, namespace):

@@ -21,6 +21,8 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: An interval of a topic longer than this is a gap [s].
 GAP = 0.3
+#: If a robot moves farther than this between two poses, it was put elsewhere [m].
+LEAP = 0.3
 
 #: One kind of Samples.
 Kind = TypeVar('Kind', bound='Samples')
@@ -88,6 +90,11 @@ class Poses(Samples):
         """Places, shape (n, 2) [m]."""
         return np.column_stack([self.x, self.y])
 
+    @property
+    def leaps(self) -> np.ndarray:
+        """The indices of the first poses after a jump by more than LEAP."""
+        return np.flatnonzero(np.hypot(np.diff(self.x), np.diff(self.y)) > LEAP) + 1
+
     def pose(self, index: int) -> Pose2:
         """The pose at `index`."""
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
@@ -133,6 +140,13 @@ class Commands(Samples):
 
     linear: np.ndarray
     angular: np.ndarray
+
+    def newest(self, times: np.ndarray) -> np.ndarray:
+        """The index of the command in force at each time [s]; -1 before the first command, and
+        after the robot's timeout."""
+        newest = np.searchsorted(self.time, times, side='right') - 1
+        is_over = np.append(self.time, -math.inf)[newest] < times - COMMAND_TIMEOUT
+        return np.where(is_over, -1, newest)
 
 
 def in_force(time: np.ndarray, speeds: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:

@@ -8,13 +8,12 @@ import math
 import re
 from html import escape
 from pathlib import Path
-from typing import Any, Callable, List, Sequence, Tuple
+from typing import Any, Callable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
 from tb3_labs.control.goal import DRIVING
 from tb3_labs.report.drives import MAX_ANGULAR, STRAIGHT_AFTER, DriveReport
-from tb3_labs.report.movements import Movement
 from tb3_labs.report.run_data import GAP, RunData, Samples
 from tb3_labs.report.turns import TurnReport
 
@@ -87,76 +86,53 @@ def _goal(drive: DriveReport) -> Tuple[float, float, float]:
     return (goal.x, goal.y, math.degrees(goal.yaw)) if goal else (math.nan, math.nan, math.nan)
 
 
-#: A column: its head, the function from a report to its value, its format ('' for a text).
-Column = Tuple[str, Callable[[Any], Any], str]
-#: Columns for turns: on a page of several runs, and on the page of one run.
-TURNS: Sequence[Column] = (
-    ('asked [deg]', lambda turn: math.degrees(turn.asked), '{:+.0f}'),
-    ('turned [deg]', lambda turn: math.degrees(turn.turned), '{:+.2f}'),
-    ('beyond (+), short (-) [deg]', lambda turn: math.degrees(turn.error), '{:+.2f}'),
-    ('time [s]', lambda turn: turn.time, '{:.2f}'),
-    ('peak rate [rad/s]', lambda turn: turn.peak_rate, '{:.2f}'),
-    ('overshoot [deg]', lambda turn: math.degrees(turn.overshoot), '{:.2f}'),
-    ('truly beyond [deg]', lambda turn: math.degrees(turn.true_error), '{:+.2f}'))
-TURNS_OF_RUN: Sequence[Column] = (
-    ('begins at [s]', lambda turn: turn.begin, '{:.2f}'), *TURNS)
-#: Columns for drives on a page of several runs.
-DRIVES: Sequence[Column] = (
-    ('off by [m]', lambda drive: drive.measured[0], '{:.4f}'),
-    ('off by [deg]', lambda drive: math.degrees(drive.measured[1]), '{:+.2f}'),
-    ('heading drift [deg]', lambda drive: math.degrees(drive.drift), '{:+.2f}'),
-    ('time [s]', lambda drive: drive.time, '{:.2f}'),
-    ('time / least', lambda drive: drive.time_to_least, '{:.2f}'),
-    ('truly off [m]', lambda drive: drive.true[0], '{:.4f}'),
-    ('truly off [deg]', lambda drive: math.degrees(drive.true[1]), '{:+.2f}'))
-#: Columns for drives on the page of one run: asked and reached; and along the way.
-REACHED: Sequence[Column] = (
-    ('asked x [m]', lambda drive: _goal(drive)[0], '{:.2f}'),
-    ('y [m]', lambda drive: _goal(drive)[1], '{:.2f}'),
-    ('yaw [deg]', lambda drive: _goal(drive)[2], '{:.1f}'),
-    ('outcome', lambda drive: drive.outcome, ''),
-    ('time [s]', lambda drive: drive.time, '{:.2f}'),
-    ('least possible [s]', lambda drive: drive.least_time, '{:.2f}'),
-    ('off by [m]', lambda drive: drive.measured[0], '{:.4f}'),
-    ('off by [deg]', lambda drive: abs(math.degrees(drive.measured[1])), '{:.2f}'),
-    ('truly off [m]', lambda drive: drive.true[0], '{:.4f}'),
-    ('truly off [deg]', lambda drive: abs(math.degrees(drive.true[1])), '{:.2f}'))
-ALONG: Sequence[Column] = (
-    (DRIVING[0] + ' [s]', lambda drive: drive.seconds[0], '{:.2f}'),
-    (DRIVING[1] + ' [s]', lambda drive: drive.seconds[1], '{:.2f}'),
-    (DRIVING[2] + ' [s]', lambda drive: drive.seconds[2], '{:.2f}'),
-    ('stopped [s]', lambda drive: drive.time - sum(drive.seconds), '{:.2f}'),
-    ('time / least', lambda drive: drive.time_to_least, '{:.2f}'),
-    ('heading drift [deg]', lambda drive: math.degrees(drive.drift), '{:+.2f}'),
-    ('largest deviation [deg]', lambda drive: math.degrees(drive.deviation), '{:.2f}'))
-#: Columns of turns.csv and drives.csv.
-TURNS_CSV: Sequence[Column] = (
-    ('begin_s', lambda turn: turn.begin, '{:.2f}'),
-    ('asked_deg', lambda turn: math.degrees(turn.asked), '{:.1f}'),
-    ('asked_by', lambda turn: 'topic' if turn.was_said else 'nearest', ''),
-    ('turned_deg', lambda turn: math.degrees(turn.turned), '{:.2f}'),
-    ('error_deg', lambda turn: math.degrees(turn.error), '{:.2f}'),
-    ('true_error_deg', lambda turn: math.degrees(turn.true_error), '{:.2f}'),
-    ('time_s', lambda turn: turn.time, '{:.2f}'),
-    ('peak_rate_rad_s', lambda turn: turn.peak_rate, '{:.3f}'),
-    ('overshoot_deg', lambda turn: math.degrees(turn.overshoot), '{:.2f}'))
-DRIVES_CSV: Sequence[Column] = (
-    ('begin_s', lambda drive: drive.begin, '{:.2f}'),
-    ('goal_x_m', lambda drive: _goal(drive)[0], '{:.3f}'),
-    ('goal_y_m', lambda drive: _goal(drive)[1], '{:.3f}'),
-    ('goal_yaw_deg', lambda drive: _goal(drive)[2], '{:.2f}'),
-    ('outcome', lambda drive: safe(drive.outcome), ''),
-    ('distance_error_m', lambda drive: drive.measured[0], '{:.4f}'),
-    ('angle_error_deg', lambda drive: math.degrees(drive.measured[1]), '{:.2f}'),
-    ('true_distance_error_m', lambda drive: drive.true[0], '{:.4f}'),
-    ('true_angle_error_deg', lambda drive: math.degrees(drive.true[1]), '{:.2f}'),
-    ('drift_deg', lambda drive: math.degrees(drive.drift), '{:.2f}'),
-    ('largest_deviation_deg', lambda drive: math.degrees(drive.deviation), '{:.2f}'),
-    ('time_s', lambda drive: drive.time, '{:.2f}'),
-    ('least_time_s', lambda drive: drive.least_time, '{:.2f}'),
-    ('rotate_to_goal_s', lambda drive: drive.seconds[0], '{:.2f}'),
-    ('move_forward_s', lambda drive: drive.seconds[1], '{:.2f}'),
-    ('rotate_to_final_s', lambda drive: drive.seconds[2], '{:.2f}'))
+class Column(NamedTuple):
+    """A column of reports: its `name` in a CSV file, its `head` on a page, the value of a report,
+    the value's format on a page ('' for a text)."""
+
+    name: str
+    head: str
+    value: Callable[[Any], Any]
+    form: str
+
+
+TURNS = (
+    Column('begin_s', 'begins at [s]', lambda turn: turn.begin, '{:.2f}'),
+    Column('asked_deg', 'asked [deg]', lambda turn: math.degrees(turn.asked), '{:+.0f}'),
+    Column('turned_deg', 'turned [deg]', lambda turn: math.degrees(turn.turned), '{:+.2f}'),
+    Column('error_deg', 'beyond (+), short (-) [deg]', lambda turn: math.degrees(turn.error),
+           '{:+.2f}'),
+    Column('time_s', 'time [s]', lambda turn: turn.time, '{:.2f}'),
+    Column('peak_rate_rad_s', 'peak rate [rad/s]', lambda turn: turn.peak_rate, '{:.2f}'),
+    Column('overshoot_deg', 'overshoot [deg]', lambda turn: math.degrees(turn.overshoot),
+           '{:.2f}'),
+    Column('true_error_deg', 'truly beyond [deg]', lambda turn: math.degrees(turn.true_error),
+           '{:+.2f}'))
+ASKED_BY = Column('asked_by', '', lambda turn: 'topic' if turn.was_said else 'nearest', '')
+DRIVES = (
+    Column('begin_s', 'begins at [s]', lambda drive: drive.begin, '{:.2f}'),
+    Column('goal_x_m', 'asked x [m]', lambda drive: _goal(drive)[0], '{:.2f}'),
+    Column('goal_y_m', 'y [m]', lambda drive: _goal(drive)[1], '{:.2f}'),
+    Column('goal_yaw_deg', 'yaw [deg]', lambda drive: _goal(drive)[2], '{:.1f}'),
+    Column('outcome', 'outcome', lambda drive: drive.outcome, ''),
+    Column('time_s', 'time [s]', lambda drive: drive.time, '{:.2f}'),
+    Column('least_time_s', 'least possible [s]', lambda drive: drive.least_time, '{:.2f}'),
+    Column('distance_error_m', 'off by [m]', lambda drive: drive.measured[0], '{:.4f}'),
+    Column('angle_error_deg', 'off by [deg]', lambda drive: math.degrees(drive.measured[1]),
+           '{:+.2f}'),
+    Column('true_distance_error_m', 'truly off [m]', lambda drive: drive.true[0], '{:.4f}'),
+    Column('true_angle_error_deg', 'truly off [deg]', lambda drive: math.degrees(drive.true[1]),
+           '{:+.2f}'),
+    Column('rotate_to_goal_s', DRIVING[0] + ' [s]', lambda drive: drive.seconds[0], '{:.2f}'),
+    Column('move_forward_s', DRIVING[1] + ' [s]', lambda drive: drive.seconds[1], '{:.2f}'),
+    Column('rotate_to_final_s', DRIVING[2] + ' [s]', lambda drive: drive.seconds[2], '{:.2f}'),
+    Column('stopped_s', 'stopped [s]', lambda drive: drive.time - sum(drive.seconds), '{:.2f}'),
+    Column('time_to_least', 'time / least', lambda drive: drive.time_to_least, '{:.2f}'),
+    Column('drift_deg', 'heading drift [deg]', lambda drive: math.degrees(drive.drift), '{:+.2f}'),
+    Column('largest_deviation_deg', 'largest deviation [deg]',
+           lambda drive: math.degrees(drive.deviation), '{:.2f}'))
+#: The columns on the page of one run: what was asked and reached, and the way there.
+REACHED, ALONG = DRIVES[1:11], DRIVES[11:]
 
 #: A note below the table of the times.
 NOTE = ('Drift: heading at the end of MOVE_FORWARD minus {} s after its begin, by the IMU. Least '
@@ -164,15 +140,10 @@ NOTE = ('Drift: heading at the end of MOVE_FORWARD minus {} s after its begin, b
             STRAIGHT_AFTER, MAX_ANGULAR))
 
 
-def cells(columns: Sequence[Column], report: Any, unknown: str = DASH) -> List[str]:
-    """Returns the texts of a report, one for each column."""
-    return [number(value(report), form, unknown) if form else value(report)
-            for _, value, form in columns]
-
-
-def heads(columns: Sequence[Column]) -> List[str]:
-    """The heads of the columns."""
-    return [head for head, _, _ in columns]
+def cells(columns: Sequence[Column], report: Any) -> List[str]:
+    """Returns the texts of a report on a page, one for each column."""
+    return [number(column.value(report), column.form) if column.form else column.value(report)
+            for column in columns]
 
 
 # Tables of a page -----------------------------------------------------------------------------
@@ -181,24 +152,9 @@ def heads(columns: Sequence[Column]) -> List[str]:
 def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
     """Returns a table with a numbered row for each report; `word`: what a row is, such as
     'turn'."""
-    return table([word] + heads(columns), [
+    return table([word] + [column.head for column in columns], [
         [str(count)] + cells(columns, report) for count, report in enumerate(reports, 1)],
         words=('outcome',))
-
-
-def by_hand(run: RunData, found: Sequence[Movement]) -> str:
-    """Returns a heading and a table of the movements by hand; '' if there are none."""
-    if not found:
-        return ''
-    rows = []
-    for count, movement in enumerate(found, 1):
-        before, after = np.degrees(run.imu.yaw_at((movement.begin, movement.end)))
-        way = run.odometry.between(movement.begin, movement.end).length
-        rows.append([str(count), '{:.2f}'.format(movement.begin),
-                     '{:.2f}'.format(movement.end - movement.begin), number(way, '{:.2f}'),
-                     number(after - before, '{:+.1f}')])
-    return '<h2>By hand</h2>' + table(
-        ['by hand', 'begins at [s]', 'time [s]', 'way [m]', 'turned [deg]'], rows)
 
 
 def rates(run: RunData) -> str:
@@ -234,10 +190,18 @@ def rate(samples: Samples) -> Tuple[float, float, int, float]:
 def write_reports(folder: Path,
                   runs: Sequence[Tuple[str, Sequence[TurnReport], Sequence[DriveReport]]]) -> None:
     """Write turns.csv and drives.csv, a row for each report. A run is (name, turns, drives)."""
-    for word, columns, of in (('turn', TURNS_CSV, 1), ('drive', DRIVES_CSV, 2)):
+    for word, columns, of in (('turn', (*TURNS, ASKED_BY), 1), ('drive', DRIVES, 2)):
         with open(str(folder / (word + 's.csv')), 'w', newline='', encoding='utf-8') as file:
             writer = csv.writer(file, lineterminator='\n')
-            writer.writerow(['run', word] + heads(columns))
+            writer.writerow(['run', word] + [column.name for column in columns])
             for run in runs:
                 for count, report in enumerate(run[of], 1):
-                    writer.writerow([safe(run[0]), count] + cells(columns, report, ''))
+                    writer.writerow([safe(run[0]), count] + [
+                        in_csv(column.name, column.value(report)) for column in columns])
+
+
+def in_csv(name: str, value: Any) -> str:
+    """Returns the cell of a value in the column `name`; empty if the value is unknown."""
+    if isinstance(value, str):
+        return safe(value)
+    return number(value, '{:.3f}' if name.endswith('_deg') else '{:.4f}', '')

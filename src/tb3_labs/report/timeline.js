@@ -2,7 +2,7 @@
 //
 // Times are seconds since the recording's start. Poses are [x m, y m, yaw rad], tracks in degrees.
 
-import {colours, nice, readColours, sharp, stroke} from './drawing.js';
+import {colours, digits, nice, readColours, sharp, stroke} from './drawing.js';
 import {RobotMap} from './map.js';
 import {MapInput, degrees, radians, wrap} from './view.js';
 
@@ -27,13 +27,16 @@ function lastBefore(times, time) {
   return low - 1;
 }
 
+/** Where a canvas of times was clicked: 0 at its left end, 1 at its right end. */
+function share(event) {
+  const width = event.target.clientWidth - LEFT - RIGHT;
+  return Math.max(0, Math.min(1, (event.offsetX - LEFT) / width));
+}
+
 /** Numbers over time, straight between two of them; unknown before the first one. */
 class Track {
-  constructor({time, columns, steps, breaks}, moment) {
-    const sum = (values, step) => { let at = 0; return values.map((v) => (at += v) * step); };
-    this.time = sum(time, moment);
-    this.columns = columns.map((column, i) => sum(column, steps[i]));
-    this.breaks = new Set(breaks);
+  constructor({time, columns, breaks}) {
+    Object.assign(this, {time, columns, breaks: new Set(breaks)});
   }
 
   before(time) { return lastBefore(this.time, time); }
@@ -44,8 +47,8 @@ class Track {
     if (i < 0) return null;
     const j = i + 1;
     if (j >= this.time.length || this.breaks.has(j)) return this.columns.map((c) => c[i]);
-    const share = (time - this.time[i]) / (this.time[j] - this.time[i] || 1);
-    return this.columns.map((c) => c[i] + share * (c[j] - c[i]));
+    const part = (time - this.time[i]) / (this.time[j] - this.time[i] || 1);
+    return this.columns.map((c) => c[i] + part * (c[j] - c[i]));
   }
 
   pose(time) {
@@ -71,8 +74,6 @@ class Track {
 class Curves {
   constructor(canvas, lines, {isAngle = false, low = null, least}) {
     Object.assign(this, {canvas, lines, isAngle, low, least});
-    this._still = document.createElement('canvas');     // the curves without the cursor
-    this._drawn = '';
   }
 
   /** Draw the stretch [begin, end] with the cursor at `now`. */
@@ -81,24 +82,16 @@ class Curves {
     if (!sheet) return;
     const {context: c, width, height} = sheet;
     const x = (time) => LEFT + (time - begin) / (end - begin) * (width - LEFT - RIGHT);
-    const key = [begin, end, this.canvas.width, this.canvas.height, colours.ink].join();
-    if (key !== this._drawn) {
-      this._drawn = key;
-      this._paint(c, width, height - (labelled ? TIME_ROW : 0), begin, end, x);
-      if (labelled) this._times(c, width, height, begin, end, x);
-      this._still.width = this.canvas.width;
-      this._still.height = this.canvas.height;
-      this._still.getContext('2d').drawImage(this.canvas, 0, 0);
-    } else {
-      c.drawImage(this._still, 0, 0, width, height);
-    }
+    const bottom = height - (labelled ? TIME_ROW : 0);
+    this._paint(c, width, bottom, begin, end, x);
+    if (labelled) this._times(c, width, height, begin, end, x);
     c.lineWidth = 1.5;
-    stroke(c, colours.goal, [[x(now), 0], [x(now), height - (labelled ? TIME_ROW : 0)]]);
+    stroke(c, colours.goal, [[x(now), 0], [x(now), bottom]]);
   }
 
   _points({track, column, steps}, begin, end) {
+    const points = [];
     if (steps) {
-      const points = [];
       steps.forEach((row, i) => {
         const next = i + 1 < steps.length ? steps[i + 1][0] : end;
         if (next < begin || row[0] > end) return;
@@ -107,7 +100,6 @@ class Curves {
       });
       return points;
     }
-    const points = [];
     const first = Math.max(0, track.before(begin)), last = track.before(end) + 1;
     for (let i = first; i <= last && i < track.time.length; i += 1) {
       if (track.breaks.has(i)) points.push(null);
@@ -126,29 +118,21 @@ class Curves {
     [low, high] = [this.low === null ? low - margin : low, high + margin];
     const y = (value) => TOP + (high - value) / (high - low) * (height - TOP - BOTTOM);
     this._axis(c, width, low, high, y);
-    this.lines.forEach((line, i) => {
-      c.strokeStyle = colours[line.colour];
-      c.lineWidth = 1.8;
-      c.setLineDash(line.dash || []);
-      c.beginPath();
-      let joined = false;
-      for (const point of all[i]) {
-        if (!point) { joined = false; continue; }
-        if (joined) c.lineTo(x(point[0]), y(point[1])); else c.moveTo(x(point[0]), y(point[1]));
-        joined = true;
-      }
-      c.save();
-      c.clip(box(LEFT, 0, width - LEFT - RIGHT, height));
-      c.stroke();
-      c.restore();
-      c.setLineDash([]);
+    c.save();
+    c.beginPath();
+    c.rect(LEFT, 0, width - LEFT - RIGHT, height);
+    c.clip();
+    c.lineWidth = 1.8;
+    this.lines.forEach(({colour, dash}, i) => {
+      c.setLineDash(dash || []);
+      stroke(c, colours[colour], all[i].map((point) => point && [x(point[0]), y(point[1])]));
     });
+    c.restore();
   }
 
   _axis(c, width, low, high, y) {
     const angles = [10, 30, 45, 90, 180, 360, 720].find((step) => (high - low) / step <= 3);
     const step = this.isAngle && high - low > 20 && angles || nice((high - low) / 4);
-    const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
     c.font = '11px system-ui, sans-serif';
     c.fillStyle = colours.faint;
     c.textAlign = 'right';
@@ -157,7 +141,7 @@ class Curves {
     for (let i = Math.ceil(low / step); i * step <= high; i += 1) {
       const py = Math.round(y(i * step)) + 0.5;
       stroke(c, i === 0 ? colours.grid_strong : colours.grid, [[LEFT, py], [width - RIGHT, py]]);
-      c.fillText((i * step).toFixed(digits), LEFT - 4, py);
+      c.fillText((i * step).toFixed(digits(step)), LEFT - 4, py);
     }
     c.textBaseline = 'alphabetic';
   }
@@ -166,18 +150,11 @@ class Curves {
     const step = nice((end - begin) * 70 / width);
     c.fillStyle = colours.faint;
     c.textAlign = 'center';
-    const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
     for (let i = Math.ceil(begin / step); i * step <= end; i += 1) {
       const px = Math.min(width - 14, Math.max(LEFT, x(i * step)));
-      c.fillText(`${(i * step).toFixed(digits)} s`, px, height - 4);
+      c.fillText(`${(i * step).toFixed(digits(step))} s`, px, height - 4);
     }
   }
-}
-
-function box(x, y, width, height) {
-  const path = new Path2D();
-  path.rect(x, y, width, height);
-  return path;
 }
 
 /** The whole run as a line: its marks, and the cursor; a click goes there. */
@@ -187,22 +164,15 @@ class MarkLine {
     this.kinds = Object.keys(KINDS).filter((kind) => marks.some((mark) => mark.kind === kind));
     canvas.style.height = `${Math.max(1, this.kinds.length) * MARK_ROW + 6}px`;
     canvas.addEventListener('click', (event) => {
-      const box = canvas.getBoundingClientRect();
-      const near = this._near(event.clientX - box.left, event.clientY - box.top);
-      go(near ? near.begin : this._time(event.clientX - box.left));
+      const near = this._near(event.offsetX, event.offsetY);
+      go(near ? near.begin : this.duration * share(event));
     });
     canvas.addEventListener('pointermove', (event) => {
-      const box = canvas.getBoundingClientRect();
-      canvas.title = this._near(event.clientX - box.left, event.clientY - box.top)?.text || '';
+      canvas.title = this._near(event.offsetX, event.offsetY)?.text || '';
     });
   }
 
   _x(time) { return LEFT + time / this.duration * (this.canvas.clientWidth - LEFT - RIGHT); }
-
-  _time(px) {
-    const share = (px - LEFT) / (this.canvas.clientWidth - LEFT - RIGHT);
-    return this.duration * Math.max(0, Math.min(1, share));
-  }
 
   _near(px, py) {
     const row = Math.floor((py - 3) / MARK_ROW);
@@ -232,13 +202,12 @@ class Timeline {
     this.run = run;
     this.now = 0;
     this.playing = false;
-    for (const name of ['odom', 'local', 'truth', 'asked', 'mistaken', 'frame', 'heading', 'rate', 'speed', 'distance',
-                        'angle']) {
-      this[name] = new Track(run[name], run.moment);
+    for (const name of ['odom', 'local', 'truth', 'asked', 'mistaken', 'frame', 'heading', 'rate',
+                        'speed', 'distance', 'angle']) {
+      this[name] = new Track(run[name]);
     }
     [this._commandTimes, this._goalTimes, this._logTimes] = [run.commands, run.goals, run.log]
       .map((rows) => rows.map((row) => row[0]));
-    this._shownLine = -1;            // the last line of the log that is not later
     this.map = new RobotMap($('run-map'));
     this.map.radius = run.radius;
     const redraw = () => this.show();
@@ -246,7 +215,7 @@ class Timeline {
     const commands = (column) => ({steps: run.commands, column, colour: 'local', dash: [5, 3]});
     const again = (column) => (run.again
       ? [{steps: run.again.commands, column, colour: 'truth', dash: [2, 3]}] : []);
-    this.again = run.again && new Track(run.again.local, run.moment);
+    this.again = run.again && new Track(run.again.local);
     for (const name of document.querySelectorAll('#timeline .again')) name.hidden = !run.again;
     const measured = (track) => ({track, column: 0, colour: 'odom'});
     this.curves = [
@@ -271,17 +240,12 @@ class Timeline {
     this.go(hash.startsWith('#t=') ? Number(hash.slice(3)) || 0 : first);
   }
 
-  /** The map shows the whole way from the start, and so stands still while the run plays. */
+  /** The map shows the whole way, and so stands still while the run plays. */
   _showAll() {
+    const {now} = this;
     this.go(this.run.duration);
     this.map.fit();
     this.map.view.auto = false;
-  }
-
-  /** The same, and back to this moment. */
-  _showAllNow() {
-    const {now} = this;
-    this._showAll();
     this.go(now);
   }
 
@@ -294,7 +258,7 @@ class Timeline {
     $('span').addEventListener('change', () => this.show());
     $('frame').addEventListener('change', () => {
       this.map.fix($('frame').value);
-      this._showAllNow();
+      this._showAll();
     });
     // links and hints may follow this script; a link to the moment that is shown changes no hash
     document.addEventListener('click', (event) => {
@@ -306,13 +270,12 @@ class Timeline {
       $('timeline').focus();
     });
     document.addEventListener('toggle', () => this.show(), true);
-    $('fit').addEventListener('click', () => this._showAllNow());
+    $('fit').addEventListener('click', () => this._showAll());
     addEventListener('resize', () => this.show());
     for (const {canvas} of this.curves) {
       canvas.addEventListener('click', (event) => {
-        const area = canvas.getBoundingClientRect(), [begin, end] = this._stretch();
-        const share = (event.clientX - area.left - LEFT) / (area.width - LEFT - RIGHT);
-        this.go(begin + Math.max(0, Math.min(1, share)) * (end - begin));
+        const [begin, end] = this._stretch();
+        this.go(begin + share(event) * (end - begin));
       });
     }
     addEventListener('keydown', (event) => {
@@ -421,7 +384,6 @@ class Timeline {
     for (const [time, level, text] of this.run.log) {
       const row = document.createElement('li');
       row.dataset.level = level;
-      row.className = 'later';
       row.textContent = `${time.toFixed(2)} s  ${text}`;
       row.addEventListener('click', () => this.go(time));
       $('run-log').append(row);
@@ -431,12 +393,10 @@ class Timeline {
 
   _showLog() {
     const list = $('run-log'), rows = list.children;
-    const before = this._shownLine, last = lastBefore(this._logTimes, this.now);
-    if (last === before) return;
+    const last = lastBefore(this._logTimes, this.now);
+    if (!rows.length || last === this._shownLine) return;
     this._shownLine = last;
-    for (let i = Math.min(before, last) + 1; i <= Math.max(before, last); i += 1) {
-      rows[i].classList.toggle('later', i > last);
-    }
+    [...rows].forEach((row, i) => row.classList.toggle('later', i > last));
     const row = rows[Math.max(0, last)];
     list.scrollTop = row.offsetTop - list.offsetTop - list.clientHeight / 2;
   }

@@ -16,7 +16,7 @@ import numpy as np
 from tb3_labs import drawing
 from tb3_labs.report.drives import DriveReport, goal_errors, spans
 from tb3_labs.report.epochs import Epoch, epochs, local_in_odom
-from tb3_labs.report.movements import by_hand
+from tb3_labs.report.movements import Movement, by_hand
 from tb3_labs.report.run_data import (
     GAP, Commands, LogLines, Poses, RunData, in_force)
 from tb3_labs.report.tables import degrees, number
@@ -31,12 +31,8 @@ STYLES = (drawing.FILES / 'colours.css', PAGE.with_suffix('.css'))
 BOUND = 'Curves are thinned: no recorded value is farther from them than {}.'
 #: Greatest difference between a recorded value and its track, by unit.
 BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
-#: Numbers are rounded to whole multiples of this part of their bound.
-ROUNDED = 0.1
-#: Times are rounded to whole multiples of this [s].
-MOMENT = 0.001
-#: If the robot moves farther than this between two samples, it was put elsewhere [m].
-LEAP = 0.3
+#: Times and values are rounded to this many digits, which changes them by up to ROUNDING.
+DIGITS, ROUNDING = 3, 0.0005
 #: rosbag's own node. Its log lines, the topics that it records, are left out.
 RECORDER = 'record'
 PLACE = ('m', 'm', 'deg')
@@ -79,12 +75,10 @@ def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray) -> np.ndar
 
 def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
           breaks: Sequence[int] = ()) -> Dict[str, Any]:
-    """Returns the track of `columns`. Its numbers are whole steps, each stored as the difference
-    from the number before. 'steps' are the sizes of the steps; 'breaks' are the indices at which a
-    new stretch begins. `breaks`: indices of samples at which one begins without a gap before it."""
+    """Returns the track of `columns`; its 'breaks' are the indices at which a new stretch begins.
+    `breaks`: indices of samples at which one begins without a gap before it."""
     if not len(time):
-        return {'time': [], 'columns': [[] for _ in units], 'steps': [1.0 for _ in units],
-                'breaks': []}
+        return {'time': [], 'columns': [[] for _ in units], 'breaks': []}
     values = np.column_stack(columns)
     bounds = np.array([BOUNDS[unit] for unit in units])
     begins = sorted({0, *breaks, *(np.flatnonzero(np.diff(time) > GAP) + 1)})
@@ -92,17 +86,9 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
     starts: List[int] = []
     for begin, end in zip(begins, begins[1:] + [len(time)]):
         starts.append(len(kept))
-        kept += list(begin + thinned(time[begin:end], values[begin:end],
-                                     (1.0 - ROUNDED) * bounds))
-    steps = ROUNDED * bounds
-    whole = np.rint(values[kept] / steps).astype(int)
-    return {'time': _differences(np.rint(time[kept] / MOMENT).astype(int)),
-            'columns': [_differences(column) for column in whole.T],
-            'steps': [round(float(step), 9) for step in steps], 'breaks': starts[1:]}
-
-
-def _differences(numbers: np.ndarray) -> List[int]:
-    return [int(step) for step in np.diff(numbers, prepend=0)]
+        kept += list(begin + thinned(time[begin:end], values[begin:end], bounds - ROUNDING))
+    return {'time': np.round(time[kept], DIGITS).tolist(),
+            'columns': np.round(values[kept], DIGITS).T.tolist(), 'breaks': starts[1:]}
 
 
 def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
@@ -114,7 +100,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
     frames = epochs(run)
     local_resets, goal_resets = (_resets(frames, at) for at in (local.time, time))
     return {
-        'duration': round(run.duration, 3), 'radius': model.body_radius, 'moment': MOMENT,
+        'duration': round(run.duration, 3), 'radius': model.body_radius,
         'heading_of': 'heading by the IMU',
         'odom': poses_of(odometry), 'local': poses_of(local, local_resets),
         'truth': poses_of(_truth_in_odom(run, frames)),
@@ -137,8 +123,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
 
 def poses_of(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
     yaw = np.degrees(np.unwrap(poses.yaw)) if len(poses) else poses.yaw
-    leaps = np.flatnonzero(np.hypot(np.diff(poses.x), np.diff(poses.y)) > LEAP) + 1
-    return track(poses.time, [poses.x, poses.y, yaw], PLACE, [*breaks, *leaps])
+    return track(poses.time, [poses.x, poses.y, yaw], PLACE, [*breaks, *poses.leaps])
 
 
 def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
@@ -189,7 +174,7 @@ def marks(run: RunData, turned: Sequence[TurnReport],
         k, drive.outcome, number(drive.measured[0], '{:.3f}'),
         degrees(drive.measured[1], '{:.1f}')), drive.end) for k, drive in enumerate(driven, 1)]
     listed = [(each['begin'], each['end']) for each in found]
-    found += [mark('hand', hand.begin, 'by hand', hand.end) for hand in by_hand(run, listed)]
+    found += [_by_hand(run, movement) for movement in by_hand(run, listed)]
     found += [mark('reset', epoch.begin, 'reset {} of local'.format(k))
               for k, epoch in enumerate(epochs(run)[1:], 1)]
     found += [mark('stop', span.begin, span.state) for span in spans(run) if ':' in span.state]
@@ -202,6 +187,13 @@ def marks(run: RunData, turned: Sequence[TurnReport],
             found.append(mark('lost', begin, '{} silent for {:.1f} s'.format(name, end - begin),
                               end))
     return found
+
+
+def _by_hand(run: RunData, movement: Movement) -> Mark:
+    before, after = np.degrees(run.imu.yaw_at((movement.begin, movement.end)))
+    way = run.odometry.between(movement.begin, movement.end).length
+    return mark('hand', movement.begin, 'by hand: {} m driven, {} deg turned'.format(
+        number(way, '{:.2f}'), number(after - before, '{:+.1f}')), movement.end)
 
 
 def _changes(run: RunData) -> List[Any]:
