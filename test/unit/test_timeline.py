@@ -1,4 +1,4 @@
-"""The timeline of a run: no value is far from its curve, and the page needs no other file."""
+"""The timeline of a run: no recorded value is far from its curve, and the page needs nothing else."""
 import json
 import math
 import re

@@ -14,6 +14,7 @@ import numpy as np
 
 from tb3_labs.control.goal import DRIVING
 from tb3_labs.report.drives import MAX_ANGULAR, STRAIGHT_AFTER, DriveReport
+from tb3_labs.report.movements import Movement
 from tb3_labs.report.run_data import GAP, RunData, Samples
 from tb3_labs.report.turns import TurnReport
 
@@ -155,6 +156,21 @@ def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> st
     return table([word] + [column.head for column in columns], [
         [str(count)] + cells(columns, report) for count, report in enumerate(reports, 1)],
         words=('outcome',))
+
+
+def by_hand(run: RunData, found: Sequence[Movement]) -> str:
+    """Returns a heading and a table of the movements by hand; '' if there are none."""
+    if not found:
+        return ''
+    rows = []
+    for count, movement in enumerate(found, 1):
+        before, after = np.degrees(run.imu.yaw_at((movement.begin, movement.end)))
+        way = run.odometry.between(movement.begin, movement.end).length
+        rows.append([str(count), '{:.2f}'.format(movement.begin),
+                     '{:.2f}'.format(movement.end - movement.begin), number(way, '{:.2f}'),
+                     number(after - before, '{:+.1f}')])
+    return '<h2>By hand</h2>' + table(
+        ['by hand', 'begins at [s]', 'time [s]', 'way [m]', 'turned [deg]'], rows)
 
 
 def rates(run: RunData) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 from tb3_labs import drawing
 from tb3_labs.report.drives import DriveReport, goal_errors, spans
 from tb3_labs.report.epochs import Epoch, epochs, local_in_odom
-from tb3_labs.report.movements import Movement, by_hand
+from tb3_labs.report.movements import by_hand
 from tb3_labs.report.run_data import (
     GAP, Commands, LogLines, Poses, RunData, in_force)
 from tb3_labs.report.tables import degrees, number
@@ -174,7 +174,7 @@ def marks(run: RunData, turned: Sequence[TurnReport],
         k, drive.outcome, number(drive.measured[0], '{:.3f}'),
         degrees(drive.measured[1], '{:.1f}')), drive.end) for k, drive in enumerate(driven, 1)]
     listed = [(each['begin'], each['end']) for each in found]
-    found += [_by_hand(run, movement) for movement in by_hand(run, listed)]
+    found += [mark('hand', hand.begin, 'by hand', hand.end) for hand in by_hand(run, listed)]
     found += [mark('reset', epoch.begin, 'reset {} of local'.format(k))
               for k, epoch in enumerate(epochs(run)[1:], 1)]
     found += [mark('stop', span.begin, span.state) for span in spans(run) if ':' in span.state]
@@ -187,13 +187,6 @@ def marks(run: RunData, turned: Sequence[TurnReport],
             found.append(mark('lost', begin, '{} silent for {:.1f} s'.format(name, end - begin),
                               end))
     return found
-
-
-def _by_hand(run: RunData, movement: Movement) -> Mark:
-    before, after = np.degrees(run.imu.yaw_at((movement.begin, movement.end)))
-    way = run.odometry.between(movement.begin, movement.end).length
-    return mark('hand', movement.begin, 'by hand: {} m driven, {} deg turned'.format(
-        number(way, '{:.2f}'), number(after - before, '{:+.1f}')), movement.end)
 
 
 def _changes(run: RunData) -> List[Any]:
