@@ -25,7 +25,7 @@ from tb3_labs.report.compare import (  # noqa: E402
     drive_errors, summarize, write_comparison)
 from tb3_labs.report.movements import completed  # noqa: E402
 from tb3_labs.report.page import write_report  # noqa: E402
-from tb3_labs.report.path_figures import paths  # noqa: E402
+from tb3_labs.report.path_figures import paths, ways  # noqa: E402
 from tb3_labs.report.run_data import LEAP  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -171,7 +171,7 @@ def test_mean_spread_and_largest(summaries, tmp_path):
     assert [float(row['turned_deg']) for row in table] == pytest.approx(
         [92.0, 94.0, 99.0, 90.5, -91.5], abs=0.15)
     assert [float(row['asked_deg']) for row in table] == [90.0] * 4 + [-90.0]
-    assert (tmp_path / 'turn_errors.png').exists()
+    assert not (tmp_path / 'ways.png').exists() and (tmp_path / 'turn_errors.png').exists()
 
 
 def test_bags_side_by_side_and_one_that_cannot_be_read(bag, tmp_path, capsys):
@@ -183,7 +183,7 @@ def test_bags_side_by_side_and_one_that_cannot_be_read(bag, tmp_path, capsys):
     assert line.startswith('lab_report.py') and 'none.bag: there is no such file' in line
     assert (tmp_path / 'all' / 'run' / 'report.html').exists()
     text = (tmp_path / 'all' / 'report.html').read_text(encoding='utf-8')
-    assert 'href="run/report.html"' in text and 'alt="drive_errors"' in text
+    assert 'href="run/report.html"' in text and 'alt="ways"' in text
     assert [(row['run'], row['drive'], row['distance_error_m'])
             for row in table_in(tmp_path / 'all' / 'drives.csv')] == [
         ('run', '1', '0.0120'), ('run', '2', '0.5000')]
@@ -208,6 +208,12 @@ def test_the_drives_of_several_runs(tmp_path, no_pictures):
         assert axes.get_lines()[-1].get_xdata() == pytest.approx([0.0, 0.0])     # the line of 0
     assert [label.get_text() for label in off.get_yticklabels()] == ['one', 'other']
     assert off.get_ylim() == (1.6, -0.6)         # the first run is the upper row
+    axes, = ways(runs).axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ('x in local [m]', 'y in local [m]')
+    paths_drawn = [line for line in axes.get_lines() if len(line.get_xdata()) > 5]
+    assert [line.get_label() for line in paths_drawn] == ['one', 'other']
+    for line in paths_drawn:
+        assert line.get_xydata()[-1] == pytest.approx((0.0, 0.8), abs=0.01)
 
 
 def test_movements_by_hand_are_listed_apart(tmp_path, no_pictures):

@@ -11,7 +11,7 @@ import sys
 from typing import Tuple
 
 try:
-    import numpy as np
+    import numpy  # noqa: F401 - the other files of this package need it
     from squaternion import Quaternion
 except ImportError as missing:    # rosdep was not run; the build imports this file
     raise SystemExit(
@@ -42,21 +42,6 @@ def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
                          'wheels (or its parts are in the wrong order)'.format(
                              math.degrees(roll), math.degrees(pitch)))
     return math.pi if yaw <= -math.pi else yaw
-
-
-def yaws_from_quaternions(*, w: np.ndarray, x: np.ndarray, y: np.ndarray,
-                          z: np.ndarray) -> np.ndarray:
-    """:func:`yaw_from_quaternion` for arrays of the four parts, shape (n,); NaN for an invalid one.
-    """
-    with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
-        norm = np.sqrt(w * w + x * x + y * y + z * z)
-        w, x, y, z = w / norm, x / norm, y / norm, z / norm
-        roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-        pitch = np.arcsin(2.0 * (w * y - z * x))    # NaN is not a valid tilt
-        yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-        valid = ((np.abs(norm - 1.0) <= NORM_TOLERANCE)
-                 & (np.abs(roll) <= MAX_TILT) & (np.abs(pitch) <= MAX_TILT))
-    return np.where(valid, np.where(yaw <= -math.pi, math.pi, yaw), np.nan)
 
 
 def quaternion_from_yaw(yaw: float) -> Tuple[float, float, float, float]:

@@ -17,7 +17,8 @@ from tb3_labs.report.drives import DriveReport, drives
 from tb3_labs.report.epochs import epochs
 from tb3_labs.report.figures import GREY, STYLES, new_figure
 from tb3_labs.report.page import document, write_figure
-from tb3_labs.report.run_data import RunData
+from tb3_labs.report.path_figures import ways
+from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.report.tables import (
     DRIVES, TURNS, Column, Markup, cells, number, table, write_reports)
 from tb3_labs.report.turns import TurnReport, turns
@@ -48,12 +49,15 @@ class RunSummary:
     resets: int
     turns: List[TurnReport]
     drives: List[DriveReport]
+    ways: List[Poses]                 # the path of each drive, in local
 
 
 def summarize(run: RunData, model: RobotModel, name: str, page: str) -> RunSummary:
     """Returns the RunSummary of a run; `model` is the robot that drove."""
-    return RunSummary(name, page, run.duration, run.odometry.length, len(epochs(run)) - 1,
-                      turns(run), drives(run, model))
+    found = drives(run, model)
+    return RunSummary(name, page, run.duration, run.odometry.length,
+                      len(epochs(run)) - 1, turns(run), found,
+                      [run.local_pose.between(drive.begin, drive.end) for drive in found])
 
 
 def write_comparison(runs: Sequence[RunSummary], folder: Union[str, Path],
@@ -73,7 +77,8 @@ def write_comparison(runs: Sequence[RunSummary], folder: Union[str, Path],
                      'How far each turn went beyond what was asked. Line: mean; bar: spread.'),
         _compared('Drives', 'drive', COMPARED, [(run.name, run.drives) for run in runs]),
         write_figure(drive_errors(runs), folder / 'drive_errors.png',
-                     'How far each drive ended from its goal. Line: mean; bar: spread.'), NOTE]),
+                     'How far each drive ended from its goal. Line: mean; bar: spread.'),
+        write_figure(ways(runs), folder / 'ways.png', 'All drives in the local frame.'), NOTE]),
         encoding='utf-8')
     return page
 
