@@ -4,9 +4,11 @@
 Needs root and iproute2. A process is on a host if its command follows :meth:`TwoHosts.prefix`, with
 that host's environment; a running one :meth:`TwoHosts.enter` s it.
 """
+import contextlib
 import ctypes
 import os
 import subprocess
+from unittest import mock
 
 HOSTS = {'robot': '10.77.1', 'laptop': '10.77.2'}
 CLONE_NEWNET = 0x40000000
@@ -57,10 +59,18 @@ class TwoHosts:
     def enter(self, name):
         """This thread, and those that it starts, are on that host from now on."""
         os.environ.update(self.environment(name))
-        libc = ctypes.CDLL(None, use_errno=True)
         with open('/run/netns/' + PREFIX + name) as host:
-            if libc.setns(host.fileno(), CLONE_NEWNET):
-                raise OSError(ctypes.get_errno(), 'setns: ' + os.strerror(ctypes.get_errno()))
+            _join(host)
+
+    @contextlib.contextmanager
+    def on(self, name):
+        """Be on that host, with its environment, for a while."""
+        with open('/proc/thread-self/ns/net') as before, mock.patch.dict(os.environ):
+            self.enter(name)
+            try:
+                yield
+            finally:
+                _join(before)
 
     @staticmethod
     def connect(yes):
@@ -78,3 +88,10 @@ class TwoHosts:
 def _ip(commands, *arguments):
     for command in commands.format(PREFIX, *arguments).split(';'):
         subprocess.check_call(['ip'] + command.split())
+
+
+def _join(namespace):
+    """This thread joins the network namespace of an open file."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.setns(namespace.fileno(), CLONE_NEWNET):
+        raise OSError(ctypes.get_errno(), 'setns: ' + os.strerror(ctypes.get_errno()))

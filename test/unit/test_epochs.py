@@ -206,6 +206,15 @@ def test_without_tf_a_jump_of_two_centimetres_or_a_degree_is_a_reset(metres, deg
     assert len(epochs(shifted(metres, degrees))) == 1 + is_reset
 
 
+@pytest.mark.parametrize('jumps_at, begin', [(8.0, 7.975), (8.05, 8.025)])
+def test_one_local_pose_in_a_gap_of_tf_tells_when_it_was(jumps_at, begin):
+    """tf misses its message of 8 s."""
+    run = shifted(0.5, at=jumps_at)
+    frames = poses(np.where(TIME > jumps_at - 0.01, -0.5, 0.0)).take(np.abs(TIME - 8.0) > 0.01)
+    assert [epoch.begin for epoch in epochs(replace(run, frames=frames))][1:] == [
+        pytest.approx(begin)]
+
+
 def test_a_new_frame_is_in_force_from_halfway_to_its_first_message():
     """20 messages a second: the jump at 8.0 s counts from 7.975 s on."""
     before, after = epochs(shifted(0.5))

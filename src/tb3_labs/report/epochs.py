@@ -61,8 +61,7 @@ def epochs(run: RunData) -> List[Epoch]:
     """The Epochs of a run, in order; the first begins at -inf, the last ends at inf."""
     frames = _frames(run)
     first = [0] + _resets(run, frames)
-    changes = _changes(frames)
-    begins = [-math.inf] + [float(changes[k - 1]) for k in first[1:]]
+    begins = [-math.inf] + [_begin(run, frames, k) for k in first[1:]]
     ends = begins[1:] + [math.inf]
     return [Epoch(begin, end, frames.pose(k), _local_T_world(run, begin, end))
             for k, begin, end in zip(first, begins, ends)]
@@ -102,6 +101,18 @@ def _changes(frames: Poses) -> np.ndarray:
     """The times at which each frame after the first comes into force [s]."""
     last, first = frames.time[:-1], frames.time[1:]
     return np.maximum((last + first) / 2.0, first - HALFWAY)
+
+
+def _begin(run: RunData, frames: Poses, k: int) -> float:
+    """Returns the begin of frame `k` [s]; if tf misses messages, by the jump of local_pose."""
+    first, last = np.searchsorted(run.local_pose.time, (frames.time[k - 1], frames.time[k]))
+    local = run.local_pose.take(slice(first, last + 1))
+    if len(local) > 2:
+        robot = robot_in_odom(run, local.time)
+        frames = robot @ local.inverse()
+        distance, angle = _steps(frames, robot)
+        k = 1 + int(np.argmax(distance / JUMP + angle / JUMP_ANGLE))
+    return float(_changes(frames)[k - 1])
 
 
 def _steps(frames: Poses, robot: Poses) -> Tuple[np.ndarray, np.ndarray]:
