@@ -20,7 +20,7 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 #: Width and height of a letter in a frame's name, as a part of a panel's width.
 LETTER, LINE = 0.028, 0.05
 #: The frames and paths of later resets have no names: the panel has no room for more.
-MOST_NAMED = 8
+MOST_NAMED = 6
 
 
 def paths(run: RunData, model: RobotModel) -> Figure:
