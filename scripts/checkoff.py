@@ -78,7 +78,7 @@ def main(words):
                 .format(lab.title, ', '.join(parts)))
     person.tell('Judged by {}.'.format(
         "the simulated robot's true pose" if checkoff.has_truth else
-        'odometry and IMU, since this robot says no true pose'))
+        'odometry and IMU, since this robot sends no true pose'))
     bag = given.folder / (re.sub(r'\W+', '_', ' '.join(filter(None, (
         'checkoff', given.lab, given.name, time.strftime('%Y%m%d_%H%M%S'))))) + '.bag')
     recorder = recording(bag)

@@ -24,7 +24,7 @@ Parameters
                   namespaces robot1, robot2, ..., 1 m apart along y (0)
     ~first_robot  number of the first robot (1)
     ~network      quiet, good, busy, bad: a set of network settings (simulation/network.py); a
-                  setting that is given itself takes precedence (quiet)
+                  setting that is given by its own name takes precedence (quiet)
     ~host         default, laptop, pi: the same for the computer that the robot's board is connected
                   to: rates, lags, stamps (simulation/simulator_config.py)
     ~mystery      1 to 9999: one hidden fault (simulation/mystery.py), the same for the same number.

@@ -104,7 +104,7 @@ def main(words):
     except (OSError, ValueError) as problem:
         tell_problem(reason(problem))
         return 2
-    for note in notes[given.unprotected:]:      # the first was told before, if unprotected
+    for note in notes[given.unprotected:]:      # the note on --unprotected was printed before
         progress.line(printable(note))
     if page is not None:
         progress.line(printable('Overview: {}'.format(page)))

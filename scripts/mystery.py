@@ -62,7 +62,7 @@ def _parts(words):
         value = float(name[-1])
         name.pop()
     except (IndexError, ValueError):
-        pass      # no value, or no name: the judge says so
+        pass      # a missing value or name is reported later
     return int(number), ' '.join(name), value
 
 

@@ -27,9 +27,9 @@ from tb3_labs.localization.sender_clock import SenderClock
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: A rate of the gyro belongs to a turn of the wheels up to this much earlier [s],
+#: A turn of the wheels may show in the gyro up to this much later [s].
 LAG = 0.13
-#: or up to this much later [s].
+#: A turn of the wheels may show in the gyro up to this much earlier [s].
 LEAD = 0.04
 #: Wheels slip: a sound gyro differs from them by up to this share of the turn.
 SLIP = 0.055
@@ -39,9 +39,9 @@ UNEVEN = 0.033
 #: A sound gyro drifts by up to this [rad/s].
 DRIFT = 0.02
 #: A gyro that agreed with resting wheels counts as calibrated until the next silence, in which it
-#: may be calibrated anew. With such a gyro, wheels may slip by this share, as on a carpet,
+#: may be calibrated anew. With a calibrated gyro, wheels may slip by this share, as on a carpet.
 WORST_SLIP = 0.45
-#: and be uneven by this share, as when one is worn.
+#: With a calibrated gyro, wheels may be uneven by this share, as when one is worn.
 WORST_UNEVEN = 0.1
 #: The slip of the wheels is known after steady turns of this time in all, by a calibrated gyro [s].
 SLIP_TIME = 0.1

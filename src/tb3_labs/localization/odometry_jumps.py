@@ -47,9 +47,10 @@ ZERO_PLACE = 0.001
 #: While the board resets, it is silent for longer than this [s].
 RESET_SILENCE = 1.0
 #: The robot may move a little before its first message after a reset. That message may show a place
-#: this far from zero [m],
+#: this far from zero [m].
 NEAR_ZERO_PLACE = 0.03
-#: and a yaw this far from zero, or from the angle by which the IMU turned [rad].
+#: The yaw of the first message after a reset may be this far from zero, or from the angle by which
+#: the IMU turned [rad].
 NEAR_ZERO_YAW = 0.1
 #: The IMU of a robot at rest turns no farther than this between two messages [rad].
 RESTING_TURN = 0.1

@@ -286,7 +286,7 @@ class ControllerCore:
         self._happens(DriverEvent.MOUSE_RELEASED, reason)
 
     def _happens(self, event: DriverEvent, reason: str = '') -> None:
-        """Apply the table of drivers. If a turn ends by it with a `reason`, it is given up."""
+        """Apply the table of drivers. A turn that ends by it, with a `reason`, is given up."""
         before, self.driver = self.driver, after(DRIVERS, self.driver, event)
         if self.driver is Driver.MOUSE:
             self._carried = 0.0

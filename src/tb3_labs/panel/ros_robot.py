@@ -29,7 +29,7 @@ PAD_IS_HEARD = 0.5
 STOPS = ('stop', 'take', 'let go', 'joy')
 #: A stop is confirmed if it is written within this time [s].
 CONFIRM_WITHIN = 0.5
-#: That is checked once in this time [s].
+#: A stop that is not confirmed yet is checked once in this time [s].
 CONFIRM_PERIOD = 0.005
 
 

@@ -12,9 +12,9 @@ from tb3_labs.geometry.se2 import Pose2
 #: A robot does not turn farther than this between two samples of its IMU [rad]. In a silence of the
 #: IMU, a node that drives by the IMU stops the robot.
 FARTHEST_TURN = 1.0
-#: A robot at rest has at most this forward speed in its samples [m/s],
+#: A robot at rest has at most this forward speed in its samples [m/s].
 REST_LINEAR = 0.005
-#: and at most this rate of turn [rad/s].
+#: A robot at rest has at most this rate of turn in its samples [rad/s].
 REST_ANGULAR = 0.03
 
 

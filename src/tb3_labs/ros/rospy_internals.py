@@ -75,8 +75,8 @@ def messages_written(publisher):
     """Returns {rospy's number of a connection: number of messages written to it}, the first and
     third numbers of `impl.get_stats()`.
 
-    With it a node that ends can wait until its last zero is written, which rospy may drop
-    (test/ros/faults.test).
+    A node that ends waits for its last zero by these numbers: rospy may drop a message that is not
+    written (test/ros/faults.test).
     """
     return {link[0]: link[2] for link in publisher.impl.get_stats()[2]}
 

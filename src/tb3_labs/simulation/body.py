@@ -147,7 +147,7 @@ class ImuModel:
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
         self._now = 0.0         # up to this time `error` includes drift and bias [s]
-        #: Motions that are not yet measured to their end, oldest first: each is its begin, the yaw
+        #: Motions that are not yet measured to their end, oldest first: each is its start, the yaw
         #: of the IMU then, and the last three values of `turning`.
         self._motions: Deque[Tuple[float, float, float, float, float]] = deque()
         self.follow(0.0, (yaw, 0.0, 0.0, 0.0))

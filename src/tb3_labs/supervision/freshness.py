@@ -101,7 +101,8 @@ class SensorWatch:
 
     def __init__(self, *sources: Freshness) -> None:
         self._sources = sources
-        #: As of the last :meth:`update`. After a silence one update finds BACK_SOON or BACK_LATE.
+        #: The state at the last :meth:`update`. After a silence one update finds BACK_SOON or
+        #: BACK_LATE.
         self.sight = Sight.SILENT
         #: The reason why the robot stands; '' while all sensors are fresh.
         self.hold_reason = ''

@@ -37,7 +37,7 @@ from tb3_labs.news import News, NewsDesk
 RENEWAL = 0.1
 #: A grant whose renewals stop is suspended after this silence [s].
 LAPSE = 0.5
-#: A grant expires after this silence [s]. It does not count if it was delayed by more than this.
+#: A grant expires after this silence [s]. A True that was delayed for longer does not count.
 LONGEST_LAPSE = 2.0
 #: A grant holds after a renewal that comes later than this [s]. Earlier renewals may have been
 #: delayed and arrived together with it; they do not show that the sender is alive.
