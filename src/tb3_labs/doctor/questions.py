@@ -54,8 +54,8 @@ def together(calls):
 
 
 def _begun(function, *arguments):
-    """Returns the Future of a call in a daemon thread. If this thread is stuck, the program still
-    ends; it would wait for a thread of a pool."""
+    """Returns the Future of a call in a daemon thread. The program ends even if this thread is
+    stuck; it would wait for a thread of a pool."""
     future = futures.Future()
 
     def run():

@@ -31,10 +31,10 @@ SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 NODE_TEXT = '.node.txt'
 #: Tokens in a shingle, about two lines.
 LENGTH = 16
-#: Texts that are as alike as this are nearly the same. The handout gives everybody the same
-#: skeleton: turtlebot_controller.py of three real teams was alike by 0.50, 0.53 and 0.69. A copy
-#: with other names, other strings, other comparisons and its methods in another order was alike by
-#: 0.85. A copy with only other names was alike by 1.
+#: Two texts with at least this likeness are nearly the same. The handout gives everybody the same
+#: skeleton: turtlebot_controller.py of three real teams had likenesses of 0.50, 0.53 and 0.69. A
+#: copy with other names, other strings, other comparisons and its methods in another order had
+#: 0.85. A copy with only other names had 1.
 NEARLY_SAME = 0.8
 #: A text with fewer shingles is too short to compare: all students write the same. Without the
 #: shingles of the skeletons, the handouts' nodes have 80 (IMU exercise; 160 with its skeleton), 105

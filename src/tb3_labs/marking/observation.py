@@ -164,7 +164,7 @@ class Scene:
         return self.commands[np.any(self.commands[:, 1:] != 0.0, axis=1)]
 
     def moving_after(self, seconds: float) -> np.ndarray:
-        """Returns the commands that are not zero, more than `seconds` [s] after the begin."""
+        """Returns the commands that are not zero, more than `seconds` [s] after the start."""
         return self.moving[self.moving[:, 0] > self.begin + seconds]
 
     @property

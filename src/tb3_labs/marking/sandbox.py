@@ -43,7 +43,7 @@ USERS = range(61184, 65519)
 #: Parts of /etc that a sandbox has: names, time zone, libraries, fonts, ROS.
 ETC = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
        'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
-#: A sandbox gets the variables of the instructor's environment whose names begin so.
+#: A sandbox gets the variables of the instructor's environment whose names begin with these.
 KEPT = ('ROS', 'PYTHON', PREFIXES, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH', 'PATH', 'LANG', 'LC_',
         'TZ', 'TERM', IDENTITY)
 #: SIZED: the version of bubblewrap that first has `--size` for a tmpfs. COUNTED: the version of

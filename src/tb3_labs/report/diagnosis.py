@@ -34,7 +34,7 @@ JUMPS, QUICK = 10, 0.25
 AFTERWARDS = 1.0
 #: A node that has forgotten its stop sends one speed for longer than this [s].
 TAIL = 15.0
-#: A button answers within this [s]. The handout's button that resets the frame.
+#: A button answers within ANSWERED [s]. RESETS: the button that resets the frame in the handout.
 ANSWERED, RESETS = 0.6, 2
 
 
@@ -52,7 +52,7 @@ class Diagnosis:
     besides: str = ''                   # a second mistake in the same run
     apart: Tuple[float, float, float] = (math.nan, math.nan, math.nan)
     other: str = ''                     # the next likely mistake
-    moment: float = 0.0                 # begin of the movement farthest from a right one [s]
+    moment: float = 0.0                 # start of the movement farthest from a right one [s]
     ghost: Poses = Poses.none()         # of a robot with this mistake
     asked: Poses = Poses.none()         # of a right robot
 
@@ -166,8 +166,8 @@ def _two_senders(run: RunData) -> Optional[float]:
 
 
 def _wrong_button(run: RunData) -> Optional[float]:
-    """Returns the time of a press that reset the frame, or did not, against the handout. Without
-    any reset there may be no node that has the frame."""
+    """Returns the time of a press of the right button that did not reset the frame, or of a wrong
+    one that did. Without any reset there may be no node that has the frame."""
     if not len(run.resets):
         return None
     for time, button in zip(run.presses.time, run.presses.value):

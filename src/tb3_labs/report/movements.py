@@ -211,7 +211,7 @@ def _with_states(run: RunData, goal: Pose2) -> RunData:
 
 
 def _states(drive: Movement) -> List[Tuple[float, str]]:
-    """The states of a drive, each with its begin."""
+    """The states of a drive, each with the time of its start [s]."""
     begins = [drive.begin]
     if drive.forward < drive.turns_again:
         begins.append(drive.forward)

@@ -32,8 +32,8 @@ TRUTH_EVERY = 4        # steps between two messages of the ground truth
 #: If the computer pauses for up to this time, the robots catch up [s].
 CATCH_UP = 0.5
 #: If the robots publish /clock, they catch up after a pause of up to this time [s, wall clock]. On
-#: /clock the pause is `speed` times as long, and passes at once: a longer one would look like silent
-#: sensors.
+#: /clock the pause is `speed` times as long, and passes at once: after a longer one a node would
+#: find its sensors silent.
 CATCH_UP_CLOCK = 0.02
 #: After a stall at most this number of messages of a topic is sent, the latest ones: real queues
 #: and buffers are finite, too. The number is enough for an IMU at 200 Hz in the longest stall.

@@ -70,7 +70,7 @@ const EVERY = 200;         // [ms] a strip moves by few pixels a second
 /** One number over the last 60 seconds. */
 export class Strip {
   /** The angle off the final heading [degrees] has 0 in the middle of its scale; the distance to go
-   *  [m] has 0 at the end of its scale. */
+   *  [m] has 0 at the lower end. */
   constructor(canvas, isAngle) {
     this._canvas = canvas;
     this._isAngle = isAngle;
