@@ -51,7 +51,7 @@ class Samples:
 
     @property
     def way(self) -> np.ndarray:
-        """Of the odometry: the way driven since the first sample, backwards negative [m]. It does
+        """The way driven since the first sample of the odometry, backwards negative [m]. It does
         not use the heading, whose steps at +/-180 deg turn a sample's direction."""
         steps = np.hypot(np.diff(self.x), np.diff(self.y)) * np.sign(self.linear[1:])
         return np.append(0.0, np.cumsum(steps)) if len(self) else np.empty(0)

@@ -1,7 +1,7 @@
 """The steps of the test drive: what the person reads, and the commands that follow.
 
 A step is a list of parts. A part is one command that is held for a time, or until the robot has
-turned or driven so far. All movements end where they began, but for the heading.
+turned or driven so far. All movements end where they began; the heading may differ.
 
 Units: seconds, metres, radians. Turns come first, since they need no space: they show a motor that
 is off, and a sensor that is frozen, before the robot drives.

@@ -86,7 +86,7 @@ class TurningLaw(Protocol):
 
 def make_turn(config: TurnConfig, model: RobotModel,
               response: Optional[Response] = None) -> TurningLaw:
-    """The law named in `config`; `response` holds this robot's delay and lag as far as known."""
+    """The law named in `config`; `response` holds the known delay and lag of this robot."""
     if config.law == 'lab':
         return LabTurn(config, model)
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,

@@ -14,7 +14,7 @@ from tb3_labs.robot.turtlebot3 import CUT_OFF
 
 #: A node with one of these in its name may be serial_node, which prints the board's lines.
 SERIAL_NODES = 'core', 'serial', 'turtlebot3'
-#: The topics of the board that tell of its body.
+#: The topics on which the board reports the state of the robot's body.
 BODY_TOPICS = 'battery_state', 'sensor_state', 'firmware_version'
 #: The firmware that the labs know.
 FIRMWARE = '1.2.6'
@@ -64,7 +64,7 @@ def judge_firmware(lines: Sequence[str], version: str, checksums: Mapping[str, s
 
 
 def judge_board(lines: Sequence[str]) -> Optional[Line]:
-    """Did the board start, or calibrate its gyro, meanwhile? `lines`: the last one from
+    """Did the board start, or calibrate its gyro, while the doctor listened? `lines`: the last one from
     before, and all later ones. None if no line tells it."""
     marks = [mark for line in lines for mark in (START, END, RESET, CONNECTED) if mark in line]
     if not marks:

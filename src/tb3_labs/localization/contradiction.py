@@ -1,8 +1,8 @@
 """Does the gyro contradict the wheels?
 
 A board that calibrates its gyro while the robot turns takes that turn for rest. Afterwards the
-gyro of a robot at rest shows the opposite turn, and in motion it is wrong by as much. A robot that
-is carried looks alike, as its wheels rest. So each rate of the gyro is compared with the rates
+gyro of a robot at rest shows the opposite turn, and in motion it is wrong by the same rate. A robot
+that is carried looks the same, since its wheels rest. So each rate of the gyro is compared with the rates
 at which the wheels turned the robot a little earlier and later. The turn that delay, slip and
 uneven wheels do not explain is added up.
 
@@ -134,7 +134,7 @@ class GyroWatch:
             self._compare(self._readings.popleft())
 
     def problem(self) -> str:
-        """'' or the contradiction, and its remedy, in words."""
+        """The contradiction and its remedy, in words; '' if there is none."""
         return '{}: {}'.format(self.cause, self.remedy) if self._contradicts else ''
 
     def _begin(self) -> None:

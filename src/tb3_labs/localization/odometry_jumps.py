@@ -176,7 +176,7 @@ class JumpFilter:
 
 
 def _jump(before: Pose2, after: Pose2, seconds: float) -> str:
-    """'' or, in words, the step between two poses that no robot can have made."""
+    """The step between two poses that no robot can have made, in words; '' if none."""
     moved, turned = before.distance_to(after), abs(difference(after.yaw, before.yaw))
     at_zero = after.x == after.y == 0.0 and abs(after.yaw) < ZERO_YAW
     if at_zero and (moved > ZERO_PLACE or turned > FASTEST_TURN * seconds + SLACK_TURN):

@@ -75,7 +75,7 @@ def listened(node: str, topic: str, truth: Sequence[str], markers: Iterable[str]
 
 
 def changed(before: Mapping[str, Any], now: Mapping[str, Any], what: str) -> List[str]:
-    """The findings on changed values of the robot, but for SWITCHES; `what`: parameter, setting."""
+    """The findings on changed values of the robot, except SWITCHES; `what`: parameter, setting."""
     return ['A {} of the robot was changed: {} from {} to {}.'.format(
         what, name, before.get(name, 'none'), now.get(name, 'none'))
         for name in sorted(set(before) | set(now))
@@ -87,7 +87,7 @@ def for_instructor(all_marks: Sequence[Marks], texts: Mapping[str, str],
                    given: Sequence[str] = ()) -> List[str]:
     """The lines for the instructor: all findings, and a warning if there were no sandboxes.
 
-    `texts`: student -> the node's program; the others as for nearly_same().
+    `texts`: student -> the node's program; other arguments: see nearly_same().
     """
     lines = [UNPROTECTED] if unprotected else []
     for marks in all_marks:

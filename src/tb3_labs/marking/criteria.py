@@ -69,7 +69,7 @@ class Verdict:
     outcome: Outcome
     seen: str                # '' if it is met
     worth: float             # points for a criterion that is met
-    #: The begin of the stimulus by which the node was judged [s]; not kept in a record.
+    #: The start of the stimulus by which the node was judged [s]; not kept in a record.
     moment: Optional[float] = field(default=None, compare=False)
 
     @property

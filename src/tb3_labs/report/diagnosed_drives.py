@@ -61,7 +61,7 @@ Fresh = Tuple[Seen, Declared, Declared]
 
 class Fit(NamedTuple):
     """A run compared with one way of making a mistake: the distance of each movement, in order,
-    and the Drives of the mistaken robot, if they were drives."""
+    and the Drives of the mistaken robot (for turns there are none)."""
 
     mistake: str
     apart: Sequence[float]

@@ -78,7 +78,7 @@ def diagnose(run: RunData) -> Diagnosis:
 
 
 def of_drives(fresh: Sequence[Fresh], goal: Pose2) -> Diagnosis:
-    """Returns the Diagnosis of these drives, but for mistakes that the commands show."""
+    """Returns the Diagnosis of these drives, without mistakes that the commands show."""
     if not fresh:
         return Diagnosis('')
     result = _of_drives(fresh, goal, WAYS)
@@ -101,7 +101,7 @@ def _of_drives(fresh: Sequence[Fresh], goal: Pose2, ways: Sequence[Way]) -> Diag
 
 
 def of_turns(run: RunData, seen: Sequence[Turn]) -> Diagnosis:
-    """Returns the Diagnosis of these turns of a run, but for mistakes that the commands show."""
+    """Returns the Diagnosis of these turns of a run, without mistakes that the commands show."""
     if not seen:
         turns = np.abs(run.commands.angular) > FASTEST_BY_MOUSE + NO_SPEED
         return Diagnosis(None if turns.any() and 'joy' not in run.devices else '', TURN)

@@ -2,7 +2,7 @@
 
 Such a robot follows the handouts' laws without delays: it turns until the error that its node
 believes is small, then drives straight until the believed distance is small, then turns again. So
-its movement is known in closed form, but for the search of the headings at which it ends a turn.
+its movement is known in closed form, except the headings at which it ends a turn: they are searched.
 
 A `Way` is one way in which a node computes its pose in ``local``; a `Law` is one in which it
 computes the error of a turn. Several of them may be the same mistake.
@@ -175,8 +175,8 @@ class Way:
 
     def drive(self, begin: Pose2, last: Declared, start: Declared, goal: Pose2,
               near: float = NEAR) -> Drive:
-        """The Drive from `begin` in ``odom`` to `goal` in ``local``; the others: see `pose`. The
-        IMU's yaw differs from the odometry's as at the last reset."""
+        """The Drive from `begin` in ``odom`` to `goal` in ``local``; `last`, `start`: see `pose`.
+        The difference of the IMU's yaw and the odometry's is that of the last reset."""
         def here(place, yaw):
             return self.pose(Pose2(*place, yaw), wrap(yaw + last.imu - last.odom.yaw), last, start)
 

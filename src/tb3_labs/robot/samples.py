@@ -75,7 +75,7 @@ def is_slow(linear: float, angular: float) -> bool:
 
 
 def heading_jump(before: float, after: float) -> str:
-    """'' or the fault of the IMU, given the yaws of two successive samples [rad]."""
+    """The fault that the yaws of two successive samples of the IMU show [rad]; '' if none."""
     turned = difference(after, before)
     if abs(turned) <= FARTHEST_TURN:
         return ''

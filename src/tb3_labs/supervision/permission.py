@@ -195,7 +195,7 @@ class Permission:
         self.granted = any(grant.holds(now) for grant in self._grants.values())
 
     def _objection(self, sender: str, grant: _Grant, now: float) -> str:
-        """'' or the reason why a grant is over."""
+        """The reason why a grant is over; '' if it is not."""
         if grant.silent_for(now) > LONGEST_LAPSE:
             return 'it was silent for {:.1f} s'.format(grant.silent_for(now))
         if grant.given_at - grant.sent_before > LONGEST_LAPSE:

@@ -65,7 +65,7 @@ class StallWatch:
                 'the robot does not move although it is told to (stuck, or motors off?)')
 
     def problem(self) -> str:
-        """'' or the problem that the last update found."""
+        """The problem that the last update found; '' if it found none."""
         return self._problem
 
 
