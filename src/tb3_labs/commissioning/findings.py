@@ -188,7 +188,7 @@ def _of_the_end(recording: Recording) -> List[Finding]:
             (ride.STANDS, 'motors', 'battery below 11 V? torque off? does the robot hear cmd_vel?'),
             (ride.STOOD, 'stood', 'this computer was asleep, or too busy: measure again'),
             (ride.WALL, 'wall', 'it did not come back to its start: do the wheels slip?'),
-            ('', 'slow', 'it moves less than told')) if words in ended)
+            ('', 'slow', 'it moves less than commanded')) if words in ended)
     return [Finding(FAULT, key, 'Ended', ended, '', meaning)]
 
 
@@ -237,7 +237,7 @@ def _of_the_body(recording: Recording) -> List[Finding]:
 
 
 def summary(lines: List[Finding]) -> str:
-    """One line on all of them."""
+    """One line on all findings."""
     count = {verdict: sum(line.verdict == verdict for line in lines)
              for verdict in (FAULT, LOOK, OK)}
     return ', '.join('{} {}'.format(number, verdict) for verdict, number in count.items())

@@ -91,7 +91,7 @@ class Peer:
 
     def __init__(self, uri):
         self.uri, self.address, self.port = uri, '', 0
-        #: Its clock minus ours by the date of its last answer [s, exact to a second]; or None.
+        #: The peer's clock minus ours, by the date of the last answer [s, exact to 1 s]; or None.
         self.date_offset = None
         self.answer = Answer(uri, 'silent')
 

@@ -136,7 +136,7 @@ def _renamed(tokens: Sequence[str]) -> Tuple[str, ...]:
 
 
 def likeness(one: Shingles, other: Shingles) -> float:
-    """The share of the smaller set that is also in the other; 0 if one has fewer than FEWEST."""
+    """The share of the smaller set that is also in the larger; 0 if a set has fewer than FEWEST."""
     smaller = min(len(one), len(other))
     return len(one & other) / smaller if smaller >= FEWEST else 0.0
 

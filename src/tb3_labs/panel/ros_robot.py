@@ -34,7 +34,7 @@ CONFIRM_PERIOD = 0.005
 
 
 class Senders:
-    """The publishers of one robot; `prefix` is its namespace with a slash, or ''.
+    """The publishers of one robot; `prefix` is the robot's namespace with a slash, or ''.
 
     Only the constructor and :meth:`read_pad_numbers` wait for the master.
     """

@@ -44,7 +44,7 @@ PARTS = 20
 
 
 class Seen(NamedTuple):
-    """A drive as it was. `ended`: the part that was cut off, first, way or last; '' for none.
+    """A recorded drive. `ended`: the part that was cut off, first, way or last; '' for none.
     `shown_T_odom`: the pose of ``odom`` in the frame in which ghosts are shown."""
 
     times: Tuple[float, float, float, float]    # start, start and end of the way, end

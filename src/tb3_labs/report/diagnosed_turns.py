@@ -27,7 +27,7 @@ SLOW, START = 0.7, 0.5
 
 
 class Turn(NamedTuple):
-    """A turn as it was. `turned` is NaN if it went left and right; `peak`: of the commands. A
+    """A recorded turn. `turned` is NaN if it went left and right; `peak`: of the commands. A
     person may have ended an endless one."""
 
     begin: float

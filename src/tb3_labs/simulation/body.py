@@ -175,8 +175,8 @@ class ImuModel:
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
         """Returns an ImuSample for each of `stamps` [s], which are in order of time.
 
-        The loop runs for every IMU sample and decides the speed of the simulation, hence local
-        names and few calls.
+        The loop runs for every IMU sample and decides the speed of the simulation, so it
+        has local names and few calls.
         """
         motions, age = self._motions, self._lag
         yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone

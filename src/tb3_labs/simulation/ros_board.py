@@ -82,7 +82,7 @@ class BoardTopics:
 
 
 class UnsyncedRobot:
-    """A board with the firmware of ROS 2: serial_node asks it for its topics, in vain."""
+    """A board with the firmware of ROS 2: serial_node asks it for its topics, and gets no answer."""
 
     #: Does any node listen to its sensors?
     is_heard = False

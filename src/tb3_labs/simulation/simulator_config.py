@@ -19,10 +19,10 @@ class SimulatorConfig(Config):
     """
 
     model: str = setting(DEFAULT_MODEL, 'kind of TurtleBot3', choices=tuple(MODELS))
-    start_x: float = setting(0.0, 'true x at the start, also of the odometry', 'm', -1000.0, 1000.0)
-    start_y: float = setting(0.0, 'true y at the start, also of the odometry', 'm', -1000.0, 1000.0)
+    start_x: float = setting(0.0, 'x at the start, true and by odometry', 'm', -1000.0, 1000.0)
+    start_y: float = setting(0.0, 'y at the start, true and by odometry', 'm', -1000.0, 1000.0)
     start_yaw_deg: float = setting(
-        0.0, 'true heading at the start, also of the odometry', 'deg', -360.0, 360.0)
+        0.0, 'heading at the start, true and by odometry', 'deg', -360.0, 360.0)
     imu_offset_deg: float = setting(
         0.0, 'yaw of the IMU minus yaw of the odometry at the start', 'deg', -360.0, 360.0)
     cold_start: bool = setting(

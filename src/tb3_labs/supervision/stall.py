@@ -72,7 +72,7 @@ class StallWatch:
 class Settling:
     """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion?
 
-    It goes by their times of measurement: a sample that is read again may be old.
+    Their times of measurement decide: a sample that is read again may be old.
     """
 
     def __init__(self) -> None:

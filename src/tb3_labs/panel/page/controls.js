@@ -58,7 +58,7 @@ export class Controls {
       for (const id of ids) setReason($(id), reasons[kind]);
     }
     for (const kind of ['goal', 'reset']) setReason($('tool-' + kind), reasons[kind] || drag);
-    // Without a connection the banner says it once for all.
+    // Without a connection the banner says it for all controls.
     const words = this._link.connected && picture ? join : () => '';
     setText($('drive-hint'), words(
       this._holder.hasGranted ? 'move_to_goal drives while this page stays open and in sight' : '',

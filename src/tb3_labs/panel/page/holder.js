@@ -263,7 +263,7 @@ export class Holder {
     for (const grip of this._grips.values()) {
       this._judge(grip, now);
       if (grip.spent) continue;
-      // A node that wants a held button waits for its press, which a pad just heard does not have.
+      // If a button must be held, the node waits for its press: a new pad must not have pressed it.
       pad.hold = pad.hold || (grip.hold && heard);
       if (grip.open) { pad.forward += grip.forward; pad.left += grip.left; }
     }
