@@ -27,6 +27,7 @@ ONSET = {'imu': 0.02, 'wheels': 0.02, 'odom': 0.002}
 HELD = 0.04
 #: Least number of samples in a fit.
 FEWEST = 8
+#: Most steps of a fit.
 TRIES = 40
 
 

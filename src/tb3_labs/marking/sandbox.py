@@ -32,8 +32,9 @@ OWN_PACKAGE = 'tb3_labs'
 SHARED = ('package.xml', 'cmake', 'msg', 'srv')
 USER = 'student'
 HOME = '/home/' + USER
-#: Folders that are a program's own, each with room for this much [bytes].
+#: Folders that are a program's own.
 OWN_FOLDERS = ('/tmp', HOME, '/dev/shm')
+#: Size of each of these folders [bytes].
 ROOM = 100 * 10 ** 6
 #: Limits: the largest file [bytes], the address space of one process [bytes], the number of threads
 #: and processes together. (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)

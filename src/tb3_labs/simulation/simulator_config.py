@@ -85,7 +85,7 @@ class SimulatorConfig(Config):
     battery: float = setting(
         12.0, 'voltage of the battery; the motors have no power below 11', 'V', 0.0, 13.0)
     motors_off: bool = setting(
-        False, 'fault: the wheels stand at every command, because their torque is off')
+        False, 'fault: the wheels do not obey commands, because their torque is off')
     imu_silent: bool = setting(False, 'fault: no samples of the IMU')
     imu_frozen: bool = setting(False, 'fault: the same IMU sample repeated, with new stamps')
     odom_silent: bool = setting(False, 'fault: no samples of the odometry')
