@@ -305,7 +305,7 @@ def _stops(recording: Recording, found: Estimates) -> Estimates:
 
 
 def _board(recording: Recording) -> Estimates:
-    """The step of the odometry's rate at +/-180 deg. From a reset: the board's pause, the odometry's
+    """The step of the odometry's rate at +/-180 deg. At a reset: the board's pause, the odometry's
     first pose afterwards, and the late command."""
     new: Estimates = {}
     for mark in recording.marked(steps.ROUND):

@@ -64,8 +64,8 @@ def judge_firmware(lines: Sequence[str], version: str, checksums: Mapping[str, s
 
 
 def judge_board(lines: Sequence[str]) -> Optional[Line]:
-    """Did the board start, or calibrate its gyro, while the doctor listened? `lines`: the last one from
-    before, and all later ones. None if no line tells it."""
+    """Did the board start, or calibrate its gyro, while the doctor listened? `lines`: the last
+    one from before, and all later ones. None if no line tells it."""
     marks = [mark for line in lines for mark in (START, END, RESET, CONNECTED) if mark in line]
     if not marks:
         return None

@@ -239,5 +239,5 @@ def judge_clock(least_delay: Optional[float] = None, round_trip: float = 0.0,
               '@$(date +%s); then start its nodes again')
     if abs(offset) <= CLOCK_WRONG:
         return warning('Clock', text + (': tf may refuse its transforms' if offset > 0.0 else
-                                        ', or all messages of the robot come that late'), remedy)
+                                        ', or all its messages come so late'), remedy)
     return fault('Clock', text + ': tf refuses its transforms', remedy)

@@ -1,9 +1,9 @@
 // This page as the holder of the robot: it asks to hold it, and sends a joy 20 times a second.
 //
 // The panel (holder.py) decides which page holds the robot, and which message counts. This file
-// decides only what this page sends. A grip drives once the node `gamepad` is ready: it must see the
-// sticks at rest first, so a grip sends zeros until then. A grip that waited for too long must be
-// let go and gripped again: the robot must not start at a moment that nobody expects.
+// decides only what this page sends. A grip drives once the node `gamepad` is ready: it must see
+// the sticks at rest first, so a grip sends zeros until then. A grip that waited for too long must
+// be let go and gripped again: the robot must not start at a moment that nobody expects.
 
 import {timeNow} from './link.js';
 
