@@ -56,8 +56,9 @@ from tb3_labs.ros.control_and_reset import ControlTaker
 from tb3_labs.ros.conversions import frame, to_imu_sample, to_odometry_sample
 from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
 from tb3_labs.ros.display import DriveStatusPublisher, LocalDisplay
-from tb3_labs.ros.goals import GoalInterfaces, PoseFrames, Resets
+from tb3_labs.ros.goals import GoalInterfaces, PoseFrames
 from tb3_labs.ros.node import read_config, read_model, run
+from tb3_labs.ros.resets import Resets
 from tb3_labs.ros.dynparam import LiveSettings
 from tb3_labs.ros.topics import say_what_is_awaited, subscribe, subscribe_wheels
 

@@ -15,7 +15,7 @@ pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 from tb3_labs.report.figures import (  # noqa: E402
     curve, errors, heading, new_figure, speeds, turns)
 from tb3_labs.report.movements import completed  # noqa: E402
-from tb3_labs.report.path_figures import draw_path, paths  # noqa: E402
+from tb3_labs.report.path_figures import _frames, draw_path, paths  # noqa: E402
 
 BURGER = robot_model('burger')
 
@@ -171,3 +171,38 @@ def test_both_panels_of_the_paths_have_one_scale_that_holds_all():
     assert widths == pytest.approx([1.35 * 3.0] * 4, rel=1e-3)
     for axes, centre in ((in_odom, (1.5, -1.0)), (in_local, (1.0, 1.5))):
         assert (np.mean(axes.get_xlim()), np.mean(axes.get_ylim())) == pytest.approx(centre)
+
+
+def test_a_command_is_drawn_until_the_robots_timeout():
+    """The last of two rows of commands is at 6 s, and the first row ends at 2 s."""
+    time = np.array([1.0, 1.3, 2.0, 5.8, 6.0])
+    linear, _ = speeds(made(commands=Commands(time, time, 0.0 * time + 0.2, 0.0 * time)),
+                       BURGER).axes
+    drawn, = lines(linear, 'commanded')
+    assert drawn[np.isnan(drawn[:, 1]), 0] == pytest.approx([1.8, 2.5, 6.5])
+    assert linear.get_lines()[1].get_drawstyle() == 'steps-post'
+
+
+@pytest.mark.parametrize('apart', [0.0, 0.03])
+def test_the_names_of_many_frames_at_one_place_do_not_cover_each_other(apart):
+    axes, _ = new_figure(4.0).subplots(1, 2)
+    axes.set(xlim=(-0.8, 0.3), ylim=(-0.3, 0.8), aspect='equal')
+    axes.plot([0.0, -0.6], [0.0, 0.6])
+    places = [Pose2(apart * k, -apart * k, 13.0 * apart * k) for k in range(4)]
+    _frames(axes, 'odom', [
+        (place, 'local, reset {}'.format(k)) for k, place in enumerate(places)], 1.1)
+    axes.figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in axes.texts if text.get_text()]
+    assert len(boxes) == 5
+    assert not any(one.overlaps(other) for k, one in enumerate(boxes) for other in boxes[:k])
+
+
+@pytest.mark.parametrize('yaw_deg, right, up', [(0.0, -1, -1), (45.0, 0, -1), (135.0, 1, 0)])
+def test_a_frames_name_stands_behind_its_axes_close_to_its_origin(yaw_deg, right, up):
+    axes = new_figure(4.0).subplots()
+    axes.set(xlim=(-1.0, 1.0), ylim=(-1.0, 1.0), aspect='equal')
+    _frames(axes, '', [(Pose2(-0.5, -0.4, math.radians(yaw_deg)), 'local')], 2.0)
+    x, y = next(text.get_position() for text in axes.texts if text.get_text() == 'local')
+    half_width, half_height = 0.14, 0.05        # five letters; a line
+    assert (x + 0.5, y + 0.4) == pytest.approx(
+        (right * (half_width + 0.05), up * (half_height + 0.05)), abs=1e-9)

@@ -24,7 +24,7 @@ ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 
 #: Floors within ros/, from the ground up.
 ROS_FLOORS = [{'rospy_internals', 'conversions', 'dynparam', 'launch', 'robot_description'},
               {'clocks'}, {'console'}, {'node'}, {'topics', 'diagnostics'},
-              {'cmd_vel', 'control_and_reset', 'goals', 'display', 'program'}]
+              {'cmd_vel', 'control_and_reset', 'goals', 'resets', 'display', 'program'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: This file alone touches private parts of libraries.
 INTERNALS = 'rospy_internals.py'

@@ -1,5 +1,6 @@
 """What does each node decide? Each node of `scripts/` that decides something has its core here, in
-a file with the node's name. The files `pad` and `mouse` read the actions of a person.
+a file with the node's name. The files `pad` and `mouse` read the actions of a person;
+the numbers of a pad's buttons are in launch/params/pad_*.yaml.
 
 How every core is used:
 

@@ -2,12 +2,14 @@
 
 Units on the axes: metres.
 """
-from typing import Any, Optional, Sequence, Tuple
+import math
+from typing import Any, List, Optional, Sequence, Tuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.drives import DriveReport, drives
 from tb3_labs.report.epochs import Epoch, epoch_of, epochs, local_in_odom
@@ -15,9 +17,10 @@ from tb3_labs.report.figures import GREY, STYLES, legend_below, new_figure
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: The names of frames are LINE apart [points] if the origins are nearer than NEAR, as a part of a
-#: panel's width.
-LINE, NEAR = 11.0, 0.25
+#: Width and height of a letter in a frame's name, as a part of a panel's width.
+LETTER, LINE = 0.028, 0.05
+#: The frames and paths of later resets have no names: the panel has no room for more.
+MOST_NAMED = 6
 
 
 def paths(run: RunData, model: RobotModel) -> Figure:
@@ -28,8 +31,9 @@ def paths(run: RunData, model: RobotModel) -> Figure:
     for number, epoch in enumerate(frames):
         colour, _ = STYLES[number % len(STYLES)]
         _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
+        name = 'path after reset {}'.format(number) if number else 'path'
         looks = dict(color=colour, linestyle=style, linewidth=1.6,
-                     label='path after reset {}'.format(number) if number else 'path')
+                     label=name if number <= MOST_NAMED else None)
         draw_path(in_odom, run.odometry.between(epoch.begin, epoch.end), **looks)
         draw_path(in_local, local.between(epoch.begin, epoch.end), **looks)
         if epoch.local_T_world is not None:
@@ -111,20 +115,47 @@ def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
 
 
 def _frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]], width: float) -> None:
-    """Draw the panel's `own` frame and `others`, (pose, name): x axes (long), y axes, names. A name
-    stands below its origin, one line lower for each earlier frame that is near."""
+    """Draw the panel's `own` frame and `others`, (pose, name): x axes (long), y axes, names."""
+    drawn = [line.get_xydata() for line in axes.get_lines()]
     named = [(Pose2(), own)] + list(others)
-    for number, (pose, name) in enumerate(named):
+    for number, (pose, _) in enumerate(named):
         for tip in ((0.13 * width, 0.0), (0.0, 0.08 * width)):
             begin, end = pose.act([(0.0, 0.0), tip])
             axes.annotate('', end, begin, arrowprops=dict(
                 arrowstyle='-|>', color=GREY if number else 'black', shrinkA=0, shrinkB=0,
                 linewidth=1.0 if number else 1.8))
-        near = sum(pose.distance_to(other) < NEAR * width for other, _ in named[:number])
-        axes.annotate(name, (pose.x, pose.y), xytext=(0.0, -LINE * (near + 0.4)), fontsize=8,
-                      textcoords='offset points', fontweight='normal' if number else 'bold',
-                      ha='center', va='top',
-                      bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0, pad=0.0))
+            drawn.append(np.linspace(begin, end, 9))
+    boxes: List[np.ndarray] = []
+    for number, (pose, name) in enumerate(named[:MOST_NAMED + 2]):
+        boxes.append(_place(axes, pose, width * np.array((LETTER * len(name), LINE)), boxes,
+                            np.concatenate(drawn)))
+        axes.annotate(name, (pose.x, pose.y), xytext=tuple(boxes[-1].mean(axis=0)), fontsize=8,
+                      textcoords='data', fontweight='normal' if number else 'bold', ha='center',
+                      va='center', bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0, pad=0.0))
+
+
+def _place(axes: Axes, pose: Pose2, size: np.ndarray, boxes: Sequence[np.ndarray],
+           drawn: np.ndarray) -> np.ndarray:
+    """Returns a box, [least, most] (x, y), of `size` for the name of a frame, beside its origin. It
+    is inside the panel, covers no other of the `boxes`, and few of the points `drawn`. If possible
+    it is behind both axes of the frame."""
+    panel = np.array([axes.get_xlim(), axes.get_ylim()]).T
+    back = pose.yaw + 1.25 * math.pi
+
+    def cost(box: np.ndarray) -> float:
+        outside = (box[0] < panel[0]).any() or (box[1] > panel[1]).any()
+        over = any((box[0] < other[1]).all() and (other[0] < box[1]).all() for other in boxes)
+        hidden = np.count_nonzero(((box[0] < drawn) & (drawn < box[1])).all(axis=1))
+        away = box.mean(axis=0) - (pose.x, pose.y)
+        turned = abs(difference(math.atan2(away[1], away[0]), back))
+        far = np.maximum(np.abs(away) - size / 2.0, 0.0).max() / size[1]
+        return 1e6 * outside + 1e5 * over + min(hidden, 20) + turned + 15.0 * far
+
+    steps = [np.array((right, up)) for right in (-1, 0, 1) for up in (-1, 0, 1) if right or up]
+    centres = [(pose.x, pose.y) + step * (far * size[1] + size / 2.0)
+               for far in (0.5, 1.5, 2.5, 3.5) for step in steps]
+    return min((np.array([centre - size / 2.0, centre + size / 2.0]) for centre in centres),
+               key=cost)
 
 
 def _ends(axes: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:
