@@ -2,7 +2,7 @@
 
 Such a robot follows the handouts' laws without delays: it turns until the error that its node
 believes is small, then drives straight until the believed distance is small, then turns again. So
-its movement is known in closed form, except for the headings where it ends a turn: these are searched.
+its movement is known in closed form, but the headings where a turn ends are searched.
 
 A `Way` is one way in which a node computes its pose in ``local``; a `Law` is one in which it
 computes the error of a turn. Several of them may be the same mistake.
