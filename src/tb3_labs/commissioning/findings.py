@@ -130,7 +130,7 @@ def _of_model(model: RobotModel) -> Dict[str, Rule]:
                         'from the zero to rest, as seen here: keep that far from walls'),
         'time_out': Rule('Drives on in a silence', '{:.2f} s', 1.0, 0.4, 0.65, 0.2, 1.0,
                          'the firmware\'s own stop, if a program or the network dies',
-                         'the firmware is another one: do not rely on its stop'),
+                         'another firmware: do not rely on its stop'),
         'wheel_radius': Rule('Radius of the wheels', '{:.2f} mm', 1e3, 0.96 * radius,
                              1.04 * radius, 0.93 * radius, 1.07 * radius,
                              'by the tape measure', "the wheels slip, or are not the model's"),

@@ -22,7 +22,7 @@ FIRMWARE = '1.2.6'
 CHECKSUMS = {'imu': '6a62c6daae103f4ff57a132d6f95cec2', 'odom': 'cd5e73d190d741a2f92e81eda573aca7',
              'joint_states': '3066dcd76a6cfaef579bd0f34173e9fd',
              'battery_state': '4ddae7f048e32fda22cac764685e3974'}
-#: Below this the battery is nearly empty; below NO_BATTERY the board lives on USB alone [V].
+#: Below this the battery is nearly empty; below NO_BATTERY only USB powers the board [V].
 NEARLY_EMPTY = 11.2
 NO_BATTERY = 6.0
 #: More drift than this disturbs a lab [deg/min].
@@ -86,7 +86,7 @@ def judge_battery(voltage: float) -> Line:
         return warning('Battery', 'its voltage did not come', 'call the doctor again')
     text = '{:.1f} V'.format(voltage)
     if voltage < NO_BATTERY:
-        return fault('Battery', text + ': the board lives on USB alone, and the motors are off',
+        return fault('Battery', text + ': only USB powers the board, and the motors are off',
                      'plug the battery in, and switch the board on')
     if voltage < NEARLY_EMPTY:
         judge = fault if voltage < CUT_OFF else warning

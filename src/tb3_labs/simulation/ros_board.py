@@ -2,8 +2,8 @@
 
 Messages are those of turtlebot3_msgs, with the same checksums; the package need not be installed.
 Lines go to /rosout, as rosserial's serial_node prints them. With several robots in one process,
-each line begins with the robot's namespace. Sources: ROBOTIS OpenCR firmware 1.2.6 (turtlebot3_core.ino,
-turtlebot3_diagnosis.cpp); rosserial_python 0.9 (SerialClient.py).
+each line begins with the robot's namespace. Sources: ROBOTIS OpenCR firmware 1.2.6
+(turtlebot3_core.ino, turtlebot3_diagnosis.cpp); rosserial_python 0.9 (SerialClient.py).
 """
 from functools import lru_cache
 
