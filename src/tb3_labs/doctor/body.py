@@ -86,7 +86,7 @@ def judge_battery(voltage: float) -> Line:
         return warning('Battery', 'its voltage did not come', 'call the doctor again')
     text = '{:.1f} V'.format(voltage)
     if voltage < NO_BATTERY:
-        return fault('Battery', text + ': only USB powers the board, and the motors are off',
+        return fault('Battery', text + ': the board runs on USB alone, and the motors are off',
                      'plug the battery in, and switch the board on')
     if voltage < NEARLY_EMPTY:
         judge = fault if voltage < CUT_OFF else warning
