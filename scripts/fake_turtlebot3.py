@@ -32,7 +32,8 @@ Parameters
                   several robots, robot n hides the fault of number ~mystery + n - 1. 0: none (0)
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
     all others    fields of SimulatorConfig (simulation/simulator_config.py), with unit, bounds and
-                  default. All that are not in STARTING may change while it runs:
+                  default. All that are not in STARTING may change while it
+                  runs, for all robots:
                   dynparam set /turtlebot3 network_cut true
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
