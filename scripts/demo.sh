@@ -94,7 +94,7 @@ interrupt() {
 trap interrupt INT TERM HUP
 [ -z "$interrupted" ] || interrupt
 
-# If one of the two ends, the other one is ended, without bash's line about it.
+# If roslaunch or the judge ends, the other one is ended. bash prints no line about this.
 status=0
 {
   wait -n "$launch" "$judge" || status=$?

@@ -156,7 +156,7 @@ def _write(queue, data, count):
 def _write_past(queue, stream, data):
     """Write without the queue, if the queue is idle and the socket takes all of the data at once.
     Returns True if the data were written."""
-    descriptor = -1 if stream is None else stream.fileno()    # once: another thread may close it
+    descriptor = -1 if stream is None else stream.fileno()    # read once: it may be closed
     if descriptor < 0 or len(data) > SURELY_TAKEN:
         return False
     room = select.poll()
