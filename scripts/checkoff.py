@@ -46,7 +46,7 @@ def parse(words):
     parser = Parser(
         prog='checkoff.py', description='Judges the node that is running now, at the bench.')
     parser.add_argument('lab', choices=sorted(LABS))
-    parser.add_argument('--name', default='', help="the student's, for the last lines and the bag")
+    parser.add_argument('--name', default='', help="the student's name")
     parser.add_argument('--own', action='store_true', help='of {}: judge by the numbers of '
                         'skeleton.py --student NAME'.format(MOVE2GOAL))
     parser.add_argument('--parts', default='', help='these parts of the lab alone, with commas')
@@ -78,7 +78,7 @@ def main(words):
                 .format(lab.title, ', '.join(parts)))
     person.tell('Judged by {}.'.format(
         "the simulated robot's true pose" if checkoff.has_truth else
-        'odometry and IMU, since this robot says no true pose'))
+        'odometry and IMU, since this robot sends no true pose'))
     bag = given.folder / (re.sub(r'\W+', '_', ' '.join(filter(None, (
         'checkoff', given.lab, given.name, time.strftime('%Y%m%d_%H%M%S'))))) + '.bag')
     recorder = recording(bag)

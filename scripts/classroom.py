@@ -74,7 +74,7 @@ def main(words):
     parser.add_argument('--set', default='{}', metavar='YAML',
                         help="parameters of every move_to_goal, such as '{max_linear: 0.1}'")
     parser.add_argument('--imu-rate', type=float, default=60.0, metavar='RATE',
-                        help='of the simulated robots, which one computer simulates [1/s]; '
+                        help='samples of the IMU of each simulated robot [1/s]; '
                              'default: %(default)g')
     asked = parser.parse_args(words)
     if not 1 <= asked.robots <= MOST:

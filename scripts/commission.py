@@ -36,8 +36,7 @@ def namespace(word):
 
 
 def chosen_steps(words):
-    """The steps of these names, with commas between; the rest comes first, since it tells what all
-    others need."""
+    """The steps with these names, which commas separate, in the order of the test drive."""
     names = [name.strip() for name in words.split(',')]
     for name in names:
         if name not in BY_NAME:

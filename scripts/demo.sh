@@ -14,7 +14,8 @@ done
 PATH=/usr/bin:/bin:$PATH    # ROS's own tools, not those of a conda or pyenv
 unset CMAKE_PREFIX_PATH    # nor another workspace's tb3_labs
 scripts=$(dirname -- "${BASH_SOURCE[0]}")    # a background job must not compute it: with Ctrl+C it would run without it
-# The set-up's errors are printed at its end. After Ctrl+C only its own lines are, not the tracebacks of its programs.
+# The set-up's errors are printed at its end. After Ctrl+C only the lines of setup.sh itself are printed, not the
+# tracebacks of its programs.
 said=$(mktemp)
 trap 'rm -f "$said"' EXIT
 trap 'grep "^tb3_labs: " "$said" >&2; exit 130' INT TERM HUP
@@ -52,7 +53,7 @@ mkfifo "$run/output"
 patience=12
 if [[ " $* " == *' record:='[Tt]rue* ]]; then patience=100; fi
 
-# The nodes write into a pipe. Without this their lines would come late, and in another order.
+# The nodes write into a pipe. Without PYTHONUNBUFFERED their lines would come late, and in another order.
 export PYTHONUNBUFFERED=1 ROSCONSOLE_FORMAT=${ROSCONSOLE_FORMAT:-'[${severity}] ${message}'}
 
 # Job control: roslaunch has a process group of its own, and gets each signal once, from the keyboard or by this script. A
@@ -60,8 +61,8 @@ export PYTHONUNBUFFERED=1 ROSCONSOLE_FORMAT=${ROSCONSOLE_FORMAT:-'[${severity}] 
 interrupted=
 trap 'interrupted=yes' INT TERM HUP
 set -m
-# Left out are roslaunch's own lines, also those after a refused argument, and lines that RViz, Debian's rospack and a
-# rosdep without data print at every start.
+# The filter leaves out roslaunch's own lines, also those after a refused argument, and lines that RViz, Debian's rospack
+# and a rosdep without data print at every start.
 sed -uE '/RLException: Invalid <param> tag: Cannot load command/,/^(.\[[0-9]+m)?The traceback for/d
   /^(.\[[0-9]+m)?(\[rviz-[0-9]+\] process has finished cleanly|log file: .*\/rviz-[0-9]+\*\.log|QStandardPaths: |the rosdep view is empty: |\[rospack\] Error: no such package media_export|\[librospack\]: error while executing command)/d
   /^(.\[1m)?(\.\.\. logging to|started roslaunch server|auto-starting new master|process\[|ROS_MASTER_URI=|setting \/run_id|started core service|shutting down processing monitor|\.\.\. shutting down|done.?|\[[^] ]+\] killing on exit)/d' \
@@ -72,7 +73,7 @@ launch=$!
 python3 "$scripts/demo.py" __name:=demo </dev/null >"$run/output" 2>&1 9>&- &
 judge=$!
 
-# roslaunch waits 15 s for a node that does not hear SIGINT, as one that is just starting. A recorder needs its time to end.
+# roslaunch waits 15 s for a node that does not hear SIGINT, such as one that is just starting. A recorder needs time to end.
 interrupt() {
   trap '' INT TERM HUP
   exec 2>/dev/null    # bash names each process that it ends
@@ -93,7 +94,7 @@ interrupt() {
 trap interrupt INT TERM HUP
 [ -z "$interrupted" ] || interrupt
 
-# If one of the two ends, the other one is ended, without bash's line about it.
+# If roslaunch or the judge ends, the other one is ended. bash prints no line about this.
 status=0
 {
   wait -n "$launch" "$judge" || status=$?

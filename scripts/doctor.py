@@ -12,7 +12,7 @@ Listens to    (in the robot's namespace, by a connection of its own)
     odom      nav_msgs/Odometry
     joint_states   sensor_msgs/JointState: do the wheels agree with the gyro?
     cmd_vel   geometry_msgs/Twist: who drives
-    battery_state, sensor_state, firmware_version, /rosout   what the robot's board tells of itself
+    battery_state, sensor_state, firmware_version, /rosout   the state of the robot's board
 """
 import argparse
 import os

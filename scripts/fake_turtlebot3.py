@@ -24,7 +24,7 @@ Parameters
                   namespaces robot1, robot2, ..., 1 m apart along y (0)
     ~first_robot  number of the first robot (1)
     ~network      quiet, good, busy, bad: a set of network settings (simulation/network.py); a
-                  setting that is given itself takes precedence (quiet)
+                  setting that is given by its own name takes precedence (quiet)
     ~host         default, laptop, pi: the same for the computer that the robot's board is connected
                   to: rates, lags, stamps (simulation/simulator_config.py)
     ~mystery      1 to 9999: one hidden fault (simulation/mystery.py), the same for the same number.
@@ -32,7 +32,8 @@ Parameters
                   several robots, robot n hides the fault of number ~mystery + n - 1. 0: none (0)
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
     all others    fields of SimulatorConfig (simulation/simulator_config.py), with unit, bounds and
-                  default. All but the start's may change while it runs, for all robots:
+                  default. All that are not in STARTING may change while it
+                  runs, for all robots:
                   dynparam set /turtlebot3 network_cut true
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)

@@ -7,7 +7,7 @@ robot back, Y declares the robot to be at (0, 0, 0) in local.
 Subscribes
     joy             sensor_msgs/Joy, best with autorepeat (gamepad.launch)
     ctrl_relinq     std_msgs/Bool: False of other nodes, which takes control from move_to_goal
-    has_control     std_msgs/Bool: does move_to_goal have control? From any giver.
+    has_control     std_msgs/Bool: does move_to_goal have control, given by any node?
 Publishes
     cmd_vel         geometry_msgs/Twist, only while a stick is off its middle; then one zero
     ctrl_relinq     std_msgs/Bool, latched: True = move_to_goal may drive, renewed while this pad
@@ -131,7 +131,7 @@ class ResetClient:
         threading.Thread(target=guarded(self._run), name='reset', daemon=True).start()
 
     def reset(self):
-        """Ask for a reset. All that are asked for during a call become one more call after it."""
+        """Ask for a reset. All requests during a call become one more call after it."""
         self._asked.set()
 
     def _run(self):

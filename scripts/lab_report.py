@@ -34,7 +34,7 @@ def parse(words):
                         "recorded; default: the lab's, -0.61 0.61 0")
     parser.add_argument('--ns', metavar='ROBOT', help='namespace of the robot, / for none')
     parser.add_argument('--model', choices=sorted(MODELS), default=DEFAULT_MODEL,
-                        help='whose limits are drawn; default: %(default)s')
+                        help='the robot with these limits; default: %(default)s')
     parser.add_argument('--turn', type=int, choices=range(1, 1000), metavar='NUMBER', default=0,
                         help='draw this turn of the table alone; default: all turns')
     parser.add_argument('--student', metavar='NAME', help='tell if the robot began with the start '

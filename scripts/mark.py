@@ -43,20 +43,20 @@ def parse(words):
     parser.add_argument('--only', metavar='NAME', action='append', default=[],
                         help='try this student again, and no other; more than once for several')
     parser.add_argument('--anew', action='store_true', help='try everything again')
-    parser.add_argument('--due', metavar='TIME', help='"2026-11-20 23:59"; what is newer is late')
+    parser.add_argument('--due', metavar='TIME', help='"2026-11-20 23:59"; newer files are late')
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
                         'default: test/marking/points.yaml of this package')
     parser.add_argument('--package', default='', metavar='NAME',
-                        help="the node's package, if it is not called as usual")
+                        help="the node's package, if it has an unusual name")
     parser.add_argument('--type', default='', metavar='NAME',
-                        help="the node's file, if it is not called as usual")
+                        help="the node's file, if it has an unusual name")
     parser.add_argument('--parts', default='', help='these parts of the lab alone, with commas: '
                         + '; '.join('{}: {}'.format(name, ', '.join(lab.parts))
                         for name, lab in sorted(LABS.items())))
     parser.add_argument('--limit', type=seconds, default=300.0, metavar='SECONDS',
-                        help='for one submission; default: %(default)g')
+                        help='time for one submission; default: %(default)g')
     parser.add_argument('--network', choices=list(NETWORKS), default=QUIET,
-                        help='between robot and node; default: %(default)s')
+                        help='the network between robot and node; default: %(default)s')
     parser.add_argument('--pad', metavar='NAME', default=HANDOUT,
                         help='for the lab {}: numbers of the gamepad that is played, '
                         'launch/params/pad_NAME.yaml; default: %(default)s'.format(GAMEPAD))
@@ -104,7 +104,7 @@ def main(words):
     except (OSError, ValueError) as problem:
         tell_problem(reason(problem))
         return 2
-    for note in notes[given.unprotected:]:      # the first was told before, if unprotected
+    for note in notes[given.unprotected:]:      # the note on --unprotected was printed before
         progress.line(printable(note))
     if page is not None:
         progress.line(printable('Overview: {}'.format(page)))

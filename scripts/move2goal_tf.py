@@ -73,7 +73,7 @@ class MoveToGoal:
 
     def __init__(self):
         start, drive, of_robot = read_config(MoveToGoalConfig, DriveConfig, RobotFileConfig)
-        if rospy.has_param('~has_control'):    # else a later start would read it, and drive
+        if rospy.has_param('~has_control'):    # a later start must not read it, and drive
             rospy.delete_param('~has_control')
         self._model = read_model()
         # of this robot, learned while it moves
@@ -190,7 +190,7 @@ class MoveToGoal:
             odom_T_local = self._core.odom_T_local
         goal = self._frames.to_local(header, pose, odom_T_local)
         with self._changed:
-            self._update_control()    # notices a sleep; the goal may be from before it
+            self._update_control()    # finds a sleep: the goal may be older than that
             self._core.set_goal(goal)
             self._status.update(rospy.get_time())
         return goal

@@ -26,9 +26,9 @@ def parse(words):
         'mystery:=NUMBER hides one fault, NUMBER is from 1 to {}.'.format(LAST))
     choice = parser.add_mutually_exclusive_group(required=True)
     choice.add_argument('--answer', nargs='+', metavar=('NUMBER', 'FAULT [VALUE]'),
-                        help='is this the fault, and its value in the unit that --list shows?')
+                        help='judge this fault, and its value in the unit that --list shows')
     choice.add_argument('--list', action='store_true',
-                        help='the faults that can be answered, their units, and how they show')
+                        help='list the faults, their units, and how they show')
     return parser.parse_args(words)
 
 
@@ -62,7 +62,7 @@ def _parts(words):
         value = float(name[-1])
         name.pop()
     except (IndexError, ValueError):
-        pass      # no value, or no name: the judge says so
+        pass      # a missing value or name is reported later
     return int(number), ' '.join(name), value
 
 

@@ -29,11 +29,11 @@ def parse(words):
     parser.add_argument('package')
     parser.add_argument('node')
     parser.add_argument('arguments', nargs='*', metavar='ARGUMENT',
-                        help='for the node, right after its name')
+                        help='arguments of the node, right after its name')
     parser.add_argument('--speed', type=float, default=1.0,
-                        help='times as fast as recorded, 0.1 to 10; default: %(default)g')
+                        help='speed, times the recorded one, 0.1 to 10; default: %(default)g')
     parser.add_argument('--watch', action='store_true',
-                        help='again, whenever the file of the node is saved; Ctrl+C ends it')
+                        help='replay whenever the file of the node is saved; Ctrl+C ends it')
     parser.add_argument('-o', dest='folder', type=Path,
                         help='where to write; default: RUN_replay beside the bag')
     parser.add_argument('--ns', metavar='ROBOT', help='namespace of the robot, / for none')

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Sends move_to_goal to a goal in the local frame, tells how it gets on, and how it ended.
+"""Sends move_to_goal to a goal in the local frame, and prints its progress and its end.
 
 Usage: send_goal.py X Y YAW_DEG    [m, m, deg]; Ctrl+C or a closed terminal cancels the goal
-       send_goal.py 1 1 90         such as this
+       send_goal.py 1 1 90         for example
 
 The exit status is 0 only if the goal was reached.
 

@@ -14,8 +14,8 @@
 # repository: a Python environment with squaternion, a catkin workspace whose src/tb3_labs links to the repository's files,
 # logs. Deleting build undoes it. When nothing is missing it takes well under a second; a change of Python code needs no build.
 #
-# A catkin workspace that was sourced before stays, and one that is sourced afterwards is added. It goes before this one,
-# also with a tb3_labs of its own; a line says so. Everything else on PYTHONPATH and CMAKE_PREFIX_PATH is dropped,
+# A catkin workspace that was sourced before stays, and one that is sourced afterwards is added. Both go before this one,
+# also if they have a tb3_labs of their own; a line says so. Everything else on PYTHONPATH and CMAKE_PREFIX_PATH is dropped,
 # because a conda, a pyenv or a ROS 2 in them breaks ROS 1's Python. A workspace that is built in this shell is built on
 # top of this one: to source its devel/setup.bash is enough from then on.
 #
@@ -25,7 +25,7 @@
 # Network: everything listens on the loopback only. For a real robot set ROS_IP to this computer's address first, if the
 # master runs here; or ROS_MASTER_URI=http://ROBOT:11311, if it runs there: ROS_IP is then found by itself.
 
-# This stands first: dash, which is sh here, has no arrays and could not read the rest.
+# This check stands first: dash, which is sh here, has no arrays and could not read the rest.
 if [ -z "${BASH_VERSION:-}" ]; then
   echo 'tb3_labs: scripts/setup.sh needs bash; start one first' >&2
   return 1
@@ -61,8 +61,8 @@ _tb3_labs_shell() {
   if [[ $- == *i* ]] && [ -t 1 ]; then echo "tb3_labs: this terminal is ready"; fi
 }
 
-# Whether a folder of CMAKE_PREFIX_PATH stays: a workspace of catkin, but neither a ROS itself (ours has come already) nor
-# a tb3_labs that was set up by its setup.sh. A ROS 2, a conda and a folder that is gone are not such a workspace.
+# Does a folder of CMAKE_PREFIX_PATH stay? A workspace of catkin does. A ROS itself does not (ours is there already), nor a
+# tb3_labs that was set up by its setup.sh, a ROS 2, a conda, or a folder that is gone.
 _tb3_labs_keeps() {
   local first python sources
   [ -f "$1/.catkin" ] && [ -f "$1/_setup_util.py" ] && [ -f "$1/local_setup.bash" ] && [ ! -e "$1/conda-meta" ] || return 1
@@ -84,7 +84,7 @@ _tb3_labs_keeps() {
 }
 
 if [ "${BASH_SOURCE[0]}" != "$0" ]; then
-  # One status for the caller, and no function of ours left in its shell.
+  # The caller gets one status, and no function of this file stays in its shell.
   if _tb3_labs_shell; then unset -f _tb3_labs_shell _tb3_labs_keeps; return 0; else unset -f _tb3_labs_shell _tb3_labs_keeps; return 1; fi
 fi
 
@@ -98,8 +98,8 @@ fail_log() { tail -n 15 "$log" | sed 's/^/  | /' >&2; fail "$* (all of it: $log)
 trap 'fail "the set-up failed in line $LINENO of scripts/setup.sh"' ERR    # never without a word
 
 here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
-# Two names, since rosrun leaves out a package's `build` and roslaunch hidden folders: a clone inside another workspace
-# keeps working there.
+# The folder is build/.ws: rosrun leaves out a package's `build`, and roslaunch leaves out hidden folders. So a clone
+# inside another workspace keeps working there.
 repo=${here%/*} ws=${here%/*}/build/.ws log=${here%/*}/build/.ws/setup.log
 system=$(. /etc/os-release 2>/dev/null && echo "${ID:-}:${VERSION_ID:-}") || system=unknown
 
@@ -146,8 +146,9 @@ pip_in_venv() {
     --disable-pip-version-check "${@:2}" "${pip_exactly[@]}" -r <(pinned) >"$ws/pip.log" 2>&1
 }
 
-# pip, and what comes from PyPI, by version and sum: while the workspace is built, which needs neither. --no-deps: pynput would
-# compile evdev, of use without X only; what else they need is among the system packages. Wheels alone: they run no program.
+# pip, and the packages from PyPI, by version and checksum. The workspace is built at the same time: it needs neither.
+# --no-deps: pynput would compile evdev, which is needed only without X; the system packages have all other dependencies.
+# Only wheels are installed, since they run no program.
 # The files stay in the user's cache: the next copy of this repository is set up without a network.
 fill_venv() {
   local kept=${XDG_CACHE_HOME:-${HOME:-$ws}/.cache}/tb3_labs
@@ -173,23 +174,23 @@ build() {
   local stamp name
   stamp=$(build_stamp)
   say 'building the workspace ...'
-  # No stamp: an interrupted build, or another place or Python, to whose files a rebuild would cling.
+  # A build without a stamp was interrupted. A rebuild would keep files of an earlier place or Python.
   if [ ! -e "$ws/build.stamp" ] || ! holds "$ws/build.place" "$(venv_stamp)"; then rm -rf "$ws/build" "$ws/devel"; fi
   rm -rf "$ws/build.stamp" "$ws/devel/lib/tb3_labs"    # relays of nodes that are gone would stay otherwise
   venv_stamp >"$ws/build.place"
-  # The package's folder holds a link to each entry of the repository. One link to the whole would be a loop through
-  # build, in which rosrun finds each node twice.
+  # The package's folder holds a link to each entry of the repository. One link to the whole repository
+  # would be a loop through build: rosrun would find each node twice.
   rm -rf "$ws/src/tb3_labs"
   mkdir -p "$ws/src/tb3_labs"
   find "$repo" -mindepth 1 -maxdepth 1 ! -name '.*' ! -name build -exec ln -s -t "$ws/src/tb3_labs" {} +
-  # The master alone, without rosout: that C++ node keeps a port open to the network whatever ROS_HOSTNAME says. Nodes
+  # roscore starts the master without rosout: that C++ node keeps a port open to the network whatever ROS_HOSTNAME says. Nodes
   # publish /rosout all the same.
   mkdir -p "$ws/etc"
   ln -sfn /etc/ros/rosdep "$ws/etc/rosdep"
   touch "$ws/CATKIN_IGNORE"    # a clone inside another workspace: catkin shall not look in here
   if ! (
     if [ -n "$ros" ]; then set +u; source "$ros/setup.bash"; fi
-    # Values, since each roslaunch would run two commands for them, which start Python.
+    # The file has values: for commands, each roslaunch would start Python twice.
     cat >"$ws/etc/roscore.xml" <<XML
 <launch>
   <group ns="/">
@@ -198,8 +199,8 @@ build() {
   </group>
 </launch>
 XML
-    # The Python by both of its names: catkin of Debian 13 looks for it in another way. CMake 4 refuses catkin's
-    # top level without the oldest version to be like.
+    # CMake's variable for the Python has two names: catkin of Debian 13 reads the second one. CMake 4 refuses catkin's
+    # top level unless an oldest version is named.
     catkin_make --directory "$ws" --force-cmake -DPYTHON_EXECUTABLE="$ws/venv/bin/python3" -DPython_EXECUTABLE="$ws/venv/bin/python3" \
       -DCMAKE_POLICY_VERSION_MINIMUM=3.5 -DCATKIN_ENABLE_TESTING="$tests"
   ) >"$ws/build.log" 2>&1 8>&-; then
@@ -215,8 +216,8 @@ XML
       "$ws/etc" "${ros:-/usr}/bin/$name" | install /dev/stdin "$ws/venv/bin/$name"
   done
   ln -sfn "$repo/scripts/setup/terminal.bash" "$ws/devel/etc/catkin/profile.d/50.tb3_labs.bash"
-  # On their way out rospy and roslaunch 1.15.9 call what Python 3.9 no longer has; every end would be a traceback, and of
-  # a node exit status 1.
+  # rospy and roslaunch 1.15.9 call Thread.isAlive at their end. Python 3.9 no longer has it: every end would print a
+  # traceback, and a node would exit with status 1.
   if [ "$system" = debian:11 ]; then
     echo 'import threading; threading.Thread.isAlive = threading.Thread.is_alive' >"$ws/devel/lib/python3/dist-packages/sitecustomize.py"
   fi
@@ -262,7 +263,7 @@ case ${1:-} in
   *) echo "tb3_labs: unknown option $1: --fetch FOLDER [PACKAGE ...], --from FOLDER [PACKAGE ...] or --help" >&2; exit 2 ;;
 esac
 
-# CMake, make and the relays' first lines take no such path.
+# CMake, make and the first lines of the relays do not work with such a path.
 [[ $repo != *[[:space:]\'\"\$\&\;\(\)\#:]* ]] || fail "the path of the repository must have no spaces or special characters: $repo"
 command -v dpkg-query >/dev/null || refuse_system
 

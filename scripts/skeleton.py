@@ -3,7 +3,7 @@
 
 Usage: skeleton.py LAB DIRECTORY [--name PACKAGE] [--student NAME] [--from-scratch]
 
-Such as: skeleton.py turn ~/catkin_ws/src. The package has a launch file, and the lab's node with
+Example: skeleton.py turn ~/catkin_ws/src. The package has a launch file, and the lab's node with
 its given parts and open TODOs. Existing files are not overwritten. The texts come from
 doc/skeletons.
 """
@@ -26,7 +26,7 @@ def parse(words):
         prog='skeleton.py',
         description='Writes the catkin package that a student begins a lab with: a launch file, '
         "and the lab's node with its TODOs. What is already there is not overwritten.",
-        epilog='Such as: rosrun tb3_labs skeleton.py turn ~/catkin_ws/src')
+        epilog='Example: rosrun tb3_labs skeleton.py turn ~/catkin_ws/src')
     parser.add_argument('lab', metavar='LAB', choices=list(LABS), help=', '.join(LABS))
     parser.add_argument('folder', metavar='DIRECTORY', type=Path,
                         help='the folder src of a catkin workspace')

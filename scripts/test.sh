@@ -36,10 +36,10 @@ export TMPDIR=$ws/tmp
 rm -rf "$TMPDIR" "$results"    # a former run's results would count again
 rm -f "$ws/build/Testing/Temporary/CTestCostData.txt"    # ctest's order is that of CMakeLists.txt, not of the last run
 mkdir -p "$TMPDIR" "$results"
-# The tests start some hundred nodes. With byte code each computes for 0.1 s less. It goes when the tests end.
+# The tests start some hundred nodes. With byte code each computes for 0.1 s less. The byte code is deleted when the tests end.
 unset PYTHONDONTWRITEBYTECODE
-# catkin runs tests with the environment that it kept when it configured the build, which has the system's roscore.xml:
-# each master would start rosout, and two programs that ask for versions.
+# catkin runs tests with the environment that it stored when it configured the build. With the system's roscore.xml in it,
+# each master would start rosout, and two programs that print versions.
 sed -i "s|^export ROS_ETC_DIR=.*|export ROS_ETC_DIR='$ROS_ETC_DIR'|" "$ws/build/catkin_generated/setup_cached.sh"
 # roslaunch and rostest import distutils, and then all of setuptools if it is installed: a quarter of a second in each
 # of a hundred starts. From Python 3.12 on there is no other distutils.
@@ -71,11 +71,11 @@ lint=none
 if [ -z "$pattern" ]; then
   lint=failed
   if command -v catkin_lint >/dev/null; then
-    # It ends with 0 also when it found no package.
+    # catkin_lint ends with 0 also when it found no package.
     mkdir -p "$ws/lint"
     ln -sfn "${ws%/build/.ws}" "$ws/lint/tb3_labs"    # it wants a folder with the package's name
     catkin_lint -W2 --strict --offline "$ws/lint/tb3_labs" >"$ws/lint.log" 2>&1 || true
-    rm "$ws/lint/tb3_labs"    # else whoever searches the repository goes round in it
+    rm "$ws/lint/tb3_labs"    # a search of the repository would follow it in circles
     if grep -q 'checked 1 packages and found 0 problems' "$ws/lint.log"; then lint=passed; else grep -v 'rosdep\|unknown dependencies' "$ws/lint.log"; fi
   fi
   echo "catkin_lint: $lint"

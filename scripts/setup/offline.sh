@@ -60,7 +60,7 @@ index_packages() {
   done >Packages
 }
 
-# The sum of the index, in which the sum of each package is: what --fetch told is what --from must tell.
+# The checksum of the index, which has the checksum of each package: --fetch and --from must print the same one.
 sum_of() { sha256sum "$1/packages/Packages" | cut -c1-16; }
 
 # take_from FOLDER [PACKAGE ...]: from now on apt and pip take packages from this folder alone. This repository and the

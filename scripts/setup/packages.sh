@@ -7,8 +7,8 @@ supported='Debian 13, 12 and 11, Ubuntu 22.04, or Ubuntu 20.04 with ROS Noetic'
 # find_ros FOLDER: sets ros, the folder of a Noetic beside the system's packages; empty if there is none.
 find_ros() { ros=; if [ -r "$1/noetic/setup.bash" ]; then ros=$1/noetic; fi; }
 
-# run_packages, test_packages: by their names here.  late_packages: those that lab_report.py asks for when it
-# is started; they are a quarter of all packages.  requirements: what comes from PyPI.
+# run_packages, test_packages: the names on this system.  late_packages: lab_report.py asks for them when it is
+# started; they are a quarter of all packages.  requirements: the packages from PyPI.
 name_packages() {
   local p
   late_packages=(python3-matplotlib)
@@ -26,7 +26,7 @@ name_packages() {
     test_packages=(python3-pytest python3-hypothesis python3-mypy librostest-dev catkin-lint xvfb xdotool)
   fi
   test_packages+=("${late_packages[@]}")
-  run_packages+=(python3-paramiko)    # roslaunch's way to the robot; it only recommends it
+  run_packages+=(python3-paramiko)    # roslaunch reaches the robot by it, but only recommends it
   run_packages+=(bubblewrap)    # mark.py keeps the programs of submissions in sandboxes
   run_packages+=(python3-tornado)    # the web server of the panel
   case $system in debian:*) test_packages+=(chromium chromium-driver python3-selenium) ;; esac    # elsewhere the panel is tested without a browser
@@ -36,11 +36,11 @@ name_packages() {
   esac
 }
 
-# The lines of requirements.txt of what comes from PyPI here.
+# The lines of requirements.txt for the packages that come from PyPI here.
 pinned() { local p; for p in "${requirements[@]}"; do grep "^$p==" "$repo/scripts/setup/requirements.txt"; done; }
 pip_exactly=(--no-deps --only-binary :all: --require-hashes)
 
-# missing: packages to install now.  tests: whether everything the tests need is there, and so tests are built too.
+# missing: packages to install now.  tests: is everything there that the tests need? Then tests are built too.
 look_at_packages() {
   local installed p wanted=("${run_packages[@]}")
   installed=$(dpkg-query -W -f '${db:Status-Abbrev} ${Package}\n' "${run_packages[@]}" "${test_packages[@]}" 2>/dev/null |
@@ -60,7 +60,7 @@ apt() {
     apt-get -o DPkg::Lock::Timeout=300 -o Acquire::Retries=2 -o Acquire::http::Timeout=20 ${apt_options[@]+"${apt_options[@]}"} "$@" 8>&-
 }
 
-# Without a ROS beside the system's own packages: one line for a system that has none either.
+# refuse_system: ends with one line if Noetic is missing, or if this system is not supported.
 refuse_system() {
   local name container='docker build -t tb3_labs -f .devcontainer/Dockerfile .'
   name=$(. /etc/os-release 2>/dev/null && echo "${PRETTY_NAME:-}") || name=
@@ -101,7 +101,7 @@ install_packages() {
     [ -z "${folder:-}" ] || say "$folder does not fit this machine: fetch it anew, on a machine that had the same updates" >&2
     fail_log "the system packages cannot be installed: $(grep -m1 '^E: ' "$ws/apt.plan")"
   fi
-  # Without a network, lists of long ago let apt ask for each package, in vain for a minute.
+  # Without a network, an apt with old lists would ask for each package, for a minute and without success.
   if ! grep -Eq '^(Hit|Get):' "$ws/apt.log" && ! grep -Eq '^Need to get 0 B' "$ws/apt.plan"; then
     no_network
   fi

@@ -25,7 +25,7 @@ def seconds(text: str) -> float:
 
 
 def number_or_text(word: str) -> Union[float, str]:
-    """The number that a person typed; the text itself if it is none, for a Config to refuse."""
+    """Returns the typed number; another text as it is, which a Config then refuses."""
     try:
         return float(word)
     except ValueError:
@@ -33,7 +33,7 @@ def number_or_text(word: str) -> Union[float, str]:
 
 
 def reason(problem: BaseException) -> str:
-    """Why something cannot be done, in one line. If a file is the problem, its name comes first."""
+    """The reason of a failure, in one line. If a file is the problem, its name comes first."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return '{}: {}'.format(problem.filename, problem.strerror)
     return ' '.join(str(problem).split())

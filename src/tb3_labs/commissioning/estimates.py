@@ -1,8 +1,8 @@
 """The numbers of a robot, each with its error, from what a test drive recorded.
 
-An error is meant to hold in 95 of 100 cases, and is stated larger rather than smaller: 2.8 standard
-errors of the mean, and what the method itself may be off by. test/benchmark/commission.py tries
-this on simulated robots whose truth is known.
+A stated error should hold in 95 of 100 cases. It is rather too large: 2.8 standard errors of the
+mean, plus the possible error of the method. test/benchmark/commission.py tries this on simulated
+robots with known numbers.
 
 Units: SI; degrees where the name says so. A number that cannot be told is missing.
 """
@@ -21,14 +21,14 @@ from tb3_labs.robot.turtlebot3 import CONTROL_RATE, RobotModel
 WIDE = 2.8
 #: Mean and standard deviation of the wait for the board's next period [s].
 WAIT, WAIT_SPREAD = 0.5 / CONTROL_RATE, 1.0 / CONTROL_RATE / math.sqrt(12.0)
-#: A silence of the arrivals longer than this is a stall of the network, and one of the stamps
-#: longer than GAP is a dropout of the sensor [s].
+#: If no message arrives for longer than STALL, the network stalls. If the stamps have a gap longer
+#: than GAP, the sensor dropped out [s].
 STALL, GAP = 0.09, 0.25
 #: Errors of a reading of the mark [rad], and of the tape measure [m].
 READ_ANGLE, READ_WAY = math.radians(3.0), 0.003
 #: An answer fits if its misfit is at most this, in seconds of its speed [s].
 MISFIT = 0.004
-#: The firmware's stamps wander by this in a step [s]: single lags differ by as much.
+#: The firmware's stamps wander by this in a step [s], so the lags of single steps differ.
 LAG_SPREAD = 0.002
 
 
@@ -59,7 +59,7 @@ def estimates(recording: Recording, model: RobotModel) -> Estimates:
 
 def pooled(values: Sequence[float], spread: float, floor: float) -> Estimate:
     """The mean of values that belong together, without outliers. `spread`: their least standard
-    deviation; `floor`: what all of them may be off by."""
+    deviation; `floor`: an error that all of them may share."""
     array = np.array(values)
     middle = np.median(array)
     limit = 3.5 * max(spread, 1.48 * float(np.median(np.abs(array - middle))))
@@ -175,8 +175,8 @@ def _stalls(recording: Recording, seconds: float) -> Estimates:
 # The answers to steps -----------------------------------------------------------------------------
 
 def clean(found: List[Response]) -> List[Response]:
-    """Those that the model fits, and whose first command was not held up, if there are any. A
-    robot with a large lag does not rest before each step, and only its first answer fits."""
+    """The answers that fit the model. Those with a held-up first command are left out if others
+    fit. A robot with a large lag does not rest before each step: only its first answer fits."""
     least = min((one.misfit for one in found), default=0.0)
     fitting = [one for one in found if one.misfit <= max(5.0 * least, MISFIT * abs(one.speed))]
     return [one for one in fitting if one.is_clean] or fitting
@@ -305,7 +305,7 @@ def _stops(recording: Recording, found: Estimates) -> Estimates:
 
 
 def _board(recording: Recording) -> Estimates:
-    """The step of the odometry's rate at +/-180 deg. Of a reset: the board's pause, the odometry's
+    """The step of the odometry's rate at +/-180 deg. At a reset: the board's pause, the odometry's
     first pose afterwards, and the late command."""
     new: Estimates = {}
     for mark in recording.marked(steps.ROUND):

@@ -29,8 +29,8 @@ class Finding:
 
 
 class Rule(NamedTuple):
-    """How a number is judged. It is ok in [low, high], FAULT outside of [worst_low, worst_high];
-    a number that could still be inside, within its error, is inside."""
+    """The judgement of a number: ok in [low, high], FAULT outside of [worst_low, worst_high], else
+    look. A number that is inside within its error counts as inside."""
 
     name: str
     form: str                   # of the number and its error, times `scale`
@@ -130,25 +130,26 @@ def _of_model(model: RobotModel) -> Dict[str, Rule]:
                         'from the zero to rest, as seen here: keep that far from walls'),
         'time_out': Rule('Drives on in a silence', '{:.2f} s', 1.0, 0.4, 0.65, 0.2, 1.0,
                          'the firmware\'s own stop, if a program or the network dies',
-                         'the firmware is another one: do not rely on its stop'),
+                         'another firmware: do not rely on its stop'),
         'wheel_radius': Rule('Radius of the wheels', '{:.2f} mm', 1e3, 0.96 * radius,
                              1.04 * radius, 0.93 * radius, 1.07 * radius,
-                             'by the tape measure', 'the wheels slip, or are others'),
+                             'by the tape measure', "the wheels slip, or are not the model's"),
         'wheel_separation': Rule('Distance of the wheels', '{:.1f} mm', 1e3, 0.94 * apart,
                                  1.06 * apart, 0.9 * apart, 1.1 * apart,
-                                 'by the mark on the floor', 'the wheels slip, or are others'),
+                                 'by the mark on the floor',
+                                 "the wheels slip, or are not the model's"),
     }
 
 
 def findings(recording: Recording, found: Estimates, model: RobotModel) -> List[Finding]:
-    """All lines, faults first as they ended the drive, then in the order of the rules."""
+    """All lines: first the faults that ended the drive, then the others by the order of rules."""
     lines = _of_the_end(recording) + _of_dropouts(recording) + _of_the_body(recording)
     for key, rule in rules(model).items():
         if key in found:
             lines.append(_judged(key, rule, found[key]))
     if 'time_out' not in found and recording.marked(steps.SILENCE):
         lines.append(Finding(LOOK, 'time_out', 'Drives on in a silence', 'not measured', '',
-                             'the network stalled just then: once more'))
+                             'the network stalled just then: measure again'))
     return lines
 
 
@@ -185,9 +186,9 @@ def _of_the_end(recording: Recording) -> List[Finding]:
              'restart bringup'),
             (ride.STANDS + ', by odom', 'odom_frozen', 'the IMU turns, the odometry does not'),
             (ride.STANDS, 'motors', 'battery below 11 V? torque off? does the robot hear cmd_vel?'),
-            (ride.STOOD, 'stood', 'this computer was asleep, or too busy: once more'),
+            (ride.STOOD, 'stood', 'this computer was asleep, or too busy: measure again'),
             (ride.WALL, 'wall', 'it did not come back to its start: do the wheels slip?'),
-            ('', 'slow', 'it moves less than told')) if words in ended)
+            ('', 'slow', 'it moves less than commanded')) if words in ended)
     return [Finding(FAULT, key, 'Ended', ended, '', meaning)]
 
 
@@ -236,7 +237,7 @@ def _of_the_body(recording: Recording) -> List[Finding]:
 
 
 def summary(lines: List[Finding]) -> str:
-    """One line on all of them."""
+    """One line on all findings."""
     count = {verdict: sum(line.verdict == verdict for line in lines)
              for verdict in (FAULT, LOOK, OK)}
     return ', '.join('{} {}'.format(number, verdict) for verdict, number in count.items())

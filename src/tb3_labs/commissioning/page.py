@@ -1,8 +1,8 @@
 """The files of the commissioning: robot3.yaml for the simulated robot, robot3.html for people.
 
-The YAML holds settings of the simulated robot only. What cannot be separated is divided by a rule:
-the network needs as long in either direction; then what remains of the dead time is the age of the
-wheels' value at its stamp, up to `OLDEST`, and else the command's.
+The YAML holds settings of the simulated robot only. Delays that cannot be separated are divided by
+a rule. The network needs as long in either direction. The rest of the dead time is the age of the
+wheels' value at its stamp, up to `OLDEST`; a further rest is the delay of the command.
 """
 import io
 from dataclasses import fields
@@ -31,7 +31,7 @@ SAME = ('imu_offset_deg', 'imu_rate', 'odom_rate', 'imu_noise_deg', 'imu_drift_d
         'sensor_latency', 'sensor_jitter', 'stalls_per_min', 'longest_stall', 'reset_pause')
 #: Steps of the twin, and their curves: (part, samples, direction of the command).
 TWIN = tuple(steps.BY_NAME[name] for name in (steps.REST, 'turns', 'drives'))
-#: (times after the command [s], travel [rad] or [m]); of a part: those of both robots.
+#: Answer: (times after the command [s], travel [rad] or [m]). Answers: {part: both robots' Answer}.
 Answer = Tuple[np.ndarray, np.ndarray]
 Answers = Dict[str, Tuple[Answer, Answer]]
 CURVES = (('turn', 'imu', 'turned [deg]', 180.0 / np.pi), ('drive', 'odom', 'driven [mm]', 1e3))
@@ -45,7 +45,7 @@ def settings(found: Estimates, model: RobotModel) -> Dict[str, Any]:
             value, error = float(found[name].value), found[name].error
             chosen[name] = 0.0 if name == 'imu_drift_deg_per_min' and abs(value) < error else value
     mismatch = chosen.get('wheel_mismatch', 0.0)
-    if 'wheel_radius' in chosen:        # the left wheel's; measured was the mean
+    if 'wheel_radius' in chosen:        # of the left wheel; the mean of both was measured
         chosen['wheel_radius'] /= 1.0 - 0.5 * mismatch
     latency = chosen.get('sensor_latency', 0.0)
     jitter = chosen.get('sensor_jitter', 0.0)

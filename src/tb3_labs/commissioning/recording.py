@@ -1,8 +1,8 @@
-"""All that was heard and told in a test drive, as arrays.
+"""All messages and commands of a test drive, as arrays.
 
-Times: `stamp` is of the robot's clock, `arrival` of ours. The time of a sample on our clock, as
-seen here, is its stamp plus the usual delay around that moment: stamps are even, and a message that
-was held up keeps its place.
+Times: `stamp` is on the robot's clock, `arrival` on ours. The time of a sample on our clock, as
+seen here, is its stamp plus the usual delay around that moment. Stamps come evenly, so a message
+that was held up keeps its place.
 
 Units: seconds, metres, radians, volts.
 """
@@ -41,7 +41,7 @@ class Samples:
 
     @property
     def usual_delay(self) -> float:
-        """The median time from the stamps to the arrivals [s], with what the clocks differ."""
+        """The median time from stamp to arrival [s], with the difference of the clocks."""
         return float(np.median(self.arrival - self.stamp))
 
     @property
@@ -51,14 +51,14 @@ class Samples:
 
     @property
     def way(self) -> np.ndarray:
-        """Of the odometry: the way driven since the first sample, backwards negative [m]. It does
+        """The way driven since the first sample of the odometry, backwards negative [m]. It does
         not use the heading, whose steps at +/-180 deg turn a sample's direction."""
         steps = np.hypot(np.diff(self.x), np.diff(self.y)) * np.sign(self.linear[1:])
         return np.append(0.0, np.cumsum(steps)) if len(self) else np.empty(0)
 
 
 class Mark(NamedTuple):
-    """A part of a step that was driven: its times on our clock, and what was told."""
+    """A part of a step that was driven: its times on our clock, and its command."""
 
     step: str
     name: str

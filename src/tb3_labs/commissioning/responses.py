@@ -19,7 +19,7 @@ import numpy as np
 
 from tb3_labs.commissioning.recording import Mark, Recording, Samples
 
-#: Time before the first command by which the travel's zero is known [s].
+#: The mean travel during this time before the first command is its zero [s].
 BEFORE = 0.4
 #: A travel of this many rad or m shows that the robot moves.
 ONSET = {'imu': 0.02, 'wheels': 0.02, 'odom': 0.002}
@@ -27,6 +27,7 @@ ONSET = {'imu': 0.02, 'wheels': 0.02, 'odom': 0.002}
 HELD = 0.04
 #: Least number of samples in a fit.
 FEWEST = 8
+#: Most steps of a fit.
 TRIES = 40
 
 

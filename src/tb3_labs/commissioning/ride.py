@@ -1,4 +1,4 @@
-"""The test drive itself: it goes through the steps, and ends everything at once if need be.
+"""The test drive itself: it goes through the steps, and stops at once if it must.
 
     ride = Ride(recording, STEPS)
     ride.enter(now)                    # the person has read ride.words, and pressed Enter
@@ -30,7 +30,7 @@ KEY, WALL, SLOW = 'a key was pressed', 'it reached the wall of its box', 'it was
 STOOD = 'this computer stood still'
 LOST, STANDS = 'nothing came from ', 'it did not follow the command'
 FROZEN = 'the same values came again and again from '
-#: If this program did not run for so long, the robot has stopped by itself [s]. It does not go on.
+#: If this program did not run for this long, the robot has stopped by itself: the drive ends [s].
 STALLED = 1.0
 #: A sensor whose values do not change for this long in a movement is frozen [s].
 UNCHANGED = 0.7
@@ -47,7 +47,7 @@ class Phase(Enum):
 
 
 class Order(NamedTuple):
-    """To be sent now: a command (forward speed, rate of turn) or None; and the `reset`?"""
+    """The messages to send: a command (forward speed, rate of turn) or None; `reset`, if True."""
 
     command: Optional[Tuple[float, float]] = None
     reset: bool = False
@@ -60,7 +60,7 @@ class Ride:
         self._recording, self._steps = recording, list(steps)
         self.phase = Phase.ANNOUNCED
         self._number = 0
-        self._parts: List[Part] = []        # that are left of the step
+        self._parts: List[Part] = []        # the parts of the step that are left
         self._part: Optional[Part] = None
         self._begun = self._sent = 0.0
         self._ticked = math.inf
@@ -123,7 +123,7 @@ class Ride:
             self._next_step()
 
     def end(self, reason: str, now: float) -> None:
-        """End everything: from now on the robot is told zero."""
+        """End everything: from now on the command is zero."""
         if self.phase in (Phase.OVER, Phase.LISTENING):
             return
         self._finish_part(math.nan)
@@ -175,7 +175,7 @@ class Ride:
         return self._way, self._imu_yaw, self._odom_yaw
 
     def _problem(self, now: float) -> str:
-        """'' or why everything must end now."""
+        """The reason why everything must end now; '' if there is none."""
         silences, limit = {name: now - at for name, at in self._heard.items()}, (
             self.step.longest_silence)
         if max(silences.values()) > limit:
@@ -188,7 +188,7 @@ class Ride:
         return self._standing(now)
 
     def _standing(self, now: float) -> str:
-        """'' or that the robot does not follow the latest command to move, or seems not to."""
+        """The problem of a robot that does not follow, or seems not to; '' if there is none."""
         told, part = self._told, self._part
         if told is None or part is None or now < self._begun + FOLLOWS_WITHIN and part is told:
             return ''

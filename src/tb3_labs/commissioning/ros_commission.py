@@ -34,9 +34,9 @@ from tb3_labs.ros.topics import subscribe, subscribe_wheels
 
 #: Time between two looks at the ride [s, wall clock].
 LOOK = 0.004
-#: A robot is heard, and hears, within this time [s].
+#: The robot sends, and is connected to this node, within this time [s].
 CONNECTING = 10.0
-#: Questions that measure the way to the robot, and the longest wait for an answer [s].
+#: Number of questions that measure the delay to the robot, and longest wait for an answer [s].
 QUESTIONS, PATIENCE = 5, 1.0
 TIMES = 3       # a number is asked for
 
@@ -64,7 +64,7 @@ class Commission:
             from turtlebot3_msgs.msg import SensorState
             subscribe('sensor_state', SensorState, self._on_state)
         except ImportError:
-            pass        # then nothing is said of the torque
+            pass        # without the package the torque is not known
         for name, work in (('drive', self._drive), ('keyboard', self._talk)):
             threading.Thread(target=guarded(work), name=name, daemon=True).start()
 
@@ -142,7 +142,7 @@ class Commission:
         page, numbers = (self._folder / (self._name + ending) for ending in ('.html', '.yaml'))
         page.write_text(html(self._name, lines, recording, chosen, found), encoding='utf-8')
         if any(line.verdict == FAULT for line in lines):
-            print('\n{}: {}. Mend the FAULT, then once more: no YAML was written.'.format(
+            print('\n{}: {}. No YAML was written: mend the FAULT, then measure again.'.format(
                 page, summary(lines)), flush=True)
             return
         numbers.write_text(yaml_text(self._name, chosen, found), encoding='utf-8')

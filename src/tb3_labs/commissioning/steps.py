@@ -1,7 +1,7 @@
 """The steps of the test drive: what the person reads, and the commands that follow.
 
 A step is a list of parts. A part is one command that is held for a time, or until the robot has
-turned or driven so far. All movements end where they began, but for the heading.
+turned or driven so far. All movements end where they began; the heading may differ.
 
 Units: seconds, metres, radians. Turns come first, since they need no space: they show a motor that
 is off, and a sensor that is frozen, before the robot drives.
@@ -24,7 +24,7 @@ PERIOD = 1.0 / 30.0
 
 
 class Part(NamedTuple):
-    """One command; `seconds` is its length, or the longest time if it `reach`es for a travel."""
+    """One command; `seconds` is its length, or its longest length if it ends by `reach`."""
 
     name: str
     linear: float = 0.0
@@ -32,22 +32,22 @@ class Part(NamedTuple):
     seconds: float = 1.0
     reach: float = 0.0          # ends when this was driven [m], or turned [rad]; 0: by the time
     silent: bool = False        # no command is sent at all
-    resets: bool = False        # the board's `reset` is sent at the begin
+    resets: bool = False        # the board's `reset` is sent at the start
     once: bool = False          # the command is sent only once
 
 
 class Step(NamedTuple):
-    """`words` is the announcement; `question`: '' or what is asked after it, a number."""
+    """`words` is the announcement; `question` asks for a number afterwards, '' for none."""
 
     name: str
     words: str
     parts: Sequence[Part]
     question: str = ''
-    longest_silence: float = 0.7    # of a sensor: then it counts as lost [s]
+    longest_silence: float = 0.7    # a sensor that is silent for longer is lost [s]
 
 
 def _pause(number: int = 0) -> Part:
-    """A rest. With a `number` its length spreads eight commands evenly over the board's period."""
+    """A rest. The rests of eight `number`s spread the commands evenly over the board's period."""
     return Part('', seconds=1.0 + (number % 8) * PERIOD / 8.0)
 
 

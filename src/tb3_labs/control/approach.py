@@ -40,7 +40,8 @@ class ApproachConfig:
     #: If the predicted rest is this near to zero, the command is a stop. Otherwise the robot
     #: would swing about zero at the lowest speed.
     close_enough: float
-    #: As `close_enough`, for a robot that was already told to stop. The larger of both counts.
+    #: A robot that was already told to stop is left alone this near to zero. If `close_enough` is
+    #: larger, it counts.
     leave_alone: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0

@@ -31,7 +31,7 @@ class CommandHistory:
     def __init__(self, period: float) -> None:
         """`period`: each command is obeyed for this long [s]."""
         self._period = period
-        self._sent: Deque[Tuple[float, float]] = deque()   # (begin of its period, command)
+        self._sent: Deque[Tuple[float, float]] = deque()   # (start of its period, command)
         #: Time since the start [s].
         self.now = 0.0
         #: The latest command.
@@ -41,7 +41,7 @@ class CommandHistory:
 
     @property
     def begin(self) -> float:
-        """Begin of the period for which a command given now holds [s]."""
+        """Start of the period for which a command given now holds [s]."""
         return round(self.now / self._period) * self._period
 
     @property

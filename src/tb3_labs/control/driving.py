@@ -23,7 +23,7 @@ OUTSIDE = 0.8
 
 def make_law(config: DriveConfig, model: RobotModel,
              response: Optional[Response] = None) -> DrivingLaw:
-    """The law named in `config`; `response` holds this robot's delay and lag as far as known."""
+    """The law named in `config`; `response` holds the known delay and lag of this robot."""
     if config.law == 'lab':
         return LabLaw(config, model)
     return PreciseLaw(config, model, response)
@@ -176,7 +176,7 @@ class PreciseLaw:
         return self._step(0.0, turn, turn.remaining, turn.finished)
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:
-        """'' or the distance from the goal, in words, if it is outside the tolerance."""
+        """The distance from the goal in words, if it is outside the tolerance; else ''."""
         distance = pose.distance_to(goal)
         if distance <= self.distance_tolerance:
             return ''

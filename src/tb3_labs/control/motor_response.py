@@ -148,7 +148,7 @@ class Identification:
     """Delay, lag and gain during one approach, beginning with those of earlier approaches."""
 
     def __init__(self, response: Response, speed_is_prompt: bool) -> None:
-        """`response`: the values as far as known, which this approach improves;
+        """`response`: the known values, which this approach improves;
         `speed_is_prompt`: see ApproachConfig."""
         #: The estimate of this approach.
         self.estimate = copy(response)

@@ -66,8 +66,8 @@ class TurningLaw(Protocol):
     period: float              # time from one command to the next [s]
     MAX_ANGLE: float           # the largest turn [rad]
     MAX_ANGLE_IN_WORDS: str    # the same in degrees, as a refusal words it
-    extends: bool              # does a turn that is asked for during another move its goal?
-    carries_error: bool        # does a turn correct the error that the one before left?
+    extends: bool              # does a request in a turn move the goal of this turn?
+    carries_error: bool        # does a turn correct the error of the turn before?
 
     def start(self, yaw: float, angle: float) -> None:
         """Turn by `angle` [rad], beginning at `yaw` [rad]."""
@@ -86,7 +86,7 @@ class TurningLaw(Protocol):
 
 def make_turn(config: TurnConfig, model: RobotModel,
               response: Optional[Response] = None) -> TurningLaw:
-    """The law named in `config`; `response` holds this robot's delay and lag as far as known."""
+    """The law named in `config`; `response` holds the known delay and lag of this robot."""
     if config.law == 'lab':
         return LabTurn(config, model)
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,

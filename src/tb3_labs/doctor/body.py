@@ -14,7 +14,7 @@ from tb3_labs.robot.turtlebot3 import CUT_OFF
 
 #: A node with one of these in its name may be serial_node, which prints the board's lines.
 SERIAL_NODES = 'core', 'serial', 'turtlebot3'
-#: The topics of the board that tell of its body.
+#: The topics on which the board reports the state of the robot's body.
 BODY_TOPICS = 'battery_state', 'sensor_state', 'firmware_version'
 #: The firmware that the labs know.
 FIRMWARE = '1.2.6'
@@ -22,7 +22,7 @@ FIRMWARE = '1.2.6'
 CHECKSUMS = {'imu': '6a62c6daae103f4ff57a132d6f95cec2', 'odom': 'cd5e73d190d741a2f92e81eda573aca7',
              'joint_states': '3066dcd76a6cfaef579bd0f34173e9fd',
              'battery_state': '4ddae7f048e32fda22cac764685e3974'}
-#: Below this the battery is nearly empty; below NO_BATTERY the board lives on USB alone [V].
+#: Below this the battery is nearly empty; below NO_BATTERY only USB powers the board [V].
 NEARLY_EMPTY = 11.2
 NO_BATTERY = 6.0
 #: More drift than this disturbs a lab [deg/min].
@@ -64,8 +64,8 @@ def judge_firmware(lines: Sequence[str], version: str, checksums: Mapping[str, s
 
 
 def judge_board(lines: Sequence[str]) -> Optional[Line]:
-    """Did the board start, or calibrate its gyro, meanwhile? `lines`: the last one of before, and
-    those since. None if they tell nothing of it."""
+    """Did the board start, or calibrate its gyro, while the doctor listened? `lines`: the last
+    one from before, and all later ones. None if no line tells it."""
     marks = [mark for line in lines for mark in (START, END, RESET, CONNECTED) if mark in line]
     if not marks:
         return None
@@ -86,7 +86,7 @@ def judge_battery(voltage: float) -> Line:
         return warning('Battery', 'its voltage did not come', 'call the doctor again')
     text = '{:.1f} V'.format(voltage)
     if voltage < NO_BATTERY:
-        return fault('Battery', text + ': the board lives on USB alone, and the motors are off',
+        return fault('Battery', text + ': the board runs on USB alone, and the motors are off',
                      'plug the battery in, and switch the board on')
     if voltage < NEARLY_EMPTY:
         judge = fault if voltage < CUT_OFF else warning

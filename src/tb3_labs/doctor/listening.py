@@ -83,20 +83,20 @@ def line_of(body):
 
 
 def _header(body):
-    """(stamp [s], the begin of the fields after the header)."""
+    """(stamp [s], the place of the fields after the header)."""
     _, seconds, nanoseconds = HEADER.unpack_from(body)
     _, at = _text(body, HEADER.size)
     return seconds + 1e-9 * nanoseconds, at
 
 
 def _text(body, at):
-    """(text, the begin of the next field)."""
+    """(text, the place of the next field)."""
     size, at = _length(body, at)
     return body[at:at + size], at + size
 
 
 def _length(body, at):
-    """(length of a list or text, its begin)."""
+    """(length of a list or text, the place of its first byte)."""
     length, = struct.unpack_from('<I', body, at)
     return length, at + 4
 

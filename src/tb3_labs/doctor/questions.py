@@ -54,8 +54,8 @@ def together(calls):
 
 
 def _begun(function, *arguments):
-    """Returns the Future of a call in a daemon thread. If this thread is stuck, the program still
-    ends; it would wait for a thread of a pool."""
+    """Returns the Future of a call in a daemon thread. The program ends even if this thread is
+    stuck; it would wait for a thread of a pool."""
     future = futures.Future()
 
     def run():
@@ -91,7 +91,7 @@ class Peer:
 
     def __init__(self, uri):
         self.uri, self.address, self.port = uri, '', 0
-        #: Its clock minus ours by the date of its last answer [s, exact to a second]; or None.
+        #: The peer's clock minus ours, by the date of the last answer [s, exact to 1 s]; or None.
         self.date_offset = None
         self.answer = Answer(uri, 'silent')
 

@@ -153,8 +153,8 @@ def judge_drivers(registered: Sequence[str], sent: Mapping[str, int], seconds: f
     if driving:
         return ok('Drivers', '{} drives the robot'.format(driving[0]))
     if len(registered) > 1:    # the labs' own nodes give way to each other
-        return ok('Drivers', '{} could drive the robot; none does now (if it jerks while one does, '
-                  'call the doctor then)'.format(', '.join(sorted(registered))))
+        return ok('Drivers', '{} could drive the robot; none does now (if it jerks, call the '
+                  'doctor at that time)'.format(', '.join(sorted(registered))))
     return ok('Drivers', (registered[0] + ' could drive the robot; it does not now') if registered
               else 'no node drives the robot')
 

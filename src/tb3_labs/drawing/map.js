@@ -171,7 +171,7 @@ export class RobotMap {
   _paths(c) {
     for (const frame of FRAMES) {
       const points = this._trails[frame].points;
-      // The part that was driven in an older frame local is faint: it lay elsewhere then.
+      // The part that was driven in an older frame local is faint: that frame lay elsewhere.
       const since = points.lastIndexOf(null) + 1;
       c.lineWidth = frame === 'odom' ? 2.5 : 2;
       c.setLineDash(frame === 'odom' ? [] : [7, 5]);

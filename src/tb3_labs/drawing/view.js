@@ -97,8 +97,8 @@ function bounds(points) {
 }
 
 export class MapInput {
-  /** `redraw()` draws anew; `placed(kind, pose)` hears of a dragged pose in local; `yawOf(kind)`:
-   *  the heading that is typed [degrees]; `toolChanged(tool)`: another one is chosen. */
+  /** `redraw()` draws anew; `placed(kind, pose)` gets a dragged pose in local; `yawOf(kind)`:
+   *  the heading that is typed [degrees]; `toolChanged(tool)`: another tool is chosen. */
   constructor(map, {redraw, placed, yawOf, toolChanged}) {
     Object.assign(this, {map, redraw, placed, yawOf, toolChanged});
     this.tool = null;                 // null, 'goal' or 'reset'

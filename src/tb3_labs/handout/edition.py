@@ -13,7 +13,7 @@ from typing import Iterable, List, Set
 LIST = 'doc/instructor/edition.txt'
 #: This file replaces the package's own README in the edition.
 README = 'doc/instructor/README.students.md'
-#: If git does not list the sources: names that are not sources, and hidden names that are.
+#: If git does not list the sources: these names are not sources, and these hidden names are.
 NO_SOURCES = {'build', '__pycache__'}
 HIDDEN_SOURCES = {'.ci', '.devcontainer', '.dockerignore', '.gitattributes', '.gitignore',
                   '.run_test.py'}

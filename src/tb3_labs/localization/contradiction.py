@@ -1,9 +1,9 @@
 """Does the gyro contradict the wheels?
 
 A board that calibrates its gyro while the robot turns takes that turn for rest. Afterwards the
-gyro of a robot at rest shows the opposite turn, and in motion it is wrong by as much. A robot that
-is carried looks alike, as its wheels rest. So each rate of the gyro is compared with the rates
-at which the wheels turned the robot a little earlier and later. The turn that delay, slip and
+gyro of a robot at rest shows the opposite turn, and in motion it is wrong by the same rate. A robot
+that is carried looks the same, since its wheels rest. So each rate of the gyro is compared with the
+rates at which the wheels turned the robot a little earlier and later. The turn that delay, slip and
 uneven wheels do not explain is added up.
 
 Times are the sender's, so delays of the network do not matter. Cases:
@@ -27,9 +27,9 @@ from tb3_labs.localization.sender_clock import SenderClock
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: A rate of the gyro belongs to a turn of the wheels up to this much earlier [s],
+#: A turn of the wheels may show in the gyro up to this much later [s].
 LAG = 0.13
-#: or up to this much later [s].
+#: A turn of the wheels may show in the gyro up to this much earlier [s].
 LEAD = 0.04
 #: Wheels slip: a sound gyro differs from them by up to this share of the turn.
 SLIP = 0.055
@@ -39,9 +39,9 @@ UNEVEN = 0.033
 #: A sound gyro drifts by up to this [rad/s].
 DRIFT = 0.02
 #: A gyro that agreed with resting wheels counts as calibrated until the next silence, in which it
-#: may be calibrated anew. With such a gyro, wheels may slip by this share, as on a carpet,
+#: may be calibrated anew. With a calibrated gyro, wheels may slip by this share, as on a carpet.
 WORST_SLIP = 0.45
-#: and be uneven by this share, as when one is worn.
+#: With a calibrated gyro, wheels may be uneven by this share, as when one is worn.
 WORST_UNEVEN = 0.1
 #: The slip of the wheels is known after steady turns of this time in all, by a calibrated gyro [s].
 SLIP_TIME = 0.1
@@ -134,7 +134,7 @@ class GyroWatch:
             self._compare(self._readings.popleft())
 
     def problem(self) -> str:
-        """'' or the contradiction, and its remedy, in words."""
+        """The contradiction and its remedy, in words; '' if there is none."""
         return '{}: {}'.format(self.cause, self.remedy) if self._contradicts else ''
 
     def _begin(self) -> None:

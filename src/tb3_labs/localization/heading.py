@@ -82,7 +82,7 @@ class Heading:
         self._steady = Estimate()
 
     def jump_to(self, sample: ImuSample) -> str:
-        """'' or the fault of the IMU that `sample`, the next one, shows."""
+        """The fault of the IMU that `sample`, the next one, shows; '' if none."""
         return '' if self.yaw is None else heading_jump(self.yaw, sample.yaw)
 
     def on_imu(self, sample: ImuSample, now: float) -> None:

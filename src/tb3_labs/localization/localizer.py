@@ -42,7 +42,7 @@ class Fix:
 
 @dataclass
 class Reset:
-    """One declaration, for the caller who asked for it; only the localizer writes to it."""
+    """One declaration, for the caller who asked for it; only the localizer changes it."""
 
     declared: Pose2
     asked_at: float                  # [s, receiver's clock]

@@ -47,9 +47,10 @@ ZERO_PLACE = 0.001
 #: While the board resets, it is silent for longer than this [s].
 RESET_SILENCE = 1.0
 #: The robot may move a little before its first message after a reset. That message may show a place
-#: this far from zero [m],
+#: this far from zero [m].
 NEAR_ZERO_PLACE = 0.03
-#: and a yaw this far from zero, or from the angle by which the IMU turned [rad].
+#: The yaw of the first message after a reset may be this far from zero, or from the angle by which
+#: the IMU turned [rad].
 NEAR_ZERO_YAW = 0.1
 #: The IMU of a robot at rest turns no farther than this between two messages [rad].
 RESTING_TURN = 0.1
@@ -175,7 +176,7 @@ class JumpFilter:
 
 
 def _jump(before: Pose2, after: Pose2, seconds: float) -> str:
-    """'' or, in words, the step between two poses that no robot can have made."""
+    """The step between two poses that no robot can have made, in words; '' if none."""
     moved, turned = before.distance_to(after), abs(difference(after.yaw, before.yaw))
     at_zero = after.x == after.y == 0.0 and abs(after.yaw) < ZERO_YAW
     if at_zero and (moved > ZERO_PLACE or turned > FASTEST_TURN * seconds + SLACK_TURN):

@@ -31,10 +31,10 @@ SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 NODE_TEXT = '.node.txt'
 #: Tokens in a shingle, about two lines.
 LENGTH = 16
-#: Texts that are as alike as this are nearly the same. The handout gives everybody the same
-#: skeleton: turtlebot_controller.py of three real teams was alike by 0.50, 0.53 and 0.69. A copy
-#: with other names, other strings, other comparisons and its methods in another order was alike by
-#: 0.85. A copy with only other names was alike by 1.
+#: Two texts with at least this likeness are nearly the same. The handout gives everybody the same
+#: skeleton: turtlebot_controller.py of three real teams had likenesses of 0.50, 0.53 and 0.69. A
+#: copy with other names, other strings, other comparisons and its methods in another order had
+#: 0.85. A copy with only other names had 1.
 NEARLY_SAME = 0.8
 #: A text with fewer shingles is too short to compare: all students write the same. Without the
 #: shingles of the skeletons, the handouts' nodes have 80 (IMU exercise; 160 with its skeleton), 105
@@ -75,7 +75,7 @@ def listened(node: str, topic: str, truth: Sequence[str], markers: Iterable[str]
 
 
 def changed(before: Mapping[str, Any], now: Mapping[str, Any], what: str) -> List[str]:
-    """The findings on changed values of the robot, but for SWITCHES; `what`: parameter, setting."""
+    """The findings on changed values of the robot, except SWITCHES; `what`: parameter, setting."""
     return ['A {} of the robot was changed: {} from {} to {}.'.format(
         what, name, before.get(name, 'none'), now.get(name, 'none'))
         for name in sorted(set(before) | set(now))
@@ -87,7 +87,7 @@ def for_instructor(all_marks: Sequence[Marks], texts: Mapping[str, str],
                    given: Sequence[str] = ()) -> List[str]:
     """The lines for the instructor: all findings, and a warning if there were no sandboxes.
 
-    `texts`: student -> the node's program; the others as for nearly_same().
+    `texts`: student -> the node's program; other arguments: see nearly_same().
     """
     lines = [UNPROTECTED] if unprotected else []
     for marks in all_marks:
@@ -136,7 +136,7 @@ def _renamed(tokens: Sequence[str]) -> Tuple[str, ...]:
 
 
 def likeness(one: Shingles, other: Shingles) -> float:
-    """The share of the smaller set that is also in the other; 0 if one has fewer than FEWEST."""
+    """The share of the smaller set that is also in the larger; 0 if a set has fewer than FEWEST."""
     smaller = min(len(one), len(other))
     return len(one & other) / smaller if smaller >= FEWEST else 0.0
 

@@ -69,7 +69,7 @@ class Verdict:
     outcome: Outcome
     seen: str                # '' if it is met
     worth: float             # points for a criterion that is met
-    #: The begin of the stimulus by which the node was judged [s]; not kept in a record.
+    #: The start of the stimulus by which the node was judged [s]; not kept in a record.
     moment: Optional[float] = field(default=None, compare=False)
 
     @property
@@ -141,7 +141,7 @@ LOST = 1.0
 #: These limits in words.
 IN_TIME, STOPS_AT_ONCE, STOPS_WHEN_LOST = (
     'within {:g} s'.format(time) for time in (START_TIME, AT_ONCE, LOST))
-#: A traceback begins so, also in the middle of a line of a log.
+#: A traceback begins with these words, also in the middle of a line of a log.
 TRACEBACK = 'Traceback (most recent call last)'
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 #: rospy itself raises this in a callback that publishes while the node ends.

@@ -199,7 +199,7 @@ def diagnosis(observation: Observation) -> Diagnosis:
 
 
 def _fresh_drives(observation: Observation, run: RunData) -> Iterator[Fresh]:
-    """Yields each drive, in ``odom`` as the sensors had it at the begin of the drive."""
+    """Yields each drive, in ``odom`` as the sensors had it at the start of the drive."""
     starts: Dict[int, Declared] = {}
     for stimulus in observation.stimuli:
         if not stimulus.facts.get(SENSED) or not stimulus.facts[MOVED]:
@@ -254,7 +254,7 @@ def _rate(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _in_local(true: Poses, drives: Sequence[Stimulus]) -> Poses:
-    """The true poses in the local frame of each drive, from its begin to the next drive; in the
+    """The true poses in the local frame of each drive, from its start to the next drive; in the
     true frame if there are no drives."""
     ends = [drive.begin for drive in drives[1:]] + [np.inf]
     parts = [true.between(drive.begin, end).seen_from(Pose2(*drive.facts[LOCAL_T_WORLD]))

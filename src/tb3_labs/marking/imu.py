@@ -84,9 +84,9 @@ def _says_goodbye(seen: Observation) -> str:
 def _never_360(seen: Observation) -> str:
     printed = headings(seen.during(HAIR_BELOW_ZERO).printed)
     if not printed:
-        return 'nothing was printed while the IMU was a hair below zero'
+        return 'nothing was printed while the IMU was just below zero'
     if max(printed) >= 360.0:
-        return 'printed {:.6f} degrees for an IMU a hair below zero'.format(max(printed))
+        return 'printed {:.6f} degrees for an IMU just below zero'.format(max(printed))
     return ''
 
 

@@ -78,7 +78,7 @@ class Submission:
     def handed_in_at(self) -> Tuple[Optional[datetime], str]:
         """(Time, the thing that has this time); the time is None if it is not known.
 
-        It is that of a repository's last commit, else of the newest file, also in zip files.
+        The time is that of a repository's last commit, else of the newest file, also in zip files.
         """
         if len(self.paths) == 1 and (self.paths[0] / '.git').exists():
             committed = _committed_at(self.paths[0])

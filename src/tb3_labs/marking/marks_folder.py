@@ -48,7 +48,7 @@ FOLDERS = ('scripts', 'src/tb3_labs/nodes', 'test/ros/student_nodes')
 
 
 class MarksFolder:
-    """The marks of one lab, or of some of its parts, in a folder that is made if need be."""
+    """The marks of one lab, or of some of its parts, in a folder that is made if it is missing."""
 
     def __init__(self, path: Path, lab: str, parts: Iterable[str], worth: Mapping[str, float],
                  rows: Sequence[Row], options: Dict[str, Any]) -> None:

@@ -46,7 +46,7 @@ SET = re.compile(r'local pose set', re.IGNORECASE)
 #: LOCAL_T_WORLD: the transform from the robot's true frame to the local frame, [x, y, yaw] as well.
 GOAL_POSE = 'goal'
 LOCAL_T_WORLD = 'local_T_world'
-#: SENSED: the pose by the odometry and the IMU's yaw at the begin, [x, y, yaw, yaw]; None if one is
+#: SENSED: the pose by the odometry and the IMU's yaw at the start, [x, y, yaw, yaw]; None if one is
 #: unknown.
 SENSED = 'sensed'
 #: The handout's goal: x, y [m], heading [rad].

@@ -17,7 +17,7 @@ from typing import Dict, Iterable, List, NamedTuple, Tuple
 
 #: A name of a package, a type or a field that ROS allows. `\\w` would allow more letters.
 NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
-#: Names that a student's file cannot have: the folder of marks uses them, or no file can.
+#: Names that a student's file cannot have: the folder of marks uses them, or no file can have them.
 TAKEN = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
 #: A name is at most this long, so that an ending fits behind it [bytes]. Linux allows 255.
 LONGEST = 180

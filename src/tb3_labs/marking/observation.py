@@ -44,14 +44,14 @@ class NotOffered(NotSeen):
 
 @dataclass
 class Stimulus:
-    """One thing that was done to the node, and what happened meanwhile."""
+    """One thing that was done to the node, and the node's reaction."""
 
     name: str
     begin: float
     end: float = math.nan
-    printed: str = ''           # the node's output meanwhile
+    printed: str = ''           # the node's output during the stimulus
     lines: int = 0              # number of lines in this output
-    died: bool = False          # did the node end meanwhile?
+    died: bool = False          # did the node end during the stimulus?
     facts: Dict[str, Any] = field(default_factory=dict)
 
 
@@ -80,7 +80,7 @@ class Observation:
     remarks: List[str] = field(default_factory=list)             # sentences for the student
     broken: str = ''                                             # the error that ended the trial
     findings: List[str] = field(default_factory=list)            # for the instructor; see conduct
-    #: The begin of the latest stimulus that was looked at [s].
+    #: The start of the latest stimulus that was looked at [s].
     looked_at: Optional[float] = None
 
     def to_json(self) -> str:
@@ -164,7 +164,7 @@ class Scene:
         return self.commands[np.any(self.commands[:, 1:] != 0.0, axis=1)]
 
     def moving_after(self, seconds: float) -> np.ndarray:
-        """Returns the commands that are not zero, more than `seconds` [s] after the begin."""
+        """Returns the commands that are not zero, more than `seconds` [s] after the start."""
         return self.moving[self.moving[:, 0] > self.begin + seconds]
 
     @property

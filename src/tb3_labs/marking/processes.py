@@ -47,9 +47,9 @@ MEMORY, OWN_DISK, PROCESSES = 2 * 10 ** 9, 300 * 10 ** 6, 100
 #: The period of the watch [s].
 PERIOD = 0.25
 PAGE = os.sysconf('SC_PAGE_SIZE')
-#: A line of progress for another program begins so: mark.py reads these lines of the check.
+#: A line of progress for another program begins with this word: mark.py reads these lines.
 TRYING = 'trying '
-#: Go to the begin of the terminal's line, and clear the line.
+#: Go to the start of the terminal's line, and clear the line.
 RENEW = '\r\x1b[K'
 
 

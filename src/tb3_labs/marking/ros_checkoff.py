@@ -26,7 +26,7 @@ from tb3_labs.ros.clocks import wait_until
 ANSWER = 4.0
 #: The stick is held at this value, so that the robot turns slowly until Ctrl+C.
 SLOWLY = 0.3
-#: At the end what lets go is sent for this time [s].
+#: At the end the messages that let go of the robot are sent for this time [s].
 RELEASE = 0.4
 
 
@@ -119,11 +119,11 @@ PARTS = {
                 move2goal.CONTROL: control, move2goal.DECLARED: ros_move2goal.declared},
     GAMEPAD: dict(ros_gamepad.PARTS, **{gamepad.BUTTONS: buttons}),
 }
-#: lab -> (topic that this program plays, parts in which it does): no other program may then
+#: lab -> (topic that this program plays, parts in which it plays). No other program may play then.
 PLAYED = {TURN: (MOUSE_INFO, {turn.MOUSE, turn.BOTH}),
           MOVE2GOAL: (CTRL_RELINQ, set(PARTS[MOVE2GOAL])), GAMEPAD: (JOY, set(PARTS[GAMEPAD]))}
-#: topic -> lets go of it, given a Stage: a new mouse is not active, a new pad's sticks are in the
-#: middle, a new control is taken
+#: topic -> function of a Stage that lets go of the topic: a new mouse is not active, the sticks of
+#: a new pad are in the middle, a new Control is taken.
 RELEASES = {MOUSE_INFO: lambda stage: ros_turn.mouse_of(stage, []),
             JOY: lambda stage: ros_gamepad.HeldPad(stage.pad), CTRL_RELINQ: ros_move2goal.Control}
 
@@ -182,7 +182,7 @@ class OpenCriteria:
         return self._judge(_SoFar(**vars(observation)), self._open, asked=True)
 
     def questions(self, observation: Observation, part: str) -> List[Question]:
-        """Those at the end of a part, on open criteria about the node's output."""
+        """The questions at the end of a part, on open criteria about the node's output."""
         return [QUESTIONS[criterion.name] for criterion in self._open
                 if criterion.part == part and criterion.name in QUESTIONS
                 and observation.has(QUESTIONS[criterion.name].stimulus)]

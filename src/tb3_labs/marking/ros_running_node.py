@@ -207,7 +207,7 @@ def person_ends(stage, task, goodbye='', set_in_motion=None):
 def _ended(stage, name, task, goodbye, set_in_motion):
     """Record the stimulus of a Ctrl+C; False if the person does not press it.
 
-    Its moment is concluded from the node's last command, or from its end.
+    Its moment is that of the node's last command, or of the node's end.
     """
     node, recorder = stage.node, stage.recorder
     answer = NO

@@ -265,7 +265,8 @@ def next_turn(heading_deg: float, left: Iterable[str], before: int = 0,
     """Returns the next of the turns `left` (names of stimuli); None if there are none left.
 
     If none of them begins at this heading, it is a turn towards a heading where one begins. Such a
-    turn is repeated if it was the last one: else a robot that turns inexactly would go to and fro.
+    turn is repeated if it was the last one, so that a robot that turns inexactly does not go back
+    and forth.
     `before`: the number of turns before; `last`: the last of them.
     """
     wanted = set(left)

@@ -4,8 +4,8 @@ Importing a student's modules would run the student's code in the marker. Code t
 from a student's messages may do so too. Therefore a sandbox reads the messages (see
 messages_in_sandbox). Here no code is generated: values are written and read, field by field.
 
-Source: https://wiki.ros.org/msg, "Fields"; numbers are little-endian, a text, and an array of any
-length, begin with the length, a uint32.
+Numbers are little-endian. A text, and an array of any length, begin with their length, a uint32.
+Source: https://wiki.ros.org/msg, "Fields".
 """
 import importlib
 import re

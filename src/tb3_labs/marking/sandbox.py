@@ -32,8 +32,9 @@ OWN_PACKAGE = 'tb3_labs'
 SHARED = ('package.xml', 'cmake', 'msg', 'srv')
 USER = 'student'
 HOME = '/home/' + USER
-#: Folders that are a program's own, each with room for this much [bytes].
+#: Folders that are a program's own.
 OWN_FOLDERS = ('/tmp', HOME, '/dev/shm')
+#: Size of each of these folders [bytes].
 ROOM = 100 * 10 ** 6
 #: Limits: the largest file [bytes], the address space of one process [bytes], the number of threads
 #: and processes together. (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
@@ -43,7 +44,7 @@ USERS = range(61184, 65519)
 #: Parts of /etc that a sandbox has: names, time zone, libraries, fonts, ROS.
 ETC = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
        'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
-#: A sandbox gets the variables of the instructor's environment whose names begin so.
+#: A sandbox gets the variables of the instructor's environment whose names begin with these.
 KEPT = ('ROS', 'PYTHON', PREFIXES, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH', 'PATH', 'LANG', 'LC_',
         'TZ', 'TERM', IDENTITY)
 #: SIZED: the version of bubblewrap that first has `--size` for a tmpfs. COUNTED: the version of

@@ -29,7 +29,7 @@ JUDGING_RATE = 0.01
 class Turn:
     """One turn, from the request until it is judged at rest.
 
-    Angles are of continuous yaw [rad], counter-clockwise positive.
+    Angles are yaws that do not jump at +/-pi [rad], counter-clockwise positive.
     """
 
     def __init__(self, asked: float, yaw: float, carried: float, now: float) -> None:
@@ -186,7 +186,7 @@ class ControllerCore:
         return self.driver is not Driver.NOBODY or self.mouse.active
 
     def problem(self, now: float) -> str:
-        """'' or the problem of the IMU."""
+        """The problem of the IMU; '' if there is none."""
         return self._sensors.problem(now) or self._gyro.problem()
 
     def due(self, now: float) -> bool:
@@ -286,7 +286,7 @@ class ControllerCore:
         self._happens(DriverEvent.MOUSE_RELEASED, reason)
 
     def _happens(self, event: DriverEvent, reason: str = '') -> None:
-        """Apply the table of drivers. If a turn ends by it with a `reason`, it is given up."""
+        """Apply the table of drivers. A turn that ends by it, with a `reason`, is given up."""
         before, self.driver = self.driver, after(DRIVERS, self.driver, event)
         if self.driver is Driver.MOUSE:
             self._carried = 0.0

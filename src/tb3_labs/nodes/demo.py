@@ -31,7 +31,7 @@ class DemoConfig(Config):
     drives: int = setting(2, 'number of drives, with a reset between them', low=1, high=100)
     stay: bool = setting(False, 'go on running, and print commands to try, instead of ending')
     record: bool = setting(False, 'begin when the node record, a recorder, listens')
-    pad: bool = setting(False, 'begin when the node gamepad runs, whose first word takes control')
+    pad: bool = setting(False, 'begin when the node gamepad, which first takes control, runs')
 
 
 @dataclass(frozen=True)

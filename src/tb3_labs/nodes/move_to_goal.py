@@ -50,7 +50,7 @@ class MoveToGoalCore:
     def __init__(self, law: DrivingLaw, has_control: bool = False,
                  response: Optional[Response] = None,
                  gyro: Optional[GyroWatch] = None) -> None:
-        """`response`: this robot's delays as far as known; `law` and this node improve it."""
+        """`response`: the known delays of this robot; `law` and this node improve it."""
         self._response = response or Response()
         self._heard = HeardTurns(self._response)
         self.imu = Freshness('imu')

@@ -32,9 +32,9 @@ class PanelConfig(Config):
 
     port: int = setting(8080, 'TCP port of the page; if it is in use, one of the next nine',
                         low=1, high=65000)
-    address: str = setting(LOOPBACK, 'address at which the page is offered; 0.0.0.0: all; other '
-                                     'than the loopback it needs the token that is printed')
-    token: str = setting('', 'token of your own, where one is needed; else a new one each time')
+    address: str = setting(LOOPBACK, 'address at which the page is offered; 0.0.0.0: all; any '
+                                     'address but the loopback needs the printed token')
+    token: str = setting('', 'your own token, if one is needed; empty: a new one at each start')
     control: bool = setting(True, 'pages may drive and set; false: they only show')
     robots: int = setting(0, 'robots, in namespaces robot1, robot2, ...; 0: one in this namespace',
                           low=0, high=200)

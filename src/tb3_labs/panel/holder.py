@@ -56,14 +56,14 @@ class Holder:
         self.page: Optional[object] = None
         #: Has this page given control to move_to_goal? Control must be renewed then.
         self.has_granted = False
-        #: Its pad's last state; None if the pad is not gripped.
+        #: The last state of this page's pad; None if the pad is not gripped.
         self.pad: Optional[Pad] = None
-        self._pad_since = 0.0          # time of its first message
+        self._pad_since = 0.0          # time of the pad's first message
         self._heard_at = 0.0
         self._mouse_active = False
-        self._mouse_refused = False    # if True: until the mouse is let go
+        self._mouse_refused = False    # True: the mouse counts again once it was let go
         self._b_pressed: Set[int] = set()    # id() of each page on which B is pressed
-        self._a_refused = False        # if True: until A is released
+        self._a_refused = False        # True: A counts again once it was released
         # (page or None, time) of the last stop, and of the last stop by a different page or node
         self._stops: Tuple[Stopped, Stopped] = ((None, -math.inf),) * 2
         self._own_stops: Dict[int, float] = {}    # id() of a page: press time of its last stop

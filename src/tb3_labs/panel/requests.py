@@ -28,7 +28,7 @@ from tb3_labs.localization.sender_clock import Lateness
 from tb3_labs.nodes.pad_config import PadConfig
 
 #: A message with more characters is refused; the longest valid one has about 250. JSON of this
-#: length is not nested so deeply that Python gives up.
+#: length is not nested too deeply for Python.
 LONGEST = 500
 #: The latest time of a clock [s since 1970].
 LATEST = 1e12

@@ -29,12 +29,12 @@ PAD_IS_HEARD = 0.5
 STOPS = ('stop', 'take', 'let go', 'joy')
 #: A stop is confirmed if it is written within this time [s].
 CONFIRM_WITHIN = 0.5
-#: That is checked once in this time [s].
+#: A stop that is not confirmed yet is checked once in this time [s].
 CONFIRM_PERIOD = 0.005
 
 
 class Senders:
-    """The publishers of one robot; `prefix` is its namespace with a slash, or ''.
+    """The publishers of one robot; `prefix` is the robot's namespace with a slash, or ''.
 
     Only the constructor and :meth:`read_pad_numbers` wait for the master.
     """

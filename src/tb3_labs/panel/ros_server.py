@@ -27,8 +27,8 @@ FILES = Path(__file__).resolve().parent / 'page'
 DRAWN = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir() if path.suffix in PUBLIC)
 #: Each page is asked once in this time whether it is there [s].
 PING_PERIOD = 1.0
-#: A page that does not answer for so long is dropped [s]: a laptop was suspended, or a network
-#: holds all messages up. A page that runs again connects anew, and sees the present picture.
+#: A page that does not answer for this long is dropped [s]: a laptop was suspended, or a network
+#: holds up all messages. A page that runs again connects anew, and sees the present picture.
 PONG_WITHIN = 3.0
 #: Ports that are tried if the first one is in use.
 PORTS = 10

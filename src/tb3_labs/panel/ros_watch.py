@@ -55,7 +55,7 @@ def _tolerance(values):
 class Watch:
     """Writes the messages on the topics of one robot into a RobotView.
 
-    `prefix` is its namespace with a slash, or ''. `tell_holder(tell)` soon calls
+    `prefix` is the robot's namespace with a slash, or ''. `tell_holder(tell)` soon calls
     ``tell(holder, now)``; this reports the stops of other nodes. A `level` is NOTHING, SUMMARY (for
     the list of robots) or ALL.
     """

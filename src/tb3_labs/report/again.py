@@ -113,7 +113,7 @@ def sentences(found: Optional[Parting]) -> List[str]:
     words = ['Open loop: the recorded robot drove as the recorded node told it, not as this one.']
     if found is None:
         return words + ['This node commands what the recorded one did.']
-    return words + ['From {:.1f} s on this node commands another thing: {}; recorded: {}.'.format(
+    return words + ['From {:.1f} s on this node commands something else: {}; recorded: {}.'.format(
         found.time, *map(_speeds, (found.now, found.recorded)))]
 
 

@@ -39,15 +39,15 @@ LONG_TURN = math.radians(120.0)
 SWINGS = 5
 #: A drive was cut off if control, a reset or the recording's end came within this of its end [s].
 CUT = 0.5
-#: The ghost of a turn has a pose for each of this many parts of it.
+#: The ghost of each part of a drive has this many poses.
 PARTS = 20
 
 
 class Seen(NamedTuple):
-    """A drive as it was. `ended`: the part that was cut off, first, way or last; '' for none.
+    """A recorded drive. `ended`: the part that was cut off, first, way or last; '' for none.
     `shown_T_odom`: the pose of ``odom`` in the frame in which ghosts are shown."""
 
-    times: Tuple[float, float, float, float]    # its begin, the way's begin and end, its end
+    times: Tuple[float, float, float, float]    # start, start and end of the way, end
     start: Pose2
     drive: Drive
     ended: str
@@ -60,8 +60,8 @@ Fresh = Tuple[Seen, Declared, Declared]
 
 
 class Fit(NamedTuple):
-    """How far a run is from one way of making a mistake: the distance of each movement, in order,
-    and the Drives of the mistaken robot, if they were drives."""
+    """A run compared with one way of making a mistake: the distance of each movement, in order,
+    and the Drives of the mistaken robot (for turns there are none)."""
 
     mistake: str
     apart: Sequence[float]
@@ -180,7 +180,7 @@ def _arrived(seen: Seen, last: Declared, goal: Pose2) -> bool:
 
 
 def apart(seen: Seen, ideal: Drive) -> float:
-    """How far a drive is from an ideal one [m]."""
+    """The distance of a drive from an ideal one [m]."""
     was = seen.drive
     if not was.way:
         return _only_turned_apart(seen, ideal)
@@ -204,7 +204,7 @@ def apart(seen: Seen, ideal: Drive) -> float:
 
 
 def _only_turned_apart(seen: Seen, ideal: Drive) -> float:
-    """How far a drive that only turned is from an ideal one [m]."""
+    """The distance of a drive that only turned from an ideal one [m]."""
     was, was_cut = seen.drive, bool(seen.ended)
     if was.last_turn and ideal.way == 0.0 and math.isfinite(ideal.first_turn):
         return LEVER * max(abs(was.first_turn - ideal.first_turn),
@@ -217,8 +217,8 @@ def _only_turned_apart(seen: Seen, ideal: Drive) -> float:
 
 
 def turn_apart(was: float, ideal: float, was_cut: bool) -> float:
-    """How far a turn is from an ideal one [rad]; UNLIKE / LEVER if it is another thing. A turn that
-    goes left and right is NaN."""
+    """The distance of a turn from an ideal one [rad]; UNLIKE / LEVER for turns of different kinds.
+    A turn that goes left and right is NaN."""
     if math.isnan(was) or math.isnan(ideal):
         return 0.0 if math.isnan(was) and math.isnan(ideal) else UNLIKE / LEVER
     if math.isfinite(ideal):

@@ -19,14 +19,15 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A robot goes on after the end of its turn, and may fall short of it a little [rad].
 GOES_ON, FALLS_SHORT = math.radians(22.0), math.radians(4.0)
-#: A command that is faster has no upper limit: the lab's is 1.5 [rad/s].
+#: A faster command comes from a node without an upper limit: the lab's is 1.5 [rad/s].
 TOO_FAST = 1.55
-#: A turn that a missing clamp sends round begins slower than this part of its peak, for START [s].
+#: A turn that goes round because a clamp is missing begins with a rate below SLOW times its peak,
+#: for START [s].
 SLOW, START = 0.7, 0.5
 
 
 class Turn(NamedTuple):
-    """A turn as it was. `turned` is NaN if it went left and right; `peak`: of the commands. A
+    """A recorded turn. `turned` is NaN if it went left and right; `peak`: of the commands. A
     person may have ended an endless one."""
 
     begin: float

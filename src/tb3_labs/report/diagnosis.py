@@ -34,7 +34,7 @@ JUMPS, QUICK = 10, 0.25
 AFTERWARDS = 1.0
 #: A node that has forgotten its stop sends one speed for longer than this [s].
 TAIL = 15.0
-#: A button answers within this [s]. The handout's button that resets the frame.
+#: A button answers within ANSWERED [s]. RESETS: the button that resets the frame in the handout.
 ANSWERED, RESETS = 0.6, 2
 
 
@@ -52,7 +52,7 @@ class Diagnosis:
     besides: str = ''                   # a second mistake in the same run
     apart: Tuple[float, float, float] = (math.nan, math.nan, math.nan)
     other: str = ''                     # the next likely mistake
-    moment: float = 0.0                 # begin of the movement farthest from a right one [s]
+    moment: float = 0.0                 # start of the movement farthest from a right one [s]
     ghost: Poses = Poses.none()         # of a robot with this mistake
     asked: Poses = Poses.none()         # of a right robot
 
@@ -78,7 +78,7 @@ def diagnose(run: RunData) -> Diagnosis:
 
 
 def of_drives(fresh: Sequence[Fresh], goal: Pose2) -> Diagnosis:
-    """Returns the Diagnosis of these drives, but for mistakes that the commands show."""
+    """Returns the Diagnosis of these drives, without mistakes that the commands show."""
     if not fresh:
         return Diagnosis('')
     result = _of_drives(fresh, goal, WAYS)
@@ -101,7 +101,7 @@ def _of_drives(fresh: Sequence[Fresh], goal: Pose2, ways: Sequence[Way]) -> Diag
 
 
 def of_turns(run: RunData, seen: Sequence[Turn]) -> Diagnosis:
-    """Returns the Diagnosis of these turns of a run, but for mistakes that the commands show."""
+    """Returns the Diagnosis of these turns of a run, without mistakes that the commands show."""
     if not seen:
         turns = np.abs(run.commands.angular) > FASTEST_BY_MOUSE + NO_SPEED
         return Diagnosis(None if turns.any() and 'joy' not in run.devices else '', TURN)
@@ -166,8 +166,8 @@ def _two_senders(run: RunData) -> Optional[float]:
 
 
 def _wrong_button(run: RunData) -> Optional[float]:
-    """Returns the time of a press that reset the frame, or did not, against the handout. Without
-    any reset there may be no node that has the frame."""
+    """Returns the time of a press of the right button that did not reset the frame, or of a wrong
+    one that did. Without any reset there may be no node that has the frame."""
     if not len(run.resets):
         return None
     for time, button in zip(run.presses.time, run.presses.value):

@@ -23,7 +23,7 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: The errors of a drive are measured at rest, at most this long after its end [s].
 SETTLE_TIME = 1.0
-#: The heading counts from this long after the begin of MOVE_FORWARD: the turn is over then [s].
+#: The heading counts from this long after the start of MOVE_FORWARD: the turn is over then [s].
 STRAIGHT_AFTER = 0.3
 #: A goal belongs to a state if their messages arrived within this time [s].
 SAME_MOMENT = 0.5

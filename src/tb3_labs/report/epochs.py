@@ -41,8 +41,8 @@ HOLE = 1.5
 #: A new frame begins midway between the last message of the old frame and the first message of the
 #: new one, but at most this long before that first message [s].
 HALFWAY = 0.05
-#: If a reset begins a drive, the first pose in the new frame may come this long after the begin
-#: [s].
+#: If a reset begins a drive, the first pose in the new frame may come this long after the start of
+#: the drive [s].
 RESET_DELAY = 0.1
 
 
@@ -71,7 +71,7 @@ def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
     """Returns the Epoch of a drive from `begin` to `end` [s].
 
     The reset that began the drive may show a moment late. A reset that is nearer to the end of the
-    drive than to its begin has ended the drive.
+    drive than to its start has ended the drive.
     """
     latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
     return [epoch for epoch in in_order if epoch.begin <= latest][-1]
@@ -104,7 +104,7 @@ def _changes(frames: Poses) -> np.ndarray:
 
 
 def _begin(run: RunData, frames: Poses, k: int) -> float:
-    """Returns the begin of frame `k` [s]; if tf misses messages, by the jump of local_pose."""
+    """Returns the start of frame `k` [s]; if tf misses messages, by the jump of local_pose."""
     first, last = np.searchsorted(run.local_pose.time, (frames.time[k - 1], frames.time[k]))
     local = run.local_pose.take(slice(first, last + 1))
     if len(local) > 2:

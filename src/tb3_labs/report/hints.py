@@ -1,4 +1,4 @@
-"""The hints to a known mistake, one behind the other, last the mistake itself with its evidence.
+"""The hints to a known mistake, one after another; the last one is the mistake with its evidence.
 
 Each hint is folded, and the next one lies within it. So a teacher can hand out the page of a run,
 and the student still has to find the mistake.

@@ -41,7 +41,7 @@ SAME_CLOCK = 0.1
 LATE, TOO_LATE = 0.5, 10.0
 #: A sender's clock can be used if at least this fraction of its messages is in time.
 IN_TIME = 0.25
-#: If more than this fraction of the messages, all of them at the begin or at the end of the
+#: If more than this fraction of the messages, all of them at the start or at the end of the
 #: recording, is not in time, the sender's clock was set.
 OTHER_CLOCK = 0.1
 

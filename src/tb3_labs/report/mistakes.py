@@ -2,7 +2,7 @@
 
 Such a robot follows the handouts' laws without delays: it turns until the error that its node
 believes is small, then drives straight until the believed distance is small, then turns again. So
-its movement is known in closed form, but for the search of the headings at which it ends a turn.
+its movement is known in closed form, but the headings where a turn ends are searched.
 
 A `Way` is one way in which a node computes its pose in ``local``; a `Law` is one in which it
 computes the error of a turn. Several of them may be the same mistake.
@@ -20,13 +20,13 @@ from tb3_labs.geometry.se2 import Pose2, rotation_matrix
 #: A turn ends within NEAR of its goal in the Transformation lab, NEAR_TURN in the IMU lab [rad]; a
 #: straight line NEAR_PLACE from the goal [m].
 NEAR, NEAR_TURN, NEAR_PLACE = 0.05, math.radians(10.0), 0.15
-#: A turn is searched in steps of at most STEP [rad], and up to ENDLESS [rad]; one that goes left
-#: and right up to MOST_STEPS.
+#: The end of a turn is searched in steps of at most STEP [rad], up to ENDLESS [rad]. If the turn
+#: goes left and right, MOST_STEPS steps are searched.
 STEP, ENDLESS, MOST_STEPS = 0.04, 3.0 * math.pi, 600
 
 
 def unwrapped(error: float) -> float:
-    """The error as a node has it that does not wrap it."""
+    """The error of a node that does not wrap it."""
     return error
 
 
@@ -51,9 +51,10 @@ def turned(error_at: Callable[[float], float], yaw: float, near: float) -> float
 class Law:
     """The error of a turn by the IMU's heading, in degrees as the handout has it.
 
-    `goal_wraps`, `error_wraps`: below the range, and above it. `reading`: what the node takes for
-    the heading [deg], by the true one. `quarter`: what it adds for a turn to the left. `side_by`:
-    what decides the side, the error or the letter; 'nothing': it is always the left one.
+    `goal_wraps`, `error_wraps`: does the node wrap a value below the range, and one above it?
+    `reading`: the heading that the node reads [deg], by the true one. `quarter`: the angle that it
+    adds for a turn to the left. `side_by`: 'error' or 'letter' decides the side; 'nothing': the
+    side is always the left one.
     """
 
     mistake: str = ''
@@ -133,11 +134,12 @@ class Drive(NamedTuple):
 
 @dataclass(frozen=True)
 class Way:
-    """How a node computes its pose in ``local``.
+    """One way in which a node computes its pose in ``local``.
 
-    `rotation`: the angle of R(theta)^-1. `kept`: what a reset does not forget, of place, rotation,
-    heading. `declared`: what becomes of the declared pose. `left`: what is left as it is in
-    ``odom``, of place, heading, and imu for the heading. `reading`: see Law; in [rad] here.
+    `rotation`: the angle of R(theta)^-1. `kept`: the references that a reset does not forget
+    (place, rotation, heading). `declared`: the use of the declared pose. `left`: the parts that are
+    not transformed from ``odom`` (place, heading; imu: the IMU's heading). `reading`: see Law; in
+    [rad] here.
     """
 
     mistake: str = ''
@@ -151,7 +153,7 @@ class Way:
 
     def pose(self, odom: Pose2, imu: float, last: Declared, start: Declared) -> Pose2:
         """The believed pose, by the pose in ``odom`` and the IMU's yaw. `last`: the last reset;
-        `start`: what the node began with, as if it were a reset."""
+        `start`: the references at the node's start, as a reset."""
         place, rotation, heading = (start if part in self.kept else last
                                     for part in ('place', 'rotation', 'heading'))
         theta = {'odom': rotation.odom.yaw, 'inverse': -rotation.odom.yaw, 'none': 0.0,
@@ -173,8 +175,8 @@ class Way:
 
     def drive(self, begin: Pose2, last: Declared, start: Declared, goal: Pose2,
               near: float = NEAR) -> Drive:
-        """The Drive from `begin` in ``odom`` to `goal` in ``local``; the others: see `pose`. The
-        IMU's yaw differs from the odometry's as at the last reset."""
+        """The Drive from `begin` in ``odom`` to `goal` in ``local``; `last`, `start`: see `pose`.
+        The difference of the IMU's yaw and the odometry's is that of the last reset."""
         def here(place, yaw):
             return self.pose(Pose2(*place, yaw), wrap(yaw + last.imu - last.odom.yaw), last, start)
 

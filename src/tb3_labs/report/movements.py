@@ -49,7 +49,7 @@ PAUSE = 1.0
 #: A command that is slower than this is zero [m/s], [rad/s].
 NO_SPEED = 1e-3
 #: On a straight line the heading stays within KEPT of its first value [rad]. The heading counts
-#: from TURN_IS_OVER after the line's begin [s]: the turn before the line is over then.
+#: from TURN_IS_OVER after the line's start [s]: the turn before the line is over then.
 KEPT = math.radians(20.0)
 TURN_IS_OVER = 0.3
 #: A drive moves the robot at least this far [m].
@@ -211,7 +211,7 @@ def _with_states(run: RunData, goal: Pose2) -> RunData:
 
 
 def _states(drive: Movement) -> List[Tuple[float, str]]:
-    """The states of a drive, each with its begin."""
+    """The states of a drive, each with the time of its start [s]."""
     begins = [drive.begin]
     if drive.forward < drive.turns_again:
         begins.append(drive.forward)

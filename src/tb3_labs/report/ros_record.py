@@ -2,7 +2,7 @@
 
     python3 -m tb3_labs.report.ros_record PREFIX COMMAND...     as a launch-prefix
 
-PREFIX is the begin of the bag's path, as in ``rosbag record -o``. On a signal the recorder closes
+The bag's path begins with PREFIX, as in ``rosbag record -o``. On a signal the recorder closes
 the bag, and this process ends after the recorder.
 """
 import signal

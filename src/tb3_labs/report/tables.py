@@ -136,7 +136,7 @@ DRIVES = (
 REACHED, ALONG = DRIVES[1:11], DRIVES[11:]
 
 #: A note below the table of the times.
-NOTE = ('Drift: heading at the end of MOVE_FORWARD minus {} s after its begin, by the IMU. Least '
+NOTE = ('Drift: heading at the end of MOVE_FORWARD minus {} s after its start, by the IMU. Least '
         'possible: turn, line, turn at the limits of the robot and {} rad/s.'.format(
             STRAIGHT_AFTER, MAX_ANGULAR))
 

@@ -401,7 +401,7 @@ class Timeline {
     list.scrollTop = row.offsetTop - list.offsetTop - list.clientHeight / 2;
   }
 
-  /** The marks as words too: a list of buttons, for keys and for readers of the screen. */
+  /** The marks as words too: a list of buttons, for keys and for screen readers. */
   _fillMarks() {
     for (const mark of this.run.marks) {
       const row = document.createElement('button');

@@ -25,7 +25,7 @@ AT_REST, REST_LOOK = 0.03, 0.15
 #: A robot comes to rest within REST_WAIT [s] after the last command. Its heading at rest is the
 #: mean over REST_MEAN [s]; this time begins REST_LOOK [s] after it came to rest.
 REST_WAIT, REST_MEAN = 2.0, 0.3
-#: The recorder may miss a new node's first commands: the rest before is sought for this long [s].
+#: The recorder may miss a new node's first commands: a rest is looked for this long before [s].
 MISSED = 1.0
 #: A smaller turn than LEAST_TURN was not asked for [rad]; a larger one than MOST_TURN is a spin.
 LEAST_TURN = math.radians(45.0)

@@ -12,9 +12,9 @@ from tb3_labs.geometry.se2 import Pose2
 #: A robot does not turn farther than this between two samples of its IMU [rad]. In a silence of the
 #: IMU, a node that drives by the IMU stops the robot.
 FARTHEST_TURN = 1.0
-#: A robot at rest has at most this forward speed in its samples [m/s],
+#: A robot at rest has at most this forward speed in its samples [m/s].
 REST_LINEAR = 0.005
-#: and at most this rate of turn [rad/s].
+#: A robot at rest has at most this rate of turn in its samples [rad/s].
 REST_ANGULAR = 0.03
 
 
@@ -75,7 +75,7 @@ def is_slow(linear: float, angular: float) -> bool:
 
 
 def heading_jump(before: float, after: float) -> str:
-    """'' or the fault of the IMU, given the yaws of two successive samples [rad]."""
+    """The fault that the yaws of two successive samples of the IMU show [rad]; '' if none."""
     turned = difference(after, before)
     if abs(turned) <= FARTHEST_TURN:
         return ''

@@ -30,7 +30,7 @@ MARGIN = 0.01
 #: The watchdog begins to check a node when no message came for this long [s, wall clock], half the
 #: shortest timeout.
 QUIET_TIME = 0.1
-#: Then the watchdog checks the node with this period, until the next message [s].
+#: Period of the checks after QUIET_TIME, until the next message [s].
 CHECK_PERIOD = 0.02
 #: A node that does not drive looks at the clock with this period, so that it notices a sleep [s].
 IDLE_PERIOD = 0.1
@@ -133,7 +133,7 @@ class Watchdog:
         node's lock."""
         if not self._thread.ident:
             self._thread.start()
-        if awake is not self._awake.is_set():    # this look is cheaper than to set it again
+        if awake is not self._awake.is_set():    # a look costs less than setting it again
             (self._awake.set if awake else self._awake.clear)()
 
     def feed(self):

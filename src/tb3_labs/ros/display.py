@@ -98,8 +98,8 @@ class DriveStatusPublisher:
         self._angle = rospy.Publisher('angle_error_deg', Float32, queue_size=10)
         self._marker = GoalMarker(local_frame, frame('base_footprint'))
         self._said = None         # the state that was published last
-        self._begun = None        # the attempt that began last,
-        self._begun_at = 0.0      # and the time of its begin
+        self._begun = None        # the attempt that began last
+        self._begun_at = 0.0      # the time at which it began
         self._progress_at = 0.0
         self._plotted_at = -math.inf
 

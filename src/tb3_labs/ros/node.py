@@ -224,8 +224,8 @@ class Signals:
 
 
 def when_stopped(before, after):
-    """Call `before()` before Ctrl+Z stops the process, and `after()` when it goes on; both in the
-    main thread, without a lock."""
+    """Call `before()` before Ctrl+Z stops the process, and `after()` when the process goes on.
+    Both are called in the main thread, without a lock."""
     _sleepers.append((before, after))
 
 

@@ -75,8 +75,8 @@ def messages_written(publisher):
     """Returns {rospy's number of a connection: number of messages written to it}, the first and
     third numbers of `impl.get_stats()`.
 
-    With it a node that ends can wait until its last zero is written, which rospy may drop
-    (test/ros/faults.test).
+    A node that ends waits for its last zero by these numbers: rospy may drop a message that is not
+    written (test/ros/faults.test).
     """
     return {link[0]: link[2] for link in publisher.impl.get_stats()[2]}
 
@@ -156,7 +156,7 @@ def _write(queue, data, count):
 def _write_past(queue, stream, data):
     """Write without the queue, if the queue is idle and the socket takes all of the data at once.
     Returns True if the data were written."""
-    descriptor = -1 if stream is None else stream.fileno()    # once: another thread may close it
+    descriptor = -1 if stream is None else stream.fileno()    # read once: it may be closed
     if descriptor < 0 or len(data) > SURELY_TAKEN:
         return False
     room = select.poll()

@@ -147,7 +147,7 @@ class ImuModel:
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
         self._now = 0.0         # up to this time `error` includes drift and bias [s]
-        #: Motions that are not yet measured to their end, oldest first: each is its begin, the yaw
+        #: Motions that are not yet measured to their end, oldest first: each is its start, the yaw
         #: of the IMU then, and the last three values of `turning`.
         self._motions: Deque[Tuple[float, float, float, float, float]] = deque()
         self.follow(0.0, (yaw, 0.0, 0.0, 0.0))
@@ -175,8 +175,8 @@ class ImuModel:
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
         """Returns an ImuSample for each of `stamps` [s], which are in order of time.
 
-        The loop runs for every IMU sample and decides the speed of the simulation, hence local
-        names and few calls.
+        The loop runs for every IMU sample and decides the speed of the simulation, so it
+        has local names and few calls.
         """
         motions, age = self._motions, self._lag
         yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone

@@ -38,7 +38,7 @@ from tb3_labs.simulation.network import Arrival
 
 #: Angle of a wheel from one encoder step to the next [rad].
 TICK = 2.0 * math.pi / TICKS_PER_TURN
-#: This is sent to the board in the place of a command, and means a reset.
+#: A reset is sent to the board as this value, in place of a command.
 RESET = None
 NO_COMMAND = -math.inf, 0.0, 0.0
 #: Time from the start of the board to its first IMU sample [s].

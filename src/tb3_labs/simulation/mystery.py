@@ -9,7 +9,7 @@ Nothing here is secret: a reader of this file can compute the answer, and so can
 
 Units: each fault's value has a unit of its own; times are in seconds since the robot's start. Edge
 cases: a wrong fault in an answer tells nothing about the right one; an angle may be off by whole
-turns; an answer without a value is not complete, hence not right.
+turns; an answer without a value is not complete, so it is not right.
 """
 import difflib
 import math

@@ -1,9 +1,9 @@
-"""The topics and lines by which the board of a simulated robot tells of itself.
+"""The topics and lines by which the board of a simulated robot reports its state.
 
 Messages are those of turtlebot3_msgs, with the same checksums; the package need not be installed.
-Lines go to /rosout, as rosserial's serial_node prints them. Of several robots in one process, each
-line begins with the robot's namespace. Sources: ROBOTIS OpenCR firmware 1.2.6 (turtlebot3_core.ino,
-turtlebot3_diagnosis.cpp); rosserial_python 0.9 (SerialClient.py).
+Lines go to /rosout, as rosserial's serial_node prints them. With several robots in one process,
+each line begins with the robot's namespace. Sources: ROBOTIS OpenCR firmware 1.2.6
+(turtlebot3_core.ino, turtlebot3_diagnosis.cpp); rosserial_python 0.9 (SerialClient.py).
 """
 from functools import lru_cache
 
@@ -82,7 +82,7 @@ class BoardTopics:
 
 
 class UnsyncedRobot:
-    """A board with the firmware of ROS 2: serial_node asks it for its topics, in vain."""
+    """A board with the firmware of ROS 2: serial_node asks for its topics, without an answer."""
 
     #: Does any node listen to its sensors?
     is_heard = False

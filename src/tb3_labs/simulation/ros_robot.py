@@ -31,9 +31,9 @@ STEP = 1.0 / 200.0     # of the simulation [s]
 TRUTH_EVERY = 4        # steps between two messages of the ground truth
 #: If the computer pauses for up to this time, the robots catch up [s].
 CATCH_UP = 0.5
-#: The limit of such a pause if the robots publish /clock [s, wall clock]. On /clock the pause is
-#: `speed` times as long, and passes at once: a node that hears of it too late finds its sensors
-#: silent.
+#: If the robots publish /clock, they catch up after a pause of up to this time [s, wall clock]. On
+#: /clock the pause is `speed` times as long, and passes at once: after a longer one a node would
+#: find its sensors silent.
 CATCH_UP_CLOCK = 0.02
 #: After a stall at most this number of messages of a topic is sent, the latest ones: real queues
 #: and buffers are finite, too. The number is enough for an IMU at 200 Hz in the longest stall.

@@ -210,7 +210,7 @@ class Simulator:
             self.printed.extend(self._last_lines)
 
     def _calibrate(self, stamp: float, is_reset: bool = False) -> None:
-        """The board calibrates its gyro: by a reset, or because serial_node has connected."""
+        """The board calibrates its gyro, at a reset or when serial_node has connected."""
         self._last_lines: Sequence[str] = ('Calibration End', 'Reset Odometry')[:1 + is_reset]
         if not is_reset:
             self.printed.extend(('Connected to OpenCR board!', 'This core(v{}) is compatible with '

@@ -19,10 +19,10 @@ class SimulatorConfig(Config):
     """
 
     model: str = setting(DEFAULT_MODEL, 'kind of TurtleBot3', choices=tuple(MODELS))
-    start_x: float = setting(0.0, 'true x at the start, also of the odometry', 'm', -1000.0, 1000.0)
-    start_y: float = setting(0.0, 'true y at the start, also of the odometry', 'm', -1000.0, 1000.0)
+    start_x: float = setting(0.0, 'x at the start, true and by odometry', 'm', -1000.0, 1000.0)
+    start_y: float = setting(0.0, 'y at the start, true and by odometry', 'm', -1000.0, 1000.0)
     start_yaw_deg: float = setting(
-        0.0, 'true heading at the start, also of the odometry', 'deg', -360.0, 360.0)
+        0.0, 'heading at the start, true and by odometry', 'deg', -360.0, 360.0)
     imu_offset_deg: float = setting(
         0.0, 'yaw of the IMU minus yaw of the odometry at the start', 'deg', -360.0, 360.0)
     cold_start: bool = setting(
@@ -85,7 +85,7 @@ class SimulatorConfig(Config):
     battery: float = setting(
         12.0, 'voltage of the battery; the motors have no power below 11', 'V', 0.0, 13.0)
     motors_off: bool = setting(
-        False, 'fault: the wheels stand at every command, because their torque is off')
+        False, 'fault: the wheels do not obey commands, because their torque is off')
     imu_silent: bool = setting(False, 'fault: no samples of the IMU')
     imu_frozen: bool = setting(False, 'fault: the same IMU sample repeated, with new stamps')
     odom_silent: bool = setting(False, 'fault: no samples of the odometry')

@@ -101,7 +101,8 @@ class SensorWatch:
 
     def __init__(self, *sources: Freshness) -> None:
         self._sources = sources
-        #: As of the last :meth:`update`. After a silence one update finds BACK_SOON or BACK_LATE.
+        #: The state at the last :meth:`update`. After a silence one update finds BACK_SOON or
+        #: BACK_LATE.
         self.sight = Sight.SILENT
         #: The reason why the robot stands; '' while all sensors are fresh.
         self.hold_reason = ''
@@ -134,7 +135,7 @@ class SensorWatch:
             source.repeated_for = 0.0
 
     def problem(self, now: float, with_age: bool = False) -> str:
-        """'' while all sensors are fresh, else the lost ones, in words.
+        """The lost sensors, in words; '' while all sensors are fresh.
 
         If one is lost, others that are silent for half their timeout count as lost, too.
         """
@@ -144,7 +145,7 @@ class SensorWatch:
                          for source in self._sources if source.age(now) > 0.5 * source.timeout)
 
     def frozen(self) -> str:
-        """'' or the sensors that are frozen, in words."""
+        """The sensors that are frozen, in words; '' if none is."""
         return ' and '.join(
             '{} repeats one reading though the robot is told to move (its driver '
             'hangs?)'.format(source.name)

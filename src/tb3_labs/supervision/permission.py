@@ -37,7 +37,7 @@ from tb3_labs.news import News, NewsDesk
 RENEWAL = 0.1
 #: A grant whose renewals stop is suspended after this silence [s].
 LAPSE = 0.5
-#: A grant expires after this silence [s]. It does not count if it was delayed by more than this.
+#: A grant expires after this silence [s]. A True that was delayed for longer does not count.
 LONGEST_LAPSE = 2.0
 #: A grant holds after a renewal that comes later than this [s]. Earlier renewals may have been
 #: delayed and arrived together with it; they do not show that the sender is alive.
@@ -195,7 +195,7 @@ class Permission:
         self.granted = any(grant.holds(now) for grant in self._grants.values())
 
     def _objection(self, sender: str, grant: _Grant, now: float) -> str:
-        """'' or the reason why a grant is over."""
+        """The reason why a grant is over; '' if it is not."""
         if grant.silent_for(now) > LONGEST_LAPSE:
             return 'it was silent for {:.1f} s'.format(grant.silent_for(now))
         if grant.given_at - grant.sent_before > LONGEST_LAPSE:

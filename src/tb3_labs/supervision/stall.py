@@ -65,14 +65,14 @@ class StallWatch:
                 'the robot does not move although it is told to (stuck, or motors off?)')
 
     def problem(self) -> str:
-        """'' or the problem that the last update found."""
+        """The problem that the last update found; '' if it found none."""
         return self._problem
 
 
 class Settling:
     """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion?
 
-    It goes by their times of measurement: a sample that is read again may be old.
+    Their times of measurement decide: a sample that is read again may be old.
     """
 
     def __init__(self) -> None:

@@ -1,7 +1,7 @@
 // The controls of the page: what a person asks for, and why a control makes no sense now.
 //
 // The panel decides what is carried out. A control is disabled here so that its title tells the
-// reason; a stop never is: neither STOP, nor "take control", nor B.
+// reason. STOP, "take control" and B are never disabled.
 
 import {Keys, PAD_BUTTONS, RealGamepad, mousePad, padButton, stick} from './inputs.js';
 import {$, say, setPressed, setReason, setText} from './page.js';
@@ -58,7 +58,7 @@ export class Controls {
       for (const id of ids) setReason($(id), reasons[kind]);
     }
     for (const kind of ['goal', 'reset']) setReason($('tool-' + kind), reasons[kind] || drag);
-    // Without a connection the banner says it once for all.
+    // Without a connection the banner says it for all controls.
     const words = this._link.connected && picture ? join : () => '';
     setText($('drive-hint'), words(
       this._holder.hasGranted ? 'move_to_goal drives while this page stays open and in sight' : '',
@@ -93,7 +93,7 @@ export class Controls {
     };
   }
 
-  /** False on a page that only shows, and in the list: it has nothing to stop. */
+  /** False on a page that only shows, and in the list of robots: both have nothing to stop. */
   get _mayAsk() { return this._seen.control && this._seen.robot !== null; }
 
   /** May keys and a real gamepad drive now? */
@@ -127,7 +127,7 @@ export class Controls {
     return true;
   }
 
-  /** Like a stop, it is always sent. */
+  /** Take control. This is always sent, like a stop. */
   _take() {
     if (!this._mayAsk) return;
     this._holder.took();

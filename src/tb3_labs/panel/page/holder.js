@@ -1,19 +1,19 @@
 // This page as the holder of the robot: it asks to hold it, and sends a joy 20 times a second.
 //
-// The panel (holder.py) decides which page holds the robot, and which message counts. Here is only
-// decided what this page sends. A grip drives once the node `gamepad` is ready: it must see the
-// sticks at rest first, so a grip sends zeros until then. A grip that waited for too long must be
-// let go and gripped again: the robot must not start at a moment that nobody expects.
+// The panel (holder.py) decides which page holds the robot, and which message counts. This file
+// decides only what this page sends. A grip drives once the node `gamepad` is ready: it must see
+// the sticks at rest first, so a grip sends zeros until then. A grip that waited for too long must
+// be let go and gripped again: the robot must not start at a moment that nobody expects.
 
 import {timeNow} from './link.js';
 
 const PERIOD = 50;          // [ms] between two messages
 const READY_WITHIN = 1000;  // [ms] after a grip the pad must be ready
-const BUTTONS_AFTER = 450;  // [ms] a press counts once the node has heard the pad for so long
+const BUTTONS_AFTER = 450;  // [ms] a press counts once the node has heard the pad for this long
 const IDLE = 30000;         // [ms] without a touch: another page may hold the robot
-const STOPPED_WITHIN = 1000;  // [ms] a stop without an answer for so long is not confirmed
+const STOPPED_WITHIN = 1000;  // [ms] a stop without an answer for this long is not confirmed
 const SETTLE = 700;         // [ms] a picture may be older than the answer to a request
-const WAITS = 1500;         // [ms] a press that waited for so long is dropped
+const WAITS = 1500;         // [ms] a press that waited for this long is dropped
 
 /** The presses of one button. Each is shown in at least one message as down, then as up. */
 class Presses {
@@ -263,7 +263,7 @@ export class Holder {
     for (const grip of this._grips.values()) {
       this._judge(grip, now);
       if (grip.spent) continue;
-      // Where a button must be held, the node waits for its press: a pad just heard has none yet.
+      // If a button must be held, the node waits for its press: a new pad must not have pressed it.
       pad.hold = pad.hold || (grip.hold && heard);
       if (grip.open) { pad.forward += grip.forward; pad.left += grip.left; }
     }
@@ -277,7 +277,7 @@ export class Holder {
     return pad;
   }
 
-  /** May this grip drive? Once it was not ready in time, or no longer, it never drives again. */
+  /** May this grip drive? A grip that was not ready in time, or lost that, never drives again. */
   _judge(grip, now) {
     if (grip.spent) return;
     const ready = this._picture?.pad === 'ready' && this._picture.page === 'this';

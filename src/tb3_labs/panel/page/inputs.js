@@ -118,7 +118,7 @@ export class Keys {
     // In the capture phase: nothing on the page can keep the stop key for itself.
     addEventListener('keydown', (event) => this._down(event), true);
     addEventListener('keyup', (event) => this._up(event), true);
-    // A window without the focus hears of no key that is let go.
+    // A window without the focus does not hear that a key is let go.
     addEventListener('blur', () => this.release());
   }
 

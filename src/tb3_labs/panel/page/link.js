@@ -2,7 +2,7 @@
 
 const RETRY = 1000;        // [ms] between two attempts to connect
 const SILENT = 4000;       // [ms] without any message: the connection counts as broken
-const ANSWER_WITHIN = 6000; // [ms] a request without an answer for so long has failed
+const ANSWER_WITHIN = 6000; // [ms] a request without an answer for this long has failed
 const CROWDED = 2000;      // [bytes] waiting to be sent: what is sent now would arrive too late
 
 /** The time of this computer [s since 1970]. */
@@ -101,7 +101,7 @@ export class Link {
   }
 
   _watch() {
-    // A broken network does not close a socket: silence does it here.
+    // A broken network does not close a socket: here a silence closes it.
     if (this._socket && performance.now() - this._heardAt > SILENT) this._lost();
   }
 }

@@ -1,13 +1,13 @@
 // The elements of the page: their texts, messages to the person, the log, the help, the theme.
 
-const STAYS = 6000;          // [ms] a message stays for so long, and longer with its length
+const STAYS = 6000;          // [ms] least time for which a message stays; a long one stays longer
 const STAYS_A_LETTER = 40;   // [ms]
 const MOST_LINES = 300;      // of the log
 const MARKS = {info: '', warn: '\u25b2 ', error: '\u2716 '};
 
 export const $ = (id) => document.getElementById(id);
 
-/** Write a text only where it changes: less work, and no needless word of a screen reader. */
+/** Write a text only if it changes: a screen reader does not repeat it, and it costs less. */
 export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }

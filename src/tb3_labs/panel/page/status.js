@@ -69,8 +69,8 @@ const EVERY = 200;         // [ms] a strip moves by few pixels a second
 
 /** One number over the last 60 seconds. */
 export class Strip {
-  /** Of the angle off the final heading [degrees], the scale is about 0; of the distance to go [m]
-   *  it begins there. */
+  /** The angle off the final heading [degrees] has 0 in the middle of its scale; the distance to go
+   *  [m] has 0 at the lower end. */
   constructor(canvas, isAngle) {
     this._canvas = canvas;
     this._isAngle = isAngle;
@@ -146,7 +146,7 @@ export class Strip {
     let joined = false, before = null;
     for (const [time, value] of this.points) {
       if (value === null) { joined = false; continue; }
-      // An angle that passes 180 degrees jumps: that is no line across the strip.
+      // An angle that passes 180 degrees jumps: no line joins the two values.
       if (this._isAngle && before !== null && Math.abs(value - before) > 180) joined = false;
       if (joined) c.lineTo(x(time), y(value)); else c.moveTo(x(time), y(value));
       joined = true;
