@@ -223,6 +223,7 @@ TURN_NODE = '''#!/usr/bin/env python3
 import rospy
 import cv3
 import apriltag_rosx as tags; import os
+import json
 from nothing_here.msg import Tag, Tags
 from lab1.msg import MouseController
 print(MouseController().activestatus, tags, "rospy" and rospy.__name__)
@@ -255,8 +256,8 @@ def test_only_what_the_node_needs_is_built_and_what_is_lacking_is_left_out(tmp_p
     assert ready.lacking == ['apriltag_rosx']       # it is used: the node cannot run without it
     assert sorted(os.listdir(str(tmp_path / 'ws' / 'src'))) == ['other1', 'package']
     code = copy.read_text().splitlines()
-    assert code[2] == 'pass    # import cv3' and code[4] == 'pass    # ' \
-        'from nothing_here.msg import Tag, Tags'
+    assert code[2] == 'pass    # import cv3' and code[4] == 'import json'
+    assert code[5] == 'pass    # from nothing_here.msg import Tag, Tags'
     code[3] = 'tags = 7'
     copy.write_text('\n'.join(code))
     assert output_of(copy, ready) == 'False 7 rospy\n'

@@ -104,12 +104,12 @@ def choose(lab: Lab, files: Sequence[SourceFile], package: str = '',
 
 
 def _candidate(lab, file, packages, names):
-    folders, low = file.path.split('/')[:-1], file.path.rsplit('/', 1)[-1].lower()
+    *folders, name = file.path.lower().split('/')
     said = _signs(lab, file.text)
     lower = [usual.lower() for usual in names]
     return _Candidate(
         min(_package_rank(usual, [file.package] + folders) for usual in packages),
-        lower.index(low) if low in lower else len(names), 3 - len(said),
+        lower.index(name) if name in lower else len(names), 3 - len(said),
         FOLDERS.index(folders[-1]) if folders and folders[-1] in FOLDERS else len(FOLDERS),
         len(folders), file.path, said)
 
@@ -234,8 +234,8 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
             found.setdefault(name, set()).add(place)
 
     def far(place: Path) -> Tuple[int, int, str]:
-        common = sum(1 for parent in place.parents if parent in node.parents)
-        return -common, len(place.parts), str(place)
+        common = set(place.parents) & set(node.parents)
+        return -len(common), len(place.parts), str(place)
     return {name: min(places, key=far) for name, places in found.items()}
 
 
