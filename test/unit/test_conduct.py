@@ -92,9 +92,9 @@ def renamed(code):
 
 
 def test_tokens_have_no_comments_docstrings_or_values():
-    code = '"""Doc."""\n# comment\nx = 3.5  # more\ndef f(a):\n    \'doc\'\n    return a + "s"\n'
-    assert tokens_of(code) == [' x', '=', '0', 'def', ' f', '(', ' a', ')', ':', 'return', ' a',
-                               '+', "''"]
+    code = '"""Doc."""\n# comment\nx = 3.5 + .5  # so\ndef f(a):\n    \'doc\'\n    return a + "s"\n'
+    assert tokens_of(code) == [' x', '=', '0', '+', '0', 'def', ' f', '(', ' a', ')', ':',
+                               'return', ' a', '+', "''"]
 
 
 @pytest.mark.parametrize('change', [

@@ -17,7 +17,7 @@ BARE = ['bwrap', '--unshare-net', '--dev-bind', '/', '/', 'bwrap', '--unshare-pi
         '--dev-bind', '/', '/', '--proc', '/proc', 'true']
 #: A program tells what it sees; its arguments: a folder of its own, and places that are not.
 LOOKS = '''
-import importlib.util, json, os, resource, socket, sys
+import importlib.util, json, os, resource, signal, socket, sys
 own, *others = sys.argv[1:]
 print(json.dumps({
     'variables': dict(os.environ), 'folder': os.getcwd(), 'read': open(own + '/n.txt').read(),
@@ -26,7 +26,8 @@ print(json.dumps({
     'limits': [resource.getrlimit(getattr(resource, 'RLIMIT_' + name))[0]
                for name in ('FSIZE', 'AS', 'CORE', 'NPROC')],
     'room': os.statvfs('/tmp').f_blocks * os.statvfs('/tmp').f_frsize,
-    'user': os.getuid(), 'network': socket.if_nameindex(),
+    'ctrl_c': signal.getsignal(signal.SIGINT) is signal.default_int_handler, 'user': os.getuid(),
+    'network': socket.if_nameindex(),
     'processes': len([name for name in os.listdir('/proc') if name.isdigit()]),
     'modules': [importlib.util.find_spec('tb3_labs.' + name) is not None
                 for name in ('msg', 'srv', 'marking', 'nodes')]}))
@@ -118,7 +119,7 @@ def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
     limits = seen.pop('limits')
     assert limits[:3] == [LARGEST_FILE, ADDRESS_SPACE, 0]
     assert limits[3] == TASKS or os.geteuid() != 0      # else it depends on Linux
-    assert seen == {'folder': HOME, 'read': 'mine', 'there': [False] * 4,
+    assert seen == {'ctrl_c': True, 'folder': HOME, 'read': 'mine', 'there': [False] * 4,
                     'writable': list(OWN_FOLDERS), 'modules': [True, True, False, False]}
 
 
