@@ -4,11 +4,11 @@ import random
 import re
 
 import pytest
-from tb3_labs.marking.choice import laws_named
 from tb3_labs.marking.conduct import (FEWEST, NEARLY_SAME, UNPROTECTED, changed, for_instructor,
                                       likeness, listened, nearly_same, published, shingles,
                                       tokens_of)
 from tb3_labs.marking.feedback import feedback, overview
+from tb3_labs.marking.imports import laws_named
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.observation import MOST_FINDINGS, Observation
 

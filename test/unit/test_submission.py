@@ -12,7 +12,8 @@ import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import workspace
-from tb3_labs.marking.choice import NoNode, SourceFile, choose, find_node, imports_of, source_of
+from tb3_labs.marking.choice import NoNode, SourceFile, choose, find_node, source_of
+from tb3_labs.marking.imports import imports_of
 from tb3_labs.marking.intake import Submission
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.processes import forget_overlays
