@@ -1,4 +1,4 @@
-"""Which file of a submission is the node of a lab? And the packages of a submission.
+"""The files of a submission: its packages, and the file that is the node of a lab.
 
 A repository of a whole course has several files with the same name. A file is chosen by its
 package, then by its name, then by what it does. Real submissions: see doc/instructor/marking.md.

@@ -30,7 +30,7 @@ PAGE = 'page'
 #: At most MOST_SENTENCES remarks and as many findings are written for one student. Each has at most
 #: LONGEST characters.
 MOST_SENTENCES, LONGEST = 100, 2000
-#: Keys of a try.
+#: Keys of a record's KEY: two tries that agree in all of them end alike.
 LAB, PARTS, SUBMISSION, OPTIONS, VERSION = 'lab', 'parts', 'submission', 'options', 'version'
 #: Folders with nodes of this package; the students' nodes are compared with these.
 FOLDERS = ('scripts', 'src/tb3_labs/nodes', 'test/ros/student_nodes')

@@ -27,8 +27,8 @@ class Table:
     def __init__(self, text: str = '') -> None:
         text = text.lstrip('\ufeff')
         heading = text.partition('\n')[0]
-        mark = max(',;\t', key=heading.count)       # a spreadsheet may write another mark
-        reader = csv.DictReader(io.StringIO(text, newline=''), delimiter=mark)
+        delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another one
+        reader = csv.DictReader(io.StringIO(text, newline=''), delimiter=delimiter)
         self._heads: List[str] = list(reader.fieldnames or [])
         if self._heads and self._heads[:3] != [STUDENT, POINTS, OF]:
             raise ValueError('it does not begin with the columns {}, {}, {}'.format(

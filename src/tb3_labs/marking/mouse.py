@@ -22,7 +22,8 @@ BESIDE_TURNS = (TURN_BESIDE, AFTER_TURN, IN_TURN)
 #: The places of the active mouse: stimulus -> (x to the right, y up), each -1 to 1.
 PLACES = {UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), TO_LEFT: (-1.0, 0.0), HALF_RIGHT: (0.6, 0.0)}
 
-#: Nothing moves at the mouse lab's distance from the middle; places nearer to it are tried.
+#: The mouse lab's dead zone: in each direction, the mouse asks for zero within this distance of the
+#: middle.
 DEAD_ZONE = 0.25
 #: The full speed, at the edge of the screen [m/s], [rad/s].
 FULL = 0.5

@@ -15,7 +15,7 @@ class Question(NamedTuple):
     text: str
 
 
-#: Only a person sees a node's output. Name of a criterion about the output -> Question.
+#: Name of a criterion about the node's output -> Question; only a person sees the output.
 QUESTIONS = {
     'says_reached': Question(move2goal.AT_GOAL, 'Did it print "Goal reached!", once?',
                              'Goal reached!'),

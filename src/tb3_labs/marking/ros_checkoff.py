@@ -25,7 +25,7 @@ from tb3_labs.ros.clocks import wait_until
 ANSWER = 4.0
 #: The stick is held at this value, so that the robot turns slowly until Ctrl+C.
 SLOWLY = 0.3
-#: At the end what lets go is sent for this time [s].
+#: At the end the message that lets go of the robot is sent for this time [s].
 RELEASE = 0.4
 
 
@@ -118,11 +118,11 @@ PARTS = {
                 move2goal.CONTROL: control, move2goal.DECLARED: ros_move2goal.declared},
     GAMEPAD: dict(ros_gamepad.PARTS, **{gamepad.BUTTONS: buttons}),
 }
-#: lab -> (topic that this program plays, parts in which it does): no other program may then
+#: lab -> (topic that this program publishes, parts in which it does; no other program may then)
 PLAYED = {TURN: (MOUSE_INFO, {turn.MOUSE, turn.BOTH}),
           MOVE2GOAL: (CTRL_RELINQ, set(PARTS[MOVE2GOAL])), GAMEPAD: (JOY, set(PARTS[GAMEPAD]))}
-#: topic -> lets go of it, given a Stage: a new mouse is not active, a new pad's sticks are in the
-#: middle, a new control is taken
+#: topic -> a function of a Stage that lets go of it: a new mouse is not active, the sticks of a new
+#: pad are in the middle, and a new Control has taken the robot from the node
 RELEASES = {MOUSE_INFO: lambda stage: ros_turn.mouse_of(stage, []),
             JOY: lambda stage: ros_gamepad.HeldPad(stage.pad), CTRL_RELINQ: ros_move2goal.Control}
 

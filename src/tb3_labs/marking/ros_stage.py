@@ -34,9 +34,9 @@ class Stage:
 
     def __init__(self, observation, recorder, node, keep, witness=None, pad=PadConfig(),
                  tell=lambda words: None, goal=GOAL):
-        """``keep(observation)`` is called after each stimulus and each run, the `witness` looks
-        before. `pad`: a PadConfig; ``tell(words)`` is called with the present step; `goal`: that
-        of move_to_goal, x, y [m], heading [rad]."""
+        """``keep(observation)`` is called after each stimulus and each run; before each call the
+        `witness` looks. `pad`: a PadConfig. ``tell(words)`` is called with the present step.
+        `goal`: that of move_to_goal, x, y [m], heading [rad]."""
         self.observation, self.recorder, self.node = observation, recorder, node
         self.robot, self.pad, self.goal = RobotHand(recorder), pad, goal
         self._keep, self._witness, self._tell, self._part = keep, witness, tell, ''
@@ -110,7 +110,7 @@ class Stage:
             if self.moves_after(act, reaction):
                 time.sleep(WELL_UNDER_WAY)
                 return self.node.alive
-            self.node.stop()        # an earlier stimulus may be the reason
+            self.node.stop()        # an earlier stimulus may have upset it: start it anew
         return False if self.node.start() else None
 
     def falls_silent(self, name, was_moving, silence):
