@@ -26,7 +26,8 @@ from tb3_labs.marking.marks_folder import MarksFolder, due_time
 from tb3_labs.marking.names import chosen, printable
 from tb3_labs.marking.processes import Progress, forget_overlays
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
-from tb3_labs.marking.ros_marker import MarkedClass, Marker, Options, QUIET
+from tb3_labs.marking.ros_marked_class import MarkedClass
+from tb3_labs.marking.ros_marker import Marker, Options, QUIET
 from tb3_labs.simulation.network import NETWORKS
 
 

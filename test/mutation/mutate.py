@@ -8,16 +8,16 @@
 
 Each change (see mutations.py) is made in a copy in a temporary folder, which comes first on the
 path of a process of its own; the checkout is read once, at the beginning, and stays as it is. The
-tests of a change are those that run its block; for what runs at an import, as a module's constants
-do, those that run anything of the module or of one that imports it. They are found by one run of
-all tests on copies whose blocks leave marks. The fastest come first, up to --patience seconds of
-computing, and the first failure ends it. A test that computes for five times as long as usual
-hangs: that counts as noticed, and is listed.
+tests of a change are those that run its block. For what runs at an import, as a module's constants
+do, or is seen to run in no test, they are those that run anything of the module or of one that
+imports it. They are found by one run of all tests on copies whose blocks leave marks. The fastest
+come first, up to --patience seconds of computing, and the first failure ends it. A test that
+computes for five times as long as usual hangs: that counts as noticed, and is listed.
 
 Prints each change that survives, and a table by room: without the boundaries, too (`<` for `<=`),
-since most of them differ in one value of a float only. Not part of the test suite. Limits: a test
-that computes in other processes is not seen to run the package; a machine so busy that a test fails
-by time alone makes a change look noticed.
+since most of them differ in one value of a float only. Not part of the test suite. Limits: code
+that runs in another process is not seen to run; a machine so busy that a test fails by time alone
+makes a change look noticed.
 """
 import argparse
 import ast
@@ -67,9 +67,9 @@ class Choice:
         """The fastest first, as many as patience allows."""
         around = [line for line, _, last in self._blocks[mutation.path]
                   if line <= mutation.line <= last]
-        if around and (mutation.path, max(around)) not in self._at_import:
-            able = [test for test in self._tests if (mutation.path, max(around)) in test.blocks]
-        else:
+        block = (mutation.path, max(around, default=0))
+        able = [test for test in self._tests if block in test.blocks]
+        if not able or block in self._at_import:
             files = self._importers.get(mutation.path, set()) | {mutation.path}
             able = [test for test in self._tests
                     if test.path in files or any(path in files for path, _ in test.blocks)]

@@ -42,11 +42,12 @@ HANG = """        import subprocess
         while True:
             time.sleep(1.0)
 """.format(SLEEP)
+#: More lines at a time than a person can read: on a slow machine, too, they come within a second.
 FLOOD = """        def flood():
             import time
             while True:
-                print(self.curr_yaw, self.goal_yaw)
-                time.sleep(2e-4)
+                print('{} {}\\n'.format(self.curr_yaw, self.goal_yaw) * 2000)
+                time.sleep(0.1)
         import threading
         threading.Thread(target=flood, daemon=True).start()
 """

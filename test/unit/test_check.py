@@ -94,13 +94,13 @@ class Terminal(io.StringIO):
 
 
 def test_a_file_gets_a_line_for_each_change():
-    file = io.StringIO()
+    file = io.TextIOWrapper(io.BytesIO())
     progress = Progress(file)
     for words, detail in (('a: turns', ', l'), ('a: turns', ', r'), ('a: mouse', ', up')):
         progress.now('a', words, detail)
+        assert file.buffer.getvalue().endswith(words.encode() + b'\n')      # at once
     progress.line('a: 3 points')
-    progress.done('a')
-    assert file.getvalue() == 'a: turns\na: mouse\na: 3 points\n'
+    assert file.buffer.getvalue() == b'a: turns\na: mouse\na: 3 points\n'
 
 
 def test_a_terminal_gets_one_line_that_is_renewed(monkeypatch):

@@ -10,7 +10,8 @@ from tb3_labs.marking import move2goal, ros_move2goal, ros_running_node, ros_sta
 from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.marks import LABS, points_of
 from tb3_labs.marking.observation import Run
-from tb3_labs.marking.ros_checkoff import PARTS, PLAYED, QUESTIONS, RELEASES, OpenCriteria, parts_of
+from tb3_labs.marking.open_criteria import QUESTIONS, OpenCriteria
+from tb3_labs.marking.ros_checkoff import PARTS, PLAYED, RELEASES, parts_of
 from tb3_labs.marking.ros_running_node import Person
 from tb3_labs.marking.ros_turn import MOST_TURNS, WITH_MARGIN, next_turn
 

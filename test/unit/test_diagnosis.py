@@ -9,6 +9,7 @@ import pytest
 
 from mutants import mistaken_nodes, right_node, scene_of
 from student_runs import played
+from test_marking import turned as robot_that_turned
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.feedback import diagnosis
 from tb3_labs.marking.move2goal import GOAL_POSE, LOCAL_T_WORLD, SENSED
@@ -141,6 +142,12 @@ def driven(way, last, start, begin):
     commands = [[begin + k / 10.0, 0.15 if 30 <= k < 90 else 0.0, 0.0 if 30 <= k < 90 else 0.3]
                 for k in range(120)] + [[begin + 12.0, 0.0, 0.0]]
     return Stimulus('drive {}'.format(begin), begin, begin + 14.0, facts=facts), truth, commands
+
+
+@pytest.mark.parametrize('name, moved, asked', [
+    ('l', True, True), ('l', False, False), ('x', True, False)])
+def test_a_mark_is_diagnosed_by_the_turns_that_were_asked_and_done(name, moved, asked):
+    assert (diagnosis(robot_that_turned(45.0, name, moved)) != Diagnosis('')) is asked
 
 
 @pytest.mark.parametrize('way', [way for way in WAYS if way.mistake in ('', 'place_kept')][:2])

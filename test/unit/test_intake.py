@@ -96,7 +96,9 @@ def test_what_is_nobodys_work_is_not_unpacked(tmp_path):
     for file in (path, link):
         unpack(file, tmp_path / 'out', Budget())
     assert files_below(tmp_path / 'out') == {'a/' + NODE, 'a/builder.py', 'a/b/c.py'}
-    assert os.access(str(tmp_path / 'out' / 'a' / NODE), os.X_OK)
+    unpack(zipped(tmp_path / 'c.zip', {'n.py': 'x'}), tmp_path / 'plain', Budget())
+    assert [os.access(str(tmp_path / name), os.X_OK) for name in ('out/a/' + NODE, 'plain/n.py')
+            ] == [True, False]
 
 
 @pytest.mark.parametrize('name', ['../x.py', 'a/../../x.py', '/etc/x', 'C:\\x.py', '..\\x.py'])
@@ -237,6 +239,9 @@ def test_a_list_of_repositories_is_found(tmp_path):
 def test_when_it_was_handed_in(tmp_path):
     """A zip file as it says itself, else the newest file, a repository by its last commit."""
     path = zipped(tmp_path / 'a.zip', {NODE: 'x'}, date=(2026, 11, 20, 23, 58, 0))
+    with zipfile.ZipFile(str(path), 'a') as archive:
+        for name in ('.git/index', 'lab2/'):        # these are not unpacked
+            archive.writestr(zipfile.ZipInfo(name, (2030, 1, 1, 0, 0, 0)), '')
     assert Submission('Ann', [path]).handed_in_at() == (
         datetime(2026, 11, 20, 23, 58), 'the newest file')
     folder = tmp_path / 'repository'

@@ -15,7 +15,7 @@ from tb3_labs.marking import imu, intake, move2goal, processes, sandbox, turn
 from tb3_labs.marking.criteria import Criterion, Place, judge
 from tb3_labs.marking.feedback import feedback, moments, overview
 from tb3_labs.marking.marks import LABS, Marks, Row, points_of
-from tb3_labs.marking.marks_folder import Table, cells
+from tb3_labs.marking.marks_table import Table, cells
 from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.ros_gamepad import AXES, BUTTONS, pad_called, pad_in_words
 from tb3_labs.marking.ros_stage import SCRIPTS

@@ -9,17 +9,25 @@ import pytest
 
 from tb3_labs.marking import processes, sandbox
 from tb3_labs.marking.processes import IDENTITY, ResourceWatch, environment_in, sweep
-from tb3_labs.marking.sandbox import HOME, LARGEST_FILE, OWN_FOLDERS, Sandbox
+from tb3_labs.marking.sandbox import (ADDRESS_SPACE, HOME, LARGEST_FILE, OWN_FOLDERS, ROOM, TASKS,
+                                      USERS, NoSandbox, Sandbox)
 
+#: What any sandbox needs of a machine: a namespace in a namespace.
+BARE = ['bwrap', '--unshare-net', '--dev-bind', '/', '/', 'bwrap', '--unshare-pid',
+        '--dev-bind', '/', '/', '--proc', '/proc', 'true']
 #: A program tells what it sees; its arguments: a folder of its own, and places that are not.
 LOOKS = '''
-import importlib.util, json, os, resource, socket, sys
+import importlib.util, json, os, resource, signal, socket, sys
 own, *others = sys.argv[1:]
 print(json.dumps({
     'variables': dict(os.environ), 'folder': os.getcwd(), 'read': open(own + '/n.txt').read(),
     'there': [os.path.exists(place) for place in others],
     'writable': [place for place in ('/', '/usr', '/dev', own, *%r) if os.access(place, os.W_OK)],
-    'largest': resource.getrlimit(resource.RLIMIT_FSIZE)[0], 'network': socket.if_nameindex(),
+    'limits': [resource.getrlimit(getattr(resource, 'RLIMIT_' + name))[0]
+               for name in ('FSIZE', 'AS', 'CORE', 'NPROC')],
+    'room': os.statvfs('/tmp').f_blocks * os.statvfs('/tmp').f_frsize,
+    'ctrl_c': signal.getsignal(signal.SIGINT) is signal.default_int_handler, 'user': os.getuid(),
+    'network': socket.if_nameindex(),
     'processes': len([name for name in os.listdir('/proc') if name.isdigit()]),
     'modules': [importlib.util.find_spec('tb3_labs.' + name) is not None
                 for name in ('msg', 'srv', 'marking', 'nodes')]}))
@@ -83,8 +91,11 @@ def test_each_folder_above_a_place_is_made_once():
 
 
 def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
-    if sandbox.problem():
-        pytest.skip('no sandboxes here: ' + sandbox.problem())
+    try:
+        subprocess.run(BARE, check=True, timeout=30.0)
+    except (OSError, subprocess.SubprocessError) as problem:
+        pytest.skip('no sandboxes here: {}'.format(problem))
+    assert sandbox.problem() == ''
     own, other = tmp_path / 'own', tmp_path / 'other'
     own.mkdir()
     other.mkdir()
@@ -103,8 +114,27 @@ def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
     assert variables['HOME'] == HOME and variables['PATH'] == given['PATH']
     assert not {'TOKEN', IDENTITY} & set(variables)
     assert seen.pop('processes') < 5 and [name for _, name in seen.pop('network')] == ['lo']
-    assert seen == {'folder': HOME, 'read': 'mine', 'there': [False] * 4, 'largest': LARGEST_FILE,
+    assert (seen.pop('user') in USERS) is (os.geteuid() == 0)
+    assert 0 <= seen.pop('room') - ROOM < 1e6 or not sandbox.sized()
+    limits = seen.pop('limits')
+    assert limits[:3] == [LARGEST_FILE, ADDRESS_SPACE, 0]
+    assert limits[3] == TASKS or os.geteuid() != 0      # else it depends on Linux
+    assert seen == {'ctrl_c': True, 'folder': HOME, 'read': 'mine', 'there': [False] * 4,
                     'writable': list(OWN_FOLDERS), 'modules': [True, True, False, False]}
+
+
+@pytest.mark.parametrize('said, can', [
+    ('bubblewrap 0.8.0', True), ('bubblewrap 0.10.0', True), ('bubblewrap 0.6.1', False)])
+def test_a_new_bubblewrap_limits_the_size_of_a_folder(monkeypatch, said, can):
+    monkeypatch.setattr(sandbox.subprocess, 'check_output', lambda *_, **__: said + '\n')
+    assert sandbox.sized.__wrapped__() is can
+
+
+def test_without_a_sandbox_a_program_keeps_all_but_large_files():
+    given = {'PATH': os.environ['PATH'], 'TOKEN': 'x'}
+    assert subprocess.check_output(
+        NoSandbox().command(['sh', '-c', 'echo $TOKEN $(ulimit -f)']), text=True,
+        env=NoSandbox().environment(given)) == 'x {}\n'.format(LARGEST_FILE // 512)
 
 
 @pytest.mark.parametrize('ends, words', [

@@ -2,6 +2,7 @@
 unknown types are filled and read."""
 import math
 import os
+import shutil
 import subprocess
 import threading
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -11,11 +12,13 @@ import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import workspace
-from tb3_labs.marking.choice import NoNode, SourceFile, choose, find_node, imports_of, source_of
+from tb3_labs.marking.choice import NoNode, SourceFile, choose, find_node, source_of
+from tb3_labs.marking.imports import imports_of
 from tb3_labs.marking.intake import Submission
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.processes import forget_overlays
 from tb3_labs.marking.ros_interface import fill_pose, is_origin
+from tb3_labs.marking.sandbox import NoSandbox
 from tb3_labs.marking.workspace import prepare
 from tb3_labs.srv import SetInitialPoseRequest
 
@@ -223,6 +226,7 @@ TURN_NODE = '''#!/usr/bin/env python3
 import rospy
 import cv3
 import apriltag_rosx as tags; import os
+import json
 from nothing_here.msg import Tag, Tags
 from lab1.msg import MouseController
 print(MouseController().activestatus, tags, "rospy" and rospy.__name__)
@@ -255,8 +259,8 @@ def test_only_what_the_node_needs_is_built_and_what_is_lacking_is_left_out(tmp_p
     assert ready.lacking == ['apriltag_rosx']       # it is used: the node cannot run without it
     assert sorted(os.listdir(str(tmp_path / 'ws' / 'src'))) == ['other1', 'package']
     code = copy.read_text().splitlines()
-    assert code[2] == 'pass    # import cv3' and code[4] == 'pass    # ' \
-        'from nothing_here.msg import Tag, Tags'
+    assert code[2] == 'pass    # import cv3' and code[4] == 'import json'
+    assert code[5] == 'pass    # from nothing_here.msg import Tag, Tags'
     code[3] = 'tags = 7'
     copy.write_text('\n'.join(code))
     assert output_of(copy, ready) == 'False 7 rospy\n'
@@ -299,6 +303,29 @@ def test_a_message_that_cannot_be_built_stops_no_other(tmp_path):
     assert 'lab1/Broken.msg cannot be built: Cannot locate message [Type]: unknown package' in words
     assert 'lab1/S.srv cannot be built: Invalid declaration: no type here.' in words
     assert output_of(copy, ready)
+
+
+def test_messages_that_cannot_be_read_are_told(tmp_path):
+    class Fails(NoSandbox):
+        def command(self, command):
+            return ['false']
+    remarks = []
+    folder = hand_in(tmp_path / 'lab1', **{'msg__M.msg': 'int32 x\n'})
+    built = workspace.build({'lab1': folder}, tmp_path / 'python', {}, remarks, Fails())
+    assert remarks == ['The messages and services could not be built.']
+    assert built['fields'] == {}
+
+
+def test_a_node_has_its_packages_own_modules_and_of_two_packages_the_nearer(tmp_path):
+    folder = course(tmp_path, node='#!/usr/bin/env python3\nfrom lab2.laws import name\n'
+                    'from lab1.laws import name as other\nprint(name, other)\n')
+    for place, name in (('lab2', 'lab2'), ('lab2/lab1', 'lab1'), ('old/a/lab1', 'lab1')):
+        hand_in(folder / place, **{
+            'package.xml': MANIFEST.format(name), 'setup.py': '',
+            'src__{}__laws'.format(name): 'name = {!r}\n'.format(place)})
+    shutil.rmtree(str(folder / 'lab1'))
+    ready, copy = ready_in(tmp_path, folder)
+    assert output_of(copy, ready) == 'lab2 lab2/lab1\n'
 
 
 def test_rosrun_finds_the_copy_and_not_what_somebody_built_of_the_same_name(tmp_path, monkeypatch):

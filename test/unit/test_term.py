@@ -13,14 +13,16 @@ import pytest
 import yaml
 
 from test_marking import TABLE, marks_of, observation, turned
-from tb3_labs.marking import feedback, marks_folder, ros_marker, turn
+from tb3_labs.marking import feedback, marks_folder, ros_marked_class, turn
 from tb3_labs.marking.feedback import results
 from tb3_labs.marking.intake import Copy, submissions_from
 from tb3_labs.marking.marks import Marks, Row, course_of, from_record, points_of, to_record
-from tb3_labs.marking.marks_folder import MarksFolder, Table, cells, due_time, labels, late_by
+from tb3_labs.marking.marks_folder import MarksFolder, due_time, late_by
+from tb3_labs.marking.marks_table import Table, cells, labels
 from tb3_labs.marking.names import chosen
 from tb3_labs.marking.processes import Progress
-from tb3_labs.marking.ros_marker import MarkedClass, Marker
+from tb3_labs.marking.ros_marked_class import MarkedClass
+from tb3_labs.marking.ros_marker import Marker
 from tb3_labs.report.tables import safe
 
 ROWS = [Row('code', 25.0), Row('demonstration', 25.0), Row('report', 50.0)]
@@ -263,7 +265,7 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
         go_on.set()
         raise KeyboardInterrupt
     marking, found = marked(tmp_path, {'ann': None, 'bob': slowly}, [])
-    monkeypatch.setattr(ros_marker, 'wait', interrupted)
+    monkeypatch.setattr(ros_marked_class, 'wait', interrupted)
     assert marking.mark_all(found, 2) is True
     assert list(marks_below(tmp_path / 'marks')) == ['ann', 'bob']
 

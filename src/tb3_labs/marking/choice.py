@@ -1,11 +1,10 @@
-"""Which file of a submission is the node of a lab? Its packages, and what a program imports.
+"""The files of a submission: its packages, and the file that is the node of a lab.
 
 A repository of a whole course has several files with the same name. A file is chosen by its
 package, then by its name, then by what it does. Real submissions: see doc/instructor/marking.md.
 
 Here all files of a submission are only read, as texts.
 """
-import ast
 import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -15,9 +14,6 @@ from tb3_labs.marking.marks import Lab
 from tb3_labs.marking.names import NAME, is_name
 
 MANIFEST = 'package.xml'
-#: A module of this package; those that every node may import begin as in SHARED.
-LAW = re.compile(r'tb3_labs\.\w[\w.]*')
-SHARED = ('tb3_labs.msg.', 'tb3_labs.srv.')
 #: At most this much of a package.xml is read [bytes].
 LARGEST_MANIFEST = 1000000
 #: The folders of a package's messages, services and actions; also the endings of their files.
@@ -31,8 +27,6 @@ LISTENS_TO = 'listens to '
 NAMED = 6
 #: A larger file is not a program [bytes].
 LARGEST_PROGRAM = 1000000
-#: If a program catches one of these errors around an import, it runs without the module.
-CAUGHT = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}
 
 
 class NoNode(Exception):
@@ -104,12 +98,12 @@ def choose(lab: Lab, files: Sequence[SourceFile], package: str = '',
 
 
 def _candidate(lab, file, packages, names):
-    folders, low = file.path.split('/')[:-1], file.path.rsplit('/', 1)[-1].lower()
+    *folders, name = file.path.lower().split('/')
     said = _signs(lab, file.text)
     lower = [usual.lower() for usual in names]
     return _Candidate(
         min(_package_rank(usual, [file.package] + folders) for usual in packages),
-        lower.index(low) if low in lower else len(names), 3 - len(said),
+        lower.index(name) if name in lower else len(names), 3 - len(said),
         FOLDERS.index(folders[-1]) if folders and folders[-1] in FOLDERS else len(FOLDERS),
         len(folders), file.path, said)
 
@@ -234,8 +228,8 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
             found.setdefault(name, set()).add(place)
 
     def far(place: Path) -> Tuple[int, int, str]:
-        common = sum(1 for parent in place.parents if parent in node.parents)
-        return -common, len(place.parts), str(place)
+        common = set(place.parents) & set(node.parents)
+        return -len(common), len(place.parts), str(place)
     return {name: min(places, key=far) for name, places in found.items()}
 
 
@@ -250,85 +244,3 @@ def types_used(package: Path) -> Set[str]:
     texts = [(package / kind / name).read_text(encoding='utf-8', errors='replace')
              for kind, names in interface_files(package).items() for name in names]
     return set(FIELD.findall('\n'.join(texts)))
-
-
-# -- imports
-
-class Import(NamedTuple):
-    """One import statement of a program."""
-
-    modules: Tuple[str, ...]    # with dots, as they are written
-    first: int                  # its lines, counted from 1
-    last: int
-    used: bool                  # is an imported name used, or is it not alone on its line?
-    guarded: bool               # does the program go on if the import fails?
-
-    @property
-    def packages(self) -> Set[str]:
-        """The modules up to their first dot."""
-        return {module.split('.')[0] for module in self.modules}
-
-
-def _nodes_of(text):
-    """All nodes of a program's syntax tree; [] if its syntax is wrong, or too deep."""
-    try:
-        return list(ast.walk(ast.parse(text)))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return []
-
-
-def imports_of(text: str) -> List[Import]:
-    """Returns the import statements of a program, in order; [] if it is not valid Python.
-
-    Imports of the program's own package (``from . import x``) are left out.
-    """
-    nodes = _nodes_of(text)
-    used = {node.id for node in nodes if isinstance(node, ast.Name)}
-    guarded = {id(inner) for node in nodes if isinstance(node, ast.Try)
-               and any(_catches(handler) for handler in node.handlers)
-               for statement in node.body for inner in ast.walk(statement)}
-    simple = [node for node in nodes
-              if isinstance(node, ast.stmt) and not hasattr(node, 'body')]
-    found = []
-    for node in nodes:
-        if isinstance(node, ast.Import):
-            modules = tuple(alias.name for alias in node.names)
-            bound = {alias.asname or alias.name.split('.')[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            modules = (node.module,)
-            bound = {alias.asname or alias.name for alias in node.names}
-        else:
-            continue
-        first, last = node.lineno, node.end_lineno or node.lineno
-        # an import beside another statement in one line cannot be taken out alone
-        alone = sum(other.lineno <= last and first <= (other.end_lineno or other.lineno)
-                    for other in simple) == 1
-        found.append(Import(modules, first, last, not alone or '*' in bound or bool(bound & used),
-                            id(node) in guarded))
-    return sorted(found, key=lambda item: item.first)
-
-
-def _catches(handler):
-    return handler.type is None or any(
-        isinstance(node, ast.Name) and node.id in CAUGHT for node in ast.walk(handler.type))
-
-
-def laws_named(file: str, text: str) -> List[str]:
-    """The findings on a Python file that names more of this package than its messages.
-
-    A module is imported, or named in quotes, as importlib takes it.
-    """
-    found = []
-    for node in _nodes_of(text):
-        if isinstance(node, ast.ImportFrom):
-            names = ['{}.{}'.format(node.module, alias.name) for alias in node.names]
-        elif isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            names = [node.value]
-        else:
-            continue
-        found += ['{}, line {}, uses {} of this package.'.format(file, node.lineno, name)
-                  for name in names if LAW.fullmatch(name)
-                  and not (name + '.').startswith(SHARED)]
-    return list(dict.fromkeys(found))

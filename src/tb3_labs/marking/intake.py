@@ -274,8 +274,7 @@ def unpack(path: Path, folder: Path, budget: Budget) -> None:
     """
     try:
         with zipfile.ZipFile(str(path)) as archive:
-            files = [info for info in archive.infolist() if not info.filename.endswith('/')]
-            wanted = [info for info in files if _path_of(info)]
+            wanted = _wanted(archive)
             if any(info.flag_bits & ENCRYPTED for info in wanted):
                 raise Refused('The zip file was not unpacked: it has a password.')
             budget.check(len(wanted), sum(info.file_size for info in wanted))
@@ -291,11 +290,15 @@ def newest_in(path: Path) -> Optional[datetime]:
     """Returns the time of the newest file in a zip file; None if it is not known."""
     try:
         with zipfile.ZipFile(str(path)) as archive:
-            times = [info.date_time for info in archive.infolist() if not info.is_dir()
-                     and _path_of(info)]
+            times = [info.date_time for info in _wanted(archive)]
         return datetime(*max(times)) if times else None
     except (zipfile.BadZipFile, OSError, ValueError, Refused):
         return None
+
+
+def _wanted(archive):
+    """The entries of an archive that are unpacked; ``Refused`` as in _path_of()."""
+    return [info for info in archive.infolist() if not info.is_dir() and _path_of(info)]
 
 
 def _path_of(info):

@@ -5,18 +5,17 @@ not left moving. The scripts are like those of the marking, with two differences
 any heading, and the person presses Ctrl+C. Headings are those of the IMU in [deg], 0 to 360.
 """
 import time
-from typing import Iterable, List, Mapping, NamedTuple, Sequence, Tuple
 
 import rosgraph
 import rospy
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking import gamepad, imu, move2goal, ros_gamepad, ros_move2goal, ros_turn, turn
-from tb3_labs.marking.criteria import Criterion, Outcome, Verdict, judge
-from tb3_labs.marking.marks import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN, Marks
+from tb3_labs.marking.marks import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN
 from tb3_labs.marking.observation import CTRL_RELINQ
 from tb3_labs.marking.observation import IMU as IMU_TOPIC
-from tb3_labs.marking.observation import JOY, MOUSE_INFO, MOVED, ODOM, TRUTH, Observation, Scene
+from tb3_labs.marking.observation import JOY, MOUSE_INFO, MOVED, ODOM, TRUTH, Observation
+from tb3_labs.marking.open_criteria import OpenCriteria
 from tb3_labs.marking.ros_robot import Recorder, imu_heading_deg
 from tb3_labs.marking.ros_running_node import YES, Impossible, RunningNode, is_there, person_ends
 from tb3_labs.marking.ros_stage import Stage
@@ -26,7 +25,7 @@ from tb3_labs.ros.clocks import wait_until
 ANSWER = 4.0
 #: The stick is held at this value, so that the robot turns slowly until Ctrl+C.
 SLOWLY = 0.3
-#: At the end the messages that let go of the robot are sent for this time [s].
+#: At the end the message that lets go of the robot is sent for this time [s].
 RELEASE = 0.4
 
 
@@ -119,105 +118,13 @@ PARTS = {
                 move2goal.CONTROL: control, move2goal.DECLARED: ros_move2goal.declared},
     GAMEPAD: dict(ros_gamepad.PARTS, **{gamepad.BUTTONS: buttons}),
 }
-#: lab -> (topic that this program plays, parts in which it plays). No other program may play then.
+#: lab -> (topic that this program publishes, parts in which it does; no other program may then)
 PLAYED = {TURN: (MOUSE_INFO, {turn.MOUSE, turn.BOTH}),
           MOVE2GOAL: (CTRL_RELINQ, set(PARTS[MOVE2GOAL])), GAMEPAD: (JOY, set(PARTS[GAMEPAD]))}
-#: topic -> function of a Stage that lets go of the topic: a new mouse is not active, the sticks of
-#: a new pad are in the middle, a new Control is taken.
+#: topic -> a function of a Stage that lets go of it: a new mouse is not active, the sticks of a new
+#: pad are in the middle, and a new Control has taken the robot from the node
 RELEASES = {MOUSE_INFO: lambda stage: ros_turn.mouse_of(stage, []),
             JOY: lambda stage: ros_gamepad.HeldPad(stage.pad), CTRL_RELINQ: ros_move2goal.Control}
-
-
-# -- criteria that are open
-
-class Question(NamedTuple):
-    """A question to a person about a stimulus; a yes means that the node printed `text`."""
-
-    stimulus: str
-    words: str
-    text: str
-
-
-#: Only a person sees a node's output. Name of a criterion about the output -> Question.
-QUESTIONS = {
-    'says_reached': Question(move2goal.AT_GOAL, 'Did it print "Goal reached!", once?',
-                             'Goal reached!'),
-    'says_reset': Question(move2goal.RESET_TO_ORIGIN, 'Did it print "Local pose set to x=..., '
-                           'y=..., yaw=..."?', 'Local pose set'),
-    'says_success': Question(gamepad.RESET, 'Did it print "{}." after Y?'.format(gamepad.SUCCESS),
-                             gamepad.SUCCESS),
-    'says_why_not': Question(gamepad.RESET_WITHOUT_SERVICE, 'Did it say why the reset failed?',
-                             'why'),
-}
-
-
-class Pending(Exception):
-    """A criterion cannot be judged before its part is over."""
-
-
-class _SoFar(Observation):
-    """An Observation that is not complete: a stimulus that is missing may still come."""
-
-    def has(self, name: str) -> bool:
-        if not super().has(name):
-            raise Pending(name)
-        return True
-
-    def during(self, name: str, may_die: bool = False) -> Scene:
-        if name not in self.missing:
-            self.has(name)
-        return super().during(name, may_die)
-
-
-class OpenCriteria:
-    """The criteria of these parts; each is judged as soon as its verdict is final."""
-
-    def __init__(self, criteria: Iterable[Criterion], worth: Mapping[str, float],
-                 parts: Sequence[str]) -> None:
-        self._open = [criterion for criterion in criteria if criterion.part in parts]
-        self._worth, self._marks = worth, Marks('')
-
-    def look(self, observation: Observation) -> List[Verdict]:
-        """The verdicts that are final now, in the middle of a part."""
-        return self._judge(_SoFar(**vars(observation)), self._open, asked=True)
-
-    def questions(self, observation: Observation, part: str) -> List[Question]:
-        """The questions at the end of a part, on open criteria about the node's output."""
-        return [QUESTIONS[criterion.name] for criterion in self._open
-                if criterion.part == part and criterion.name in QUESTIONS
-                and observation.has(QUESTIONS[criterion.name].stimulus)]
-
-    def end(self, observation: Observation, part: str) -> List[Verdict]:
-        """The verdicts on the open criteria of a part at its end."""
-        return self._judge(observation, [c for c in self._open if c.part == part])
-
-    def _judge(self, observation, criteria, asked=False):
-        """`asked`: is a person asked before a criterion of QUESTIONS is missed?"""
-        judged = []
-        for criterion in list(criteria):
-            try:
-                verdict, = judge([criterion], observation, self._worth)
-            except Pending:
-                continue
-            if asked and criterion.name in QUESTIONS and verdict.outcome is Outcome.MISSED:
-                continue
-            judged.append(verdict)
-            self._open.remove(criterion)
-        self._marks.verdicts += judged
-        return judged
-
-    @property
-    def all_met(self) -> bool:
-        """Are all of the handout's criteria judged and met?"""
-        graded = self._marks.graded
-        return (bool(graded) and all(verdict.outcome is Outcome.MET for verdict in graded)
-                and all(criterion.extra for criterion in self._open))
-
-    @property
-    def points(self) -> Tuple[float, float]:
-        """(points that were earned, full marks); open criteria count for the full marks."""
-        still_open = sum(self._worth[c.name] for c in self._open if not c.extra)
-        return self._marks.points, self._marks.worth + still_open
 
 
 # -- the checkoff

@@ -1,19 +1,15 @@
-"""The IMU lab: turns by keyboard, beside the mouse. Here are all its criteria.
-
-Students define the message of the mouse themselves. It may have `activestatus` for `status`, `bool`
-for `std_msgs/Bool`, or an extra `zPos`. Its fields are found by name, else by type and position.
-"""
+"""The IMU lab: turns by keyboard, beside the mouse. Here are all its criteria."""
 import re
 from functools import partial
-from typing import Iterable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import NamedTuple
 
 import numpy as np
 
-from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, IMU_SHEET, IN_TIME, LINEAR, NEAR, ROUNDING,
-                                       STOPS_AT_ONCE, STOPS_WHEN_LOST, TURN_LAB, Criterion, Place,
-                                       ends_cleanly, first_missed, opposite, says, starts, steers,
-                                       stops_robot, stops_when_silent)
-from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
+from tb3_labs.marking import mouse
+from tb3_labs.marking.criteria import (IMU_SHEET, IN_TIME, ROUNDING, STOPS_AT_ONCE, STOPS_WHEN_LOST,
+                                       TURN_LAB, Criterion, Place, ends_cleanly, first_missed, says,
+                                       starts, stops_robot, stops_when_silent)
+from tb3_labs.marking.observation import MOVED, RESTED, NotSeen, Observation
 
 #: The parts of the lab.
 TURNS, MOUSE, BOTH, SHUTDOWN, LOST = 'turns', 'mouse', 'both', 'shutdown', 'lost'
@@ -140,89 +136,6 @@ def names_valid_inputs(printed: str) -> bool:
     return bool(words & {LEFT, 'left'}) and bool(words & {RIGHT, 'right'})
 
 
-# ----- the mouse -----
-
-#: The stimuli of the mouse alone, in their order.
-NOT_ACTIVE = 'mouse not active'
-UP, NEAR_MIDDLE, TO_LEFT, HALF_RIGHT = (
-    'mouse up', 'mouse near the middle', 'mouse left', 'mouse half right')
-DEACTIVATED = 'mouse deactivated'
-#: The stimuli beside turns.
-TURN_BESIDE, AFTER_TURN, IN_TURN = 'l beside the mouse', 'mouse after a turn', 'mouse in a turn'
-#: The stimulus: the mouse stops sending.
-SILENT = 'mouse silent'
-ALONE = (NOT_ACTIVE, UP, NEAR_MIDDLE, TO_LEFT, HALF_RIGHT, DEACTIVATED)
-BESIDE_TURNS = (TURN_BESIDE, AFTER_TURN, IN_TURN)
-#: The places of the active mouse: stimulus -> (x to the right, y up), each -1 to 1.
-PLACES = {UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), TO_LEFT: (-1.0, 0.0), HALF_RIGHT: (0.6, 0.0)}
-
-#: Nothing moves at the mouse lab's distance from the middle; places nearer to it are tried.
-DEAD_ZONE = 0.25
-#: The full speed, at the edge of the screen [m/s], [rad/s].
-FULL = 0.5
-AT_EDGE = (FULL - NEAR, FULL + NEAR)
-#: The speeds at 0.6 of the way: a wide range, since the mouse lab does not fix the dead zone.
-HALF_WAY = (0.2 * FULL, 0.8 * FULL)
-#: The mouse is held at a place for HELD; moved during a turn, it must drive within AT_LAST [s].
-HELD, AT_LAST = 0.8, 4.0
-#: The limits of the criteria of the mouse, in words.
-DRIVES, DRIVES_AFTER_TURN, IN_DEAD_ZONE = (
-    'within {:g} s: {:.2f} to {:.2f} at the edge, {:.2f} to {:.2f} at {:g} to the right; the other '
-    'speed at most {:g}'.format(HELD, *AT_EDGE, *HALF_WAY, PLACES[HALF_RIGHT][0], NEAR),
-    'more than {:.2f} m/s within {:g} s'.format(AT_EDGE[0], HELD),
-    'at ({:g}, {:g}) from {:g} s on'.format(*PLACES[NEAR_MIDDLE], AT_ONCE))
-
-
-def _mouse_drove(seen):
-    if not len(seen.during(UP).moving):
-        raise NotSeen('the mouse did not move the robot at all')
-
-
-def _mouse_drives(seen: Observation) -> str:
-    for name, column, bounds in ((UP, LINEAR, AT_EDGE), (TO_LEFT, ANGULAR, AT_EDGE),
-                                 (HALF_RIGHT, ANGULAR, opposite(HALF_WAY))):
-        missed = steers(seen.during(name).moving, name, column, bounds)
-        if missed:
-            return missed
-    return ''
-
-
-def _dead_zone(seen: Observation) -> str:
-    _mouse_drove(seen)
-    late = seen.during(NEAR_MIDDLE).moving_after(AT_ONCE)
-    return '' if not len(late) else \
-        'with the mouse at {} it commanded {:.2f} m/s and {:.2f} rad/s'.format(
-            PLACES[NEAR_MIDDLE], *late[-1, 1:])
-
-
-def _mouse_off(seen: Observation) -> str:
-    if len(seen.during(NOT_ACTIVE).moving):
-        return 'the mouse moved the robot before it was activated'
-    _mouse_drove(seen)
-    if len(seen.during(DEACTIVATED).moving_after(AT_ONCE)):
-        return 'the robot was still driven {:g} s after the mouse was deactivated'.format(AT_ONCE)
-    return ''
-
-
-def _after_turn(seen: Observation) -> str:
-    return '' if drives_forward(seen.during(AFTER_TURN).commands) else \
-        'after a turn the mouse did not move the robot any more'
-
-
-def _in_turn(seen: Observation) -> str:
-    scene = seen.during(IN_TURN)
-    if not scene.facts[WAS_MOVING]:
-        return 'there was no turn in the middle of which the mouse could be moved'
-    return '' if drives_forward(scene.commands) else \
-        'the mouse, moved in the middle of a turn, had not moved the robot {:.0f} s later'.format(
-            scene.end - scene.begin)
-
-
-def drives_forward(commands: Iterable[Sequence[float]]) -> bool:
-    """Does a mouse at the upper edge give one of these commands? Rows of time, linear, angular."""
-    return any(command[LINEAR] > AT_EDGE[0] for command in commands)
-
-
 CRITERIA = [
     Criterion('starts', TURNS, 'runs and listens to imu', START, starts, limits=IN_TIME),
     Criterion('left', TURNS, 'l turns 90 degrees left', LAW,
@@ -240,18 +153,18 @@ CRITERIA = [
               '{:g} s, in at most {} lines; the robot rests'.format(
                   ANSWER, LEGIBLE)),
     Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
-              'edge'.format(FULL), AT_MOUSE, _mouse_drives, limits=DRIVES),
+              'edge'.format(mouse.FULL), AT_MOUSE, mouse.steers_robot, limits=mouse.DRIVES),
     Criterion('mouse_dead_zone', MOUSE, 'a mouse within {:g} of the middle moves nothing'.format(
-        DEAD_ZONE), AT_MOUSE, _dead_zone, limits=IN_DEAD_ZONE),
+        mouse.DEAD_ZONE), AT_MOUSE, mouse.has_dead_zone, limits=mouse.IN_DEAD_ZONE),
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
-              AT_MOUSE, _mouse_off, limits=STOPS_AT_ONCE),
+              AT_MOUSE, mouse.can_be_off, limits=STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
-              AT_MOUSE, partial(turned, name=TURN_BESIDE, turn=EACH_TURN[LEFT]),
+              AT_MOUSE, partial(turned, name=mouse.TURN_BESIDE, turn=EACH_TURN[LEFT]),
               limits='as left'),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', AT_MOUSE,
-              _after_turn, limits=DRIVES_AFTER_TURN),
+              mouse.drives_after_turn, limits=mouse.DRIVES_AFTER_TURN),
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
-              AT_MOUSE, _in_turn, limits='within {:g} s'.format(AT_LAST)),
+              AT_MOUSE, mouse.drives_in_turn, limits='within {:g} s'.format(mouse.AT_LAST)),
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', AT_CTRL_C,
               stops_robot, limits=STOPS_AT_ONCE),
     Criterion('says_goodbye', SHUTDOWN, 'at Ctrl+C says "{}"'.format(GOODBYE), AT_CTRL_C,
@@ -263,51 +176,6 @@ CRITERIA = [
               partial(stops_when_silent, name=IMU_SILENT, what='the IMU'), extra=True,
               limits=STOPS_WHEN_LOST),
     Criterion('lost_mouse', LOST, 'stops the robot after the mouse fell silent', AT_MOUSE,
-              partial(stops_when_silent, name=SILENT, what='the mouse'), extra=True,
+              partial(stops_when_silent, name=mouse.SILENT, what='the mouse'), extra=True,
               limits=STOPS_WHEN_LOST),
 ]
-
-
-# ----- the message of the mouse -----
-
-#: The mouse lab's names of the fields; FLAGS and NUMBERS are the types that they may have.
-STATUS, X, Y = 'status', 'xPos', 'yPos'
-FLAGS = ('bool', 'std_msgs/Bool')
-NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
-
-
-class MouseFields(NamedTuple):
-    """The names of the fields, the types of each, and sentences about names that differ."""
-
-    names: Tuple[str, str, str]     # of status, x and y
-    types: Tuple[str, str, str]
-    remarks: List[str]
-
-
-def mouse_fields(names: Sequence[str], types: Sequence[str]) -> MouseFields:
-    """The MouseFields of a message that has fields of these names and types, in this order.
-
-    ``ValueError`` with a clause if the message has no flag, or fewer than two numbers.
-    """
-    flags = [pair for pair in zip(names, types) if pair[1] in FLAGS]
-    numbers = [pair for pair in zip(names, types) if pair[1] in NUMBERS]
-    if not flags or len(numbers) < 2:
-        raise ValueError('its message has no flag and two numbers, but {}'.format(', '.join(
-            '{} {}'.format(kind, name) for name, kind in zip(names, types)) or 'no field'))
-    status = _named(STATUS, flags) or flags[0]
-    x, y = _named(X, numbers), _named(Y, numbers)
-    if not (x and y):
-        x, y = numbers[:2]
-    chosen = (status[0], x[0], y[0])
-    remarks = ['Your {} was taken for {}.'.format(name, usual)
-               for name, usual in zip(chosen, (STATUS, X, Y)) if name != usual]
-    return MouseFields(chosen, (status[1], x[1], y[1]), remarks)
-
-
-def _named(usual: str, fields: List[Tuple[str, str]]) -> Optional[Tuple[str, str]]:
-    """The field of this name, in any case, with or without `Pos`; None if there is none."""
-    for wanted in (usual.lower(), usual.lower().replace('pos', '')):
-        for name, kind in fields:
-            if name.lower().replace('_', '') == wanted:
-                return name, kind
-    return None

@@ -25,9 +25,9 @@ from typing import Any, Dict, List, Mapping, Optional, Set
 import rospkg
 
 from tb3_labs.marking import messages_in_sandbox
-from tb3_labs.marking.choice import (ACTIONS, MANIFEST, MESSAGES, SERVICES, Import, NoNode,
-                                     find_node, imports_of, interface_files, name_in, packages_in,
-                                     source_of, types_used)
+from tb3_labs.marking.choice import (ACTIONS, MANIFEST, MESSAGES, SERVICES, NoNode, find_node,
+                                     interface_files, name_in, packages_in, source_of, types_used)
+from tb3_labs.marking.imports import Import, imports_of
 from tb3_labs.marking.marks import Lab
 from tb3_labs.marking.names import NAME, is_name, printable
 from tb3_labs.marking.processes import MODULES, PREFIXES
