@@ -5,6 +5,7 @@ test/benchmark/commission.py does the same with hundreds of random robots.
 import math
 import os
 import pathlib
+import sys
 from dataclasses import replace
 from functools import lru_cache
 from itertools import groupby
@@ -15,11 +16,13 @@ import rosbag
 import yaml
 
 from tb3_labs.commissioning import findings, page, ride, steps
-from tb3_labs.commissioning.estimates import Estimate, estimates, pooled
+from tb3_labs.commissioning.estimates import estimates, pooled
 from tb3_labs.commissioning.findings import FAULT, LOOK, OK
 from tb3_labs.commissioning.recording import Mark, Recording
 from tb3_labs.commissioning.responses import fit, travel
 from tb3_labs.commissioning.ride import Phase, Ride
+from tb3_labs.commissioning.ros_commission import Terminal
+from tb3_labs.commissioning.sensors import Estimate
 from tb3_labs.commissioning.twin import Playground, driven
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import ImuSample, OdometrySample
@@ -214,6 +217,26 @@ def test_enter_and_numbers_count_only_when_they_are_asked_for():
     here.enter(1.01)
     here.answer(7.0, 1.01)
     assert here.phase is Phase.RUNNING and recording.answers == {}
+
+
+@pytest.mark.parametrize('step, wrong, right, number', [
+    ('metre', ['nan', 'inf', '-inf', '0', '-100', '1.0', '49.9', '150.1', '9999', 'x', '39 inches'], '98,5', 98.5),
+    ('metre', [], '50', 50.0), ('metre', [], '150', 150.0), ('rounds', [], '0', 0.0),
+    ('rounds', ['nan', '3612', '-361', '1e9'], '-12', -12.0), ('rounds', ['400'], '', None)])
+def test_a_number_that_is_not_possible_is_asked_for_again(monkeypatch, capsys, step, wrong, right, number):
+    reader, writer = os.pipe()
+    with os.fdopen(reader) as keyboard, os.fdopen(writer, 'w') as person:
+        monkeypatch.setattr(sys, 'stdin', keyboard)
+        person.write('\n'.join(wrong + [right, 'the next line']) + '\n')
+        person.flush()
+        step, terminal = steps.BY_NAME[step], Terminal()
+        assert terminal.number(step) == number
+        assert os.read(reader, 20) == b'the next line\n'
+    valid = {'metre': '50 to 150 [cm]', 'rounds': '-360 to 360 [degrees]'}[step.name]
+    said = capsys.readouterr().out.split(step.question)[1:]
+    assert len(said) == len(wrong) + 1 and said[-1].strip() == ''
+    for text, answer in zip(wrong, said):
+        assert "'{}' is not valid".format(text) in answer and valid in answer
 
 
 @pytest.mark.parametrize('lag', [0.005, 0.08, 0.4])

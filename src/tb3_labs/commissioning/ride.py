@@ -176,8 +176,8 @@ class Ride:
 
     def _problem(self, now: float) -> str:
         """'' or why everything must end now."""
-        silences, limit = {name: now - at for name, at in self._heard.items()}, (
-            self.step.longest_silence)
+        silences = {name: now - at for name, at in self._heard.items()}
+        limit = self.step.longest_silence
         if max(silences.values()) > limit:
             return LOST + ' and '.join(name for name in silences if silences[name] > 0.8 * limit)
         assert self._part is not None
