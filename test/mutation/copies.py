@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PACKAGE = pathlib.Path('src', 'tb3_labs')
 #: The pure rooms: all that the unit tests can judge.
 ROOMS = ('geometry', 'robot', 'localization', 'control', 'supervision', 'nodes', 'simulation',
-         'report', 'marking', 'panel', 'doctor')
+         'report', 'marking', 'panel', 'doctor', 'handout', 'commissioning')
 #: A process that runs for longer than this hangs [s].
 LONGEST = 900.0
 MARK = "__import__('builtins').__dict__.setdefault('_mutation_marks', set()).add({!r})\n"

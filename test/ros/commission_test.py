@@ -38,6 +38,18 @@ class CommissionTest(NodeCase):
             self.assertIn('a turn differs by at most', page)
             self.assertIn('data:image/png', page)
 
+    def test_a_number_that_is_not_possible_does_not_reach_the_files(self):
+        with tempfile.TemporaryDirectory() as folder:
+            program = self.begin(folder, 'rounds')
+            for number, typed in enumerate(('nan', '9999', '5'), start=1):
+                program.wait_for('By how many degrees', times=number)
+                program.type(typed)
+            self.assertEqual(program.wait(30.0), 0, program.text)
+            for wrong in ('nan', '9999'):
+                self.assertIn("'{}' is not valid: type a number from -360 to 360".format(wrong), program.text)
+            chosen = yaml.safe_load((Path(folder) / 'robot.yaml').read_text())
+            self.assertAlmostEqual(SimulatorConfig(**chosen).wheel_separation, 0.16, delta=0.001)
+
     def test_any_key_stops_it(self):
         with tempfile.TemporaryDirectory() as folder:
             program = self.begin(folder, 'fast drives')

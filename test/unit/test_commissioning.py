@@ -5,6 +5,7 @@ test/benchmark/commission.py does the same with hundreds of random robots.
 import math
 import os
 import pathlib
+import sys
 from dataclasses import replace
 from functools import lru_cache
 from itertools import groupby
@@ -15,11 +16,13 @@ import rosbag
 import yaml
 
 from tb3_labs.commissioning import findings, page, ride, steps
-from tb3_labs.commissioning.estimates import Estimate, estimates, pooled
+from tb3_labs.commissioning.estimates import estimates, pooled
 from tb3_labs.commissioning.findings import FAULT, LOOK, OK
 from tb3_labs.commissioning.recording import Mark, Recording
 from tb3_labs.commissioning.responses import fit, travel
 from tb3_labs.commissioning.ride import Phase, Ride
+from tb3_labs.commissioning.ros_commission import Terminal
+from tb3_labs.commissioning.sensors import Estimate
 from tb3_labs.commissioning.twin import Playground, driven
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import ImuSample, OdometrySample
@@ -214,6 +217,199 @@ def test_enter_and_numbers_count_only_when_they_are_asked_for():
     here.enter(1.01)
     here.answer(7.0, 1.01)
     assert here.phase is Phase.RUNNING and recording.answers == {}
+
+
+class Toy:
+    """A robot that obeys at once, on a ride of one step, in ticks of 10 ms. `moves`: its true speed, and `imu`, `odom`:
+    what these sensors tell of it, as a share; None: the sensor is silent; 'frozen': it repeats its latest sample."""
+
+    def __init__(self, *parts, heading=0.0, **step):
+        self.recording, self.now, self.told, self.resets, self.speed = Recording(), 0.0, [], [], (0.0, 0.0)
+        self.ride = Ride(self.recording, [steps.Step(step.pop('name', ''), '', parts, **step)])
+        self.moves = self.imu = self.odom = 1.0
+        self._heading, self._yaw, self._seen, self._pose = heading, 0.0, 0.0, [0.0, 0.0, heading]
+        self._wiggle, self.begin = 1e-4, 0.05
+        self.pass_time(0.05)
+        self.told.clear()
+        self.ride.enter(self.now)
+
+    def pass_time(self, seconds, blind=False):
+        """`blind`: nothing comes, and the program does not run."""
+        for _ in range(round(100 * seconds)):
+            self.now += 0.01
+            if not blind:
+                self._tick()
+
+    def _tick(self):
+        here, (linear, angular), self._wiggle = self.ride, self.speed, -self._wiggle
+        if self.imu not in (None, 'frozen'):
+            self._yaw += 0.01 * self.moves * self.imu * angular + self._wiggle
+        if self.odom not in (None, 'frozen'):
+            way, turn = 0.01 * self.moves * self.odom * linear, 0.01 * self.moves * self.odom * angular
+            self._pose = [self._pose[0] + way * math.cos(self._heading), self._pose[1] + way * math.sin(self._heading),
+                          self._pose[2] + turn + self._wiggle]
+        if self.imu is not None:
+            here.hear(ImuSample(self.now, math.remainder(self._yaw, 2.0 * math.pi), 0.0), self.now)
+        if self.odom is not None:
+            x, y, yaw = self._pose
+            speed = math.copysign(linear, linear * self.moves * (-1.0 if self.odom == -1.0 else 1.0))
+            here.hear(OdometrySample(self.now, Pose2(x, y, math.remainder(yaw, 2.0 * math.pi)), speed, 0.0), self.now)
+        order = here.tick(self.now)
+        self.resets += [self.now] if order.reset else []
+        if order.command is not None:
+            self.told.append((self.now - self.begin, order.command))
+            self.speed = order.command
+
+
+def drive(sign=1.0, seconds=30.0, **others):
+    return steps.Part('drive', linear=0.02 * sign, seconds=seconds, **others)
+
+
+def turn(sign=1.0, seconds=30.0, **others):
+    return steps.Part('turn', angular=1.0 * sign, seconds=seconds, **others)
+
+
+PAUSE = steps.Part('', seconds=4.0)
+NO_ANSWER, STILL, LOST = ride.STANDS, ride.FROZEN, ride.LOST
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+@pytest.mark.parametrize('part, at, change, reason, latest', [
+    (drive, 0.0, dict(moves=0.0), NO_ANSWER, 1.6), (drive, 0.0, dict(moves=-1.0), NO_ANSWER, 1.6),
+    (drive, 8.0, dict(moves=0.0), NO_ANSWER, 11.2), (turn, 8.0, dict(moves=0.0), NO_ANSWER, 11.2),
+    (turn, 0.0, dict(moves=0.0), NO_ANSWER, 1.6), (turn, 0.0, dict(moves=-1.0), NO_ANSWER, 1.6),
+    (turn, 0.0, dict(imu=-1.0), NO_ANSWER + ', by imu', 1.6), (turn, 0.0, dict(odom=-1.0), NO_ANSWER + ', by odom', 1.6),
+    (turn, 3.3, dict(imu='frozen'), STILL + 'imu', 4.0), (turn, 3.3, dict(odom='frozen'), STILL + 'odom', 4.0),
+    (drive, 0.0, dict(odom='frozen'), STILL + 'odom', 1.6), (drive, 3.3, dict(odom='frozen'), STILL + 'odom', 4.0),
+    (drive, 3.0, dict(imu=None), LOST + 'imu', 3.7), (drive, 3.0, dict(odom=None), LOST + 'odom', 3.7),
+    (turn, 0.0, dict(imu=None), LOST + 'imu', 0.7), (turn, 3.0, dict(imu=None, odom=None), LOST + 'imu and odom', 3.7)])
+def test_a_robot_that_does_not_follow_or_tell_is_stopped_in_time(sign, part, at, change, reason, latest):
+    toy = Toy(part(sign))
+    toy.pass_time(at)
+    assert toy.recording.ended == ''
+    vars(toy).update(change)
+    toy.pass_time(30.0)
+    assert toy.recording.ended == ': ' + reason and toy.recording.lost == (reason[len(LOST):] if LOST in reason else '')
+    moving = [now for now, command in toy.told if command != (0.0, 0.0)]
+    assert at + 0.5 < moving[-1] < latest + 0.02 and toy.ride.is_over
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+@pytest.mark.parametrize('parts', [(turn, 1.2), (drive, 1.2), (turn, 9.0), (drive, 9.0)])
+def test_a_rest_after_a_movement_accuses_only_a_robot_that_did_not_move(sign, parts):
+    part, seconds = parts
+    toy, stands = Toy(part(sign, seconds), PAUSE, PAUSE), Toy(part(sign, seconds), PAUSE)
+    toy.pass_time(seconds)
+    toy.odom = 'frozen'                 # a robot at rest: its odometry need not change
+    stands.moves = 0.0
+    for one in (toy, stands):
+        one.pass_time(20.0)
+    assert toy.recording.ended == '' and NO_ANSWER in stands.recording.ended
+    for mark, length in zip(toy.recording.marks, (seconds, 4.0, 4.0)):
+        assert mark.end - mark.begin == pytest.approx(length, abs=0.011)
+
+
+@pytest.mark.parametrize('heading', [0.0, 90.0, 180.0, -90.0])
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_the_box_has_four_walls(heading, sign):
+    part = steps.Part('', linear=0.2 * sign, seconds=20.0)
+    toy = Toy(part, heading=math.radians(heading))
+    toy.pass_time(20.0)
+    assert ride.WALL in toy.recording.ended
+    assert [now for now, command in toy.told if any(command)][-1] == pytest.approx(4.0, abs=0.05)
+
+
+def test_commands_come_with_the_boards_period_and_without_a_burst_after_a_gap():
+    toy = Toy(drive())
+    toy.pass_time(3.0)
+    assert len(toy.told) == pytest.approx(90 + 1, abs=1) and toy.recording.ended == ''
+    toy.pass_time(0.5, blind=True)
+    toy.pass_time(3.0)
+    times = [now for now, _ in toy.told]
+    assert len(times) == pytest.approx(180 + 1, abs=2) and toy.recording.ended == ''
+    assert np.diff(times).min() > 0.02 and sorted(np.diff(times))[-2] < 0.045
+    assert [now - toy.begin for now, *_ in toy.recording.told] == times
+    toy.pass_time(1.1, blind=True)
+    toy.pass_time(0.01)
+    assert ride.STOOD in toy.recording.ended and toy.speed == (0.0, 0.0)
+
+
+def test_a_silence_is_silent_a_late_command_single_and_a_reset_too():
+    toy = Toy(drive(2.0, 1.0), steps.Part('', seconds=1.0, silent=True), steps.Part('', seconds=0.5, resets=True),
+              turn(seconds=3.0, once=True), steps.Part('', seconds=0.5), name='x', longest_silence=9.0)
+    toy.pass_time(1.3)
+    toy.moves = 0.0                     # the firmware's own stop
+    toy.pass_time(1.3)
+    toy.imu = toy.odom = None           # deaf and silent
+    toy.pass_time(2.4)
+    toy.imu = toy.odom = 1.0
+    toy.pass_time(3.0)
+    assert [now for now, _ in toy.told if 1.02 < now < 1.98] == []
+    assert [now for now, _ in toy.told if 2.55 < now < 5.5] == []
+    assert len(toy.resets) == 1 and toy.resets[0] - toy.begin == pytest.approx(2.01, abs=0.03)
+    assert [command for now, command in toy.told if 2.49 < now < 2.55] == [(0.0, 1.0)]
+    assert toy.recording.ended == '' and toy.ride.is_over and toy.ride.step.name == 'x'
+    toy = Toy(PAUSE, name='reset')
+    toy._pose[0] = 2.0                  # the odometry begins anew, elsewhere
+    toy.pass_time(5.0)
+    assert toy.recording.ended == '' and toy.ride.is_over
+
+
+@pytest.mark.parametrize('part, length, seconds', [
+    (steps.Part('', linear=-0.1, reach=0.5, seconds=9.0), 0.5, 5.0),
+    (steps.Part('', angular=-1.0, reach=20.0, seconds=30.0), 20.0, 20.0),
+    (steps.Part('', linear=0.1, reach=0.5, seconds=4.0), 0.5, None)])
+def test_a_part_ends_where_it_was_to_reach_or_is_too_slow(part, length, seconds):
+    toy = Toy(steps.Part('', linear=0.1, seconds=2.0), PAUSE, part, question='How far?')
+    toy.pass_time(40.0)
+    if seconds is None:
+        assert ride.SLOW in toy.recording.ended and math.isnan(toy.recording.marks[-1].end)
+        return
+    mark = toy.recording.marks[-1]
+    assert mark.end - mark.begin == pytest.approx(seconds, abs=0.05)
+    assert toy.ride.phase is Phase.ASKING and toy.speed == (0.0, 0.0)
+    toy.ride.answer(None, toy.now)
+    assert toy.ride.is_over and toy.recording.answers == {}
+    toy.ride.end(ride.KEY, toy.now)
+    assert toy.recording.ended == ''
+
+
+def test_a_sensor_that_never_spoke_is_missed_and_its_return_is_heard():
+    toy = Toy(turn())
+    toy.imu = None
+    toy.pass_time(1.0)
+    rows, toy.imu = len(toy.recording.rows['imu']), 1.0
+    toy.pass_time(1.0)
+    toy.ride.end(ride.KEY, toy.now)     # the first reason stays
+    assert toy.ride.phase is Phase.LISTENING and len(toy.recording.rows['imu']) == rows + 100
+    toy.pass_time(5.0)
+    assert toy.ride.is_over and toy.recording.ended.endswith('imu') and toy.speed == (0.0, 0.0)
+    rows = len(toy.recording.rows['imu'])
+    toy.pass_time(1.0)
+    assert len(toy.recording.rows['imu']) == rows
+    deaf = Ride(Recording(), [steps.Step('', '', (turn(),))])
+    deaf.enter(100.0)                   # nothing was ever heard
+    assert [deaf.tick(100.0 + 0.01 * tick).command for tick in (0, 69, 71)] == [(0.0, 1.0), (0.0, 1.0), (0.0, 0.0)]
+
+
+@pytest.mark.parametrize('step, wrong, right, number', [
+    ('metre', ['nan', 'inf', '-inf', '0', '-100', '1.0', '49.9', '150.1', '9999', 'x', '39 inches'], '98,5', 98.5),
+    ('metre', [], '50', 50.0), ('metre', [], '150', 150.0), ('rounds', [], '0', 0.0),
+    ('rounds', ['nan', '3612', '-361', '1e9'], '-12', -12.0), ('rounds', ['400'], '', None)])
+def test_a_number_that_is_not_possible_is_asked_for_again(monkeypatch, capsys, step, wrong, right, number):
+    reader, writer = os.pipe()
+    with os.fdopen(reader) as keyboard, os.fdopen(writer, 'w') as person:
+        monkeypatch.setattr(sys, 'stdin', keyboard)
+        person.write('\n'.join(wrong + [right, 'the next line']) + '\n')
+        person.flush()
+        step, terminal = steps.BY_NAME[step], Terminal()
+        assert terminal.number(step) == number
+        assert os.read(reader, 20) == b'the next line\n'
+    valid = {'metre': '50 to 150 [cm]', 'rounds': '-360 to 360 [degrees]'}[step.name]
+    said = capsys.readouterr().out.split(step.question)[1:]
+    assert len(said) == len(wrong) + 1 and said[-1].strip() == ''
+    for text, answer in zip(wrong, said):
+        assert "'{}' is not valid".format(text) in answer and valid in answer
 
 
 @pytest.mark.parametrize('lag', [0.005, 0.08, 0.4])

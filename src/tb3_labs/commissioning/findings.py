@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Dict, List, NamedTuple
 
 from tb3_labs.commissioning import ride, steps
-from tb3_labs.commissioning.estimates import GAP, Estimate, Estimates, silences
 from tb3_labs.commissioning.recording import Recording
+from tb3_labs.commissioning.sensors import GAP, Estimate, Estimates, silences
 from tb3_labs.robot.turtlebot3 import CUT_OFF, RobotModel
 
 OK, LOOK, FAULT = 'ok', 'look', 'FAULT'

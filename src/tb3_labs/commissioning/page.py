@@ -12,10 +12,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tb3_labs.commissioning import steps
-from tb3_labs.commissioning.estimates import WAIT, Estimates, clean
+from tb3_labs.commissioning.estimates import WAIT, clean
 from tb3_labs.commissioning.findings import FAULT, LOOK, Finding, summary
 from tb3_labs.commissioning.recording import Recording
 from tb3_labs.commissioning.responses import responses
+from tb3_labs.commissioning.sensors import Estimates
 from tb3_labs.commissioning.twin import driven
 from tb3_labs.report import figures
 from tb3_labs.report.page import document, picture

@@ -126,7 +126,6 @@ class Ride:
         """End everything: from now on the command is zero."""
         if self.phase in (Phase.OVER, Phase.LISTENING):
             return
-        self._finish_part(math.nan)
         self._recording.ended = '{}: {}'.format(self.step.name, reason)
         self.phase = Phase.OVER
         if reason.startswith(LOST):
@@ -151,7 +150,8 @@ class Ride:
             if problem:
                 self.end(problem, now)
             elif self._is_done(now):
-                self._finish_part(now)
+                marks = self._recording.marks
+                marks[-1] = marks[-1]._replace(end=now)
                 self._next_part(now)
         if self.phase is Phase.LISTENING and now >= self._listens_until:
             self.phase = Phase.OVER
@@ -176,8 +176,8 @@ class Ride:
 
     def _problem(self, now: float) -> str:
         """The reason why everything must end now; '' if there is none."""
-        silences, limit = {name: now - at for name, at in self._heard.items()}, (
-            self.step.longest_silence)
+        silences = {name: now - at for name, at in self._heard.items()}
+        limit = self.step.longest_silence
         if max(silences.values()) > limit:
             return LOST + ' and '.join(name for name in silences if silences[name] > 0.8 * limit)
         assert self._part is not None
@@ -235,10 +235,6 @@ class Ride:
         if (part.linear or part.angular) and not part.once:
             self._told, self._told_at, self._moved = part, now, self._motion
             self._looked = False
-
-    def _finish_part(self, now: float) -> None:
-        if self._part is not None and self._recording.marks:
-            self._recording.marks[-1] = self._recording.marks[-1]._replace(end=now)
 
     def _next_step(self) -> None:
         self._number += 1

@@ -38,7 +38,6 @@ LOOK = 0.004
 CONNECTING = 10.0
 #: Number of questions that measure the delay to the robot, and longest wait for an answer [s].
 QUESTIONS, PATIENCE = 5, 1.0
-TIMES = 3       # a number is asked for
 
 
 class Commission:
@@ -105,7 +104,7 @@ class Commission:
         while not (self._ride.is_over or rospy.is_shutdown()):
             phase, step = self._ride.phase, self._ride.step
             if phase is Phase.ASKING:
-                answer = self._terminal.number('? ' + step.question + ' ')
+                answer = self._terminal.number(step)
                 with self._lock:
                     self._ride.answer(answer, rospy.get_time())
                 continue
@@ -174,23 +173,28 @@ class Terminal:
             return None
         return os.read(self._input, 1).decode(errors='replace')
 
-    def number(self, question):
-        """Returns the number that the person types; None without one."""
+    def number(self, step):
+        """Asks the step's question until the number is valid; None for Enter alone, or the end."""
         self.restore()
-        for _ in range(TIMES):
-            print(question, end='', flush=True)
-            text = ''
-            while not text.endswith('\n'):
-                sign = os.read(self._input, 1).decode(errors='replace')
-                if not sign:
-                    return None
-                text += sign
+        while True:
+            print('? {} '.format(step.question), end='', flush=True)
+            line = self._line()
+            if not line.strip():
+                return None
             try:
-                return float(text.strip().replace(',', '.'))
-            except ValueError:
-                if not text.strip():
-                    return None
-        return None
+                return step.number(line)
+            except ValueError as problem:
+                print(problem, flush=True)
+
+    def _line(self):
+        """The line that the person types; '' at the end of the input."""
+        line = b''
+        while not line.endswith(b'\n'):
+            sign = os.read(self._input, 1)
+            if not sign:
+                return ''
+            line += sign
+        return line.decode(errors='replace')
 
 
 def round_trip():

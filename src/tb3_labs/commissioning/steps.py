@@ -19,6 +19,9 @@ TURNING, DRIVING = 1.5, 0.15
 TOO_FAST_TURN, TOO_FAST = 3.5, 0.4
 #: Lengths of the tape measure's movements [rad], [m].
 TEN_ROUNDS, ONE_METRE = 20.0 * math.pi, 1.0
+#: The numbers that a person can read there: the mark is missed by less than one round [deg], and
+#: wheels that slip, or of another size, still drive between half and one and a half metres [cm].
+ONE_ROUND, ABOUT_A_METRE = (-360.0, 360.0), (50.0, 150.0)
 #: Period of the board, and of the commands [s].
 PERIOD = 1.0 / 30.0
 
@@ -43,7 +46,21 @@ class Step(NamedTuple):
     words: str
     parts: Sequence[Part]
     question: str = ''
+    low: float = -math.inf          # of the valid answers, in `unit`
+    high: float = math.inf
+    unit: str = ''
     longest_silence: float = 0.7    # a sensor that is silent for longer is lost [s]
+
+    def number(self, text: str) -> float:
+        """The answer in a line that was typed. Raises ValueError with the line for the person."""
+        try:
+            number = float(text.strip().replace(',', '.'))
+        except ValueError:
+            number = math.nan
+        if not self.low <= number <= self.high:
+            raise ValueError('{!r} is not valid: type a number from {:g} to {:g} [{}], or only '
+                             'Enter'.format(text.strip(), self.low, self.high, self.unit))
+        return number
 
 
 def _pause(number: int = 0) -> Part:
@@ -79,12 +96,13 @@ STEPS: Tuple[Step, ...] = (
     Step('rounds', 'Mark on the floor where the front points. The robot turns ten times to the '
          'left, for 35 s.',
          (Part(ROUNDS, angular=2.0, seconds=60.0, reach=TEN_ROUNDS), _pause(), _pause()),
-         'By how many degrees has it turned too far (too little: with a minus)?'),
+         'By how many degrees has it turned too far (too little: with a minus)?',
+         *ONE_ROUND, 'degrees'),
     Step('back', 'It drives half a metre back.',
          (Part(BACK, -DRIVING, seconds=8.0, reach=0.5 * ONE_METRE), _pause())),
     Step('metre', 'Mark where a wheel touches the floor. The robot drives 1 m forwards.',
          (Part(METRE, DRIVING, seconds=14.0, reach=ONE_METRE), _pause(), _pause()),
-         'How many cm did that wheel drive, by the tape measure?'),
+         'How many cm did that wheel drive, by the tape measure?', *ABOUT_A_METRE, 'cm'),
     Step('home', 'It drives half a metre back.',
          (Part(BACK, -DRIVING, seconds=8.0, reach=0.5 * ONE_METRE), _pause())),
     Step('reset', 'The board is reset. Do not touch the robot. After 3 s it turns by some degrees, '
