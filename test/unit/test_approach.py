@@ -219,3 +219,22 @@ def test_noisy_samples_have_a_mean_although_the_robot_moves():
         speed = approach.step(remaining, speed, 1.0, TICK, noise=0.3)
         assert speed == 1.0 and approach.at_rest.value == pytest.approx(remaining)
     assert approach.at_rest.uncertainty < 0.3
+
+
+def test_a_sample_that_is_used_twice_counts_once():
+    """The first one is used again a period later; the third step has another, which is older."""
+    approach = make_approach(1e4, Response(0.0, 0.0))
+    uncertainties = []
+    for age in (0.01, 0.01 + TICK, 0.045):
+        approach.step(1.0, 0.0, 1.0, TICK, noise=0.1, age=age)
+        uncertainties.append(approach.at_rest.uncertainty)
+    assert uncertainties == pytest.approx([0.2, 0.2, 0.2 / math.sqrt(2.0)], rel=1e-3)
+
+
+@pytest.mark.parametrize('speed, doubt', [(0.0, 0.004), (3.0, 0.012), (-3.0, 0.012)])
+def test_the_doubt_about_the_way_is_2_ms_of_the_command_or_of_a_faster_robot(speed, doubt):
+    """Two standard deviations, after an exact sample that is used twice."""
+    approach = make_approach(1e4, Response(0.0, 0.0))
+    assert approach.step(1.0, 0.0, 1.0, TICK) == 1.0 and approach.at_rest.uncertainty == 0.0
+    approach.step(1.0, speed, 1.0, TICK, age=TICK)
+    assert approach.at_rest.uncertainty == pytest.approx(doubt)

@@ -343,3 +343,32 @@ def test_a_gyro_that_begins_to_lie_stops_a_drive_and_a_turn(bias_deg):
     watched.run(1.0)
     assert turns.driver is Driver.NOBODY
     assert any('contradicts the wheels' in news.text for news in turns.take_news())
+
+
+def accused(rate, said_first, said, sign):
+    """Is a gyro accused that is right at rest, then says `said_first`, and after 0.5 s `said`,
+    while the wheels turn the robot on the spot at `rate` [rad/s]? Samples without noise or lag."""
+    watch, yaw, wheel = GyroWatch(BURGER), 0.0, 0.0
+    for tick in range(300):
+        now = 50.0 + 0.01 * tick
+        turning = 0.0 if tick < 150 else rate
+        if tick % 3 == 0:
+            watch.on_wheels(WheelSample(now, -wheel, wheel), now)
+        shown = 0.0 if tick < 150 else sign * (said_first if tick < 200 else said)
+        watch.on_imu(ImuSample(now, yaw, shown), now)
+        assert tick > 200 or not watch.problem()
+        yaw += 0.01 * shown
+        wheel += 0.01 * sign * turning * BURGER.wheel_separation / BURGER.wheel_radius / 2.0
+    return bool(watch.problem())
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+@pytest.mark.parametrize('rate, said_first, least, most', [
+    # 20 % slip is learned: 0.8 is right, give or take 0.055 + 0.02 + 0.1 / 2 for one wheel.
+    (1.0, 0.8, 0.675, 0.925),
+    # At less than 0.3 rad/s it is not: 0 to 45 % slip, give or take 0.01375 + 0.02 + 0.0125.
+    (0.25, 0.2, 0.55 * 0.25 - 0.04625, 0.29625)])
+def test_how_wrong_a_calibrated_gyro_may_be_in_closed_form(rate, said_first, least, most, sign):
+    assert [accused(rate, said_first, said, sign)
+            for said in (least - 0.03, least + 0.005, most - 0.005, most + 0.03)] == [
+                True, False, False, True]

@@ -4,6 +4,7 @@ from functools import partialmethod
 
 import pytest
 
+from tb3_labs.control.goal import to_go
 from tb3_labs.control.goal_machine import GoalMachine, GoalState
 from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.se2 import Pose2
@@ -215,3 +216,7 @@ def test_a_stuck_robot_is_given_up_however_often_its_drive_is_interrupted():
             machine.interrupt()
     assert 'does not move' in machine.failure
     assert STALL_TIME <= driven <= STALL_TIME + 0.1
+
+
+def test_the_remaining_way_in_words():
+    assert to_go(0.0126, -4.56) == '0.013 m to go, 4.6 deg off the final heading'

@@ -187,6 +187,7 @@ def test_a_drive_that_was_given_up_begins_anew_when_control_is_given_not_when_it
     robot.control(True, 'another hand')
     assert robot.status.attempt == attempt + 1
     assert None not in robot.run(0.2)[2:]
+    assert not robot.status.failure and 'does not move' in robot.status.last_failure
     robot.run(3.0)
     assert robot.status.failure
     robot.control(False)
