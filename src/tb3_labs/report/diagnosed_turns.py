@@ -21,9 +21,6 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 GOES_ON, FALLS_SHORT = math.radians(22.0), math.radians(4.0)
 #: A faster command comes from a node without an upper limit: the lab's is 1.5 [rad/s].
 TOO_FAST = 1.55
-#: The rates that the lab's law sends for long: its limits. Another rate that never changes is sent
-#: by hand, such as by rostopic [rad/s].
-LIMITS = (0.5, 1.5)
 #: A turn that goes round because a clamp is missing begins with a rate below SLOW times its peak,
 #: for START [s].
 SLOW, START = 0.7, 0.5
@@ -65,7 +62,7 @@ def begin_slowly(run: RunData, seen: Sequence[Turn]) -> bool:
 
 
 def turns_of(run: RunData) -> List[Turn]:
-    """The turns of a run, in order; those by the mouse and by hand are left out."""
+    """The turns of a run, in order; those by the mouse are left out."""
     commands = run.commands
     turning = (np.abs(commands.angular) > NO_SPEED) & (np.abs(commands.linear) <= NO_SPEED)
     found = []
@@ -73,8 +70,6 @@ def turns_of(run: RunData) -> List[Turn]:
         rates = commands.angular[first:after]
         peak = float(rates[np.argmax(np.abs(rates))])
         if 'mouse_info' in run.devices and abs(peak) <= FASTEST_BY_MOUSE + NO_SPEED:
-            continue
-        if len(rates) > 1 and np.ptp(rates) == 0.0 and abs(peak) not in LIMITS:
             continue
         begin = float(commands.time[first])
         end = min(float(commands.time[after - 1]) + COMMAND_TIMEOUT + SETTLED, run.duration)

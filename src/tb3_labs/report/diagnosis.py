@@ -103,8 +103,7 @@ def _of_drives(fresh: Sequence[Fresh], goal: Pose2, ways: Sequence[Way]) -> Diag
 def of_turns(run: RunData, seen: Sequence[Turn]) -> Diagnosis:
     """Returns the Diagnosis of these turns of a run, without mistakes that the commands show."""
     if not seen:
-        turns = (np.abs(run.commands.angular) > FASTEST_BY_MOUSE + NO_SPEED) & (
-            np.abs(run.commands.linear) > NO_SPEED)
+        turns = np.abs(run.commands.angular) > FASTEST_BY_MOUSE + NO_SPEED
         return Diagnosis(None if turns.any() and 'joy' not in run.devices else '', TURN)
     fastest = max(seen, key=lambda turn: abs(turn.peak))
     if abs(fastest.peak) > TOO_FAST:
