@@ -46,7 +46,8 @@ class CommissionTest(NodeCase):
                 program.type(typed)
             self.assertEqual(program.wait(30.0), 0, program.text)
             for wrong in ('nan', '9999'):
-                self.assertIn("'{}' is not valid: type a number from -360 to 360".format(wrong), program.text)
+                self.assertIn("'{}' is not valid: type a number from -360 to 360".format(wrong),
+                              program.text)
             chosen = yaml.safe_load((Path(folder) / 'robot.yaml').read_text())
             self.assertAlmostEqual(SimulatorConfig(**chosen).wheel_separation, 0.16, delta=0.001)
 
