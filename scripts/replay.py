@@ -63,6 +63,7 @@ def main(words):
         replay = Replay(run, turned, given.package, given.node, given.arguments)
         source, folder = Path(files[0]).resolve(), given.folder or given.bag.with_name(
             given.bag.stem + '_replay')
+        print('The run is played: {:.0f} s.'.format(run.duration / given.speed), flush=True)
         while True:
             saved = source.stat().st_mtime
             try:

@@ -108,7 +108,7 @@ def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
     given = dict(os.environ, TOKEN='secret', **{IDENTITY: 'of a test'})
     seen = json.loads(subprocess.check_output(
         box.own_network(box.command([
-            'python3', '-c', LOOKS, str(own), str(other), program, '/root', '/etc/shadow'])),
+            'python3', '-c', LOOKS, str(own), str(other), program, '/boot', '/etc/shadow'])),
         env=box.environment(given), timeout=30.0))
     variables = seen.pop('variables')
     assert variables['HOME'] == HOME and variables['PATH'] == given['PATH']

@@ -284,6 +284,13 @@ def test_a_message_package_without_a_manifest_and_one_that_needs_another(tmp_pat
     assert ready.lacking == [] and output_of(copy, ready) == '0.0\n'
 
 
+def test_the_messages_of_the_nodes_own_package_were_not_handed_in(tmp_path):
+    """The file of the message was forgotten; package.xml is there."""
+    node = '#!/usr/bin/env python3\nfrom lab2.msg import MouseController\nMouseController()\n'
+    ready, _ = ready_in(tmp_path, course(tmp_path, node=node))
+    assert ready.lacking == ['lab2']
+
+
 def test_a_node_from_windows_has_its_messages(tmp_path):
     """An import that its node guards is left alone."""
     node = ('\ufeff#!/usr/bin/env python3\nfrom lab1.msg import MouseController\n'

@@ -140,9 +140,12 @@ class Commission:
         chosen = settings(found, model)
         page, numbers = (self._folder / (self._name + ending) for ending in ('.html', '.yaml'))
         page.write_text(html(self._name, lines, recording, chosen, found), encoding='utf-8')
-        if any(line.verdict == FAULT for line in lines):
-            print('\n{}: {}. No YAML was written: mend the FAULT, then measure again.'.format(
-                page, summary(lines)), flush=True)
+        is_faulty = any(line.verdict == FAULT for line in lines)
+        if is_faulty or set(chosen) <= {'model'}:
+            print('\n{}: {}. No YAML was written: {}, then measure again.{}'.format(
+                page, summary(lines), 'mend the FAULT' if is_faulty else 'nothing was measured',
+                ' {} is of an earlier drive.'.format(numbers) if numbers.exists() else ''),
+                flush=True)
             return
         numbers.write_text(yaml_text(self._name, chosen, found), encoding='utf-8')
         print('\n{}: {}. Its simulated twin: roslaunch tb3_labs fake_robot.launch '

@@ -113,8 +113,8 @@ class Marker:
         marks.remarks += prepared.remarks
         self._read(marks, work / 'ws' / 'src', prepared.executable)
         if prepared.lacking:
-            marks.unjudged = 'The marking machine lacks {}, which the node imports.'.format(
-                ' and '.join(prepared.lacking))
+            marks.unjudged = ('The node imports {}, which neither the submission nor the marking '
+                              'machine has.'.format(' and '.join(prepared.lacking)))
             return
         if self._options.network != QUIET:
             marks.remarks.append('Judged over the network "{}".'.format(self._options.network))

@@ -93,14 +93,21 @@ def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str
     types = build({called if packages[other] == source else other: copies[packages[other]]
                    for other in needed}, modules, environment, remarks, sandbox)
     environment[MODULES] = ':'.join(filter(None, [str(modules), environment.get(MODULES)]))
-    lacking = _leave_out_lacking(copied, set(packages), modules, remarks)
+    offering = {name for name, folder in packages.items() if _offers_modules(folder)}
+    lacking = _leave_out_lacking(copied, offering, modules, remarks)
     return Prepared(called, copied.name, environment, types, remarks, lacking)
+
+
+def _offers_modules(package):
+    """Does a package folder have anything that can be imported by the package's name?"""
+    return any((package / part).exists() for part in ('msg', 'srv', 'action', 'setup.py'))
 
 
 def _leave_out_lacking(node, packages, modules, remarks):
     """Remove unused imports of modules that are not found. Returns the used modules not found.
 
-    `packages`: names of the submission's packages; `modules`: folder of the built modules.
+    `packages`: names of the submission's packages that offer modules; `modules`: folder of the
+    built modules.
     """
     text = node.read_bytes().decode(errors='replace')
     imports = [item for item in imports_of(text) if not item.guarded]
