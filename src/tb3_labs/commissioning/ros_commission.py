@@ -142,8 +142,9 @@ class Commission:
         page.write_text(html(self._name, lines, recording, chosen, found), encoding='utf-8')
         is_faulty = any(line.verdict == FAULT for line in lines)
         if is_faulty or set(chosen) <= {'model'}:
-            print('\n{}: {}. No YAML was written: {}, then measure again.{}'.format(
-                page, summary(lines), 'mend the FAULT' if is_faulty else 'nothing was measured',
+            why = 'mend the FAULT, then measure again' if is_faulty else 'nothing was measured'
+            print('\n{}: {}. No YAML was written: {}.{}'.format(
+                page, summary(lines), why,
                 ' {} is of an earlier drive.'.format(numbers) if numbers.exists() else ''),
                 flush=True)
             return
