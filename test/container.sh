@@ -65,9 +65,9 @@ fi
 in_storage commit -q "$begun" docker.io/library/debian:12 >/dev/null
 say "Debian 12 is there: $(in_storage images --format '{{.Size}}' docker.io/library/debian:12)"
 
-# What git tracks, as a new clone has it.
+# The files that git tracks, as a new clone has them.
 git -c safe.directory='*' clone -q --no-local "$repo" "$work/clone"
-# What is not committed yet counts as well.
+# Changes that are not committed yet count as well.
 git -c safe.directory='*' -C "$repo" ls-files -z | (cd "$repo" && xargs -0 tar -c --ignore-failed-read) | tar -x -C "$work/clone"
 
 # The image `$image`$1, built as given: OPTIONS of buildah.
@@ -166,7 +166,7 @@ say "a mounted clone without a folder build was ready in $((SECONDS - begin)) s"
 foreign=$(find "$work/clone" ! -uid "$user" -print -quit)
 [ -z "$foreign" ] || fail "not the user's: $foreign"
 
-# What VS Code's new volume takes over from the image.
+# VS Code's new volume takes this over from the image.
 rm -rf "$work/clone/build"
 mkdir "$work/volume"
 cp -a "$(in_storage mount "$container")/home/student/tb3_labs/build/." "$work/volume"

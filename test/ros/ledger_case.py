@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What can happen in the stories of ledger.test: acts of persons, the machine and the network."""
+"""Events of the stories of ledger.test: acts of persons, the machine and the network."""
 import json
 import os
 import signal

@@ -1,4 +1,4 @@
-"""What the pages tell to type, and what they promise: their text as steps of a student.
+"""The commands and promises of the pages, as steps of a student.
 
 The info string of a block, which no reader sees, says how the block is typed:
 

@@ -46,7 +46,7 @@ FASTER = '{{/use_sim_time: true, imu_rate: 50, speed: {}'
 #: Pace of simulated time in the suite: a faster robot costs more while it waits for the next
 #: command than it saves in a drive. Real time.
 SUITE_SPEED, REAL_TIME = 2.0, 0.0
-#: What a reader puts in place of these names.
+#: A reader puts these in place of the names.
 OWN_NAMES = {'run_DATE.bag': '$(ls -t run_*.bag | head -1)', 'REPOSITORY': '~/tb3_labs'}
 #: A command must have ended, and the output of a terminal must have come, by then [s]; a long one.
 PATIENCE, LONG_PATIENCE = 60.0, 400.0
@@ -73,7 +73,7 @@ def faster(found, speed):
 
 
 def plain(text):
-    """What a person reads of a terminal's text."""
+    """The part of a terminal's text that a person reads."""
     return COLOUR.sub('', text)
 
 

@@ -39,8 +39,8 @@ settings.load_profile('repeatable')
 
 
 def pytest_collection_finish():
-    """What the test files hold stays to the end, so the garbage collector need not look through it
-    again and again; for the tests that count objects that is most of their time."""
+    """The objects of the test files stay to the end, so the garbage collector need not look through
+    them again and again; for the tests that count objects that is most of their time."""
     wake_hypothesis()
     gc.collect()
     gc.freeze()

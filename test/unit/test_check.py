@@ -1,4 +1,4 @@
-"""What a check says: of a node that cannot be started, of the criteria, of what it tries now."""
+"""The words of a check: of a node that cannot be started, of the criteria, of what it tries now."""
 import io
 import pathlib
 import sys

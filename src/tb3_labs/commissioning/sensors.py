@@ -15,8 +15,8 @@ from tb3_labs.geometry.angles import wrap_all
 
 #: Standard errors of a stated error.
 WIDE = 2.8
-#: A silence of the arrivals longer than this is a stall of the network, and one of the stamps
-#: longer than GAP is a dropout of the sensor [s].
+#: If no message arrives for longer than STALL, the network stalls. If the stamps have a gap longer
+#: than GAP, the sensor dropped out [s].
 STALL, GAP = 0.09, 0.25
 
 

@@ -1,4 +1,4 @@
-"""What a program imports: its statements, which of them it needs, and modules of this package.
+"""The imports of a program: its statements, the needed ones, and modules of this package.
 
 Programs are only read, as texts.
 """

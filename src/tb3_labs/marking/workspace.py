@@ -25,8 +25,9 @@ from typing import Any, Dict, List, Mapping, Optional, Set
 import rospkg
 
 from tb3_labs.marking import messages_in_sandbox
-from tb3_labs.marking.choice import (ACTIONS, MANIFEST, MESSAGES, SERVICES, NoNode, find_node,
-                                     interface_files, name_in, packages_in, source_of, types_used)
+from tb3_labs.marking.choice import (ACTIONS, INTERFACES, MANIFEST, MESSAGES, SERVICES, NoNode,
+                                     find_node, interface_files, name_in, packages_in, source_of,
+                                     types_used)
 from tb3_labs.marking.imports import Import, imports_of
 from tb3_labs.marking.marks import Lab
 from tb3_labs.marking.names import NAME, is_name, printable
@@ -100,7 +101,7 @@ def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str
 
 def _offers_modules(package):
     """Does a package folder have anything that can be imported by the package's name?"""
-    return any((package / part).exists() for part in ('msg', 'srv', 'action', 'setup.py'))
+    return any((package / part).exists() for part in (*INTERFACES, 'setup.py'))
 
 
 def _leave_out_lacking(node, packages, modules, remarks):

@@ -126,7 +126,7 @@ def _frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]], width: fl
                 linewidth=1.0 if number else 1.8))
             drawn.append(np.linspace(begin, end, 9))
     boxes: List[np.ndarray] = []
-    for number, (pose, name) in enumerate(named[:MOST_NAMED + 2]):
+    for number, (pose, name) in enumerate(named[:MOST_NAMED + 2]):    # before the first reset: two
         boxes.append(_place(axes, pose, width * np.array((LETTER * len(name), LINE)), boxes,
                             np.concatenate(drawn)))
         axes.annotate(name, (pose.x, pose.y), xytext=tuple(boxes[-1].mean(axis=0)), fontsize=8,
