@@ -35,11 +35,10 @@ from tb3_labs.control.goal import DriveConfig, is_over, least_time
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.demo import BEGUN, LONGEST_DRIVE, DemoConfig, DemoDrive, table
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.console import say
 from tb3_labs.ros.control_and_reset import call_reset, hear_takers
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, read_config, read_model, run
-from tb3_labs.ros.program import Observer
+from tb3_labs.ros.observer import Observer
 from tb3_labs.ros.rospy_internals import heard_by
 
 #: Longest wait for the robot and the nodes at the start [s].
@@ -95,7 +94,7 @@ class Demo:
         except Taken:
             if self._config.stay:
                 rospy.logwarn(TAKEN)
-                say(WHAT_NEXT)
+                print(WHAT_NEXT)
             else:
                 end(TAKEN)
 
@@ -155,9 +154,9 @@ class Demo:
 
     def _tell(self, drives):
         """Print the table, and end or stay."""
-        say(table(drives))
+        print(table(drives))
         if self._config.stay:
-            say(WHAT_NEXT)
+            print(WHAT_NEXT)
         else:
             good = all(drive.is_good for drive in drives)
             end('' if good else 'a drive ended outside the tolerance')

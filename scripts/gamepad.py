@@ -34,11 +34,9 @@ from tb3_labs.nodes.pad import PAD_TIMEOUT
 from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.clocks import remind, steady_time
 from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
-from tb3_labs.ros.console import log_news
 from tb3_labs.ros.control_and_reset import ControlGiver, call_reset, hear_takers
-from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
-from tb3_labs.ros.node import guarded, read_config, read_model, run, when_stopped
-from tb3_labs.ros.rospy_internals import is_ending
+from tb3_labs.ros.diagnostics import Diagnostics, values_of
+from tb3_labs.ros.node import guarded, log_news, read_config, read_model, run, when_stopped
 from tb3_labs.ros.topics import sent_at, subscribe
 
 #: If no node publishes joy within this time, a warning is logged [s].
@@ -67,7 +65,6 @@ class Gamepad:
         remind(lambda: _say_if_nobody_sends(pads), PAD_WAIT)
         hear_takers(self._on_taken)
         subscribe('has_control', Bool, self._on_control, queue_size=None)
-        self._sources = SourceReport((self._core.joy, 'joy', Joy, steady_time))
         Diagnostics(model.name, self._diagnose)
 
     def _read_joy(self, message):
@@ -113,7 +110,8 @@ class Gamepad:
     def _diagnose(self):
         with self._lock:
             problem = self._rivals.complaint or ('' if self._core.joy.count else 'no joy yet')
-            return problem, dict(self._sources.values(), holder=self._core.holder.value)
+            return problem, dict(values_of(self._core.joy, steady_time()),
+                                 holder=self._core.holder.value)
 
     def _leave(self):
         """Stop the robot and take control back: the operator leaves."""
@@ -141,8 +139,7 @@ class ResetClient:
                 call_reset(0.0, 0.0, 0.0)
                 rospy.loginfo('Pose reset successfully.')
             except ValueError as problem:
-                if not is_ending():
-                    rospy.logwarn('Pose not reset: %s', problem)
+                rospy.logwarn('Pose not reset: %s', problem)
 
 
 def _say_if_nobody_sends(pads):

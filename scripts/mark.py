@@ -3,8 +3,8 @@
 
 Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 
-SUBMISSIONS is a folder with a folder or a zip file for each student, the zip file of a learning
-platform, or a text file with a list of repositories. MARKS gets marks.csv, overview.html, and a
+SUBMISSIONS is a folder with a folder or a zip file for each student, or the zip file of a learning
+platform. MARKS gets marks.csv, overview.html, and a
 page of feedback and a results.json for each student. A submission that has been marked there, and
 has not changed, is not tried again. doc/instructor/marking.md tells more.
 """
@@ -14,21 +14,15 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
-import rospkg
-
-from tb3_labs.command_line import Parser, reason, seconds
-from tb3_labs.handout import skeletons
+from tb3_labs.command_line import Parser, reason
 from tb3_labs.marking import sandbox
-from tb3_labs.marking.conduct import UNPROTECTED
 from tb3_labs.marking.intake import Refused, submissions_from
-from tb3_labs.marking.marks import GAMEPAD, LABS, MOVE2GOAL, course_of, points_of, read_points
-from tb3_labs.marking.marks_folder import MarksFolder, due_time
+from tb3_labs.marking.marks import GAMEPAD, LABS, points_of, read_points
+from tb3_labs.marking.marks_folder import MarksFolder
 from tb3_labs.marking.names import chosen, printable
-from tb3_labs.marking.processes import Progress, forget_overlays
+from tb3_labs.marking.processes import forget_overlays
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
-from tb3_labs.marking.ros_marked_class import MarkedClass
-from tb3_labs.marking.ros_marker import Marker, Options, QUIET
-from tb3_labs.simulation.network import NETWORKS
+from tb3_labs.marking.ros_marker import MarkedClass, Marker, Options, tell
 
 
 def parse(words):
@@ -37,14 +31,12 @@ def parse(words):
         prog='mark.py', description="Marks a class's submissions. What has been marked and has not "
         'changed is not tried again: after an interruption, the same command goes on.')
     parser.add_argument('submissions', metavar='SUBMISSIONS', type=Path,
-                        help="a folder, a learning platform's zip file, or a list of repositories")
+                        help="a folder, or a learning platform's zip file")
     parser.add_argument('--lab', required=True, choices=sorted(LABS))
     parser.add_argument('-o', dest='folder', metavar='MARKS', type=Path, required=True,
                         help='folder for the marks and pages; marks in it are kept')
     parser.add_argument('--only', metavar='NAME', action='append', default=[],
                         help='try this student again, and no other; more than once for several')
-    parser.add_argument('--anew', action='store_true', help='try everything again')
-    parser.add_argument('--due', metavar='TIME', help='"2026-11-20 23:59"; newer files are late')
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
                         'default: test/marking/points.yaml of this package')
     parser.add_argument('--package', default='', metavar='NAME',
@@ -54,15 +46,9 @@ def parse(words):
     parser.add_argument('--parts', default='', help='these parts of the lab alone, with commas: '
                         + '; '.join('{}: {}'.format(name, ', '.join(lab.parts))
                         for name, lab in sorted(LABS.items())))
-    parser.add_argument('--limit', type=seconds, default=300.0, metavar='SECONDS',
-                        help='time for one submission; default: %(default)g')
-    parser.add_argument('--network', choices=list(NETWORKS), default=QUIET,
-                        help='the network between robot and node; default: %(default)s')
     parser.add_argument('--pad', metavar='NAME', default=HANDOUT,
                         help='for the lab {}: numbers of the gamepad that is played, '
                         'launch/params/pad_NAME.yaml; default: %(default)s'.format(GAMEPAD))
-    parser.add_argument('--own', action='store_true', help='for the lab {}: each student has the '
-                        'numbers of skeleton.py --student NAME'.format(MOVE2GOAL))
     parser.add_argument('--jobs', type=int, default=1, choices=range(1, 17), metavar='N',
                         help='submissions at a time; each needs about one processor core')
     parser.add_argument('--unprotected', action='store_true', help='mark without sandboxes: the '
@@ -75,48 +61,37 @@ def main(words):
     given = parse(words)
     sys.stdout.reconfigure(errors='backslashreplace')    # not every terminal has every letter
     forget_overlays()
-    progress = Progress(sys.stdout)
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         try:
             lab = LABS[given.lab]
             parts = lab.checked_parts(given.parts)
-            due = due_time(given.due) if given.due else None
-            table = read_points(given.points)
-            worth, rows = points_of(given.lab, table), course_of(given.lab, table)
+            worth = points_of(given.lab, read_points(given.points))
             check_place(given.submissions, given.folder)
             found = submissions_from(given.submissions, work, tell_problem)
             if given.only:
                 names = chosen([submission.student for submission in found], given.only)
                 found = [submission for submission in found if submission.student in names]
             check_lab(given)
-            options = Options(given.package, given.type, given.limit, given.network, given.pad,
-                              given.own, not given.unprotected)
-            check_sandboxes(given.unprotected, progress)
-            folder = MarksFolder(given.folder, given.lab, parts, worth, rows, asdict(options))
+            options = Options(given.package, given.type, given.pad, not given.unprotected)
+            check_sandboxes(given.unprotected)
+            folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options))
         except (OSError, ValueError, Refused) as problem:
             tell_problem(reason(problem))
             return 2
         signal.signal(signal.SIGTERM, signal.default_int_handler)
-        marked = MarkedClass(Marker(given.lab, worth, folder.logs, parts, options), folder, due,
-                             given.anew or bool(given.only), progress, tell_problem)
+        marked = MarkedClass(Marker(given.lab, worth, folder.logs, parts, options), folder,
+                             bool(given.only), tell_problem)
         failed = marked.mark_all(found, given.jobs)
     try:
-        page, notes = folder.write_overview(given.unprotected, given_programs())
+        page, notes = folder.write_overview(given.unprotected)
     except (OSError, ValueError) as problem:
         tell_problem(reason(problem))
         return 2
     for note in notes[given.unprotected:]:      # the note on --unprotected was printed before
-        progress.line(printable(note))
+        tell(note)
     if page is not None:
-        progress.line(printable('Overview: {}'.format(page)))
+        tell('Overview: {}'.format(page))
     return 1 if failed else 0
-
-
-def given_programs():
-    """Returns the programs of the skeletons, which every student was given."""
-    folder = Path(rospkg.RosPack().get_path('tb3_labs')) / skeletons.FOLDER
-    return [program for lab in LABS if (folder / lab).is_dir()
-            for program in skeletons.programs(folder / lab)]
 
 
 def check_lab(given):
@@ -124,8 +99,6 @@ def check_lab(given):
     if given.pad != HANDOUT and given.lab != GAMEPAD:
         raise ValueError('--pad is for --lab {} alone'.format(GAMEPAD))
     pad_called(given.pad)
-    if given.own and given.lab != MOVE2GOAL:
-        raise ValueError('--own is for --lab {} alone'.format(MOVE2GOAL))
 
 
 def check_place(submissions, marks):
@@ -136,15 +109,15 @@ def check_place(submissions, marks):
                          'them'.format(marks))
 
 
-def check_sandboxes(unprotected, progress):
+def check_sandboxes(unprotected):
     """If `unprotected`, print that there is no protection. Otherwise raise ``ValueError`` if
     sandboxes do not work here."""
     if unprotected:
-        progress.line(UNPROTECTED)
+        tell(sandbox.UNPROTECTED)
     elif sandbox.problem():
         raise ValueError("{}: the submissions' programs cannot be kept in sandboxes here; nothing "
                          'was started. --unprotected marks without: {}'.format(
-                             sandbox.problem(), UNPROTECTED))
+                             sandbox.problem(), sandbox.UNPROTECTED))
 
 
 def tell_problem(words):

@@ -33,7 +33,6 @@ Parameters
         tb3_labs.nodes.move_to_goal
     ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.goal; they
     may change while it runs: dynparam set /move_to_goal max_linear 0.1
-    ~robot_file   the numbers of this robot: see tb3_labs.control.robot_file
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
@@ -46,20 +45,19 @@ from sensor_msgs.msg import Imu
 
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal import DriveConfig
-from tb3_labs.control.robot_file import RobotFileConfig, read_response
+from tb3_labs.control.motor_response import Response
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
-from tb3_labs.ros.console import log_news
 from tb3_labs.ros.control_and_reset import ControlTaker
 from tb3_labs.ros.conversions import frame, to_imu_sample, to_odometry_sample
-from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
+from tb3_labs.ros.diagnostics import Diagnostics, values_of
 from tb3_labs.ros.display import DriveStatusPublisher, LocalDisplay
 from tb3_labs.ros.goals import GoalInterfaces, PoseFrames
-from tb3_labs.ros.node import read_config, read_model, run
+from tb3_labs.ros.live_settings import LiveSettings
+from tb3_labs.ros.node import log_news, read_config, read_model, run
 from tb3_labs.ros.resets import Resets
-from tb3_labs.ros.dynparam import LiveSettings
 from tb3_labs.ros.topics import say_what_is_awaited, subscribe, subscribe_wheels
 
 
@@ -72,12 +70,11 @@ class MoveToGoal:
     """
 
     def __init__(self):
-        start, drive, of_robot = read_config(MoveToGoalConfig, DriveConfig, RobotFileConfig)
+        start, drive = read_config(MoveToGoalConfig, DriveConfig)
         if rospy.has_param('~has_control'):    # a later start must not read it, and drive
             rospy.delete_param('~has_control')
         self._model = read_model()
-        # of this robot, learned while it moves
-        self._response = read_response(of_robot, self._model)
+        self._response = Response()    # of this robot, learned while it moves
         self._core = MoveToGoalCore(make_law(drive, self._model, self._response),
                                     start.has_control, self._response,
                                     GyroWatch(self._model, rospy.resolve_name('reset')))
@@ -105,9 +102,6 @@ class MoveToGoal:
                   self._core.odometry, queue_size=None)
         subscribe_wheels(self._on_wheels)
         self._core.begin_control(steady_time())    # a slow start does not count as a sleep
-        self._sources = SourceReport(
-            (self._core.imu, 'imu', Imu, rospy.get_time),
-            (self._core.odometry, 'odom', Odometry, rospy.get_time))
         Diagnostics(self._model.name, self._diagnose)
         say_what_is_awaited({'imu': lambda: self._core.imu.count,
                              'odom': lambda: self._core.odometry.count})
@@ -209,8 +203,10 @@ class MoveToGoal:
     def _diagnose(self):
         with self._changed:
             self._update_control()    # also if no sensor wakes this node
-            problem, values = self._status.report(rospy.get_time())
-            return self._rivals.complaint or problem, dict(self._sources.values(), **values)
+            now = rospy.get_time()
+            problem, values = self._status.report(now)
+            return self._rivals.complaint or problem, dict(
+                values_of(self._core.imu, now), **values_of(self._core.odometry, now), **values)
 
 
 if __name__ == '__main__':

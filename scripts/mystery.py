@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from tb3_labs.command_line import Parser
 from tb3_labs.simulation.mystery import KINDS, LAST, judge
 
-#: The instructor's part: `mystery.py key 1-12`. The students' edition does not have it.
+#: The instructor's part: `mystery.py key 1-12`. The students' archive does not have it.
 KEY = 'tb3_labs.simulation.mystery_key'
 
 

@@ -29,7 +29,6 @@ import sys
 import rospy
 
 from tb3_labs.panel.access import PanelConfig
-from tb3_labs.ros.console import say
 from tb3_labs.ros.node import read_config, read_model, run, when_stopped
 
 try:
@@ -47,7 +46,7 @@ class Panel:
         rospy.on_shutdown(pages.release)
         when_stopped(pages.release, lambda: None)
         # not logged: anyone who knows the address, with its token, may drive
-        say('Panel: open {} in a browser{}'.format(
+        print('Panel: open {} in a browser{}'.format(
             pages.address, '' if config.control else ' (it only shows)'))
 
 

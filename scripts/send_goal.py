@@ -27,7 +27,7 @@ from tb3_labs.command_line import number_or_text
 from tb3_labs.control.goal import DRIVING, WAITING_FOR_CONTROL, is_over, to_go
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.node import Interrupted, Signals
+from tb3_labs.ros.node import Interrupted, pause, take_signals
 from tb3_labs.ros.topics import subscribe
 
 USAGE = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees, such as: 1 1 90'
@@ -65,7 +65,7 @@ class Progress:
             print(message.data + hint, flush=True)
 
 
-def drive(goal, signals):
+def drive(goal):
     """Send the goal, and wait for its end. Returns the exit status. A signal cancels the goal."""
     rospy.init_node('send_goal', anonymous=True, disable_signals=True)
     client = actionlib.ActionClient('move2goal', MoveBaseAction)
@@ -79,7 +79,6 @@ def drive(goal, signals):
         # SimpleActionClient (1.14.0) loses an answer that comes before its send_goal() has returned
         if handle.get_comm_state() == actionlib.CommState.DONE:
             over.set()
-            signals.wake()
 
     sent = client.send_goal(
         MoveBaseGoal(target_pose=to_pose_stamped(goal, 'local', 0.0)), on_transition)
@@ -87,7 +86,8 @@ def drive(goal, signals):
     try:
         progress = Progress()
         while not over.is_set():
-            signals.wait(PROGRESS)    # not over.wait(): a signal just before it would be missed
+            over.wait(PROGRESS)
+            pause(0.0)
             if rospy.is_shutdown():
                 return 1
             if not over.is_set():
@@ -117,9 +117,9 @@ def main(words):
         print('send_goal: no ROS master answers at {}: start a launch file first'.format(
             rosgraph.get_master_uri()), file=sys.stderr)
         return 1
-    signals = Signals()    # from here on Ctrl+C, `kill` and a closed terminal raise Interrupted
+    take_signals()    # from here on Ctrl+C, `kill` and a closed terminal raise Interrupted
     try:
-        return drive(goal, signals)
+        return drive(goal)
     except Interrupted:
         return 1
 

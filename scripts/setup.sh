@@ -3,8 +3,6 @@
 #
 #     source scripts/setup.sh     (bash) set up what is missing, then put ROS and this package on this shell's paths
 #     ./scripts/setup.sh          only set up; it ends with the line to type in each terminal
-#     ./scripts/setup.sh --fetch /media/ann/stick rviz     for machines without internet: all that they need, and rviz too
-#     ./scripts/setup.sh --from /media/ann/stick rviz      set up there, from that folder; the same system is needed
 #     TB3_LABS_TESTS=1            in front of each: also what the tests need
 #
 # Works on Debian 13, 12 and 11, on Ubuntu 22.04 (tried once), and on Ubuntu 20.04 with ROS Noetic. On any other system, also
@@ -110,8 +108,6 @@ export PATH=/usr/sbin:/usr/bin:/sbin:/bin PYTHONDONTWRITEBYTECODE=1 PYTHONNOUSER
 
 # shellcheck source=scripts/setup/packages.sh
 source "$repo/scripts/setup/packages.sh"
-# shellcheck source=scripts/setup/offline.sh
-source "$repo/scripts/setup/offline.sh"
 
 venv_stamp() { echo "$ws $(readlink -f /usr/bin/python3) $(pinned)"; }
 
@@ -157,12 +153,11 @@ fill_venv() {
   fi
   { mkdir -p "$kept" && [ -w "$kept" ]; } 2>/dev/null || fail "rights are missing: $kept cannot be written"
   if ! pip_in_venv install --no-index --find-links "$kept" &&
-      ! { pip_in_venv download --retries 2 --timeout 20 --dest "$kept" ${pip_options[@]+"${pip_options[@]}"} &&
+      ! { pip_in_venv download --retries 2 --timeout 20 --dest "$kept" &&
         pip_in_venv install --no-index --find-links "$kept"; }; then
     cat "$ws/pip.log" >>"$log"
     grep -q 'DO NOT MATCH THE HASHES' "$ws/pip.log" &&
       fail "a file for Python is not the one that scripts/setup/requirements.txt names, so nothing was installed (all of it: $log)"
-    [ -z "${folder:-}" ] || fail_log "$folder lacks a file that scripts/setup/requirements.txt names: fetch it anew"
     grep -Eq 'NewConnectionError|Retrying|No matching distribution|Could not fetch' "$ws/pip.log" &&
       fail "the network is missing: ${requirements[*]} could not be fetched from PyPI (all of it: $log)"
     fail_log "${requirements[*]} could not be installed from PyPI"
@@ -212,7 +207,7 @@ XML
   printf '#!/bin/sh\nexec "%s" -m tb3_labs.ros.dynparam "$@"\n' "$ws/venv/bin/python3" | install /dev/stdin "$ws/venv/bin/dynparam"
   # A workspace that was built without this one sets ROS_ETC_DIR to the system's folder again when it is sourced.
   for name in roscore roslaunch; do
-    printf '#!/bin/sh\ncase $ROS_HOSTNAME:${ROS_ETC_DIR:-} in localhost:*//etc/ros) export ROS_ETC_DIR="%s" ;; esac\nexec "%s" "$@"\n' \
+    printf '#!/bin/sh\ncase $ROS_HOSTNAME:${ROS_ETC_DIR:-} in localhost:*/etc/ros) export ROS_ETC_DIR="%s" ;; esac\nexec "%s" "$@"\n' \
       "$ws/etc" "${ros:-/usr}/bin/$name" | install /dev/stdin "$ws/venv/bin/$name"
   done
   ln -sfn "$repo/scripts/setup/terminal.bash" "$ws/devel/etc/catkin/profile.d/50.tb3_labs.bash"
@@ -259,8 +254,7 @@ make_ready() {
 case ${1:-} in
   '') ;;
   -h | --help) sed -n '2,/^$/s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
-  --fetch | --from) [ $# -ge 2 ] || { echo "tb3_labs: $1: the folder is missing (--help shows an example)" >&2; exit 2; } ;;
-  *) echo "tb3_labs: unknown option $1: --fetch FOLDER [PACKAGE ...], --from FOLDER [PACKAGE ...] or --help" >&2; exit 2 ;;
+  *) echo "tb3_labs: unknown option $1; ./scripts/setup.sh --help" >&2; exit 2 ;;
 esac
 
 # CMake, make and the first lines of the relays do not work with such a path.
@@ -269,8 +263,6 @@ command -v dpkg-query >/dev/null || refuse_system
 
 find_ros /opt/ros
 name_packages
-if [ "${1:-}" = --from ]; then take_from "${@:2}"; fi
 look_at_packages
 if [ ${#missing[@]} != 0 ] || ! venv_ready || ! build_ready; then make_ready; fi
-if [ "${1:-}" = --fetch ]; then fetch "${@:2}"; exit; fi
 if [ -t 1 ] && [ -z "${TB3_LABS_SOURCED:-}" ]; then say "all is set up. In each terminal, type: source $repo/scripts/setup.sh"; fi

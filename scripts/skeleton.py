@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes the catkin package that a student begins a lab with.
 
-Usage: skeleton.py LAB DIRECTORY [--name PACKAGE] [--student NAME] [--from-scratch]
+Usage: skeleton.py LAB DIRECTORY [--name PACKAGE] [--from-scratch]
 
 Example: skeleton.py turn ~/catkin_ws/src. The package has a launch file, and the lab's node with
 its given parts and open TODOs. Existing files are not overwritten. The texts come from
@@ -13,9 +13,8 @@ from pathlib import Path
 import rospkg
 
 from tb3_labs.command_line import Parser, reason
-from tb3_labs.handout.skeletons import FOLDER, checked_name, checked_place, skeleton, write
+from tb3_labs.skeletons import FOLDER, checked_name, checked_place, skeleton, write
 from tb3_labs.marking.marks import LABS
-from tb3_labs.marking.own_numbers import own_numbers, with_own
 
 OWN_PACKAGE = 'tb3_labs'
 
@@ -33,8 +32,6 @@ def parse(words):
     parser.add_argument('--from-scratch', action='store_true',
                         help='of move2goal: leave the four states to the student')
     parser.add_argument('--name', metavar='PACKAGE', help="the package's name; default: the lab's")
-    parser.add_argument('--student', metavar='NAME', help='a goal, a start, an IMU offset and a '
-                        'mystery robot of your own, by your name')
     return parser.parse_args(words)
 
 
@@ -47,8 +44,6 @@ def main(words):
     try:
         checked_name(package, [OWN_PACKAGE, Path(node).stem])
         files = skeleton(templates, package, given.from_scratch)
-        if given.student is not None:
-            files = with_own(files, own_numbers(given.student))
         target = checked_place(given.folder.expanduser().resolve()) / package
         write(files, target)
     except FileExistsError as problem:
@@ -61,8 +56,6 @@ def main(words):
           'devel/setup.bash; roslaunch {} {}.launch sim:=true'.format(
               target, node, source.parent if source.name == 'src' else 'WORKSPACE', package,
               given.lab))
-    if given.student is not None:
-        print('Your numbers: {}.'.format(own_numbers(given.student)))
     return 0
 
 

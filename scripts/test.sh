@@ -8,7 +8,7 @@
 #     ./scripts/test.sh ros          the nodes only (rostest)
 #     ./scripts/test.sh NAME ...     only the tests whose name contains NAME, such as a file in test/ros
 #     ./scripts/test.sh -l           list the names
-#     -j N, in front                 seats for tests (5): most take one, one takes four (see CMakeLists.txt)
+#     -j N, in front                 seats for tests (5); most take one (see CMakeLists.txt)
 #
 # pytest with options of its own: source scripts/setup.sh, then python3 -m pytest -p no:cacheprovider test/unit ...
 set -euo pipefail
@@ -19,18 +19,22 @@ unset ROS_MASTER_URI ROS_IP ROS_NAMESPACE ROSCONSOLE_FORMAT ROSCONSOLE_CONFIG_FI
 unset ROS_HOME ROS_LOG_DIR CMAKE_PREFIX_PATH    # nor other workspaces
 export ROS_HOSTNAME=localhost
 
-case ${1:-} in -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;; esac
+repo=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)
+case ${1:-} in
+  -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
+  -l) echo unit; (cd "$repo" && find test -name '*.test' | sed 's/.*\///; s/[.]test$//' | sort); exit 0 ;;
+esac
 
 jobs=5
 if [ "${1:-}" = -j ]; then jobs=${2:?'-j: a number is missing'}; shift 2; fi
 [[ $jobs =~ ^[1-9][0-9]*$ ]] || { echo "tb3_labs: -j: not a number: $jobs" >&2; exit 2; }
 
-ws=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)/build/.ws
+ws=$repo/build/.ws
 if [ -e "$ws" ] && [ ! -w "$ws" ]; then
   echo "tb3_labs: the tests write into $ws, which is another user's: run them in a copy of your own" >&2; exit 1
 fi
 export TB3_LABS_TESTS=1
-source "$(dirname -- "${BASH_SOURCE[0]}")/setup.sh" || exit 1
+source "$repo/scripts/setup.sh" || exit 1
 results=$ws/build/test_results log=$ws/test.log
 export TMPDIR=$ws/tmp
 rm -rf "$TMPDIR" "$results"    # a former run's results would count again
@@ -47,14 +51,13 @@ if SETUPTOOLS_USE_DISTUTILS=stdlib python3 -W ignore -c 'import distutils' 2>/de
 # A Python that ends looks for cycles in all of rospy's objects: 0.1 to 0.2 s in each of some hundred processes.
 site=$ws/devel/lib/python3/dist-packages/sitecustomize.py freeze='import atexit, gc; atexit.register(gc.freeze)'
 grep -qsxF "$freeze" "$site" || echo "$freeze" >>"$site"
-trap 'sed -i "/gc.freeze/d" "$site"; find "${ws%/build/.ws}"/{src,test} -name __pycache__ -prune -exec rm -rf {} +' EXIT
+trap 'sed -i "/gc.freeze/d" "$site"; find "$repo"/{src,test,doc} -name __pycache__ -prune -exec rm -rf {} +' EXIT
 
 # catkin's tests as ctest knows them: _ctest_tb3_labs_<kind>_<name>, kind = pytest or rostest.
 names() { (cd "$ws/build" && ctest -N ${1:+-R "$1"}) | sed -n 's/^ *Test *#[0-9]*: _ctest_tb3_labs_/  /p'; }
 pattern=
 for name; do
   case $name in
-    -l) names; exit 0 ;;
     -*) echo "tb3_labs: unknown option $name; ./scripts/test.sh --help" >&2; exit 2 ;;
     unit) name=_pytest_unit ;;
     ros) name=_rostest_ ;;
@@ -73,7 +76,7 @@ if [ -z "$pattern" ]; then
   if command -v catkin_lint >/dev/null; then
     # catkin_lint ends with 0 also when it found no package.
     mkdir -p "$ws/lint"
-    ln -sfn "${ws%/build/.ws}" "$ws/lint/tb3_labs"    # it wants a folder with the package's name
+    ln -sfn "$repo" "$ws/lint/tb3_labs"    # it wants a folder with the package's name
     catkin_lint -W2 --strict --offline "$ws/lint/tb3_labs" >"$ws/lint.log" 2>&1 || true
     rm "$ws/lint/tb3_labs"    # a search of the repository would follow it in circles
     if grep -q 'checked 1 packages and found 0 problems' "$ws/lint.log"; then lint=passed; else grep -v 'rosdep\|unknown dependencies' "$ws/lint.log"; fi

@@ -15,7 +15,6 @@ Publishes
 Parameters
     ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.control.turning; they may change while
     it runs: dynparam set /controller max_ang_z 1.0
-    ~robot_file   the numbers of this robot: see tb3_labs.control.robot_file
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
@@ -30,19 +29,18 @@ import rospy
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
-from tb3_labs.control.robot_file import RobotFileConfig, read_response
+from tb3_labs.control.motor_response import Response
 from tb3_labs.control.turning import TurnConfig, degrees_of, make_turn
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.ros.clocks import steady_time, wait_until
 from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
-from tb3_labs.ros.console import log_news
 from tb3_labs.ros.conversions import to_imu_sample, to_mouse
-from tb3_labs.ros.diagnostics import Diagnostics, SourceReport
-from tb3_labs.ros.launch import end_roslaunch
-from tb3_labs.ros.node import end, guarded, read_config, read_model, run
-from tb3_labs.ros.dynparam import LiveSettings
+from tb3_labs.ros.diagnostics import Diagnostics, values_of
+from tb3_labs.ros.live_settings import LiveSettings
+from tb3_labs.ros.node import (
+    end, end_roslaunch, guarded, log_news, read_config, read_model, run)
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import (
     say_what_is_awaited, sent_at, subscribe, subscribe_news, subscribe_wheels)
@@ -56,17 +54,16 @@ class Controller:
     """Connects ROS, the keyboard and the ControllerCore."""
 
     def __init__(self):
-        config, of_robot = read_config(TurnConfig, RobotFileConfig)
+        config = read_config(TurnConfig)
         self._model = read_model()
-        # of this robot, learned while it moves
-        self._response = read_response(of_robot, self._model)
+        self._response = Response()    # of this robot, learned while it moves
         self._core = ControllerCore(make_turn(config, self._model, self._response),
                                     GyroWatch(self._model, rospy.resolve_name('reset')))
         self._driver = Driver.NOBODY
         self._lock = threading.Lock()    # guards `_core` and `_driver`
         self._robot_wait = time.monotonic() + ROBOT_WAIT
-        rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
         self._cmd_vel = CmdVel()
+        rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
         self._rivals = Rivals(self._cmd_vel)
         self._watchdog = Watchdog(self._tick)
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
@@ -77,9 +74,6 @@ class Controller:
                   lambda message: (message, to_mouse(message)), self._core.mouse.source,
                   queue_size=None)
         subscribe_news('turn', Float64, self._on_turn)
-        self._sources = SourceReport(
-            (self._core.imu, 'imu', Imu, rospy.get_time),
-            (self._core.mouse.source, 'mouse_info', MouseController, steady_time))
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         Keyboard(self._on_line, self._on_keyboard_end)
@@ -167,7 +161,9 @@ class Controller:
     def _diagnose(self):
         with self._lock:
             problem = self._rivals.complaint or self._core.problem(rospy.get_time())
-            return problem, dict(self._sources.values(), driver=self._core.driver.value,
+            return problem, dict(values_of(self._core.imu, rospy.get_time()),
+                                 **values_of(self._core.mouse.source, steady_time()),
+                                 driver=self._core.driver.value,
                                  mouse='active' if self._core.mouse.active else 'not active')
 
 

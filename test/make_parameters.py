@@ -22,11 +22,11 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 #: The nodes with settings: (name, script, launch file, classes that the script reads).
 NODES = (
     ('imu_sub', 'imu_sub.py', 'imu_sub.launch', ('ImuSubConfig',)),
-    ('controller', 'turtlebot_controller.py', 'turn.launch', ('TurnConfig', 'RobotFileConfig')),
+    ('controller', 'turtlebot_controller.py', 'turn.launch', ('TurnConfig',)),
     ('move_to_goal', 'move2goal_tf.py', 'move2goal.launch',
-     ('MoveToGoalConfig', 'DriveConfig', 'RobotFileConfig')),
+     ('MoveToGoalConfig', 'DriveConfig')),
     ('gamepad', 'gamepad.py', 'gamepad.launch', ('PadConfig',)),
-    ('turtlebot3', 'fake_turtlebot3.py', 'fake_robot.launch', ('SimulatorConfig', 'ClassConfig')),
+    ('turtlebot3', 'fake_turtlebot3.py', 'fake_robot.launch', ('SimulatorConfig', 'FakeTurtlebot3Config')),
     ('panel', 'panel.py', 'panel.launch', ('PanelConfig',)),
 )
 #: Configurations that dynamic_reconfigure offers, and their fields that it does not.

@@ -57,7 +57,7 @@ as_root() { if [ "$EUID" = 0 ]; then "$@"; else sudo "$@"; fi; }
 
 apt() {
   as_root env DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 ${http_proxy:+"http_proxy=$http_proxy"} \
-    apt-get -o DPkg::Lock::Timeout=300 -o Acquire::Retries=2 -o Acquire::http::Timeout=20 ${apt_options[@]+"${apt_options[@]}"} "$@" 8>&-
+    apt-get -o DPkg::Lock::Timeout=300 -o Acquire::Retries=2 -o Acquire::http::Timeout=20 "$@" 8>&-
 }
 
 # refuse_system: ends with one line if Noetic is missing, or if this system is not supported.
@@ -73,7 +73,7 @@ refuse_system() {
 }
 
 no_network() {
-  fail "the network is missing: $(sed -n 's/^[WE]: Failed to fetch \([^ ]*\).*/\1/p' "$ws/apt.log" | sed -n 1p) cannot be reached. For a machine without internet: --fetch and --from, ./scripts/setup.sh --help"
+  fail "the network is missing: $(sed -n 's/^[WE]: Failed to fetch \([^ ]*\).*/\1/p' "$ws/apt.log" | sed -n 1p) cannot be reached"
 }
 
 install_packages() {
@@ -90,7 +90,6 @@ install_packages() {
   as_root dpkg --configure -a >>"$log" 2>&1 8>&- || true    # after an interrupted installation
   [ "$(free_mb /var/lib/apt)" -ge 100 ] || fail "space is missing: 100 MB are needed in /var/lib/apt"
   say 'reading the package lists ...'
-  if [ -n "${folder:-}" ]; then list_folder; as_root mkdir -p /var/lib/apt/tb3_labs/partial; fi
   apt update -q >"$ws/apt.log" 2>&1 || true    # a list that cannot be fetched may not be needed
   cat "$ws/apt.log" >>"$log"
   # apt's plan, without carrying it out: it prints "Need to get 1,234 kB" and "After this operation, 760 MB".
@@ -98,7 +97,6 @@ install_packages() {
   cat "$ws/apt.plan" >>"$log"
   if grep -q '^E: ' "$ws/apt.plan"; then
     if grep -Eq '^(Err|W: Failed to fetch|E: Failed to fetch)' "$ws/apt.log"; then no_network; fi
-    [ -z "${folder:-}" ] || say "$folder does not fit this machine: fetch it anew, on a machine that had the same updates" >&2
     fail_log "the system packages cannot be installed: $(grep -m1 '^E: ' "$ws/apt.plan")"
   fi
   # Without a network, an apt with old lists would ask for each package, for a minute and without success.
@@ -118,5 +116,4 @@ install_packages() {
     fail_log 'the system packages could not be installed'
   fi
   cat "$ws/apt.log" >>"$log"
-  [ -z "${folder:-}" ] || as_root rm -rf /var/lib/apt/tb3_labs
 }

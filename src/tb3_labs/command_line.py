@@ -3,7 +3,6 @@
     mark.py: argument --lab: invalid choice: 'trn' (choose from imu, turn); --help tells more
 """
 import argparse
-import math
 from typing import Union
 
 
@@ -13,15 +12,6 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str):
         """End the program with status 2, and the reason."""
         self.exit(2, '{}: {}; --help tells more\n'.format(self.prog, message))
-
-
-def seconds(text: str) -> float:
-    """A time on a command line [s]; argparse tells the reason of a refusal."""
-    value = number_or_text(text)
-    if not isinstance(value, float) or not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(
-            '{!r} is not valid: a number of seconds above 0'.format(text))
-    return value
 
 
 def number_or_text(word: str) -> Union[float, str]:

@@ -4,8 +4,7 @@
 Two tables compare both laws, on the same robots, starts, offsets and goals, all drawn at random
 from a fixed seed. A third table has drives over networks from good to bad, a fourth one the precise
 turns of robots of another kind than the default one: another lag, noise, delay, IMU and distance of
-the wheels. Then come resets of robots that another node lets spin at 1 rad/s, and how far they
-would miss the lab's goal. The last one has the ends of motions in which something fails.
+the wheels. The last one has the ends of motions in which something fails.
 `at best` is, for a drive, the least time of any turn, straight line and turn within the same limits
 (tb3_labs.control.goal); for a turn, its angle at 1.5 rad/s; by its own motors, that with its
 delay, and with its lag until it turns slower than 0.01 rad/s. The time of a turn ends when the
@@ -21,7 +20,6 @@ import statistics
 import sys
 from concurrent.futures import ProcessPoolExecutor
 
-from spins import miss, reset_in_a_spin
 from stops import setting, stop_of_a_drive, stop_of_a_turn
 from rollout import STILL_ANGULAR, drive, turns
 
@@ -58,15 +56,6 @@ TURNING_ROBOTS = [('default', None), ('others', {})] + [
 TURNS_OF_A_ROBOT = 6
 NUMBER_OF_ROBOTS = 40
 OTHERS_ROW = '{:17} {:>26} {:>22} {:>24}'
-
-#: Robots that are reset in a spin, and spins before that show how old their samples are.
-SPINNING_ROBOTS = [('default', {}), ('host laptop', HOSTS['laptop']), ('host pi', HOSTS['pi']),
-                   ('host pi, noise 0.1 deg', dict(HOSTS['pi'], imu_noise_deg=0.1)),
-                   ('8 ms', NETWORKS['good']), ('15 ms, stalls', NETWORKS['busy']),
-                   ('30 ms, stalls', NETWORKS['bad']),
-                   ('only commands 50 ms late', {'command_latency': 0.05})]
-SPINS_BEFORE = (0, 2)
-SPIN_ROW = '{:26} {:>12} {:>24} {:>21}'
 
 #: Networks from quiet to bad, and an IMU that is slow.
 ROBOTS_AFAR = [('quiet', {}), ('8 ms', NETWORKS['good']),
@@ -160,13 +149,6 @@ def turns_of_one_robot(job):
             for degrees, turn in zip(asked, turns(asked, robot, wait=0.3 + 0.1 * rng.random()))]
 
 
-def one_reset(job):
-    """Angle by which a robot is off after a reset in a spin [rad]."""
-    settings, spins_before, seed = job
-    return reset_in_a_spin(SimulatorConfig(seed=seed, **settings), (1.0, -1.0)[seed % 2],
-                           spins_before)
-
-
 def spread(words, values):
     """`words` with the median and the largest value, and between them, if there is a place, the one
     that 95 % do not exceed."""
@@ -241,17 +223,6 @@ def rows_of_turns_of_others(pool):
                                 spread('{:.3f} / {:.3f} / {:.3f}', own))
 
 
-def rows_of_resets(pool, number):
-    """The table of resets in a spin."""
-    yield '\n' + SPIN_ROW.format('reset at 1 rad/s', 'spins before', 'off', 'goal missed by')
-    for (name, settings), spins in itertools.product(SPINNING_ROBOTS, SPINS_BEFORE):
-        off = list(pool.map(one_reset, [(settings, spins, seed) for seed in range(number)]))
-        missed = [1000.0 * miss(angle, LAB_GOAL) for angle in off]
-        yield SPIN_ROW.format(
-            name, spins, spread('{:.2f} / {:.2f} / {:.2f} deg', map(math.degrees, off)),
-            spread('{:.0f} / {:.0f} / {:.0f} mm', missed))
-
-
 def rows_of_faults():
     """The table of motions that end by a fault."""
     yield '\n' + FAULT_ROW.format('worst of all states', 'zero after', 'rest after', 'driven on',
@@ -271,7 +242,7 @@ def main(number):
     with ProcessPoolExecutor() as pool:
         for row in itertools.chain(
                 rows_of_drives(pool, number), rows_of_drives_afar(pool, number),
-                rows_of_turns(pool), rows_of_turns_of_others(pool), rows_of_resets(pool, number),
+                rows_of_turns(pool), rows_of_turns_of_others(pool),
                 rows_of_faults()):
             print(row, flush=True)
 

@@ -7,7 +7,7 @@ Units: seconds, metres, radians.
 """
 import math
 from dataclasses import dataclass
-from typing import Callable, List, Optional, Sequence, Union
+from typing import Callable, List, Sequence, Union
 
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal import DriveConfig, GoalState
@@ -64,16 +64,14 @@ class Drive:
 
 
 def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig = DriveConfig(),
-          declared: Pose2 = Pose2(), give_up_after: float = 180.0,
-          response: Optional[Response] = None) -> Drive:
+          declared: Pose2 = Pose2(), give_up_after: float = 180.0) -> Drive:
     """Let a robot that was declared to be at `declared` drive to `goal` (both in local).
 
-    A drive that is still active after `give_up_after` [s] has not reached its goal. `response`: the
-    robot's delays as far as known.
+    A drive that is still active after `give_up_after` [s] has not reached its goal.
     """
     model = robot_model(robot_config.model)
     robot = Simulator(robot_config)
-    response = response or Response()
+    response = Response()
     navigator = MoveToGoalCore(make_law(drive_config, model, response), True, response)
     _navigate(robot, navigator, 0.2)
     _reset(robot, navigator, declared)
@@ -111,13 +109,11 @@ def _reset(robot: Simulator, navigator: MoveToGoalCore, declared: Pose2) -> None
 
 
 def turns(degrees: Sequence[float], robot_config: SimulatorConfig,
-          turn_config: TurnConfig = TurnConfig(), wait: float = 0.3,
-          response: Optional[Response] = None) -> List[SpotTurn]:
+          turn_config: TurnConfig = TurnConfig(), wait: float = 0.3) -> List[SpotTurn]:
     """Let a robot make several turns on the spot [deg, left positive], one after the other, the
-    first one `wait` [s] after its start. Returns a SpotTurn for each. `response`: the robot's
-    delays as far as known."""
+    first one `wait` [s] after its start. Returns a SpotTurn for each."""
     robot = Simulator(robot_config)
-    controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model), response))
+    controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model)))
     _control(robot, controller, wait)
     return [_turn(robot, controller, asked) for asked in degrees]
 

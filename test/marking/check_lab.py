@@ -12,7 +12,6 @@ Started by check_LAB.test. Parameters
     ~parts      these parts of the lab alone, with commas; empty: all
     ~record     file to which the observation is written; empty: none
     ~pad        gamepad alone: numbers of the pad, launch/params/pad_NAME.yaml
-    ~goal       move2goal alone: x, y [m], heading [rad] of the goal, with commas; empty: the lab's
     ~strict     whether criteria beyond the handout fail the test too
 """
 import difflib
@@ -29,8 +28,6 @@ from roslib.packages import find_node
 
 from tb3_labs.marking.criteria import Outcome, judge
 from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
-from tb3_labs.marking.move2goal import GOAL
-from tb3_labs.marking.processes import TRYING, Progress
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_stage import try_out
 from tb3_labs.marking.ros_student_node import Launch
@@ -42,7 +39,7 @@ RESULTS = '--gtest_output=xml:'
 DEPTHS = '*', '*/*', '*/*/*'
 
 
-def marked(progress):
+def marked():
     """Try the node out; its Marks."""
     name, package, executable, points, parts, record = (rospy.get_param('~' + name) for name in (
         'lab', 'pkg', 'type', 'points', 'parts', 'record'))
@@ -54,10 +51,9 @@ def marked(progress):
         rospy.delete_param('~' + known)
     worth = points_of(name, read_points(points))
     pad = pad_called(rospy.get_param('~pad', HANDOUT))
-    goal = tuple(map(float, filter(None, rospy.get_param('~goal', '').split(',')))) or GOAL
     if name == GAMEPAD:    # for a node that reads its numbers, as this package's
         rospy.set_param('/' + GAMEPAD, {item.name: getattr(pad, item.name) for item in fields(pad)})
-    progress.line('{}, {}: {}/{} is judged{}'.format(
+    tell('{}, {}: {}/{} is judged{}'.format(
         lab.title, ', '.join(parts or lab.parts), package, executable, whose(package, executable)))
 
     def keep(observation):
@@ -65,11 +61,14 @@ def marked(progress):
             with open(record + '.part', 'w') as file:
                 file.write(observation.to_json())
             os.replace(record + '.part', record)
-    observation = try_out(name, package, executable, parts, keep, pad,
-                          lambda words: progress.now('', TRYING + words), goal)
-    progress.done('')
+    observation = try_out(name, package, executable, parts, keep, pad, tell)
     remarks = observation.remarks + [observation.unfair] * bool(observation.unfair)
     return Marks('', observation.node, judge(lab.criteria, observation, worth, parts), remarks)
+
+
+def tell(line):
+    """Print a line on the terminal while rostest waits."""
+    print(line, file=sys.stderr, flush=True)
 
 
 def whose(package, executable):
@@ -166,14 +165,13 @@ def report(checks):
 def main():
     """Try the node out, judge it, report as a rostest; the exit status."""
     rospy.init_node('check')
-    progress = Progress(sys.stderr)
     try:
-        marks = marked(progress)
+        marks = marked()
     except (OSError, ValueError) as problem:
-        progress.line('check_lab.py: nothing was judged: {}'.format(problem))
+        tell('check_lab.py: nothing was judged: {}'.format(problem))
         return report([Check('test_runs', 'nothing was judged: {}'.format(problem))])
     for line in [verdict.line for verdict in marks.verdicts] + marks.remarks + [total(marks)]:
-        progress.line(line)
+        tell(line)
     return report(checks_of(marks, rospy.get_param('~strict')))
 
 

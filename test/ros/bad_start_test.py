@@ -16,8 +16,6 @@ class BadStartTest(NodeCase):
             ('move2goal_tf.py', 'gaol_x:=1.0', 'gaol_x is unknown', 'is goal_x meant?'),
             ('move2goal_tf.py', 'model:=vacuum', 'vacuum', 'burger, waffle, waffle_pi'),
             ('turtlebot_controller.py', 'min_ang_z:=2.0', 'min_ang_z', 'up to max_ang_z'),
-            ('turtlebot_controller.py', 'robot_file:=/nowhere.yaml', 'robot_file', 'No such file'),
-            ('move2goal_tf.py', 'robot_file:=/dev/null', 'robot_file', 'motor_lag: 0.05'),
             ('gamepad.py', 'dead_zone:=-0.1', 'dead_zone', 'from 0 to 0.9'),
             ('fake_turtlebot3.py', 'imu_rate:=0', 'imu_rate', 'from 1 to 1000'),
             ('imu_sub.py', 'max_rate:=fast', 'max_rate', 'a number'))]

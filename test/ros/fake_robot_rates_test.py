@@ -97,31 +97,26 @@ class FakeRobotRatesTest(unittest.TestCase):
             self.assertLess(time.time() - start, 2.0 + hiccups.since(start))
 
     def test_nothing_but_the_samples_gives_a_hidden_fault_away(self):
-        """Robots 1 and 2 of mystery 4: an offset of the IMU of 115 deg, an odometry that falls
-        silent."""
+        """Mystery 4: an offset of the IMU of 115 deg."""
         node, logged = '/mystery/turtlebot3', []
         rospy.Subscriber('/rosout', Log, lambda log: log.name == node and logged.append(log.msg))
-        robot = Program([path_of('fake_turtlebot3.py'), '__ns:=mystery', '_mystery:=4',
-                         '_robots:=2'])
+        robot = Program([path_of('fake_turtlebot3.py'), '__ns:=mystery', '_mystery:=4'])
         other = Program([path_of('fake_turtlebot3.py'), '__ns:=other', '_mystery:=4',
                          '_network:=bad'])
         self.addCleanup(robot.kill)
         self.addCleanup(other.kill)
-        imu, odom = (Arrivals('/mystery/robot1/' + topic, kind, 1)
+        imu, odom = (Arrivals('/mystery/' + topic, kind, 1)
                      for topic, kind in (('imu', Imu), ('odom', Odometry)))
         self.assertTrue(imu.done.wait(DEADLINE) and odom.done.wait(DEADLINE), robot.text)
         offset = difference(yaw_of(imu.last.orientation), yaw_of(odom.last.pose.pose.orientation))
         self.assertAlmostEqual(math.degrees(offset), 115.0, delta=0.2)
 
         published, _, services = rosgraph.Master('/fake_robot_rates_test').getSystemState()
-        own = {'/mystery/robot{}/{}'.format(number, topic) for number in (1, 2)
-               for topic in ('imu', 'odom', 'joint_states', 'battery_state', 'sensor_state',
-                             'firmware_version')}
-        self.assertEqual({topic for topic, nodes in published if node in nodes}, own | {
-            '/tf', '/rosout'})
+        self.assertEqual({topic for topic, nodes in published if node in nodes}, {
+            '/mystery/imu', '/mystery/odom', '/mystery/joint_states', '/tf', '/rosout'})
         self.assertEqual({service for service, nodes in services if node in nodes}, {
             node + '/' + name for name in ('get_loggers', 'set_logger_level')})
-        self.assertEqual(rospy.get_param('/mystery'), {'turtlebot3': {'mystery': 4, 'robots': 2}})
+        self.assertEqual(rospy.get_param('/mystery'), {'turtlebot3': {'mystery': 4}})
 
         self.assertEqual(other.wait(STARTING), 1)
         self.assertIn('network = bad is not valid together with mystery = 4', other.text)

@@ -12,7 +12,7 @@ from node_case import STARTING, ZERO, Node, NodeCase, run_as_node
 from panel_page import Page, address_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_twist
-from tb3_labs.ros.program import Observer
+from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose
 from thumb import A, B, Y, Thumb, punctual
 

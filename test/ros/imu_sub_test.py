@@ -8,7 +8,7 @@ import rostest
 from std_msgs.msg import Float32
 
 from node_case import STARTING, Hiccups, NodeCase, watch_robot
-from tb3_labs.ros.program import Observer
+from tb3_labs.ros.observer import Observer
 
 LINE = re.compile(r'Current heading is (\d+\.\d{6}) degrees\.$')
 

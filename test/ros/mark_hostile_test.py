@@ -74,11 +74,8 @@ FORK = '''        import os, time
 '''
 #: The instructor is told this, and no student.
 FINDINGS = (
-    'publishes on /ground_truth', 'where the robot tells its true pose', 'publishes on /odom',
-    'listens to /ground_truth', 'publishes on /reset', "called the robot's own reset",
-    'A parameter of the robot was changed: imu_offset_deg from 20',
-    'A setting of the robot was changed: imu_noise_deg from 0', 'it did not count',
-    'uses tb3_labs.control.turning of this package')
+    'listens to /ground_truth', 'A setting of the robot was changed: imu_noise_deg from 0',
+    'it did not count')
 
 
 #: A row of names as nobody should have them: in a program, a file system, a terminal, a table.
@@ -143,12 +140,12 @@ class HostileTest(unittest.TestCase):
         cls.hand_in_odd(base / 'odd')
         odd = subprocess.Popen(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'odd'), '--lab', 'gamepad', '-o',
-             str(cls.home / 'odd'), '--parts', 'sticks', '--limit', '90'],
+             str(cls.home / 'odd'), '--parts', 'sticks'],
             env=dict(os.environ, HOME=str(cls.home)), stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, encoding='utf-8', errors='backslashreplace')
         cls.done = subprocess.run(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'submissions'), '--lab', 'imu', '-o',
-             str(cls.marks), '--parts', 'heading', '--limit', '90'],
+             str(cls.marks), '--parts', 'heading'],
             env=dict(os.environ, HOME=str(cls.home), TOKEN=SECRET), stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, timeout=250, universal_newlines=True)
         page = cls.marks / 'mallory.html'

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """The drive, the resets and the permission of the real node, judged by the robot's true pose."""
 import math
+import random
 import time
+from concurrent.futures import ThreadPoolExecutor
 from itertools import groupby
 
 import actionlib
@@ -19,7 +21,7 @@ from tb3_labs.control.goal import is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist, transform_to_pose2
-from tb3_labs.ros.program import Observer
+from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose, SetInitialPose
 
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
@@ -171,6 +173,37 @@ class Move2GoalTest(NodeCase):
             self.wait_for_rest()
             here = self.seen.latest('local_pose')[1]
             self.assert_pose(here, local_T_world @ self.truth(), 0.002, 0.3)
+
+    def test_the_last_of_many_resets_at_once_holds_at_rest_and_while_turning(self):
+        def call(caller, begun):
+            """Resets of one of ten callers, 100 in a second: [(declared, answer)]."""
+            chance, made = random.Random(caller), []
+            for number in range(caller, 100, 10):
+                time.sleep(max(0.0, begun + 0.01 * number - time.time()))
+                declared = [chance.uniform(-most, most) for most in (5.0, 5.0, 180.0)]
+                made.append((declared, self.reset_pose(*declared)))
+            return made
+
+        for rate in 0.0, 1.0:
+            turning = rospy.Timer(rospy.Duration(0.1), lambda _: self.wheels.publish(
+                to_twist(0.0, rate)))
+            begun = time.time()
+            with ThreadPoolExecutor(10) as pool:
+                answers = sum(pool.map(lambda caller: call(caller, begun), range(10)), [])
+            turning.shutdown()
+            refused = [answer.message for _, answer in answers if not answer.success]
+            # a machine that was late makes the sensors look silent
+            self.assertTrue(not refused or self.hiccups.since(begun) > 0.35, refused)
+            stamp = max(answer.stamp for _, answer in answers)
+            last = [Pose2(x, y, math.radians(yaw_deg)) for (x, y, yaw_deg), answer in answers
+                    if answer.stamp == stamp]      # several may be carried out by one sample
+            self.wait_for_rest()
+            now = rospy.get_time()
+            self.seen.wait_until(lambda: self.seen.latest('local_pose')[0] > now, what='a pose')
+            moved = self.truth_at(stamp).inverse() @ self.truth()
+            here = self.seen.latest('local_pose')[1]
+            self.assert_pose(here, min((pose @ moved for pose in last), key=here.distance_to),
+                             0.001, 0.1)
 
     def test_bad_resets_are_refused_and_the_old_frame_stays(self):
         self.reset(0.4, 0.3, 20.0)

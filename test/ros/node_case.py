@@ -21,8 +21,9 @@ from geometry_msgs.msg import PoseStamped, Twist
 from rosunit_internals import rosrun
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import interpolate
-from tb3_labs.ros import program
+from tb3_labs.marking import program
 from tb3_labs.ros.conversions import to_pose2
+from tb3_labs.ros.observer import Observer
 
 PACKAGE = 'tb3_labs'
 ZERO = (0.0, 0.0)
@@ -107,13 +108,13 @@ class Node(Program):
 
 
 class NodeCase(unittest.TestCase):
-    """A test case that starts nodes, and watches the robot with `seen`, a program.Observer."""
+    """A test case that starts nodes, and watches the robot with `seen`, an Observer."""
 
     seen = hiccups = None
 
     @classmethod
     def setUpClass(cls):
-        cls.seen, cls.hiccups = program.Observer(), Hiccups()
+        cls.seen, cls.hiccups = Observer(), Hiccups()
         cls.watch()
 
     @classmethod

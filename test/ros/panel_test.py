@@ -21,7 +21,7 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.program import Observer
+from tb3_labs.ros.observer import Observer
 
 from node_case import SILENCE, STARTING, Hiccups, Node, watch_robot
 from panel_case import LOSS, PanelCase, with_punctual_pages

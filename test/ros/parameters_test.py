@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
 
 from tb3_labs.control.goal import DriveConfig
-from tb3_labs.ros.program import Observer
+from tb3_labs.ros.observer import Observer
 
 from node_case import STARTING, NodeCase, Program
 

@@ -28,8 +28,7 @@ from sheets_steps import promised, steps_of
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 REPOSITORY = (PACKAGE / 'README.md').resolve().parent
 PAGES = ('doc/imu_lab.md', 'doc/transformation_lab.md', 'test/ros/sheets_walk.md',
-         'doc/instructor/README.students.md', 'doc/instructor/nodes.md',
-         'doc/instructor/classroom.md', 'doc/instructor/teaching.md', 'doc/setup.md')
+         'doc/instructor/nodes.md', 'doc/instructor/teaching.md', 'doc/setup.md')
 NODES = PACKAGE / 'test' / 'ros' / 'student_nodes'
 #: A student's terminal, before the first command.
 PROFILE = '''set -e

@@ -148,15 +148,23 @@ class StopsTest(DriveCase):
         self.let_it_drive(self.by_pad)     # A again
         self.thumb.press(B)
 
-    def test_the_first_word_of_a_sender_that_latches_is_a_stop(self):
-        """It was connected all the time, and had said nothing: its False is not an old one."""
+    def test_the_first_word_of_a_sender_that_latches_is_a_stop_and_its_last_gives_once(self):
+        """It was connected all the time, and had said nothing: its False is not an old one. Its
+        True that a new connection repeats is."""
         student = self.student()
-        self.move_to_goal()
+        node = self.move_to_goal()
         self.let_it_drive(self.by_hand)
         self.let_pass(AT_ONCE)
         said = rospy.get_time()
         student.type('False')
         self.is_stopped(said)
+        self.let_it_drive(lambda: student.type('True'))
+        taken = rospy.get_time()
+        self.control.publish(False)
+        self.is_stopped(taken)
+        student.type('again')
+        node.wait_for('Control was given by /student before this node could hear it')
+        self.is_stopped(rospy.get_time(), 0.0)
 
     def test_what_was_given_at_the_start_is_taken_by_b_and_used_up(self):
         """A later start with the same parameters on the master waits for control."""
@@ -271,22 +279,31 @@ class StopsTest(DriveCase):
         self.wait_for_state('gave up: canceled')
         self.is_stopped(closed)
 
-    def test_a_terminal_that_takes_no_text_stops_nobody(self):
-        """Ctrl+S: a process that prints there waits until Ctrl+Q."""
+    def test_a_node_whose_terminal_takes_no_text_waits_to_be_told(self):
+        """Ctrl+S: a node that prints there sleeps until Ctrl+Q."""
         node = self.start('turtlebot_controller.py', terminal=True)
         self.wait_until_heard(self.turns)
         self.wait_until_hears('controller', 'imu')
         heading = self.rest().yaw
         self.let_it_drive(lambda: self.turns.publish(180.0))
         node.type('\x13')     # Ctrl+S
-        for total in (180.0, 225.0, 270.0, 315.0):
-            if total > 180.0:
-                self.let_it_drive(lambda: self.turns.publish(45.0))
-            self.wait_until_turned(heading + math.radians(total))
+        self.wait_until_turned(heading + math.pi)
+        self.turns.publish(45.0)
+        self.let_pass(TOO_LONG)
         self.assertNotIn('Turned', node.text)
         node.type('\x11')     # Ctrl+Q
-        node.wait_for('Turned', times=4)
-        self.assertEqual(node.end(signal.SIGTERM, STARTING), 0)
+        self.is_stopped(rospy.get_time(), UNDER_WAY)
+        node.wait_for('Turned')
+        node.wait_for('cannot turn: this may have been asked while this node did not run')
+        # a node that ends says its last words after its last zero
+        self.let_it_drive(lambda: self.turns.publish(3600.0))
+        node.type('\x13')
+        asked = rospy.get_time()
+        node.send(signal.SIGTERM)
+        self.is_stopped(asked)
+        self.assertEqual(self.seen.latest('cmd_vel'), ZERO)
+        node.type('\x11')
+        self.assertEqual(node.wait(STARTING), 0)
 
 
 def run_in_terminal(executable, *arguments):

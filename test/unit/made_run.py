@@ -38,8 +38,7 @@ def table_in(path):
 @contextlib.contextmanager
 def without_pictures():
     """The figures of a report are made, but not drawn: that takes most of a report's time."""
-    with mock.patch('tb3_labs.report.page.write_figure', return_value=''), \
-            mock.patch('tb3_labs.report.compare.write_figure', return_value=''):
+    with mock.patch('tb3_labs.report.page.write_figure', return_value=''):
         yield
 
 
@@ -47,6 +46,11 @@ def goals(time, x, y=0.0, yaw=0.0):
     """Goals in local that were sent and heard at these times."""
     time = np.array(time, dtype=float)
     return Poses(time, time, *(value + 0.0 * time for value in (np.array(x, dtype=float), y, yaw)))
+
+
+def reset_lines(*times):
+    """Resets of which the log tells at these times [s]; the poses are of no use."""
+    return Poses(*np.array([times, times, *[[0.0] * len(times)] * 3]))
 
 
 def poses(x=X, y=ZERO, yaw=ZERO, time=TIME):

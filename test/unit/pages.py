@@ -8,8 +8,7 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [ROOT / 'README.md', *sorted((ROOT / 'doc').glob('*.md')),
-         *sorted(path for path in (ROOT / 'doc' / 'instructor').glob('*.md')
-                 if path.name != 'README.students.md')]    # the README of another tree
+         *sorted((ROOT / 'doc' / 'instructor').glob('*.md'))]
 #: Placeholders for the reader's own names, in paths and commands.
 PLACEHOLDER = re.compile(r'[A-Z]{2,}(?![a-z])')
 #: Names in backticks that are files of this package, in any folder.

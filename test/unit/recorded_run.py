@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_run import goals, states
+from made_run import goals, reset_lines, states
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses, RunData
@@ -19,6 +19,7 @@ rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
 
 import rospy  # noqa: E402
 from nav_msgs.msg import Odometry  # noqa: E402
+from rosgraph_msgs.msg import Log  # noqa: E402
 from sensor_msgs.msg import Imu  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
@@ -90,7 +91,7 @@ def known_run():
         commands=Commands(TIME, TIME, 0.0 * TIME, 0.0 * TIME),
         local_pose=Poses(TIME, TIME, *columns(*local)), states=states(*STATES),
         ground_truth=Poses(OFTEN, OFTEN, *columns(*truth)), goals=goals(begins, 1.0),
-        frames=Poses(TIME, TIME, *columns(*frame_at(TIME))))
+        frames=Poses(TIME, TIME, *columns(*frame_at(TIME))), resets=reset_lines(RESET))
 
 
 # As a bag -----------------------------------------------------------------------------------------
@@ -124,6 +125,10 @@ def lab_topics(run):
         yield time, 'cmd_vel', to_twist(0.0, 0.0)
     for time, words in zip(run.states.time, run.states.words):
         yield time, 'goal_state', String(words)
+    for time in run.resets.time:
+        line = Log(name='/move_to_goal', msg='Local pose set to x=1, y=0.5, yaw=90 deg')
+        line.header.stamp = rospy.Time.from_sec(BEGIN + time + AHEAD)
+        yield time, '/rosout', line
 
 
 def write_bag(path, run=None, namespaces=('',), sources=(sensors, lab_topics),
@@ -181,6 +186,7 @@ def steps_backwards(run, time, driven):
 
 def declared(run, time, new_T_old, until=RESET):
     """A reset at `time`: ``local`` is another one until the next reset."""
+    run = replace(run, resets=reset_lines(*sorted([time, *run.resets.time])))
     x, y, yaw = (np.full(len(run.frames), value) for value in (
         new_T_old.x, new_T_old.y, new_T_old.yaw))
     frames = run.frames @ Poses(run.frames.time, run.frames.time, x, y, yaw).inverse()

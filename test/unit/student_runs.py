@@ -1,4 +1,4 @@
-"""Runs of students' nodes without ROS: a node's text on a fake `rospy`, in virtual time.
+"""Runs of students' nodes without a master: a node's text on a fake `rospy`, in virtual time.
 
     run = played(text_of('turtlebot_controller'), turn_scene(random.Random(1)), seed=1)
 
@@ -18,11 +18,19 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple, Tuple
 
+import genpy
 import numpy as np
+import tb3_labs.msg
+import tb3_labs.srv
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu, Joy
+from std_msgs.msg import Bool, Header
 
-from tb3_labs.report.messages import LEVELS, SenderClock, make_collectors, resets_in
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.messages import LEVELS, make_collectors, samples_of
 from tb3_labs.report.run_data import RunData
 from tb3_labs.robot.samples import ImuSample
+from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
@@ -185,6 +193,7 @@ class _World:
         self.typed, self._hand, self._joy = [], None, None
         self._step, self._step_began, self._rest_since = -1, 0.0, 0.0
         self._recorded = make_collectors(PARTS, '/')
+        self._imu, self._odometry = Imu(), Odometry()
 
     # Time -----------------------------------------------------------------------------------------
 
@@ -239,9 +248,7 @@ class _World:
         for timer in list(self.timers):
             if timer.due <= self.now + 1e-9 and not timer.busy:
                 expected = timer.due
-                self.run(timer, SimpleNamespace(
-                    current_real=_Time(self.now), current_expected=_Time(expected),
-                    last_real=None, last_expected=None, last_duration=None))
+                self.run(timer, None)       # no node reads the event
                 if timer.due < NEVER:       # as rospy.Rate: late ones are not made up for
                     late = self.now - expected > 2.0 * timer.period
                     timer.due = self.now + STEP if late else expected + timer.period
@@ -265,11 +272,10 @@ class _World:
             self.command(*self._hand)
         if self._joy is not None:
             buttons, forward, left = self._joy
-            self.send('joy', MESSAGES['Joy'](
-                _header(self.now), [0.0, forward, 0.0, left, 0.0, 0.0],
-                [int(number in buttons) for number in range(11)]))
+            self.send('joy', Joy(Header(), [0.0, forward, 0.0, left, 0.0, 0.0],
+                                 [int(number in buttons) for number in range(11)]))
         if self._scene.mouse:
-            self.send('mouse_info', MESSAGES['MouseController']())
+            self.send('mouse_info', tb3_labs.msg.MouseController())
 
     def _do(self, what, value):
         if what == 'type':
@@ -284,10 +290,8 @@ class _World:
                 self._keep('presses', (float(number),))
             self._joy = value
         elif what == 'declare':
-            request = MESSAGES['SetInitialPoseRequest']()
-            pose = request.pose.pose.pose
-            pose.position.x, pose.position.y = value[:2]
-            pose.orientation.z, pose.orientation.w = math.sin(value[2] / 2), math.cos(value[2] / 2)
+            request = tb3_labs.srv.SetInitialPoseRequest()
+            request.pose.pose.pose = to_pose_stamped(Pose2(*value), '', 0.0).pose
             self.later(0.02, lambda: self.run(_Callback(0.0, self.serve), 'set_pose', request))
 
     # The graph ------------------------------------------------------------------------------------
@@ -304,19 +308,16 @@ class _World:
             self.run(listener, message)
 
     def _message(self, sample):
-        stamp = _header(sample.stamp + self._scene.clock_offset)
-        yaw = sample.yaw if isinstance(sample, ImuSample) else sample.pose.yaw
-        turned = MESSAGES['Quaternion'](0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+        """The node keeps no message, so one object serves for all."""
         if isinstance(sample, ImuSample):
-            return MESSAGES['Imu'](header=stamp, orientation=turned, angular_velocity=MESSAGES[
-                'Vector3'](0.0, 0.0, sample.yaw_rate))
-        message = MESSAGES['Odometry'](header=stamp)
-        place = message.pose.pose
+            _turn(self._imu.orientation, sample.yaw)
+            self._imu.angular_velocity.z = sample.yaw_rate
+            return self._imu
+        place, twist = self._odometry.pose.pose, self._odometry.twist.twist
         place.position.x, place.position.y = sample.pose.x, sample.pose.y
-        place.orientation = turned
-        message.twist.twist.linear.x = sample.linear
-        message.twist.twist.angular.z = sample.angular
-        return message
+        _turn(place.orientation, sample.pose.yaw)
+        twist.linear.x, twist.angular.z = sample.linear, sample.angular
+        return self._odometry
 
     def publish(self, topic, message):
         if topic == 'cmd_vel':
@@ -332,7 +333,7 @@ class _World:
 
     def control(self, value):
         self._keep('control', (value,))
-        self.later(STEP, lambda: self.send('ctrl_relinq', MESSAGES['Bool'](value)))
+        self.later(STEP, lambda: self.send('ctrl_relinq', Bool(value)))
 
     def log(self, level, node, line):
         self._keep('log', (LEVELS[level], node, line), self.now)
@@ -358,12 +359,8 @@ class _World:
         self._keep('ground_truth', _place(self._robot.truth), self.now)
 
     def _run_data(self):
-        odometry = self._recorded['odometry']
-        clock = SenderClock.of(np.array(odometry.arrival), np.array(odometry.stamp))
-        samples = {part: collector.samples(clock) for part, collector in self._recorded.items()
-                   if len(collector.arrival)}
-        if 'log' in samples:
-            samples['resets'] = resets_in(samples['log'])
+        samples = samples_of({part: collector for part, collector in self._recorded.items()
+                              if len(collector.arrival)})
         topics = dict(imu='/imu', odometry='/odom', commands='/cmd_vel', control='/ctrl_relinq',
                       ground_truth='/ground_truth', log='/rosout',
                       presses='/joy')
@@ -376,87 +373,8 @@ def _place(pose):
     return pose.x, pose.y, pose.yaw
 
 
-# Messages -----------------------------------------------------------------------------------------
-
-#: Messages that a node may import: their fields in order, each with its kind or first value.
-MESSAGES = {}
-FIELDS = '''
-Header            seq=0 stamp=Time frame_id=''
-Vector3           x=0.0 y=0.0 z=0.0
-Point             x=0.0 y=0.0 z=0.0
-Quaternion        x=0.0 y=0.0 z=0.0 w=0.0
-Pose              position=Point orientation=Quaternion
-PoseWithCovariance pose=Pose covariance=36
-PoseStamped       header=Header pose=Pose
-PoseWithCovarianceStamped header=Header pose=PoseWithCovariance
-Twist             linear=Vector3 angular=Vector3
-TwistWithCovariance twist=Twist covariance=36
-Odometry          header=Header child_frame_id='' pose=PoseWithCovariance twist=TwistWithCovariance
-Imu               header=Header orientation=Quaternion orientation_covariance=9 \
-angular_velocity=Vector3 angular_velocity_covariance=9 linear_acceleration=Vector3
-Joy               header=Header axes=() buttons=()
-Bool              data=False
-Float64           data=0.0
-String            data=''
-MouseController   header=Header status=Bool xPos=0.0 yPos=0.0
-SetInitialPoseRequest pose=PoseWithCovarianceStamped
-SetInitialPoseResponse
-'''
-
-
-class _Time(float):
-    """rospy.Time and rospy.Duration [s]."""
-
-    def to_sec(self):
-        return float(self)
-
-    to_time = to_sec
-    secs = property(int)
-    from_sec = classmethod(lambda cls, seconds: cls(seconds))
-
-    def __sub__(self, other):
-        return _Time(float(self) - float(other))
-
-    def __add__(self, other):
-        return _Time(float(self) + float(other))
-
-
-class _Message:
-    """A message: its values by position or by name, the others as they begin."""
-
-    _fields: Tuple[Tuple[str, Any], ...] = ()
-
-    def __init__(self, *values, **named):
-        for (name, first), value in itertools.zip_longest(self._fields, values):
-            if value is None:
-                value = named[name] if name in named else first()
-            setattr(self, name, value)
-
-
-def _make_messages():
-    for line in FIELDS.strip().splitlines():
-        name, *parts = line.split()
-        pairs = []
-        for part, kind in (part.split('=') for part in parts):
-            if kind.isdigit() and kind != '0':
-                first = (lambda number: lambda: [0.0] * number)(int(kind))
-            elif kind == 'Time':
-                first = _Time
-            elif kind in MESSAGES:
-                first = MESSAGES[kind]
-            else:
-                first = (lambda value: lambda: value)(eval(kind))
-            pairs.append((part, first))
-        MESSAGES[name] = type(name, (_Message,), {'_fields': tuple(pairs)})
-    MESSAGES['SetInitialPose'] = SimpleNamespace(
-        _request_class=MESSAGES['SetInitialPoseRequest'])
-
-
-_make_messages()
-
-
-def _header(stamp):
-    return MESSAGES['Header'](0, _Time(stamp), '')
+def _turn(orientation, yaw):
+    orientation.z, orientation.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
 
 
 # rospy --------------------------------------------------------------------------------------------
@@ -465,17 +383,14 @@ class _Rospy:
     """The module `rospy` of one node."""
 
     ROSException = type('ROSException', (Exception,), {})
-    ROSInterruptException = type('ROSInterruptException', (ROSException,), {})
     ServiceException = type('ServiceException', (Exception,), {})
-    Duration = _Time
-    get_name = property(lambda self: lambda: self.node)
+    Duration = genpy.Duration
 
     def __init__(self, world, node):
         self.world, self.node, self.waits = world, node, True
-        for name, level in dict(logdebug=1, loginfo=2, logwarn=4, logerr=8, logfatal=16).items():
+        for name, level in dict(loginfo=2, logwarn=4, logerr=8).items():
             setattr(self, name, self._logger(level))
-            setattr(self, name + '_once', self._logger(level))
-        self.Time = type('Time', (_Time,), {'now': staticmethod(lambda: _Time(self.get_time()))})
+        self.Time = SimpleNamespace(now=lambda: genpy.Time.from_sec(self.get_time()))
 
     def _logger(self, level):
         def log(line, *values):
@@ -488,12 +403,6 @@ class _Rospy:
     def init_node(self, *_, **__):
         pass
 
-    def get_param(self, _name, default=None):
-        return default
-
-    def is_shutdown(self):
-        return self.world._ended
-
     def on_shutdown(self, hook):
         self.world.hooks.append(hook)
 
@@ -501,22 +410,9 @@ class _Rospy:
         if self.waits:
             self.world.advance(NEVER)
 
-    def sleep(self, seconds):
-        self.world.advance(self.world.now + float(seconds))
-
-    def Rate(self, rate):
-        """The sleep to the next moment of a rhythm."""
-        state = SimpleNamespace(due=self.world.now)
-
-        def sleep():
-            state.due = max(state.due + 1.0 / rate, self.world.now)
-            self.world.advance(state.due)
-        return SimpleNamespace(sleep=sleep)
-
-    def Timer(self, period, call, oneshot=False):
-        timer = _Callback(self.world.now + float(period), call, NEVER if oneshot else float(period))
+    def Timer(self, period, call):
+        timer = _Callback(self.world.now + period.to_sec(), call, period.to_sec())
         self.world.timers.append(timer)
-        return SimpleNamespace(shutdown=lambda: self.world.timers.remove(timer))
 
     def Subscriber(self, topic, _kind, call, **_):
         self.world.subscribers.setdefault(topic.lstrip('/'), []).append(_Callback(0.0, call))
@@ -530,45 +426,33 @@ class _Rospy:
     def Service(self, name, _kind, call):
         self.world.services[name.lstrip('/')] = call
 
-    def wait_for_service(self, name, timeout=None):
-        if name.lstrip('/') not in self.world.services:
-            self.sleep(timeout or 1.0)
-            raise self.ROSException('timeout')
-
-    def ServiceProxy(self, name, kind):
-        return _Proxy(self, name, kind)
+    def ServiceProxy(self, name, _kind):
+        return _Proxy(self, name)
 
 
 class _Proxy:
-    def __init__(self, rospy, name, kind):
-        self._rospy, self._name, self._kind = rospy, name.lstrip('/'), kind
+    def __init__(self, rospy, name):
+        self._rospy, self._name = rospy, name.lstrip('/')
 
-    def wait_for_service(self, timeout=None):
-        self._rospy.wait_for_service(self._name, timeout)
-
-    def __call__(self, *values):
-        request = self._kind._request_class
+    def wait_for_service(self, timeout=1.0):
         world = self._rospy.world
         if self._name not in world.services:
-            raise self._rospy.ServiceException('service is not available')
-        return world.serve(self._name, values[0] if values and isinstance(values[0], request)
-                           else request(*values))
+            world.advance(world.now + timeout)
+            raise self._rospy.ROSException('timeout')
+
+    def __call__(self, request):
+        return self._rospy.world.serve(self._name, request)
 
 
 def _execute(text, rospy, waits):
     """Run the text of a node. Unless it `waits`, its spin() comes back at once."""
     world, rospy.waits = rospy.world, waits
-    messages = SimpleNamespace(**MESSAGES)
 
     def thread(target, args=(), daemon=None):
         return SimpleNamespace(start=lambda: world.later(0.003, lambda: target(*args)))
 
-    fakes = {'rospy': rospy, 'time': SimpleNamespace(
-        sleep=rospy.sleep, time=rospy.get_time, monotonic=lambda: world.now)}
-    fakes['threading'] = SimpleNamespace(Thread=thread)
-    for name in ('geometry_msgs', 'nav_msgs', 'sensor_msgs', 'std_msgs', 'lab2', 'tb3_labs'):
-        fakes[name] = SimpleNamespace(msg=messages, srv=messages)
-        fakes[name + '.msg'] = fakes[name + '.srv'] = messages
+    fakes = {'rospy': rospy, 'lab2.msg': tb3_labs.msg,
+             'threading': SimpleNamespace(Thread=thread)}
 
     def imported(name, globals_=None, locals_=None, wanted=(), level=0):
         if name not in fakes:

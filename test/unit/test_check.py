@@ -1,4 +1,4 @@
-"""The words of a check: of a node that cannot be started, of the criteria, of what it tries now."""
+"""The words of a check: of a node that cannot be started, and of the criteria."""
 import io
 import pathlib
 import sys
@@ -10,7 +10,6 @@ import rosunit
 
 from tb3_labs.marking.criteria import Criterion, Outcome, Place, Verdict
 from tb3_labs.marking.marks import Marks
-from tb3_labs.marking.processes import Progress, tried_last
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'marking'))
 from check_lab import checks_of, place_of, total    # noqa: E402 (it is beside this folder)
@@ -82,41 +81,3 @@ def test_a_node_that_rosrun_cannot_start_is_told(name, node, words, package):
     with pytest.raises(ValueError) as refused:
         place_of(name, node)
     assert words.format(package) in str(refused.value)
-
-
-# -- what is tried now
-
-class Terminal(io.StringIO):
-    """Says that it is a terminal."""
-
-    def isatty(self):
-        return True
-
-
-def test_a_file_gets_a_line_for_each_change():
-    file = io.TextIOWrapper(io.BytesIO())
-    progress = Progress(file)
-    for words, detail in (('a: turns', ', l'), ('a: turns', ', r'), ('a: mouse', ', up')):
-        progress.now('a', words, detail)
-        assert file.buffer.getvalue().endswith(words.encode() + b'\n')      # at once
-    progress.line('a: 3 points')
-    assert file.buffer.getvalue() == b'a: turns\na: mouse\na: 3 points\n'
-
-
-def test_a_terminal_gets_one_line_that_is_renewed(monkeypatch):
-    monkeypatch.setenv('COLUMNS', '20')
-    terminal = Terminal()
-    progress = Progress(terminal)
-    progress.now('a', 'a: turns', ', l')
-    progress.now('b', 'b: mouse', ', up and away')
-    progress.line('a: 3 points')
-    progress.done('a')
-    progress.done('b')
-    clear = '\r\x1b[K'
-    assert terminal.getvalue().split(clear) == [
-        '', 'a: turns, l', 'a: turns, l | b: mo', 'a: 3 points\n', 'a: turns, l | b: mo', 'b: mouse, up and aw', '']
-
-
-def test_what_was_tried_last_is_read_from_a_log():
-    assert tried_last('') == '' and tried_last('[INFO] trying hard\n') == ''
-    assert tried_last('trying turns: l\ntrying turns: r\n[WARN] x\n') == 'turns: r'

@@ -11,8 +11,6 @@ sys.path.insert(0, str(ROOT / 'test' / 'ros'))
 from sheets_steps import KINDS, steps_of, without_comment  # noqa: E402
 
 WALK = ROOT / 'test' / 'ros' / 'sheets_walk.md'
-STUDENTS = ROOT / 'doc' / 'instructor' / 'README.students.md'
-ALL = [*PAGES, STUDENTS]
 INLINE = re.compile(r'^ *```.*?^ *```$|`([^`]+)`', re.MULTILINE | re.DOTALL)
 #: Inline code that is a command: a program and its words, or a script of this package.
 COMMAND = re.compile(
@@ -35,10 +33,10 @@ def inline(text):
 
 @pytest.fixture(scope='module')
 def known():
-    return {command for path in [WALK, *ALL] for command in typed(path)}
+    return {command for path in [WALK, *PAGES] for command in typed(path)}
 
 
-@by_name(ALL)
+@by_name(PAGES)
 def test_every_command_is_typed_or_says_why_not(page, known):
     text = page.read_text(encoding='utf-8')
     assert [command for command in inline(text) if command not in known] == []
@@ -46,25 +44,12 @@ def test_every_command_is_typed_or_says_why_not(page, known):
 
 
 def test_the_walk_types_what_the_pages_have():
-    there = {command for page in ALL for command in inline(page.read_text(encoding='utf-8')) + typed(page)}
+    there = {command for page in PAGES for command in inline(page.read_text(encoding='utf-8')) + typed(page)}
     assert [step.text for step in steps_of(WALK.read_text(encoding='utf-8'))
             if step.kind in ('run', 'long', 'never') and not set(step.commands) <= there] == []
 
 
 def test_what_the_walk_types_in_another_home_is_what_the_page_says():
-    literal = [command for page in ALL for step in steps_of(page.read_text(encoding='utf-8'))
+    literal = [command for page in PAGES for step in steps_of(page.read_text(encoding='utf-8'))
                if step.kind == 'never' and 'sheets_walk.md' in step.argument for command in step.commands]
     assert len(literal) > 10 and [command for command in literal if command not in typed(WALK)] == []
-
-
-def test_a_new_command_is_seen_wherever_it_stands():
-    assert inline('Type `rostopic  list`\nor `cmd_vel`:\n\n   ```bash run\n   `ls -l`\n   ```\n') == ['rostopic list']
-    step, = steps_of('   ```bash run=robot ends=lab\n   ls -l   # a comment\n   ```\n   ```text\n   a\n   ```\n')
-    assert (step.kind, step.argument, step.before) == ('run', 'robot', {'ends': 'lab'})
-    assert (step.commands, step.output) == (['ls -l'], 'a')
-
-
-@pytest.mark.parametrize('info', ['bash', 'bash rn', 'bash run never=reason', 'text then=a types=b'])
-def test_a_block_that_does_not_say_how_it_is_typed_is_refused(info):
-    with pytest.raises(AssertionError, match='line 3'):
-        steps_of('```{}\nrostopic list\n```\n'.format(info))

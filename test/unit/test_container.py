@@ -50,4 +50,4 @@ def test_nothing_runs_as_root_and_the_page_is_reached(dockerfile, editor):
 def test_what_a_host_has_built_stays_out_of_the_image():
     ignored = (ROOT / '.dockerignore').read_text(encoding='utf-8').splitlines()
     assert {'build', '.git'} <= set(ignored)
-    assert not {'.devcontainer', 'doc', 'test'} & set(ignored)    # an edition can be made in it
+    assert not {'.devcontainer', 'doc', 'test'} & set(ignored)

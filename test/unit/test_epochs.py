@@ -1,20 +1,19 @@
-"""The resets that are found in a recorded run, with and without tf, against the known ones."""
+"""Where an epoch begins by the log and by local_pose, with and without tf, against known resets."""
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from known_motion import angle_between
-from made_run import TIME, X, made, poses, states
+from made_run import TIME, X, made, poses, reset_lines, states
 from recorded_run import (  # noqa: F401
-    BURGER, MISS, MISS_DEG, RESET, TRUE_DEG, TRUE_END, changed, declared, frame_at,
-    in_degrees, odometry_jumps, placed, recorded, run, steps_backwards, way)
+    BURGER, MISS, MISS_DEG, RESET, TRUE_DEG, TRUE_END, declared, frame_at, in_degrees,
+    odometry_jumps, placed, recorded, run, steps_backwards, way)
 
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.drives import drives
 from tb3_labs.report.epochs import epoch_of, epochs, local_in_odom
-from tb3_labs.report.run_data import Poses
 
 
 @pytest.fixture(params=[True, False])
@@ -92,17 +91,9 @@ def test_the_turn_of_a_calibration_at_rest_is_not_a_reset(run):
 def test_a_robot_that_is_turned_while_its_odometry_is_set_to_zero(run, by_tf):
     odom, local = pose_before(run.odometry, 8.5), pose_before(run.local_pose, 8.5)
     turn = Pose2(0.0, 0.0, math.radians(3.0))
-    run = declared(odometry_jumps(run, 8.5, odom.inverse()), 8.5, local @ turn @ local.inverse())
+    moved = declared(odometry_jumps(run, 8.5, odom.inverse()), 8.5, local @ turn @ local.inverse())
+    run = replace(moved, resets=run.resets)
     assert [RESET] == resets(recorded(turned(run, 8.5, turn.yaw), by_tf))
-
-
-def test_a_local_that_is_not_moved_along_is_another_one(run):
-    """A node that knows nothing of the robot's own reset: its local jumps with the odometry."""
-    here = pose_before(run.odometry, 8.5)
-    run = replace(run, odometry=changed(run.odometry, 8.5, here.inverse()))
-    jump = run.frames.pose(0).inverse() @ here.inverse() @ run.frames.pose(0)
-    run = replace(run, local_pose=changed(run.local_pose, 8.5, jump, RESET - 0.01))
-    assert [8.5, RESET] == resets(run)
 
 
 def test_a_board_that_restarts_is_a_reset(run):
@@ -156,22 +147,6 @@ def test_a_reset_while_it_drives(run, driven, by_tf):
         (abs(1.0 - place), math.degrees(yaw)), abs=1e-6)
 
 
-def test_a_tf_of_noise_says_nothing_of_resets(run):
-    rng = np.random.RandomState(1)
-    x, y, yaw = 0.001 * rng.standard_normal((3, len(run.frames)))
-    noise = Poses(run.frames.time, run.frames.time, x, y, yaw)
-    assert [RESET] == resets(replace(run, frames=run.frames @ noise))
-
-
-@pytest.mark.parametrize('noisy', ['imu', 'odometry'])
-def test_noise_in_one_of_two_headings_is_not_a_reset(run, noisy):
-    """local_pose shows the other reset."""
-    samples = getattr(run, noisy)
-    yaw = wrap_all(samples.yaw + 0.02 * np.random.RandomState(1).standard_normal(len(samples)))
-    run = replace(run, **{noisy: replace(samples, yaw=yaw)})
-    assert [RESET] == resets(recorded(run, by_tf=False))
-
-
 @pytest.mark.parametrize('later', [-0.01, 0.0, 0.01])
 def test_tf_and_local_pose_of_one_moment_belong_together(run, later):
     """Here the drive lasts until the reset, and its last pose is the last one of the old frame."""
@@ -184,26 +159,39 @@ def test_tf_and_local_pose_of_one_moment_belong_together(run, later):
     assert in_degrees(second.true) == pytest.approx((0.5, 90.0), abs=1e-6)
 
 
-def test_an_odometry_that_misses_a_message_explains_a_little(run):
-    run = odometry_jumps(run, 3.0, Pose2(0.01, 0.0, 0.0))
-    assert len(resets(run)) == 2
-    kept = np.abs(run.odometry.time - 3.0) > 0.01
-    assert [RESET] == resets(replace(run, odometry=run.odometry.take(kept)))
+# By hand ------------------------------------------------------------------------------------------
+
+def shifted(metres, at=8.0, line=8.0):
+    """local_pose jumps while the robot stands, and nothing else does. The log has a line on it."""
+    return made(local_pose=poses(X + np.where(TIME > at - 0.01, metres, 0.0)),
+                resets=reset_lines(line))
 
 
-# By hand, from both sides of each limit -----------------------------------------------------------
-
-def shifted(metres=0.0, degrees=0.0, at=8.0):
-    """local_pose jumps while the robot stands, and nothing else does."""
-    later = TIME > at - 0.01
-    return made(local_pose=poses(X + np.where(later, metres, 0.0),
-                                 yaw=np.where(later, math.radians(degrees), 0.0)))
+@pytest.mark.parametrize('line', [7.75, 7.99, 8.0, 8.25])
+def test_the_line_of_a_reset_may_come_a_moment_before_or_after_it(line):
+    before, after = epochs(shifted(0.02, line=line))
+    assert before.end == after.begin == pytest.approx(7.975)
 
 
-@pytest.mark.parametrize('metres, degrees, is_reset', [
-    (0.0195, 0.0, False), (-0.0205, 0.0, True), (0.0, 0.97, False), (0.0, -1.03, True)])
-def test_without_tf_a_jump_of_two_centimetres_or_a_degree_is_a_reset(metres, degrees, is_reset):
-    assert len(epochs(shifted(metres, degrees))) == 1 + is_reset
+def test_a_reset_that_moves_nothing_is_where_its_line_is():
+    """Within a millimetre of noise."""
+    noise = 0.001 * np.random.RandomState(1).standard_normal(len(TIME))
+    run = replace(shifted(0.0), local_pose=poses(X + noise))
+    assert [epoch.begin for epoch in epochs(run)][1:] == [pytest.approx(8.0, abs=0.06)]
+
+
+def test_without_a_line_there_is_no_reset():
+    run = shifted(0.5)
+    assert len(epochs(replace(run, resets=reset_lines()))) == 1
+    # nor one that nothing in the recording follows or precedes
+    late = run.local_pose.take(TIME > 8.1)
+    assert len(epochs(replace(run, local_pose=late))) == 1
+
+
+def test_a_reset_after_a_silence_begins_at_the_first_pose():
+    run = shifted(0.5)
+    run = replace(run, local_pose=run.local_pose.take((TIME < 3.0) | (TIME > 7.99)))
+    assert [epoch.begin for epoch in epochs(run)][1:] == [pytest.approx(7.95)]
 
 
 @pytest.mark.parametrize('jumps_at, begin', [(8.0, 7.975), (8.05, 8.025)])

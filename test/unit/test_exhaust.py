@@ -1,10 +1,13 @@
-"""All short stories of stops and givings. Longer ones: exhaust.py; all defects: defects.py."""
+"""All short stories of stops and givings. Longer ones: exhaust.py."""
 import pytest
 
-from defects import look_for
 from exhaust import search, told, walk
 from played_pages import LatePages, TwoPages
 from played_worlds import LatePad, MouseAndTurns, OnePad, Senders, TwoPads
+from tb3_labs.localization.sender_clock import Lateness
+from tb3_labs.supervision.permission import Permission, SleepWatch
+
+TOLD = Permission.told
 
 
 @pytest.mark.parametrize('kind, depth', [
@@ -23,10 +26,25 @@ def test_no_long_story_moves_a_robot_against_the_rule(kind):
     assert sum(found.drives for found in told_of) >= 5
 
 
-@pytest.mark.parametrize('name, events', [
-    ('a latched True gives control', 2),
-    ('a page that is silent is not lost', 3),
-    ('the usual delay only ever falls', 1)])
-def test_a_defect_is_found_by_its_shortest_story(name, events):
-    found = look_for(name, 60.0)
-    assert len(found.story) == events
+def believing(self, granted, now, sender='', renews=False, *_doubts):
+    """A latched True gives control."""
+    TOLD(self, granted, now, sender, renews)
+
+
+def only_falling(self, stamp, arrival):
+    """The usual delay only ever falls."""
+    self.least = min(getattr(self, 'least', 1e9), arrival - stamp)
+    return arrival - stamp - self.least
+
+
+def sleepless(self, now):
+    """A sleep is not noticed."""
+    self.slept_for, self.is_waking = 0.0, False
+
+
+@pytest.mark.parametrize('kind, owner, method, defect, events', [
+    (Senders, Permission, 'told', believing, 2), (Senders, SleepWatch, 'update', sleepless, 3),
+    (OnePad, Lateness, 'of', only_falling, 1)])
+def test_a_defect_is_found_by_its_shortest_story(monkeypatch, kind, owner, method, defect, events):
+    monkeypatch.setattr(owner, method, defect)
+    assert len(search(kind, 60.0).story) == events

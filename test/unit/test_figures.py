@@ -4,9 +4,8 @@ import math
 import numpy as np
 import pytest
 from made_motion import driven, turn
-from made_run import STATES, TIME, X, ZERO, goals, made, poses, states
+from made_run import TIME, X, ZERO, goals, made, poses, reset_lines
 
-from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses
 from tb3_labs.robot.turtlebot3 import robot_model
 
@@ -15,7 +14,7 @@ pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 from tb3_labs.report.figures import (  # noqa: E402
     curve, errors, heading, new_figure, speeds, turns)
 from tb3_labs.report.movements import completed  # noqa: E402
-from tb3_labs.report.path_figures import _frames, draw_path, paths  # noqa: E402
+from tb3_labs.report.path_figures import draw_path, paths  # noqa: E402
 
 BURGER = robot_model('burger')
 
@@ -82,7 +81,8 @@ def test_the_figures_draw_the_runs_own_numbers():
 def test_each_reset_is_named():
     """The robot's place in local jumps six times."""
     at = 1.5 + np.arange(6)
-    run = made(local_pose=poses(X + 0.5 * np.searchsorted(at, TIME, side='right')))
+    run = made(resets=reset_lines(*at),
+               local_pose=poses(X + 0.5 * np.searchsorted(at, TIME, side='right')))
     names = ['reset {}'.format(k) for k in range(1, 7)]
     named = [text for text in heading(run).axes[0].texts if text.get_text().startswith('reset')]
     assert [text.get_text() for text in named] == names
@@ -116,29 +116,6 @@ def test_turns_are_drawn_from_their_begin_in_the_direction_that_was_asked_for():
         assert angle[[0, -1], 0] == pytest.approx((-0.2, first[1] - first[0] + rest), abs=0.015)
         assert angle[[0, -1], 1] == pytest.approx((90.0, 0.0), abs=0.2)
         assert speed[:, 1].max() == pytest.approx(1.5) and speed[:, 1].min() > -0.01
-
-
-def test_a_legend_is_not_wider_than_its_figure():
-    """All states that have a shade of their own, and a reset."""
-    told = states(*STATES, (8.0, 'gave up'))
-    figure = errors(made(states=told, local_pose=poses(X + np.where(TIME > 8.5, 0.5, 0.0))))
-    figure.canvas.draw()
-    legend, = figure.legends
-    assert len(legend.get_texts()) == 6
-    assert legend.get_window_extent().width <= figure.bbox.width
-
-
-@pytest.mark.parametrize('start', [(0.0, 0.0, 0.0), (0.04, -0.03, -0.9), (0.0, 0.0, math.pi)])
-def test_the_names_of_frames_do_not_cover_each_other(start):
-    """local stands on odom, or nearly."""
-    x, y = Pose2(*start).act(np.column_stack([X, ZERO])).T
-    figure = paths(completed(made(local_pose=Poses.none(), odometry=OdometrySamples(
-        TIME, TIME, x, y, ZERO + start[2], ZERO, ZERO))), BURGER)
-    figure.canvas.draw()
-    for axes in figure.axes:
-        one, other = (text.get_window_extent() for text in axes.texts if text.get_text())
-        assert not one.overlaps(other)
-        assert all(axes.bbox.contains(*corner) for box in (one, other) for corner in box.corners())
 
 
 @pytest.mark.parametrize('leap, pieces', [(0.29, 1), (-0.31, 2)])
@@ -181,28 +158,3 @@ def test_a_command_is_drawn_until_the_robots_timeout():
     drawn, = lines(linear, 'commanded')
     assert drawn[np.isnan(drawn[:, 1]), 0] == pytest.approx([1.8, 2.5, 6.5])
     assert linear.get_lines()[1].get_drawstyle() == 'steps-post'
-
-
-@pytest.mark.parametrize('apart', [0.0, 0.03])
-def test_the_names_of_many_frames_at_one_place_do_not_cover_each_other(apart):
-    axes, _ = new_figure(4.0).subplots(1, 2)
-    axes.set(xlim=(-0.8, 0.3), ylim=(-0.3, 0.8), aspect='equal')
-    axes.plot([0.0, -0.6], [0.0, 0.6])
-    places = [Pose2(apart * k, -apart * k, 13.0 * apart * k) for k in range(4)]
-    _frames(axes, 'odom', [
-        (place, 'local, reset {}'.format(k)) for k, place in enumerate(places)], 1.1)
-    axes.figure.canvas.draw()
-    boxes = [text.get_window_extent() for text in axes.texts if text.get_text()]
-    assert len(boxes) == 5
-    assert not any(one.overlaps(other) for k, one in enumerate(boxes) for other in boxes[:k])
-
-
-@pytest.mark.parametrize('yaw_deg, right, up', [(0.0, -1, -1), (45.0, 0, -1), (135.0, 1, 0)])
-def test_a_frames_name_stands_behind_its_axes_close_to_its_origin(yaw_deg, right, up):
-    axes = new_figure(4.0).subplots()
-    axes.set(xlim=(-1.0, 1.0), ylim=(-1.0, 1.0), aspect='equal')
-    _frames(axes, '', [(Pose2(-0.5, -0.4, math.radians(yaw_deg)), 'local')], 2.0)
-    x, y = next(text.get_position() for text in axes.texts if text.get_text() == 'local')
-    half_width, half_height = 0.14, 0.05        # five letters; a line
-    assert (x + 0.5, y + 0.4) == pytest.approx(
-        (right * (half_width + 0.05), up * (half_height + 0.05)), abs=1e-9)

@@ -1,9 +1,9 @@
-"""The robot's own board: its sums by hand, and its power, its serial link, the errors of its stamps."""
+"""The robot's own board: its sums by hand, its start, the errors of its stamps."""
 import math
 from dataclasses import replace
 
 import pytest
-from simulated import STIFF, drive, imu_of, odom_of, switch
+from simulated import STIFF, drive, imu_of, odom_of
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -52,71 +52,20 @@ def test_odometry_of_two_intervals_by_hand():
     assert odometer.wheel_speeds == pytest.approx((-200 * TICK, -600 * TICK))
 
 
-# Power, serial link, stamps -----------------------------------------------------------------------
-
-def spinning(**settings):
-    robot = Simulator(replace(STIFF, **settings))
-    drive(robot, 1.0, 0.0, 1.0)
-    return robot
-
-
-def test_without_the_serial_node_the_wheels_stop_late_and_nothing_is_heard():
-    stops = []
-    for seed in range(40):
-        robot = spinning(seed=seed)
-        begin = robot.now
-        switch(robot, serial_dead=True)
-        while robot.true_velocity != (0.0, 0.0):
-            robot.command(0.2, 0.0)         # lost
-            assert robot.step(0.01) == []
-        stops.append(robot.now - begin)
-    assert 0.50 <= min(stops) <= 0.60 and 0.90 <= max(stops) <= 0.96 + 1 / 30
-
-
-def test_a_serial_node_that_is_back_soon_finds_the_odometry_as_it_was():
-    robot = spinning()
-    switch(robot, serial_dead=True)
-    robot.step(8.9)
-    switch(robot, serial_dead=False)
-    assert odom_of(robot.step(0.1))[-1].pose.yaw == pytest.approx(robot.truth.yaw, abs=1e-9)
-    drive(robot, 0.5, 0.1, 0.0)
-    assert robot.true_velocity[0] > 0.09
-
-
-def test_a_serial_node_that_is_back_late_is_a_new_connection():
-    robot = spinning()
-    switch(robot, serial_dead=True)
-    robot.step(9.1)
-    switch(robot, serial_dead=False)
-    assert robot.step(2.5) == []        # the board calibrates its gyro
-    pose = odom_of(robot.step(0.2))[-1].pose
-    assert (pose.x, pose.y, math.degrees(pose.yaw)) == pytest.approx((0.0, 0.0, 1.82), abs=0.01)
-
-
-def test_a_board_without_power_stands_and_starts_from_zero():
-    robot = spinning(gyro_bias_deg=3.0)
-    robot.reset()
-    robot.command(0.1, 0.0)         # waits for the end of the calibration
-    robot.step(0.1)
-    switch(robot, board_off=True)
-    robot.command(0.1, 0.0)
-    assert robot.step(1.0) == [] and robot.true_velocity == (0.0, 0.0)
-    switch(robot, board_off=False)
-    samples = robot.step(9.0)
-    assert 48 <= len(imu_of(samples)) - 1 <= 49   # one before the calibration, 0.24 s of them after
-    assert imu_of(samples)[-1].yaw_rate == pytest.approx(0.0)
-    assert robot.true_velocity == (0.0, 0.0)
-    drive(robot, 0.5, 0.1, 0.0)
-    assert robot.true_velocity[0] > 0.09
-
+# The start, stamps --------------------------------------------------------------------------------
 
 def test_a_cold_start_is_that_of_the_board():
     robot = Simulator(replace(STIFF, cold_start=True, start_x=2.0))
-    robot.command(0.1, 0.0)
+    robot.command(0.1, 0.0)         # lost
     assert robot.step(6.1) == [] and robot.truth.x == 2.0
-    last = odom_of(robot.step(3.0))[-1].pose
-    here = robot.sensors.origin @ last
+    samples = robot.step(2.9)
+    assert 48 <= len(imu_of(samples)) - 1 <= 49   # one before the calibration, 0.24 s of them after
+    assert imu_of(samples)[-1].yaw_rate == pytest.approx(0.0)
+    here = robot.sensors.origin @ odom_of(samples)[-1].pose
     assert (here.x, here.y, here.yaw) == pytest.approx((robot.truth.x, robot.truth.y, 0.0))
+    assert robot.true_velocity == (0.0, 0.0)
+    drive(robot, 0.5, 0.1, 0.0)
+    assert robot.true_velocity[0] > 0.09
 
 
 def test_all_stamps_step_together_every_5_seconds():

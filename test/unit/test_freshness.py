@@ -3,9 +3,7 @@ import math
 
 import pytest
 
-from tb3_labs.doctor.robot import GIVES_UP, PAUSES
-from tb3_labs.supervision.freshness import (
-    FROZEN_TIME, RESUME_TIME, SENSOR_TIMEOUT, Freshness, SensorWatch, Sight)
+from tb3_labs.supervision.freshness import FROZEN_TIME, Freshness, SensorWatch, Sight
 
 
 def heard_at(time, name='imu', timeout=0.25):
@@ -108,10 +106,6 @@ def test_of_two_timeouts_the_shorter_one_tells_a_silence():
     imu.heard(10.3)
     joy.heard(10.3)
     assert look(watch, 10.3) is Sight.BACK_SOON
-
-
-def test_the_doctor_warns_of_a_silence_that_stops_the_nodes():
-    assert (PAUSES, GIVES_UP) == (SENSOR_TIMEOUT, RESUME_TIME)
 
 
 # Sensors that repeat themselves although the robot is told to move --------------------------------

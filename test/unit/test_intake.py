@@ -1,16 +1,13 @@
-"""Submissions as they come: names of learning platforms, archives, lists of repositories."""
+"""Submissions as they come: names of learning platforms, archives."""
 import os
-import shutil
-import subprocess
 import zipfile
-from datetime import datetime
 
 import pytest
 
 from tb3_labs.marking import intake
-from tb3_labs.marking.intake import (DEEPEST, Budget, Refused, Submission, digest, newest_in,
-                                     sort_out, submissions_from, unpack)
-from tb3_labs.marking.names import HandedIn, by_student, file_name, read_name, repositories
+from tb3_labs.marking.intake import (DEEPEST, Budget, Refused, Submission, digest, sort_out,
+                                     submissions_from, unpack)
+from tb3_labs.marking.names import HandedIn, by_student, file_name, read_name
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
 
@@ -18,14 +15,14 @@ NODE = 'lab2/scripts/turtlebot_controller.py'
 # -- names
 
 @pytest.mark.parametrize('name, is_folder, said', [
-    ('Ann Miller_12345_assignsubmission_file_', True, ('Ann Miller', '12345', '', False)),
+    ('Ann Miller_12345_assignsubmission_file_', True, ('Ann Miller', '12345', '')),
     ('Ann-Li de Groot_7_assignsubmission_file_my_work.zip', False,
-     ('Ann-Li de Groot', '7', 'my_work.zip', False)),
-    ('millerann_LATE_12345_67890_lab2.zip', False, ('millerann', '12345', 'lab2.zip', True)),
-    ('millerann_late_12345_67890_lab_2-3.zip', False, ('millerann', '12345', 'lab_2.zip', True)),
-    ('miller.ZIP', False, ('miller', '', 'miller.ZIP', False)),
-    ('miller_2_3_lab2', True, ('miller_2_3_lab2', '', '', False)),
-    ('late_miller', True, ('late_miller', '', '', False))])
+     ('Ann-Li de Groot', '7', 'my_work.zip')),
+    ('millerann_LATE_12345_67890_lab2.zip', False, ('millerann', '12345', 'lab2.zip')),
+    ('millerann_late_12345_67890_lab_2-3.zip', False, ('millerann', '12345', 'lab_2.zip')),
+    ('miller.ZIP', False, ('miller', '', 'miller.ZIP')),
+    ('miller_2_3_lab2', True, ('miller_2_3_lab2', '', '')),
+    ('late_miller', True, ('late_miller', '', ''))])
 def test_a_name_says_whose_it_is(name, is_folder, said):
     assert read_name(name, is_folder) == HandedIn(*said)
 
@@ -36,15 +33,6 @@ def test_files_of_one_student_belong_together_and_namesakes_do_not():
     assert {student: [name for name, _ in files] for student, files in found.items()} == {
         'lee (1)': ['lee_1_11_a.py', 'lee_1_12_b.msg'], 'lee (2)': ['lee_2_13_a.py'],
         'kim (3)': ['kim_3_14_a.zip'], 'kim (kim.zip)': ['kim.zip'], 'kim (kim)': ['kim']}
-
-
-def test_a_list_of_repositories():
-    assert repositories('# class of 2026\n\n/a/lab2-miller\nb/lab2, Lee\n/c/d/\n') == {
-        'lab2-miller': '/a/lab2-miller', 'Lee': 'b/lab2', 'd': '/c/d/'}
-    with pytest.raises(ValueError, match='two repositories are called course'):
-        repositories('a/course\nb/course\n')
-    with pytest.raises(ValueError, match='cannot be the name'):
-        repositories('a/course, x/y\n')
 
 
 #: A row of names as nobody should have them.
@@ -120,11 +108,13 @@ def test_a_bomb_is_refused_by_the_sizes_that_it_declares(tmp_path, monkeypatch):
         unpack(path, tmp_path / 'out', Budget())
 
 
-def test_archives_within_archives_have_one_budget(tmp_path, monkeypatch):
-    """Sixty bombs of 90 kB each in one file, and a file that is nothing but holes."""
+def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
+    """Sixty bombs of 90 kB each, and a file that is nothing but holes."""
     monkeypatch.setattr(intake, 'MOST_BYTES', 100000)
     bomb = zipped(tmp_path / 'bomb.zip', {'a.txt': '0' * 90000}).read_bytes()
-    zipped(tmp_path / 'in' / 'a.zip', {'{}.zip'.format(n): bomb for n in range(60)})
+    (tmp_path / 'in').mkdir()
+    for number in range(60):
+        (tmp_path / 'in' / 'a{}.zip'.format(number)).write_bytes(bomb)
     with open(str(tmp_path / 'in' / 'b.zip'), 'wb') as file:
         file.truncate(10 ** 12)
     (tmp_path / 'work').mkdir()
@@ -147,7 +137,6 @@ def test_what_is_no_zip_file_is_refused(tmp_path):
         (tmp_path / 'a.zip').write_bytes(data)
         with pytest.raises(Refused, match='cannot be unpacked: .*'):
             unpack(tmp_path / 'a.zip', tmp_path / 'out', Budget())
-        assert newest_in(tmp_path / 'a.zip') is None
 
 
 @pytest.mark.parametrize('name', ['a/' * 1500 + 'x.py', 'x' * 300 + '.py', '"\n\u202e.py',
@@ -185,8 +174,7 @@ def test_a_folder_of_everything(tmp_path):
     (folder / 'grades.csv').write_text('x')
     (folder / '__MACOSX').mkdir()
     found = submissions_from(folder, tmp_path, told.append)
-    assert [(s.student, s.late) for s in found] == [
-        ('Ann', False), ('kim', False), ('lee', True), ('plain', False)]
+    assert [submission.student for submission in found] == ['Ann', 'kim', 'lee', 'plain']
     assert len(told) == 1 and 'neither a folder nor a zip file' in told[0]
     assert [laid_out(submission, tmp_path)[0] for submission in found[:3]] == [
         {'work.unpacked/' + NODE}, {'turtlebot_controller.py'}, {'lab2.unpacked/lee/' + NODE}]
@@ -206,12 +194,16 @@ def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path)
         flat, tmp_path / 'other', print)] == ['Cy', 'Di']
 
 
-def test_zip_files_in_zip_files_are_unpacked_unless_there_is_code(tmp_path):
+def test_a_zip_file_in_a_zip_file_is_not_unpacked_and_that_is_told_unless_there_is_code(tmp_path):
     inner = zipped(tmp_path / 'inner.zip', {NODE: 'x'}).read_bytes()
     one = Submission('Ann', [zipped(tmp_path / 'one.zip', {'a/inner.zip': inner})])
-    assert laid_out(one, tmp_path)[0] == {'one.unpacked/a/inner.unpacked/' + NODE}
-    two = Submission('Bo', [zipped(tmp_path / 'two.zip', {'n.py': 'x', 'a/inner.zip': inner})])
-    assert laid_out(two, tmp_path)[0] == {'two.unpacked/n.py', 'two.unpacked/a/inner.zip'}
+    files, said = laid_out(one, tmp_path)
+    assert files == {'one.unpacked/a/inner.zip'}
+    assert said == ['inner.zip was not unpacked: only zip files are, and none in others.']
+    (tmp_path / 'two').mkdir()
+    (tmp_path / 'two' / 'n.py').write_text('x')
+    (tmp_path / 'two' / 'inner.zip').write_bytes(inner)
+    assert laid_out(Submission('Bo', [tmp_path / 'two']), tmp_path) == ({'n.py', 'inner.zip'}, [])
 
 
 def test_what_is_left_out_or_cannot_be_unpacked_is_told(tmp_path):
@@ -223,39 +215,6 @@ def test_what_is_left_out_or_cannot_be_unpacked_is_told(tmp_path):
     assert files == {'work.rar'}
     assert remarks[0] == 'Left out, because each is a link, a device, or too deep: link.'
     assert 'cannot be unpacked' in remarks[1] and 'work.rar was not unpacked' in remarks[2]
-
-
-def test_a_list_of_repositories_is_found(tmp_path):
-    (tmp_path / 'clones' / 'lab2-lee').mkdir(parents=True)
-    (tmp_path / 'class.txt').write_text('clones/lab2-lee, Lee\n')
-    found, = submissions_from(tmp_path / 'class.txt', tmp_path, print)
-    assert found.student == 'Lee' and found.paths == [tmp_path / 'clones' / 'lab2-lee']
-    (tmp_path / 'class.txt').write_text('clones/lab2-kim\n')
-    with pytest.raises(ValueError, match='there is no folder .*lab2-kim'):
-        submissions_from(tmp_path / 'class.txt', tmp_path, print)
-
-
-@pytest.mark.skipif(shutil.which('git') is None, reason='git is not installed')
-def test_when_it_was_handed_in(tmp_path):
-    """A zip file as it says itself, else the newest file, a repository by its last commit."""
-    path = zipped(tmp_path / 'a.zip', {NODE: 'x'}, date=(2026, 11, 20, 23, 58, 0))
-    with zipfile.ZipFile(str(path), 'a') as archive:
-        for name in ('.git/index', 'lab2/'):        # these are not unpacked
-            archive.writestr(zipfile.ZipInfo(name, (2030, 1, 1, 0, 0, 0)), '')
-    assert Submission('Ann', [path]).handed_in_at() == (
-        datetime(2026, 11, 20, 23, 58), 'the newest file')
-    folder = tmp_path / 'repository'
-    folder.mkdir()
-    (folder / 'n.py').write_text('x')
-    os.utime(str(folder / 'n.py'), (1e9, 1e9))
-    assert Submission('Bo', [folder]).handed_in_at()[0] == datetime.fromtimestamp(1e9)
-    git = ['git', '-C', str(folder), '-c', 'user.name=x', '-c', 'user.email=x@example.org']
-    when = '2026-11-21T00:01:00'
-    for words in (['init', '-q'], ['add', '.'], ['commit', '-q', '-m', 'x']):
-        subprocess.run(git + words, check=True, env=dict(
-            os.environ, GIT_COMMITTER_DATE=when, GIT_AUTHOR_DATE='2020-01-01T00:00:00'))
-    assert Submission('Bo', [folder]).handed_in_at() == (
-        datetime(2026, 11, 21, 0, 1), 'the last commit')
 
 
 def test_a_digest_is_that_of_what_is_in_it(tmp_path):

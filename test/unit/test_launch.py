@@ -1,9 +1,5 @@
 """The launch files can be loaded, have few arguments, and refuse arguments that they do not have."""
-import argparse
-import os
 import pathlib
-import runpy
-import signal
 import subprocess
 import xml.etree.ElementTree as ET
 
@@ -14,13 +10,16 @@ from roslaunch.rlutil import check_roslaunch
 from roslaunch.xmlloader import XmlLoader
 
 from tb3_labs.ros import launch
-from tb3_labs.report.messages import RECORDED
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LAUNCH = ROOT / 'launch'
 #: Packages that need not be installed are named in these files; robot.test runs robot.launch.
-ELSEWHERE = ('robot', 'gazebo', 'gamepad', 'view')
+ELSEWHERE = ('robot', 'gamepad', 'view')
 FILES = sorted(LAUNCH.glob('*.launch'))
+#: What a run is: names in the robot's namespace, and names of the whole system.
+RECORDED = ('imu', 'odom', 'cmd_vel', 'heading', 'ground_truth', 'local_pose', 'goal_state',
+            'current_goal', 'ctrl_relinq', 'control_holder', 'joy', 'turn', 'mouse_info', 'reset',
+            'initialpose', '/rosout', '/tf', '/tf_static', '/diagnostics')
 every_file = pytest.mark.parametrize('path', FILES, ids=lambda path: path.stem)
 
 
@@ -85,16 +84,6 @@ def test_an_argument_that_a_file_does_not_have_is_told_with_what_is_meant(file, 
         assert launch.problem_of(words + given.split(), LAUNCH / 'view.launch') == ''
 
 
-def test_only_a_roslaunch_is_ended(monkeypatch):
-    killed = []
-    monkeypatch.setattr(os, 'kill', lambda *what: killed.append(what))
-    launch.end_roslaunch()
-    assert killed == []
-    monkeypatch.setattr(launch, '_words_of', lambda process: ['tb3_labs', 'turn.launch'])
-    launch.end_roslaunch()
-    assert killed == [(os.getppid(), signal.SIGTERM)]
-
-
 # ----- what the files hand on -----
 
 def test_a_later_way_to_give_a_parameter_goes_before_an_earlier_one(tmp_path):
@@ -152,31 +141,3 @@ def test_a_container_says_by_its_environment_where_the_page_is_offered(
     if variable:
         monkeypatch.setenv('TB3_LABS_PANEL_ADDRESS', variable)
     assert loaded('panel', *argument).params['/panel/address'].value == address
-
-
-# ----- a class -----
-
-def class_of(**given):
-    """The nodes of classroom.py's launch file, and its parameters."""
-    launch_file = runpy.run_path(str(ROOT / 'scripts/classroom.py'))['launch_file']
-    asked = dict(dict(robots=2, real=False, web=False, mystery=0, model='burger', law='precise',
-                      set='{}', imu_rate=60.0), **given)
-    config = ROSLaunchConfig()
-    XmlLoader().load_string(launch_file(argparse.Namespace(**asked)), config, verbose=False)
-    return sorted(node.namespace + node.name for node in config.nodes), config.params
-
-
-def test_each_robot_of_a_class_has_its_nodes():
-    nodes, params = class_of(set='{max_linear: 0.1}')
-    assert nodes == ['/robot1/gamepad', '/robot1/move_to_goal', '/robot2/gamepad',
-                     '/robot2/move_to_goal', '/turtlebots0']
-    assert params['/robot2/move_to_goal/max_linear'].value == 0.1
-    assert class_of(real=True, web=True)[0] == sorted(nodes[:4] + ['/panel'])
-
-
-def test_twelve_simulated_robots_share_a_process():
-    nodes, params = class_of(robots=13, mystery=7)
-    assert nodes[-2:] == ['/turtlebots0', '/turtlebots1']
-    for name, expected in (('robots', (12, 1)), ('first_robot', (1, 13)), ('mystery', (7, 7))):
-        assert tuple(params['/turtlebots{}/{}'.format(place, name)].value
-                     for place in (0, 1)) == expected

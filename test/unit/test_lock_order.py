@@ -46,22 +46,3 @@ def test_nothing_of_actionlib_is_called_under_the_nodes_lock():
     source = SCRIPT.read_text()
     assert source.count('with self.{}:'.format(LOCK)) > 5 and 'self._goals.' in source
     assert wrong_calls(source) == []
-
-
-def test_a_call_under_the_lock_would_be_found():
-    source = '''
-class Node:
-    def direct(self):
-        with self._changed:
-            self._goals.ended(1)
-    def far(self):
-        with self._changed:
-            self._near()
-    def _near(self):
-        self._frames.to_local()
-    def allowed(self):
-        with self._changed:
-            self._core.step()
-        self._goals.ended(2)
-'''
-    assert wrong_calls(source) == ['direct: _goals', 'far: _frames']

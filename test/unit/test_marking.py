@@ -5,22 +5,23 @@ import math
 import pathlib
 import re
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import imu, intake, move2goal, processes, sandbox, turn
+from tb3_labs.marking import imu, intake, move2goal, processes, ros_move2goal, sandbox, turn
 from tb3_labs.marking.criteria import Criterion, Place, judge
 from tb3_labs.marking.feedback import feedback, moments, overview
-from tb3_labs.marking.marks import LABS, Marks, Row, points_of
-from tb3_labs.marking.marks_table import Table, cells
-from tb3_labs.marking.observation import NotOffered, Observation, Run, Stimulus
+from tb3_labs.marking.marks import LABS, Marks, points_of
+from tb3_labs.marking.marks_folder import Table
+from tb3_labs.marking.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
+from tb3_labs.marking.program import BoundedText
 from tb3_labs.marking.ros_gamepad import AXES, BUTTONS, pad_called, pad_in_words
-from tb3_labs.marking.ros_stage import SCRIPTS
+from tb3_labs.marking.ros_stage import SCRIPTS, changed
 from tb3_labs.nodes.pad_config import PadConfig
-from tb3_labs.ros.program import BoundedText
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 TABLE = yaml.safe_load(
@@ -109,6 +110,27 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
         assert said in words
 
 
+# -- findings, for the instructor
+
+def test_settings_that_the_marker_did_not_change():
+    before = {'slip': 0.1, 'imu_silent': False, 'seed': 1}
+    assert changed(before, dict(before, imu_silent=True)) == []
+    assert changed(before, {'slip': 0.0, 'imu_silent': False, 'more': 2}) == [
+        'A setting of the robot was changed: more from none to 2.',
+        'A setting of the robot was changed: seed from 1 to none.',
+        'A setting of the robot was changed: slip from 0.1 to 0.0.']
+
+
+def test_findings_are_kept_once_and_not_without_end():
+    seen = Observation('turn', 'a/b')
+    for number in range(100):
+        seen.note('')
+        seen.note('first')
+        seen.note(str(number))
+    assert len(seen.findings) == MOST_FINDINGS and seen.findings[:2] == ['first', '0']
+    assert Observation.from_json(seen.to_json()).findings == seen.findings
+
+
 # -- pads
 
 def test_a_pad_is_played_by_the_numbers_that_the_launch_file_loads():
@@ -131,6 +153,22 @@ def test_an_unknown_pad_is_one_line_with_the_valid_ones(name):
     with pytest.raises(ValueError, match=re.escape(
             'there is no pad {!r}; valid: f310_d, f310_x, handout, ps4, xbox'.format(name))):
         pad_called(name)
+
+
+# -- the robot's own reset
+
+@pytest.mark.parametrize('rests', [True, False])
+def test_the_robot_is_reset_only_while_it_rests(monkeypatch, rests):
+    published, missing = [], []
+    publisher = SimpleNamespace(get_num_connections=lambda: 1,
+                                publish=lambda *message: published.append(message))
+    monkeypatch.setattr(ros_move2goal.rospy, 'Publisher', lambda *topic, **options: publisher)
+    monkeypatch.setattr(ros_move2goal, 'RECALIBRATION', 0.0)
+    ros_move2goal.offset(SimpleNamespace(
+        node=SimpleNamespace(stop=lambda: None, start=lambda: False),
+        robot=SimpleNamespace(face=lambda heading: rests),
+        not_offered=lambda names, reason: missing.append((names, reason))))
+    assert (() in published) is rests and bool(missing) is not rests
 
 
 # -- text, files, pages
@@ -248,11 +286,9 @@ def test_what_could_not_be_judged_is_no_zero():
     assert 'not judged' in every and '0 / 30' in every
     alone = Strict(overview([bad], 'IMU lab')).words
     assert '1 submission, 1 not judged. The last' in alone
-    unjudged, judged = csv.DictReader(io.StringIO(Table().renewed([bad, good], [])))
+    unjudged, judged = csv.DictReader(io.StringIO(Table().renewed([bad, good])))
     assert {unjudged[name] for name in ('points', 'starts', 'left', 'extra_within_1_deg')} == {''}
     assert {judged[name] for name in ('points', 'starts', 'left')} == {'0'}
-    assert cells([Row('code', 25.0), Row('demonstration', 25.0)], bad, {'demonstration': '20'}) == [
-        '', '20', '']
 
 
 def test_the_table_of_marks():
@@ -266,8 +302,8 @@ def test_the_table_of_marks():
                 Criterion('freer', '', 'freer', here, lambda seen: 'no', extra=True)]
     verdicts = judge(criteria, observation(),
                      {'one': 1.5, 'two': 2, 'more': 0.5, 'free': 0, 'freer': 0})
-    text = Table().renewed([Marks('Bobby', 'lab2/n.py', verdicts, ['Hm.'], late='Late.')], [])
+    text = Table().renewed([Marks('Bobby', 'lab2/n.py', verdicts, ['Hm.'])])
     row, = csv.DictReader(io.StringIO(text))
     assert row == {'student': 'Bobby', 'points': '2', 'of': '3.5', 'one': '1.5', 'two': '0',
                    'extra_more': '0.5', 'extra_free': 'yes', 'extra_freer': 'no',
-                   'node': 'lab2/n.py', 'late': 'yes', 'remarks': 'Late. Hm.'}
+                   'node': 'lab2/n.py', 'remarks': 'Hm.'}

@@ -1,13 +1,13 @@
 """The syntax is Python 3.8's, Noetic's, also if a newer Python runs the tests.
 
 vermin (pip) finds uses of a newer standard library; it is too large to be a requirement:
-    vermin -t=3.8- --violations --eval-annotations --feature union-types src scripts test
+    vermin -t=3.8- --violations --eval-annotations --feature union-types src scripts test doc
 """
 import ast
 import pathlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FILES = sorted(path for folder in ('src', 'scripts', 'test') for path in (ROOT / folder).rglob('*.py'))
+FILES = sorted(path for folder in ('src', 'scripts', 'test', 'doc') for path in (ROOT / folder).rglob('*.py'))
 
 
 def test_all_of_it_is_python38():

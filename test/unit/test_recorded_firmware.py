@@ -143,13 +143,10 @@ def test_a_gyro_that_was_calibrated_in_motion():
 
 
 def test_a_start_of_the_board():
-    """Its power was gone for 2.97 s."""
-    robot = Simulator(replace(LAPTOP, imu_offset_deg=50.0, board_off=True))
-    assert robot.step(2.97) == []
-    robot.configure(replace(robot.config, board_off=False))
-    samples = robot.step(14.0)
+    """Its power came 2.97 s after the begin of the recording."""
+    samples = Simulator(replace(LAPTOP, cold_start=True)).step(14.0)
     first, second, *_ = imu_of(samples)
-    assert first.stamp == pytest.approx(9.17, abs=0.02)
+    assert first.stamp == pytest.approx(9.17 - 2.97, abs=0.02)
     assert second.stamp - first.stamp == pytest.approx(2.565, abs=0.05)
     assert math.degrees(first.yaw) == pytest.approx(3.78, abs=0.3)
     assert math.degrees(second.yaw) == pytest.approx(5.61, abs=0.3)

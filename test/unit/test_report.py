@@ -1,12 +1,12 @@
-"""The run report, from bag to page: pictures, tables, the command and its refusals; several runs on
-one page."""
+"""The run report, from bag to page: pictures, tables, CSV files, the command and its refusals."""
 import base64
 import importlib.util
+import json
 import math
 import pathlib
 import re
 import sys
-from unittest import mock
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,11 +21,9 @@ from tb3_labs.report.ros_bag import read_run
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.compare import (  # noqa: E402
-    drive_errors, summarize, write_comparison)
 from tb3_labs.report.movements import completed  # noqa: E402
 from tb3_labs.report.page import write_report  # noqa: E402
-from tb3_labs.report.path_figures import paths, ways  # noqa: E402
+from tb3_labs.report.path_figures import paths  # noqa: E402
 from tb3_labs.report.run_data import LEAP  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -61,6 +59,9 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
     assert first[4:] == ['reached', '6.50', '4.74', '0.0120', '-0.70', '0.0500', '-2.00']
     assert second[4:5] + second[7:] == [
         'gave up: it is stuck, alas', '0.5000', '-90.00', '0.5000', '-90.00']
+    assert [(row['run'], row['drive'], row['distance_error_m'])
+            for row in table_in(tmp_path / 'out' / 'drives.csv')] == [
+        ('run.bag', '1', '0.0120'), ('run.bag', '2', '0.5000')]
     table = table_in(tmp_path / 'out' / 'run.csv')
     assert len(table) == 241 and table[-1]['state'] == 'gave up: it is stuck, alas'
 
@@ -103,6 +104,8 @@ def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
 def spoil(what, bag, folder):
     """A command line with something invalid."""
     path = folder / 'bad.bag'
+    if what == 'none':
+        return [folder / 'none.bag']
     if what == 'text':
         path.write_text('this is no bag')
     elif what == 'short':
@@ -121,7 +124,8 @@ def spoil(what, bag, folder):
 
 
 @pytest.mark.parametrize('what, said', [
-    ('text', 'bag'), ('short', 'bag'), ('unindexed', 'rosbag reindex'),
+    ('none', 'none.bag: there is no such file'), ('text', 'bag'), ('short', 'bag'),
+    ('unindexed', 'rosbag reindex'),
     ('no odometry', 'no nav_msgs/Odometry'), ('no folder', 'choose another folder')])
 def test_a_bag_that_cannot_be_reported_is_one_line(what, said, bag, tmp_path, capsys):
     assert lab_report(*spoil(what, bag, tmp_path)) == 1
@@ -141,89 +145,43 @@ def test_without_matplotlib(bag, monkeypatch, capsys):
     assert 'sudo apt install --no-install-recommends python3-matplotlib' in said
 
 
-# Several runs ---------------------------------------------------------------------------------
-
-#: Run: its turns [deg], one after the other.
-TURNED = {'lab': (92.0, 94.0, 99.0), 'precise': (90.5, -91.5)}
-
-
-@pytest.fixture(scope='module')
-def summaries():
-    return [summarize(completed(driven([turn(2.0 + 4.0 * k, degrees)
-                                        for k, degrees in enumerate(turned)])),
-                      BURGER, name, name + '/report.html') for name, turned in TURNED.items()]
-
-
-def test_mean_spread_and_largest(summaries, tmp_path):
-    text = write_comparison(summaries, tmp_path, ['third.bag: no such file']).read_text()
-    assert 'third.bag: no such file' in text and '<a href="lab/report.html">lab</a>' in text
-    rows = [row for row in rows_of(text) if len(row) == 8]
-    names, words = [row[:2] for row in rows], [row[2] for row in rows]
-    assert names == [['lab', '3'], ['', ''], ['', ''], ['precise', '2'], ['', ''], ['', ''],
-                     ['all', '5'], ['', ''], ['', '']]
-    assert words == ['mean', 'spread', 'largest'] * 3
-    # beyond 90 deg: 2, 4, 9, and 0.5, 1.5
-    expected = [5.0, math.sqrt(13.0), 9.0, 1.0, math.sqrt(0.5), 1.5, 3.4, math.sqrt(11.425), 9.0]
-    assert [float(row[3]) for row in rows] == pytest.approx(expected, abs=0.15)
-    table = table_in(tmp_path / 'turns.csv')
-    assert [(row['run'], row['turn']) for row in table] == [
+def test_the_rows_of_two_runs_fit_into_one_spreadsheet(tmp_path, no_pictures):
+    """Turns beyond 90 deg; and drives, a turn to the left, 0.8 m, a turn back, each of which ends
+    0.2 m beyond its goal."""
+    goal, rows = Pose2(0.0, 0.6, 0.0), {'turns': [], 'drives': []}
+    for name, turned, last in (
+            ('lab', (92.0, 94.0, 99.0), -90.0), ('precise', (90.5, -91.5), -80.0)):
+        turns = [turn(2.0 + 4.0 * k, degrees) for k, degrees in enumerate(turned)]
+        for word, moves in (('turns', turns), ('drives', drive(2.0, 90.0, 0.8, last))):
+            run = replace(completed(driven(moves), goal), name=name)
+            write_report(run, BURGER, tmp_path / name)
+            rows[word] += table_in(tmp_path / name / (word + '.csv'))
+    assert [(row['run'], row['turn']) for row in rows['turns']] == [
         ('lab', '1'), ('lab', '2'), ('lab', '3'), ('precise', '1'), ('precise', '2')]
-    assert [float(row['turned_deg']) for row in table] == pytest.approx(
+    assert [float(row['turned_deg']) for row in rows['turns']] == pytest.approx(
         [92.0, 94.0, 99.0, 90.5, -91.5], abs=0.15)
-    assert [float(row['asked_deg']) for row in table] == [90.0] * 4 + [-90.0]
-    assert not (tmp_path / 'ways.png').exists() and (tmp_path / 'turn_errors.png').exists()
+    assert [float(row['asked_deg']) for row in rows['turns']] == [90.0] * 4 + [-90.0]
+    assert [float(row['error_deg']) for row in rows['turns']] == pytest.approx(
+        [2.0, 4.0, 9.0, 0.5, 1.5], abs=0.15)
+    assert [(row['run'], row['drive']) for row in rows['drives']] == [
+        ('lab', '1'), ('precise', '1')]
+    assert [float(row['distance_error_m']) for row in rows['drives']] == pytest.approx(
+        [0.2, 0.2], abs=0.5e-3)
+    assert [float(row['angle_error_deg']) for row in rows['drives']] == pytest.approx(
+        [0.0, -10.0], abs=0.5)
 
 
-def test_bags_side_by_side_and_one_that_cannot_be_read(bag, tmp_path, capsys):
-    with mock.patch('tb3_labs.report.page.write_figure', return_value=''):
-        assert lab_report(bag, tmp_path / 'none.bag', '-o', tmp_path / 'all') == 1
-    out, err = capsys.readouterr()
-    assert out.strip() == 'Report: {}'.format(tmp_path / 'all' / 'report.html')
-    line, = err.splitlines()
-    assert line.startswith('lab_report.py') and 'none.bag: there is no such file' in line
-    assert (tmp_path / 'all' / 'run' / 'report.html').exists()
-    text = (tmp_path / 'all' / 'report.html').read_text(encoding='utf-8')
-    assert 'href="run/report.html"' in text and 'alt="ways"' in text
-    assert [(row['run'], row['drive'], row['distance_error_m'])
-            for row in table_in(tmp_path / 'all' / 'drives.csv')] == [
-        ('run', '1', '0.0120'), ('run', '2', '0.5000')]
-
-
-def test_each_run_has_a_name_of_its_own():
-    bags = [pathlib.Path(path) for path in ('a/run.bag', 'b/run.bag', 'a/lab.bag', 'c/run.bag')]
-    assert script().names_of(bags) == ['run', 'run_2', 'lab', 'run_3']
-
-
-def test_the_drives_of_several_runs(tmp_path, no_pictures):
-    """A turn to the left, 0.8 m, a turn back: each drive ends 0.2 m beyond its goal."""
-    goal = Pose2(0.0, 0.6, 0.0)
-    runs = [summarize(completed(driven(drive(2.0, 90.0, 0.8, degrees)), goal), BURGER, name, 'page')
-            for name, degrees in (('one', -90.0), ('other', -80.0))]
-    text = write_comparison(runs, tmp_path).read_text()
-    assert ['<a href="page">one</a>', '0', '1', '0', '0.80', '20.0'] in rows_of(text)
-    off, turned = drive_errors(runs).axes
-    for axes, expected in ((off, (200.0, 200.0)), (turned, (0.0, -10.0))):
-        points = [line.get_xdata() for line in axes.get_lines() if line.get_marker() == 'o']
-        assert np.concatenate(points) == pytest.approx(expected, abs=0.5)
-        assert axes.get_lines()[-1].get_xdata() == pytest.approx([0.0, 0.0])     # the line of 0
-    assert [label.get_text() for label in off.get_yticklabels()] == ['one', 'other']
-    assert off.get_ylim() == (1.6, -0.6)         # the first run is the upper row
-    axes, = ways(runs).axes
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ('x in local [m]', 'y in local [m]')
-    paths_drawn = [line for line in axes.get_lines() if len(line.get_xdata()) > 5]
-    assert [line.get_label() for line in paths_drawn] == ['one', 'other']
-    for line in paths_drawn:
-        assert line.get_xydata()[-1] == pytest.approx((0.0, 0.8), abs=0.01)
-
-
-def test_movements_by_hand_are_listed_apart(tmp_path, no_pictures):
+def test_movements_by_hand_are_marks(tmp_path, no_pictures):
     """Beside a turn of the lab: a spin, and a line of 0.4 m without a turn."""
     run = completed(driven([turn(1.0, 90.0), turn(4.0, -720.0), (15.0, 17.0, 0.2, 0.0)]))
     text = write_report(run, BURGER, tmp_path).read_text(encoding='utf-8')
     assert [row[:3] for row in rows_of(text) if len(row) == 9] == [['1', '1.00', '+90']]
-    spin, line = (row for row in rows_of(text) if len(row) == 5)
-    assert spin[:2] == ['1', '4.00'] and float(spin[4]) == pytest.approx(-720.0, abs=1.5)
-    assert line[:4] == ['2', '15.00', '2.00', '0.39'] and '<h2>By hand</h2>' in text
+    marks = json.loads(re.search(r'json">(.*?)</script>', text).group(1))['marks']
+    spin, line = (mark for mark in marks if mark['kind'] == 'hand')
+    assert spin['begin'] == 4.0 and (line['begin'], line['end']) == (15.0, 17.0)
+    way, turned = re.search('by hand: (.*) m, turned (.*) deg', spin['text']).groups()
+    assert way == '0.00' and float(turned) == pytest.approx(-720.0, abs=1.5)
+    assert line['text'] == 'by hand: 0.39 m, turned +0.0 deg'
 
 
 def test_a_turn_that_the_run_does_not_have_is_one_line(bag, tmp_path, capsys):

@@ -1,5 +1,6 @@
-"""Simulated robots on their topics, without a master: a hidden fault, and the pace of their time."""
+"""The simulated robot on its topics, without a master: a hidden fault, and the pace of their time."""
 import threading
+from types import SimpleNamespace
 
 import pytest
 
@@ -13,6 +14,8 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig    # noqa: E402
 #: Times of a computer that pauses after a second [s].
 PAUSE_AT, PAUSE = 1.0, 0.4
 END = 2.0
+#: Stands in for the publisher of a /clock.
+SILENT = SimpleNamespace(publish=lambda message: None)
 
 
 class Sensors:
@@ -20,7 +23,7 @@ class Sensors:
 
     frames = {'odom': 'odom'}
 
-    def __init__(self, prefix):
+    def __init__(self):
         self.samples = []
 
     def note_wheels(self, sensors):
@@ -30,24 +33,11 @@ class Sensors:
         self.samples += burst
 
 
-class Board:
-    """Stands in for BoardTopics."""
-
-    def __init__(self, prefix, firmware):
-        pass
-
-    def send(self, *state):
-        pass
-
-    say = send
-
-
 def test_its_fault_comes_and_goes_and_no_truth_is_said(monkeypatch):
     published = []
     monkeypatch.setattr(ros_robot, 'SensorTopics', Sensors)
-    monkeypatch.setattr(ros_robot, 'BoardTopics', Board)
-    monkeypatch.setattr(ros_robot, 'publisher', lambda *words: published.append(words))
-    monkeypatch.setattr(ros_robot, 'subscribe', lambda *words: None)
+    monkeypatch.setattr(ros_robot, 'publisher', lambda *words, **_: published.append(words))
+    monkeypatch.setattr(ros_robot.rospy, 'Subscriber', lambda *words, **_: None)
     plain = SimulatorConfig(imu_rate=20.0)
     robot = ros_robot.FakeRobot(plain, hidden=HiddenFault(5, plain))   # silent odometry, 4.0 s
     for step in range(17 * 200):
@@ -90,16 +80,15 @@ class Robot:
 
 
 @pytest.mark.parametrize('clock, speed, made_up', [
-    (None, 1.0, PAUSE), ('a clock', 1.0, 0.0), ('a clock', 5.0, 0.0)])
+    (None, 1.0, PAUSE), (SILENT, 1.0, 0.0), (SILENT, 5.0, 0.0)])
 def test_a_pause(clock, speed, made_up, monkeypatch):
     """Real time is made up for, a clock of the robot's own is not: all that comes at once would find
     the nodes' sensors silent."""
     computer, ending = Computer(), threading.Event()
     monkeypatch.setattr(ros_robot, 'time', computer)
-    monkeypatch.setattr(ros_robot, 'publish_now', lambda clock, message: None)
     robot = Robot(computer, ending)
     pace = ros_robot.Pacemaker.__new__(ros_robot.Pacemaker)
-    pace._robots, pace._epoch, pace._ending = [robot], 1e9, ending
+    pace._robot, pace._epoch, pace._ending = robot, 1e9, ending
     pace._clock, pace._speed = clock, speed
     pace._run()
     at_once = max(robot.steps.count(now) for now in robot.steps)

@@ -1,7 +1,6 @@
 """An answer to a goal counts also if it comes before send_goal() has returned."""
 import pathlib
 import runpy
-from types import SimpleNamespace
 
 import pytest
 
@@ -48,6 +47,6 @@ def test_an_answer_at_once(status, ends_with, monkeypatch, capsys):
     monkeypatch.setitem(drive.__globals__, 'Progress', lambda: None)
     for name in ('init_node', 'on_shutdown'):
         monkeypatch.setattr('rospy.' + name, lambda *_, **__: None)
-    signals = SimpleNamespace(wake=lambda: None, wait=None)    # nothing is waited for
-    assert drive(Pose2(1.0, 0.0, 0.0), signals) == ends_with
+    monkeypatch.setitem(drive.__globals__, 'pause', None)    # nothing is waited for
+    assert drive(Pose2(1.0, 0.0, 0.0)) == ends_with
     assert capsys.readouterr().out == 'the text\n'

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / 'test'))
+sys.path.insert(0, str(ROOT / 'doc' / 'instructor'))
 
 import make_figures  # noqa: E402
 import make_wrong_figures  # noqa: E402
@@ -37,7 +37,7 @@ def test_the_drive_of_the_four_states_arrives():
 def test_only_the_right_node_ends_at_the_goal(title):
     way = ENDS[title]
     true, _ = make_wrong_figures.drive(
-        way, make_wrong_figures.ELSEWHERE if way.declared == 'lost' else Pose2())
+        way, make_wrong_figures.ELSEWHERE if way.mistake == 'declared_lost' else Pose2())
     missed = true[-1].distance_to(make_wrong_figures.GOAL)
     if title == 'as it should be':
         assert missed < make_wrong_figures.NEAR and abs(true[-1].yaw) < 0.05

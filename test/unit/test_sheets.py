@@ -2,7 +2,6 @@
 import pathlib
 import re
 import sys
-from dataclasses import replace
 
 import pytest
 
@@ -35,14 +34,6 @@ def text_at(place):
 @pytest.mark.parametrize('sheet', sorted({criterion.where.sheet for criterion in CRITERIA}))
 def test_the_sheets_have_the_tables_of_the_code(sheet):
     assert make_graded.with_tables(read(sheet)) == read(sheet)
-
-
-def test_the_tables_follow_the_code(monkeypatch):
-    left = LABS['turn'].criteria[1]
-    monkeypatch.setitem(LABS, 'turn', LABS['turn']._replace(
-        criteria=[replace(left, limits='within 4711 degrees') if criterion is left else criterion
-                  for criterion in LABS['turn'].criteria]))
-    assert 'within 4711 degrees | 3 |' in make_graded.with_tables(read('imu_lab.md'))
 
 
 def test_every_pointer_leads_to_a_place():

@@ -125,33 +125,3 @@ def test_motors_that_are_off_stand_whatever_is_commanded_and_obey_again():
     switch(robot, motors_off=False)
     drive(robot, 0.1, 0.1, 0.0)
     assert robot.true_velocity[0] == pytest.approx(0.1, abs=MOTOR_STEP)
-
-
-def test_the_board_prints_the_lines_of_its_start_of_a_reset_and_of_a_restart():
-    begin, end = 'Start Calibration of Gyro', 'Calibration End'
-    connected = ['Connected to OpenCR board!', 'This core(v1.2.2) is compatible with TB3 burger']
-    robot = Simulator(SimulatorConfig(cold_start=True, firmware='1.2.2'))
-
-    def printed(seconds):
-        robot.step(seconds)
-        lines = list(robot.printed)
-        robot.printed.clear()
-        return lines
-    assert printed(6.1) == []                       # it starts for 6.2 s
-    assert printed(0.2) == connected + [begin]
-    assert printed(2.4) == []                       # and calibrates until 8.76 s
-    assert printed(0.2) == [end]
-    robot.reset()
-    assert printed(1.0) == [begin]
-    assert printed(2.0) == [end, 'Reset Odometry']
-    switch(robot, board_off=True)
-    assert printed(1.0) == []
-    switch(robot, board_off=False)
-    assert printed(9.0) == connected + [begin, end]
-
-
-@pytest.mark.parametrize('volts, drives', [(11.0, True), (10.99, False), (0.0, False)])
-def test_below_eleven_volts_the_motors_have_no_power(volts, drives):
-    robot = Simulator(SimulatorConfig(battery=volts))
-    drive(robot, 1.0, 0.1, 0.0)
-    assert (robot.truth.x > 0.05) is drives

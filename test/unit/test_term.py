@@ -1,31 +1,26 @@
-"""A term's marks: what a lab counts in the course, the table a person fills in, results.json, and
-marks that are kept from one run to the next."""
+"""A term's marks: the table, with a person's columns, results.json, and marks that are kept from one
+run to the next."""
 import csv
 import io
 import json
 import os
-import sys
 import threading
 import zipfile
-from datetime import datetime
 
 import pytest
 import yaml
 
 from test_marking import TABLE, marks_of, observation, turned
-from tb3_labs.marking import feedback, marks_folder, ros_marked_class, turn
+from tb3_labs.marking import feedback, ros_marker, turn
+from tb3_labs.marking.sandbox import UNPROTECTED
 from tb3_labs.marking.feedback import results
 from tb3_labs.marking.intake import Copy, submissions_from
-from tb3_labs.marking.marks import Marks, Row, course_of, from_record, points_of, to_record
-from tb3_labs.marking.marks_folder import MarksFolder, due_time, late_by
-from tb3_labs.marking.marks_table import Table, cells, labels
+from tb3_labs.marking.marks import Marks, from_record, points_of, to_record
+from tb3_labs.marking.marks_folder import MarksFolder, Table
 from tb3_labs.marking.names import chosen
-from tb3_labs.marking.processes import Progress
-from tb3_labs.marking.ros_marked_class import MarkedClass
-from tb3_labs.marking.ros_marker import Marker
+from tb3_labs.marking.ros_marker import MarkedClass, Marker
 from tb3_labs.report.tables import safe
 
-ROWS = [Row('code', 25.0), Row('demonstration', 25.0), Row('report', 50.0)]
 WORTH = points_of('turn', TABLE)
 
 
@@ -42,67 +37,44 @@ def table_of(row, **more):
     return out.getvalue()
 
 
-# -- the course
-
-@pytest.mark.parametrize('section, words', [
-    ({'code': -1}, 'code = -1'), ({'code': 'x'}, "code = 'x'"), ([3], 'section of its own'),
-    ({'total': 3}, 'sum of the other rows')])
-def test_weights_that_are_not_valid_are_refused(section, words):
-    with pytest.raises(ValueError, match=words):
-        course_of('turn', {'turn': {'course': section}})
-
-
-@pytest.mark.parametrize('given, total', [
-    ({}, ''), ({'demonstration': '20'}, ''), ({'demonstration': '20', 'report': '40,5'}, 60.5),
-    ({'demonstration': 'ill', 'report': '40'}, ''), ({'demonstration': '0', 'report': '0'}, 0.0)])
-def test_the_sum_is_empty_until_a_person_has_judged_all(given, total):
-    marks = marks_of('Ann', turned(90.0))
-    assert 0 < marks.points < marks.worth == 30 and marks.scaled(60.0) == 2 * marks.points
-    *_, last = found = cells(ROWS, marks, given)
-    assert found[1:3] == [given.get('demonstration', ''), given.get('report', '')]
-    assert last == '' if total == '' else float(last) == pytest.approx(
-        total + float(found[0]), abs=0.01)
-    assert labels(ROWS)[-1] == 'total (100)'
-    assert len(cells(ROWS[:1], marks, given)) == len(labels(ROWS[:1])) == 1
-
-
 # -- the table
 
 def test_what_a_person_wrote_stays():
     ann, bo = marks_of('Ann', turned(90.0)), marks_of('Bo', turned(10.0))
-    text = Table().renewed([ann, bo], ROWS)
-    rows = rows_of(text)
-    assert rows['Ann']['demonstration (25)'] == rows['Bo']['total (100)'] == ''
+    rows = rows_of(Table().renewed([ann, bo]))
     written = io.StringIO()     # as a spreadsheet writes it, with a column and a row of one's own
     writer = csv.DictWriter(written, list(rows['Ann']) + ['note'], delimiter=';')
     writer.writeheader()
-    writer.writerow(dict(rows['Ann'], **{'demonstration (25)': '24', 'report (50)': '40',
-                                         'points': '99', 'note': 'ill in May'}))
+    writer.writerow(dict(rows['Ann'], **{'points': '99', 'note': 'ill in May'}))
     writer.writerow(rows['Bo'])
-    writer.writerow({'student': 'Cy', 'report (50)': '30'})
-    renewed = rows_of(Table('\ufeff' + written.getvalue()).renewed(
-        [ann, bo], ROWS[:2] + [Row('report', 60.0)]))
-    assert renewed['Ann']['demonstration (25)'] == '24' and renewed['Ann']['note'] == 'ill in May'
-    assert renewed['Ann']['report (60)'] == '40' and renewed['Cy']['report (60)'] == '30'
+    writer.writerow({'student': 'Cy', 'points': '30'})
+    renewed = rows_of(Table('\ufeff' + written.getvalue()).renewed([ann, bo]))
+    assert renewed['Ann']['note'] == 'ill in May' and renewed['Bo']['note'] == ''
+    assert renewed['Cy']['points'] == '30' and list(renewed) == ['Ann', 'Bo', 'Cy']
     assert float(renewed['Ann']['points']) == ann.points
-    assert float(renewed['Ann']['total (110)']) == 64 + ann.scaled(25.0)
-    assert list(renewed) == ['Ann', 'Bo', 'Cy'] and renewed['Bo']['report (60)'] == ''
+
+
+def test_a_persons_column_stays_wherever_it_was_put():
+    ann = marks_of('Ann', turned(90.0))
+    text = Table().renewed([ann]).replace('student,points,of', 'student,points,of,report (50)', 1)
+    renewed = Table(text.replace(',30,', ',30,41,', 1)).renewed([ann])
+    assert rows_of(renewed)['Ann']['report (50)'] == '41'
+    assert rows_of(renewed)['Ann']['of'] == '30' and rows_of(renewed)['Ann']['starts'] == '1'
 
 
 # -- Gradescope
 
-@pytest.mark.parametrize('rows, most', [([], 30.0), ([Row('code', 20.0), ROWS[2]], 20.0)])
-def test_results_are_as_gradescope_reads_them(rows, most):
+def test_results_are_as_gradescope_reads_them():
     marks = marks_of('Ann <b>', turned(90.0))
-    marks.late, marks.seconds = 'Late: x.', 41.4
-    found = json.loads(json.dumps(results(marks, rows)))
+    marks.remarks, marks.seconds = ['It runs.'], 41.4
+    found = json.loads(json.dumps(results(marks)))
     assert (found['visibility'], found['stdout_visibility']) == ('after_published', 'hidden')
     assert all(test['visibility'] == 'after_published' for test in found['tests'])
     assert [test['number'] for test in found['tests']] == [
         str(1 + place) for place in range(len(found['tests']))]
     assert found['score'] == pytest.approx(sum(test['score'] for test in found['tests']), abs=0.01)
-    assert sum(test['max_score'] for test in found['tests']) == pytest.approx(most, abs=0.01)
-    assert found['execution_time'] == 41 and 'Late: x.' in found['output']
+    assert sum(test['max_score'] for test in found['tests']) == pytest.approx(30.0, abs=0.01)
+    assert found['execution_time'] == 41 and 'It runs.' in found['output']
     first = {test['name']: test for test in found['tests']}['l turns 90 degrees left']
     assert first['status'] == 'passed' and first['score'] == first['max_score'] > 0
     missed = [test for test in found['tests'] if test['status'] == 'failed']
@@ -111,15 +83,8 @@ def test_results_are_as_gradescope_reads_them(rows, most):
 
 # -- kept from one run to the next
 
-@pytest.fixture(autouse=True)
-def no_copies(monkeypatch):
-    """No text is compared with this package's."""
-    monkeypatch.setattr(marks_folder, '_own_nodes', dict)
-
-
 def folder_of(path, table=TABLE, lab='turn', parts=(), **options):
-    return MarksFolder(path, lab, parts, points_of(lab, table),
-                       course_of(lab, table), options)
+    return MarksFolder(path, lab, parts, points_of(lab, table), options)
 
 
 def written(path, digest='digest'):
@@ -144,40 +109,25 @@ def test_what_has_not_changed_is_kept(tmp_path):
     assert folder_of(tmp_path).kept('Ann', 'digest') == marks
     assert folder_of(tmp_path).kept('Ann', 'other digest') is None
     assert folder_of(tmp_path).kept('Bo', 'digest') is None
-    assert folder_of(tmp_path, network='bad').kept('Ann', 'digest') is None
+    assert folder_of(tmp_path, pad='xbox').kept('Ann', 'digest') is None
     written(tmp_path, digest='')
     assert folder_of(tmp_path).kept('Ann', 'digest') is None
 
 
-def test_new_points_and_filled_cells_reach_the_pages_without_another_try(tmp_path):
+def test_new_points_reach_the_pages_without_another_try(tmp_path):
     marks = written(tmp_path)
-    page = tmp_path / 'Ann.html'
-    assert 'code {:g} of 25'.format(marks.scaled(25)) in page.read_text()
+    page, table = tmp_path / 'Ann.html', tmp_path / 'marks.csv'
     page.write_text('not written again')
     folder_of(tmp_path).write_overview()
     assert page.read_text() == 'not written again'
-    table = tmp_path / 'marks.csv'
-    row = rows_of(table.read_text())['Ann']
-    table.write_text(table_of(row, **{'demonstration (25)': '20'}))
-    folder_of(tmp_path).write_overview()
-    text = page.read_text()
-    assert 'demonstration 20 of 25' in text and 'id="timeline"' in text
     changed = yaml.safe_load(yaml.safe_dump(TABLE))
     changed['turn']['left'] = 13
     folder = folder_of(tmp_path, changed)
     assert folder.kept('Ann', 'digest').points == marks.points + 10
     folder.write_overview()
     assert '{:g} of 40 points'.format(marks.points + 10) in page.read_text()
+    assert 'id="timeline"' in page.read_text()
     assert rows_of(table.read_text())['Ann']['of'] == '40'
-
-
-def test_lateness_needs_no_other_try(tmp_path):
-    written(tmp_path)
-    folder = folder_of(tmp_path)
-    folder.set_late('Ann', 'Late: it is.')
-    folder.write_overview()
-    assert rows_of((tmp_path / 'marks.csv').read_text())['Ann']['late'] == 'yes'
-    assert 'Late: it is.' in (tmp_path / 'Ann.html').read_text()
 
 
 def test_marks_of_another_lab_are_not_mixed_in(tmp_path):
@@ -197,10 +147,25 @@ def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
         folder_of(tmp_path)
 
 
+def test_the_instructor_is_told_and_no_student(tmp_path):
+    folder = folder_of(tmp_path)
+    folder.write(Marks('miller', verdicts=marks_of('', turned(90.0)).verdicts,
+                       findings=['It did <that>.']), '')
+    folder.write(marks_of('smith', turned(90.0)), '')
+    page, lines = folder.write_overview(unprotected=True)
+    assert lines == [UNPROTECTED, 'To look at: miller: It did <that>.']
+    assert 'It did &lt;that&gt;.' in page.read_text()
+    assert 'For the instructor' in page.read_text()
+    assert 'that&gt;' not in (tmp_path / 'miller.html').read_text()
+    other = folder_of(tmp_path / 'other')
+    other.write(marks_of('smith', turned(90.0)), '')
+    assert 'For the instructor' not in other.write_overview()[0].read_text()
+
+
 # -- a class with odd submissions
 
 def class_of(marker, folder, problems):
-    return MarkedClass(marker, folder, None, False, Progress(sys.stdout), problems.append)
+    return MarkedClass(marker, folder, False, problems.append)
 
 
 def marked(path, acts, problems):
@@ -209,7 +174,7 @@ def marked(path, acts, problems):
     folder = folder_of(path / 'marks')
     marker = Marker('turn', WORTH, folder.logs)
 
-    def mark(copy, tell, trying):
+    def mark(copy, tell):
         act = acts.get(copy.folder.name)
         if isinstance(act, Exception):
             raise act
@@ -233,6 +198,7 @@ def test_one_odd_submission_does_not_end_the_class(tmp_path, monkeypatch):
     odd, undrawn = marks_of('dot', turned(90.0)), marks_of('fay', turned(90.0))
     odd.remarks = ['=1+1', '\x1b[2J' + ODD, 'x' * 200000]
     undrawn.observation.lab = ''
+    monkeypatch.setattr(feedback, 'section', str)
     monkeypatch.setattr(feedback, 'moments', lambda seen, verdicts, found: {'turn': {}}[seen.lab])
     unjudged = {'bob': RecursionError('too deep'), 'eve': MemoryError(),
                 'cat': UnicodeEncodeError('utf-8', ODD, 1, 2, 'no')}
@@ -265,7 +231,7 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
         go_on.set()
         raise KeyboardInterrupt
     marking, found = marked(tmp_path, {'ann': None, 'bob': slowly}, [])
-    monkeypatch.setattr(ros_marked_class, 'wait', interrupted)
+    monkeypatch.setattr(ros_marker, 'wait', interrupted)
     assert marking.mark_all(found, 2) is True
     assert list(marks_below(tmp_path / 'marks')) == ['ann', 'bob']
 
@@ -298,11 +264,10 @@ def test_no_text_of_a_submission_is_a_formula(text, cell):
 
 def test_the_row_of_a_student_with_an_odd_name_is_found_again():
     marks = marks_of('=Ann', turned(90.0))
-    row, = rows_of(Table().renewed([marks], ROWS)).values()
+    row, = rows_of(Table().renewed([marks])).values()
     assert row['student'] == "'=Ann"
-    filled_in = Table(table_of(row, **{'report (50)': '-1.5'}))
-    again, = rows_of(filled_in.renewed([marks], ROWS)).values()
-    assert again['report (50)'] == '-1.5'       # a person's number
+    again, = rows_of(Table(table_of(row, report='-1.5')).renewed([marks])).values()
+    assert again['report'] == '-1.5'       # a person's number
 
 
 # -- a machine that is too busy
@@ -312,18 +277,18 @@ def test_the_row_of_a_student_with_an_odd_name_is_found_again():
 def test_a_machine_that_is_too_busy_is_told(tmp_path, monkeypatch, gaps, told, remark):
     gaps, words = list(gaps), []
 
-    def tried(marker, copy, trying):
+    def tried(marker, copy):
         seen = observation(truth=[[t, 0.0, 0.0, 0.0] for t in (0.0, gaps[0], gaps.pop(0) + 0.02)])
         return Marks(copy.folder.name, 'lab2/node.py', observation=seen)
     monkeypatch.setattr(Marker, '_try', tried)
     marker = Marker('turn', WORTH, tmp_path)
-    marks = marker.mark(Copy(tmp_path / 'Ann', [], []), words.append, print)
+    marks = marker.mark(Copy(tmp_path / 'Ann', [], []), words.append)
     assert words == ['the machine held the robot up for 0.21 s; tried again'] * told
     assert gaps == [] and any('may be unfair' in said for said in marks.remarks) is remark
     assert bool(marks.unfair) is remark
 
 
-# -- names and times
+# -- names
 
 @pytest.mark.parametrize('name, words', [
     ('miller', 'no submission is called miller; near it: Ann Miller'),
@@ -333,13 +298,3 @@ def test_students_are_chosen_by_name(name, words):
     assert chosen(students, ['bo lee', 'Ann Miller']) == ['Bo Lee', 'Ann Miller']
     with pytest.raises(ValueError, match=words):
         chosen(students, [name])
-
-
-def test_late_is_after_the_minute_it_was_due():
-    due = due_time('2026-11-20 23:59')
-    assert due == due_time('2026-11-20') == datetime(2026, 11, 20, 23, 59)
-    assert late_by(due, due, 'x') == late_by(due, None, 'x') == ''
-    assert late_by(due, datetime(2026, 11, 21, 8, 12), 'the last commit') == \
-        'Late: the last commit is of 2026-11-21 08:12, it was due 2026-11-20 23:59.'
-    with pytest.raises(ValueError, match='is not a time such as'):
-        due_time('tomorrow')

@@ -4,16 +4,16 @@ import math
 import re
 import shutil
 import subprocess
+from html import escape
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies
-from made_run import TIME, X, ZERO, made, poses
+from made_run import TIME, X, ZERO, goals, made, poses, reset_lines, states
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report import timeline  # noqa: E402
-from tb3_labs.report.again import control_moment, parting, sentences  # noqa: E402
 from tb3_labs.report.drives import drives  # noqa: E402
 from tb3_labs.report.run_data import Commands, ImuSamples, LogLines, Values  # noqa: E402
 from tb3_labs.robot.turtlebot3 import robot_model  # noqa: E402
@@ -83,7 +83,7 @@ def test_the_robot_is_where_it_was_recorded():
 
 def test_a_reset_is_a_mark_and_the_frame_jumps_there():
     """At 8 s the robot, 1 m from the origin, is declared to be at (0, 0)."""
-    run = made(local_pose=poses(x=X - (TIME >= 8.0)))
+    run = made(local_pose=poses(x=X - (TIME >= 8.0)), resets=reset_lines(8.0))
     data = data_of(run)
     (reset,) = [mark for mark in data['marks'] if mark['kind'] == 'reset']
     assert reset['begin'] == pytest.approx(8.0, abs=0.051)
@@ -118,47 +118,27 @@ def test_a_command_ends_with_the_robots_timeout():
         [1.0, 0.1, 0.0], [1.6, None, None], [4.0, 0.2, 0.0], [4.5, None, None]]
 
 
-# Another node in the same run ---------------------------------------------------------------------
-
-def commanded(*rows):
-    """Commands at 10 Hz: (from, until, m/s, rad/s) of each stretch."""
-    times = np.concatenate([np.arange(begin, end - 1e-9, 0.1) for begin, end, _, _ in rows])
-    speeds = np.concatenate([[row[2:]] * int(round((row[1] - row[0]) * 10)) for row in rows])
-    return Commands(times, times, *speeds.T)
-
-
-RECORDED = (1.0, 3.0, 0.0, 0.7), (3.0, 6.0, 0.15, 0.0), (6.0, 6.1, 0.0, 0.0)
+def path_in(page, curve, kind):
+    """The pieces of a line of a curve: arrays of (time, value)."""
+    pattern = r'id="curve-{}">.*?class="{}" d="(.*?)"'.format(curve, kind)
+    line = re.search(pattern, page, re.DOTALL).group(1)
+    return [np.array([point.split() for point in piece.split('L')], dtype=float) * (1.0, -1.0)
+            for piece in line.split('M')[1:]]
 
 
-@pytest.mark.parametrize('rows, time', [
-    (RECORDED, None),
-    ([(begin + 0.15, end + 0.15, *speeds) for begin, end, *speeds in RECORDED], None),   # later
-    ([(begin, end, v, 1.1 * w) for begin, end, v, w in RECORDED], None),
-    ([(1.0, 3.0, 0.0, -0.7), *RECORDED[1:]], 1.0),                                # the other way
-    ([*RECORDED[:1], (3.0, 9.0, 0.15, 0.0)], 6.2),                                # without an end
-    ([*RECORDED[:1], (3.0, 6.0, 0.19, 0.0)], 3.0),                                # faster
-    (RECORDED[:1], 3.0),                                                          # no drive
-    ([(1.5, 3.0, 0.0, 0.7), *RECORDED[1:]], 1.2)])                                # begins late
-def test_two_nodes_part_when_one_commands_what_the_other_does_not(rows, time):
-    found = parting(made(commands=commanded(*RECORDED)), commanded(*rows))
-    assert (found is None) == (time is None)
-    assert time is None or found.time == pytest.approx(time, abs=0.21)
-    assert len(sentences(found)) == 2
-
-
-def test_a_person_who_drives_is_not_compared():
-    """Control is taken at 3.5 s, and a person drives on."""
-    run = made(commands=commanded(*RECORDED), control=Values(*np.array([
-        (0.5, 3.5), (0.5, 3.5), (1.0, 0.0)])))
-    assert parting(run, commanded(RECORDED[0], (3.0, 3.5, 0.15, 0.0), (3.5, 3.6, 0.0, 0.0))) is None
-    assert parting(run, commanded(RECORDED[0])).time == pytest.approx(3.0, abs=0.05)
-
-
-@pytest.mark.parametrize('at, is_given, moment', [
-    (0.5, True, 0.5), (1.4, True, 0.9), (2.5, True, 2.5),       # it drove before: not by this
-    (6.4, False, 5.9), (5.0, False, 5.0), (5.75, False, 5.75), (8.0, False, 8.0)])
-def test_control_was_heard_before_its_effect(at, is_given, moment):
-    assert control_moment(at, is_given, commanded(*RECORDED)) == pytest.approx(moment)
+def test_the_curves_are_the_tracks_and_the_commands_are_steps():
+    keep = (TIME < 2.0) | (TIME > 3.0)
+    run = made(imu=ImuSamples(TIME[keep], TIME[keep], 0.1 * TIME[keep], ZERO[keep] + 0.1),
+               commands=Commands(*np.array([(1.0, 1.4), (1.0, 1.4), (0.1, -0.2), (0.0, 0.0)])))
+    page = timeline.section(data_of(run))
+    before, after = path_in(page, 'heading', 'measured')
+    for piece, ends in ((before, (0.0, 1.95)), (after, (3.05, 10.0))):
+        assert tuple(piece[[0, -1], 0]) == ends
+        assert piece[:, 1] == pytest.approx(np.degrees(0.1 * piece[:, 0]), abs=0.2)
+    steps, = path_in(page, 'linear', 'commanded')
+    assert steps == pytest.approx(np.array([(1.0, 0.1), (1.4, 0.1), (1.4, -0.2), (1.9, -0.2)]))
+    assert 'id="curve-distance"' not in timeline.section(data_of(made(
+        states=states(), goals=goals([], []))))
 
 
 # The page -----------------------------------------------------------------------------------------
@@ -171,17 +151,20 @@ def page():
     words = [np.array(words, dtype=object) for words in (
         ['info', 'info', 'warning'], ['/node', '/record', '/node'], ['started', 'heard', LINE])]
     run = made(log=LogLines(np.array([0.0, 1.0, 5.0]), np.array([0.0, 1.0, 5.0]), *words),
-               local_pose=poses(x=X - (TIME >= 8.0)))
+               local_pose=poses(x=X - (TIME >= 8.0)), resets=reset_lines(8.0))
     return timeline.section(data_of(run))
 
 
 def test_the_page_needs_no_other_file(page):
-    assert not re.search(r'\b(src|href)=|^import |https?://|@import', page, re.MULTILINE)
+    assert not re.search(r'\bsrc=|href="(?!#t=)|^import |https?://|@import', page, re.MULTILINE)
 
 
-def test_a_log_line_cannot_end_the_data(page):
+def test_neither_a_log_line_nor_a_state_can_end_the_data(page):
+    assert '<li data-level="warning"><a href="#t=5.0">5.00 s&ensp;node: {}</a>'.format(
+        escape(LINE)) in page
+    page = timeline.section(dict(data_of(made()), goals=[[5.0, LINE, None]]))
     inside = page.split('type="application/json">')[1].split('</script>')[0]
-    assert json.loads(inside)['log'][1] == [5.0, 'warning', 'node: ' + LINE]
+    assert json.loads(inside)['goals'][0][1] == LINE
 
 
 #: Presses a key, or moves the slider, and notes what is seen.
@@ -199,8 +182,8 @@ slider.value = 3.5;
 slider.dispatchEvent(new Event('input'));
 note();
 key('ArrowRight'); key('PageDown'); key('End'); key('Home');
-document.querySelector('a').click(); key('End');
-document.querySelector('a').click(); note();
+document.querySelector('body > a').click(); key('End');
+document.querySelector('body > a').click(); note();
 const curve = document.getElementById('curve-heading'), area = curve.getBoundingClientRect();
 curve.dispatchEvent(new MouseEvent('click', {clientX: area.left + 46 + (area.width - 54) / 4}));
 note();

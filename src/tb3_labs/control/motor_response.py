@@ -34,7 +34,7 @@ from typing import Optional, Tuple
 import numpy as np
 
 from tb3_labs.control.dead_time import CommandHistory
-from tb3_labs.geometry.angles import clamp, continuous
+from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 
 #: Lag of the motors until one was measured [s].
@@ -86,26 +86,19 @@ LONGEST_AGE = 0.1
 TELLING = 0.2
 #: The lag of motors that exceed this share of the command at the first look counts as zero.
 PROMPT = 0.98
-#: Resolution of the time at which a command was heard [s].
-RESOLUTION = 0.001
-#: A turn counts if the robot was not told to move for this long before it [s].
-QUIET = 0.6
 
 
 class Response:
     """Delay, lag and gain of one robot; shared by all approaches of that robot."""
 
     def __init__(self, delay: float = FIRST_DELAY, lag: float = FIRST_LAG,
-                 gain: float = 1.0, turn_scale: float = 1.0) -> None:
+                 gain: float = 1.0) -> None:
         #: Time from a command to the moment at which the motors begin to follow it [s].
         self.delay = delay
         #: Time constant of the motors [s].
         self.lag = lag
         #: Steady speed as a share of the command.
         self.gain = gain
-        #: A turn is commanded at this many times its rate: the distance of the wheels over that of
-        #: the model.
-        self.turn_scale = turn_scale
         self._count = 0             # of measurements
         self._usual_delay = 0.0     # mean of the measured delays [s]
 
@@ -211,51 +204,3 @@ class Identification:
         estimate.gain = first.gain + gain
         estimate.lag = clamp(first.lag + lag, 0.0, MAX_LAG)
         estimate.delay = clamp(together - estimate.lag, 0.0, MAX_DELAY)
-
-
-class HeardTurns:
-    """Learns the response of one robot from turns that another node commands.
-
-    A turn counts if it is on the spot, from rest, and by one command that is held: then it shows
-    the robot's answer clearly. Times are on the receiver's clock (`now`).
-    """
-
-    def __init__(self, response: Response) -> None:
-        """`response`: what is known of the robot; each turn improves it."""
-        self._response = response
-        self._history: Optional[CommandHistory] = None    # of a turn that counts
-        self._moved_at = -math.inf      # the latest command that was not zero
-        self._begun_at = 0.0
-        self._stood_at = 0.0            # yaw at that time [rad]
-        self._yaw = self._rate = 0.0    # of the latest sample
-        self._sample_at = -math.inf
-
-    def on_command(self, linear: float, angular: float, now: float) -> None:
-        """Another node told the robot to drive by `linear` and `angular`."""
-        if not linear and abs(angular) >= TELLING and now > self._moved_at + QUIET:
-            self._begin(angular, now)
-        elif linear or self._history is None or angular != self._history.command:
-            self.drop()
-        if linear or angular:
-            self._moved_at = now
-
-    def on_imu(self, yaw: float, rate: float, age: float, now: float) -> None:
-        """Take in a sample of the IMU that was measured `age` [s] ago."""
-        if now - self._sample_at > LONGEST_AGE:
-            self.drop()    # the command may have been delayed, too
-        self._yaw, self._rate, self._sample_at = continuous(yaw, self._yaw), rate, now
-        if self._history is not None:
-            self._history.advance(now - self._begun_at - self._history.now)
-            self._identification.look(self._history, self._yaw - self._stood_at, rate,
-                                      abs(self._history.command), age)
-
-    def drop(self) -> None:
-        """Forget the turn: it is over, or this node drives now."""
-        self._history = None
-
-    def _begin(self, angular: float, now: float) -> None:
-        self._history = CommandHistory(RESOLUTION)
-        self._history.send(angular)
-        self._identification = Identification(self._response, speed_is_prompt=True)
-        self._identification.begin(self._rate)
-        self._stood_at, self._begun_at = self._yaw, now

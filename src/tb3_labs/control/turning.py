@@ -151,7 +151,6 @@ class PreciseTurn:
         delay and lag as far as known."""
         self._fastest = fastest
         self._tolerance = tolerance
-        self._scale = response.turn_scale
         self._approach = Approach(turning_approach(acceleration, tolerance), response)
         self.start(0.0, 0.0)
 
@@ -185,7 +184,7 @@ class PreciseTurn:
         self._settling.look(rests, self._time - age)
         if rests:
             self.remaining = self._approach.at_rest.value
-        return LawStep(Twist2(0.0, self._scale * command), self.remaining,
+        return LawStep(Twist2(0.0, command), self.remaining,
                        self._settling.rests and self._is_near())
 
     def _is_near(self) -> bool:

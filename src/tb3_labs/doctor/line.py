@@ -1,71 +1,34 @@
-"""One line of the doctor: a verdict, its subject, the reason, and the remedy."""
-from dataclasses import dataclass
-from enum import Enum
-from typing import Sequence
+"""One line of the doctor: its severity, its subject, the reason, and the remedy."""
+from functools import partial
+from typing import NamedTuple, Sequence
 
 
-class Verdict(Enum):
-    """How bad a finding is. Its value is the word in front of the line."""
+class Line(NamedTuple):
+    """`severity`: 'ok', 'warning' or 'FAULT'. `text`: the reason. `remedy`: the thing to do; '' if
+    nothing is to be done."""
 
-    OK = 'ok'
-    WARNING = 'warning'
-    FAULT = 'FAULT'
-
-
-#: Colours of a terminal: green, yellow, red.
-COLOURS = {Verdict.OK: '32', Verdict.WARNING: '33', Verdict.FAULT: '1;31'}
-
-
-@dataclass(frozen=True)
-class Line:
-    """`text` is the reason. `remedy` is the thing to do; '' if nothing is to be done."""
-
-    verdict: Verdict
+    severity: str
     subject: str
     text: str
     remedy: str = ''
 
 
-def ok(subject: str, text: str) -> Line:
-    """Returns a line on a thing that is right."""
-    return Line(Verdict.OK, subject, text)
+#: ok(subject, text): the thing is right. warning(subject, text, remedy): it may cause a problem.
+#: fault(subject, text, remedy): it keeps a lab from working.
+ok, warning, fault = (partial(Line, severity) for severity in ('ok', 'warning', 'FAULT'))
 
 
-def warning(subject: str, text: str, remedy: str) -> Line:
-    """Returns a line on a thing that may cause a problem."""
-    return Line(Verdict.WARNING, subject, text, remedy)
-
-
-def fault(subject: str, text: str, remedy: str) -> Line:
-    """Returns a line on a thing that keeps a lab from working."""
-    return Line(Verdict.FAULT, subject, text, remedy)
-
-
-def printed(line: Line, in_colour: bool = False) -> str:
+def printed(line: Line) -> str:
     """Returns the line as a single line of text. Texts of other programs may contain line ends, or
     codes that a terminal obeys: these become spaces."""
-    word = line.verdict.value.ljust(7)
-    if in_colour:
-        word = '\033[{}m{}\033[0m'.format(COLOURS[line.verdict], word)
-    text = '{:<8} {}{}'.format(line.subject, line.text,
-                               '. Do: ' + line.remedy if line.remedy else '')
-    return '{} {}'.format(word, ''.join(sign if sign.isprintable() else ' ' for sign in text))
+    text = '{:<7} {:<8} {}{}'.format(line.severity, line.subject, line.text,
+                                     line.remedy and '. Do: ' + line.remedy)
+    return ''.join(sign if sign.isprintable() else ' ' for sign in text)
 
 
 def summary(lines: Sequence[Line]) -> str:
-    """Returns the last line: how many faults and warnings there are."""
-    faults, warnings = _count(lines, Verdict.FAULT), _count(lines, Verdict.WARNING)
-    counted = ', '.join('{} {}{}'.format(number, noun, '' if number == 1 else 's')
-                        for number, noun in ((faults, 'fault'), (warnings, 'warning')) if number)
-    if not faults:
-        return 'no fault found' + (', ' + counted if counted else '')
-    return counted + (': begin with the first fault' if faults > 1 else '')
-
-
-def exit_status(lines: Sequence[Line]) -> int:
-    """1 if there is a fault, else 0."""
-    return 1 if _count(lines, Verdict.FAULT) else 0
-
-
-def _count(lines: Sequence[Line], verdict: Verdict) -> int:
-    return sum(line.verdict is verdict for line in lines)
+    """Returns the last line: how many faults there are."""
+    faults = sum(line.severity == 'FAULT' for line in lines)
+    if faults > 1:
+        return '{} faults: begin with the first fault'.format(faults)
+    return '1 fault' if faults else 'no fault found'

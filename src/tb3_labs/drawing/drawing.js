@@ -1,8 +1,12 @@
-// Drawing on a canvas: colours, lines and figures, the grid, and names that cover no other.
-// All sizes are in pixels, angles counter-clockwise.
+// Drawing on a canvas: the part of the plane that it shows, lines and figures, the grid, and names
+// that cover no other.
+//
+// Sizes are in pixels, angles counter-clockwise. Poses are [x m, y m, yaw rad].
 
 const NAMES = ['paper', 'grid', 'grid-strong', 'ink', 'faint', 'odom', 'local', 'goal', 'truth', 'bad'];
-const GAP = 6;    // [px] between two rows of names
+const GAP = 6;                      // [px] between two rows of names
+const LEAST = 4, MOST = 5000;       // [px/m]
+const NARROWEST = 0.8;              // [m] to fit means to show at least this much
 
 export const colours = {};
 
@@ -24,6 +28,97 @@ export function sharp(canvas) {
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   context.clearRect(0, 0, width, height);
   return {context, width, height};
+}
+
+/** The pose of c in a, by the poses of b in a and of c in b. */
+export function compose(a, b) {
+  const c = Math.cos(a[2]), s = Math.sin(a[2]);
+  return [a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], wrap(a[2] + b[2])];
+}
+
+export function inverse(a) {
+  const c = Math.cos(a[2]), s = Math.sin(a[2]);
+  return [-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]];
+}
+
+export function wrap(angle) {
+  return Math.atan2(Math.sin(angle), Math.cos(angle));
+}
+
+export const degrees = (rad) => rad * 180 / Math.PI;
+export const radians = (deg) => deg * Math.PI / 180;
+
+/** The middle of the map, and pixels per metre. */
+export class View {
+  constructor() {
+    this.x = 0;
+    this.y = 0;
+    this.scale = 100;
+    this.auto = true;       // follows what is to be seen, until a person zooms or pans
+    this.width = 0;
+    this.height = 0;
+  }
+
+  /** Pixel on the canvas of a point in the fixed frame. */
+  pixel(x, y) {
+    const {width, height, scale} = this;
+    return [width / 2 + (x - this.x) * scale, height / 2 - (y - this.y) * scale];
+  }
+
+  /** Point in the fixed frame at a pixel on the canvas. */
+  point(px, py) {
+    const {width, height, scale} = this;
+    return [this.x + (px - width / 2) / scale, this.y - (py - height / 2) / scale];
+  }
+
+  /** The point under the pixel stays there. */
+  zoom(factor, px = this.width / 2, py = this.height / 2) {
+    const [x, y] = this.point(px, py);
+    this.scale = Math.max(LEAST, Math.min(MOST, this.scale * factor));
+    this.x = x - (px - this.width / 2) / this.scale;
+    this.y = y + (py - this.height / 2) / this.scale;
+    this.auto = false;
+  }
+
+  pan(dx, dy) {
+    this.x -= dx / this.scale;
+    this.y += dy / this.scale;
+    this.auto = false;
+  }
+
+  /** Show all of the points [[x, y], ...]. */
+  fit(points) {
+    const box = bounds(points);
+    if (!box || !this.width) return;
+    const [x0, y0, x1, y1] = box;
+    // The buttons lie on the upper edge; a small canvas has no room for wide margins.
+    const side = Math.min(64, this.width * 0.15), top = Math.min(96, this.height * 0.3);
+    const bottom = Math.min(64, this.height * 0.2);
+    const across = this.width - 2 * side, up = this.height - top - bottom;
+    const scale = Math.min(
+      across / Math.max(x1 - x0, NARROWEST), up / Math.max(y1 - y0, NARROWEST));
+    this.scale = Math.max(LEAST, Math.min(MOST, scale));
+    this.x = (x0 + x1) / 2;
+    this.y = (y0 + y1) / 2 + (top - bottom) / 2 / this.scale;
+  }
+
+  /** In automatic mode: fit again if something is outside, or all of it is small. */
+  follow(points) {
+    const box = bounds(points);
+    if (!this.auto || !box || !this.width) return;
+    const [x0, y1] = this.pixel(box[0], box[1]), [x1, y0] = this.pixel(box[2], box[3]);
+    const outside = x0 < 24 || y0 < 56 || x1 > this.width - 24 || y1 > this.height - 30;
+    const isWide = Math.max(box[2] - box[0], box[3] - box[1]) > NARROWEST;
+    const small = x1 - x0 < this.width * 0.4 && y1 - y0 < this.height * 0.4;
+    if (outside || (small && isWide)) this.fit(points);
+  }
+}
+
+/** [least x, least y, most x, most y]; null without points. */
+function bounds(points) {
+  if (!points.length) return null;
+  const x = points.map((point) => point[0]), y = points.map((point) => point[1]);
+  return [Math.min(...x), Math.min(...y), Math.max(...x), Math.max(...y)];
 }
 
 /** 1, 2 or 5 times a power of ten, not smaller than `value`. */

@@ -1,9 +1,9 @@
-// The map: both frames, the robot, its trails, the goal, and the true pose, drawn to scale.
+// The map, drawn to scale: frames, robot, trails, goal, true pose; and the pointers on it.
 
 import {
-  Labels, arrow, circle, colours, disc, drawGrid, drawLegend, heading, polygon, sharp, stroke,
+  Labels, View, arrow, circle, colours, compose, disc, drawGrid, drawLegend, heading, inverse,
+  polygon, sharp, stroke,
 } from './drawing.js';
-import {View, compose, degrees, inverse} from './view.js';
 
 export const FRAMES = ['odom', 'local'];
 const AXIS = 0.35;           // [m] length of a frame's axes, if that can be seen
@@ -18,30 +18,22 @@ class Trail {
     this.points = [];     // [x, y], or null where the line is broken
   }
 
-  replace(points) {
-    this.points = points.slice();
-  }
-
   add(pose) {
     const last = this.points[this.points.length - 1];
     const far = last ? Math.hypot(pose[0] - last[0], pose[1] - last[1]) : 0;
     if (last && far < STEP) return;
     if (far > JUMP) this.lift();
     this.points.push([pose[0], pose[1]]);
-    this._bound();
+    // Breaks stay, so that thinning never joins two pieces.
+    let keep = false;
+    if (this.points.length > MOST) {
+      this.points = this.points.filter((point) => { keep = !keep; return point === null || keep; });
+    }
   }
 
   /** The next point is not joined to the last one, e.g. after a reset of the frame. */
   lift() {
     if (this.points.length && this.points[this.points.length - 1]) this.points.push(null);
-  }
-
-  _bound() {
-    while (this.points.length > MOST) {
-      // Breaks stay, so that thinning never joins two pieces.
-      let keep = false;
-      this.points = this.points.filter((point) => { keep = !keep; return point === null || keep; });
-    }
   }
 }
 
@@ -53,7 +45,7 @@ export class RobotMap {
     this.radius = 0.105;
     this.picture = null;
     this._trails = {odom: new Trail(), local: new Trail()};
-    this.draft = null;         // {kind, pose}: a goal or reset that is being dragged, in local
+    this.draft = null;         // {pose, words}: a pose in local that is being dragged
     this._wasSeen = false;     // was there a robot in the last drawing?
   }
 
@@ -68,7 +60,7 @@ export class RobotMap {
 
   /** `points`: {odom, local}: the [x, y] that the robot drove through before. */
   replaceTrails(points) {
-    for (const frame of FRAMES) this._trails[frame].replace(points[frame]);
+    for (const frame of FRAMES) this._trails[frame].points = [...points[frame]];
   }
 
   forget() {
@@ -119,17 +111,9 @@ export class RobotMap {
     const points = [this.shown('odom', p.odom), this.shown('local', p.local),
                     this.shown('local', p.goal), this.shown('odom', p.truth)];
     for (const frame of FRAMES) {
-      for (const [x, y] of [[0, 0], [AXIS, 0], [0, AXIS]]) {
+      const trail = withTrails ? this._trails[frame].points.filter(Boolean) : [];
+      for (const [x, y] of [[0, 0], [AXIS, 0], [0, AXIS], ...trail]) {
         points.push(this.shown(frame, [x, y, 0]));
-      }
-    }
-    if (withTrails) {
-      for (const frame of FRAMES) {
-        const trail = this._trails[frame].points;
-        const step = Math.ceil(trail.length / 300) || 1;
-        for (let i = 0; i < trail.length; i += step) {
-          if (trail[i]) points.push(this.shown(frame, [...trail[i], 0]));
-        }
       }
     }
     return points.filter(Boolean);
@@ -143,7 +127,9 @@ export class RobotMap {
     if (this.view.auto && !this._wasSeen && this.picture) this.fit();
     this._wasSeen = this.picture !== null;
     if (!this.draft) this.view.follow(this._points(false));
-    drawGrid(c, this.view, this._gridWords());
+    const isUnknown = this.picture && !this.picture.frame;
+    const unknown = isUnknown ? ' \u00b7 the frame local is not known yet' : '';
+    drawGrid(c, this.view, `[m] in ${this.fixed}${unknown}`);
     if (!this.picture) return;
     const labels = new Labels(c, width, height);
     labels.keep([0, 0, Math.min(width, 330), 48]);    // the toolbar lies on the map
@@ -151,21 +137,13 @@ export class RobotMap {
     this._paths(c);
     this._goalLine(c);
     this._frames(c, labels);
-    this._ghost(c, labels, this.shown('odom', this.picture.truth), 'true');
-    this._ghost(c, labels, this.shown('local', this.picture.again || null), 'now');
-    const ofLaw = (pose, name, colour) => this._ghost(
-      c, labels, this.shown('odom', pose || null), name, colours[colour]);
-    ofLaw(this.picture.asked, 'as asked', 'goal');
-    ofLaw(this.picture.mistaken, 'mistaken', 'bad');
+    this._ghost(c, labels, this.picture.truth, 'true', colours.truth);
+    this._ghost(c, labels, this.picture.asked, 'as asked', colours.goal);
+    this._ghost(c, labels, this.picture.mistaken, 'mistaken', colours.bad);
     this._target(c, labels, this.picture.goal, 'goal', this.picture.tolerance);
     this._robot(c, labels);
-    this._draft(c, labels);
+    if (this.draft) this._target(c, labels, this.draft.pose, this.draft.words, 0);
     labels.write();
-  }
-
-  _gridWords() {
-    const unknown = this.picture && !this.picture.frame;
-    return `[m] in ${this.fixed}${unknown ? ' \u00b7 the frame local is not known yet' : ''}`;
   }
 
   _paths(c) {
@@ -254,8 +232,9 @@ export class RobotMap {
     labels.add(text, px, py, colour, {away: 18});
   }
 
-  /** A robot that is drawn by its rim alone: the true one, or another that is compared. */
-  _ghost(c, labels, pose, name, colour = colours.truth) {
+  /** A robot that is drawn by its rim alone. */
+  _ghost(c, labels, place, name, colour) {
+    const pose = this.shown('odom', place);
     if (!pose) return;
     const [px, py] = this.view.pixel(pose[0], pose[1]);
     const size = Math.max(this.radius * this.view.scale, 9);
@@ -282,12 +261,60 @@ export class RobotMap {
     labels.avoid(px, py, Math.max(size, 9) * 0.72);
     labels.add('robot', px, py, colours.ink, {away: Math.max(size, 9) * 0.72 + 5});
   }
+}
 
-  _draft(c, labels) {
-    if (!this.draft) return;
-    const [x, y, yaw] = this.draft.pose;
-    const kind = this.draft.kind === 'goal' ? 'goal' : 'robot is at';
-    const words = `${kind} ${x.toFixed(2)} ${y.toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
-    this._target(c, labels, this.draft.pose, words, 0);
+/** Pointers on a map: pan, zoom with a wheel or two fingers. */
+export class MapInput {
+  /** `redraw()` draws anew. */
+  constructor(map, redraw) {
+    Object.assign(this, {map, redraw});
+    this.pointers = new Map();        // id -> [x, y] on the canvas
+    const canvas = map.canvas;
+    canvas.addEventListener('pointerdown', (event) => this.down(event, this.at(event)));
+    canvas.addEventListener('pointermove', (event) => {
+      if (this.pointers.has(event.pointerId)) this.move(event, this.at(event));
+    });
+    for (const type of ['pointerup', 'pointercancel', 'lostpointercapture']) {
+      canvas.addEventListener(type, (event) => this.up(event));
+    }
+    canvas.addEventListener('wheel', (event) => this._wheel(event), {passive: false});
+    canvas.addEventListener('contextmenu', (event) => event.preventDefault());
+  }
+
+  /** The place of a pointer on the canvas. */
+  at(event) {
+    const box = this.map.canvas.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  down(event, at) {
+    this.map.canvas.setPointerCapture(event.pointerId);
+    this.pointers.set(event.pointerId, at);
+  }
+
+  move({pointerId}, at) {
+    const {view} = this.map, before = this.pointers.get(pointerId);
+    const other = [...this.pointers].find(([id]) => id !== pointerId)?.[1];
+    const [dx, dy] = [at[0] - before[0], at[1] - before[1]];
+    if (other) {
+      const span = ([x, y]) => Math.max(10, Math.hypot(x - other[0], y - other[1]));
+      view.pan(dx / 2, dy / 2);
+      view.zoom(span(at) / span(before), (at[0] + other[0]) / 2, (at[1] + other[1]) / 2);
+    } else {
+      view.pan(dx, dy);
+    }
+    this.pointers.set(pointerId, at);
+    this.redraw();
+  }
+
+  /** Returns whether the pointer was down. */
+  up({pointerId}) { return this.pointers.delete(pointerId); }
+
+  _wheel(event) {
+    event.preventDefault();
+    const lines = event.deltaMode === 1 ? 16 : 1;
+    const turned = Math.max(-120, Math.min(120, event.deltaY * lines));
+    this.map.view.zoom(Math.exp(-0.002 * turned), ...this.at(event));
+    this.redraw();
   }
 }

@@ -1,9 +1,13 @@
 """What is a student's node worth? Criteria and points of each lab, judged by what was observed.
 
-LAB.py has the criteria of a lab, and ros_LAB.py the scripts by which its node is tried out. Names
-that both use (parts, stimuli, facts, topics) are constants in LAB.py.
+The criteria of a lab stand in imu.py, turn.py with mouse.py, move2goal.py and gamepad.py; ros_LAB.py
+has the scripts by which its node is tried out. Names that both use (parts, stimuli, facts) are
+constants in LAB.py. ros_turn.py has the scripts of both IMU labs.
 
-A submission goes through intake, choice, workspace and sandbox. Its node is tried out on a stage,
-which gives an Observation; the criteria give verdicts on it; marks, feedback and marks_folder keep
-them. ros_marker does all this for a class. ros_checkoff needs only the stage and the criteria.
+One way leads in: a submission is laid out (intake, names), its node is chosen (choice, packages),
+copied and built (workspace, messages_in_sandbox), and started in a sandbox (sandbox, processes).
+check_LAB.test tries it out on a stage (ros_stage: ros_student_node, ros_interface, ros_types,
+ros_robot), which gives an Observation (observation). The criteria give verdicts on it (criteria),
+with the points of marks; a page shows them (feedback), and marks_folder keeps them. ros_marker does
+all this for a class. A single check by rostest begins at the stage.
 """

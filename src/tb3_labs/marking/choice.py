@@ -1,4 +1,4 @@
-"""The files of a submission: its packages, and the file that is the node of a lab.
+"""The file of a submission that is the node of a lab.
 
 A repository of a whole course has several files with the same name. A file is chosen by its
 package, then by its name, then by what it does. Real submissions: see doc/instructor/marking.md.
@@ -6,20 +6,12 @@ package, then by its name, then by what it does. Real submissions: see doc/instr
 Here all files of a submission are only read, as texts.
 """
 import re
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import List, NamedTuple, Sequence, Tuple
 
 from tb3_labs.marking.marks import Lab
-from tb3_labs.marking.names import NAME, is_name
+from tb3_labs.marking.packages import MANIFEST, files_in, name_in, package_folder
 
-MANIFEST = 'package.xml'
-#: At most this much of a package.xml is read [bytes].
-LARGEST_MANIFEST = 1000000
-#: The folders of a package's messages, services and actions; also the endings of their files.
-INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
-#: A field of a type of another package, as in `geometry_msgs/Pose2D goal`.
-FIELD = re.compile(r'^\s*([A-Za-z]\w*)/[A-Za-z]\w*(?:\[\d*\])?\s+\w', re.MULTILINE)
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
 LISTENS_TO = 'listens to '
@@ -172,75 +164,3 @@ def _nothing_found(files, package, names):
         ' or '.join(names), ' in a package {}'.format(package) if package else '')
     return said + ('Python files that were found (--package and --type choose another one): '
                    + ', '.join(there[:10]) if there else 'No Python file was found at all.')
-
-
-# -- packages
-
-def files_in(folder: Path) -> List[Path]:
-    """Returns the paths of all files below `folder`, in order, without links."""
-    return sorted(path for path in folder.rglob('*') if path.is_file() and not path.is_symlink())
-
-
-def package_folder(path: Path, folder: Path) -> Optional[Path]:
-    """Returns the nearest folder above `path`, within `folder`, with a package.xml; else None."""
-    for parent in path.parents:
-        if (parent / MANIFEST).is_file():
-            return parent
-        if parent == folder:
-            return None
-    return None
-
-
-def name_in(manifest: Path) -> Tuple[str, str]:
-    """Returns (name in a package.xml, ''), or ('', reason) if there is no valid name."""
-    if not manifest.is_file():
-        return '', 'The package has no package.xml: one was made.'
-    try:
-        text = manifest.read_bytes()[:LARGEST_MANIFEST].decode('utf-8-sig', errors='replace')
-        if '<!ENTITY' in text:      # an entity may expand to millions of others
-            raise ValueError('it has entities')
-        name = (ElementTree.fromstring(text).findtext('name') or '').strip()
-    except (ElementTree.ParseError, ValueError, LookupError, RecursionError) as error:
-        return '', 'package.xml cannot be read ({}): one was made.'.format(error)
-    if NAME.fullmatch(name.replace('-', '_')):
-        return name, ''
-    return '', 'The package is called {!r}: it got another name.'.format(name[:60])
-
-
-def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
-    """Returns name -> folder of all packages below `folder` whose names a program can import.
-
-    A package has a package.xml, or at least message files. If several packages have one name, the
-    package nearest to `node` is taken.
-    """
-    found: Dict[str, Set[Path]] = {}
-    for path in files_in(folder):
-        if path.name == MANIFEST:
-            name, place = name_in(path)[0] or path.parent.name, path.parent
-        elif path.parent.name in INTERFACES and path.suffix == '.' + path.parent.name:
-            place = path.parent.parent
-            if (place / MANIFEST).exists():
-                continue
-            name = place.name
-        else:
-            continue
-        if is_name(name):
-            found.setdefault(name, set()).add(place)
-
-    def far(place: Path) -> Tuple[int, int, str]:
-        common = set(place.parents) & set(node.parents)
-        return -len(common), len(place.parts), str(place)
-    return {name: min(places, key=far) for name, places in found.items()}
-
-
-def interface_files(package: Path) -> Dict[str, List[str]]:
-    """Returns kind -> names of the files of this kind, in a package; the names may be invalid."""
-    return {kind: sorted(path.name for path in (package / kind).glob('*.' + kind) if path.is_file())
-            for kind in INTERFACES}
-
-
-def types_used(package: Path) -> Set[str]:
-    """Returns the packages whose types are fields of the messages in a package's folder."""
-    texts = [(package / kind / name).read_text(encoding='utf-8', errors='replace')
-             for kind, names in interface_files(package).items() for name in names]
-    return set(FIELD.findall('\n'.join(texts)))

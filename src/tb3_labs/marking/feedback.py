@@ -19,7 +19,7 @@ import numpy as np
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.criteria import Outcome, Verdict
-from tb3_labs.marking.marks import NOT_JUDGED, Marks, Row
+from tb3_labs.marking.marks import NOT_JUDGED, Marks
 from tb3_labs.marking.move2goal import GOAL_POSE, LOCAL_T_WORLD, SENSED
 from tb3_labs.marking.observation import MOVED, RESTED, Observation, Stimulus
 from tb3_labs.marking.turn import EACH_TURN
@@ -72,12 +72,11 @@ tr { break-inside: avoid; }
            overflow-wrap: normal; }'''
 
 
-def feedback(marks: Marks, lab: str, course: str = '') -> str:
-    """A student's page, HTML; `lab`: its title; `course`: a sentence on the points there."""
-    node = 'Node: {}.'.format(marks.node) if marks.node else ''
-    parts = ['<p><b>{:g} of {:g} points.</b> {}</p>'.format(marks.points, marks.worth, escape(
-        ' '.join(filter(None, [course, node])))) if marks.judged else
-             '<p><b>Not judged.</b> {}</p>'.format(escape(node))]
+def feedback(marks: Marks, lab: str) -> str:
+    """A student's page, HTML; `lab`: its title."""
+    points = '{:g} of {:g} points.'.format(marks.points, marks.worth)
+    parts = ['<p><b>{}</b> {}</p>'.format(points if marks.judged else 'Not judged.', escape(
+        'Node: {}.'.format(marks.node) if marks.node else ''))]
     parts += ['<p>{}</p>'.format(escape(remark)) for remark in marks.sentences]
     if marks.judged:
         parts.append(_verdicts(marks.graded))
@@ -150,12 +149,10 @@ def _page(title, parts, more=''):
 
 # -- Gradescope
 
-def results(marks: Marks, rows: Sequence[Row] = ()) -> Dict[str, Any]:
-    """Returns the object for json.dump(). Scores are scaled to the first of `rows`, if any."""
-    factor = rows[0].points / marks.worth if rows and marks.worth else 1.0
-    score = marks.scaled(rows[0].points) if rows else marks.points
+def results(marks: Marks) -> Dict[str, Any]:
+    """Returns the object for json.dump()."""
     return {
-        'score': round(float(score), 2),
+        'score': round(float(marks.points), 2),
         'execution_time': int(round(marks.seconds)),
         'output': '\n'.join(['Node: {}.'.format(marks.node)] * bool(marks.node) + marks.sentences),
         'visibility': VISIBILITY,
@@ -163,13 +160,13 @@ def results(marks: Marks, rows: Sequence[Row] = ()) -> Dict[str, Any]:
         'tests': [{
             'name': 'Beyond the handout: ' * verdict.criterion.extra + verdict.criterion.meaning,
             'number': str(number),
-            'score': round(verdict.points * factor, 4),
-            'max_score': 0.0 if verdict.criterion.extra else round(verdict.worth * factor, 4),
+            'score': verdict.points,
+            'max_score': 0.0 if verdict.criterion.extra else verdict.worth,
             'status': 'passed' if verdict.outcome is Outcome.MET else 'failed',
             'output': verdict.sentence,
             'visibility': VISIBILITY,
         } for number, verdict in enumerate(marks.graded + marks.extra, 1)],
-        'extra_data': {'student': marks.student, 'late': bool(marks.late)},
+        'extra_data': {'student': marks.student},
     }
 
 
@@ -225,7 +222,7 @@ def _part(run: RunData, stimulus: Stimulus) -> RunData:
     begin, end = stimulus.begin, stimulus.end
     control = Values(np.array([begin]), np.array([begin]), np.array([1.0]))
     return replace(run, duration=end, imu=run.imu.between(begin, end), control=control,
-                   odometry=run.odometry.between(begin, end),
+                   odometry=run.odometry.between(begin, end), resets=Poses.none(),
                    commands=run.commands.between(begin, end))
 
 
@@ -236,12 +233,15 @@ def _run(observation: Observation) -> RunData:
     commands = np.array(observation.commands, dtype=float).reshape(-1, 3).T
     drives = [stimulus for stimulus in observation.stimuli if GOAL_POSE in stimulus.facts]
     true = Poses(time, time, x, y, wrap_all(yaw))
+    local = _in_local(true, drives)
+    resets = local.take([k for k in np.searchsorted(
+        local.time, [drive.begin for drive in drives[1:]]) if k < len(local)])
     begins = np.array([stimulus.begin for stimulus in observation.stimuli])
     goals = np.array([(drive.begin, drive.begin, *drive.facts[GOAL_POSE]) for drive in drives])
     return RunData(
         observation.node, 0.0, float(time[-1]), ImuSamples(time, time, true.yaw, speeds[1]),
         OdometrySamples(time, time, x, y, true.yaw, *speeds), Commands(commands[0], *commands),
-        _in_local(true, drives), goals=Poses(*goals.reshape(-1, 5).T),
+        local, goals=Poses(*goals.reshape(-1, 5).T), resets=resets,
         states=States(begins, begins, np.array([stimulus.name for stimulus in observation.stimuli],
                                                dtype=object)))
 

@@ -1,4 +1,4 @@
-"""The submissions as they come: folders, zip files of a learning platform, a list of repositories.
+"""The submissions as they come: folders and zip files, as learning platforms hand them out.
 
 The files that were handed in are neither changed nor run. They are copied into a new folder without
 links and devices, within a budget of files and bytes. All later steps look at this copy. A zip file
@@ -9,16 +9,14 @@ import os
 import re
 import shutil
 import stat
-import subprocess
 import zipfile
 from collections import Counter
 from dataclasses import dataclass, field
-from datetime import datetime
 from pathlib import Path
-from typing import Callable, List, NamedTuple, Optional, Tuple
+from typing import Callable, List, NamedTuple, Tuple
 
-from tb3_labs.marking.choice import files_in
-from tb3_labs.marking.names import by_student, is_zip, printable, repositories
+from tb3_labs.marking.names import ZIP, by_student, is_zip, printable
+from tb3_labs.marking.packages import files_in
 
 #: A submission, unpacked, has at most MOST_FILES files and MOST_BYTES bytes.
 MOST_FILES, MOST_BYTES = 5000, 200000000
@@ -30,17 +28,12 @@ LEFT_OUT = re.compile(r'(^|/)(__MACOSX|\.git|\.svn|build|devel|install|logs|__py
 #: A zip file is read in pieces of this size [bytes].
 PIECE = 1 << 20
 ENCRYPTED = 1       # the bit for a password, in the flags of a file in a zip file
-#: Zip files in zip files are unpacked up to this depth.
-DEPTH = 3
-#: Archives that are not unpacked.
-OTHER_ARCHIVES = ('.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
+#: Archives that are not unpacked; a zip file if it lies in another one.
+OTHER_ARCHIVES = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 #: A larger file is not copied, unless it is an archive [bytes].
 LARGEST = 20000000
 #: A remark names at most this many of the files that were left out.
 NAMED = 3
-COMMITTER = re.compile(r'^committer .* (\d+) [+-]\d{4}$', re.MULTILINE)
-#: git for a repository that is not trusted: git runs no other program and asks no other machine.
-GIT = 'git --no-replace-objects -c core.fsmonitor=false -c safe.directory=*'.split()
 
 
 class Copy(NamedTuple):
@@ -58,7 +51,6 @@ class Submission:
     student: str
     paths: List[Path]                       # folders and files
     names: List[str] = field(default_factory=list)     # the student's own names of the files
-    late: bool = False                      # as the platform says
 
     def lay_out(self, work: Path) -> Copy:
         """Copy the submission into a folder below `work`, which exists."""
@@ -75,25 +67,9 @@ class Submission:
         _unpack_all(copy, budget)
         return copy
 
-    def handed_in_at(self) -> Tuple[Optional[datetime], str]:
-        """(Time, the thing that has this time); the time is None if it is not known.
-
-        The time is that of a repository's last commit, else of the newest file, also in zip files.
-        """
-        if len(self.paths) == 1 and (self.paths[0] / '.git').exists():
-            committed = _committed_at(self.paths[0])
-            if committed is not None:
-                return committed, 'the last commit'
-        times = []
-        for path in self.paths:
-            for file in [path] if path.is_file() else sort_out(path)[0]:
-                inside = newest_in(file) if is_zip(file.name) else None
-                times.append(inside or datetime.fromtimestamp(file.stat().st_mtime))
-        return max(times, default=None), 'the newest file'
-
 
 def submissions_from(path: Path, work: Path, tell: Callable[[str], None]) -> List[Submission]:
-    """The Submissions in a folder, a zip file, or a list of repositories, sorted by name.
+    """The Submissions in a folder or a zip file, sorted by name.
 
     `work`: an existing folder for unpacked files; ``tell(line)`` is told which files are left out.
     ``ValueError``, ``OSError`` or ``Refused`` if there is nothing to mark.
@@ -101,22 +77,10 @@ def submissions_from(path: Path, work: Path, tell: Callable[[str], None]) -> Lis
     path = Path(path)
     if path.is_dir():
         return _in_folder(path, tell)
-    if is_zip(path.name):
+    if path.is_file() and is_zip(path.name):
         unpack(path, Path(work) / 'all', Budget())
         return _in_folder(_without_wrapping(Path(work) / 'all'), tell)
-    try:
-        listed = repositories(path.read_text(encoding='utf-8-sig'))
-    except ValueError as problem:
-        raise ValueError('{}, read as a list of repositories: {}'.format(path, problem)) from None
-    found = []
-    for name, place in sorted(listed.items()):
-        folder = path.parent / Path(place).expanduser()
-        if not folder.is_dir():
-            raise ValueError('{}: there is no folder {}'.format(path, folder))
-        found.append(Submission(name, [folder]))
-    if not found:
-        raise ValueError('there is no repository in the list {}'.format(path))
-    return found
+    raise ValueError('{} is neither a folder nor a zip file'.format(path))
 
 
 def digest(folder: Path) -> str:
@@ -165,7 +129,6 @@ def _in_folder(folder, tell):
             if paths[name].is_dir() or said.number or is_zip(name):
                 submission.paths.append(paths[name])
                 submission.names.append(said.file)
-                submission.late |= said.late
             else:
                 tell('left out, because it is neither a folder nor a zip file: {}'.format(
                     paths[name]))
@@ -207,38 +170,22 @@ def _copy_file(source, target, budget):
 
 
 def _unpack_all(copy, budget):
-    """Unpack the zip files in the copy, then the zip files in them, until there is a Python file:
-    a zip file beside Python code does not belong to the code."""
-    for _ in range(DEPTH):
-        files = sort_out(copy.folder)[0]
-        archives = [path for path in files if is_zip(path.name)]
-        if any(path.suffix == '.py' for path in files):
-            return
-        if not archives:
-            break
-        for path in archives:
-            try:
-                unpack(path, path.parent / (path.stem + '.unpacked'), budget)
-            except Refused as reason:
-                copy.unread.append(str(reason))
-            path.unlink()
+    """Unpack the zip files in the copy, unless there is a Python file: a zip file beside Python
+    code does not belong to the code."""
+    files = sort_out(copy.folder)[0]
+    if any(path.suffix == '.py' for path in files):
+        return
+    for path in filter(lambda path: is_zip(path.name), files):
+        try:
+            unpack(path, path.parent / (path.stem + '.unpacked'), budget)
+        except Refused as reason:
+            copy.unread.append(str(reason))
+        path.unlink()
     others = [path.name for path in sort_out(copy.folder)[0]
               if path.suffix.lower() in OTHER_ARCHIVES]
     if others:
-        copy.unread.append('{} was not unpacked: only zip files are.'.format(others[0]))
-
-
-def _committed_at(folder):
-    try:
-        done = subprocess.run(
-            [*GIT, '-C', str(folder), 'cat-file', 'commit', 'HEAD'], stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=20.0, check=True,
-            env={'PATH': os.environ.get('PATH', ''), 'GIT_ALLOW_PROTOCOL': 'nothing',
-                 'GIT_CONFIG_NOSYSTEM': '1', 'GIT_TERMINAL_PROMPT': '0'})
-    except (OSError, subprocess.SubprocessError):
-        return None
-    found = COMMITTER.search(done.stdout.decode(errors='replace'))
-    return datetime.fromtimestamp(int(found.group(1))) if found else None
+        copy.unread.append('{} was not unpacked: only zip files are, and none in others.'.format(
+            others[0]))
 
 
 # -- zip files
@@ -284,16 +231,6 @@ def unpack(path: Path, folder: Path, budget: Budget) -> None:
             OSError) as problem:
         raise Refused('The zip file cannot be unpacked: {}.'.format(
             str(problem).rstrip('.') or type(problem).__name__)) from None
-
-
-def newest_in(path: Path) -> Optional[datetime]:
-    """Returns the time of the newest file in a zip file; None if it is not known."""
-    try:
-        with zipfile.ZipFile(str(path)) as archive:
-            times = [info.date_time for info in _wanted(archive)]
-        return datetime(*max(times)) if times else None
-    except (zipfile.BadZipFile, OSError, ValueError, Refused):
-        return None
 
 
 def _wanted(archive):

@@ -6,10 +6,6 @@ names of labs, the second level the names of criteria. `extra` has the criteria 
     turn:
       left: 3
       extra: {within_1_deg: 0}
-      course: {code: 25, demonstration: 25, report: 50}
-
-`course` is optional: its rows are the weights of the lab in the course. The first row has the
-points of the criteria, scaled. A person fills in the others.
 
 Marks are kept in a record: after one try a submission can be judged again with other points. The
 record has the verdicts, not the observation. It has the key of the try: another try with the same
@@ -32,12 +28,10 @@ from tb3_labs.marking.observation import Observation
 IMU, TURN, MOVE2GOAL, GAMEPAD = 'imu', 'turn', 'move2goal', 'gamepad'
 #: The words for marks that could not be given.
 NOT_JUDGED = 'not judged'
-#: The sections of a lab's points: criteria beyond the handout, and the weights in the course.
-EXTRA, COURSE = 'extra', 'course'
+#: The section of a lab's points for criteria beyond the handout.
+EXTRA = 'extra'
 #: Parts of a record.
 KEY, MARKS, VERDICTS = 'key', 'marks', 'verdicts'
-#: The row of the course's sum.
-TOTAL = 'total'
 
 
 class Lab(NamedTuple):
@@ -89,7 +83,6 @@ class Marks:
     observation: Optional[Observation] = None  # None: nothing could be observed
     findings: List[str] = field(default_factory=list)     # for the instructor alone; sentences
     unjudged: str = ''               # why it could not be judged, a sentence; '' if it was
-    late: str = ''                   # a sentence if it was handed in after it was due
     seconds: float = 0.0             # the time that the marking took [s]
 
     @property
@@ -104,8 +97,8 @@ class Marks:
 
     @property
     def sentences(self) -> List[str]:
-        """The reason why it was not judged, the sentence on lateness, and all remarks."""
-        return [said for said in (self.unjudged, self.late) if said] + self.remarks
+        """The reason why it was not judged, and all remarks."""
+        return [self.unjudged] * bool(self.unjudged) + self.remarks
 
     @property
     def points(self) -> float:
@@ -127,10 +120,6 @@ class Marks:
         """The verdicts on criteria beyond the handout."""
         return [verdict for verdict in self.verdicts if verdict.criterion.extra]
 
-    def scaled(self, points: float) -> float:
-        """Returns the points that were earned, scaled so that full marks are worth `points`."""
-        return round(points * self.points / self.worth, 2) if self.worth else 0.0
-
 
 # -- points
 
@@ -144,7 +133,6 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError('the points have no section "{}"'.format(lab))
     given = dict(table[lab])
-    given.pop(COURSE, None)
     extra = given.pop(EXTRA, {})
     if not isinstance(extra, dict):
         raise ValueError('{}: "{}" is a section of its own'.format(lab, EXTRA))
@@ -184,23 +172,6 @@ def read_points(path: Optional[Path]) -> Any:
     except (UnicodeDecodeError, yaml.YAMLError) as problem:
         raise ValueError('the points, {}, are not YAML: {}'.format(
             path, reason(problem))) from None
-
-
-class Row(NamedTuple):
-    """One row of a lab's section `course`."""
-
-    name: str
-    points: float      # full marks
-
-
-def course_of(lab: str, table: Any) -> List[Row]:
-    """The rows of a lab's section `course`, [] if it has none; arguments, errors: see points_of."""
-    given = table[lab].get(COURSE) or {}
-    if not isinstance(given, dict):
-        raise ValueError('{}: "{}" is a section of its own'.format(lab, COURSE))
-    if TOTAL in given:
-        raise ValueError('{}: "{}" is the sum of the other rows'.format(lab, TOTAL))
-    return [Row(str(name), _checked_points(lab, name, points)) for name, points in given.items()]
 
 
 # -- records

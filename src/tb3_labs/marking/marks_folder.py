@@ -5,53 +5,57 @@
     gradescope/STUDENT/          results.json
     logs/                        STUDENT.json (the observation), STUDENT.marks.json, output
 
-A person may fill in cells of marks.csv; they are kept, too.
+Columns of marks.csv: student, points, of (full marks), the points for each criterion, node,
+remarks, and columns that a person has added. A criterion beyond the handout has 'extra_' before its
+name, and 'yes' or 'no' in its cell if it is worth nothing. The points of a submission that could
+not be judged are empty. A text from a submission is never written as a formula.
 """
+import csv
 import hashlib
+import io
 import json
 import os
-from datetime import datetime
 from pathlib import Path
 from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
-import rospkg
-
-from tb3_labs.marking.conduct import NODE_TEXT, for_instructor
+from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.feedback import feedback, overview, results
-from tb3_labs.marking.marks import KEY, LABS, MARKS, Marks, Row, from_record, to_record
-from tb3_labs.marking.marks_table import LATE, Table, sentence
+from tb3_labs.marking.marks import KEY, LABS, Marks, from_record, to_record
 from tb3_labs.marking.names import printable
 from tb3_labs.marking.observation import Observation
+from tb3_labs.marking.sandbox import UNPROTECTED
+from tb3_labs.report.tables import safe
 
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
-#: Key of a record: the values on the student's page that may change without a try.
+#: Key of a record: the points of each criterion on the student's page.
 PAGE = 'page'
 #: At most MOST_SENTENCES remarks and as many findings are written for one student. Each has at most
 #: LONGEST characters.
 MOST_SENTENCES, LONGEST = 100, 2000
 #: Keys of a record's KEY: two tries that agree in all of them end alike.
 LAB, PARTS, SUBMISSION, OPTIONS, VERSION = 'lab', 'parts', 'submission', 'options', 'version'
-#: Folders with nodes of this package; the students' nodes are compared with these.
-FOLDERS = ('scripts', 'src/tb3_labs/nodes', 'test/ros/student_nodes')
+#: Columns of the table, and the cells of a criterion without points.
+STUDENT, POINTS, OF, NODE, REMARKS = 'student', 'points', 'of', 'node', 'remarks'
+YES, NO = 'yes', 'no'
 
 
 class MarksFolder:
     """The marks of one lab, or of some of its parts, in a folder that is made if it is missing."""
 
     def __init__(self, path: Path, lab: str, parts: Iterable[str], worth: Mapping[str, float],
-                 rows: Sequence[Row], options: Dict[str, Any]) -> None:
-        """`worth`: criterion -> points; `rows`: of the course; `options`: all other
-        settings of a try. ``ValueError`` if the folder has marks of another lab or other parts."""
+                 options: Dict[str, Any]) -> None:
+        """`worth`: criterion -> points; `options`: all other settings of a try. ``ValueError`` if
+        the folder has marks of another lab or other parts, or a table that cannot be read."""
         self._path, self._lab, self._parts = Path(path), lab, sorted(parts)
         self.logs = self._path / 'logs'
-        self._worth, self._rows = worth, rows
+        self._worth = worth
         self._key = {LAB: lab, PARTS: self._parts, OPTIONS: options, VERSION: _version()}
         self.logs.mkdir(parents=True, exist_ok=True)
         self._records: Dict[str, Dict[str, Any]] = {}
         for file in sorted(self.logs.glob('*' + RECORD)):
             self._read(file)
-        self._table()       # fails at once if the table cannot be read
+        self._table()
 
     def kept(self, student: str, submission: str) -> Optional[Marks]:
         """A student's Marks if a new try of this digest would end alike, else None."""
@@ -68,13 +72,8 @@ class MarksFolder:
         marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
         self._keep(marks, to_record(marks, self._key_of(submission)))
 
-    def set_late(self, student: str, late: str) -> None:
-        """Set the sentence on lateness in a student's marks; '': handed in on time."""
-        self._records[student][MARKS][LATE] = late
-
-    def write_overview(self, unprotected: bool = False,
-                       given: Sequence[str] = ()) -> Tuple[Optional[Path], List[str]]:
-        """Write the files about all students; arguments: as for for_instructor().
+    def write_overview(self, unprotected: bool = False) -> Tuple[Optional[Path], List[str]]:
+        """Write the files about all students; `unprotected`: were there no sandboxes?
 
         Returns (path of the page, lines for the instructor); (None, []) if there are no marks.
         """
@@ -86,12 +85,12 @@ class MarksFolder:
                 continue    # the record is of an older version, and nothing new was handed in
         if not all_marks:
             return None, []
-        _replace(self._path / TABLE, self._table().renewed(all_marks, self._rows))
+        _replace(self._path / TABLE, self._table().renewed(all_marks))
         for marks in all_marks:
             self._renew_page(marks)
-        nodes = {file.name[:-len(NODE_TEXT)]: file.read_text(errors='replace')
-                 for file in sorted(self.logs.glob('*' + NODE_TEXT))}
-        notes = for_instructor(all_marks, nodes, _own_nodes(), unprotected, given)
+        notes = [UNPROTECTED] * unprotected + [
+            'To look at: {}: {}'.format(marks.student, finding)
+            for marks in all_marks for finding in marks.findings]
         _replace(self._path / OVERVIEW, overview(all_marks, LABS[self._lab].title, notes))
         return self._path / OVERVIEW, notes
 
@@ -121,14 +120,10 @@ class MarksFolder:
             raise ValueError('{} cannot be read, and may hold what a person wrote: {}'.format(
                 path, problem)) from None
 
-    def _page_of(self, marks):
-        course = sentence(self._rows, marks, self._table().given(marks.student))
-        return [course, marks.late] + [verdict.worth for verdict in marks.verdicts]
-
     def _renew_page(self, marks):
-        """Write the page again if points were changed, or a person filled in cells."""
+        """Write the page again if points were changed."""
         record = self._records[marks.student]
-        if record[PAGE] == self._page_of(marks):
+        if record[PAGE] == _shown(marks):
             return
         file = self.logs / (marks.student + '.json')
         if file.exists():
@@ -136,34 +131,21 @@ class MarksFolder:
         self._keep(marks, record)
 
     def _keep(self, marks, record):
-        shown = self._page_of(marks)
-        page = feedback(marks, LABS[self._lab].title, shown[0])
+        page = feedback(marks, LABS[self._lab].title)
         _replace(self._path / (marks.student + '.html'), page)
         marks.observation = None        # the observations of a class need hundreds of MB
         folder = self._path / 'gradescope' / marks.student
         folder.mkdir(parents=True, exist_ok=True)
         if marks.judged:
-            _replace(folder / RESULTS, json.dumps(results(marks, self._rows), indent=1))
+            _replace(folder / RESULTS, json.dumps(results(marks), indent=1))
         elif (folder / RESULTS).exists():
             (folder / RESULTS).unlink()     # of an earlier try: no longer true
-        self._records[marks.student] = dict(record, **{PAGE: shown})
+        self._records[marks.student] = dict(record, **{PAGE: _shown(marks)})
         _replace(self.logs / (marks.student + RECORD), json.dumps(self._records[marks.student]))
 
 
-def late_by(due: datetime, handed_in: Optional[datetime], what: str) -> str:
-    """A sentence if the thing `what` was handed in late, else ''."""
-    if handed_in is None or handed_in <= due:
-        return ''
-    return 'Late: {} is of {:%Y-%m-%d %H:%M}, it was due {:%Y-%m-%d %H:%M}.'.format(
-        what, handed_in, due)
-
-
-def due_time(text: str) -> datetime:
-    """The time 'YYYY-MM-DD HH:MM', or 23:59 of a date; ``ValueError`` for any other text."""
-    try:
-        return datetime.strptime(text if ':' in text else text + ' 23:59', '%Y-%m-%d %H:%M')
-    except ValueError:
-        raise ValueError('{!r} is not a time such as "2026-11-20 23:59"'.format(text)) from None
+def _shown(marks):
+    return [verdict.worth for verdict in marks.verdicts]
 
 
 def _cleaned(sentences):
@@ -186,8 +168,50 @@ def _version():
     return whole.hexdigest()
 
 
-def _own_nodes():
-    """Returns name -> program of the nodes of this package, if its sources are here."""
-    place = Path(rospkg.RosPack().get_path('tb3_labs'))
-    return {'tb3_labs/{}/{}'.format(folder, path.name): path.read_text(errors='replace')
-            for folder in FOLDERS for path in sorted((place / folder).glob('*.py'))}
+# -- the table
+
+class Table:
+    """The table of the last run, with the columns and rows that a person added; ``ValueError`` if
+    the text is not such a table. It is '' in the first run."""
+
+    def __init__(self, text: str = '') -> None:
+        text = text.lstrip('\ufeff')
+        heading = text.partition('\n')[0]
+        delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another one
+        reader = csv.DictReader(io.StringIO(text, newline=''), delimiter=delimiter)
+        self._heads: List[str] = list(reader.fieldnames or [])
+        if self._heads and self._heads[:3] != [STUDENT, POINTS, OF]:
+            raise ValueError('it does not begin with the columns {}, {}, {}'.format(
+                STUDENT, POINTS, OF))
+        try:
+            self._rows: Dict[str, Dict[str, str]] = {
+                row[STUDENT]: {head: row[head] or '' for head in self._heads} for row in reader}
+        except csv.Error as problem:
+            raise ValueError(str(problem)) from None
+
+    def renewed(self, all_marks: Sequence[Marks]) -> str:
+        """The table with these marks. A person's columns stay, and others' rows."""
+        some = all_marks[0]
+        heads = [STUDENT, POINTS, OF] + [v.criterion.label for v in some.graded + some.extra] + [
+            NODE, REMARKS]
+        added = [head for head in self._heads if head not in heads]
+        out = io.StringIO(newline='')
+        writer = csv.writer(out, lineterminator='\n')
+        writer.writerow(heads + added)
+        others = dict(self._rows)
+        for marks in all_marks:
+            old = others.pop(safe(marks.student), {})
+            writer.writerow(_cells(marks) + [old.get(head, '') for head in added])
+        for old in others.values():
+            writer.writerow([old.get(head, '') for head in heads + added])
+        return out.getvalue()
+
+
+def _cells(marks):
+    points = ['{:g}'.format(v.points) for v in marks.graded] + [
+        '{:g}'.format(v.points) if v.worth else YES if v.outcome is Outcome.MET else NO
+        for v in marks.extra]
+    return ([safe(marks.student), '{:g}'.format(marks.points) if marks.judged else '',
+             '{:g}'.format(marks.worth)]
+            + (points if marks.judged else [''] * len(points))
+            + [safe(marks.node), safe(' '.join(marks.sentences))])

@@ -49,7 +49,7 @@ LOCAL_T_WORLD = 'local_T_world'
 #: SENSED: the pose by the odometry and the IMU's yaw at the start, [x, y, yaw, yaw]; None if one is
 #: unknown.
 SENSED = 'sensed'
-#: The handout's goal: x, y [m], heading [rad].
+#: The handout's goal: x, y [m], heading [rad]. Edit it for another goal of a class.
 GOAL = (-0.61, 0.61, 0.0)
 #: DISTANCE [m], ANGLE_RAD [rad] and ANGLE [deg] are the lab's tolerances. A robot may go on by
 #: MORE_DISTANCE [m] and MORE_ANGLE [deg] after it was stopped.
@@ -62,7 +62,8 @@ EXACT_DISTANCE, EXACT_ANGLE = 0.02, 1.0
 REACTION, DRIVE_TIME = 4.0, 50.0
 #: A drive goes at most this far from its start [m].
 ASTRAY = 3.0
-#: The limits of place and heading, in words.
+#: The goal's heading, and the limits of place and heading, in words.
+FACES = 'faces {:g} degrees'.format(math.degrees(GOAL[2]))
 PLACE_LIMITS = 'within {:g} m, and {:g} that a stopped robot goes on; begun within {:g} s, over ' \
     'within {:g} s, never {:g} m away'.format(
         DISTANCE, MORE_DISTANCE, REACTION, DRIVE_TIME, ASTRAY)
@@ -187,7 +188,7 @@ CRITERIA = [
               limits='for {:g} s'.format(WATCHED)),
     Criterion('goal_place', DRIVE, 'drives to ({:g}, {:g})'.format(*GOAL), THEORY,
               partial(_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
-    Criterion('goal_heading', DRIVE, 'faces 0 degrees there', THEORY,
+    Criterion('goal_heading', DRIVE, FACES + ' there', THEORY,
               partial(_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
     Criterion('says_reached', DRIVE, 'says "Goal reached!" once', STATES, _says_reached),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', STATES,
@@ -201,7 +202,7 @@ CRITERIA = [
               _says_reset, limits='within {:g} s after the answer'.format(TAKES_EFFECT)),
     Criterion('second_place', RESET, 'does the same task after a turn by {:g} degrees and a '
               'reset'.format(TURNED), DEMONSTRATION, _second_place, limits='as goal_place'),
-    Criterion('second_heading', RESET, 'faces 0 degrees of the new frame', DEMONSTRATION,
+    Criterion('second_heading', RESET, FACES + ' of the new frame', DEMONSTRATION,
               _second_heading, limits='as goal_heading'),
     Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken', STATES,
               _control_taken, limits='zero velocity ' + STOPS_AT_ONCE),

@@ -1,7 +1,7 @@
 """Names of submissions: as learning platforms write them, and in a form for files and lines.
 
 Moodle: ``Ann Miller_12345_assignsubmission_file_`` (a folder), or the same with the file's name
-behind it. Canvas: ``millerann_12345_67890_lab2.zip``, with ``_LATE`` after the name if it is late,
+behind it. Canvas: ``millerann_12345_67890_lab2.zip``, with ``_LATE`` after the name of a late one,
 and ``lab2-1.zip`` for a file that was handed in again. Any other name is the student's.
 
 A file system, the master and a program of a submission take any bytes as a name: quotes, line ends,
@@ -22,7 +22,7 @@ TAKEN = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
 #: A name is at most this long, so that an ending fits behind it [bytes]. Linux allows 255.
 LONGEST = 180
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
-CANVAS = re.compile(r'(?P<student>[^_]+)(?P<late>_late)?_(?P<number>\d+)_\d+_(?P<file>.+)',
+CANVAS = re.compile(r'(?P<student>[^_]+)(?:_late)?_(?P<number>\d+)_\d+_(?P<file>.+)',
                     re.IGNORECASE)
 #: The number that Canvas adds to the name of a file that was handed in again.
 AGAIN = re.compile(r'-\d+(?=\.\w+$)')
@@ -77,7 +77,6 @@ class HandedIn(NamedTuple):
     student: str
     number: str     # of the student on the platform; '' if the name has none
     file: str       # the student's own name of the file; '' if the name is that of a folder
-    late: bool
 
 
 def read_name(name: str, is_folder: bool) -> HandedIn:
@@ -85,14 +84,14 @@ def read_name(name: str, is_folder: bool) -> HandedIn:
     moodle = MOODLE.fullmatch(name)
     if moodle:
         return HandedIn(moodle['student'].strip(), moodle['number'],
-                        '' if is_folder else moodle['file'], False)
+                        '' if is_folder else moodle['file'])
     if is_folder:
-        return HandedIn(name, '', '', False)
+        return HandedIn(name, '', '')
     canvas = CANVAS.fullmatch(name)
     if canvas:
         return HandedIn(canvas['student'].strip(), canvas['number'],
-                        AGAIN.sub('', canvas['file']), bool(canvas['late']))
-    return HandedIn(name[:-len(ZIP)] if is_zip(name) else name, '', name, False)
+                        AGAIN.sub('', canvas['file']))
+    return HandedIn(name[:-len(ZIP)] if is_zip(name) else name, '', name)
 
 
 def by_student(names: Iterable[Tuple[str, bool]]) -> Dict[str, List[Tuple[str, HandedIn]]]:
@@ -116,27 +115,6 @@ def by_student(names: Iterable[Tuple[str, bool]]) -> Dict[str, List[Tuple[str, H
             student += '_'
         students[student] = parts
     return students
-
-
-def repositories(text: str) -> Dict[str, str]:
-    """Name -> path, from a list of repositories: each line is a path, or ``path, name``; the name
-    is else that of the folder. Lines that begin with # are left out.
-
-    ``ValueError`` if a name is invalid, or if two names are equal.
-    """
-    found: Dict[str, str] = {}
-    for line in text.splitlines():
-        path, _, name = (part.strip() for part in line.partition(','))
-        if not path or path.startswith('#'):
-            continue
-        name = name or re.split(r'[/\\]', path.rstrip('/\\'))[-1]
-        if '/' in name or file_name(name) != name:
-            raise ValueError('{!r} cannot be the name of a student, nor of a file'.format(name))
-        if name in found:
-            raise ValueError('two repositories are called {}: give each a name, as in "{}, '
-                             'miller"'.format(name, path))
-        found[name] = path
-    return found
 
 
 def chosen(students: Iterable[str], wanted: Iterable[str]) -> List[str]:

@@ -18,10 +18,8 @@ JOY = 'joy'
 MOUSE_INFO = 'mouse_info'
 CTRL_RELINQ = 'ctrl_relinq'
 CMD_VEL = 'cmd_vel'
-#: The robot's own topics: its reset, its joints, its clock if time is simulated.
+#: The robot's own reset.
 RESET = 'reset'
-JOINT_STATES = 'joint_states'
-CLOCK = 'clock'
 #: The true pose of the simulated robot.
 TRUTH = 'ground_truth'
 
@@ -79,7 +77,7 @@ class Observation:
     missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none
     remarks: List[str] = field(default_factory=list)             # sentences for the student
     broken: str = ''                                             # the error that ended the trial
-    findings: List[str] = field(default_factory=list)            # for the instructor; see conduct
+    findings: List[str] = field(default_factory=list)            # sentences for the instructor
     #: The start of the latest stimulus that was looked at [s].
     looked_at: Optional[float] = None
 

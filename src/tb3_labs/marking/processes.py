@@ -1,17 +1,16 @@
-"""The processes of one submission: environment, the resources that they use, end, and progress.
+"""The processes of one submission: their environment, their end, the resources that they use.
 
 Each process of a submission has the submission's identity in its environment, so that a process
 that left its group is found too. Linux limits the memory of single processes only, and old versions
 of bubblewrap cannot limit the size of a folder: this module adds up memory and sizes.
 """
 import os
-import shutil
 import signal
 import sys
 import threading
 from contextlib import suppress
 from pathlib import Path
-from typing import Dict, Iterable, List, MutableMapping, TextIO
+from typing import Dict, Iterable, List, MutableMapping
 
 #: The environment variable of the identity; each try of a submission has its own value.
 IDENTITY = 'TB3_LABS_SUBMISSION'
@@ -47,10 +46,6 @@ MEMORY, OWN_DISK, PROCESSES = 2 * 10 ** 9, 300 * 10 ** 6, 100
 #: The period of the watch [s].
 PERIOD = 0.25
 PAGE = os.sysconf('SC_PAGE_SIZE')
-#: A line of progress for another program begins with this word: mark.py reads these lines.
-TRYING = 'trying '
-#: Go to the start of the terminal's line, and clear the line.
-RENEW = '\r\x1b[K'
 
 
 # -- the environment
@@ -189,53 +184,3 @@ def _used(pid, folder):
     except OSError:
         return 0
     return (state.f_blocks - state.f_bfree) * state.f_frsize
-
-
-# -- the progress
-
-def tried_last(log: str) -> str:
-    """The rest of the latest line of a log that begins with TRYING; '' if there is none."""
-    lines = [line for line in log.splitlines() if line.startswith(TRYING)]
-    return lines[-1][len(TRYING):] if lines else ''
-
-
-class Progress:
-    """Writes lines to a stream, and below them the step of each task. Any thread may call it.
-
-    On a terminal the steps are one line that is renewed, else a line at each change.
-    """
-
-    def __init__(self, stream: TextIO) -> None:
-        self._stream, self._terminal = stream, stream.isatty()
-        self._now: Dict[str, str] = {}
-        self._shown: Dict[str, str] = {}
-        self._lock = threading.Lock()
-
-    def line(self, words: str) -> None:
-        """Write a line that stays."""
-        with self._lock:
-            self._stream.write(RENEW * self._terminal + words + '\n')
-            self._draw()
-
-    def done(self, task: str) -> None:
-        """A task has ended."""
-        with self._lock:
-            self._now.pop(task, None)
-            self._draw()
-
-    def now(self, task: str, words: str, detail: str = '') -> None:
-        """Show the step of a task; `detail` is for a terminal alone."""
-        with self._lock:
-            if self._terminal:
-                self._now[task] = words + detail
-                self._draw()
-            elif self._shown.get(task) != words:
-                self._shown[task] = words
-                self._stream.write(words + '\n')
-                self._stream.flush()
-
-    def _draw(self):
-        if self._terminal:
-            width = shutil.get_terminal_size().columns - 1
-            self._stream.write(RENEW + ' | '.join(self._now.values())[:width])
-        self._stream.flush()

@@ -104,11 +104,8 @@ def sticks(stage):
                     time.sleep(HELD)
 
 
-def buttons(stage, ctrl_c=None):
-    """A, the sticks, B, the sticks, Y; then ``ctrl_c(pad)``.
-
-    If `ctrl_c` is None, the stage sends Ctrl+C while a stick drives.
-    """
+def buttons(stage):
+    """A, the sticks, B, the sticks, Y; then Ctrl+C while a stick drives."""
     with _reset_service(stage) as service:
         if not stage.node.alive and not stage.node.start():
             return
@@ -120,10 +117,7 @@ def buttons(stage, ctrl_c=None):
                 time.sleep(UNDER_WAY)
                 record.facts.update({asked.CALLS: len(service.calls),
                                      asked.ORIGIN: all(service.calls)})
-            if ctrl_c is None:
-                stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
-            else:
-                ctrl_c(pad)
+            stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
 
 
 def _start_driving(stage, pad):

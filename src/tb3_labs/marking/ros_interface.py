@@ -1,4 +1,4 @@
-"""The interface of a student's node: its topics and services on the graph, and its reset.
+"""The reset of a student's node, and a service for a student's call of a reset.
 
 A student may define the type of the reset. Its fields are filled and read by their names, such as
 x, pos_x, y, yaw, theta, heading, yaw_deg. A standard pose is possible too.
@@ -12,21 +12,17 @@ import threading
 from io import BytesIO
 from pathlib import Path
 
-import rosgraph
-import rosnode
 import rospkg
 import rospy
-import rosservice
 from rospy.msg import AnyMsg
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.move2goal import ANSWER_TIME
+from tb3_labs.marking.ros_student_node import OFFERS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
 from tb3_labs.ros.rospy_internals import connection_of
 
-#: The roles that a node can have at a topic or a service.
-ROLES = PUBLISHES, LISTENS, OFFERS = 'publishes', 'listens', 'offers'
 #: Name of a field of a request -> the part of a pose that it takes.
 PLACES = {'x': 'x', 'pos_x': 'x', 'x_pos': 'x', 'x0': 'x', 'pose_x': 'x',
           'y': 'y', 'pos_y': 'y', 'y_pos': 'y', 'y0': 'y', 'pose_y': 'y'}
@@ -37,59 +33,6 @@ ANGLES = ('yaw', 'theta', 'th', 'heading', 'angle', 'phi')
 #: comes after them.
 NAMES = ('reset_pose', 'reset', 'set_pose', 'reset_local_pose', 'set_local_pose')
 WORDS = ('reset', 'pose')
-
-
-class Graph:
-    """Asks the master for nodes, and for the student's node."""
-
-    def __init__(self, types):
-        """`types`: the Types of the node's messages and services."""
-        self.types = types
-        self._master = rosgraph.Master(rospy.get_name())
-        #: The names of the student's node; its process may be several nodes, or rename itself.
-        self.names = set()
-
-    def nodes(self):
-        """Returns name -> {(role, topic or service)} of each node except this one; {} if the
-        master does not answer. Roles: see ROLES."""
-        try:
-            state = self._master.getSystemState()
-        except (OSError, rosgraph.MasterException):
-            return {}
-        nodes = {}
-        for role, groups in zip(ROLES, state):
-            for topic, names in groups:
-                for name in names:
-                    nodes.setdefault(name, set()).add((role, topic))
-        nodes.pop(rospy.get_name(), None)
-        return nodes
-
-    def of_node(self, role):
-        """The names of the topics or services at which the student's node has this role.
-
-        An error if the master does not answer: the node must not lose points for that.
-        """
-        groups = self._master.getSystemState()[ROLES.index(role)]
-        return {topic for topic, names in groups if self.names.intersection(names)}
-
-    def kind_of(self, topic):
-        """The message class that the node uses on `topic`; None if it is not known."""
-        kind = dict(self._master.getTopicTypes()).get(rospy.resolve_name(topic))
-        return self.types.message(kind) if kind else None
-
-    def service(self, name):
-        """The class of a service that is offered; None if its type is not known."""
-        try:
-            kind = rosservice.get_service_type(name)
-        except (rosservice.ROSServiceException, OSError):
-            return None
-        return self.types.service(kind) if kind else None
-
-    def forget(self):
-        """Remove the node from the master: a node that was killed stays registered."""
-        left = [name for name in self.names if name in self.nodes()]
-        if left:
-            rosnode.cleanup_master_blacklist(self._master, left)
 
 
 def fill_pose(request, pose):

@@ -7,13 +7,12 @@ from std_msgs.msg import Bool, Empty
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import move2goal as asked
-from tb3_labs.marking.conduct import ODOM_SWITCH
 from tb3_labs.marking.move2goal import (
     ASTRAY, DRIVE_TIME, PROBLEM, REACTION, TAKES_EFFECT, TURNED, WATCHED)
 from tb3_labs.marking.observation import CTRL_RELINQ, MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.observation import RESET as ROBOTS_RESET
 from tb3_labs.marking.ros_interface import ALL, UNIT, ResetCaller
-from tb3_labs.marking.ros_robot import RESTS, sensed
+from tb3_labs.marking.ros_robot import ODOM_SWITCH, RESTS, sensed
 from tb3_labs.ros.clocks import wait_until
 
 #: A robot has arrived if it rests and had no command to move for this time [s].
@@ -50,7 +49,7 @@ class Control:
         node, recorder = self._stage.node, self._stage.recorder
         start = start or recorder.pose
         local_T_world = local_T_base @ start.inverse()
-        facts = {asked.GOAL_POSE: self._stage.goal, MOVED: False, RESTED: False,
+        facts = {asked.GOAL_POSE: asked.GOAL, MOVED: False, RESTED: False,
                  asked.LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw],
                  asked.SENSED: sensed()}
         with self._stage.stimulus(name, facts) as record:
@@ -117,11 +116,8 @@ def _reset(stage, name, caller, pose):
     return not record.facts[PROBLEM]
 
 
-def control_taken(stage, ctrl_c=None):
-    """Control is taken in the middle of a drive; then ``ctrl_c(set_in_motion)``.
-
-    If `ctrl_c` is None, the stage sends Ctrl+C in a drive.
-    """
+def control_taken(stage):
+    """Control is taken in the middle of a drive; then Ctrl+C in another."""
     control = Control(stage)
     moving = control.start_driving()
     if moving is None:
@@ -129,7 +125,7 @@ def control_taken(stage, ctrl_c=None):
     with stage.stimulus(asked.CONTROL_TAKEN, {WAS_MOVING: moving}):
         control.give(False)
         time.sleep(WATCHED)
-    (ctrl_c or stage.ctrl_c_in_motion)(control.start_driving)
+    stage.ctrl_c_in_motion(control.start_driving)
     control.give(False)
 
 

@@ -24,6 +24,8 @@ from tb3_labs.ros.topics import subscribe
 
 #: The robot's name, by which its settings are found.
 ROBOT = 'turtlebot3'
+#: Its settings that the marker itself switches.
+SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 #: The robot publishes its pose within this time [s].
 START_TIME = 15.0
 #: Equal commands in a row are recorded at most once in this time [s].
@@ -58,19 +60,10 @@ def sensed():
     """Returns [x, y, yaw, the IMU's yaw] by the robot's sensors; None if one of them is silent."""
     try:
         odom = to_odometry_sample(rospy.wait_for_message(ODOM, Odometry, SILENT)).pose
-        return [odom.x, odom.y, odom.yaw, imu_yaw(SILENT)]
+        imu = to_imu_sample(rospy.wait_for_message(IMU, Imu, SILENT))
+        return [odom.x, odom.y, odom.yaw, imu.yaw]
     except (rospy.ROSException, ValueError):
         return None
-
-
-def imu_yaw(seconds):
-    """Returns the IMU's yaw [rad]. ``rospy.ROSException`` if it is silent for `seconds` [s]."""
-    return to_imu_sample(rospy.wait_for_message(IMU, Imu, seconds)).yaw
-
-
-def imu_heading_deg():
-    """Returns the IMU's heading, 0 to 360 [deg]. ``rospy.ROSException`` if the IMU is silent."""
-    return math.degrees(imu_yaw(5.0)) % 360.0
 
 
 class Recorder:
@@ -79,21 +72,13 @@ class Recorder:
     Times are seconds since the recorder was made. RuntimeError if the robot does not run.
     """
 
-    def __init__(self, observation, is_judged=None, has_truth=True):
-        """``is_judged(name)``: are the commands of the node of this name recorded? None: those of
-        all other programs are. `has_truth`: does the robot publish its true pose? If not, its
-        place is the odometry's, and its heading changes as the IMU's."""
-        self._observation, self._is_judged = observation, is_judged
+    def __init__(self, observation):
+        self._observation = observation
         self._zero, self._lock = rospy.get_time(), threading.Lock()
         #: The address of the robot: the sender of the first true pose.
         self.robot = ''
         self._poses = self._commands = None
-        self._imu_yaw = self._yaw_offset = None
-        if has_truth:
-            self._poses = subscribe(TRUTH, PoseStamped, self._on_truth)
-        else:
-            subscribe(IMU, Imu, self._on_imu, to_imu_sample)
-            subscribe(ODOM, Odometry, self._on_odometry, to_odometry_sample)
+        self._poses = subscribe(TRUTH, PoseStamped, self._on_truth)
         self._commands = subscribe(CMD_VEL, Twist, self._on_command)
         if not wait_until(lambda: observation.truth, START_TIME):
             raise RuntimeError('the simulated robot does not run')
@@ -104,34 +89,20 @@ class Recorder:
         if not sender:
             return
         if sender == self.robot:
-            self._add_pose(to_pose2(message.pose))
+            pose, truth = to_pose2(message.pose), self._observation.truth
+            with self._lock:
+                yaw = continuous(pose.yaw, truth[-1][3]) if truth else pose.yaw
+                truth.append([self.now, pose.x, pose.y, yaw])
         else:
             self._observation.note('A message on {} came from {}, not from the robot: it did not '
                                    'count.'.format(TRUTH, name_of_sender(message)))
-
-    def _on_imu(self, sample):
-        self._imu_yaw = sample.yaw
-
-    def _on_odometry(self, sample):
-        if self._imu_yaw is None:
-            return
-        if self._yaw_offset is None:
-            self._yaw_offset = sample.pose.yaw - self._imu_yaw
-        self._add_pose(Pose2(sample.pose.x, sample.pose.y, self._imu_yaw + self._yaw_offset))
-
-    def _add_pose(self, pose):
-        truth = self._observation.truth
-        with self._lock:
-            yaw = continuous(pose.yaw, truth[-1][3]) if truth else pose.yaw
-            truth.append([self.now, pose.x, pose.y, yaw])
 
     def _on_command(self, message):
         entry = [self.now, message.linear.x, message.angular.z]
         if self._commands is None or not math.isfinite(entry[1]) or not math.isfinite(entry[2]):
             return
-        if not (self._is_judged(name_of_sender(message)) if self._is_judged else
-                sender_of(self._commands, message) != rospy.get_node_uri()):
-            return
+        if sender_of(self._commands, message) == rospy.get_node_uri():
+            return      # the marker's own
         commands = self._observation.commands
         with self._lock:
             same = commands and commands[-1][1:] == entry[1:]

@@ -1,29 +1,36 @@
 """The stage on which a node is tried out: one robot, one node, and the node's Observation.
 
 The script of a lab's part acts on `node` and `robot` within a :meth:`Stage.stimulus`, and looks at
-`recorder`. The node is a StudentNode, which the stage starts and ends, or a RunningNode.
+`recorder`. A Witness looks for programs that would make the marks wrong.
 """
+import os
+import threading
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
+import rosgraph
+import rospy
 from dynamic_reconfigure.client import Client
+from dynamic_reconfigure.encoding import decode_config, encode_config
+from dynamic_reconfigure.msg import Config as Values
+from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.marking import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.criteria import (AT_ONCE, CTRL_C, ENDING, SIGNAL, TOOK,
                                        tracebacks_before_the_end)
 from tb3_labs.marking.marks import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN
-from tb3_labs.marking.move2goal import GOAL
-from tb3_labs.marking.observation import WAS_MOVING, Observation, Stimulus
-from tb3_labs.marking.ros_robot import ROBOT, UNDER_WAY, WELL_UNDER_WAY, Recorder, RobotHand
+from tb3_labs.marking.observation import TRUTH, WAS_MOVING, Observation, Stimulus
+from tb3_labs.marking.ros_robot import (ROBOT, SWITCHES, UNDER_WAY, WELL_UNDER_WAY, Recorder,
+                                        RobotHand)
 from tb3_labs.marking.ros_student_node import StudentNode
-from tb3_labs.marking.ros_witness import Witness
-from tb3_labs.nodes.pad_config import PadConfig
 from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.topics import subscribe
 
 #: An input or a sensor is silent for this time: LOST, plus a margin [s].
 SILENCE = 1.5
-#: A person has this time to do what is asked [s].
-PATIENCE = 60.0
+#: The master is asked every PERIOD [s]. The robot's settings are set back at most MOST_REPAIRS times.
+PERIOD, MOST_REPAIRS = 1.0, 20
+ENDED = 'The {} was ended while the node ran.'
 #: lab -> part -> its script, given a Stage
 SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_move2goal.PARTS,
            GAMEPAD: ros_gamepad.PARTS}
@@ -32,15 +39,17 @@ SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_mo
 class Stage:
     """One robot, one node, and the node's Observation."""
 
-    def __init__(self, observation, recorder, node, keep, witness=None, pad=PadConfig(),
-                 tell=lambda words: None, goal=GOAL):
-        """``keep(observation)`` is called after each stimulus and each run; before each call the
-        `witness` looks. `pad`: a PadConfig. ``tell(words)`` is called with the present step.
-        `goal`: that of move_to_goal, x, y [m], heading [rad]."""
-        self.observation, self.recorder, self.node = observation, recorder, node
-        self.robot, self.pad, self.goal = RobotHand(recorder), pad, goal
-        self._keep, self._witness, self._tell, self._part = keep, witness, tell, ''
-        observation.runs, node.on_end = node.runs, self.keep
+    def __init__(self, lab, package, executable, keep, pad, tell):
+        """``keep(observation)`` is called after each stimulus and each run. `pad`: a PadConfig.
+        ``tell(words)`` is called with the present step."""
+        self.observation = Observation(lab, '{}/{}'.format(package, executable))
+        self.recorder = Recorder(self.observation)
+        self.robot, self.pad = RobotHand(self.recorder), pad
+        self.witness = Witness(self.observation, self.recorder.robot,
+                               lambda: self.recorder.hand_to(keep))
+        self.node = StudentNode(package, executable, LABS[lab].listens, lambda: self.recorder.now)
+        self._keep, self._tell, self._part = keep, tell, ''
+        self.observation.runs, self.node.on_end = self.node.runs, self.keep
 
     def begin(self, part):
         """Begin a part of the lab."""
@@ -75,26 +84,16 @@ class Stage:
     def keep(self):
         """Hand the present Observation to ``keep(observation)``."""
         self.node.note()
-        if self._witness is not None:
-            self._witness.look()
+        self.witness.look()
         self.recorder.hand_to(self._keep)
 
     # -- patterns that several labs use
 
     def moves_after(self, act, seconds):
-        """Call `act()`. Does the node command a movement within `seconds` [s]?
-
-        If `act()` returns a Person, that person was asked to act: the wait is longer, and the
-        person may be asked again.
-        """
+        """Call `act()`. Does the node command a movement within `seconds` [s]?"""
         begun = self.recorder.now
-
-        def is_over():
-            return self.recorder.moves(begun) or not self.node.alive
-        person = act()
-        while not wait_until(is_over, seconds + (PATIENCE if person else 0.0)):
-            if person is None or not person.missed('The robot was not driven. Did you type it?'):
-                break
+        act()
+        wait_until(lambda: self.recorder.moves(begun) or not self.node.alive, seconds)
         return self.recorder.moves(begun)
 
     def set_in_motion(self, is_ready, act, reaction):
@@ -152,17 +151,88 @@ class Stage:
         self.node.stop()
 
 
+class Witness:
+    """Notes in an Observation, for the instructor, what would make its marks wrong, until `end()`.
 
-def try_out(lab, package, executable, parts, keep, pad, tell, goal):
+    Such as a program that reads the robot's true pose, or changes the robot's settings: these are
+    set back.
+    """
+
+    def __init__(self, observation, robot, keep):
+        """`robot`: the address of the robot; ``keep()`` saves the present Observation."""
+        self._observation, self._robot, self._keep = observation, robot, keep
+        self._master = rosgraph.Master(rospy.get_name())
+        #: The connection to the master allows only one question at a time.
+        self._asking = threading.Lock()
+        self._settings, self._repairs = None, 0
+        self._over = threading.Event()
+        subscribe('/{}/parameter_updates'.format(ROBOT), Values, self._on_settings,
+                  queue_size=None)
+        rospy.on_shutdown(self._on_shutdown)
+        threading.Thread(target=self._repeat, daemon=True).start()
+
+    def end(self):
+        """Look once more, then end."""
+        if not self._over.is_set():
+            self.look()
+            self._over.set()
+
+    def look(self):
+        """Ask the master once; if it does not answer, nothing is noted."""
+        with self._asking, suppress(OSError, rosgraph.MasterException):
+            for topic, nodes in self._master.getSystemState()[1]:
+                if topic in (rospy.resolve_name(TRUTH), '/' + TRUTH):
+                    for node in set(nodes) - {rospy.get_name()}:
+                        self._observation.note('{} listens to {}, which tells the true pose.'
+                                               .format(node, topic))
+            try:
+                address = self._master.lookupNode('/' + ROBOT)
+            except rosgraph.MasterError:
+                address = ''
+            self._observation.note(ENDED.format('robot') if address != self._robot else '')
+
+    def _repeat(self):
+        while not self._over.wait(PERIOD):
+            self.look()
+
+    def _on_settings(self, message):
+        """Set back the settings that the marker did not change."""
+        now = decode_config(message)
+        if self._settings is None:
+            self._settings = now
+        findings = changed(self._settings, now)
+        for finding in findings:
+            self._observation.note(finding)
+        if findings and self._repairs < MOST_REPAIRS:
+            self._repairs += 1
+            before = {name: value for name, value in self._settings.items()
+                      if name not in SWITCHES}
+            with suppress(rospy.ServiceException):      # the robot is gone: noted elsewhere
+                rospy.ServiceProxy('/{}/set_parameters'.format(ROBOT), Reconfigure)(
+                    encode_config(before))
+
+    def _on_shutdown(self):
+        """End at once: a marker that was shut down hears nothing, and would observe wrongly."""
+        if not self._over.is_set():
+            self._observation.note(ENDED.format('marker'))
+            self._keep()
+            os._exit(1)
+
+
+def changed(before, now):
+    """The findings on changed settings of the robot, except SWITCHES."""
+    return ['A setting of the robot was changed: {} from {} to {}.'.format(
+        name, before.get(name, 'none'), now.get(name, 'none'))
+        for name in sorted(set(before) | set(now))
+        if name not in SWITCHES and before.get(name) != now.get(name)]
+
+
+def try_out(lab, package, executable, parts, keep, pad, tell):
     """Start a node and try `parts` of its lab, [] for all of them. Returns the Observation.
 
     The other arguments are those of Stage.
     """
-    observation = Observation(lab, '{}/{}'.format(package, executable))
-    recorder = Recorder(observation)
-    witness = Witness(observation, recorder.robot, lambda: recorder.hand_to(keep))
-    node = StudentNode(package, executable, LABS[lab].listens, lambda: recorder.now)
-    stage = Stage(observation, recorder, node, keep, witness, pad, tell, goal)
+    stage = Stage(lab, package, executable, keep, pad, tell)
     try:
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:
@@ -170,10 +240,10 @@ def try_out(lab, package, executable, parts, keep, pad, tell, goal):
                 act(stage)
     except Exception as problem:
         # an untried stimulus must not look like a failure of the node
-        observation.broken = '{}: {}'.format(type(problem).__name__, problem)
+        stage.observation.broken = '{}: {}'.format(type(problem).__name__, problem)
         stage.keep()
         raise
     finally:
         stage.node.stop()
-        witness.end()
-    return observation
+        stage.witness.end()
+    return stage.observation

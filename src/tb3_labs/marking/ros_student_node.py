@@ -1,4 +1,6 @@
-"""The process of a student's node: it is started, typed to and ended. Each run is recorded.
+"""A student's node: its process, which is started, typed to and ended, and its place on the graph.
+
+Each run of the process is recorded.
 
 This file assumes only that the node meets the requirements of a handout. Every wait here ends,
 whatever the node does.
@@ -12,17 +14,21 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Dict, List, Optional
 
+import rosgraph
+import rosnode
 import rospy
+import rosservice
 
 from tb3_labs.marking.criteria import START_TIME
 from tb3_labs.marking.observation import Run
 from tb3_labs.marking.processes import ResourceWatch
-from tb3_labs.marking.ros_interface import LISTENS, Graph
+from tb3_labs.marking.program import Program
 from tb3_labs.marking.ros_types import Types
 from tb3_labs.marking.sandbox import OWN_FOLDERS, NoSandbox
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.program import Program
 
+#: Roles that a node can have at a topic or a service: the place in the master's system state.
+LISTENS, OFFERS = 1, 2
 #: The environment variable with the path of a file that holds a Launch. mark.py writes the file;
 #: another process, the check, reads it and starts the node.
 VARIABLE = 'TB3_LABS_LAUNCH'
@@ -171,3 +177,56 @@ class StudentNode:
         if self._watch is not None and self._watch.exceeded:
             text += STOPPED.format(self._watch.exceeded)
         run.printed, run.ended_by_itself = text, not self.alive
+
+
+class Graph:
+    """Asks the master for nodes, and for the student's node."""
+
+    def __init__(self, types):
+        """`types`: the Types of the node's messages and services."""
+        self.types = types
+        self._master = rosgraph.Master(rospy.get_name())
+        #: The names of the student's node; its process may be several nodes, or rename itself.
+        self.names = set()
+
+    def nodes(self):
+        """Returns name -> {(role, topic or service)} of each node except this one; {} if the
+        master does not answer."""
+        try:
+            state = self._master.getSystemState()
+        except (OSError, rosgraph.MasterException):
+            return {}
+        nodes = {}
+        for role, groups in enumerate(state):
+            for topic, names in groups:
+                for name in names:
+                    nodes.setdefault(name, set()).add((role, topic))
+        nodes.pop(rospy.get_name(), None)
+        return nodes
+
+    def of_node(self, role):
+        """The names of the topics or services at which the student's node has this role.
+
+        An error if the master does not answer: the node must not lose points for that.
+        """
+        groups = self._master.getSystemState()[role]
+        return {topic for topic, names in groups if self.names.intersection(names)}
+
+    def kind_of(self, topic):
+        """The message class that the node uses on `topic`; None if it is not known."""
+        kind = dict(self._master.getTopicTypes()).get(rospy.resolve_name(topic))
+        return self.types.message(kind) if kind else None
+
+    def service(self, name):
+        """The class of a service that is offered; None if its type is not known."""
+        try:
+            kind = rosservice.get_service_type(name)
+        except (rosservice.ROSServiceException, OSError):
+            return None
+        return self.types.service(kind) if kind else None
+
+    def forget(self):
+        """Remove the node from the master: a node that was killed stays registered."""
+        left = [name for name in self.names if name in self.nodes()]
+        if left:
+            rosnode.cleanup_master_blacklist(self._master, left)

@@ -1,7 +1,6 @@
 """The scripts of the IMU lab: for the node of the exercise, then for the node of the turns."""
 import math
 import time
-from typing import Iterable, Mapping, NamedTuple, Optional, Sequence, Set
 
 import rospy
 from geometry_msgs.msg import Quaternion
@@ -11,11 +10,10 @@ from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking import imu as asked_imu
 from tb3_labs.marking import mouse as asked_mouse
 from tb3_labs.marking import turn as asked
-from tb3_labs.marking.conduct import IMU_SWITCH
 from tb3_labs.marking.observation import MOUSE_INFO, MOVED, RESTED, WAS_MOVING
-from tb3_labs.marking.ros_interface import LISTENS
-from tb3_labs.marking.ros_robot import WELL_UNDER_WAY, Repeater
-from tb3_labs.marking.turn import LEFT, RIGHT
+from tb3_labs.marking.ros_robot import IMU_SWITCH, WELL_UNDER_WAY, Repeater
+from tb3_labs.marking.ros_student_node import LISTENS
+from tb3_labs.marking.turn import LEFT
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
@@ -120,7 +118,7 @@ def turns(stage):
     for name, turn in asked.EACH_TURN.items():
         if not _begin_at(stage, turn.begins_deg):
             return
-        try_turn(stage, name, turn.typed)
+        _try_turn(stage, name, turn.typed)
     if _begin_at(stage, LAST_HEADING):
         with stage.stimulus(asked.NONSENSE):
             stage.node.type(asked.TYPED_NONSENSE)
@@ -141,17 +139,14 @@ def _begin_at(stage, heading):
     return stage.node.start()
 
 
-def try_turn(stage, name, typed):
+def _try_turn(stage, name, typed):
     """Try a turn by the letter `typed`, and record it as the stimulus `name`."""
     with stage.stimulus(name, {MOVED: False, RESTED: False}) as record:
-        record.facts[MOVED], record.facts[RESTED] = turn_once(stage, typed)
-
-
-def turn_once(stage, typed):
-    """Type a letter, wait until the robot rests again. Returns (did it move, does it rest?)."""
-    moved = stage.moves_after(lambda: stage.node.type(typed), asked.REACTION)
-    return moved, wait_until(lambda: not stage.node.alive or stage.recorder.rests(QUIET),
-                             asked.TURN_TIME if moved else 0.0)
+        moved = stage.moves_after(lambda: stage.node.type(typed), asked.REACTION)
+        record.facts[MOVED] = moved
+        record.facts[RESTED] = wait_until(
+            lambda: not stage.node.alive or stage.recorder.rests(QUIET),
+            asked.TURN_TIME if moved else 0.0)
 
 
 def mouse(stage):
@@ -185,7 +180,7 @@ def both(stage):
     with hand:
         hand.at(0.0, 0.0)
         time.sleep(0.3)
-        try_turn(stage, asked_mouse.TURN_BESIDE, LEFT)
+        _try_turn(stage, asked_mouse.TURN_BESIDE, LEFT)
         with stage.stimulus(asked_mouse.AFTER_TURN):
             hand.at(0.0, 1.0)
             time.sleep(asked_mouse.HELD)
@@ -237,58 +232,3 @@ def lost(stage):
 EXERCISE_PARTS = {asked_imu.HEADING: exercise, asked_imu.ODD_SAMPLES: odd_samples}
 PARTS = {asked.TURNS: turns, asked.MOUSE: mouse, asked.BOTH: both, asked.SHUTDOWN: shutdown,
          asked.LOST: lost}
-
-
-# ----- the order of the turns that a person types, at any heading -----
-
-#: A turn across the jump of the heading ends at least this far beyond the jump [deg].
-MARGIN = 20.0
-#: The turns of the IMU lab, for each quadrant where they begin; turns across a jump need MARGIN.
-BY_QUADRANT: Sequence[Mapping[str, str]] = (
-    {LEFT: LEFT, RIGHT: 'r across 0'}, {LEFT: 'l across 180', RIGHT: RIGHT},
-    {LEFT: LEFT, RIGHT: 'r across 180'}, {RIGHT: RIGHT})
-#: A person types at most MOST_TURNS turns. After WITH_MARGIN of them MARGIN is no longer kept.
-MOST_TURNS, WITH_MARGIN = 20, 5
-
-
-class Next(NamedTuple):
-    """The next turn to ask for: the letter to type, and the name of its stimulus.
-
-    The name is '' if the turn only leads to the heading where another turn begins.
-    """
-
-    typed: str
-    name: str
-
-
-def next_turn(heading_deg: float, left: Iterable[str], before: int = 0,
-              last: Optional[Next] = None) -> Optional[Next]:
-    """Returns the next of the turns `left` (names of stimuli); None if there are none left.
-
-    If none of them begins at this heading, it is a turn towards a heading where one begins. Such a
-    turn is repeated if it was the last one, so that a robot that turns inexactly does not go back
-    and forth.
-    `before`: the number of turns before; `last`: the last of them.
-    """
-    wanted = set(left)
-    if not wanted:
-        return None
-    margin = MARGIN if before < WITH_MARGIN else 0.0
-    begins = _begins(heading_deg, wanted, margin)
-    if begins is not None:
-        return begins
-    if last is not None and not last.name:
-        return last
-    leads_right = _begins(heading_deg + 90.0, wanted, margin) is None and (
-        _begins(heading_deg - 90.0, wanted, margin) is not None)
-    return Next(RIGHT if leads_right else LEFT, '')
-
-
-def _begins(heading_deg: float, wanted: Set[str], margin: float) -> Optional[Next]:
-    """A wanted turn that begins at this heading; None if there is none."""
-    quadrant, beyond = divmod(heading_deg % 360.0, 90.0)
-    for typed, room in ((RIGHT, 90.0 - beyond), (LEFT, beyond)):
-        name = BY_QUADRANT[int(quadrant) % 4].get(typed)
-        if name in wanted and (name == typed or room >= margin):
-            return Next(typed, name)
-    return None

@@ -32,6 +32,9 @@ OWN_PACKAGE = 'tb3_labs'
 SHARED = ('package.xml', 'cmake', 'msg', 'srv')
 USER = 'student'
 HOME = '/home/' + USER
+#: The protection that is left without sandboxes.
+UNPROTECTED = "No sandboxes: a submission's program can read and delete your files and use the " \
+    'network; it can write no large file, and every process of it that can be found is killed.'
 #: Folders that are a program's own.
 OWN_FOLDERS = ('/tmp', HOME, '/dev/shm')
 #: Size of each of these folders [bytes].

@@ -125,15 +125,10 @@ def _answers_nonsense(seen: Observation) -> str:
     if scene.lines > LEGIBLE:
         return 'an answer to "{}" could not be read: {} lines were printed in {:.1f} s'.format(
             TYPED_NONSENSE, scene.lines, scene.end - scene.begin)
-    if not names_valid_inputs(scene.printed):
+    words = set(re.findall(r'[a-z]+', scene.printed.lower()))
+    if not (words & {LEFT, 'left'} and words & {RIGHT, 'right'}):
         return 'the answer to "{}" did not name both valid inputs, l and r'.format(TYPED_NONSENSE)
     return ''
-
-
-def names_valid_inputs(printed: str) -> bool:
-    """Does this text name l and r, or left and right, as words of their own?"""
-    words = set(re.findall(r'[a-z]+', printed.lower()))
-    return bool(words & {LEFT, 'left'}) and bool(words & {RIGHT, 'right'})
 
 
 CRITERIA = [

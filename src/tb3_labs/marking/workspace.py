@@ -1,7 +1,9 @@
 """A workspace with a copy of a student's package that can run.
 
-Some faults only keep a node from starting: no exec bit, Windows line endings, a wrong first line,
-no package.xml, an unused import. These faults are repaired in the copy. A remark tells each repair.
+Some faults come from Windows or from the way of a file to the marking machine: no exec bit, line
+endings, a byte order mark. They are repaired in the copy. A name that a command line or a package
+cannot have is replaced; an unused import of a module that this machine lacks is left out. A remark
+tells each of these.
 
 A Python node needs nothing else of a build: messages, services, and the modules of a setup.py.
 catkin is not run. A CMakeLists.txt often needs packages that the marking machine does not have, and
@@ -20,17 +22,17 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Set
+from typing import Any, Dict, List, Mapping, Optional
 
 import rospkg
 
 from tb3_labs.marking import messages_in_sandbox
-from tb3_labs.marking.choice import (ACTIONS, INTERFACES, MANIFEST, MESSAGES, SERVICES, NoNode,
-                                     find_node, interface_files, name_in, packages_in, source_of,
-                                     types_used)
-from tb3_labs.marking.imports import Import, imports_of
+from tb3_labs.marking.choice import NoNode, find_node, source_of
 from tb3_labs.marking.marks import Lab
 from tb3_labs.marking.names import NAME, is_name, printable
+from tb3_labs.marking.packages import (ACTIONS, INTERFACES, MANIFEST, MESSAGES, SERVICES, Import,
+                                       imports_of, interface_files, name_in, needed_by,
+                                       packages_in)
 from tb3_labs.marking.processes import MODULES, PREFIXES
 from tb3_labs.marking.sandbox import OWN_PACKAGE, NoSandbox
 
@@ -45,7 +47,7 @@ SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</vers
 '''
 #: The name of a node's file in the copy if its own name cannot be used.
 SUBSTITUTE_NODE = 'node.py'
-SHEBANG = b'#!/usr/bin/env python3'
+SHEBANG = '#!/usr/bin/env python3'
 
 
 @dataclass
@@ -156,11 +158,9 @@ def _repair(node, remarks):
     if b'\r' in code:
         code = code.replace(b'\r\n', b'\n')
         remarks.append('{} has Windows line endings: changed.'.format(node.name))
-    first, _, rest = code.partition(b'\n')
-    if not re.match(rb'^#! ?(/usr/bin/env python3|/usr/bin/python3)\s*$', first):
-        remarks.append('The first line of {} is {!r}: started by python3.'.format(
-            node.name, first[:60].decode(errors='replace')))
-        code = SHEBANG + b'\n' + (rest if first.startswith(b'#!') else code)
+    if not code.startswith(b'#!'):
+        remarks.append('{} does not begin with {}, so that rosrun cannot start it.'.format(
+            node.name, SHEBANG))
     if not os.access(str(node), os.X_OK):
         remarks.append('{} is not executable: it was made so.'.format(node.name))
     node.write_bytes(code)
@@ -179,42 +179,7 @@ def without(text: str, imports: List[Import]) -> str:
     return ''.join(lines)
 
 
-# -- what must be built for a node
-
-def needed_by(node: Path, packages: Dict[str, Path]) -> List[str]:
-    """The packages that must be built for a node; each one follows the packages it needs.
-
-    `packages`: name -> folder of all packages. Imports of modules beside the node count too.
-    """
-    order: List[str] = []
-    seen: Set[str] = set()
-
-    def visit(name: str) -> None:
-        if name in seen or name not in packages:
-            return
-        seen.add(name)
-        place = packages[name]
-        for other in sorted(types_used(place)):
-            visit(other)
-        for path in sorted(place.glob('src/{}/**/*.py'.format(name))):
-            for imported in sorted(_imported_by(path)):
-                visit(imported)
-        order.append(name)
-
-    programs = [node]
-    for program in programs:        # modules beside the node are added as they are found
-        for imported in sorted(_imported_by(program)):
-            visit(imported)
-            beside = node.parent / (imported + '.py')
-            if beside.is_file() and beside not in programs:
-                programs.append(beside)
-    return order
-
-
-def _imported_by(path):
-    text = path.read_bytes().decode('utf-8-sig', errors='replace')    # Windows' first bytes
-    return {name for item in imports_of(text) for name in item.packages}
-
+# -- what is built for a node
 
 def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], remarks: List[str],
           sandbox: NoSandbox) -> Optional[Dict[str, Any]]:

@@ -11,7 +11,7 @@ from typing import Any, List, Optional, Tuple
 from tb3_labs.config import Config, setting
 from tb3_labs.control.goal import DriveStatus
 from tb3_labs.control.goal_machine import DrivingLaw, GoalMachine
-from tb3_labs.control.motor_response import HeardTurns, Response
+from tb3_labs.control.motor_response import Response
 from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose, check_pose
@@ -52,7 +52,6 @@ class MoveToGoalCore:
                  gyro: Optional[GyroWatch] = None) -> None:
         """`response`: the known delays of this robot; `law` and this node improve it."""
         self._response = response or Response()
-        self._heard = HeardTurns(self._response)
         self.imu = Freshness('imu')
         self.odometry = Freshness('odom')
         self._localizer = Localizer()
@@ -74,9 +73,6 @@ class MoveToGoalCore:
         self.imu.heard(now, sample[1:])
         self._gyro.on_imu(sample, now)
         self._localizer.on_imu(sample, now)
-        motion = self._localizer.motion(now)
-        if motion is not None:
-            self._heard.on_imu(sample.yaw, sample.yaw_rate, motion.imu_age, now)
         self._look_at_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
@@ -91,8 +87,7 @@ class MoveToGoalCore:
         self._gyro.on_wheels(sample, now)
 
     def heard_command(self, linear: float, angular: float, now: float) -> None:
-        """Another node commands the robot. It may move now; its turns show the samples' delay."""
-        self._heard.on_command(linear, angular, now)
+        """Another node commands the robot, which may move now."""
         if linear or angular:
             self._localizer.driven_at = now
 
@@ -186,7 +181,6 @@ class MoveToGoalCore:
             motion = self._localizer.motion(now)
             if motion is not None:
                 dt = self._pace.step(now)
-                self._heard.drop()
                 self._look_at_readings(dt)
                 command = self._machine.step(motion, dt)
                 self._sent = command or Twist2()

@@ -10,7 +10,7 @@ from tb3_labs.panel.ros_robot import PanelRobot
 from tb3_labs.panel.ros_server import Server, Timer, Worker
 from tb3_labs.panel.ros_watch import Watch
 from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.console import log_news
+from tb3_labs.ros.node import log_news
 from tb3_labs.ros.topics import subscribe
 
 #: Pages that hold a robot are checked once in this time [s].

@@ -16,7 +16,7 @@ from tb3_labs.panel.picture import RobotView
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import (
     frame, to_imu_sample, to_odometry_sample, to_pose2, transform_to_pose2)
-from tb3_labs.ros.rospy_internals import connection_of, stop_hearing_oneself
+from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import subscribe, subscribe_events
 
 #: The stream that moves the robot on the page is read once in this time [s]: local_pose, or odom if
@@ -167,11 +167,9 @@ class Watch:
         self._tell_holder(lambda holder, now: holder.on_stop(now))
 
     def _on_joy(self, message):
-        sender, subscriber = connection_of(message)['callerid'], self._subscribers.get('joy')
+        sender = connection_of(message)['callerid']
         if sender != rospy.get_name():
             self._hear('joy')(sender)
-        elif subscriber is not None:
-            stop_hearing_oneself(subscriber)
 
 
 # -- functions that write a message into a view

@@ -17,7 +17,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report import diagnosed_drives, diagnosed_turns
 from tb3_labs.report.diagnosed_drives import Fit, Fresh, fresh_drives, ghost
 from tb3_labs.report.diagnosed_turns import TOO_FAST, Turn, stretches, turns_of
-from tb3_labs.report.mistakes import LAWS, WAYS, Way
+from tb3_labs.report.mistakes import LAWS, WAYS, Way, lost
 from tb3_labs.report.movements import (
     FASTEST_BY_MOUSE, LAB_GOAL, NO_SPEED, cuts, has_control, movements, moving)
 from tb3_labs.report.run_data import Commands, Poses, RunData
@@ -84,7 +84,7 @@ def of_drives(fresh: Sequence[Fresh], goal: Pose2) -> Diagnosis:
     result = _of_drives(fresh, goal, WAYS)
     if result.mistake is None and any(last.pose != Pose2() for _, last, _ in fresh):
         # the code that students are given loses the declared pose, beside their own mistakes
-        other = _of_drives(fresh, goal, [replace(way, declared='lost') for way in WAYS])
+        other = _of_drives(fresh, goal, [replace(way, declared=lost) for way in WAYS])
         if other.mistake:
             return replace(other, besides='declared_lost')
     return result

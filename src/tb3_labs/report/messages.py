@@ -20,11 +20,6 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import (
     Commands, ImuSamples, LogLines, OdometrySamples, Poses, States, Values)
 
-#: The recorded topics: names in the robot's namespace, and names of the whole system.
-RECORDED = ('imu', 'odom', 'cmd_vel', 'heading', 'ground_truth', 'local_pose', 'goal_state',
-            'current_goal', 'ctrl_relinq', 'control_holder', 'joy', 'turn', 'mouse_info', 'reset',
-            'initialpose', '/rosout', '/tf', '/tf_static', '/diagnostics')
-
 #: The levels of log lines, by the bits of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
 
@@ -159,6 +154,16 @@ class Collector:
         values = np.array(self._values, dtype=object if self._has_words else float)
         return self._kind(arrival, times_on_recorders_clock(
             arrival, np.array(self.stamp), robot_clock), *values.reshape(-1, width).T)
+
+
+def samples_of(collectors):
+    """Returns {field of RunData: Samples} of all collectors, and the resets of which a log tells."""
+    odometry = collectors['odometry']
+    clock = SenderClock.of(np.array(odometry.arrival), np.array(odometry.stamp))
+    samples = {part: collector.samples(clock) for part, collector in collectors.items()}
+    if 'log' in samples:
+        samples['resets'] = resets_in(samples['log'])
+    return samples
 
 
 def _yaw(q):

@@ -53,8 +53,7 @@ class Law:
 
     `goal_wraps`, `error_wraps`: does the node wrap a value below the range, and one above it?
     `reading`: the heading that the node reads [deg], by the true one. `quarter`: the angle that it
-    adds for a turn to the left. `side_by`: 'error' or 'letter' decides the side; 'nothing': the
-    side is always the left one.
+    adds for a turn to the left. `command`: the error that it turns by, of (error, side).
     """
 
     mistake: str = ''
@@ -62,7 +61,7 @@ class Law:
     error_wraps: Tuple[bool, bool] = (True, True)
     reading: Callable[[float], float] = unwrapped
     quarter: float = 90.0
-    side_by: str = 'error'
+    command: Callable[[float, float], float] = lambda error, side: error
 
     def goal(self, heading: float, side: float) -> float:
         """The goal of a turn from `heading`, both [deg]; `side`: 1 left, -1 right."""
@@ -75,9 +74,7 @@ class Law:
         error = goal - self.reading(heading)
         error += 360.0 * (self.error_wraps[0] and error < -180.0)
         error -= 360.0 * (self.error_wraps[1] and error > 180.0)
-        if self.side_by == 'error':
-            return error
-        return abs(error) * (side if self.side_by == 'letter' else 1.0)
+        return self.command(error, side)
 
     def turned(self, heading: float, side: float, near: float = NEAR_TURN) -> float:
         """The angle by which the robot turns from `heading`, both [rad]."""
@@ -91,8 +88,11 @@ def signed(heading: float) -> float:
     return difference_degrees(heading, 0.0)
 
 
-#: A heading that is read from numbers in another order may be the same for ever, or mirrored.
-STUCK, MIRRORED = (lambda heading: 0.0), (lambda heading: (180.0 - heading) % 360.0)
+def by_letter(error: float, side: float) -> float:
+    """The error of a node that turns to the letter's side, whatever the error's sign."""
+    return abs(error) * side
+
+
 LAWS = (
     Law(),
     Law('error_not_wrapped', error_wraps=(False, False)),
@@ -100,13 +100,14 @@ LAWS = (
     Law('error_not_wrapped_high', error_wraps=(True, False)),
     Law('nothing_wrapped', (False, False), (False, False)),
     Law('nothing_wrapped', (False, False), (False, False), reading=signed),
-    Law('goal_not_wrapped_low', (False, True), (False, False), side_by='letter'),
-    Law('goal_not_wrapped_high', (True, False), (False, False), side_by='letter'),
-    Law('no_negative_clamp', side_by='nothing'),
+    Law('goal_not_wrapped_low', (False, True), (False, False), command=by_letter),
+    Law('goal_not_wrapped_high', (True, False), (False, False), command=by_letter),
+    Law('no_negative_clamp', command=lambda error, side: abs(error)),
     Law('radians', reading=lambda heading: math.radians(signed(heading)) % 360.0),
     Law('radians', quarter=math.pi / 2.0),
-    Law('quaternion_order', reading=STUCK),
-    Law('quaternion_order', reading=MIRRORED))
+    # numbers in another order give the same heading for ever, or a mirrored one
+    Law('quaternion_order', reading=lambda heading: 0.0),
+    Law('quaternion_order', reading=lambda heading: (180.0 - heading) % 360.0))
 
 
 # The Transformation lab -----------------------------------------------------------------------
@@ -114,6 +115,11 @@ LAWS = (
 def in_radians(yaw: float) -> float:
     """The yaw of a node that has degrees where it needs radians."""
     return math.degrees(wrap(yaw))
+
+
+def mirrored(yaw: float) -> float:
+    """The yaw that numbers of a quaternion give in another order."""
+    return math.pi - yaw
 
 
 class Declared(NamedTuple):
@@ -132,21 +138,37 @@ class Drive(NamedTuple):
     last_turn: float     # [rad]
 
 
+def after(declared: Pose2, since: Pose2) -> Pose2:
+    """The pose in ``local`` after a motion `since` the declared pose; its yaw is not wrapped."""
+    x, y = declared.act((since.x, since.y))
+    return Pose2(float(x), float(y), since.yaw + declared.yaw)
+
+
+def lost(declared: Pose2, since: Pose2) -> Pose2:
+    """The pose of a node that forgets the declared one."""
+    return since
+
+
+def not_rotated(declared: Pose2, since: Pose2) -> Pose2:
+    """The pose of a node that adds the displacement as it is."""
+    return Pose2(declared.x + since.x, declared.y + since.y, declared.yaw + since.yaw)
+
+
 @dataclass(frozen=True)
 class Way:
     """One way in which a node computes its pose in ``local``.
 
-    `rotation`: the angle of R(theta)^-1. `kept`: the references that a reset does not forget
-    (place, rotation, heading). `declared`: the use of the declared pose. `left`: the parts that are
-    not transformed from ``odom`` (place, heading; imu: the IMU's heading). `reading`: see Law; in
-    [rad] here.
+    `theta`: the angle of R(theta)^-1, by the reference for it. `kept`: the references that a reset
+    does not forget (place, rotation, heading). `declared`: the pose in ``local``, of (the declared
+    one, the pose since). `believed`: the pose that the node drives by, of (the odometry's pose, the
+    IMU's yaw, the pose in ``local``). `reading`: see Law; in [rad] here.
     """
 
     mistake: str = ''
-    rotation: str = 'odom'
+    theta: Callable[[Declared], float] = lambda reference: reference.odom.yaw
     kept: Tuple[str, ...] = ()
-    declared: str = 'used'
-    left: Tuple[str, ...] = ()
+    declared: Callable[[Pose2, Pose2], Pose2] = after
+    believed: Callable[[Pose2, float, Pose2], Pose2] = lambda odom, imu, local: local
     reading: Callable[[float], float] = unwrapped
     wraps: Callable[[float], float] = wrap
     wraps_heading: Callable[[float], float] = wrap
@@ -156,22 +178,11 @@ class Way:
         `start`: the references at the node's start, as a reset."""
         place, rotation, heading = (start if part in self.kept else last
                                     for part in ('place', 'rotation', 'heading'))
-        theta = {'odom': rotation.odom.yaw, 'inverse': -rotation.odom.yaw, 'none': 0.0,
-                 'imu': rotation.imu, 'mirrored': math.pi - rotation.odom.yaw,
-                 'back': math.pi}[self.rotation]
-        x, y = rotation_matrix(-theta) @ (odom.x - place.odom.x, odom.y - place.odom.y)
+        x, y = rotation_matrix(-self.theta(rotation)) @ (
+            odom.x - place.odom.x, odom.y - place.odom.y)
         yaw = self.wraps_heading(self.reading(imu) - self.reading(heading.imu))
-        if self.declared == 'used':
-            x, y = last.pose.act((x, y))
-        elif self.declared == 'not rotated':
-            x, y = x + last.pose.x, y + last.pose.y
-        if self.declared != 'lost':
-            yaw = self.wraps_heading(yaw + last.pose.yaw)
-        if 'place' in self.left:
-            x, y = odom.x, odom.y
-        if self.left:
-            yaw = {'heading': wrap(odom.yaw), 'imu': imu}.get(self.left[-1], yaw)
-        return Pose2(float(x), float(y), yaw)
+        local = self.declared(last.pose, Pose2(float(x), float(y), yaw))
+        return self.believed(odom, imu, Pose2(local.x, local.y, self.wraps_heading(local.yaw)))
 
     def drive(self, begin: Pose2, last: Declared, start: Declared, goal: Pose2,
               near: float = NEAR) -> Drive:
@@ -211,28 +222,29 @@ def reach(goal: Tuple[float, float], step: Tuple[float, float]) -> float:
 
 WAYS = (
     Way(),
-    Way('inverse_missing', 'inverse'),
-    Way('not_rotated', 'none'),
-    Way('imu_rotates', 'imu'),
+    Way('inverse_missing', lambda reference: -reference.odom.yaw),
+    Way('not_rotated', lambda reference: 0.0),
+    Way('imu_rotates', lambda reference: reference.imu),
     Way('reference_kept', kept=('place', 'rotation', 'heading')),
     Way('yaw_kept', kept=('rotation', 'heading')),
     Way('yaw_kept', kept=('rotation',)),
     Way('yaw_kept', kept=('heading',)),
     Way('place_kept', kept=('place',)),
     Way('place_kept', kept=('place', 'rotation')),
-    Way('declared_lost', declared='lost'),
-    Way('declared_lost', declared='not rotated'),
-    Way('no_local_frame', left=('place', 'imu')),
-    Way('no_local_frame', left=('place', 'heading')),
-    Way('no_local_frame', left=('place',)),
-    Way('no_local_frame', left=('imu',)),
-    Way('no_local_frame', left=('heading',)),
+    Way('declared_lost', declared=lost),
+    Way('declared_lost', declared=not_rotated),
+    Way('no_local_frame', believed=lambda odom, imu, local: Pose2(odom.x, odom.y, wrap(odom.yaw))),
+    Way('no_local_frame', believed=lambda odom, imu, local: Pose2(odom.x, odom.y, imu)),
+    Way('no_local_frame', believed=lambda odom, imu, local: Pose2(odom.x, odom.y, local.yaw)),
+    Way('no_local_frame', believed=lambda odom, imu, local: Pose2(local.x, local.y, imu)),
+    Way('no_local_frame', believed=lambda odom, imu, local: Pose2(
+        local.x, local.y, wrap(odom.yaw))),
     Way('error_not_wrapped', wraps=unwrapped),
     Way('error_not_wrapped', wraps=unwrapped, wraps_heading=unwrapped),
     Way('quaternion_order', reading=lambda yaw: 0.0),
-    Way('quaternion_order', reading=lambda yaw: math.pi - yaw),
-    Way('quaternion_order', 'mirrored', reading=lambda yaw: math.pi - yaw),
-    Way('quaternion_order', 'none', reading=lambda yaw: math.pi - yaw),
-    Way('quaternion_order', 'mirrored'),
-    Way('quaternion_order', 'back'),
+    Way('quaternion_order', reading=mirrored),
+    Way('quaternion_order', lambda reference: mirrored(reference.odom.yaw), reading=mirrored),
+    Way('quaternion_order', lambda reference: 0.0, reading=mirrored),
+    Way('quaternion_order', lambda reference: mirrored(reference.odom.yaw)),
+    Way('quaternion_order', lambda reference: math.pi),
     Way('degrees', reading=in_radians))

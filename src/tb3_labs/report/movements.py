@@ -22,8 +22,8 @@ Without these topics, a person who turns, drives straight on and turns by keys c
 If a node publishes only `cmd_vel`, `completed` adds what the package's own nodes would have
 published: the states of a drive and its goal, by the movements; the robot's pose in ``local``, and
 ``local`` in ``odom``. ``local`` is declared (0, 0, 0) at the first sample, then by each reset. The
-place is by the odometry without its jumps, the heading by the IMU: the lab's theory. The node may
-believe another pose.
+place is by the odometry without its jumps, the heading by the IMU: the lab's theory. If the board
+restarts in motion, the pose is unknown until the next reset. The node may believe another pose.
 
 Units: metres, radians, seconds since the recording's start.
 Edge cases: a command is in force until the next one, at most for the robot's timeout. A run without
@@ -32,16 +32,17 @@ commands has no movements.
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import List, Sequence, Tuple
+from typing import List, Tuple
 
 import numpy as np
 
 from tb3_labs.control.goal import DRIVING
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.odometry_jumps import POSE_LOST
-from tb3_labs.report.epochs import robot_in_odom, steady_odometry
+from tb3_labs.localization.odometry_jumps import POSE_LOST, RESET_SILENCE, JumpFilter
+from tb3_labs.report.epochs import robot_in_odom
 from tb3_labs.report.run_data import Commands, Poses, RunData, States
+from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A movement ends if no command moves the robot for this time [s].
@@ -135,12 +136,6 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarra
     return Movement(kind, begin, forward, turns_again, end)
 
 
-def by_hand(run: RunData, listed: Sequence[Tuple[float, float]]) -> List[Movement]:
-    """Returns the movements that overlap none of the `listed` turns and drives, (begin, end)."""
-    return [movement for movement in movements(run) if not any(
-        movement.begin < end and begin < movement.end for begin, end in listed)]
-
-
 def has_control(run: RunData, time: float) -> bool:
     """Did a node have control at this time [s]? Before the first message, its opposite holds."""
     if not len(run.control):
@@ -170,23 +165,47 @@ def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
 
 
 def _with_local(run: RunData) -> RunData:
-    steady, _, jumps = steady_odometry(run.odometry, run.imu)
+    steady, lost = _steady_odometry(run)
     declared = [(float(steady.time[0]), Pose2())] + [
-        (time, Pose2()) for time, jump in jumps if jump.outcome == POSE_LOST]
-    declared += [(float(run.resets.time[k]), run.resets.pose(k)) for k in range(len(run.resets))]
+        (float(time), run.resets.pose(k)) for k, time in enumerate(run.resets.time)]
     declared.sort(key=lambda reset: reset[0])
-    frames = [(time, steady.at(time) @ local_T_base.inverse(), local_T_base.yaw)
-              for time, local_T_base in declared]
-    number = np.searchsorted([time for time, _ in declared], steady.time, side='right') - 1
+    frames = [(time, steady.at(time) @ local_T_base.inverse(),
+               float(run.imu.yaw_at(time)) - local_T_base.yaw) for time, local_T_base in declared]
+    begins = np.array([time for time, _ in declared])
+    number = np.searchsorted(begins, steady.time, side='right') - 1
     x, y, yaw, imu_yaw = np.array([
-        (frame.x, frame.y, frame.yaw, float(run.imu.yaw_at(time)) - declared_yaw)
-        for time, frame, declared_yaw in frames])[number.clip(0)].T
+        (frame.x, frame.y, frame.yaw, imu_yaw) for _, frame, imu_yaw in frames])[
+            number.clip(0)].T
     steady_T_local = Poses(steady.arrival, steady.time, x, y, yaw)
     local = steady_T_local.inverse() @ steady
     heading = wrap_all(run.imu.yaw_at(steady.time) - imu_yaw)
+    is_known = np.ones(len(steady), dtype=bool)
+    for time in lost:
+        is_known &= (steady.time < time) | (steady.time >= min(
+            begins[begins > time], default=math.inf))
     return replace(
-        run, local_pose=replace(local, yaw=heading), derived=run.derived + ('local_pose', 'frames'),
-        frames=run.odometry @ steady.inverse() @ steady_T_local)
+        run, local_pose=replace(local, yaw=heading).take(is_known),
+        frames=run.odometry @ steady.inverse() @ steady_T_local,
+        derived=run.derived + ('local_pose', 'frames'))
+
+
+def _steady_odometry(run: RunData) -> Tuple[Poses, List[float]]:
+    """Returns the odometry as move_to_goal corrects it: (Poses without jumps, the times at which
+    the pose is lost [s])."""
+    odometry, imu = run.odometry, run.imu
+    steady, poses, lost = JumpFilter(), [], []
+    newest = np.searchsorted(imu.arrival, odometry.arrival, side='right') - 1
+    for k, heard in enumerate(newest.clip(0)):
+        if odometry.arrival[k] - imu.arrival[heard] > RESET_SILENCE:
+            heard = min(heard + 1, len(imu) - 1)    # the first sample after the silence
+        sample, jump = steady.take(
+            OdometrySample(odometry.time[k], odometry.pose(k), float(odometry.linear[k]),
+                           float(odometry.angular[k])), odometry.arrival[k],
+            ImuSample(imu.time[heard], imu.yaw[heard], imu.yaw_rate[heard]))
+        poses.append((sample.pose.x, sample.pose.y, sample.pose.yaw))
+        if jump is not None and jump.outcome == POSE_LOST:
+            lost.append(float(odometry.time[k]))
+    return Poses(odometry.arrival, odometry.time, *np.array(poses).T), lost
 
 
 def _with_states(run: RunData, goal: Pose2) -> RunData:

@@ -18,7 +18,7 @@ from tb3_labs.report import figures, hints, path_figures, tables, timeline
 from tb3_labs.report.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.drives import DriveReport, drives, goal_errors, spans
 from tb3_labs.report.epochs import epochs
-from tb3_labs.report.movements import FASTEST_BY_MOUSE, PAUSE, by_hand
+from tb3_labs.report.movements import FASTEST_BY_MOUSE, PAUSE
 from tb3_labs.report.run_data import Poses, RunData, yaw_offset
 from tb3_labs.report.tables import STYLE, degrees, number
 from tb3_labs.report.turns import TurnReport, turns
@@ -75,7 +75,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
     folder.mkdir(parents=True, exist_ok=True)
     name = Path(run.name).name
     write_csv(run, folder / 'run.csv')
-    tables.write_reports(folder, [(name, turned, driven)])
+    tables.write_reports(folder, name, turned, driven)
     page = folder / 'report.html'
     shown = _figures(run, model, folder, turn)
     found = diagnose(run) if hints.is_students(run) else Diagnosis('')
@@ -84,8 +84,8 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
         timeline.section(timeline.timeline(
             run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)),
         hints.section(found), _turns(run, turned), shown['turns'],
-        _drives(run, driven, turned), _by_hand(run, driven, turned), shown['paths'],
-        shown['errors'], _along(driven), shown['heading'], shown['speeds'],
+        _drives(run, driven, turned), shown['paths'], shown['errors'], _along(driven),
+        shown['heading'], shown['speeds'],
         RATES.format(tables.rates(run))]), encoding='utf-8')
     return page
 
@@ -145,12 +145,6 @@ def _drives(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnRe
     words = _rule_of_drives(run) if driven else _nothing(run)
     return '<h2>Drives</h2>{}<p>{}</p>'.format(
         tables.numbered('drive', tables.REACHED, driven) if driven else '', escape(words))
-
-
-def _by_hand(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnReport]) -> str:
-    listed = [(drive.begin, drive.end) for drive in driven] + [
-        (turn.begin, turn.end) for turn in turned]
-    return tables.by_hand(run, by_hand(run, listed))
 
 
 def _along(driven: Sequence[DriveReport]) -> str:

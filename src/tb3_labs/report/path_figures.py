@@ -1,9 +1,9 @@
-"""The paths of a run in the global and in the local frame, and the drives of several runs.
+"""The paths of a run in the global and in the local frame.
 
 Units on the axes: metres.
 """
 import math
-from typing import Any, List, Optional, Sequence, Tuple
+from typing import Any, List, Sequence, Tuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -56,33 +56,6 @@ def paths(run: RunData, model: RobotModel) -> Figure:
         axes.set(title=title, xlabel='x [m]', ylabel='y [m]')
         axes.grid(True, linewidth=0.3)
     legend_below(figure, *in_odom.get_legend_handles_labels())
-    return figure
-
-
-def ways(runs: Sequence[Any]) -> Optional[Figure]:
-    """All drives in the local frame, with their goals; None without drives."""
-    if not any(run.drives for run in runs):
-        return None
-    figure = new_figure(4.6)
-    axes = figure.subplots()
-    for number, run in enumerate(runs):
-        colour, style = STYLES[number % len(STYLES)]
-        label = run.name
-        for way in run.ways:
-            draw_path(axes, way, color=colour, linestyle=style, linewidth=1.2, label=label)
-            axes.plot(way.x[-1:], way.y[-1:], 's', color=colour, markersize=4)
-            label = None
-    goals = sorted({(drive.goal.x, drive.goal.y) for run in runs for drive in run.drives
-                    if drive.goal})
-    for number, (x, y) in enumerate(goals):
-        axes.plot(x, y, '*', markerfacecolor='none', markeredgecolor='black', markersize=13,
-                  linestyle='', label=None if number else 'goal')
-    axes.plot(0.0, 0.0, 'o', color='black', markersize=5, linestyle='', label='origin of local')
-    axes.set_aspect('equal', adjustable='datalim')
-    axes.margins(0.1)
-    axes.set(xlabel='x in local [m]', ylabel='y in local [m]')
-    axes.grid(True, linewidth=0.3)
-    legend_below(figure, *axes.get_legend_handles_labels())
     return figure
 
 

@@ -1,10 +1,9 @@
 """Reads a rosbag into a RunData: any bag with an Imu and an Odometry."""
 import struct
 
-import numpy as np
 import rosbag
 
-from tb3_labs.report.messages import SenderClock, make_collectors, resets_in
+from tb3_labs.report.messages import make_collectors, samples_of
 from tb3_labs.report.run_data import RunData
 
 IMU, ODOMETRY = 'sensor_msgs/Imu', 'nav_msgs/Odometry'
@@ -22,7 +21,7 @@ OPTIONAL = {
 DEVICES = 'joy', 'mouse_info'
 
 
-class BagProblem(Exception):
+class BagProblem(ValueError):
     """A bag cannot be reported. The message is one line with the reason and the remedy."""
 
 
@@ -32,7 +31,9 @@ def read_run(path, namespace=None):
     Raises BagProblem.
     """
     try:
-        recording, collectors = _gather(path, namespace)
+        return _read(path, namespace)
+    except BagProblem:
+        raise
     except FileNotFoundError:
         raise BagProblem('{}: there is no such file'.format(path)) from None
     except rosbag.ROSBagUnindexedException:
@@ -44,15 +45,13 @@ def read_run(path, namespace=None):
     except (OSError, EOFError, ValueError, KeyError, struct.error) as problem:
         raise BagProblem('{}: cannot be read ({}); is it a bag, and a whole one?'.format(
             path, _one_line(problem))) from None
-    return _arrange(recording, collectors)
 
 
 def _one_line(problem):
     return ' '.join(str(getattr(problem, 'strerror', None) or problem).split())
 
 
-def _gather(path, namespace):
-    """Returns ({field of RunData: value} of the whole bag, {field of RunData: Collector})."""
+def _read(path, namespace):
     with rosbag.Bag(str(path)) as bag:
         types = {topic: (info.msg_type, info.message_count) for topic, info
                  in bag.get_type_and_topic_info().topics.items() if info.message_count}
@@ -62,26 +61,16 @@ def _gather(path, namespace):
         of_topic = {topic: collectors[part] for part, topic in topics.items()}
         for topic, message, arrival in bag.read_messages(list(of_topic)):
             of_topic[topic].add(message, arrival.to_sec() - start, start)
-        absolute = {_absolute(topic) for topic in types}
-        devices = tuple(name for name in DEVICES if prefix + name in absolute)
-        return dict(name=str(path), start=start, duration=bag.get_end_time() - start,
-                    topics=topics, devices=devices), collectors
-
-
-def _arrange(recording, collectors):
-    """Returns the RunData of all gathered messages."""
-    odometry = collectors['odometry']
-    clock = SenderClock.of(np.array(odometry.arrival), np.array(odometry.stamp)) if (
-        len(odometry.stamp)) else None
-    samples = {part: collector.samples(clock) for part, collector in collectors.items()}
+        duration = bag.get_end_time() - start
     for part in ('imu', 'odometry'):
-        if not len(samples[part]):
+        if not len(collectors[part].arrival):
             raise BagProblem('{}: not one good message on {} (bad quaternions?)'.format(
-                recording['name'], recording['topics'][part]))
-    if 'log' in samples:
-        samples['resets'] = resets_in(samples['log'])
-    dropped = {part: collector.bad for part, collector in collectors.items()}
-    return RunData(dropped=dropped, **recording, **samples)
+                path, topics[part]))
+    absolute = {_absolute(topic) for topic in types}
+    return RunData(str(path), start, duration, topics=topics,
+                   devices=tuple(name for name in DEVICES if prefix + name in absolute),
+                   dropped={part: collector.bad for part, collector in collectors.items()},
+                   **samples_of(collectors))
 
 
 def choose_topics(types, namespace):

@@ -14,7 +14,6 @@ import numpy as np
 
 from tb3_labs.control.goal import DRIVING
 from tb3_labs.report.drives import MAX_ANGULAR, STRAIGHT_AFTER, DriveReport
-from tb3_labs.report.movements import Movement
 from tb3_labs.report.run_data import GAP, RunData, Samples
 from tb3_labs.report.turns import TurnReport
 
@@ -158,21 +157,6 @@ def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> st
         words=('outcome',))
 
 
-def by_hand(run: RunData, found: Sequence[Movement]) -> str:
-    """Returns a heading and a table of the movements by hand; '' if there are none."""
-    if not found:
-        return ''
-    rows = []
-    for count, movement in enumerate(found, 1):
-        before, after = np.degrees(run.imu.yaw_at((movement.begin, movement.end)))
-        way = run.odometry.between(movement.begin, movement.end).length
-        rows.append([str(count), '{:.2f}'.format(movement.begin),
-                     '{:.2f}'.format(movement.end - movement.begin), number(way, '{:.2f}'),
-                     number(after - before, '{:+.1f}')])
-    return '<h2>By hand</h2>' + table(
-        ['by hand', 'begins at [s]', 'time [s]', 'way [m]', 'turned [deg]'], rows)
-
-
 def rates(run: RunData) -> str:
     """Returns a table of the rates and gaps of the topics that are sent all the time."""
     rows = []
@@ -203,17 +187,17 @@ def rate(samples: Samples) -> Tuple[float, float, int, float]:
 # CSV ------------------------------------------------------------------------------------------
 
 
-def write_reports(folder: Path,
-                  runs: Sequence[Tuple[str, Sequence[TurnReport], Sequence[DriveReport]]]) -> None:
-    """Write turns.csv and drives.csv, a row for each report. A run is (name, turns, drives)."""
-    for word, columns, of in (('turn', (*TURNS, ASKED_BY), 1), ('drive', DRIVES, 2)):
+def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],
+                  drives: Sequence[DriveReport]) -> None:
+    """Write turns.csv and drives.csv, a row for each report. `name`: of the run, in each row, since
+    a spreadsheet may hold the rows of several runs."""
+    for word, columns, reports in (('turn', (*TURNS, ASKED_BY), turns), ('drive', DRIVES, drives)):
         with open(str(folder / (word + 's.csv')), 'w', newline='', encoding='utf-8') as file:
             writer = csv.writer(file, lineterminator='\n')
             writer.writerow(['run', word] + [column.name for column in columns])
-            for run in runs:
-                for count, report in enumerate(run[of], 1):
-                    writer.writerow([safe(run[0]), count] + [
-                        in_csv(column.name, column.value(report)) for column in columns])
+            for count, report in enumerate(reports, 1):
+                writer.writerow([safe(name), count] + [
+                    in_csv(column.name, column.value(report)) for column in columns])
 
 
 def in_csv(name: str, value: Any) -> str:

@@ -2,19 +2,12 @@
 //
 // Times are seconds since the recording's start. Poses are [x m, y m, yaw rad], tracks in degrees.
 
-import {colours, digits, nice, readColours, sharp, stroke} from './drawing.js';
-import {RobotMap} from './map.js';
-import {MapInput, degrees, radians, wrap} from './view.js';
+import {degrees, digits, nice, radians, readColours, wrap} from './drawing.js';
+import {MapInput, RobotMap} from './map.js';
 
 const SMALL_STEP = 0.1, STEP = 1;               // [s] by the keys
-const LEFT = 46, RIGHT = 8, TOP = 5, BOTTOM = 5;     // [px] around a curve
-const TIME_ROW = 16;                            // [px] numbers of time below the last curve
+const LEFT = 46, RIGHT = 8;                     // [px] beside a curve, as the style has it
 const SHOWN = 0.5;                              // [s] a mark's words are shown at least
-const MARK_ROW = 8;                             // [px] of the line for each kind of mark
-const KINDS = {                                 // of marks, and their colours
-  drive: 'odom', turn: 'local', hand: 'faint', reset: 'ink', start: 'goal', stop: 'bad',
-  lost: 'bad', apart: 'truth',
-};
 const $ = (id) => document.getElementById(id);
 
 /** Index of the last of `times`, which rise, at or before a time; -1: none. */
@@ -27,10 +20,10 @@ function lastBefore(times, time) {
   return low - 1;
 }
 
-/** Where a canvas of times was clicked: 0 at its left end, 1 at its right end. */
+/** Where a plot of times was clicked: 0 at its left end, 1 at its right end. */
 function share(event) {
-  const width = event.target.clientWidth - LEFT - RIGHT;
-  return Math.max(0, Math.min(1, (event.offsetX - LEFT) / width));
+  const {left, width} = event.currentTarget.getBoundingClientRect();
+  return Math.max(0, Math.min(1, (event.clientX - left - LEFT) / (width - LEFT - RIGHT)));
 }
 
 /** Numbers over time, straight between two of them; unknown before the first one. */
@@ -69,175 +62,29 @@ class Track {
   }
 }
 
-/** Curves over time with a cursor: `lines` of {track or steps, column, colour, dash}. The scale
- *  shows at least the range `least`, and begins at `low` if that is given. */
-class Curves {
-  constructor(canvas, lines, {isAngle = false, low = null, least}) {
-    Object.assign(this, {canvas, lines, isAngle, low, least});
-  }
-
-  /** Draw the stretch [begin, end] with the cursor at `now`. */
-  draw(begin, end, now, labelled) {
-    const sheet = sharp(this.canvas);
-    if (!sheet) return;
-    const {context: c, width, height} = sheet;
-    const x = (time) => LEFT + (time - begin) / (end - begin) * (width - LEFT - RIGHT);
-    const bottom = height - (labelled ? TIME_ROW : 0);
-    this._paint(c, width, bottom, begin, end, x);
-    if (labelled) this._times(c, width, height, begin, end, x);
-    c.lineWidth = 1.5;
-    stroke(c, colours.goal, [[x(now), 0], [x(now), bottom]]);
-  }
-
-  _points({track, column, steps}, begin, end) {
-    const points = [];
-    if (steps) {
-      steps.forEach((row, i) => {
-        const next = i + 1 < steps.length ? steps[i + 1][0] : end;
-        if (next < begin || row[0] > end) return;
-        if (row[column] === null) points.push(null);
-        else points.push([row[0], row[column]], [next, row[column]]);
-      });
-      return points;
-    }
-    const first = Math.max(0, track.before(begin)), last = track.before(end) + 1;
-    for (let i = first; i <= last && i < track.time.length; i += 1) {
-      if (track.breaks.has(i)) points.push(null);
-      points.push([track.time[i], track.columns[column][i]]);
-    }
-    return points;
-  }
-
-  _paint(c, width, height, begin, end, x) {
-    const all = this.lines.map((line) => this._points(line, begin, end));
-    const values = all.flat().filter(Boolean).map((point) => point[1]);
-    let [low, high] = values.reduce(([a, b], v) => [Math.min(a, v), Math.max(b, v)],
-                                    [this.low ?? Infinity, -Infinity]);
-    if (low > high) [low, high] = [0, 0];
-    const margin = Math.max(0.06 * (high - low), (this.least - (high - low)) / 2);
-    [low, high] = [this.low === null ? low - margin : low, high + margin];
-    const y = (value) => TOP + (high - value) / (high - low) * (height - TOP - BOTTOM);
-    this._axis(c, width, low, high, y);
-    c.save();
-    c.beginPath();
-    c.rect(LEFT, 0, width - LEFT - RIGHT, height);
-    c.clip();
-    c.lineWidth = 1.8;
-    this.lines.forEach(({colour, dash}, i) => {
-      c.setLineDash(dash || []);
-      stroke(c, colours[colour], all[i].map((point) => point && [x(point[0]), y(point[1])]));
-    });
-    c.restore();
-  }
-
-  _axis(c, width, low, high, y) {
-    const angles = [10, 30, 45, 90, 180, 360, 720].find((step) => (high - low) / step <= 3);
-    const step = this.isAngle && high - low > 20 && angles || nice((high - low) / 4);
-    c.font = '11px system-ui, sans-serif';
-    c.fillStyle = colours.faint;
-    c.textAlign = 'right';
-    c.textBaseline = 'middle';
-    c.lineWidth = 1;
-    for (let i = Math.ceil(low / step); i * step <= high; i += 1) {
-      const py = Math.round(y(i * step)) + 0.5;
-      stroke(c, i === 0 ? colours.grid_strong : colours.grid, [[LEFT, py], [width - RIGHT, py]]);
-      c.fillText((i * step).toFixed(digits(step)), LEFT - 4, py);
-    }
-    c.textBaseline = 'alphabetic';
-  }
-
-  _times(c, width, height, begin, end, x) {
-    const step = nice((end - begin) * 70 / width);
-    c.fillStyle = colours.faint;
-    c.textAlign = 'center';
-    for (let i = Math.ceil(begin / step); i * step <= end; i += 1) {
-      const px = Math.min(width - 14, Math.max(LEFT, x(i * step)));
-      c.fillText(`${(i * step).toFixed(digits(step))} s`, px, height - 4);
-    }
-  }
-}
-
-/** The whole run as a line: its marks, and the cursor; a click goes there. */
-class MarkLine {
-  constructor(canvas, marks, duration, go) {
-    Object.assign(this, {canvas, marks, duration});
-    this.kinds = Object.keys(KINDS).filter((kind) => marks.some((mark) => mark.kind === kind));
-    canvas.style.height = `${Math.max(1, this.kinds.length) * MARK_ROW + 6}px`;
-    canvas.addEventListener('click', (event) => {
-      const near = this._near(event.offsetX, event.offsetY);
-      go(near ? near.begin : this.duration * share(event));
-    });
-    canvas.addEventListener('pointermove', (event) => {
-      canvas.title = this._near(event.offsetX, event.offsetY)?.text || '';
-    });
-  }
-
-  _x(time) { return LEFT + time / this.duration * (this.canvas.clientWidth - LEFT - RIGHT); }
-
-  _near(px, py) {
-    const row = Math.floor((py - 3) / MARK_ROW);
-    const away = (mark) => Math.max(this._x(mark.begin) - px, px - this._x(mark.end), 0)
-      + 2 * Math.abs(this.kinds.indexOf(mark.kind) - row);
-    const near = [...this.marks].sort((a, b) => away(a) - away(b))[0];
-    return near && away(near) < 8 ? near : null;
-  }
-
-  draw(now) {
-    const sheet = sharp(this.canvas);
-    if (!sheet) return;
-    const {context: c, height} = sheet;
-    for (const mark of this.marks) {
-      const y = 3 + this.kinds.indexOf(mark.kind) * MARK_ROW;
-      c.fillStyle = colours[KINDS[mark.kind]];
-      c.fillRect(this._x(mark.begin) - 1, y, Math.max(3, this._x(mark.end) - this._x(mark.begin)),
-                 MARK_ROW - 2);
-    }
-    c.lineWidth = 2;
-    stroke(c, colours.goal, [[this._x(now), 0], [this._x(now), height]]);
-  }
-}
-
 class Timeline {
   constructor(run) {
     this.run = run;
     this.now = 0;
     this.playing = false;
-    for (const name of ['odom', 'local', 'truth', 'asked', 'mistaken', 'frame', 'heading', 'rate',
-                        'speed', 'distance', 'angle']) {
+    for (const name of ['odom', 'local', 'truth', 'asked', 'mistaken', 'frame', 'heading',
+                        'distance', 'angle']) {
       this[name] = new Track(run[name]);
     }
-    [this._commandTimes, this._goalTimes, this._logTimes] = [run.commands, run.goals, run.log]
+    [this._commandTimes, this._goalTimes] = [run.commands, run.goals]
       .map((rows) => rows.map((row) => row[0]));
+    this._lines = [...$('run-log').children];
+    this._lineTimes = this._lines.map((line) => timeOf(line.firstChild));
+    for (const list of ['mark-list', 'run-log']) {
+      $(list).closest('section').hidden = !$(list).childElementCount;
+    }
     this.map = new RobotMap($('run-map'));
     this.map.radius = run.radius;
-    const redraw = () => this.show();
-    new MapInput(this.map, {redraw, placed() {}, yawOf: () => 0, toolChanged() {}});
-    const commands = (column) => ({steps: run.commands, column, colour: 'local', dash: [5, 3]});
-    const again = (column) => (run.again
-      ? [{steps: run.again.commands, column, colour: 'truth', dash: [2, 3]}] : []);
-    this.again = run.again && new Track(run.again.local);
-    for (const name of document.querySelectorAll('#timeline .again')) name.hidden = !run.again;
-    const measured = (track) => ({track, column: 0, colour: 'odom'});
-    this.curves = [
-      new Curves($('curve-heading'), [measured(this.heading)], {isAngle: true, least: 10}),
-      new Curves($('curve-distance'), [measured(this.distance)], {low: 0, least: 0.1}),
-      new Curves($('curve-angle'), [measured(this.angle)], {isAngle: true, least: 10}),
-      new Curves($('curve-linear'), [measured(this.speed), commands(1), ...again(1)], {least: 0.1}),
-      new Curves($('curve-angular'), [measured(this.rate), commands(2), ...again(2)], {least: 0.4}),
-    ].filter(({canvas, lines}) => {
-      const isKnown = lines.some(({track, steps}) => (steps || track.time).length);
-      canvas.closest('figure').hidden = !isKnown;
-      return isKnown;
-    });
-    for (const name of document.querySelectorAll('.heading-of')) name.textContent = run.heading_of;
-    this.line = new MarkLine($('marks'), run.marks, run.duration, (time) => this.go(time));
+    new MapInput(this.map, () => this.show());
     this._controls();
-    this._fillLog();
-    this._fillMarks();
     this._showAll();
-    const {hash} = location;
     const first = this.local.time[0] ?? this.odom.time[0] ?? 0;
-    this.go(hash.startsWith('#t=') ? Number(hash.slice(3)) || 0 : first);
+    this.go(location.hash.startsWith('#t=') ? timeOf(location) : first);
   }
 
   /** The map shows the whole way, and so stands still while the run plays. */
@@ -265,17 +112,18 @@ class Timeline {
       const link = event.target.closest('a[href^="#t="]');
       if (!link) return;
       event.preventDefault();
-      this.go(Number(link.hash.slice(3)) || 0);
+      this.go(timeOf(link));
+      if ($('timeline').contains(link)) return;
       $('timeline').scrollIntoView();
       $('timeline').focus();
     });
     document.addEventListener('toggle', () => this.show(), true);
     $('fit').addEventListener('click', () => this._showAll());
     addEventListener('resize', () => this.show());
-    for (const {canvas} of this.curves) {
-      canvas.addEventListener('click', (event) => {
-        const [begin, end] = this._stretch();
-        this.go(begin + share(event) * (end - begin));
+    for (const plot of document.querySelectorAll('#timeline .plot')) {
+      plot.addEventListener('click', (event) => {
+        const [begin, end] = plot.id === 'marks' ? [0, this.run.duration] : this._stretch();
+        if (event.target.tagName !== 'A') this.go(begin + share(event) * (end - begin));
       });
     }
     addEventListener('keydown', (event) => {
@@ -345,20 +193,36 @@ class Timeline {
     const goal = run.goals[lastBefore(this._goalTimes, now)];
     map.picture = {
       odom: this.odom.pose(now), local: this.local.pose(now), truth: this.truth.pose(now),
-      frame: this.frame.pose(now), again: this.again?.pose(now), goal: goal?.[2] || null,
+      frame: this.frame.pose(now), goal: goal?.[2] || null,
       asked: this.asked.pose(now), mistaken: $('mistake')?.open ? this.mistaken.pose(now) : null,
       tolerance: 0,
     };
     map.replaceTrails({odom: this.odom.way(now), local: this.local.way(now)});
     map.draw();
-    const stretch = this._stretch();
-    this.curves.forEach((curve, i) => curve.draw(...stretch, now, i === this.curves.length - 1));
-    this.line.draw(now);
+    this._showCurves();
     $('time').value = now;
     $('time').setAttribute('aria-valuetext', `${now.toFixed(1)} seconds`);
     $('clock').textContent = `${now.toFixed(2)} s of ${run.duration.toFixed(1)} s`;
     this._words(goal);
     this._showLog();
+  }
+
+  /** The curves of the stretch, the times below them, and this moment in them and in the marks. */
+  _showCurves() {
+    const [begin, end] = this._stretch(), step = nice((end - begin) / 6), times = [];
+    for (let i = Math.ceil(begin / step); i * step <= end; i += 1) {
+      const word = document.createElement('span');
+      word.textContent = `${(i * step).toFixed(digits(step))} s`;
+      word.style.setProperty('--x', (i * step - begin) / (end - begin));
+      times.push(word);
+    }
+    $('times').replaceChildren(...times);
+    for (const {viewBox} of document.querySelectorAll('#curves svg')) {
+      Object.assign(viewBox.baseVal, {x: begin, width: end - begin});
+    }
+    const {style} = $('timeline');
+    style.setProperty('--now', (this.now - begin) / (end - begin));
+    style.setProperty('--at', this.now / this.run.duration);
   }
 
   _words(goal) {
@@ -380,38 +244,18 @@ class Timeline {
     say('now-mark', here.length, () => here.map((mark) => mark.text).join('; '));
   }
 
-  _fillLog() {
-    for (const [time, level, text] of this.run.log) {
-      const row = document.createElement('li');
-      row.dataset.level = level;
-      row.textContent = `${time.toFixed(2)} s  ${text}`;
-      row.addEventListener('click', () => this.go(time));
-      $('run-log').append(row);
-    }
-    $('run-log').closest('section').hidden = !this.run.log.length;
-  }
-
   _showLog() {
-    const list = $('run-log'), rows = list.children;
-    const last = lastBefore(this._logTimes, this.now);
-    if (!rows.length || last === this._shownLine) return;
+    const list = $('run-log'), last = lastBefore(this._lineTimes, this.now);
+    if (!this._lines.length || last === this._shownLine) return;
     this._shownLine = last;
-    [...rows].forEach((row, i) => row.classList.toggle('later', i > last));
-    const row = rows[Math.max(0, last)];
+    this._lines.forEach((line, i) => line.classList.toggle('later', i > last));
+    const row = this._lines[Math.max(0, last)];
     list.scrollTop = row.offsetTop - list.offsetTop - list.clientHeight / 2;
   }
-
-  /** The marks as words too: a list of buttons, for keys and for screen readers. */
-  _fillMarks() {
-    for (const mark of this.run.marks) {
-      const row = document.createElement('button');
-      row.textContent = `${mark.begin.toFixed(1)} s  ${mark.text}`;
-      row.addEventListener('click', () => this.go(mark.begin));
-      $('mark-list').append(row);
-    }
-    $('mark-list').closest('section').hidden = !this.run.marks.length;
-  }
 }
+
+/** The time of a link to a moment, or of the page's own address. */
+function timeOf({hash}) { return Number(hash.slice(3)) || 0; }
 
 /** An angle [degrees] in words, wrapped to +-180. */
 function wrapped(angle) { return `${degrees(wrap(radians(angle))).toFixed(1)}\u00b0`; }

@@ -8,27 +8,27 @@ are in ``odom``; but the poses of `local` and of the goals are in ``local``.
 """
 import json
 import math
+from html import escape
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
 
 import numpy as np
 
 from tb3_labs import drawing
+from tb3_labs.report.curves import curves, mark_line
 from tb3_labs.report.drives import DriveReport, goal_errors, spans
 from tb3_labs.report.epochs import Epoch, epochs, local_in_odom
-from tb3_labs.report.movements import by_hand
-from tb3_labs.report.run_data import (
-    GAP, Commands, LogLines, Poses, RunData, in_force)
+from tb3_labs.report.movements import Movement, movements
+from tb3_labs.report.run_data import GAP, Commands, LogLines, Poses, RunData, in_force
 from tb3_labs.report.tables import degrees, number
 from tb3_labs.report.turns import TurnReport
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: The HTML of the timeline, and its program.
+#: The HTML of the timeline; its program and its style lie beside it.
 PAGE = Path(__file__).with_name('timeline.html')
-PROGRAM = PAGE.with_suffix('.js')
-#: Styles of the timeline.
-STYLES = (drawing.FILES / 'colours.css', PAGE.with_suffix('.css'))
-BOUND = 'Curves are thinned: no recorded value is farther from them than {}.'
+#: The data that the program reads. All else is drawn before.
+FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'asked', 'mistaken', 'frame',
+               'heading', 'distance', 'angle', 'commands', 'goals', 'marks')
 #: Greatest difference between a recorded value and its track, by unit.
 BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
 #: Times and values are rounded to this many digits, which changes them by up to ROUNDING.
@@ -38,16 +38,6 @@ RECORDER = 'record'
 PLACE = ('m', 'm', 'deg')
 #: A moment or a stretch on the line: kind, begin, end, text.
 Mark = Dict[str, Any]
-
-
-def section(data: Dict[str, Any]) -> str:
-    """The HTML of a timeline with these data, which needs no other file."""
-    bounds = ', '.join('{:g} {}'.format(bound, unit) for unit, bound in BOUNDS.items())
-    text = json.dumps(data, separators=(',', ':'), allow_nan=False).replace('<', '\\u003c')
-    return '<style>\n{}</style>\n{}'.format(
-        ''.join(path.read_text(encoding='utf-8') for path in STYLES),
-        PAGE.read_text(encoding='utf-8').format(
-            bounds=BOUND.format(bounds), data=text, script=drawing.one_script(PROGRAM)))
 
 
 def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray) -> np.ndarray:
@@ -100,12 +90,12 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
     frames = epochs(run)
     local_resets, goal_resets = (_resets(frames, at) for at in (local.time, time))
     return {
-        'duration': round(run.duration, 3), 'radius': model.body_radius,
+        'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
         'heading_of': 'heading by the IMU',
-        'odom': poses_of(odometry), 'local': poses_of(local, local_resets),
-        'truth': poses_of(_truth_in_odom(run, frames)),
-        'asked': poses_of(asked), 'mistaken': poses_of(mistaken),
-        'frame': poses_of(local_in_odom(run, local.time), local_resets),
+        'odom': _poses(odometry), 'local': _poses(local, local_resets),
+        'truth': _poses(_truth_in_odom(run, frames)),
+        'asked': _poses(asked), 'mistaken': _poses(mistaken),
+        'frame': _poses(local_in_odom(run, local.time), local_resets),
         'heading': track(imu.time, [np.degrees(np.unwrap(imu.yaw))], ['deg']),
         'rate': track(imu.time, [imu.yaw_rate], ['rad/s']),
         'speed': track(odometry.time, [odometry.linear], ['m/s']),
@@ -113,15 +103,15 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
         'angle': track(time, [np.degrees(angle)], ['deg'],
                        [*goal_resets,
                         *(np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1)]),
-        'commands': commands_of(run.commands),
+        'commands': _commands(run.commands),
         'goals': [[round(span.begin, 3), span.state,
                    None if span.goal is None else
                    [round(part, 4) for part in (span.goal.x, span.goal.y, span.goal.yaw)]]
                   for span in spans(run)],
-        'marks': in_order(marked), 'log': lines_of(run.log)}
+        'marks': sorted(marked, key=lambda each: each['begin']), 'log': _lines(run.log)}
 
 
-def poses_of(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
+def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
     yaw = np.degrees(np.unwrap(poses.yaw)) if len(poses) else poses.yaw
     return track(poses.time, [poses.x, poses.y, yaw], PLACE, [*breaks, *poses.leaps])
 
@@ -139,7 +129,7 @@ def _truth_in_odom(run: RunData, frames: Sequence[Epoch]) -> Poses:
         for epoch in frames if epoch.local_T_world is not None])
 
 
-def commands_of(commands: Commands) -> List[List[Any]]:
+def _commands(commands: Commands) -> List[List[Any]]:
     """Returns [time, m/s, rad/s] of each command that differs from the command before. The speeds
     are None at the time at which the robot's timeout ended a command."""
     if not len(commands):
@@ -160,10 +150,6 @@ def mark(kind: str, begin: float, text: str, end: Optional[float] = None) -> Mar
             'end': round(float(begin if end is None else end), 3), 'text': text}
 
 
-def in_order(marked: Sequence[Mark]) -> List[Mark]:
-    return sorted(marked, key=lambda each: each['begin'])
-
-
 def marks(run: RunData, turned: Sequence[TurnReport],
           driven: Sequence[DriveReport]) -> List[Mark]:
     """The Marks of a recorded run, with its turns and drives."""
@@ -173,8 +159,8 @@ def marks(run: RunData, turned: Sequence[TurnReport],
     found += [mark('drive', drive.begin, 'drive {}: {}, {} m and {} deg off'.format(
         k, drive.outcome, number(drive.measured[0], '{:.3f}'),
         degrees(drive.measured[1], '{:.1f}')), drive.end) for k, drive in enumerate(driven, 1)]
-    listed = [(each['begin'], each['end']) for each in found]
-    found += [mark('hand', hand.begin, 'by hand', hand.end) for hand in by_hand(run, listed)]
+    found += [_by_hand(run, movement) for movement in movements(run) if not any(
+        movement.begin < each['end'] and each['begin'] < movement.end for each in found)]
     found += [mark('reset', epoch.begin, 'reset {} of local'.format(k))
               for k, epoch in enumerate(epochs(run)[1:], 1)]
     found += [mark('stop', span.begin, span.state) for span in spans(run) if ':' in span.state]
@@ -189,6 +175,13 @@ def marks(run: RunData, turned: Sequence[TurnReport],
     return found
 
 
+def _by_hand(run: RunData, movement: Movement) -> Mark:
+    before, after = run.imu.yaw_at((movement.begin, movement.end))
+    return mark('hand', movement.begin, 'by hand: {:.2f} m, turned {} deg'.format(
+        run.odometry.between(movement.begin, movement.end).length,
+        degrees(after - before, '{:+.1f}')), movement.end)
+
+
 def _changes(run: RunData) -> List[Any]:
     """(time, may a node drive?) at each change of ctrl_relinq."""
     values = run.control.value > 0.5
@@ -196,8 +189,28 @@ def _changes(run: RunData) -> List[Any]:
     return [(float(run.control.time[k]), bool(values[k])) for k in changes]
 
 
-def lines_of(log: LogLines, before: str = '') -> List[List[Any]]:
+def _lines(log: LogLines) -> List[List[Any]]:
     """[time, level, text] of the log lines; the text begins with the node's name."""
-    return [[round(float(at), 3), str(level), '{}{}: {}'.format(before, node.lstrip('/'), text)]
+    return [[round(float(at), 3), str(level), '{}: {}'.format(node.lstrip('/'), text)]
             for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
             if node.rpartition('/')[2] != RECORDER]
+
+
+# The page -----------------------------------------------------------------------------------------
+
+def section(data: Dict[str, Any]) -> str:
+    """The HTML of a timeline with these data, which needs no other file."""
+    text = json.dumps({name: data[name] for name in FOR_PROGRAM}, separators=(',', ':'),
+                      allow_nan=False).replace('<', '\\u003c')
+    styles = drawing.FILES / 'colours.css', PAGE.with_suffix('.css')
+    return '<style>\n{}</style>\n{}'.format(
+        ''.join(path.read_text(encoding='utf-8') for path in styles),
+        PAGE.read_text(encoding='utf-8').format(
+            heading_of=data['heading_of'], curves='\n'.join(curves(data)),
+            marks=''.join(mark_line(data)), data=text,
+            mark_list=''.join('<a href="#t={}">{:.1f} s&ensp;{}</a>'.format(
+                each['begin'], each['begin'], escape(each['text'])) for each in data['marks']),
+            log=''.join('<li data-level="{}"><a href="#t={}">{:.2f} s&ensp;{}</a></li>'.format(
+                level, at, at, escape(text)) for at, level, text in data['log']),
+            bounds=', '.join('{:g} {}'.format(bound, unit) for unit, bound in BOUNDS.items()),
+            script=drawing.one_script(PAGE.with_suffix('.js'))))

@@ -19,8 +19,6 @@ MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
 CONTROL_RATE = 30.0
 #: Without a command for this long the wheels are commanded to zero [s].
 COMMAND_TIMEOUT = 0.5
-#: Below this voltage of the battery the board cuts the power of the motors [V].
-CUT_OFF = 11.0
 #: Width of a wheel, for all models, as in turtlebot3_description [m].
 WHEEL_WIDTH = 0.018
 #: The wheels' names in the robot's messages, as in turtlebot3_description.

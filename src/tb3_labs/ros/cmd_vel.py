@@ -3,8 +3,8 @@
 When a node that drives stops, for any reason, it publishes exactly one zero and is then silent, so
 that another node may drive. The zero is also sent when the node shuts down (Ctrl+C, SIGTERM, a
 closed terminal, an exception that ended it), when the process is stopped by Ctrl+Z, and when the
-node's clock stands still. A process that ends, or is stopped, waits until the zero is written to
-each subscriber.
+node's clock stands still. A process that ends, or is stopped, first gives rospy the time to write
+the zero to each subscriber.
 """
 import math
 import threading
@@ -14,19 +14,14 @@ from collections import defaultdict, deque
 import rospy
 from geometry_msgs.msg import Twist
 
-from tb3_labs.ros.clocks import ClockWatch, steady_time, wait_until
+from tb3_labs.ros.clocks import ClockWatch, steady_time
 from tb3_labs.ros.conversions import to_twist
 from tb3_labs.ros.node import guarded, when_stopped
-from tb3_labs.ros.rospy_internals import (
-    connection_of, messages_written, publish_now, stop_hearing_oneself)
+from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import subscribe
 
-#: Longest wait until the last zero has left the process [s].
+#: Wait until the last zero has left the process [s]: rospy that ends drops what its queues hold.
 DELIVERY_TIME = 0.15
-#: Time between two checks during that wait [s].
-LOOK_AGAIN = 0.002
-#: A further wait [s]: a command that was still under way may have been counted as the zero.
-MARGIN = 0.01
 #: The watchdog begins to check a node when no message came for this long [s, wall clock], half the
 #: shortest timeout.
 QUIET_TIME = 0.1
@@ -42,6 +37,8 @@ FIGHT_TIME = 1.0
 FIRST_MOMENT = 0.3
 #: Time between two warnings of the same rival [s].
 WARNING_PERIOD = 10.0
+#: A node hears its own commands, too. It reads them once in this time [s].
+OWN_PERIOD = 0.3
 
 
 class CmdVel:
@@ -78,7 +75,7 @@ class CmdVel:
                 self._stop()
             elif not self._closed:
                 self._driving_since = self._driving_since or time.monotonic()
-                publish_now(self._publisher, to_twist(linear, angular))
+                self._publisher.publish(to_twist(linear, angular))
 
     def stop(self):
         """Send one zero if this node was driving, otherwise nothing."""
@@ -90,23 +87,14 @@ class CmdVel:
         was_driving = self._driving_since is not None
         if was_driving:
             self._driving_since = None
-            publish_now(self._publisher, to_twist(0.0, 0.0))
+            self._publisher.publish(to_twist(0.0, 0.0))
         return was_driving
 
     def _close(self):
         with self._lock:
             self._closed = True
-            before = messages_written(self._publisher)
             if self._stop():
-                self._wait_until_written(before)
-
-    def _wait_until_written(self, before):
-        """Wait until the zero is written: at shutdown rospy drops messages in its queues."""
-        def is_written():
-            now = messages_written(self._publisher)
-            return all(now.get(link, count + 1) > count for link, count in before.items())
-        wait_until(is_written, DELIVERY_TIME, LOOK_AGAIN)
-        time.sleep(MARGIN)
+                time.sleep(DELIVERY_TIME)
 
     def _open(self):
         with self._lock:
@@ -162,7 +150,7 @@ class Rivals:
         self._lock = threading.Lock()    # guards the next two; each rival has a thread of its own
         self._seen = defaultdict(lambda: deque(maxlen=FIGHT))   # times of each node's commands
         self._warned = {}
-        self._commands = subscribe('cmd_vel', Twist, self._on_command)
+        subscribe('cmd_vel', Twist, self._on_command)
 
     @property
     def complaint(self):
@@ -174,7 +162,7 @@ class Rivals:
     def _on_command(self, message):
         sender = connection_of(message)['callerid']
         if sender == rospy.get_name():
-            stop_hearing_oneself(self._commands)
+            time.sleep(OWN_PERIOD)    # in the thread of that connection, which drops the others
             return
         self._heard(message)
         if self._cmd_vel.driving_for >= FIRST_MOMENT and self._is_to_be_named(sender):

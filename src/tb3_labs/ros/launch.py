@@ -1,4 +1,4 @@
-"""Ends the roslaunch that started this process, and checks the arguments of a roslaunch.
+"""Checks the arguments of a roslaunch.
 
 roslaunch ignores an argument that the launch file does not have. So each launch file of this
 package begins with a parameter whose command is ``python3 -m tb3_labs.ros.launch FILE.launch``. It
@@ -9,7 +9,6 @@ run it: it imports the standard library alone.
 import difflib
 import os
 import re
-import signal
 import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -21,16 +20,6 @@ PACKAGE = 'tb3_labs'
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
 #: A colon without a blank after it, as in {slip:0.1}: YAML takes it for a part of the name.
 NO_BLANK = re.compile(r':(?!\s)')
-
-
-def end_roslaunch():
-    """End the roslaunch that started this process, with all its nodes. Without one, do nothing.
-
-    roslaunch handles SIGTERM like Ctrl+C. It would print red lines if a required node just ended.
-    """
-    parent = os.getppid()
-    if _words_of(parent):
-        os.kill(parent, signal.SIGTERM)
 
 
 def _words_of(process):

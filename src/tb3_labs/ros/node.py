@@ -10,53 +10,55 @@ thread at any point to shut down, and hang if it holds one of rospy's locks. Her
 exception in the main thread: first it leaves its calls and their locks, then the node shuts down.
 
 Threads and locks
-    main         builds the node, then waits without a lock; runs the hooks of Ctrl+Z, and after
-                 a signal those of the shutdown
-    subscribers  one for each connection of a topic, by rospy; the same for services
-    watchdog, keyboard, mouse, pynput's, diagnostics, console, clock_watch, reminders, reset, robot,
-    server, master: one each, if a node has them; they are daemons, which do not keep a process
-    alive
+    main     builds the node, then waits without a lock; runs the hooks of Ctrl+Z, and after a
+             signal those of the shutdown
+    rospy's  one for each connection of a topic, and for each call of a service
+    daemons  watchdog, keyboard, diagnostics and others, by their names
     Locks are taken in this order, each only before those below it:
     1  locks of all that calls a node back: the shutdown and its hooks, dynamic settings,
        diagnostics, actionlib. A node that calls them, or :func:`end`, holds no lock.
     2  the lock of the node, which guards its core
     3  locks of CmdVel and of Rivals: they guard their own numbers, and call nothing back
-    4  locks of rospy's topics, and of the console
-    A thread that holds a node's lock does not wait for a terminal, a service or a message. Its
-    longest wait is in CmdVel, for the last zero, when the node does not drive any more.
+    4  locks of rospy's topics, and of its log
+    A thread that holds a node's lock does not wait for a service or a message. Its longest wait is
+    in CmdVel, for the last zero, when the node does not drive any more. If the terminal takes no
+    text (Ctrl+S), it waits there, and the robot stops by its own timeout.
 """
-import faulthandler
+import contextlib
 import functools
-import math
 import os
-import select
 import signal
 import sys
 import threading
+import time
 import traceback
 from dataclasses import fields
+from pathlib import Path
 
 import rosgraph
 import rospy
 
 from tb3_labs.config import NOT_GIVEN, from_parameters, nearest
 from tb3_labs.robot.turtlebot3 import model_called
-from tb3_labs.ros import console
 from tb3_labs.ros.clocks import say_if_no_clock_comes, wait_until
-from tb3_labs.ros.launch import end_roslaunch
-from tb3_labs.ros.rospy_internals import after_hooks, is_ending, mend_registration
+from tb3_labs.ros.rospy_internals import hear_all_publishers
 
 #: Time between two looks for a master [s].
 MASTER_PERIOD = 0.5
+#: Time between two looks whether another thread has ended the node [s].
+END_PERIOD = 0.2
 #: A node that ends, after its last zero, waits no longer than this for its master's answer [s].
 LONGEST_END = 4.0
 #: These end a node: Ctrl+C, `kill`, a closed terminal.
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-#: This byte wakes the main thread when rospy has shut down; for a signal it is the signal's number.
-SHUT_DOWN = b'\xff'
+#: rospy asks the master for this parameter with each log line, as long as it is not set. So a
+#: thread that logs would wait for a master that does not answer.
+ROSOUT_PARAMETER = '/rosout_disable_topics_generation'
 
 _failures = []
+_signals = []     # numbers of the signals of ENDING so far
 _sleepers = []    # (function to call before the process is stopped, function to call after)
+_end_has_begun = threading.Event()    # rospy.is_shutdown() is true only after the hooks
 
 
 def run(name, make_node):
@@ -67,50 +69,62 @@ def run(name, make_node):
     if set(rospy.myargv()[1:]) & {'-h', '--help'}:
         print(make_node.__init__.__globals__['__doc__'].strip())
         sys.exit(0)
-    signals = Signals()
-    node = None
+    take_signals()
+    sys.stdout, sys.stderr = Output(sys.stdout), Output(sys.stderr)
     try:
         _wait_for_master()
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(_end_in_time)    # the first of the hooks
-        mend_registration()
-        console.start()
+        rospy.set_param(ROSOUT_PARAMETER, False)
+        rospy.get_param_cached(ROSOUT_PARAMETER)
+        hear_all_publishers()
         say_if_no_clock_comes()
-        after_hooks(signals.wake)    # by then the last zero velocity is sent
-        node = make_node()
-        signals.take_ctrl_z()
-        signals.wait()
+        node = make_node()    # noqa: F841 (it lives as long as this name)
+        take_ctrl_z()
+        while not rospy.is_shutdown():
+            pause(END_PERIOD)
     except ValueError as problem:
-        signals.ignore()
+        ignore_signals()
         end(str(problem))
         end_roslaunch()
     except Interrupted:
         rospy.signal_shutdown('signal')
-    signals.ignore()
-    del node
-    status = 1 if _failures else 0
-    if not console.flush():
-        os._exit(status)    # skips Python's own end, see console.flush
-    sys.exit(status)
+    ignore_signals()
+    wait_until(rospy.is_shutdown, LONGEST_END)    # another thread may have begun to end the node
+    sys.exit(1 if _failures else 0)
+
+
+class Output:
+    """A stream whose terminal may be closed at any time: then its text is lost. Otherwise a hook
+    that logs a line would end the shutdown before the last zero."""
+
+    def __init__(self, stream):
+        self._stream = stream
+
+    def write(self, text):
+        # an output that was never open is None
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            self._stream.write(text)
+            self._stream.flush()
+
+    def flush(self):
+        """Do nothing: each text was flushed when it was written."""
+
+    def __getattr__(self, name):
+        return getattr(self._stream, name)
 
 
 def _wait_for_master():
     """Wait until a master answers. rospy does not wait if the command line has parameters."""
-    if not _master_answers():
-        console.say('Waiting for a ROS master at {}: roslaunch starts one, roscore too'.format(
+    if not rosgraph.is_master_online():
+        print('Waiting for a ROS master at {}: roslaunch starts one, roscore too'.format(
             rosgraph.get_master_uri()))
-        wait_until(_master_answers, math.inf, MASTER_PERIOD)
-
-
-def _master_answers():
-    try:
-        rosgraph.Master(rospy.get_caller_id()).getPid()
-    except OSError:
-        return False
-    return True
+        while not rosgraph.is_master_online():
+            pause(MASTER_PERIOD)
 
 
 def _end_in_time():
+    _end_has_begun.set()
     timer = threading.Timer(LONGEST_END, lambda: os._exit(1 if _failures else 0))
     timer.daemon = True
     timer.start()
@@ -147,15 +161,13 @@ def guarded(callback):
             return callback(*args, **kwargs)
         except rospy.ServiceException:
             raise  # a refusal, which rospy passes to the caller
-        except rospy.ROSException:
-            # publishing while the node ends and its topics are closed is not a failure
-            if not is_ending():
-                raise
         except Exception as problem:  # after any exception the robot must not drive on
             where = traceback.extract_tb(sys.exc_info()[2])[-1]
             rospy.logdebug('%s', traceback.format_exc())
-            end('{}: {} ({} line {})'.format(type(problem).__name__, problem,
-                                             os.path.basename(where.filename), where.lineno))
+            # while the node ends, a topic may be closed
+            if not (_end_has_begun.is_set() or rospy.is_shutdown()):
+                end('{}: {} ({} line {})'.format(type(problem).__name__, problem,
+                                                 os.path.basename(where.filename), where.lineno))
     return call
 
 
@@ -164,8 +176,25 @@ def end(failure=''):
     if failure:
         _failures.append(failure)
         if len(_failures) == 1:    # other threads may fail, too, until the node has ended
-            rospy.logfatal('%s', failure)
+            # after the last zero, since a terminal that takes no text holds up this thread
+            rospy.on_shutdown(lambda: rospy.logfatal('%s', failure))
     rospy.signal_shutdown(failure or 'done')
+
+
+def end_roslaunch():
+    """End the roslaunch that started this process, with all its nodes. Without one, do nothing.
+
+    roslaunch handles SIGTERM like Ctrl+C. It would print red lines if a required node just ended.
+    """
+    words = Path('/proc/{}/cmdline'.format(os.getppid())).read_text().split('\0')
+    if 'roslaunch' in map(os.path.basename, words[:2]):    # the first word may be python
+        os.kill(os.getppid(), signal.SIGTERM)
+
+
+def log_news(news):
+    """Log each line of `news`, a core's news.News: as a warning if it is one, else as info."""
+    for line in news:
+        (rospy.logwarn if line.warning else rospy.loginfo)('%s', line.text)
 
 
 # ----- signals -----
@@ -174,53 +203,39 @@ class Interrupted(BaseException):
     """A signal of ENDING; a BaseException, so that no ``except Exception`` catches it."""
 
 
-class Signals:
-    """Handles the signals of this process from now on; to be made in the main thread."""
+def take_signals():
+    """From now on the first signal of ENDING raises Interrupted in the main thread."""
+    for number in ENDING:
+        if signal.getsignal(number) is not signal.SIG_IGN:    # nohup ignores SIGHUP
+            signal.signal(number, _interrupt)
 
-    def __init__(self):
-        self._signalled = threading.Event()
-        # on `kill -USR1` a node prints where each of its threads is
-        faulthandler.register(signal.SIGUSR1)
-        # A thread that is just about to wait for a lock misses a signal, and waits for ever. A pipe
-        # avoids that: the interpreter writes a byte into it whenever a signal arrives.
-        self._over, self._wake = os.pipe()
-        os.set_blocking(self._wake, False)
-        signal.set_wakeup_fd(self._wake)
-        for number in ENDING:
-            if signal.getsignal(number) is not signal.SIG_IGN:    # nohup ignores SIGHUP
-                signal.signal(number, self._interrupt)
 
-    def wake(self):
-        """End :meth:`wait`, from any thread."""
-        os.write(self._wake, SHUT_DOWN)
+def _interrupt(number, _frame):
+    ignore_signals()
+    _signals.append(number)
+    raise Interrupted
 
-    def wait(self, seconds=None):
-        """Wait for :meth:`wake`, or at most for `seconds`; then any signal ends the wait. A signal
-        of ENDING raises Interrupted, here and everywhere else."""
-        while select.select([self._over], [], [], seconds)[0]:
-            is_over = os.read(self._over, 1) == SHUT_DOWN or self._signalled.is_set()
-            if is_over or seconds is not None:
-                break
-        if self._signalled.is_set():
-            raise Interrupted    # a library caught the first one by a bare `except:`
 
-    @staticmethod
-    def take_ctrl_z():
-        """Let Ctrl+Z (SIGTSTP) call the functions of :func:`when_stopped` from now on."""
-        if signal.getsignal(signal.SIGTSTP) is signal.SIG_DFL:
-            signal.signal(signal.SIGTSTP, _sleep)
+def ignore_signals():
+    """Ignore further signals: a second one must not interrupt the shutdown, and Ctrl+Z would wait
+    for ever for a lock that the main thread holds."""
+    for number in ENDING + (signal.SIGTSTP,):
+        signal.signal(number, signal.SIG_IGN)
 
-    @staticmethod
-    def ignore():
-        """Ignore further signals: a second one must not interrupt the shutdown, and Ctrl+Z would
-        wait for ever for a lock that the main thread holds."""
-        for number in ENDING + (signal.SIGTSTP,):
-            signal.signal(number, signal.SIG_IGN)
 
-    def _interrupt(self, _number, _frame):
-        self.ignore()
-        self._signalled.set()
+def pause(seconds):
+    """Sleep in the main thread. Raises Interrupted at once if a signal comes, or has come before
+    and was caught by a library, in a bare `except:`."""
+    if not _signals:
+        time.sleep(seconds)
+    if _signals:
         raise Interrupted
+
+
+def take_ctrl_z():
+    """Let Ctrl+Z (SIGTSTP) call the functions of :func:`when_stopped` from now on."""
+    if signal.getsignal(signal.SIGTSTP) is signal.SIG_DFL:
+        signal.signal(signal.SIGTSTP, _sleep)
 
 
 def when_stopped(before, after):

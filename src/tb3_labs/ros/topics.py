@@ -18,11 +18,11 @@ from tb3_labs.control.pace import Listening
 from tb3_labs.ros.clocks import remind, steady_time
 from tb3_labs.ros.conversions import to_wheel_sample
 from tb3_labs.ros.node import guarded
-from tb3_labs.ros.rospy_internals import connected_for, connection_of, is_wall_time
+from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
 
 #: Time between two warnings of invalid messages on one topic [s].
 INVALID_TOLD = 1.0
-#: A message that is repeated to a new connection arrives within this time [s].
+#: A message that was latched before a node began to listen arrives within this time [s].
 AT_ONCE = 0.3
 
 
@@ -134,7 +134,7 @@ class _Replays:
 
     def __init__(self, topic):
         # what these have latched is older than this node, even if it takes long to connect
-        self._before = _publishers(topic)
+        self._before, self._begun_at = _publishers(topic), steady_time()
         self._headers = {}    # {sender: header of its latest connection}
 
     def judge(self, header):
@@ -147,7 +147,8 @@ class _Replays:
         was_there = known is None and sender in self._before
         # A sender repeats its latched message as soon as it is connected. If it has not sent
         # anything before, its first message comes later, and is new.
-        return was_there or known is not None, was_there and connected_for() < AT_ONCE
+        is_old = was_there and steady_time() - self._begun_at < AT_ONCE
+        return was_there or known is not None, is_old
 
 
 def _publishers(topic):

@@ -50,14 +50,11 @@ class Drivetrain:
         self._left_goal = self._right_goal = 0.0
         self.set_physics(lag=0.0, mismatch=0.0, slip=0.0)
 
-    def set_physics(self, lag: float, mismatch: float, slip: float, separation: float = 0.0,
-                    radius: float = 0.0) -> None:
+    def set_physics(self, lag: float, mismatch: float, slip: float) -> None:
         """`lag` of the motors [s]; `mismatch`: fraction by which the right wheel is smaller;
-        `slip`: fraction of the wheels' travel that does not move the robot; `separation`, `radius`:
-        those of the wheels [m], 0: as the model says."""
+        `slip`: fraction of the wheels' travel that does not move the robot."""
         self._lag = lag
-        self._separation = separation or self._model.wheel_separation
-        self._left_radius = (radius or self._model.wheel_radius) * (1.0 - slip)
+        self._left_radius = self._model.wheel_radius * (1.0 - slip)
         self._right_radius = self._left_radius * (1.0 - mismatch)
         self.set_goals(self._left_goal, self._right_goal)
 
@@ -74,8 +71,8 @@ class Drivetrain:
         if self._steady:
             self._left_speed, self._right_speed = self._left_goal, self._right_goal
             left_excess = right_excess = 0.0
-        left = self._left_radius / self._separation
-        right = self._right_radius / self._separation
+        left = self._left_radius / self._model.wheel_separation
+        right = self._right_radius / self._model.wheel_separation
         self._steady_rate = right * self._right_goal - left * self._left_goal
         self._fading_rate = right * right_excess - left * left_excess
 
@@ -95,7 +92,7 @@ class Drivetrain:
         """(forward speed [m/s], rate of turn [rad/s]) over the floor."""
         left = self._left_radius * self._left_speed
         right = self._right_radius * self._right_speed
-        return (left + right) / 2.0, (right - left) / self._separation
+        return (left + right) / 2.0, (right - left) / self._model.wheel_separation
 
     @property
     def angles(self) -> Tuple[float, float]:
@@ -128,7 +125,7 @@ class Drivetrain:
         left *= self._left_radius
         right *= self._right_radius
         chord = (left + right) / 2.0
-        half = (right - left) / self._separation / 2.0
+        half = (right - left) / self._model.wheel_separation / 2.0
         if half:
             chord *= math.sin(half) / half
         self._x += chord * math.cos(self._yaw + half)

@@ -17,17 +17,14 @@ Its faults are copied, because the labs have to work with them:
   turn for its bias. Then `reset` sets the odometry's pose to zero, but not the IMU's yaw. From then
   on they differ. The next odometry adds the turn that the IMU saw during the calibration.
 - After a start the board is silent, then it calibrates.
-- Without the serial node each write blocks, so that the board notices the time-out late. If the
-  serial node comes back late, that is a new connection: the board calibrates.
 
 Units: SI; motor angles in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
 (turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured with the same code on a
 simulated body.
 """
 import math
-import random
 from collections import deque
-from typing import Deque, Optional, Sequence, Tuple
+from typing import Deque, Sequence, Tuple
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
@@ -43,10 +40,6 @@ RESET = None
 NO_COMMAND = -math.inf, 0.0, 0.0
 #: Time from the start of the board to its first IMU sample [s].
 START_TIME = 6.2
-#: If the serial node stops in a drive, the motors run on for a time in this range [s].
-BLOCKED = (0.50, 0.96)
-#: A serial node that was away for longer than this connects anew [s].
-NEW_CONNECTION = 9.0
 
 
 def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
@@ -121,27 +114,17 @@ class Odometer:
 class Board:
     """The board's state (starting, calibrating or free), and the command that it obeys."""
 
-    def __init__(self, seed: int) -> None:
-        self._random = random.Random('board {}'.format(seed))
+    def __init__(self) -> None:
         self._waiting: Deque[Arrival] = deque()     # not read yet
         self._free_since = -math.inf
-        self._blocked_until = -math.inf
-        self._cut_since: Optional[float] = None
         self._yaw_before = self._pause = 0.0
-        #: Is the board off or starting? Then commands to it are lost.
+        #: Does the board start? Then commands to it are lost.
         self.is_starting = False
         #: Is the board busy? Then it does not read and does not send.
         self.is_busy = False
         #: Time at which the board is free again [s], or infinity. An attribute, for speed.
         self.due = math.inf
         self._command = NO_COMMAND      # time of reading [s], forward speed, rate of turn
-
-    def switch_off(self) -> None:
-        """The board has no power from now on."""
-        self._command = NO_COMMAND
-        self._waiting.clear()
-        self.is_starting = self.is_busy = True
-        self.due = math.inf
 
     def start(self, now: float) -> None:
         """The board starts. The start ends at `due`."""
@@ -176,25 +159,3 @@ class Board:
         """Returns the (forward speed, rate of turn) that the board obeys now."""
         read_at, linear, angular = self._command
         return (0.0, 0.0) if now - read_at > COMMAND_TIMEOUT else (linear, angular)
-
-    # The serial link ------------------------------------------------------------------------------
-
-    def lose_link(self, now: float) -> None:
-        """The serial node is away from now on."""
-        self._cut_since = now
-        self._blocked_until = now + self._random.uniform(*BLOCKED)
-
-    def regain_link(self, now: float) -> bool:
-        """The serial node is back. Returns True if this is a new connection."""
-        assert self._cut_since is not None
-        away, self._cut_since = now - self._cut_since, None
-        return away > NEW_CONNECTION
-
-    def is_blocked(self, now: float) -> bool:
-        """Is the board busy, or waiting for a write to end? Without the link each loop waits."""
-        if self._cut_since is None or self.is_busy:
-            return self.is_busy
-        if now < self._blocked_until:
-            return True
-        self._blocked_until = now + BLOCKED[1]
-        return False

@@ -80,11 +80,11 @@ KINDS = (
           settings={'odom_frozen': True}),
     Fault('silent imu', (2.0, 6.0), False, 1, 's', 0.3,
           'duration of one silence',
-          'Now and then /imu sends nothing, and its stamps have a gap. Meanwhile /odom goes on.',
+          'rostopic hz /imu: a large max_delta, and a lower rate. Meanwhile /odom goes on.',
           settings={'imu_silent': True}),
     Fault('silent odometry', (2.0, 6.0), False, 1, 's', 0.3,
           'duration of one silence',
-          'Now and then /odom sends nothing, and its stamps have a gap. Meanwhile /imu goes on.',
+          'rostopic hz /odom: a large max_delta, and a lower rate. Meanwhile /imu goes on.',
           settings={'odom_silent': True}),
     Fault('sensor latency', (0.2, 0.6), False, 2, 's', 0.03,
           'delay of each sample, from its stamp to its arrival',
@@ -97,8 +97,8 @@ KINDS = (
           'command_latency'),
     Fault('network stalls', (0.5, 1.5), False, 2, 's', 0.15,
           'the longest time for which nothing arrives',
-          'Messages of both sensors are held up together and come all at once: intervals on '
-          'arrival are long, those of the stamps are not.',
+          'rostopic hz /imu /odom: a large max_delta of both, but the rates stay: messages of both '
+          'are held up together, and come all at once.',
           'longest_stall', settings={'stalls_per_min': 30.0}),
 )
 

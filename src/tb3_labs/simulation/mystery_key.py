@@ -1,4 +1,4 @@
-"""The answers of mystery robots, for the instructor. The students' edition does not have this file.
+"""The answers of mystery robots, for the instructor. The students' archive does not have this file.
 """
 from typing import List, Sequence
 

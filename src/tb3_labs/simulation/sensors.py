@@ -135,9 +135,7 @@ class Sensors:
 
     def measure_imu(self, stamps: List[float]) -> None:
         """Measure an IMU sample at each of `stamps` [s]."""
-        samples = self._imu_faults.outcome(self._body.imu.measure(stamps))
-        if not self._config.serial_dead:
-            self._samples.extend(samples)
+        self._samples.extend(self._imu_faults.outcome(self._body.imu.measure(stamps)))
 
     def measure_odometry(self, stamp: float) -> None:
         """Measure the odometry at `stamp` [s]."""
@@ -152,8 +150,7 @@ class Sensors:
             self.resetting = False
             self.origin = self._body.drivetrain.pose @ sample.pose.inverse()
         self.odometry_stamp = stamp + self.clock.error(stamp)
-        if not self._config.serial_dead:
-            self._samples.extend(self._odom_faults.outcome([sample]))
+        self._samples.extend(self._odom_faults.outcome([sample]))
 
     def take(self) -> List[Sample]:
         """Returns the samples since the last call, oldest first; their stamps are true."""

@@ -13,19 +13,18 @@ from the true yaw by `imu_offset_deg`. Stamps count seconds from 0.
 Source: the firmware; noise from a recording of a real Burger at rest.
 """
 import math
-from collections import deque
 from dataclasses import replace
 from itertools import groupby
 from operator import itemgetter
-from typing import Deque, List, Sequence, Tuple
+from typing import List, Tuple
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Sample
-from tb3_labs.robot.turtlebot3 import CONTROL_RATE, CUT_OFF, robot_model
+from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
 from tb3_labs.simulation.body import RAW_BIAS, Body
 from tb3_labs.simulation.firmware import RESET, START_TIME, Board, motor_speeds
-from tb3_labs.simulation.network import Arrival, Link, LinkSettings
+from tb3_labs.simulation.network import Link, LinkSettings
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
 
@@ -40,7 +39,7 @@ class Simulator:
     def __init__(self, config: SimulatorConfig = SimulatorConfig()) -> None:
         self._model = robot_model(config.model)
         #: The settings in force.
-        self.config = replace(config, gyro_bias_deg=0.0, board_off=False, serial_dead=False)
+        self.config = replace(config, gyro_bias_deg=0.0)
         start = Pose2(config.start_x, config.start_y, wrap(math.radians(config.start_yaw_deg)))
         self._body = Body(self._model, start, math.radians(config.imu_offset_deg), config.seed)
         #: The sensors. They know the odometry's origin, and stamp and wheels of the last odometry,
@@ -51,12 +50,10 @@ class Simulator:
         self._control_rhythm = Rhythm(CONTROL_RATE)
         self._command_link = Link('commands', config.seed)
         self._sensor_link = Link('sensors', config.seed)
-        self._board = Board(config.seed)
-        #: The latest lines that the board has printed.
-        self.printed: Deque[str] = deque(maxlen=100)
+        self._board = Board()
         self._obeyed = 0.0, 0.0     # (forward speed, rate of turn) that the motors follow
         self._apply(config)
-        if config.cold_start and not config.board_off:
+        if config.cold_start:
             self._start()
 
     @property
@@ -81,8 +78,7 @@ class Simulator:
     def _apply(self, config: SimulatorConfig) -> None:
         before, self.config = self.config, config
         body = self._body
-        body.drivetrain.set_physics(config.motor_lag, config.wheel_mismatch, config.slip,
-                                    config.wheel_separation, config.wheel_radius)
+        body.drivetrain.set_physics(config.motor_lag, config.wheel_mismatch, config.slip)
         body.imu.configure(math.radians(config.imu_noise_deg), config.gyro_noise,
                            math.radians(config.imu_drift_deg_per_min) / 60.0, config.yaw_lag)
         if config.gyro_bias_deg != before.gyro_bias_deg:
@@ -94,7 +90,6 @@ class Simulator:
                 (self._sensor_link, config.sensor_latency, config.sensor_jitter)):
             link.configure(LinkSettings(delay, jitter, config.stalls_per_min, config.longest_stall,
                                         config.network_cut), self.now)
-        self._switch_board(before)
 
     def command(self, linear: float, angular: float) -> None:
         """Send a command now: forward speed [m/s], rate of turn [rad/s]. A number that is not
@@ -114,20 +109,16 @@ class Simulator:
 
         ``ValueError`` if `dt` is negative or not finite.
         """
-        return [sample for _, sample in self.step_with_arrivals(dt)]
+        return [sample for burst in self.step_in_bursts(dt) for sample in burst]
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
         """As :meth:`step`, but samples that arrive at the same moment, for instance after a stall,
         are together in one list."""
-        return [[sample for _, sample in burst]
-                for _, burst in groupby(self.step_with_arrivals(dt), itemgetter(0))]
-
-    def step_with_arrivals(self, dt: float) -> List[Arrival]:
-        """As :meth:`step`, but each sample with the moment of its arrival [s] before it."""
         self._pass(dt)
         sent = self.sensors.take()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
-        return self.sensors.clock.stamped(self._sensor_link.take(self.now + ROUNDING))
+        arrived = self.sensors.clock.stamped(self._sensor_link.take(self.now + ROUNDING))
+        return [[sample for _, sample in burst] for _, burst in groupby(arrived, itemgetter(0))]
 
     def _pass(self, dt: float) -> None:
         if not 0.0 <= dt < math.inf:
@@ -157,39 +148,23 @@ class Simulator:
     def _drive(self, stamp: float) -> None:
         """The board's own tick: the latest command that has arrived goes to the motors."""
         self._read(stamp)
-        if not self._board.is_blocked(stamp):
+        if not self._board.is_busy:
             self._obey(stamp, self._board.wanted(stamp))
 
     def _read(self, stamp: float) -> None:
         """The board reads what has arrived."""
         arrivals = self._command_link.take(stamp)
-        if self._board.is_starting or self.config.serial_dead:
-            arrivals = []       # lost
-        if self._board.read(arrivals):
-            self._calibrate(stamp, is_reset=True)
+        if self._board.read([] if self._board.is_starting else arrivals):
+            self._calibrate(stamp)
 
     def _obey(self, stamp: float, wanted: Tuple[float, float]) -> None:
-        if self.config.motors_off or self.config.battery < CUT_OFF:
+        if self.config.motors_off:
             wanted = 0.0, 0.0
         if wanted != self._obeyed:
             self._body.move_to(stamp)
             self._obeyed = wanted
             self._body.drivetrain.set_goals(*motor_speeds(*wanted, self._model))
             self._body.motion_changed()
-
-    def _switch_board(self, before: SimulatorConfig) -> None:
-        config = self.config
-        if config.board_off and not before.board_off:
-            self._board.switch_off()
-            self._obey(self.now, (0.0, 0.0))
-        elif before.board_off and not config.board_off:
-            self._body.imu.error = -self._body.yaw      # the IMU's yaw is zero
-            self._start()
-        if config.serial_dead and not before.serial_dead:
-            self._board.lose_link(self.now)
-        elif before.serial_dead and not config.serial_dead:
-            if self._board.regain_link(self.now) and not self._board.is_busy:
-                self._calibrate(self.now)
 
     def _start(self) -> None:
         """The board starts. It calibrates three times, and sends a sample between the last two."""
@@ -207,15 +182,9 @@ class Simulator:
             self._calibrate(stamp)
         else:
             self._body.use_bias(self._board.end_calibration(self._body.yaw))
-            self.printed.extend(self._last_lines)
 
-    def _calibrate(self, stamp: float, is_reset: bool = False) -> None:
+    def _calibrate(self, stamp: float) -> None:
         """The board calibrates its gyro, at a reset or when serial_node has connected."""
-        self._last_lines: Sequence[str] = ('Calibration End', 'Reset Odometry')[:1 + is_reset]
-        if not is_reset:
-            self.printed.extend(('Connected to OpenCR board!', 'This core(v{}) is compatible with '
-                                 'TB3 {}'.format(self.config.version, self.config.model)))
-        self.printed.append('Start Calibration of Gyro')
         self._body.move_to(stamp)
         self._board.calibrate(stamp, self.config.reset_pause, self._body.yaw)
         self.sensors.resetting = True

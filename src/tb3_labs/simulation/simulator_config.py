@@ -27,9 +27,6 @@ class SimulatorConfig(Config):
         0.0, 'yaw of the IMU minus yaw of the odometry at the start', 'deg', -360.0, 360.0)
     cold_start: bool = setting(
         False, 'start with the board: silence, calibration, odometry from zero, 9 s in all')
-    firmware: str = setting(
-        '1.2.6', 'of the board: a version; melodic: 1.2.6, made for ROS Melodic; ros2: for ROS 2',
-        choices=('1.2.6', '1.2.2', 'melodic', 'ros2'))
     seed: int = setting(1, 'seed of noise, dropouts and network', low=0, high=2 ** 31 - 1)
 
     imu_rate: float = setting(200.0, 'samples of the IMU', '1/s', 1.0, 1000.0)
@@ -58,12 +55,6 @@ class SimulatorConfig(Config):
     slip: float = setting(
         0.0, "fraction of the wheels' travel that is lost; 1 = wheels turn, robot stands", '',
         0.0, 1.0)
-    wheel_separation: float = setting(
-        0.0, 'true distance of the wheels, which the firmware does not know; 0: that of the model',
-        'm', 0.0, 1.0)
-    wheel_radius: float = setting(
-        0.0, 'true radius of the wheels, which the firmware does not know; 0: that of the model',
-        'm', 0.0, 1.0)
     motor_lag: float = setting(
         0.05, 'time constant of the motors, first order', 's', 0.0, 2.0)
     command_latency: float = setting(0.0, 'delay of each command', 's', 0.0, 5.0)
@@ -82,8 +73,6 @@ class SimulatorConfig(Config):
         2.56, 'time in which the board only recalibrates its gyro, after `reset`; motors run on',
         's', 0.0, 10.0)
 
-    battery: float = setting(
-        12.0, 'voltage of the battery; the motors have no power below 11', 'V', 0.0, 13.0)
     motors_off: bool = setting(
         False, 'fault: the wheels do not obey commands, because their torque is off')
     imu_silent: bool = setting(False, 'fault: no samples of the IMU')
@@ -92,22 +81,12 @@ class SimulatorConfig(Config):
     odom_frozen: bool = setting(False, 'fault: the same odometry repeated, with new stamps')
     dropouts_per_min: float = setting(
         0.0, 'fault: both sensors silent at random, for 0.3 to 4.3 s', '1/min', 0.0, 60.0)
-    serial_dead: bool = setting(
-        False, 'fault: the serial node is away; its return after 9 s or more calibrates the gyro')
-    board_off: bool = setting(
-        False, 'fault: the board has no power; when it ends, the board starts')
     network_cut: bool = setting(
         False, 'fault: nothing arrives in either direction; when it ends, all arrives at once')
 
-    @property
-    def version(self) -> str:
-        """The version of the firmware."""
-        return '1.2.6' if self.firmware == 'melodic' else self.firmware
-
 
 #: Settings of the start; the other settings may change while the robot runs.
-STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'cold_start',
-            'firmware', 'seed')
+STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'cold_start', 'seed')
 #: The faults; a change of one starts all of them anew.
 FAULTS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'dropouts_per_min')
 

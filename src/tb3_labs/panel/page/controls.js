@@ -3,9 +3,10 @@
 // The panel decides what is carried out. A control is disabled here so that its title tells the
 // reason. STOP, "take control" and B are never disabled.
 
+import {degrees, radians} from './drawing.js';
 import {Keys, PAD_BUTTONS, RealGamepad, mousePad, padButton, stick} from './inputs.js';
+import {MapInput} from './map.js';
 import {$, say, setPressed, setReason, setText} from './page.js';
-import {MapInput, degrees} from './view.js';
 
 const ABSENT = {
   goal: 'no node takes goals', reset: 'no node takes resets', control: 'no node waits for control',
@@ -19,6 +20,7 @@ const PAD = {
   '': 'grip a stick to drive',
 };
 
+const HEADING_FROM = 14;      // [px] a shorter drag gives no heading
 const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);   // degrees
 const HANDS = ['pad', 'mouse'];      // two ways to drive by hand
 /** By reason: the elements that it disables. */
@@ -31,7 +33,7 @@ export class Controls {
   /** `seen`: {robot, control, picture}, as the page looks at them now; `redraw()` draws anew. */
   constructor({link, holder, map, seen, redraw}) {
     Object.assign(this, {_link: link, _holder: holder, _seen: seen, _redraw: redraw});
-    this._mapInput = new MapInput(map, {
+    this._mapInput = new PoseInput(map, {
       redraw, yawOf: typedYaw,
       // the pose is sent, and stays in the fields
       placed: (kind, pose) => { fill(kind, pose); this._sendTyped(kind); },
@@ -169,6 +171,68 @@ export class Controls {
       setPressed('tab-' + name, hand === name);
     }
     this._redraw();
+  }
+}
+
+/** Pointers on the map: with a tool, a drag gives a pose in local; else see MapInput. */
+class PoseInput extends MapInput {
+  /** `placed(kind, pose)` gets a dragged pose; `yawOf(kind)`: the heading that is typed [degrees];
+   *  `toolChanged(tool)`: another tool is chosen. */
+  constructor(map, {redraw, placed, yawOf, toolChanged}) {
+    super(map, redraw);
+    Object.assign(this, {_placed: placed, _yawOf: yawOf, _toolChanged: toolChanged});
+    this._tool = null;                // null, 'goal' or 'reset'
+    this._start = null;               // {pixel, point}: where a drag of the tool began
+  }
+
+  choose(tool) {
+    this._tool = this._tool === tool ? null : tool;
+    this.cancel();
+    this._toolChanged(this._tool);
+  }
+
+  /** End a drag without sending anything. */
+  cancel() {
+    this._start = null;
+    this.map.draft = null;
+    this.redraw();
+  }
+
+  down(event, at) {
+    super.down(event, at);
+    if (this.pointers.size > 1) { this.cancel(); return; }     // two fingers zoom
+    if (!this._tool || event.button !== 0) return;
+    const point = this.map.localAt(...at);
+    if (!point) return;
+    this._start = {pixel: at, point};
+    this._show(at);
+  }
+
+  move(event, at) {
+    if (this._start) this._show(at); else super.move(event, at);
+  }
+
+  up(event) {
+    if (!super.up(event) || !this._start) return;
+    const {draft} = this.map, kind = this._tool;
+    this.cancel();
+    if (event.type !== 'pointerup' || !draft) return;
+    this._tool = null;
+    this._toolChanged(null);
+    this._placed(kind, draft.pose);
+  }
+
+  /** The draft from the press to here. A short drag takes the heading that is typed. */
+  _show(at) {
+    const {pixel, point} = this._start, end = this.map.localAt(...at);
+    if (!end) return;
+    const isFar = Math.hypot(at[0] - pixel[0], at[1] - pixel[1]) >= HEADING_FROM;
+    const yaw = isFar ? Math.atan2(end[1] - point[1], end[0] - point[0])
+      : radians(this._yawOf(this._tool));
+    const words = `${this._tool === 'goal' ? 'goal' : 'robot is at'} ${point[0].toFixed(2)} `
+      + `${point[1].toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
+    this.map.draft = {pose: [point[0], point[1], yaw], words};
+    this.redraw();
   }
 }
 

@@ -1,8 +1,9 @@
 // The numbers and words of the page: of its robot now, of the last 60 seconds, and of all robots.
 
-import {Labels, circle, colours, drawGrid, heading, nice, sharp, stroke} from './drawing.js';
+import {
+  Labels, View, circle, colours, degrees, drawGrid, heading, nice, sharp, stroke, wrap,
+} from './drawing.js';
 import {$, make, number, setText} from './page.js';
-import {View, degrees, wrap} from './view.js';
 
 const LONG = 60;         // letters
 const LATE = 0.5;        // [s] an older message of a sensor is marked

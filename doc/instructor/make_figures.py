@@ -1,0 +1,350 @@
+#!/usr/bin/env python3
+"""Draws the figures of the lab sheets: doc/figures/*.svg.
+
+    python3 doc/instructor/make_figures.py
+
+The numbers of the two frames are those of the sheets' worked example; `test/unit/test_worked_examples.py`
+computes them by another way. The drives are those of the simulated robot.
+
+Units: metres, degrees on labels; radians inside.
+"""
+import math
+import pathlib
+import sys
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+from matplotlib.patches import Arc, Circle, Ellipse, FancyBboxPatch
+
+from tb3_labs.control.driving import make_law
+from tb3_labs.control.goal import DRIVING, DriveConfig
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.nodes.move_to_goal import MoveToGoalCore
+from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE, STATES
+from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.simulation.simulator import Simulator
+from tb3_labs.simulation.simulator_config import SimulatorConfig
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / 'test' / 'benchmark'))
+from rollout import navigation, run    # noqa: E402
+
+DOC = ROOT / 'doc'
+#: The worked example: the pose of B in A, and the robot in A. cos and sin of its angle are 0.6, 0.8.
+A_T_B = Pose2(2.0, 1.0, math.atan2(0.8, 0.6))
+A_T_ROBOT = Pose2(1.0, 3.0, A_T_B.yaw + math.pi / 2.0)
+#: The lab's goal in local, and the distance at which the lab's own law stops [m].
+GOAL, NEAR = Pose2(-0.61, 0.61, 0.0), 0.15
+#: Yaw of the IMU minus that of the odometry, of a real Burger [deg].
+OFFSET_DEG = -34.6
+#: Time between two looks at a drive [s].
+LOOK = 0.05
+
+
+def new_figure(width, height):
+    """An empty figure [inch]."""
+    figure = Figure(figsize=(width, height), constrained_layout=True)
+    FigureCanvasSVG(figure)
+    return figure
+
+
+def blank(axes, x, y):
+    """No axes, of these limits."""
+    axes.axis('off')
+    axes.set(xlim=x, ylim=y)
+
+
+def plain(axes, x, y):
+    """Equal scales, a faint grid, named axes."""
+    axes.set(aspect='equal', xlim=x, ylim=y, axisbelow=True, xlabel='x [m]', ylabel='y [m]')
+    axes.grid(color='#e4e4e4', linewidth=0.6)
+
+
+def arrow(axes, begin, end, colour, **looks):
+    """An arrow between two places."""
+    axes.annotate('', end, begin, arrowprops=dict(
+        arrowstyle='-|>', color=colour, shrinkA=0, shrinkB=0, **dict(dict(linewidth=1.8), **looks)))
+
+
+def frame(axes, pose, name, colour, lengths, where=(-0.16, -0.22), gap=0.17):
+    """The axes of a frame, of these lengths, with its name at `where` from its origin."""
+    for direction, label in (((1.0, 0.0), 'x'), ((0.0, 1.0), 'y')):
+        length = lengths[label == 'y']
+        arrow(axes, (pose.x, pose.y), pose.act(np.multiply(direction, length)), colour)
+        axes.text(*pose.act(np.multiply(direction, length + gap)),
+                  '{}$_{{{}}}$'.format(label, name), color=colour, ha='center', va='center',
+                  fontsize=11)
+    axes.text(pose.x + where[0], pose.y + where[1], name, color=colour, fontsize=13,
+              fontweight='bold', ha='center', va='center')
+
+
+def angle(axes, pose, begin_deg, end_deg, radius, label, colour):
+    """An arc with its label, from one direction to another, round the place of a pose."""
+    axes.add_patch(Arc((pose.x, pose.y), 2 * radius, 2 * radius, theta1=begin_deg, theta2=end_deg,
+                       color=colour, linewidth=1.4))
+    middle = math.radians((begin_deg + end_deg) / 2.0)
+    axes.text(pose.x + 1.35 * radius * math.cos(middle), pose.y + 1.35 * radius * math.sin(middle),
+              label, color=colour, ha='center', va='center', fontsize=11)
+
+
+def robot(axes, pose, size=0.16, colour=GREY):
+    """A disc with a line in its heading."""
+    axes.add_patch(Circle((pose.x, pose.y), size, facecolor='white', edgecolor=colour,
+                          linewidth=1.6, zorder=4))
+    axes.plot(*zip((pose.x, pose.y), pose.act((1.7 * size, 0.0))), color=colour, linewidth=2.2,
+              zorder=5)
+
+
+def mark_goal(axes, size=13):
+    """The lab's goal, and the circle within which the lab's own law stops."""
+    axes.add_patch(Circle((GOAL.x, GOAL.y), NEAR, fill=False, linestyle='--', color=GREEN))
+    axes.plot(GOAL.x, GOAL.y, '*', color=GREEN, markersize=size, zorder=6)
+
+
+def dotted(axes, *places, colour):
+    """A thin dotted line through places."""
+    axes.plot(*zip(*places), color=colour, linewidth=1.2, linestyle=(0, (2, 2)))
+
+
+def point_in_both_frames():
+    """One place, its coordinates in A and in B."""
+    figure = new_figure(5.6, 4.4)
+    axes = figure.subplots()
+    plain(axes, (-0.5, 4.2), (-0.45, 3.8))
+    place = (A_T_ROBOT.x, A_T_ROBOT.y)
+    p_B = A_T_B.inverse().act(place)
+    frame(axes, Pose2(), 'A', BLUE, (3.7, 3.3))
+    frame(axes, A_T_B, 'B', ORANGE, (1.5, 2.15), where=(0.24, -0.14))
+    dotted(axes, (0.0, place[1]), place, (place[0], 0.0), colour=BLUE)
+    dotted(axes, A_T_B.act((p_B[0], 0.0)), place, A_T_B.act((0.0, p_B[1])), colour=ORANGE)
+    arrow(axes, (0.0, 0.0), (A_T_B.x, A_T_B.y), GREY, linestyle='--')
+    axes.text(1.12, 0.36, '$t$ = (2, 1)', color=GREY, fontsize=11)
+    dotted(axes, (A_T_B.x, A_T_B.y), (A_T_B.x + 1.0, A_T_B.y), colour=GREY)
+    angle(axes, A_T_B, 0.0, math.degrees(A_T_B.yaw), 0.5, r'$\theta$', GREY)
+    axes.plot(*place, 'o', color='black', markersize=7, zorder=5)
+    axes.text(place[0] + 0.14, place[1] + 0.24, '$p_A$ = ({:g}, {:g})'.format(*place), color=BLUE,
+              fontsize=12)
+    axes.text(place[0] + 0.14, place[1] + 0.0, '$p_B$ = ({:.0f}, {:.0f})'.format(*p_B),
+              color=ORANGE, fontsize=12, va='center')
+    return figure
+
+
+def heading_in_both_frames():
+    """One robot, its heading in A and in B."""
+    figure = new_figure(4.6, 2.8)
+    axes = figure.subplots()
+    axes.set(aspect='equal', xlim=(-1.7, 2.0), ylim=(-0.35, 1.75))
+    axes.axis('off')
+    here, theta = Pose2(0.0, 0.0, A_T_ROBOT.yaw), math.degrees(A_T_B.yaw)
+    for direction, colour, name in ((0.0, BLUE, 'x$_A$'), (A_T_B.yaw, ORANGE, 'x$_B$'),
+                                    (here.yaw, 'black', 'robot')):
+        tip = Pose2(0.0, 0.0, direction).act((1.55, 0.0))
+        arrow(axes, (0.0, 0.0), tip, colour)
+        axes.text(*np.multiply(tip, 1.12), name, color=colour, ha='center', va='center',
+                  fontsize=11)
+    robot(axes, here, 0.16)
+    angle(axes, here, 0.0, theta, 0.8, '', GREY)
+    angle(axes, here, theta, math.degrees(here.yaw), 0.8, '', ORANGE)
+    angle(axes, here, 0.0, math.degrees(here.yaw), 1.2, '', BLUE)
+    for name, x, y, colour in ((r'$\theta$ = 53.1', 0.47, 0.2, GREY),
+                               (r'$\theta_B$ = 90', -0.1, 0.48, ORANGE),
+                               (r'$\theta_A$ = 143.1', 0.05, 1.36, BLUE)):
+        axes.text(x, y, name, color=colour, fontsize=11, ha='center', va='center')
+    return figure
+
+
+def drive():
+    """A drive by the lab's own law: [(time [s], true pose in local, state, linear, angular)]."""
+    body = Simulator(SimulatorConfig())
+    core = MoveToGoalCore(make_law(DriveConfig(law='lab'), robot_model(body.config.model)),
+                          has_control=True)
+    hear = navigation(body, core)
+    run(body, core, hear, 0.5)
+    core.reset(Pose2(), body.now)
+    local_T_world = body.truth.inverse()
+    core.set_goal(GOAL)
+    seen, begun, command = [], body.now, (0.0, 0.0)
+    while core.status(body.now).active:
+        commands = run(body, core, hear, LOOK)
+        command = commands[-1] if commands else command
+        seen.append((body.now - begun, local_T_world @ body.truth,
+                     core.status(body.now).state.name, *command))
+    return seen
+
+
+def four_states():
+    """A drive in local, and its commands over time, with the states."""
+    seen = drive()
+    figure = new_figure(8.4, 3.8)
+    left, right = figure.subplots(1, 2, gridspec_kw=dict(width_ratios=(1, 1.25)))
+    plain(left, (-1.0, 0.4), (-0.25, 0.9))
+    mark_goal(left)
+    left.text(GOAL.x, GOAL.y + 0.18, 'goal', color=GREEN, ha='center')
+    left.plot([pose.x for _, pose, *_ in seen], [pose.y for _, pose, *_ in seen], color=BLUE)
+    for state, look, ha in zip(DRIVING, ((0.0, -0.14), (-0.17, 0.26), (-0.5, 0.36)),
+                               ('center', 'left', 'right')):
+        spans = [(time, pose) for time, pose, now, *_ in seen if now == state]
+        robot(left, spans[len(spans) // 2][1], 0.05)
+        left.text(*look, state, fontsize=8, ha=ha)
+        fill, hatch = STATES[state]
+        right.axvspan(spans[0][0] - LOOK, spans[-1][0], facecolor=fill, hatch=hatch,
+                      edgecolor='#bbbbbb', linewidth=0.0)
+        right.text((spans[0][0] + spans[-1][0]) / 2.0, 1.1, state.replace('_', '\n'), ha='center',
+                   va='top', fontsize=7.5)
+    time = [row[0] for row in seen]
+    right.plot(time, [row[4] for row in seen], color=BLUE, label='angular.z [rad/s]')
+    right.plot(time, [row[3] for row in seen], color=ORANGE, linestyle='--',
+               label='linear.x [m/s]')
+    right.set(xlabel='time [s]', xlim=(0.0, time[-1]), ylim=(-1.3, 1.2))
+    right.legend(loc='lower left', fontsize=8, framealpha=1.0)
+    return figure
+
+
+def offset_of_the_imu():
+    """A goal that is never reached: the displacement was turned by the wrong yaw."""
+    figure = new_figure(5.6, 4.2)
+    axes = figure.subplots()
+    plain(axes, (-1.75, 0.6), (-0.25, 1.6))
+    frame(axes, Pose2(), 'local', BLUE, (0.3, 0.3), where=(0.0, -0.13), gap=0.11)
+    along = Pose2(0.0, 0.0, math.atan2(GOAL.y, GOAL.x))
+    believed = Pose2(0.0, 0.0, along.yaw - math.radians(OFFSET_DEG))
+    mark_goal(axes)
+    axes.text(GOAL.x + 0.1, GOAL.y + 0.17, 'goal', color=GREEN)
+    arrow(axes, (0.0, 0.0), along.act((1.9, 0.0)), 'black')
+    axes.text(*along.act((1.62, 0.0)) + (0.14, 0.06), 'true path', fontsize=10)
+    arrow(axes, (0.0, 0.0), believed.act((1.75, 0.0)), ORANGE, linestyle='--')
+    axes.text(*believed.act((1.25, 0.0)) + (-0.1, -0.2), 'where it believes\nto be', fontsize=10,
+              color=ORANGE, ha='center')
+    angle(axes, Pose2(), math.degrees(along.yaw), math.degrees(believed.yaw), 0.62,
+          '{:g} deg'.format(abs(OFFSET_DEG)), GREY)
+    return figure
+
+
+def a_reset():
+    """The two frames on the floor, before and after a reset where the robot stands."""
+    figure = new_figure(8.0, 3.6)
+    here = Pose2(GOAL.x, GOAL.y, math.radians(60.0))
+    left, right = figure.subplots(1, 2)
+    for axes, title, local in ((left, 'before', Pose2()), (right, 'after', here)):
+        plain(axes, (-1.75, 0.75), (-0.35, 1.35))
+        axes.set_title(title + ' the reset', fontsize=11)
+        goal = local @ GOAL
+        axes.plot(goal.x, goal.y, '*', color=GREEN, markersize=15, zorder=6)
+        axes.text(goal.x, goal.y - 0.28, 'goal', color=GREEN, ha='center')
+        robot(axes, here, 0.09)
+        frame(axes, Pose2(), 'A', BLUE, (0.4, 0.4), where=(-0.13, -0.14), gap=0.14)
+    left.text(0.1, -0.14, '= B', color=ORANGE, fontsize=13, fontweight='bold', ha='center', va='center')
+    frame(right, here, 'B', ORANGE, (0.45, 0.45), where=(0.12, -0.16), gap=0.13)
+    return figure
+
+
+def pad():
+    """A pad: its sticks and letters, with their numbers in a message of joy."""
+    figure = new_figure(7.6, 2.7)
+    axes = figure.subplots()
+    axes.set_aspect('equal')
+    blank(axes, (-5.6, 5.6), (-2.25, 1.6))
+    axes.add_patch(FancyBboxPatch((-2.6, -1.1), 5.2, 2.2, boxstyle='round,pad=0.4,rounding_size=0.9',
+                                  facecolor='#f4f4f4', edgecolor=GREY, linewidth=1.6))
+    for x, y, step, words, text in ((-1.9, 0.3, (0.0, 0.8), 'left stick:\naxes[1]\n1 forward\n-1 back', -3.2),
+                                    (0.6, -0.7, (0.8, 0.0), 'right stick: axes[3]\n1 left, -1 right', 0.6)):
+        axes.add_patch(Circle((x, y), 0.45, facecolor='white', edgecolor=GREY, linewidth=1.6, zorder=3))
+        for sign in (1.0, -1.0):
+            arrow(axes, (x, y), (x + sign * step[0], y + sign * step[1]), BLUE, zorder=4)
+        axes.text(text, y if text == -3.2 else -2.15, words, color=BLUE, fontsize=10,
+                  ha='right' if text == -3.2 else 'center', va='center' if text == -3.2 else 'bottom')
+    for letter, x, y, colour, words in (('Y', 2.0, 1.05, ORANGE, 'buttons[2]: reset'),
+                                        ('B', 2.65, 0.4, GREY, 'buttons[1]: take back'),
+                                        ('A', 2.0, -0.25, GREEN, 'buttons[0]: hand over'),
+                                        ('X', 1.35, 0.4, '#bbbbbb', '')):
+        axes.add_patch(Circle((x, y), 0.3, facecolor='white', edgecolor=colour, linewidth=1.8))
+        axes.text(x, y, letter, color=colour, fontsize=11, fontweight='bold', ha='center', va='center')
+        if words:
+            axes.plot((x + 0.3, 3.2), (y, y), color=colour, linewidth=0.9, linestyle=':')
+            axes.text(3.25, y, words, color=colour, fontsize=10, va='center')
+    return figure
+
+
+def error_on_the_circle():
+    """The short way round: a turn from 350 to 80 degrees, and the command by the error."""
+    figure = new_figure(8.0, 3.3)
+    left, right = figure.subplots(1, 2, gridspec_kw=dict(width_ratios=(1, 1.35)))
+    left.set_aspect('equal')
+    blank(left, (-1.55, 1.55), (-1.4, 1.4))
+    left.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY))
+    for degrees in (0, 90, 180, 270):
+        direction = Pose2(0.0, 0.0, math.radians(degrees)).act((1.0, 0.0))
+        left.plot(*zip(0.95 * direction, 1.05 * direction), color=GREY)
+        left.text(*1.22 * direction, str(degrees), ha='center', va='center', fontsize=9, color=GREY)
+    for degrees, colour, name in ((350, 'black', 'curr_yaw\n350'), (80, GREEN, 'goal_yaw 80')):
+        arrow(left, (0.0, 0.0), Pose2(0.0, 0.0, math.radians(degrees)).act((1.0, 0.0)), colour)
+        left.text(*((1.3, -0.42) if degrees > 180 else (0.62, 1.12)), name, color=colour,
+                  ha='center', va='center', fontsize=9)
+    angle(left, Pose2(), -10.0, 80.0, 0.45, '+90', GREEN)
+    angle(left, Pose2(), 80.0, 350.0, 0.3, '-270', ORANGE)
+    error = np.linspace(-40.0, 40.0, 1601)
+    error[np.abs(error) < 10.0] = np.nan
+    command = np.sign(error) * np.clip(0.1 * np.abs(error), 0.5, 1.5)
+    right.plot(error, command, color=BLUE)
+    right.plot([-10.0, 10.0], [0.0, 0.0], color=BLUE, linewidth=3.0)
+    right.axvspan(-10.0, 10.0, facecolor='#d3e8d3', linewidth=0.0)
+    right.text(0.0, 1.3, 'HDG_TOL\nstop', ha='center', va='center', fontsize=9, color=GREEN)
+    right.grid(color='#e4e4e4', linewidth=0.6)
+    right.set(xlabel='heading error [deg]', ylabel='angular.z [rad/s]', ylim=(-1.8, 1.85))
+    for height, name in ((1.5, 'MAX_ANG_Z'), (-1.5, '-MAX_ANG_Z')):
+        right.axhline(height, color=GREY, linewidth=0.8, linestyle=':')
+        right.text(39.0, height + 0.08, name, fontsize=8, color=GREY, ha='right')
+    return figure
+
+
+def axes_of_the_robot():
+    """The robot from above, its axes, and the direction of a positive yaw."""
+    figure = new_figure(4.2, 3.0)
+    axes = figure.subplots()
+    axes.set_aspect('equal')
+    blank(axes, (-1.5, 1.7), (-0.75, 1.55))
+    robot(axes, Pose2(0.0, 0.0, math.pi / 2.0), 0.34)
+    for side in (-0.4, 0.4):
+        axes.plot((side, side), (-0.16, 0.16), color='black', linewidth=6.0, solid_capstyle='butt')
+    for end, colour, label, where in (((0.0, 1.2), BLUE, 'x: forward', (0.0, 1.36)),
+                                      ((-1.0, 0.0), ORANGE, 'y: left', (-1.0, -0.2))):
+        arrow(axes, (0.0, 0.0), end, colour)
+        axes.text(*where, label, color=colour, ha='center', va='center', fontsize=11)
+    axes.text(0.0, -0.52, 'z: up, towards you', ha='center', va='center', fontsize=11)
+    arrow(axes, (0.62, 0.5), (-0.62, 0.5), GREEN, connectionstyle='arc3,rad=0.55')
+    axes.text(1.12, 0.72, 'positive yaw:\ncounter-clockwise', color=GREEN, ha='center', va='center',
+              fontsize=11)
+    return figure
+
+
+def graph_of_the_exercise():
+    """The nodes of the exercise, as rqt_graph shows them."""
+    figure = new_figure(5.6, 1.2)
+    axes = figure.subplots()
+    blank(axes, (0.0, 5.6), (0.0, 1.2))
+    for x, name in ((1.1, '/turtlebot3'), (4.5, '/imu_sub')):
+        axes.add_patch(Ellipse((x, 0.5), 1.9, 0.7, facecolor='white', edgecolor='black'))
+        axes.text(x, 0.5, name, ha='center', va='center', fontsize=12)
+    arrow(axes, (2.05, 0.5), (3.55, 0.5), 'black')
+    axes.text(2.75, 0.68, '/imu', ha='center', fontsize=12)
+    return figure
+
+
+FIGURES = {'axes': axes_of_the_robot, 'graph': graph_of_the_exercise,
+           'reset': a_reset, 'pad': pad,
+           'point': point_in_both_frames, 'heading': heading_in_both_frames,
+           'states': four_states, 'imu_offset': offset_of_the_imu, 'error': error_on_the_circle}
+
+
+def write(drawings, folder):
+    """Write the figures {name: function that draws it} into a folder: the same files each time."""
+    matplotlib.rcParams['svg.hashsalt'] = 'tb3_labs'
+    folder.mkdir(exist_ok=True)
+    for name, draw in drawings.items():
+        draw().savefig(str(folder / (name + '.svg')), format='svg', metadata={'Date': None})
+
+
+if __name__ == '__main__':
+    write(FIGURES, DOC / 'figures')

@@ -1,0 +1,154 @@
+#!/usr/bin/env python3
+"""Draws how usual mistakes look: doc/instructor/figures/wrong_*.svg for those who teach, and
+doc/figures/turns.svg.
+
+    python3 doc/instructor/make_wrong_figures.py
+
+Each picture is a robot without delays, driven by the handout's law with one mistake in it.
+Units: metres, radians; the turns in degrees, as in the handout.
+"""
+import math
+
+from make_figures import DOC, GOAL, NEAR, mark_goal, new_figure, plain, robot, write
+from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.figures import BLUE, GREY, ORANGE
+from tb3_labs.report.mistakes import WAYS, Declared, Law
+
+#: Time between two commands, and a picture's longest drive and turn [s].
+TICK, LONGEST_DRIVE, LONGEST_TURN = 0.1, 60.0, 8.0
+#: A robot that is farther than this from its start is not followed any more [m].
+FAR = 1.9
+#: Where the robot stood in odom when the frame was declared, and the pose before that.
+AT_RESET, POWER_ON = Pose2(0.8, 0.5, math.radians(100.0)), Pose2()
+#: The pose that a reset declares which is lost.
+ELSEWHERE = Pose2(0.2, 0.3, math.pi / 2.0)
+#: Yaw of the IMU minus the odometry's [rad].
+OFFSET = math.radians(-34.6)
+#: The wheels of a Burger allow this [rad/s].
+FASTEST_TURN = 2.635
+
+
+def drive(way, declared):
+    """(true path, believed path) in the frame that was declared: lists of Pose2."""
+    odom, state = AT_RESET, 'ROTATE_TO_GOAL'
+    last = Declared(AT_RESET, AT_RESET.yaw + OFFSET, declared)
+    start = Declared(POWER_ON, POWER_ON.yaw + OFFSET)
+    local_T_odom = declared @ AT_RESET.inverse()
+    true, believed = [], []
+    for _ in range(int(LONGEST_DRIVE / TICK)):
+        here = way.pose(odom, odom.yaw + OFFSET, last, start)
+        true.append(local_T_odom @ odom)
+        believed.append(here)
+        linear = angular = 0.0
+        if state == 'ROTATE_TO_GOAL':
+            error = wrap(here.bearing_to(GOAL) - here.yaw)
+            angular, state = 0.3 * error, state if abs(error) > 0.05 else 'MOVE_FORWARD'
+        elif state == 'MOVE_FORWARD':
+            linear = 0.15
+            if here.distance_to(GOAL) < NEAR:
+                state = 'ROTATE_TO_FINAL'
+        else:
+            error = wrap(GOAL.yaw - here.yaw)
+            angular = 0.5 * error
+            if abs(error) < 0.05:
+                break
+        odom = odom @ Pose2(linear * TICK, 0.0, angular * TICK)
+        if true[-1].distance_to(declared) > FAR:
+            break
+    return true, believed
+
+
+#: The first way in which each mistake is made.
+FIRST = {way.mistake: way for way in reversed(WAYS)}
+DRIVES = [
+    ('as it should be', FIRST['']),
+    ('R in place of its inverse', FIRST['inverse_missing']),
+    ('not rotated at all', FIRST['not_rotated']),
+    ("rotated by the IMU's yaw,\nwhich differs by 34.6 deg", FIRST['imu_rotates']),
+    ("the reset keeps the old yaw", FIRST['yaw_kept']),
+    ('the reset keeps the old x, y', FIRST['place_kept']),
+    ('the declared pose (0.2, 0.3, 90 deg)\nis lost', FIRST['declared_lost']),
+    ('no local frame: drives by odom', FIRST['no_local_frame'])]
+
+
+def wrong_drives():
+    """The second drive, after a reset at 100 degrees, in the frame that was declared."""
+    figure = new_figure(10.2, 5.8)
+    for axes, (title, way) in zip(figure.subplots(2, 4).flat, DRIVES):
+        plain(axes, (-1.9, 1.5), (-1.5, 1.9))
+        declared = ELSEWHERE if way.mistake == 'declared_lost' else Pose2()
+        true, believed = drive(way, declared)
+        mark_goal(axes, 11)
+        axes.plot([pose.x for pose in believed], [pose.y for pose in believed], color=ORANGE,
+                  linestyle='--', linewidth=1.6, label='believed')
+        axes.plot([pose.x for pose in true], [pose.y for pose in true], color=BLUE, linewidth=1.6,
+                  label='true')
+        robot(axes, declared, 0.07, GREY)
+        robot(axes, true[-1], 0.09, BLUE)
+        axes.set_title(title, fontsize=9)
+        axes.tick_params(labelsize=7)
+        axes.set(xlabel='', ylabel='')
+    figure.axes[0].legend(loc='lower right', fontsize=7)
+    return figure
+
+
+def turn(start, side, law=Law(), clamped=True):
+    """The heading over time [s], [deg] of a turn from `start` [deg]; `side`: 1 left, -1 right."""
+    goal = law.goal(start, side)
+    heading, turned = start, [start]
+    for _ in range(int(LONGEST_TURN / TICK)):
+        error = law.error(goal, heading % 360.0, side)
+        command = 0.1 * error
+        if command > 0.0:
+            command = min(max(command, 0.5), 1.5)
+        elif clamped:
+            command = max(min(command, -0.5), -1.5)
+        command = max(-FASTEST_TURN, min(command, FASTEST_TURN))
+        if abs(error) < 10.0:
+            command = 0.0
+        heading += math.degrees(command) * TICK
+        turned.append(heading)
+    return turned
+
+
+UNWRAPPED = Law(goal_wraps=(False, False), error_wraps=(False, False))
+TURNS = [
+    ('l from 330: as it should be', turn(330.0, 1.0), 420.0),
+    ('l from 330, nothing wrapped:\nit never ends', turn(330.0, 1.0, UNWRAPPED), 420.0),
+    ('r from 40, nothing wrapped:\nit never ends', turn(40.0, -1.0, UNWRAPPED), -50.0),
+    ('r from 200, without the\nnegative clamp: too fast', turn(200.0, -1.0, clamped=False), 110.0)]
+
+
+def draw_turns(shown):
+    """Turns side by side: the heading, counted on over whole turns, over time."""
+    figure = new_figure(2.55 * len(shown), 2.8)
+    for axes, (title, turned, goal) in zip(figure.subplots(1, len(shown)), shown):
+        axes.axhspan(goal - 10.0, goal + 10.0, facecolor='#d3e8d3', linewidth=0.0)
+        axes.plot([k * TICK for k in range(len(turned))], turned, color=BLUE)
+        axes.set_title(title, fontsize=9)
+        axes.tick_params(labelsize=7)
+        axes.grid(color='#e4e4e4', linewidth=0.6)
+        axes.set_xlabel('time [s]', fontsize=8)
+    figure.axes[0].set_ylabel('heading [deg]', fontsize=8)
+    return figure
+
+
+def wrong_turns():
+    """A right turn and three wrong ones."""
+    return draw_turns(TURNS)
+
+
+def two_turns():
+    """For the students' sheet: a good turn, and one that does not end."""
+    return draw_turns([('A good turn: it ends\nwithin the green band', *TURNS[0][1:]),
+                       ('A bad turn: it goes on\nthrough the band', *TURNS[1][1:])])
+
+
+FIGURES = {'wrong_drives': wrong_drives, 'wrong_turns': wrong_turns}
+STUDENTS = {'turns': two_turns}
+
+
+if __name__ == '__main__':
+    write(FIGURES, DOC / 'instructor' / 'figures')
+    write(STUDENTS, DOC / 'figures')

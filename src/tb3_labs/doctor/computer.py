@@ -1,0 +1,176 @@
+"""This computer: its Python, the address that its nodes tell others, and NAT in front of it.
+
+Addresses are texts such as '192.168.0.5', only IPv4, as in ROS 1; '' is not an address. Nodes
+*tell* others an address to connect to: ROS_HOSTNAME, else ROS_IP, else the computer's own name, as
+in rospy.
+"""
+import importlib
+import ipaddress
+import os
+import socket
+import subprocess
+import sys
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Mapping, Tuple
+
+from tb3_labs.doctor.line import Line, fault, ok, warning
+
+#: The packages that the labs' nodes import.
+PACKAGES = ('rospy', 'numpy', 'squaternion', 'geometry_msgs.msg', 'nav_msgs.msg',
+            'sensor_msgs.msg', 'tf2_ros', 'tb3_labs.srv')
+#: The private network that WSL 2 and Docker put between a Linux and its host.
+NAT = ipaddress.ip_network('172.16.0.0/12')
+
+
+def look_at_python() -> Line:
+    """Returns the line on the interpreter and its packages. Each package is imported, because it
+    may be installed but lack a package that it needs."""
+    missing = {}
+    for name in PACKAGES:
+        try:
+            importlib.import_module(name)
+        except Exception as trouble:    # a broken package may raise anything
+            missing[name.partition('.')[0]] = (
+                ' '.join(str(trouble).split()) or type(trouble).__name__)
+    return judge_python('.'.join(map(str, sys.version_info[:3])), sys.executable, missing)
+
+
+def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> Line:
+    """Can the labs' nodes run? `missing`: {package: why it cannot be imported}."""
+    here = 'Python {} ({})'.format(version, executable)
+    if missing:
+        first, *others = missing
+        return fault('Python', '{} cannot import {} ({}){}'.format(
+            here, first, missing[first], ', nor ' + ', '.join(others) if others else ''),
+                     'source scripts/setup.sh in this terminal, then rosrun tb3_labs doctor.py')
+    return ok('Python', here + ' has all packages')
+
+
+# Addresses --------------------------------------------------------------------------------------
+
+def is_loopback(address: str) -> bool:
+    """Does an address mean the computer itself?"""
+    return address.startswith('127.') or address in ('localhost', '::1')
+
+
+@lru_cache(maxsize=None)
+def own_addresses() -> Tuple[str, ...]:
+    """The addresses of this computer, without the loopback's."""
+    listed = subprocess.run(['hostname', '-I'], stdout=subprocess.PIPE, check=False,
+                            universal_newlines=True).stdout
+    return tuple(address for address in listed.split() if ':' not in address)
+
+
+def is_own(address: str) -> bool:
+    """Does an address belong to this computer?"""
+    return is_loopback(address) or address in own_addresses()
+
+
+@lru_cache(maxsize=None)
+def resolved(name: str) -> str:
+    """Returns the address of a name; '' without one. The first look-up may take seconds."""
+    try:
+        return socket.gethostbyname(name) if name else ''
+    except (OSError, UnicodeError):
+        return ''
+
+
+def way_out(address: str) -> str:
+    """Returns this computer's address on the way to `address`; '' without a way. Sends nothing."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((address, 9))
+            return str(probe.getsockname()[0])
+        except OSError:
+            return ''
+
+
+@dataclass(frozen=True)
+class Address:
+    """The address that this computer tells others, and its real addresses."""
+
+    ros_ip: str = ''
+    ros_hostname: str = ''
+    hostname: str = ''             # the computer's own name
+    resolved: str = ''             # the address of the told name, as looked up here
+    own: Tuple[str, ...] = ()      # all addresses but the loopback
+    way_out: str = ''              # the address from which packets go to the master
+    master_here: bool = True       # does the master run on this computer?
+
+    @property
+    def told(self) -> str:
+        """The address or name that others are told."""
+        return self.ros_hostname or self.ros_ip or self.hostname
+
+    @property
+    def towards_others(self) -> str:
+        """The address on the way to the master; if that is here, the first one; '' without any."""
+        return next((each for each in (self.way_out, *self.own)
+                     if each and not is_loopback(each)), '')
+
+    @property
+    def advice(self) -> str:
+        """The commands that tell others the right address."""
+        return '{}export ROS_IP={}, then start the nodes here again'.format(
+            'unset ROS_HOSTNAME; ' if self.ros_hostname else '',
+            self.towards_others or 'ADDRESS_OF_THIS_COMPUTER')
+
+
+def address_here(master: str) -> Address:
+    """Returns this computer's Address. `master`: the master's address, '' if it is not known."""
+    ros_ip, ros_hostname = os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', '')
+    hostname = socket.gethostname()
+    return Address(ros_ip, ros_hostname, hostname, resolved(ros_hostname or ros_ip or hostname),
+                   own_addresses(), way_out(master) if master else '',
+                   is_own(master) if master else not os.environ.get('ROS_MASTER_URI'))
+
+
+def judge_address(here: Address) -> Line:
+    """Can others reach this computer by the address that its nodes tell them?"""
+    if not here.ros_ip and not here.ros_hostname:
+        unset = 'neither ROS_IP nor ROS_HOSTNAME is set: '
+        if here.master_here:
+            return ok('Address', unset + 'good for this computer alone')
+        return warning('Address', '{}the robot is told the name {}, and may not resolve it'.format(
+            unset, here.hostname), here.advice)
+    known = here.resolved in ('', here.told) or is_loopback(here.resolved)
+    source = 'ROS_{}={}{}'.format('HOSTNAME' if here.ros_hostname else 'IP', here.told,
+                                  '' if known else ' ({})'.format(here.resolved))
+    if not here.resolved:
+        return fault('Address', source + ' does not resolve, not even here', here.advice)
+    if is_loopback(here.resolved):
+        if here.master_here:
+            return ok('Address', source + ': this computer alone; for a real robot set ROS_IP')
+        return fault('Address', source + ' means, on the robot, the robot itself: it cannot reach '
+                     'this computer', here.advice)
+    if here.resolved not in here.own:
+        return fault('Address', '{} is not an address of this computer (it has {})'.format(
+            source, ', '.join(here.own) or 'none'), here.advice)
+    return ok('Address', source + ' is an address of this computer')
+
+
+# NAT --------------------------------------------------------------------------------------------
+
+def nat_kind() -> str:
+    """Returns 'WSL' or 'a container' if this Linux runs in one, else ''."""
+    with open('/proc/version') as file:
+        if 'microsoft' in file.read().lower():
+            return 'WSL'
+    is_container = os.path.exists('/.dockerenv') or os.path.exists('/run/.containerenv')
+    return 'a container' if is_container else ''
+
+
+def judge_nat(kind: str, way_out: str, others_elsewhere: bool) -> Line:
+    """Can a robot reach this computer through NAT? `kind`: see :func:`nat_kind`;
+    `others_elsewhere`: is the master or the robot on another computer?"""
+    if not kind or not way_out or ipaddress.ip_address(way_out) not in NAT:
+        return ok('NAT', 'this is ' + (kind + ', but its address is not one of NAT' if kind else
+                                       'neither WSL nor a container'))
+    if not others_elsewhere:
+        return ok('NAT', 'this is {} behind NAT ({}): good for the simulated robot alone'.format(
+            kind, way_out))
+    return fault(
+        'NAT', 'this is {} behind NAT: no robot can reach {}'.format(kind, way_out),
+        'networkingMode=mirrored in .wslconfig (Windows 11), then wsl --shutdown; else use a Linux '
+        'of its own' if kind == 'WSL' else 'start the container with the network of its host')

@@ -1,0 +1,207 @@
+"""The master, and the nodes around one robot: do they and this computer find each other?
+
+Questions to them are XML-RPC calls of ROS's Master API and Slave API (wiki.ros.org) that only read.
+"""
+import http.client
+import os
+import re
+import time
+import xmlrpc.client
+from dataclasses import dataclass
+from typing import Collection, Mapping, Optional
+
+from tb3_labs.doctor.line import Line, fault, ok, warning
+from tb3_labs.doctor.computer import Address, is_loopback, is_own, resolved
+
+#: The name under which the doctor asks; it is registered nowhere.
+CALLER = '/doctor_{}'.format(os.getpid())
+#: Longest wait for an answer [s].
+ANSWERING = 1.0
+#: The problems in reaching a program at an address, and their words.
+PROBLEMS = {
+    'malformed': 'is not an address such as http://192.168.0.5:11311',
+    'unresolved': 'has a name that this computer cannot resolve',
+    'refused': 'refuses: the computer is on, but nothing listens there',
+    'silent': 'does not answer as a ROS program'}
+#: The sensors of a robot: each is a topic.
+SENSORS = 'imu', 'odom', 'joint_states'
+BRINGUP = "restart the robot's bringup, and look at its first lines"
+
+
+@dataclass
+class Peer:
+    """A master or a node at `uri`, and the outcome of the last question to it."""
+
+    uri: str
+    problem: str = 'silent'    # a key of PROBLEMS, or '' after an answer
+    address: str = ''          # of the name in `uri`
+    round_trip: float = 0.0    # time until the answer [s]
+
+    def __post_init__(self):
+        found = re.fullmatch(r'http://([^/:]+):(\d+)/?', self.uri)
+        self.name, self.port = (found.group(1), int(found.group(2))) if found else ('', 0)
+
+    def ask(self, method, *arguments):
+        """Returns the reply; None if there is none, then `problem` tells why."""
+        self.address = resolved(self.name)
+        if not self.address:
+            self.problem = 'unresolved' if self.name else 'malformed'
+            return None
+        begun = time.monotonic()
+        try:
+            value = self._call(method, arguments)
+        except Exception as trouble:    # a peer may answer with anything
+            is_refused = isinstance(trouble, ConnectionRefusedError)
+            self.problem = 'refused' if is_refused else 'silent'
+            return None
+        self.problem, self.round_trip = '', time.monotonic() - begun
+        return value
+
+    def _call(self, method, arguments):
+        link = http.client.HTTPConnection(self.address, self.port, timeout=ANSWERING)
+        link.request('POST', '/', xmlrpc.client.dumps((CALLER, *arguments), method),
+                     {'Content-Type': 'text/xml'})
+        with link.getresponse() as answer:
+            ((code, reason, value),), _ = xmlrpc.client.loads(answer.read())
+        if code != 1:
+            raise RuntimeError(reason)
+        return value
+
+
+def peers_of(master, nodes):
+    """Returns {node: Peer}, each by the URI that the master knows; each Peer was asked once."""
+    peers = {}
+    for node in nodes:
+        peers[node] = Peer(str(Peer(master.uri).ask('lookupNode', node) or ''))
+        peers[node].ask('getPid')
+    return peers
+
+
+# The master -------------------------------------------------------------------------------------
+
+def judge_master(master: Peer) -> Line:
+    """Does a master answer?"""
+    where = master.uri or '(empty)'
+    if master.address and master.address not in where:
+        where += ' ({})'.format(master.address)
+    if not master.problem:
+        return ok('Master', '{} answers in {:.0f} ms'.format(where, 1e3 * master.round_trip))
+    return fault('Master', 'ROS_MASTER_URI {} {}'.format(where, PROBLEMS[master.problem]), {
+        'refused': 'start roscore, or a launch file, on that computer',
+        'silent': 'is that computer on, in the same network, and is the address still its own? '
+                  'ping ' + master.address,
+    }.get(master.problem, 'export ROS_MASTER_URI=http://ADDRESS:11311'))
+
+
+# Who publishes, and who hears? ------------------------------------------------------------------
+
+class RobotGraph:
+    """The nodes around one robot in `namespace` ('/' or '/robot3/'), by the state of a master."""
+
+    def __init__(self, namespace, state):
+        self.namespace = namespace
+        publishers, subscribers, _ = (
+            {topic: list(nodes) for topic, nodes in part} for part in state)
+        #: {'imu': nodes that publish it}, for each sensor, and those that publish cmd_vel.
+        self.sensors = {name: publishers.get(namespace + name, []) for name in SENSORS}
+        self.drivers = publishers.get(namespace + 'cmd_vel', [])
+        # Nodes that hear cmd_vel but are not a robot (a recorder, the panel, a driver that looks
+        # for other drivers) are left out if a robot's node hears cmd_vel too.
+        hearers = subscribers.get(namespace + 'cmd_vel', [])
+        there = self.sensors['imu'] + self.sensors['odom']
+        self.hearers = [node for node in hearers if node in there] or [
+            node for node in hearers if node not in self.drivers]
+        self.robot_nodes = sorted(set(there + self.hearers))
+        #: {topic: nodes that hear it, though nobody publishes it}.
+        self.unpublished = {topic: nodes for topic, nodes in subscribers.items()
+                            if topic not in publishers}
+        #: The namespaces that have a robot, other than this one.
+        self.others = sorted({topic[:-len('odom')] for topic in publishers
+                              if topic.endswith('/odom')} - {namespace})
+
+
+def judge_robot(graph: RobotGraph) -> Line:
+    """Is there one robot?"""
+    at = graph.namespace.rstrip('/')
+    imu, odom = graph.sensors['imu'], graph.sensors['odom']
+    if not imu and not odom:
+        there = ' (there is one in {})'.format(', '.join(graph.others)) if graph.others else ''
+        named = graph.others[0].strip('/') if graph.others else ''
+        return fault('Robot', 'nobody publishes {0}/imu or {0}/odom{1}'.format(at, there),
+                     'rosrun tb3_labs doctor.py ' + named if named else "start the robot's "
+                     'bringup, or roslaunch tb3_labs fake_robot.launch')
+    for topic, nodes in (('imu', imu), ('odom', odom)):
+        if len(nodes) > 1:
+            return fault('Robot', '{} robots answer: {} all publish {}/{}'.format(
+                len(nodes), ', '.join(sorted(nodes)), at, topic),
+                'switch all but one off, or give each robot a namespace, or a master, of its own')
+        if not nodes:
+            return fault('Robot', 'nobody publishes {}/{}'.format(at, topic), BRINGUP)
+    if not graph.hearers:
+        return fault('Robot', 'nobody hears {}/cmd_vel: the robot cannot be driven'.format(at),
+                     BRINGUP)
+    return ok('Robot', '{} publishes {}/imu and odom, {} hears cmd_vel'.format(
+        imu[0], at, ', '.join(sorted(graph.hearers))))
+
+
+def judge_hearers(graph: RobotGraph) -> Optional[Line]:
+    """Does a node wait for a sensor under a wrong name, such as imu_data? None if not."""
+    like_a_sensor = re.compile('({}|/)({})(?![a-z])'.format(graph.namespace, '|'.join(SENSORS)))
+    for topic, nodes in sorted(graph.unpublished.items()):
+        like = like_a_sensor.match(topic)
+        name = like.group(2) if like else ''
+        if name and topic != graph.namespace + name and graph.sensors[name]:
+            return warning('Hearers', '{} listens to {}, which nobody publishes; {}{} is published '
+                           'by {}'.format(nodes[0], topic, graph.namespace, name,
+                                          graph.sensors[name][0]),
+                           'mend the name in its code, or by <remap> in its launch file')
+    return None
+
+
+# The way there ----------------------------------------------------------------------------------
+
+def judge_nodes(peers: Mapping[str, Peer]) -> Line:
+    """Do the robot's nodes answer at the addresses that they told the master? {node: Peer}"""
+    tell = 'on the robot: export ROS_IP=ITS_ADDRESS, then start it again'
+    for node, peer in sorted(peers.items()):
+        if not peer.problem:
+            continue
+        text = '{} says it is at {}, which {}'.format(
+            node, peer.uri.rstrip('/') or '(nothing)', PROBLEMS[peer.problem])
+        if is_loopback(peer.address):
+            return fault('Nodes', text + ': others cannot reach that',
+                         'if it has ended: rosnode cleanup; else ' + tell)
+        return fault('Nodes', text, {
+            'unresolved': '{}; or here: add "ITS_ADDRESS {}" to /etc/hosts'.format(tell, peer.name),
+            'refused': 'rosnode cleanup, then start {} again; is {} really {}?'.format(
+                node, peer.name, peer.address),
+        }.get(peer.problem, 'is the robot on, and in this network? ping {}; {}'.format(
+            peer.address or peer.name, tell)))
+    return ok('Nodes', ', '.join('{} answers in {:.0f} ms'.format(
+        node, 1e3 * peer.round_trip) for node, peer in sorted(peers.items())))
+
+
+# The way back -----------------------------------------------------------------------------------
+
+def judge_way_back(drivers: Mapping[str, str], heard: Collection[str], robot: str,
+                   here: Address, robot_elsewhere: bool) -> Line:
+    """Do commands of this computer reach the robot's node `robot`, which hears cmd_vel? `drivers`:
+    {node of this computer that publishes it: URI}; `heard`: URIs of the nodes that
+    `robot` is connected to; `here.way_out`: this computer's address on the way to the robot."""
+    for node, uri in sorted(drivers.items()):
+        if uri.rstrip('/') not in heard:
+            return fault('Way back', '{} cannot reach {} at {}: commands do not arrive'.format(
+                robot, node, uri.rstrip('/')), 'if sudo ufw status says active: sudo ufw allow '
+                'from ROBOTS_ADDRESS; else ' + here.advice)
+    if drivers:
+        return ok('Way back', '{} is connected to {}'.format(robot, ', '.join(sorted(drivers))))
+    if not robot_elsewhere:
+        return ok('Way back', 'the robot is on this computer')
+    if here.resolved != here.way_out:
+        return fault('Way back', 'the robot cannot reach {}: this computer is {} to it'.format(
+            here.told, here.way_out or 'nowhere'), here.advice)
+    if here.told != here.way_out:
+        return warning('Way back', 'the robot must resolve the name {}; that shows when a lab '
+                       'runs here'.format(here.told), here.advice)
+    return ok('Way back', '{} is the address towards the robot; start a lab, then a firewall would '
+              'show'.format(here.told))

@@ -1,0 +1,55 @@
+"""Listens to the robot's messages as an ordinary node, which is gone when the doctor ends."""
+import os
+import time
+from operator import itemgetter
+
+import rospy
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu, JointState
+
+from tb3_labs.config import NOT_GIVEN
+from tb3_labs.doctor.streams import HEARING_TIME
+from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.robot.turtlebot3 import model_called
+from tb3_labs.ros.conversions import to_imu_sample, to_wheel_sample
+from tb3_labs.ros.rospy_internals import connection_of
+
+#: The topics of a robot that the doctor hears, with their messages.
+TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'cmd_vel': rospy.AnyMsg}
+
+
+def listen(namespace, address):
+    """Returns {name: [(time of arrival [s], sender, message)]} of a robot's topics, and the time of
+    the end [s]. `address`: of this computer, on the way to the master; this node works also if the
+    terminal's ROS_IP is wrong."""
+    os.environ.pop('ROS_HOSTNAME', None)
+    os.environ['ROS_IP'] = address
+    heard = {name: [] for name in TOPICS}
+
+    def hear(message, name):
+        heard[name].append((time.time(), connection_of(message)['callerid'], message))
+
+    try:
+        rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,
+                        disable_rostime=True, disable_signals=True)
+        for name, kind in TOPICS.items():
+            rospy.Subscriber(namespace + name, kind, hear, name)
+        time.sleep(HEARING_TIME)
+        return {name: list(messages) for name, messages in heard.items()}, time.time()
+    finally:
+        rospy.signal_shutdown('the doctor has heard enough')
+
+
+def compared(heard, reset_topic):
+    """Returns a GyroWatch, and the samples of the IMU and of the wheels that it took in."""
+    watch, imu, wheels = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), [], []
+    streams = [(at, to_imu_sample, message, watch.on_imu, imu) for at, _, message in heard['imu']]
+    streams += [(at, to_wheel_sample, message, watch.on_wheels, wheels)
+                for at, _, message in heard['joint_states']]
+    for at, read, message, take_in, samples in sorted(streams, key=itemgetter(0)):
+        try:
+            samples.append(read(message))
+        except ValueError:
+            continue    # invalid, or of other joints
+        take_in(samples[-1], at)
+    return watch, imu, wheels

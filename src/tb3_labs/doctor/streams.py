@@ -1,0 +1,109 @@
+"""What the robot's nodes send: who drives, silent sensors, the clock, and the gyro.
+
+Units: seconds, messages per second, degrees per minute, radians.
+"""
+import math
+from statistics import mean
+from typing import Mapping, Optional, Sequence, Tuple
+
+from tb3_labs.doctor.line import Line, fault, ok, warning
+from tb3_labs.supervision.freshness import RESUME_TIME, SENSOR_TIMEOUT
+
+#: The doctor listens for this long [s].
+HEARING_TIME = 5.0
+#: A clock that is off by more than CLOCK_OFF disturbs tf [s]. If it is off by more than
+#: CLOCK_WRONG, nothing that uses stamps works [s].
+CLOCK_OFF = 0.1
+CLOCK_WRONG = 1.0
+#: More drift than this disturbs a lab [deg/min].
+DRIFTS = 2.0
+#: The wheels stand if they turn by less than this while the doctor listens [rad].
+WHEELS_STAND = 0.005
+
+
+def judge_drivers(sent: Mapping[str, int]) -> Line:
+    """Does at most one node drive? `sent`: {node: number of its commands} in HEARING_TIME."""
+    if len(sent) > 1:
+        return fault('Drivers', '{} send commands at the same time: the robot obeys both in turn'
+                     .format(' and '.join('{} ({:.0f}/s)'.format(node, count / HEARING_TIME)
+                                          for node, count in sorted(sent.items()))),
+                     'stop all but one of them')
+    # several nodes may be registered to drive: those of the labs give way to each other
+    return ok('Drivers', '{} drives the robot'.format(*sent) if sent else
+              'no node drives the robot now; if it jerks, call the doctor at that time')
+
+
+def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
+                 publisher: str = '') -> Line:
+    """Do the messages of a sensor come evenly enough to drive? They came at `arrivals`; the doctor
+    listened until `ended`. `publisher`: a node, '' without one."""
+    name = topic.rpartition('/')[2]
+    if not publisher:
+        return fault(name, 'nobody publishes {}'.format(topic), "restart the robot's bringup, and "
+                     'look at its first lines')
+    if not arrivals:
+        return fault(name, 'nothing came on {} for {:.1f} s'.format(topic, HEARING_TIME),
+                     "restart the robot's bringup; switch the robot's board off and on")
+    gap = max(later - earlier for earlier, later in zip(arrivals, [*arrivals[1:], ended]))
+    rate = len(arrivals) / max(ended - arrivals[0], 0.1)
+    if gap > SENSOR_TIMEOUT:
+        judge, effect = (fault, 'a drive is given up') if gap > RESUME_TIME else (
+            warning, 'the robot will pause')
+        return judge(name, '{:.0f}/s, but silent for {:.1f} s: {}'.format(rate, gap, effect),
+                     'rostopic delay {}: if its max is as long, the WLAN (go nearer, take 5 GHz or '
+                     'a cable) or a busy computer holds messages; else the robot'.format(topic))
+    return ok(name, '{:.0f}/s, never silent for more than {:.2f} s'.format(rate, gap))
+
+
+def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
+    """Is the robot's clock the same as this computer's? `least_delay`: least arrival (on our clock)
+    minus stamp (on the robot's). `round_trip`: time for one question to the robot; the fastest
+    message took at most this long."""
+    offset, exact = 0.5 * round_trip - least_delay, max(0.5 * round_trip, 0.001)
+    if abs(offset) <= max(CLOCK_OFF, exact):
+        return ok('Clock', "the robot's clock is right within {:.3g} s".format(
+            max(abs(offset), exact)))
+    text = "the robot's clock is {:.1f} s {} (to {:.3g} s)".format(
+        abs(offset), 'ahead' if offset > 0.0 else 'behind', exact)
+    remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '
+              '@$(date +%s); then start its nodes again')
+    if abs(offset) > CLOCK_WRONG:
+        return fault('Clock', text + ': tf refuses its transforms', remedy)
+    # a loaded computer of the robot sets the clock of its board up to 0.25 s ahead
+    return warning('Clock', text + (', or its board alone: tf may refuse its transforms'
+                                    if offset > 0.0 else ', or all its messages come so late'),
+                   'close other programs here and on the robot, wait 5 s; if it stays: ' + remedy)
+
+
+# Gyro and wheels --------------------------------------------------------------------------------
+
+def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
+    """Does the gyro agree with the wheels? `problem` and `remedy` are those of a GyroWatch."""
+    if problem:
+        return fault('Gyro', problem, remedy)
+    return ok('Gyro', 'it agrees with the wheels' if is_compared else
+              'it cannot be compared with the wheels: joint_states, or stamps, are missing')
+
+
+def judge_drift(drift: float, namespace: str = '/') -> Line:
+    """Does the heading stand while the wheels stand? `drift`: by drift_of."""
+    text = '{:+.1f} deg/min at rest'.format(drift)
+    if abs(drift) > DRIFTS:
+        return warning('Drift', text + ': headings and goals will be off', 'calibrate the gyro of '
+                       'the standing robot: rostopic pub -1 {}reset std_msgs/Empty'.format(
+                           namespace))
+    return ok('Drift', text)
+
+
+def drift_of(imu: Sequence[Tuple[float, float]],
+             wheels: Sequence[Tuple[float, float]]) -> Optional[float]:
+    """Returns the slope of the yaw [deg/min]; None if the wheels turn, or if there are too few
+    samples. `imu`: (stamp [s], yaw [rad]); `wheels`: (left, right) [rad]."""
+    if len(imu) < 12 or len(wheels) < 2 or any(
+            max(angles) - min(angles) > WHEELS_STAND for angles in zip(*wheels)):
+        return None
+    middle = mean(stamp for stamp, _ in imu)
+    turns = [(stamp - middle, math.remainder(yaw - imu[0][1], 2.0 * math.pi)) for stamp, yaw in imu]
+    # samples of less than 2 s count as if they were of 2 s: noise is not drift
+    spread = max(sum(time * time for time, _ in turns), len(turns) / 3.0)
+    return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)

@@ -1,1 +1,0 @@
-"""What is a class given? Skeletons of the labs' nodes, and the package's students' edition."""

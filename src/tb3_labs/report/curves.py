@@ -1,0 +1,90 @@
+"""The curves of a timeline over time, and the line of its marks, as HTML.
+
+Each curve is an SVG picture in the units of its data: seconds to the right, values downwards with
+the opposite sign. So the timeline's program shows another stretch by another view of it.
+"""
+import math
+from html import escape
+from typing import Any, Dict, Iterator, List, Sequence, Tuple
+
+#: The kinds of marks, from the upper row of their line to the lower one; the height of a row [px].
+KINDS, ROW = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost'), 8
+#: The lines of a curve's grid are one of these steps apart, so that it has at most LINES intervals.
+STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
+ANGLES = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
+LINES = 4
+#: Points (time, value), and the indices of those at which the line begins anew.
+Line = Tuple[List[Tuple[float, float]], List[int]]
+BOTH = ': <b class="measured">measured</b>, <b class="commanded">commanded</b>'
+CURVE = '''<figure><figcaption>{caption}</figcaption><div class="plot" id="curve-{name}">
+<svg viewBox="0 {top:.4f} {duration} {height:.4f}" preserveAspectRatio="none">
+<path class="grid" d="{grid}"/><path class="measured" d="{measured}"/>
+<path class="commanded" d="{commanded}"/></svg>{labels}<div class="now"></div></div></figure>'''
+MARK = ('<a class="{kind}" href="#t={begin}" title="{title}" tabindex="-1"'
+        ' style="top:{top}px;--x:{x:.4f};--w:{width:.4f}"></a>')
+
+
+def mark_line(data: Dict[str, Any]) -> Iterator[str]:
+    """The HTML of each mark on the line: a row for each kind of mark that the run has."""
+    kinds, duration = {each['kind'] for each in data['marks']}, data['duration']
+    rows = [kind for kind in KINDS if kind in kinds]
+    for each in data['marks']:
+        yield MARK.format(kind=each['kind'], title=escape(each['text']), begin=each['begin'],
+                          top=ROW * rows.index(each['kind']), x=each['begin'] / duration,
+                          width=(each['end'] - each['begin']) / duration)
+    yield '<div style="height:{}px"></div>'.format(ROW * len(rows))
+
+
+def curves(data: Dict[str, Any]) -> Iterator[str]:
+    """The HTML of each curve of which something was recorded."""
+    for name, caption, measured, least in (
+            ('heading', data['heading_of'] + ' [&deg;]', data['heading'], 10.0),
+            ('distance', 'distance to the goal [m]', data['distance'], 0.1),
+            ('angle', "angle off the goal's heading [&deg;]", data['angle'], 10.0)):
+        yield _curve(data, name, caption, measured, ([], []), least)
+    for column, name, caption, measured, least in (
+            (1, 'linear', 'forward [m/s]', data['speed'], 0.1),
+            (2, 'angular', 'turning [rad/s]', data['rate'], 0.4)):
+        yield _curve(data, name, caption + BOTH, measured, _steps(data, column), least)
+
+
+def _steps(data: Dict[str, Any], column: int) -> Line:
+    """The line of the commands in this column of their rows."""
+    rows = data['commands']
+    points: List[Tuple[float, float]] = []
+    breaks: List[int] = []
+    for row, end in zip(rows, [row[0] for row in rows[1:]] + [data['duration']]):
+        if row[column] is None:
+            breaks.append(len(points))
+        else:
+            points += [(row[0], row[column]), (end, row[column])]
+    return points, breaks
+
+
+def _curve(data: Dict[str, Any], name: str, caption: str, measured: Dict[str, Any],
+           commanded: Line, least: float) -> str:
+    """The HTML of a curve; its scale shows at least the range `least`, and the distance's shows 0.
+    '' without a value."""
+    points = [*zip(measured['time'], measured['columns'][0])]
+    values = [value for _, value in points + commanded[0]]
+    if not values:
+        return ''
+    low, high = min(values + [0.0] * (name == 'distance')), max(values)
+    margin = max(0.06 * (high - low), (least - (high - low)) / 2.0)
+    low, high = low - margin, high + margin
+    steps = STEPS if name in ('distance', 'linear', 'angular') else ANGLES
+    step = next((step for step in steps if high - low <= LINES * step), high - low)
+    grid = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
+    return CURVE.format(
+        name=name, caption=caption, top=-high, height=high - low, duration=data['duration'],
+        measured=_path(points, measured['breaks']), commanded=_path(*commanded),
+        grid=''.join('M0 {:.4f}H{}'.format(-value, data['duration']) for value in grid),
+        labels=''.join('<i style="top:{:.1f}%">{:g}</i>'.format(
+            100.0 * (high - value) / (high - low), round(value, 3) + 0.0) for value in grid))
+
+
+def _path(points: Sequence[Tuple[float, float]], breaks: Sequence[int]) -> str:
+    """A line as the path of an SVG picture."""
+    begins = {0, *breaks}
+    return ''.join('{}{} {:g}'.format('M' if k in begins else 'L', at, -value)
+                   for k, (at, value) in enumerate(points))

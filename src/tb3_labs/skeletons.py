@@ -1,0 +1,98 @@
+"""The catkin package that a student begins a lab with.
+
+The folder doc/skeletons/LAB holds the package's files as templates. In each of them the text
+@PACKAGE@ stands for the package's name. Between @GIVEN@ and @END@ stand two forms of the same
+lines: first as a course gives them, then for a student who writes them from scratch. If the name of
+a template ends in `.in`, the file is written without this ending. With its plain name, ROS's tools
+would take the template itself for a package or a launch file.
+"""
+import keyword
+import re
+import shutil
+from pathlib import Path
+from typing import Dict, Sequence
+
+#: The folder of this package that has a folder of templates for each lab.
+FOLDER = 'doc/skeletons'
+PLACEHOLDER = '@PACKAGE@'
+CHOICE = re.compile('@GIVEN@\n(.*?)@FROM_SCRATCH@\n(.*?)@END@\n', re.DOTALL)
+SUFFIX = '.in'
+MANIFEST = 'package.xml'
+#: A package's name, as catkin wants it.
+NAME = re.compile(r'[a-z][a-z0-9_]*')
+PROGRAM = '#!'
+LEFTOVER = re.compile(r'(^|/)(\.|__pycache__/)|~$')
+
+
+def checked_name(name: str, taken: Sequence[str]) -> str:
+    """Returns `name`, the name of a package; ``ValueError`` if it is not valid.
+
+    `taken`: names of Python modules that a package of this name would hide, or be hidden by.
+    """
+    if not NAME.fullmatch(name):
+        raise ValueError('{!r} is not a name for a package: it takes lower-case letters, digits '
+                         'and underscores, a letter first, such as lab2'.format(name))
+    if name in taken or keyword.iskeyword(name):
+        raise ValueError('the package cannot be called {}: Python would import something else by '
+                         'that name'.format(name))
+    return name
+
+
+def skeleton(templates: Path, package: str, from_scratch: bool = False) -> Dict[str, str]:
+    """Returns {path in the package: text} of all files of a package with this name.
+
+    `templates`: the folder doc/skeletons/LAB. Files that an editor or Python left are skipped.
+    `from_scratch`: the student writes the lines that a course may give.
+    ``OSError`` if a template cannot be read, ``ValueError`` if there is no such skeleton.
+    """
+    files, choices = {}, 0
+    for path in sorted(templates.rglob('*')):
+        name = path.relative_to(templates).as_posix()
+        if path.is_file() and not LEFTOVER.search(name):
+            name = name[:-len(SUFFIX)] if name.endswith(SUFFIX) else name
+            text = path.read_text(encoding='utf-8').replace(PLACEHOLDER, package)
+            files[name], found = CHOICE.subn(r'\2' if from_scratch else r'\1', text)
+            choices += found
+    if MANIFEST not in files:
+        raise ValueError('{} has no skeleton: {} is missing'.format(templates, MANIFEST + SUFFIX))
+    if from_scratch and not choices:
+        raise ValueError('{} has one skeleton only: leave --from-scratch out'.format(
+            templates.name))
+    return files
+
+
+def checked_place(folder: Path) -> Path:
+    """Returns `folder` if catkin finds packages in it; else ``ValueError``."""
+    if not folder.is_dir():
+        raise ValueError('there is no folder {}: make it first, such as mkdir -p ~/catkin_ws/src'
+                         .format(folder))
+    if (folder / 'src').is_dir():
+        raise ValueError('{0} has a folder src, in which catkin looks for packages: give {0}/src'
+                         .format(folder))
+    for above in (folder, *folder.parents):
+        if (above / MANIFEST).exists():
+            raise ValueError('{} is within the package {}, where catkin looks for no other package'
+                             .format(folder, above))
+        if above.name == 'src' and not (above.parent / MANIFEST).exists():
+            break    # a workspace: catkin searches only below it
+    return folder
+
+
+def write(files: Dict[str, str], target: Path) -> None:
+    """Write a package into the new folder `target`; programs become executable.
+
+    ``FileExistsError`` if `target` exists. ``OSError`` if it cannot be written; then `target` is
+    removed again.
+    """
+    target.mkdir()
+    try:
+        for name, text in files.items():
+            path = target / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding='utf-8')
+            if text.startswith(PROGRAM):
+                mode = path.stat().st_mode
+                path.chmod(mode | (mode & 0o444) >> 2)    # users who may read it may start it
+    except OSError:
+        shutil.rmtree(str(target), ignore_errors=True)
+        raise

@@ -1,0 +1,178 @@
+"""A node's signals and end, in processes of their own; its waits and its log lines."""
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+pytest.importorskip('rospy')    # the processes below need it
+
+from tb3_labs.news import News    # noqa: E402
+from tb3_labs.ros import node    # noqa: E402
+from tb3_labs.ros.clocks import wait_until    # noqa: E402
+
+BEGIN = '''
+import os, signal, threading, time
+from tb3_labs.ros.node import (
+    Interrupted, ignore_signals, pause, take_ctrl_z, take_signals, when_stopped)
+lock = threading.Lock()
+
+def say(word):    # not print: a signal's handler that prints while another print runs is an error
+    os.write(1, (word + '\\n').encode())
+
+def before():
+    with lock:
+        say('before')
+
+when_stopped(before, lambda: say('after'))
+take_signals()
+take_ctrl_z()
+'''
+WAIT = '''
+try:
+    say('ready')
+    pause(60.0)
+    say('woken')
+except Interrupted:
+    say('interrupted')
+'''
+
+
+class Process(subprocess.Popen):
+    """A process that runs `code`, and has printed 'ready'."""
+
+    def __init__(self, code, before_it=None):
+        super().__init__([sys.executable, '-c', BEGIN + code], stdout=subprocess.PIPE, text=True,
+                         preexec_fn=before_it)
+        assert self.line() == 'ready'
+
+    def line(self):
+        return self.stdout.readline().strip()
+
+    def rest(self):
+        """The rest of its output, up to its end within 10 s."""
+        try:
+            text, _ = self.communicate(timeout=10.0)
+        finally:
+            self.kill()
+        assert self.returncode == 0
+        return text.split()
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, None])
+def test_a_signal_or_its_time_ends_a_wait(number):
+    process = Process(WAIT if number else WAIT.replace('60.0', '0.1'))
+    if number:
+        process.send_signal(number)
+    assert process.rest() == ['interrupted' if number else 'woken']
+
+
+def test_nohup_is_respected():
+    process = Process(WAIT.replace('60.0', '1.0'),
+                      lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    process.send_signal(signal.SIGHUP)
+    assert process.rest() == ['woken']
+
+
+def test_a_signal_that_a_library_swallows_ends_the_wait_all_the_same():
+    process = Process('''
+try:
+    say('ready')
+    time.sleep(10.0)
+except:
+    say('swallowed')
+''' + WAIT)
+    process.send_signal(signal.SIGINT)
+    assert process.rest() == ['swallowed', 'ready', 'interrupted']
+
+
+def test_ctrl_z_comes_after_what_stops_the_robot():
+    process = Process(WAIT)
+    process.send_signal(signal.SIGTSTP)
+    assert process.line() == 'before'
+    _, status = os.waitpid(process.pid, os.WUNTRACED)
+    assert os.WIFSTOPPED(status)
+    process.send_signal(signal.SIGCONT)
+    assert process.line() == 'after'
+    process.send_signal(signal.SIGINT)
+    assert process.rest() == ['interrupted']
+
+
+def test_ctrl_z_does_not_hold_up_an_end_that_has_begun():
+    # as the hooks of a shutdown, which run in the main thread and hold the node's locks
+    process = Process(WAIT + '''
+ignore_signals()
+with lock:
+    os.kill(os.getpid(), signal.SIGTSTP)
+    time.sleep(0.1)
+say('ended')
+''')
+    process.send_signal(signal.SIGINT)
+    assert process.rest() == ['interrupted', 'ended']
+
+
+@pytest.mark.parametrize('name', ['roslaunch', 'another'])
+def test_only_a_roslaunch_is_ended(tmp_path, name):
+    parent = tmp_path / name
+    parent.write_text('import subprocess, sys\nsubprocess.run([sys.executable, "-c", '
+                      '"from tb3_labs.ros.node import end_roslaunch; end_roslaunch()"])\n')
+    assert subprocess.call([sys.executable, str(parent)]) == (
+        -signal.SIGTERM if name == 'roslaunch' else 0)
+
+
+# ----- waits, log lines and terminals
+
+class Gone:
+    """A stream whose terminal is closed."""
+
+    def write(self, _text):
+        raise OSError('gone')
+
+
+@pytest.mark.parametrize('stream', [Gone(), None])
+def test_a_terminal_that_has_gone_ends_nothing(stream):
+    output = node.Output(stream)
+    print('a line', file=output, flush=True)
+
+def test_news_are_logged_warnings_as_such(monkeypatch):
+    logged = []
+    monkeypatch.setattr(node.rospy, 'loginfo', lambda *words: logged.append(('info',) + words))
+    monkeypatch.setattr(node.rospy, 'logwarn', lambda *words: logged.append(('warn',) + words))
+    node.log_news([News('50 % done', warning=False), News('lost', warning=True)])
+    assert logged == [('info', '%s', '50 % done'), ('warn', '%s', 'lost')]
+
+
+def test_it_waits_until_the_condition_holds_or_gives_up_and_says_so():
+    answers = iter([False, False, True])
+    assert wait_until(lambda: next(answers), 10.0, period=0.001)
+    begun = time.monotonic()
+    assert not wait_until(lambda: False, 0.05, period=0.01)
+    assert time.monotonic() - begun >= 0.05
+
+
+# ----- Ctrl+C while a node imports its modules
+
+SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / 'scripts'
+RUNS = re.compile(r'^from tb3_labs\.ros\.node import .*\brun\b', re.MULTILINE)
+NODES = sorted(path.name for path in SCRIPTS.glob('*.py') if RUNS.search(path.read_text()))
+
+
+@pytest.mark.parametrize('name', NODES)
+def test_ctrl_c_ends_a_node_that_still_imports(name):
+    node = subprocess.Popen([sys.executable, '-X', 'importtime', str(SCRIPTS / name)],
+                            stderr=subprocess.PIPE, text=True,
+                            env=dict(os.environ, ROS_MASTER_URI='http://localhost:1'))
+    try:
+        for line in node.stderr:
+            if 'rospy.' in line:
+                break
+        node.send_signal(signal.SIGINT)
+        assert node.wait(10.0) == -signal.SIGINT and 'Traceback' not in node.stderr.read()
+    finally:
+        node.kill()
+        node.wait()
+        node.stderr.close()

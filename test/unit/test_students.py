@@ -1,0 +1,130 @@
+"""The students' archive: nothing of the solutions is in it, and nothing in it is missing;
+students.test builds it."""
+import ast
+import os
+import re
+
+import pytest
+from students_archive import EXCLUDE, LIST, MISSING, ROOT, unpack
+from test_skeletons import answers
+
+from tb3_labs.marking.marks import LABS
+
+pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING)
+SOLUTIONS = ['scripts/imu_sub.py', 'scripts/turtlebot_controller.py', 'scripts/move2goal_tf.py',
+             'scripts/gamepad.py']
+#: Long lines of the solutions that stand in any program.
+IDIOMS = {'rospy.on_shutdown(self._close)', 'self._lock = threading.Lock()',
+          'self._changed.notify_all()', 'except ValueError as problem:',
+          'except rospy.ROSException:', "rospy.logwarn('%s', problem)",
+          "rospy.loginfo('Pose reset successfully.')"}     # which a skeleton has, too
+
+
+def text_of(path):
+    """The text of a file, '' for a picture."""
+    try:
+        return path.read_text(encoding='utf-8')
+    except UnicodeDecodeError:
+        return ''
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp('students')
+    unpack(place)
+    return place
+
+
+@pytest.fixture(scope='module')
+def archive(folder):
+    """{path: text} of its files."""
+    return {path.relative_to(folder).as_posix(): text_of(path)
+            for path in sorted(folder.rglob('*')) if path.is_file()}
+
+
+def imports_of(text):
+    """Yields (name, files that may be meant) of each import from this package."""
+    for node in ast.walk(ast.parse(text)):
+        names = [alias.name for alias in getattr(node, 'names', ()) if isinstance(node, ast.Import)]
+        if isinstance(node, ast.ImportFrom):
+            names = ['{}.{}'.format(node.module, alias.name) for alias in node.names]
+        for name in names:
+            if re.match(r'tb3_labs\.(?!(msg|srv)\b)', name):
+                place = 'src/' + name.replace('.', '/')     # a module, or a name in a module
+                yield name, {place + '.py', place + '/__init__.py',
+                             place.rpartition('/')[0] + '.py'}
+
+
+def test_each_line_of_the_list_leaves_something_out():
+    first, *others = LIST.read_text(encoding='utf-8').splitlines()
+    assert first == '.' and all(line.startswith(EXCLUDE) for line in others)
+    assert [line for line in others if not (ROOT / line[len(EXCLUDE):]).exists()] == []
+    assert not re.search(r'[\s*?[]', ''.join(others))    # the shell splits the list into words
+
+
+def test_the_solutions_are_left_out_and_what_students_need_is_there(archive, folder):
+    assert not set(archive) & set(SOLUTIONS)
+    assert not [path for path in archive if path.startswith(('doc/instructor/', 'test/ros/'))]
+    assert {'launch/fake_robot.launch', 'test/marking/check_turn.test', 'scripts/lab_report.py',
+            'scripts/mark.py', 'scripts/setup.sh', 'msg/MouseController.msg',
+            'srv/ResetPose.srv', 'doc/imu_lab.md', 'CMakeLists.txt', 'LICENSE', '.gitignore',
+            'src/tb3_labs/geometry/se2.py', 'README.md', 'doc/report.png'} <= set(archive)
+    assert os.access(str(folder / 'scripts' / 'setup.sh'), os.X_OK)
+
+
+def test_no_solution_stands_in_another_file(archive):
+    lines = set()
+    for path in SOLUTIONS:
+        text = (ROOT / path).read_text(encoding='utf-8')
+        bodies = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.FunctionDef)]
+        lines |= {line.strip() for body in bodies
+                  for line in text.split('\n')[body.lineno:body.end_lineno]}
+    lines = {line for line in lines if len(line) > 25 and not line.startswith(('def ', '#', '"'))}
+    assert len(lines) > 100
+    assert {(path, line) for path, text in archive.items() if path.endswith('.py')
+            for line in map(str.strip, text.split('\n')) if line in lines - IDIOMS} == set()
+
+
+@pytest.mark.parametrize('lab', sorted(LABS))
+def test_no_todo_is_filled_in_any_file(lab, archive):
+    lines = [re.sub(r'\s+', '', line) for _, piece in answers(lab) for line in piece]
+    lines = [line for line in lines if len(line) > 20 and not line.startswith(('from', 'import'))]
+    assert len(lines) > 2
+    closed = {path: re.sub(r'\s+', '', text) for path, text in archive.items()
+              if not path.startswith('doc/skeletons/')}      # test_skeletons.py looks at these
+    assert [(path, line) for path, text in closed.items() for line in lines if line in text] == []
+
+
+def test_every_import_leads_to_a_file_of_it_and_every_module_serves_one(archive):
+    """A module that nothing in the archive uses belongs to a solution."""
+    used = {'src/{}.py'.format(name.replace('.', '/')) for path, text in archive.items()
+            if not path.endswith('.py') for name in re.findall(r'-m (tb3_labs[\w.]+)', text)}
+    for path, text in archive.items():
+        for name, files in imports_of(text) if path.endswith('.py') else ():
+            assert files & set(archive), (path, name)
+            used |= files - {path}
+    assert [path for path in archive if path.startswith('src/') and path.endswith('.py')
+            and path not in used and not path.endswith('__init__.py')] == []
+
+
+def test_nothing_that_it_starts_or_includes_is_missing(archive):
+    for path, text in archive.items():
+        if path.endswith(('.launch', '.test', '.launch.in')):
+            for name in re.findall(r'pkg="tb3_labs"\s+type="([^"]+)"', text):
+                assert {'scripts/' + name, 'test/' + name} & set(archive), (path, name)
+            for name in re.findall(r'\$\(find tb3_labs\)/([\w./-]+\.\w+)', text):
+                assert name in archive, (path, name)
+
+
+def test_its_pages_name_no_file_that_is_missing(archive):
+    """But for the README: it says that the pages for instructors are not there."""
+    here = {path.relative_to(ROOT).as_posix()
+            for folder in ('doc', 'launch', 'scripts', 'src', 'test')
+            for path in (ROOT / folder).rglob('*') if path.is_file()}
+    gone = here - set(archive)
+    gone |= {re.sub('^src/tb3_labs/', '', path) for path in gone}
+    for path, text in archive.items():
+        if path.endswith('.md') and path != 'README.md':
+            text = re.sub('<!--.*?-->', '', text)
+            assert set(re.findall(r'[\w.-]+(?:/[\w.-]+)+', text)) & gone == set(), path
+            assert 'instructor/' not in text, path
