@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes the catkin package that a student begins a lab with.
 
-Usage: skeleton.py LAB DIRECTORY [--name PACKAGE] [--from-scratch]
+Usage: skeleton.py LAB DIRECTORY [--name PACKAGE]
 
 Example: skeleton.py turn ~/catkin_ws/src. The package has a launch file, and the lab's node with
 its given parts and open TODOs. Existing files are not overwritten. The texts come from
@@ -29,8 +29,6 @@ def parse(words):
     parser.add_argument('lab', metavar='LAB', choices=list(LABS), help=', '.join(LABS))
     parser.add_argument('folder', metavar='DIRECTORY', type=Path,
                         help='the folder src of a catkin workspace')
-    parser.add_argument('--from-scratch', action='store_true',
-                        help='of move2goal: leave the four states to the student')
     parser.add_argument('--name', metavar='PACKAGE', help="the package's name; default: the lab's")
     return parser.parse_args(words)
 
@@ -43,7 +41,7 @@ def main(words):
     templates = Path(rospkg.RosPack().get_path(OWN_PACKAGE)) / FOLDER / given.lab
     try:
         checked_name(package, [OWN_PACKAGE, Path(node).stem])
-        files = skeleton(templates, package, given.from_scratch)
+        files = skeleton(templates, package)
         target = checked_place(given.folder.expanduser().resolve()) / package
         write(files, target)
     except FileExistsError as problem:

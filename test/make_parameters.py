@@ -21,7 +21,6 @@ from tb3_labs.simulation.simulator_config import STARTING
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 #: The nodes with settings: (name, script, launch file, classes that the script reads).
 NODES = (
-    ('imu_sub', 'imu_sub.py', 'imu_sub.launch', ('ImuSubConfig',)),
     ('controller', 'turtlebot_controller.py', 'turn.launch', ('TurnConfig',)),
     ('move_to_goal', 'move2goal_tf.py', 'move2goal.launch',
      ('MoveToGoalConfig', 'DriveConfig')),
@@ -49,7 +48,7 @@ Each parameter can be given in several ways. If two of them differ, the lower on
 
 | way | example |
 |---|---|
-| an argument, for those that are typed most | `roslaunch tb3_labs turn.launch law:=lab` |
+| an argument, for those that are typed most | `roslaunch tb3_labs turn.launch sim:=true model:=waffle` |
 | a file of your own | `roslaunch tb3_labs move2goal.launch sim:=true params:=my.yaml` |
 | `set:=`, for any parameter | `roslaunch tb3_labs turn.launch sim:=true set:="{max_ang_z: 1}"` |
 | while the node runs, where *live* says yes | `dynparam set /move_to_goal max_linear 0.1` |
@@ -84,7 +83,9 @@ class Node:
         if hasattr(module, 'read_model'):
             self.configs.insert(0, ModelConfig)
         self.launch = ET.parse(str(ROOT / 'launch' / launch_file)).getroot()
-        self.element = self.launch.find("node[@name='{}']".format(name))
+        #: The element that starts it: a node, or an include of launch/nodes.
+        self.element = next(ET.tostring(item, 'unicode') for item in self.launch if name in (
+            item.get('name'), *(part.get('value') for part in item.findall('arg'))))
 
     @property
     def settings(self):
@@ -99,13 +100,12 @@ class Node:
     @property
     def arguments(self):
         """Parameters that the launch file has as arguments."""
-        return re.findall(r"(\w+): '?\$\(arg \1\)", ' '.join(self.element.itertext()))
+        return re.findall(r"(\w+): '?\$\(arg \1\)", self.element)
 
     @property
     def pad(self):
         """Parameters that the launch file takes from a file of numbers of a pad."""
-        files = [part.get('file') or '' for part in self.element.findall('rosparam')]
-        if not any('pad_$(arg pad)' in file for file in files):
+        if 'pad_$(arg pad)' not in self.element:
             return []
         path = ROOT / 'launch' / 'params' / 'pad_handout.yaml'
         return list(yaml.safe_load(path.read_text(encoding='utf-8')))
@@ -154,7 +154,7 @@ def made():
     """{path: text} of all files."""
     files = {'doc/instructor/parameters.md': HEAD + ''.join(table(node) for node in nodes())}
     files.update({'launch/params/{}.yaml'.format(node.name): annotated_yaml(node)
-                  for node in nodes() if node.element.find('rosparam') is not None})
+                  for node in nodes() if '$(arg params)' in node.element})
     return files
 
 

@@ -1,10 +1,9 @@
 """The catkin package that a student begins a lab with.
 
 The folder doc/skeletons/LAB holds the package's files as templates. In each of them the text
-@PACKAGE@ stands for the package's name. Between @GIVEN@ and @END@ stand two forms of the same
-lines: first as a course gives them, then for a student who writes them from scratch. If the name of
-a template ends in `.in`, the file is written without this ending. With its plain name, ROS's tools
-would take the template itself for a package or a launch file.
+@PACKAGE@ stands for the package's name. If the name of a template ends in `.in`, the file is
+written without this ending. With its plain name, ROS's tools would take the template itself for a
+package or a launch file.
 """
 import keyword
 import re
@@ -15,7 +14,6 @@ from typing import Dict, Sequence
 #: The folder of this package that has a folder of templates for each lab.
 FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'
-CHOICE = re.compile('@GIVEN@\n(.*?)@FROM_SCRATCH@\n(.*?)@END@\n', re.DOTALL)
 SUFFIX = '.in'
 MANIFEST = 'package.xml'
 #: A package's name, as catkin wants it.
@@ -38,26 +36,20 @@ def checked_name(name: str, taken: Sequence[str]) -> str:
     return name
 
 
-def skeleton(templates: Path, package: str, from_scratch: bool = False) -> Dict[str, str]:
+def skeleton(templates: Path, package: str) -> Dict[str, str]:
     """Returns {path in the package: text} of all files of a package with this name.
 
     `templates`: the folder doc/skeletons/LAB. Files that an editor or Python left are skipped.
-    `from_scratch`: the student writes the lines that a course may give.
     ``OSError`` if a template cannot be read, ``ValueError`` if there is no such skeleton.
     """
-    files, choices = {}, 0
+    files = {}
     for path in sorted(templates.rglob('*')):
         name = path.relative_to(templates).as_posix()
         if path.is_file() and not LEFTOVER.search(name):
             name = name[:-len(SUFFIX)] if name.endswith(SUFFIX) else name
-            text = path.read_text(encoding='utf-8').replace(PLACEHOLDER, package)
-            files[name], found = CHOICE.subn(r'\2' if from_scratch else r'\1', text)
-            choices += found
+            files[name] = path.read_text(encoding='utf-8').replace(PLACEHOLDER, package)
     if MANIFEST not in files:
         raise ValueError('{} has no skeleton: {} is missing'.format(templates, MANIFEST + SUFFIX))
-    if from_scratch and not choices:
-        raise ValueError('{} has one skeleton only: leave --from-scratch out'.format(
-            templates.name))
     return files
 
 

@@ -8,6 +8,7 @@ Started by check_LAB.test. Parameters
     ~lab        imu, turn, move2goal or gamepad
     ~pkg        package of the node
     ~type       its file, as rosrun knows it
+    ~node       of this package alone: finished, or plain for plain_TYPE
     ~points     YAML file with the points of each criterion
     ~parts      these parts of the lab alone, with commas; empty: all
     ~record     file to which the observation is written; empty: none
@@ -32,7 +33,7 @@ from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_stage import try_out
 from tb3_labs.marking.ros_student_node import Launch
 
-OWN_PACKAGE = 'tb3_labs'
+OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
 #: rostest names the file for the results by this word.
 RESULTS = '--gtest_output=xml:'
 #: A node's file is looked for at these depths of a package; links are followed.
@@ -43,6 +44,9 @@ def marked():
     """Try the node out; its Marks."""
     name, package, executable, points, parts, record = (rospy.get_param('~' + name) for name in (
         'lab', 'pkg', 'type', 'points', 'parts', 'record'))
+    node = rospy.get_param('~node', FINISHED)
+    if package == OWN_PACKAGE and node != FINISHED:
+        executable = '{}_{}'.format(node, executable)
     if name not in LABS:
         raise ValueError('there is no lab {!r}: {}'.format(name, ', '.join(LABS)))
     lab = LABS[name]

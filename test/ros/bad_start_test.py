@@ -17,8 +17,7 @@ class BadStartTest(NodeCase):
             ('move2goal_tf.py', 'model:=vacuum', 'vacuum', 'burger, waffle, waffle_pi'),
             ('turtlebot_controller.py', 'min_ang_z:=2.0', 'min_ang_z', 'up to max_ang_z'),
             ('gamepad.py', 'dead_zone:=-0.1', 'dead_zone', 'from 0 to 0.9'),
-            ('fake_turtlebot3.py', 'imu_rate:=0', 'imu_rate', 'from 1 to 1000'),
-            ('imu_sub.py', 'max_rate:=fast', 'max_rate', 'a number'))]
+            ('fake_turtlebot3.py', 'imu_rate:=0', 'imu_rate', 'from 1 to 1000'))]
         self.seen.forget('cmd_vel')
         nodes = [self.start(executable, '__name:=bad%d' % number, parameter)
                  for number, (executable, parameter, _) in enumerate(cases)]
@@ -33,14 +32,13 @@ class BadStartTest(NodeCase):
     def test_a_node_without_a_robot_says_what_it_waits_for(self):
         both = '/nowhere/imu and /nowhere/odom'
         nodes = [(self.start(executable, '__ns:=nowhere'), topics) for executable, topics in (
-            ('move2goal_tf.py', both), ('imu_sub.py', '/nowhere/imu'),
-            ('turtlebot_controller.py', '/nowhere/imu'))]
+            ('move2goal_tf.py', both), ('turtlebot_controller.py', '/nowhere/imu'))]
         for node, topics in nodes:
             node.wait_for('Waiting for {}: is the robot running?'.format(topics))
 
     def test_a_nodes_help_needs_no_master(self):
         for name, words in (
-                ('imu_sub.py', 'Prints the robot'), ('panel.py', 'on a page in any browser'),
+                ('panel.py', 'on a page in any browser'),
                 ('send_goal.py', 'Sends move_to_goal to a goal')):
             tool = self.start(name, '--help', environment={'ROS_MASTER_URI': 'http://localhost:1'})
             self.assertEqual(tool.wait(STARTING), 0, name + tool.text)

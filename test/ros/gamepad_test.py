@@ -216,13 +216,13 @@ class GamepadTest(NodeCase):
         self.addCleanup(page.close)
         for end in (self.mover.kill, lambda: student.end(signal.SIGINT)):
             end()    # after a kill the master still knows reset_pose
-            student = self.start('student_nodes/move2goal_tf.py')
+            student = self.start('plain_move2goal_tf.py')
             rospy.wait_for_service('/set_pose', STARTING)
             self.assertEqual(page.ask('reset', x=1.0, y=2.0, yaw_deg=90.0), (
                 True, '/set_pose was called with x=1.000, y=2.000, yaw=90.0 deg'))
-            student.wait_for('Local pose set to x=1.00, y=2.00, yaw=1.57')
+            student.wait_for('Local pose set to x=1.0, y=2.0, yaw=1.57')
             self.reset()
-            student.wait_for('Local pose set to x=0.00, y=0.00, yaw=0.00')
+            student.wait_for('Local pose set to x=0.0, y=0.0, yaw=0.0.')
             self.seen.forget('cmd_vel')
             self.thumb.press(A)
             self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.5)
@@ -230,7 +230,7 @@ class GamepadTest(NodeCase):
 
     def test_a_pad_as_in_the_handout_resets_and_hands_over(self):
         self.pad.end(signal.SIGINT)
-        student = self.start('student_nodes/gamepad.py')
+        student = self.start('plain_gamepad.py')
         self.seen.forget('cmd_vel')
         self.seen.wait_for('cmd_vel', seconds=STARTING)    # it repeats zeros
         rospy.wait_for_service('reset_pose', STARTING)     # the test before may have ended its node

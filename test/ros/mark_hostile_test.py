@@ -20,7 +20,7 @@ from tb3_labs.marking import processes, sandbox
 from rosunit_internals import rosrun
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
-NODE = PACKAGE / 'test' / 'ros' / 'student_nodes' / 'imu_sub.py'
+NODE = PACKAGE / 'scripts' / 'imu_sub.py'
 START, END = '    IMU()\n', '        self.ctrl_c = True\n'
 MOST_FORKS = 600
 #: No other program sleeps for this time [s], nor does this test in another checkout.
@@ -84,7 +84,7 @@ NAMES = ('q"\'`$(id);&|', 'two\nlines', '.. .', 'l' * 200, '\u202eltr', '\u05d0\
 #: genpy pastes the name of a file into Python code: this one writes a file into a home.
 CODE = ('X"""\nopen(__import__("os").environ["HOME"] + chr(47) + "harm", "w")\n'
         "'''\nif 1: #")
-PAD_NODE = PACKAGE / 'test' / 'ros' / 'student_nodes' / 'gamepad.py'
+PAD_NODE = PACKAGE / 'scripts' / 'plain_gamepad.py'
 PAD_START = '    Gamepad()\n'
 #: The pad's node uses the names at the master, in a message, and on its terminal; then it ends,
 #: which saves the time of the sticks.

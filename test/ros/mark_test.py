@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
 """Marks submissions whose marks are known.
 
-They are the nodes of student_nodes/, which are the handouts, line by line, in the layout of a
-course's repository; the same nodes with deliberate mistakes; and the skeletons as a student gets
-them. The handout's nodes must earn full marks. Each mistake must lose the marks that it should, and
+They are the plain nodes in the layout of a course's repository; the same nodes with deliberate mistakes; and the skeletons as a student gets
+them. The plain nodes must earn full marks. Each mistake must lose the marks that it should, and
 no others. A skeleton must earn what its given parts do, and no more.
 """
 import csv
@@ -26,11 +25,10 @@ from tb3_labs.skeletons import FOLDER, skeleton, write
 from tb3_labs.marking import sandbox
 from tb3_labs.marking.marks import LABS
 
-from node_case import path_of
+from node_case import path_of, plain_node
 from rosunit_internals import rosrun
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
-NODES = PACKAGE / 'test' / 'ros' / 'student_nodes'
 TURN, MOVE, IMU, PAD = 'turtlebot_controller.py', 'move2goal_tf.py', 'imu_sub.py', 'gamepad.py'
 EVERYTHING = 'everything'
 #: No other program sleeps for this time [s], nor does this test in another checkout.
@@ -53,7 +51,7 @@ FLOOD = """        def flood():
 
 
 class Case(NamedTuple):
-    """A submission: a node of student_nodes, the replacements in it (UNFILLED: the skeleton instead),
+    """A submission: a plain node, the replacements in it (UNFILLED: the skeleton instead),
     and the criteria it fails."""
 
     student: str
@@ -133,7 +131,7 @@ def hand_in(folder, case):
     for name, lab in LABS.items():
         package, node = lab.packages[0], lab.files[0]
         files = skeleton(PACKAGE / FOLDER / name, package)
-        place, code = 'src/' + node, (NODES / node).read_text()
+        place, code = 'src/' + node, plain_node(node, 'lab2')
         if node == case.node:
             code = files[place] if case.changes is UNFILLED else changed(code, case.changes)
         files[place] = code.replace('\n', '\r\n') if (

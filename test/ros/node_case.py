@@ -2,6 +2,7 @@
 """Shared by the tests of nodes: starting a node, waiting until it is ready, rest, silence, and the
 delays of this machine."""
 import os
+import pathlib
 import signal
 import subprocess
 import sys
@@ -44,6 +45,14 @@ def command_of(executable):
     """The words that start a node of this package, or a program beside this file."""
     path = os.path.join(os.path.dirname(os.path.realpath(__file__)), executable)
     return [sys.executable, path] if os.path.exists(path) else [path_of(executable)]
+
+
+def plain_node(file, package=PACKAGE):
+    """The text of the plain node with this file's name, in a package with the mouse's message."""
+    folder = pathlib.Path(__file__).resolve().parents[2] / 'scripts'
+    path = folder / ('plain_' + file)
+    text = (path if path.exists() else folder / file).read_text(encoding='utf-8')
+    return text.replace('tb3_labs.msg', package + '.msg')
 
 
 def stamped(message):

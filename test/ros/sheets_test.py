@@ -21,7 +21,7 @@ import rospkg
 import rospy
 
 from costs import free_port
-from node_case import Program
+from node_case import Program, plain_node
 from rosunit_internals import rosrun
 from sheets_steps import promised, steps_of
 
@@ -29,7 +29,6 @@ PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 REPOSITORY = (PACKAGE / 'README.md').resolve().parent
 PAGES = ('doc/imu_lab.md', 'doc/transformation_lab.md', 'test/ros/sheets_walk.md',
          'doc/instructor/nodes.md', 'doc/instructor/teaching.md', 'doc/setup.md')
-NODES = PACKAGE / 'test' / 'ros' / 'student_nodes'
 #: A student's terminal, before the first command.
 PROFILE = '''set -e
 if [ -e ~/catkin_ws/devel/setup.bash ]; then source ~/catkin_ws/devel/setup.bash
@@ -121,7 +120,7 @@ class Student:
             package, node = before['fill'].split('/')
             target = self.home / 'catkin_ws' / 'src' / package / 'src' / node
             assert target.exists(), target
-            code = (NODES / node).read_text().replace('@PACKAGE@', package)
+            code = plain_node(node, package)
             if 'prints' in before:
                 code = with_print(code, before['prints'])
             target.write_text(code)

@@ -14,7 +14,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'unit'))
 
 from students_archive import MISSING, ROOT, unpack  # noqa: E402
 
-SOLUTION = ROOT / 'test' / 'ros' / 'student_nodes' / 'imu_sub.py'
+SOLUTION = ROOT / 'scripts' / 'imu_sub.py'
 #: Paths that lead to this package are not a student's.
 VARIABLES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH', 'ROS_PACKAGE_PATH', 'LD_LIBRARY_PATH'
 #: Of the languages of messages only Python is built: that is faster.

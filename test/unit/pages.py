@@ -24,7 +24,7 @@ SKELETONS = {path.name[:-len('.in')]: path
              for path in (ROOT / 'doc' / 'skeletons').glob('*/launch/*.launch.in')}
 #: The nodes whose parameters set:= takes, by launch file; robot_set:= takes the robot's.
 SET = {'turn': 'controller', 'move2goal': 'move_to_goal', 'fake_robot': 'turtlebot3',
-       'demo': 'move_to_goal', 'gamepad': 'gamepad', 'imu_sub': 'imu_sub', 'panel': 'panel'}
+       'demo': 'move_to_goal', 'gamepad': 'gamepad', 'panel': 'panel'}
 #: Folders of this package.
 FOLDERS = ('doc', 'launch', 'msg', 'scripts', 'src', 'srv', 'test')
 

@@ -13,6 +13,7 @@ import heapq
 import itertools
 import math
 import random
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
@@ -35,7 +36,7 @@ from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
 
-NODES = Path(__file__).resolve().parent.parent / 'ros' / 'student_nodes'
+NODES = Path(__file__).resolve().parents[2] / 'scripts'
 STEP = 1.0 / 200.0      # of the world
 TRUTH_EVERY = 4         # steps between two samples of the ground truth
 PERSON_EVERY = 10       # steps between two looks of the person, and between two messages of a pad
@@ -49,8 +50,9 @@ PARTS = 'imu', 'odometry', 'commands', 'control', 'ground_truth', 'log', 'presse
 
 
 def text_of(node: str) -> str:
-    """The text of a right node: turtlebot_controller, move2goal_tf or gamepad."""
-    return (NODES / (node + '.py')).read_text(encoding='utf-8')
+    """The text of a right node: turtlebot_controller, move2goal_tf or gamepad, as in its handout."""
+    text = (NODES / 'plain_{}.py'.format(node)).read_text(encoding='utf-8')
+    return re.sub('.* # added\n', '', text)
 
 
 class Step(NamedTuple):
@@ -451,7 +453,7 @@ def _execute(text, rospy, waits):
     def thread(target, args=(), daemon=None):
         return SimpleNamespace(start=lambda: world.later(0.003, lambda: target(*args)))
 
-    fakes = {'rospy': rospy, 'lab2.msg': tb3_labs.msg,
+    fakes = {'rospy': rospy,
              'threading': SimpleNamespace(Thread=thread)}
 
     def imported(name, globals_=None, locals_=None, wanted=(), level=0):

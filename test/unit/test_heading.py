@@ -3,12 +3,9 @@ import math
 import random
 
 import pytest
-from hypothesis import example, given
-from hypothesis import strategies as st
 
-from known_motion import angle_between
 from tb3_labs.geometry.angles import TURN
-from tb3_labs.localization.heading import Heading, YawNoise, compass_degrees
+from tb3_labs.localization.heading import Heading, YawNoise
 from tb3_labs.robot.samples import ImuSample
 
 
@@ -93,29 +90,3 @@ def test_only_a_robot_that_turns_slowly_and_evenly_shows_the_noise(rates):
     for k in range(20):
         noise.learn(ImuSample(0.0, 0.02 * (k % 2), rates[k % 2]), 0.01 * k)
     assert noise.deviation == 0.0
-
-
-# The heading of the IMU exercise: from 0 up to 360, never 360 itself ------------------------------
-
-@given(st.floats(-100.0, 100.0))
-@example(-1e-17)
-@example(-5e-324)
-@example(-TURN)
-@example(-math.pi)
-@example(-2e-16)
-def test_compass_tells_the_direction_and_is_never_360(yaw):
-    assert 0.0 <= compass_degrees(yaw) < 360.0
-    # what would round up to 360 is 0, which is 2.7e-7 rad away
-    assert angle_between(math.radians(compass_degrees(yaw)), yaw) < 3e-7
-
-
-@pytest.mark.parametrize('yaw', [-1e-16, -1e-12, -1e-9, -5e-9, TURN - 5e-9])
-def test_the_labs_line_never_shows_360(yaw):
-    line = 'Current heading is %f degrees.' % compass_degrees(yaw)
-    assert line == 'Current heading is 0.000000 degrees.'
-
-
-def test_nan_stays_nan_and_infinity_is_no_heading():
-    assert math.isnan(compass_degrees(math.nan))
-    with pytest.raises(ValueError):
-        compass_degrees(math.inf)

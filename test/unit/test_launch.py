@@ -73,7 +73,7 @@ def test_roslaunch_lists_an_argument_as_required_only_if_it_is(path):
     ('record', 'zzz:=1', 'no argument zzz; its arguments: roslaunch --ros-args tb3_labs record.launch'),
     ('robot', 'user:=pi', 'robot:= is missing: name or address of the robot'),
     ('turn', 'set:={hdg_tol:2}', 'a blank is missing after the colon: set:="{hdg_tol: 2}"'),
-    ('turn', 'sim:=true law:=lab', ''), ('robot', 'robot:=robot3', ''),
+    ('turn', 'sim:=true node:=plain', ''), ('robot', 'robot:=robot3', ''),
     ('turn', 'model:=waffle __ns:=robot3 params:=my.yaml', '')])
 def test_an_argument_that_a_file_does_not_have_is_told_with_what_is_meant(file, given, line):
     path = LAUNCH / (file + '.launch')
@@ -88,11 +88,11 @@ def test_an_argument_that_a_file_does_not_have_is_told_with_what_is_meant(file, 
 
 def test_a_later_way_to_give_a_parameter_goes_before_an_earlier_one(tmp_path):
     mine = tmp_path / 'my.yaml'
-    mine.write_text('law: lab\nmax_linear: 0.2\nallow_reverse: true\n')
-    given = ['params:={}'.format(mine), 'law:=precise', 'set:={max_linear: 0.1}']
+    mine.write_text('has_control: false\nmax_linear: 0.2\nallow_reverse: true\n')
+    given = ['params:={}'.format(mine), 'has_control:=true', 'set:={max_linear: 0.1}']
     params = loaded('move2goal', *given).params
     assert [params['/move_to_goal/' + name].value for name in (
-        'law', 'max_linear', 'allow_reverse')] == ['lab', 0.1, True]
+        'has_control', 'max_linear', 'allow_reverse')] == [False, 0.1, True]
 
 
 @pytest.mark.parametrize('name, robot_set', [

@@ -47,7 +47,6 @@ CASES = [
     ('skeleton.py', ['trn', '.'], ('trn', 'gamepad')),
     ('skeleton.py', ['turn', 'nowhere'], 'nowhere: make it first, such as mkdir -p ~/catkin_ws/src'),
     ('skeleton.py', ['turn', '.', '--name', '9x'], "'9x' is not a name for a package"),
-    ('skeleton.py', ['turn', '.', '--from-scratch'], 'turn has one skeleton only: leave --from-scr'),
 ]
 
 

@@ -1,12 +1,11 @@
-"""The skeletons leave open what the handouts leave to the student, and nothing else."""
+"""The skeletons are the plain nodes without what the handouts leave to the student."""
 import ast
+import difflib
 import os
 import pathlib
 import re
 import stat
 import xml.etree.ElementTree as ET
-from collections import Counter
-from typing import NamedTuple
 
 import pytest
 from roslaunch.config import ROSLaunchConfig
@@ -17,9 +16,6 @@ from tb3_labs.skeletons import FOLDER, checked_name, checked_place, skeleton, wr
 from tb3_labs.marking.marks import LABS
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-NODES = ROOT / 'test' / 'ros' / 'student_nodes'
-#: move2goal without the states that the course gives.
-SCRATCH = 'move2goal --from-scratch'
 #: The TODOs of the handouts, in their order: a piece of what each of them is filled with.
 ANSWERS = {
     'imu': ['import Imu', 'rospy.Subscriber(', 'Quaternion(', '.to_euler(', '[2]'],
@@ -27,8 +23,6 @@ ANSWERS = {
              'return 360 + yaw', '.to_euler(', 'input("'],
     'move2goal': ['rospy.Service(', 'self.local_yaw = ', 'dx = self.global_x', 'self.local_y = ',
                   'dx = self.goal_x - self.local_x'],
-    SCRATCH: ['rospy.Service(', 'self.local_yaw = ', 'dx = self.global_x', 'self.local_y = ',
-              'distance = math', "self.state = 'GOAL_REACHED'"],
     'gamepad': ['rospy.ServiceProxy(', 'position.y = ', 'orientation.w = ', '.covariance = '],
 }
 #: Further lines of the handouts that a student finds again in the node.
@@ -44,35 +38,28 @@ IDENTIFIERS = {
                 'def send_set_pose_request(self, x, y, theta)',
                 'def reset_pose_done_callback(self'],
 }
-#: The first line of a TODO, and the last one of what a student replaces.
-BEGIN, OPEN = re.compile(r' *# TODO (\d+)\b'), 'TODO {} is open'
-#: TODO 5 of move2goal replaces each line of this kind.
-GLOBAL = ' - self.global_'
+#: The first line that a student replaces: of a TODO, or one that TODO 5 of move2goal names.
+BEGIN = re.compile(r' *# TODO (\d+)\b|.* - self\.global_')
+#: What a TODO has besides its comment.
+PLACEHOLDER = re.compile(r'rospy\.logwarn_once\(|return\b|(self\.)?\w+ = (0\.0|None)$|'
+                         r'if self\.\w+ is None:$|.* - self\.global_')
+#: A line of a plain node that its handout does not have.
+ADDED = re.compile(r' # added\b')
 
 
-class Todo(NamedTuple):
-    """The lines that a student replaces, and the given line after them."""
-
-    number: int
-    lines: list
-    then: str
+def files_of(lab, package=None):
+    return skeleton(ROOT / FOLDER / lab, package or LABS[lab].packages[0])
 
 
-def lab_of(variant):
-    return LABS[variant.split()[0]]
+def node_of(lab, package=None):
+    return files_of(lab, package)['src/' + LABS[lab].files[0]]
 
 
-def files_of(variant):
-    return skeleton(ROOT / FOLDER / variant.split()[0], lab_of(variant).packages[0],
-                    variant == SCRATCH)
-
-
-def node_of(variant):
-    return files_of(variant)['src/' + lab_of(variant).files[0]]
-
-
-def filled_node(variant):
-    return (NODES / lab_of(variant).files[0]).read_text(encoding='utf-8')
+def plain_node(lab):
+    """The text of a lab's plain node."""
+    name = LABS[lab].files[0]
+    path = ROOT / 'scripts' / ('plain_' + name)
+    return (path if path.exists() else path.with_name(name)).read_text(encoding='utf-8')
 
 
 def lines_of(code):
@@ -80,102 +67,79 @@ def lines_of(code):
     return [line for line in code.split('"""\n', 1)[1].splitlines() if line.strip()]
 
 
-def split(code):
-    """(given lines, TODOs) of a skeleton."""
-    given, todos, lines = [], [], lines_of(code)
-    while lines:
-        begin = BEGIN.match(lines[0])
-        if not begin:
-            line = lines.pop(0)
-            if GLOBAL in line:
-                todos.append(Todo(5, [line], lines[0]))
-            else:
-                given.append(line)
-            continue
-        number, block = int(begin.group(1)), []
-        while not block or OPEN.format(number) not in block[-1]:
-            block.append(lines.pop(0))
-        while lines[0].strip().startswith('return') or GLOBAL in lines[0]:
-            block.append(lines.pop(0))
-        todos.append(Todo(number, block, lines[0]))
-    return given, todos
+def differences(lab):
+    """[(lines of the skeleton, lines of the plain node)] wherever the two are not the same."""
+    given = lines_of(node_of(lab, 'tb3_labs'))
+    plain = [line for line in lines_of(plain_node(lab)) if not ADDED.search(line)]
+    return [(given[a:b], plain[c:d]) for tag, a, b, c, d in difflib.SequenceMatcher(
+        None, given, plain, False).get_opcodes() if tag != 'equal']
 
 
 def answers(lab):
-    """(line after it, lines) of each piece of the filled node that is not given."""
-    found, piece, given = [], [], split(node_of(lab))[0]
-    for line in lines_of(filled_node(lab)):
-        if given and line == given[0]:
-            given.pop(0)
-            found += [(line, piece)] * bool(piece)
-            piece = []
-        else:
-            piece.append(line)
-    assert given == [], 'not in the filled node, or not in this order'
-    assert piece == []
-    return found
+    """The lines of the plain node that a student writes."""
+    return [line for _, done in differences(lab) for line in done]
 
 
 by_lab = pytest.mark.parametrize('lab', sorted(ANSWERS))
 
 
 @by_lab
-def test_the_filled_node_is_the_skeleton_with_its_todos_done_and_nothing_else(lab):
-    _, todos = split(node_of(lab))
-    assert not any('TODO ' in line for line in lines_of(filled_node(lab)))
-    found = answers(lab)
-    # a TODO that goes on in another place may be done where it begins; neighbours are one piece
-    first = {todo.number: todo for todo in reversed(todos)}
-    filled = [line for line, _ in found]
-    assert {todo.then for todo in first.values() if not BEGIN.match(todo.then)} <= set(filled)
-    assert not Counter(filled) - Counter(todo.then for todo in todos)
-    text = '\n'.join(line for _, piece in found for line in piece)
+def test_a_skeleton_is_the_plain_node_with_todos_in_place_of_the_answers_and_nothing_else(lab):
+    todos = [todo for todo, _ in differences(lab)]
+    assert all(BEGIN.match(todo[0]) for todo in todos), todos
+    text = '\n'.join(answers(lab))
     parts = [text.index(answer) for answer in ANSWERS[lab]]
-    assert parts == sorted(parts)
+    assert parts == sorted(parts) and 'TODO ' not in plain_node(lab)
 
 
 @by_lab
 def test_todos_are_numbered_and_tell_no_answer(lab):
-    _, todos = split(node_of(lab))
-    assert sorted({todo.number for todo in todos}) == list(range(1, len(ANSWERS[lab]) + 1))
-    told = {line.strip(' #') for todo in todos for line in todo.lines}
-    wanted = {line.strip() for _, piece in answers(lab) for line in piece}
-    assert wanted and told & wanted <= {'return', 'return yaw'}
-    code = [line.strip() for todo in todos for line in todo.lines if not line.strip().startswith('#')]
-    assert all(re.match(r'rospy\.logwarn_once\(|return\b|(self\.)?\w+ = (0\.0|None)$|'
-                        r'if self\.\w+ is None:$|.* - self\.global_', line) for line in code), code
+    lines = [line.strip() for todo, _ in differences(lab) for line in todo]
+    assert sorted({int(line.split()[2].strip(':,')) for line in lines if line.startswith('# TODO')}) \
+        == list(range(1, len(ANSWERS[lab]) + 1))
+    told = {line.strip(' #') for line in lines} & {line.strip() for line in answers(lab)}
+    assert told == set()
+    assert [line for line in lines if line[0] != '#' and not PLACEHOLDER.match(line)] == []
 
 
 @by_lab
 def test_a_skeleton_is_python_38_with_the_names_of_the_handout(lab):
     code = node_of(lab)
-    assert [words for words in IDENTIFIERS[lab.split()[0]] if words not in code] == []
+    assert [words for words in IDENTIFIERS[lab] if words not in code] == []
     ast.parse(code, feature_version=(3, 8))
-    assert 'class {}:'.format(lab_of(lab).class_name) in code
-    assert "rospy.init_node('{}')".format(lab_of(lab).node_name) in code
+    assert 'class {}:'.format(LABS[lab].class_name) in code
+    assert "rospy.init_node('{}')".format(LABS[lab].node_name) in code
     assert code.startswith('#!/usr/bin/env python3\n')
 
 
-def test_move2goal_has_the_states_in_global_coordinates_or_none():
-    given, scratch = node_of('move2goal'), node_of(SCRATCH)
-    assert given.count(GLOBAL) == 4 and "if self.state == 'ROTATE_TO_GOAL':" in given
-    assert GLOBAL not in scratch and 'self.state ==' not in scratch
-    assert given.count('# TODO') == 5 and scratch.count('# TODO') == 6
+def test_move2goal_has_the_states_in_global_coordinates():
+    assert node_of('move2goal').count(' - self.global_') == 4
+
+
+@by_lab
+def test_a_plain_node_is_read_in_one_sitting(lab):
+    """It imports rospy, messages, squaternion, and Python's own modules; nothing of this package."""
+    assert plain_node(lab).count('\n') <= 120
+    imported = {name for node in ast.walk(ast.parse(plain_node(lab))) for name in (
+        [node.module] if isinstance(node, ast.ImportFrom) else
+        [alias.name for alias in node.names] if isinstance(node, ast.Import) else [])}
+    assert {name for name in imported if not re.search(r'\.(msg|srv)$', name)} <= {
+        'rospy', 'squaternion', 'math', 'threading', 'concurrent.futures'}
 
 
 @by_lab
 def test_a_package_names_all_that_it_needs(lab):
-    files, package = files_of(lab), lab_of(lab).packages[0]
+    files, package = files_of(lab), LABS[lab].packages[0]
     manifest = ET.fromstring(files['package.xml'].encode())
     assert manifest.findtext('name') == package
     named = {item.text for item in manifest if item.tag.endswith('depend')}
-    texts = [text for name, text in files.items() if name.endswith('.py')] + [filled_node(lab)]
+    texts = [text for name, text in files.items() if name.endswith('.py')] + [plain_node(lab)]
     imported = {name for text in texts for name in re.findall(r'^from (\w+)\.(?:msg|srv)', text, re.M)}
     assert imported - {package} <= named and {'rospy', 'tb3_labs'} <= named
     assert 'project({})'.format(package) in files['CMakeLists.txt']
-    launch = ET.fromstring(files['launch/{}.launch'.format(lab.split()[0])].encode())
+    launch = ET.fromstring(files['launch/{}.launch'.format(lab)].encode())
     assert [(node.get('pkg'), node.get('type'), node.get('name')) for node in launch.iter('node')][0] \
-        == (package, lab_of(lab).files[0], lab_of(lab).node_name)
+        == (package, LABS[lab].files[0], LABS[lab].node_name)
     assert not any(re.search('@[A-Z_]+@', text) for text in files.values())
 
 

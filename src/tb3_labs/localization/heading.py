@@ -1,8 +1,7 @@
 """The heading of the robot by its IMU alone, and the noise of this heading.
 
 `Heading` serves a node that only turns. It knows the yaw, continuous over whole turns, and the rate
-of turn, the age of both, and the noise of the yaw. `compass_degrees` is the heading that the IMU
-exercise prints.
+of turn, the age of both, and the noise of the yaw.
 
 Frame: the IMU's own, with an arbitrary zero direction. Units: radians, rad/s, seconds. `now` is on
 the receiver's clock; `time`, of a sample, is on the sender's clock.
@@ -10,7 +9,7 @@ the receiver's clock; `time`, of a sample, is on the sender's clock.
 import math
 from typing import Optional, Tuple
 
-from tb3_labs.geometry.angles import continuous, difference, wrap
+from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.geometry.estimate import Estimate
 from tb3_labs.localization.sender_clock import SenderClock
 from tb3_labs.robot.samples import ImuSample, heading_jump
@@ -25,17 +24,6 @@ EVEN = 0.03
 FARTHEST = 0.1
 #: Weight of each new sample in the variance, after the first ones.
 SHARE = 0.02
-#: A little more than half a step of a 32-bit number below 360 [deg].
-HALF_STEP = 1.6e-5
-
-
-def compass_degrees(yaw: float) -> float:
-    """`yaw` in radians as the lab's heading: degrees in [0, 360).
-
-    A heading that would round up to 360, printed by %f or sent as a 32-bit number, is 0.
-    """
-    heading = math.degrees(wrap(yaw)) % 360.0
-    return 0.0 if heading >= 360.0 - HALF_STEP else heading
 
 
 class YawNoise:

@@ -1,14 +1,27 @@
 #!/usr/bin/env python3
-"""The node of the Transformation lab: its skeleton in doc/skeletons, with the TODOs done."""
-import math
+"""Drives to a goal in a local frame that a service resets: the Transformation lab.
 
+Each TODO says what belongs there. Write it, and delete the lines below it that say that the TODO is
+open. The node starts with open TODOs, too, and names those that it meets.
+
+Global is the frame of the odometry. The local frame begins where the robot stood at the reset.
+
+Subscribes
+    imu            sensor_msgs/Imu
+    odom           nav_msgs/Odometry
+    ctrl_relinq    std_msgs/Bool: True lets this node drive
+Publishes
+    cmd_vel        geometry_msgs/Twist
+Services
+    /set_pose      tb3_labs/SetInitialPose: resets the local frame
+"""
+import math
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from squaternion import Quaternion
 from std_msgs.msg import Bool
-
 from tb3_labs.srv import SetInitialPose, SetInitialPoseResponse
 
 
@@ -30,7 +43,9 @@ class MoveToGoal:
         self.state = 'ROTATE_TO_GOAL'
         self.has_control = False
         self.cmd_pub = rospy.Publisher('cmd_vel', Twist, queue_size=10)
-        self.reset_service = rospy.Service('/set_pose', SetInitialPose, self.set_pose_callback)
+        # TODO 1: offer the service /set_pose, and keep it as self.reset_service. Its type is
+        #     SetInitialPose, and the method set_pose_callback answers each call.
+        rospy.logwarn_once('TODO 1 is open: there is no service /set_pose')
         rospy.Subscriber('imu', Imu, self.imu_callback)
         rospy.Subscriber('odom', Odometry, self.odom_callback)
         rospy.Subscriber('ctrl_relinq', Bool, self.ctrl_relinq_callback)
@@ -46,8 +61,8 @@ class MoveToGoal:
         self.initial_global_y = None
         self.initial_global_yaw = None
         self.state = 'ROTATE_TO_GOAL'
-        rospy.loginfo('Local pose set to x=%.2f, y=%.2f, yaw=%.2f', self.local_x, self.local_y,
-                      self.local_yaw)
+        rospy.loginfo(f'Local pose set to x={self.local_x}, y={self.local_y}, '
+                      f'yaw={self.local_yaw}.')
         return SetInitialPoseResponse()
 
     def imu_callback(self, msg):
@@ -56,7 +71,9 @@ class MoveToGoal:
         if self.initial_global_yaw is None:
             self.initial_global_yaw = self.global_yaw
             return
-        self.local_yaw = self.normalize_angle(self.global_yaw - self.initial_global_yaw)
+        # TODO 2: calculate local_yaw [rad]: the yaw as seen from the local frame. normalize_angle
+        #     keeps an angle from -pi to pi.
+        rospy.logwarn_once('TODO 2 is open: local_yaw stays 0')
 
     def odom_callback(self, msg):
         q = msg.pose.pose.orientation
@@ -67,11 +84,15 @@ class MoveToGoal:
             self.initial_global_y = self.global_y
             self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]
             return
-        dx = self.global_x - self.initial_global_x
-        dy = self.global_y - self.initial_global_y
-        cos, sin = math.cos(self.initial_odom_yaw), math.sin(self.initial_odom_yaw)
-        self.local_x = cos * dx + sin * dy
-        self.local_y = -sin * dx + cos * dy
+        # TODO 3: calculate the displacement since the reset, in global axes: dx and dy [m]. Replace
+        #     each 0.
+        dx = 0.0
+        dy = 0.0
+        rospy.logwarn_once('TODO 3 is open: the displacement stays 0')
+        # TODO 4: rotate the displacement into the local frame: local_x and local_y [m]. The angle
+        #     is initial_odom_yaw, since the odometry measured the displacement. Is it the rotation
+        #     matrix, or its inverse?
+        rospy.logwarn_once('TODO 4 is open: local_x and local_y stay 0')
 
     def ctrl_relinq_callback(self, msg):
         if self.has_control and not msg.data:
@@ -79,14 +100,17 @@ class MoveToGoal:
         self.has_control = msg.data
 
     def control_loop(self, event):
-        if not self.has_control or self.initial_global_x is None:
+        if not self.has_control or self.initial_global_x is None or self.state == 'GOAL_REACHED':
             return
         cmd = Twist()
-        dx = self.goal_x - self.local_x
-        dy = self.goal_y - self.local_y
+        # TODO 5: the rest of this method is that of Lab 6: it drives to the goal in global
+        #     coordinates. Bring it to local coordinates. Four of its lines have to change.
+        rospy.logwarn_once('TODO 5 is open: the goal is sought in global coordinates')
+        dx = self.goal_x - self.global_x
+        dy = self.goal_y - self.global_y
         distance = math.sqrt(dx ** 2 + dy ** 2)
         if self.state == 'ROTATE_TO_GOAL':
-            yaw_error = self.normalize_angle(math.atan2(dy, dx) - self.local_yaw)
+            yaw_error = self.normalize_angle(math.atan2(dy, dx) - self.global_yaw)
             if abs(yaw_error) > 0.05:
                 cmd.angular.z = 0.3 * yaw_error
             else:
@@ -97,14 +121,12 @@ class MoveToGoal:
             else:
                 self.state = 'ROTATE_TO_FINAL'
         elif self.state == 'ROTATE_TO_FINAL':
-            yaw_error = self.normalize_angle(self.goal_yaw - self.local_yaw)
+            yaw_error = self.normalize_angle(self.goal_yaw - self.global_yaw)
             if abs(yaw_error) > 0.05:
                 cmd.angular.z = 0.5 * yaw_error
             else:
                 self.state = 'GOAL_REACHED'
                 rospy.loginfo('Goal reached!')
-        elif self.state == 'GOAL_REACHED':
-            return
         self.cmd_pub.publish(cmd)
 
     def normalize_angle(self, angle):

@@ -1,5 +1,18 @@
 #!/usr/bin/env python3
-"""The gamepad of the Transformation lab: its skeleton in doc/skeletons, with the TODOs done."""
+"""Drives by a gamepad, hands the robot over, and resets the local frame: the Transformation lab.
+
+As a good student of the handout writes it.
+
+The numbers of axes and buttons are those of the course's pad. `rostopic echo /joy` shows yours.
+
+Subscribes
+    joy            sensor_msgs/Joy
+Publishes
+    cmd_vel        geometry_msgs/Twist
+    ctrl_relinq    std_msgs/Bool: True hands the robot over, False takes it back
+Calls
+    /set_pose      tb3_labs/SetInitialPose
+"""
 import math
 import threading
 from concurrent.futures import Future

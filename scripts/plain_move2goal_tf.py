@@ -1,29 +1,14 @@
 #!/usr/bin/env python3
-"""Drives to a goal in a local frame that a service resets: the Transformation lab.
-
-Each TODO says what belongs there. Write it, and delete the lines below it that say that the TODO is
-open. The node starts with open TODOs, too, and names those that it meets.
-
-Global is the frame of the odometry. The local frame begins where the robot stood at the reset.
-
-Subscribes
-    imu            sensor_msgs/Imu
-    odom           nav_msgs/Odometry
-    ctrl_relinq    std_msgs/Bool: True lets this node drive
-Publishes
-    cmd_vel        geometry_msgs/Twist
-Services
-    /set_pose      tb3_labs/SetInitialPose: resets the local frame
+"""Drives to a goal in a local frame that a service resets: the Transformation lab, as a student
+writes it. The handout lacks what is `# added`, and rotates by the IMU's yaw: both fail in practice.
 """
 import math
-
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from squaternion import Quaternion
 from std_msgs.msg import Bool
-
 from tb3_labs.srv import SetInitialPose, SetInitialPoseResponse
 
 
@@ -45,9 +30,7 @@ class MoveToGoal:
         self.state = 'ROTATE_TO_GOAL'
         self.has_control = False
         self.cmd_pub = rospy.Publisher('cmd_vel', Twist, queue_size=10)
-        # TODO 1: offer the service /set_pose, and keep it as self.reset_service. Its type is
-        #     SetInitialPose, and the method set_pose_callback answers each call.
-        rospy.logwarn_once('TODO 1 is open: there is no service /set_pose')
+        self.reset_service = rospy.Service('/set_pose', SetInitialPose, self.set_pose_callback)
         rospy.Subscriber('imu', Imu, self.imu_callback)
         rospy.Subscriber('odom', Odometry, self.odom_callback)
         rospy.Subscriber('ctrl_relinq', Bool, self.ctrl_relinq_callback)
@@ -63,8 +46,8 @@ class MoveToGoal:
         self.initial_global_y = None
         self.initial_global_yaw = None
         self.state = 'ROTATE_TO_GOAL'
-        rospy.loginfo('Local pose set to x=%.2f, y=%.2f, yaw=%.2f', self.local_x, self.local_y,
-                      self.local_yaw)
+        rospy.loginfo(f'Local pose set to x={self.local_x}, y={self.local_y}, '
+                      f'yaw={self.local_yaw}.')
         return SetInitialPoseResponse()
 
     def imu_callback(self, msg):
@@ -72,10 +55,9 @@ class MoveToGoal:
         self.global_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]
         if self.initial_global_yaw is None:
             self.initial_global_yaw = self.global_yaw
+            self.initial_global_yaw -= self.local_yaw    # added
             return
-        # TODO 2: calculate local_yaw [rad]: the yaw as seen from the local frame. normalize_angle
-        #     keeps an angle from -pi to pi.
-        rospy.logwarn_once('TODO 2 is open: local_yaw stays 0')
+        self.local_yaw = self.normalize_angle(self.global_yaw - self.initial_global_yaw)
 
     def odom_callback(self, msg):
         q = msg.pose.pose.orientation
@@ -85,16 +67,16 @@ class MoveToGoal:
             self.initial_global_x = self.global_x
             self.initial_global_y = self.global_y
             self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]
+            self.initial_odom_yaw -= self.local_yaw    # added
+            cos, sin = math.cos(self.initial_odom_yaw), math.sin(self.initial_odom_yaw)    # added
+            self.initial_global_x -= cos * self.local_x - sin * self.local_y    # added
+            self.initial_global_y -= sin * self.local_x + cos * self.local_y    # added
             return
-        # TODO 3: calculate the displacement since the reset, in global axes: dx and dy [m]. Replace
-        #     each 0.
-        dx = 0.0
-        dy = 0.0
-        rospy.logwarn_once('TODO 3 is open: the displacement stays 0')
-        # TODO 4: rotate the displacement into the local frame: local_x and local_y [m]. The angle
-        #     is initial_odom_yaw, since the odometry measured the displacement. Is it the rotation
-        #     matrix, or its inverse?
-        rospy.logwarn_once('TODO 4 is open: local_x and local_y stay 0')
+        dx = self.global_x - self.initial_global_x
+        dy = self.global_y - self.initial_global_y
+        cos, sin = math.cos(self.initial_odom_yaw), math.sin(self.initial_odom_yaw)
+        self.local_x = cos * dx + sin * dy
+        self.local_y = -sin * dx + cos * dy
 
     def ctrl_relinq_callback(self, msg):
         if self.has_control and not msg.data:
@@ -102,18 +84,14 @@ class MoveToGoal:
         self.has_control = msg.data
 
     def control_loop(self, event):
-        if not self.has_control or self.initial_global_x is None:
+        if not self.has_control or self.initial_global_x is None or self.state == 'GOAL_REACHED':
             return
         cmd = Twist()
-@GIVEN@
-        # TODO 5: the rest of this method is that of Lab 6: it drives to the goal in global coordinates.
-        #     Bring it to local coordinates. Four of its lines have to change.
-        rospy.logwarn_once('TODO 5 is open: the goal is sought in global coordinates')
-        dx = self.goal_x - self.global_x
-        dy = self.goal_y - self.global_y
+        dx = self.goal_x - self.local_x
+        dy = self.goal_y - self.local_y
         distance = math.sqrt(dx ** 2 + dy ** 2)
         if self.state == 'ROTATE_TO_GOAL':
-            yaw_error = self.normalize_angle(math.atan2(dy, dx) - self.global_yaw)
+            yaw_error = self.normalize_angle(math.atan2(dy, dx) - self.local_yaw)
             if abs(yaw_error) > 0.05:
                 cmd.angular.z = 0.3 * yaw_error
             else:
@@ -124,29 +102,12 @@ class MoveToGoal:
             else:
                 self.state = 'ROTATE_TO_FINAL'
         elif self.state == 'ROTATE_TO_FINAL':
-            yaw_error = self.normalize_angle(self.goal_yaw - self.global_yaw)
+            yaw_error = self.normalize_angle(self.goal_yaw - self.local_yaw)
             if abs(yaw_error) > 0.05:
                 cmd.angular.z = 0.5 * yaw_error
             else:
                 self.state = 'GOAL_REACHED'
                 rospy.loginfo('Goal reached!')
-        elif self.state == 'GOAL_REACHED':
-            return
-@FROM_SCRATCH@
-        # TODO 5: calculate the way from the robot to the goal, in local coordinates: dx, dy and
-        #     distance [m]. Replace each 0.
-        dx = 0.0
-        dy = 0.0
-        distance = 0.0
-        rospy.logwarn_once('TODO 5 is open: the way to the goal stays 0')
-        # TODO 6: set cmd by the state, and go on to the next state when one is done. An error of an
-        #     angle goes through normalize_angle. The lab sheet has all numbers.
-        #     ROTATE_TO_GOAL     turn until the robot faces the goal
-        #     MOVE_FORWARD       drive until the goal is near
-        #     ROTATE_TO_FINAL    turn until the heading is goal_yaw; then log 'Goal reached!'
-        #     GOAL_REACHED       publish nothing more
-        rospy.logwarn_once('TODO 6 is open: the robot is not driven')
-@END@
         self.cmd_pub.publish(cmd)
 
     def normalize_angle(self, angle):

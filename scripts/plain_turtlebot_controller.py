@@ -1,10 +1,20 @@
 #!/usr/bin/env python3
-"""The node of the IMU lab: its skeleton in doc/skeletons, with the TODOs done."""
+"""Turns the robot by 90 degrees, by keyboard and IMU, beside the mouse: the IMU lab.
+
+As a good student of the handout writes it.
+
+Subscribes
+    imu           sensor_msgs/Imu
+    mouse_info    MouseController of this package
+Publishes
+    cmd_vel       geometry_msgs/Twist
+"""
 import rospy
 from geometry_msgs.msg import Twist
-from lab2.msg import MouseController
 from sensor_msgs.msg import Imu
 from squaternion import Quaternion
+
+from tb3_labs.msg import MouseController
 
 
 class Controller:
