@@ -108,7 +108,7 @@ IRRELEVANT = {'count', 'dropped', 'attempt', 'drives', 'tremble', 'law', '_law',
 def state_of(world):
     """A number that is the same for worlds in the same state: times count from now."""
     ages = QUIET_AGES if world.is_quiet else AGES
-    return hash(tuple(_state(node, world.now, ages) for node in world.nodes))
+    return hash(tuple(_state(actor, world.now, ages) for actor in world.actors))
 
 
 def _state(value, now, ages, oldest=LONG_AGO):

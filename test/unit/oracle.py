@@ -5,6 +5,8 @@ renews, arrives late, wakes up or restarts gives nothing.
 
 Units: seconds; `at` is the time of a person's action, `now` the time at which a node hears of it.
 """
+import math
+
 #: Actions that are nearer in time have no order [s]: a renewal tells its giving's age in tenths.
 SAME_TIME = 0.15
 #: A giver that renews, and is silent for longer than the first, may not be driven by; after the
@@ -85,6 +87,7 @@ class HandOracle:
         self.pushed = False          # what it said; and
         self.repeats = True          # would it be repeated?
         self.lost_at = now           # the last loss
+        self.stopped_at = -math.inf  # the last stop of another node
         self.rested_at = None        # when it rested last, by its own clock; None: not since then
 
     def hear(self, now, pushed, at, repeats=True):
@@ -96,6 +99,15 @@ class HandOracle:
         self.heard_at, self.pushed, self.repeats = now, pushed, repeats
         if not pushed and at >= self.lost_at - LOST:
             self.rested_at = at
+
+        if pushed and at < self.stopped_at - SAME_TIME:
+            self.lose(now)
+
+    def stop(self, now):
+        """Another node stopped the robot: what is pushed now must be let go."""
+        self.stopped_at = now
+        if self.pushed:
+            self.lose(now)
 
     def lose(self, now):
         self.lost_at, self.rested_at = now, None

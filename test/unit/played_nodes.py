@@ -228,6 +228,7 @@ class Pad(Process):
 
     def on_taken(self):
         self.core.on_taken(self.world.now)
+        self.oracle.stop(self.world.now)
 
     def woke(self, slept_for):
         if slept_for > OVER:

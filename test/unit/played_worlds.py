@@ -93,6 +93,11 @@ class World:
         self.wait(seconds)
 
     @property
+    def actors(self):
+        """Everything whose state makes a difference."""
+        return self.nodes
+
+    @property
     def is_quiet(self):
         """Is no message under way?"""
         return not any(node.waiting or node.held or node.asleep_since for node in self.nodes)

@@ -30,6 +30,7 @@ HOLDER_AFTER = {
     HolderEvent.REGAIN:     (FREE,    GAMEPAD, FREE),
     HolderEvent.GIVEN:      (GOAL,    GOAL,    GOAL),
     HolderEvent.TAKEN:      (FREE,    GAMEPAD, FREE),
+    HolderEvent.STOPPED:    (FREE,    FREE,    GOAL),
     HolderEvent.LOST:       (FREE,    FREE,    FREE),
 }
 

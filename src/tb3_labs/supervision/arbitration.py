@@ -62,6 +62,7 @@ class HolderEvent(Enum):
     REGAIN = 'regain'            # this button was pressed
     GIVEN = 'given'              # control was given by others: at a terminal, by another pad
     TAKEN = 'taken'              # control was taken by others, or by move_to_goal itself
+    STOPPED = 'stopped'          # another node said False while a stick was pushed
     LOST = 'pad lost'
 
 
@@ -71,6 +72,7 @@ HOLDERS = {
     (Holder.NOBODY, HolderEvent.GIVEN): Holder.MOVE_TO_GOAL,
     (Holder.GAMEPAD, HolderEvent.RELINQUISH): Holder.MOVE_TO_GOAL,
     (Holder.GAMEPAD, HolderEvent.GIVEN): Holder.MOVE_TO_GOAL,
+    (Holder.GAMEPAD, HolderEvent.STOPPED): Holder.NOBODY,
     (Holder.GAMEPAD, HolderEvent.LOST): Holder.NOBODY,
     (Holder.MOVE_TO_GOAL, HolderEvent.REGAIN): Holder.NOBODY,
     (Holder.MOVE_TO_GOAL, HolderEvent.TAKEN): Holder.NOBODY,
