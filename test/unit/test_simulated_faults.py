@@ -114,6 +114,25 @@ def test_dropouts_silence_both_sensors_and_what_is_no_fault_leaves_them_alone():
     assert len({sample.yaw for sample in imu_of(samples)}) == 1
 
 
+def test_without_battery_the_odometry_repeats_its_last_step_and_the_wheels_stand():
+    """As the firmware does; the speeds in joint_states go on, too. Then encoders are read again."""
+    robot = Simulator(STIFF)
+    before = odom_of(drive(robot, 1.0, 0.2, 0.0))[-1]
+    angles, speeds = robot.sensors.odometer.wheel_angles, robot.sensors.odometer.wheel_speeds
+    switch(robot, battery_cut=True)
+    place, samples = robot.truth, odom_of(drive(robot, 5.0, 0.0, 0.0))
+    assert robot.truth.distance_to(place) < 0.01
+    assert samples[-1].pose.x - before.pose.x == pytest.approx(5.0 * before.linear, abs=0.01)
+    assert {round(sample.linear, 9) for sample in samples} == {round(before.linear, 9)}
+    assert robot.sensors.odometer.wheel_angles == angles
+    assert robot.sensors.odometer.wheel_speeds == pytest.approx(speeds)
+    robot.reset()
+    again = odom_of(drive(robot, 3.0, 0.0, 0.0))[-1]
+    assert again.linear == pytest.approx(before.linear) and again.pose.x > 0.05
+    switch(robot, battery_cut=False)
+    assert odom_of(drive(robot, 1.0, 0.0, 0.0))[-1].linear == 0.0
+
+
 def test_motors_that_are_off_stand_whatever_is_commanded_and_obey_again():
     robot = Simulator(STIFF)
     drive(robot, 0.5, 0.1, 0.0)
