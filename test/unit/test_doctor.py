@@ -22,7 +22,7 @@ from tb3_labs.doctor.graph import (
     judge_way_back)
 from tb3_labs.doctor.line import fault, ok, printed, summary, warning
 from tb3_labs.doctor.streams import (
-    drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
+    drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream, judge_wheels)
 from tb3_labs.supervision.freshness import SENSOR_TIMEOUT
 
 OK, WARNING, FAULT = 'ok', 'warning', 'FAULT'
@@ -237,16 +237,25 @@ def test_a_stream_that_is_not_there():
     (dict(least_delay=0.3, round_trip=0.002), WARNING, '0.3 s behind (to 0.001 s), or all its messages'),
     (dict(least_delay=-0.3, round_trip=0.002), WARNING, '0.3 s ahead'),
     (dict(least_delay=-0.3, round_trip=1.0), WARNING, '0.8 s ahead (to 0.5 s)'),
-    (dict(least_delay=-0.22, round_trip=0.002), WARNING, '0.2 s ahead (to 0.001 s), or its board alone'),
+    (dict(least_delay=-0.11), WARNING, 'the stamps are 0.11 s ahead'),     # by the time sync of the board
+    (dict(least_delay=-0.22, round_trip=0.002), WARNING, 'the stamps are 0.22 s ahead'),
     (dict(least_delay=-7200.0, round_trip=0.004), FAULT, '7200.0 s ahead'),
     (dict(least_delay=40.0, round_trip=0.004), FAULT, '40.0 s behind')])
 def test_clock(clock, verdict, words):
-    check(judge_clock(**clock), verdict, words)
+    line = judge_clock(**clock)
+    check(line, verdict, words)
+    assert ("robot's clock" in line.text) is ('stamps' not in words) is ('date' in line.remedy or verdict == OK)
 
 
 def test_gyro():
     check(judge_gyro('it lies', 'let it rest', True), FAULT, 'it lies', 'let it rest')
-    check(judge_gyro('', '', False), OK, 'cannot be compared')
+    check(judge_gyro('', '', False), WARNING, 'cannot be compared')
+    check(judge_gyro('', '', True), OK, 'agrees')
+
+
+def test_joint_states_without_wheels_have_a_line_of_their_own():
+    check(judge_wheels('/robot3/joint_states', '/arm'), FAULT, '/robot3/joint_states, as /arm publishes it',
+          'wheel_left_joint')
 
 
 @pytest.mark.parametrize('drift, verdict, words', [
