@@ -70,22 +70,18 @@ class FakeRobotTest(unittest.TestCase):
             self.assertEqual(message.child_frame_id, 'robot3/base_footprint')
         self.assertEqual(self.last('ground_truth').header.frame_id, 'world')
         self.assertEqual(self.last('joint_states').name, ['wheel_left_joint', 'wheel_right_joint'])
-        imu = self.last('imu')
+        imu, field = self.last('imu'), self.last('magnetic_field').magnetic_field
         self.assertAlmostEqual(imu.linear_acceleration.z, 9.81, delta=0.01)
-        # a tilt of 0.7 and 0.4 degrees, in the quaternion and in the pull of gravity
-        tilt = math.hypot(imu.orientation.x, imu.orientation.y)
-        self.assertAlmostEqual(2.0 * tilt, math.radians(0.81), delta=1e-3)
-        level = math.hypot(imu.linear_acceleration.x, imu.linear_acceleration.y)
-        self.assertAlmostEqual(level / 9.81, math.radians(0.81), delta=1e-3)
-
-    def test_the_compass_turns_with_the_robot(self):
-        field, yaw = self.last('magnetic_field').magnetic_field, yaw_of(self.last('imu').orientation)
-        self.assertAlmostEqual(math.remainder(math.atan2(field.y, field.x) + yaw, math.tau), 0.0,
-                               delta=0.01)
+        # tilted by 0.7 and 0.4 degrees, and so is the pull of gravity
+        for tilt in (2.0 * math.hypot(imu.orientation.x, imu.orientation.y),
+                     math.hypot(imu.linear_acceleration.x, imu.linear_acceleration.y) / 9.81):
+            self.assertAlmostEqual(tilt, math.radians(0.81), delta=1e-3)
+        north = math.atan2(field.y, field.x) + yaw_of(imu.orientation)
+        self.assertAlmostEqual(math.remainder(north, math.tau), 0.0, delta=0.01)
 
     def test_a_sound_of_any_type_blocks_the_board(self):
         sound = rospy.Publisher('sound', UInt8, queue_size=1)
-        self.wait('the robot listens to sounds', sound.get_num_connections)
+        self.wait('a robot that listens', sound.get_num_connections)
         before = len(self.heard['odom']) - 1
         sound.publish(1)
         self.wait('the pause', lambda: max(

@@ -22,7 +22,7 @@ from tb3_labs.doctor.graph import (
     judge_way_back)
 from tb3_labs.doctor.line import fault, ok, printed, summary, warning
 from tb3_labs.doctor.streams import (
-    drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream, judge_wheels)
+    drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
 from tb3_labs.supervision.freshness import SENSOR_TIMEOUT
 
 OK, WARNING, FAULT = 'ok', 'warning', 'FAULT'
@@ -253,11 +253,6 @@ def test_gyro():
     check(judge_gyro('', '', True), OK, 'agrees')
 
 
-def test_joint_states_without_wheels_have_a_line_of_their_own():
-    check(judge_wheels('/robot3/joint_states', '/arm'), FAULT, '/robot3/joint_states, as /arm publishes it',
-          'wheel_left_joint')
-
-
 @pytest.mark.parametrize('drift, verdict, words', [
     (1.9, OK, '+1.9 deg/min'), (-2.1, WARNING, '-2.1 deg/min'),
     (2.1, WARNING, 'rostopic pub -1 /robot3/reset')])
@@ -312,13 +307,33 @@ def heard_of_a_robot_at_rest(namespace, address):
     return dict(heard, cmd_vel=heard['odom']), times[-1]
 
 
-def test_a_sound_robot_is_found_sound(robot, monkeypatch):
-    """The listening itself: doctor.test."""
+def examined(robot, monkeypatch, listen):
+    """{subject: line} of a robot; `listen` stands in for the listening, see doctor.test."""
     for name, value in (('ROS_MASTER_URI', robot), ('ROS_IP', '127.0.0.1'), ('ROS_HOSTNAME', ''),
                         ('TURTLEBOT3_MODEL', 'burger')):
         monkeypatch.setenv(name, value)
-    monkeypatch.setattr('tb3_labs.doctor.ros_listening.listen', heard_of_a_robot_at_rest)
-    lines = {line.subject: line for line in examine('/')}
+    monkeypatch.setattr('tb3_labs.doctor.ros_listening.listen', listen)
+    return {line.subject: line for line in examine('/')}
+
+
+@pytest.mark.parametrize('names, words', [
+    (['arm', 'hand'], '/joint_states, as /pad publishes it, has no wheel_left_joint'),
+    (['wheel_left_joint', 'wheel_right_joint'], 'the odometry runs on but the wheels stand')])
+def test_wheels_that_are_missing_or_stand_have_a_line_of_their_own(robot, monkeypatch, names, words):
+    def listen(*where):
+        heard, ended = heard_of_a_robot_at_rest(*where)
+        for number, (_, _, message) in enumerate(heard['odom']):
+            message.pose.pose.position.x, message.pose.pose.orientation.w = 0.002 * number, 1.0
+            message.twist.twist.linear.x = 0.2
+        for _, _, message in heard['joint_states']:
+            message.name = names
+        return heard, ended
+    check(examined(robot, monkeypatch, listen)['Wheels'], FAULT, words)
+
+
+def test_a_sound_robot_is_found_sound(robot, monkeypatch):
+    lines = examined(robot, monkeypatch, heard_of_a_robot_at_rest)
+    assert 'Wheels' not in lines
     for subject, words in (
             ('Address', 'this computer alone'), ('Master', 'answers in'), ('Robot', CORE),
             ('Nodes', CORE + ' answers in'), ('Way back', 'connected to /pad'), ('Drivers', '/pad drives'), ('imu', '102/s'),

@@ -184,7 +184,6 @@ def test_ctrl_c_ends_a_node_that_still_imports(name):
     ((0.2, 1e-40), (0.2, 0.0)), ((-1e-300, -2.0), (0.0, -2.0)), ((2e-4, -2e-4), (2e-4, -2e-4)),
     ((1e-40, -1e-40), None)])
 def test_a_speed_that_turns_no_motor_is_sent_as_zero(monkeypatch, command, sent):
-    """The firmware takes an angular 1e-40 for -2.6 rad/s."""
     published = []
     monkeypatch.setattr(cmd_vel.rospy, 'Publisher',
                         lambda *_, **__: SimpleNamespace(publish=published.append))

@@ -108,20 +108,6 @@ def test_a_reset_in_a_drive():
     assert replay.rest() == pytest.approx((0.0, 0.0), abs=0.02)
 
 
-def test_a_sound_in_a_drive():
-    """`sound 1` at 0.2 m/s, then zeros: 559 mm."""
-    robot = Simulator(LAPTOP)
-    for _ in range(60):
-        robot.command(0.2, 0.0)
-        robot.step(1.0 / 30.0)
-    robot.sound(1)
-    before = robot.truth.x
-    for _ in range(120):
-        robot.command(0.0, 0.0)
-        robot.step(1.0 / 30.0)
-    assert robot.truth.x - before == pytest.approx(0.559, abs=0.035)
-
-
 def test_a_reset_in_a_spin():
     replay = Replay([(0.467, 2.668, 0.0, 1.0), (2.668, 3.64, 0.0, 0.0)], 9.0, reset=2.467)
     before, after = replay.pause()

@@ -9,6 +9,7 @@ from tb3_labs.doctor.computer import (
 from tb3_labs.doctor.graph import (
     SENSORS, Peer, RobotGraph, judge_hearers, judge_master, judge_nodes, judge_robot,
     judge_way_back, peers_of)
+from tb3_labs.doctor.line import fault
 from tb3_labs.doctor.streams import (
     drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream, judge_wheels)
 
@@ -65,9 +66,11 @@ def _listen(here, graph, alive, master):
     for name in SENSORS:
         yield judge_stream(graph.namespace + name, [at for at, _, _ in heard[name]], ended,
                            next(iter(graph.sensors[name]), ''))
-    watch, imu, wheels = compared(heard, graph.namespace + 'reset')
+    watch, encoders, imu, wheels = compared(heard, graph.namespace + 'reset')
     if heard['joint_states'] and not wheels:
         yield judge_wheels(graph.namespace + 'joint_states', heard['joint_states'][0][1])
+    if encoders.problem():
+        yield fault('Wheels', *encoders.problem().split('; '))
     delays = [at - message.header.stamp.to_sec() for name in SENSORS
               for at, _, message in heard[name] if message.header.stamp]
     if delays and not master.ask('getParam', '/use_sim_time'):
