@@ -226,7 +226,6 @@ DRIVE_MISTAKES: Dict[str, Tuple[Edits, Edits]] = {
 # The gamepad --------------------------------------------------------------------------------------
 
 PAD_MISTAKES: Dict[str, Tuple[Edits, Edits]] = {
-    'wrong_button': ([('if msg.buttons[2]', 'if msg.buttons[3]')], []),
     'two_senders': ([('        if self.has_control:\n', '        if True:\n')], []),
 }
 PAD_STYLES: List[Edits] = [

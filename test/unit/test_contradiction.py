@@ -13,6 +13,7 @@ from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.encoders import EncoderWatch
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
@@ -36,6 +37,7 @@ class Watched:
     def __init__(self, *ears, **settings):
         self.robot = Simulator(SimulatorConfig(**settings))
         self.ears = ears or (GyroWatch(robot_model(self.robot.config.model)),)
+        self.encoders = EncoderWatch()
         self._wheels = {}            # by stamp
         self.clock_ahead = 0.0       # of the robot [s]
 
@@ -63,6 +65,10 @@ class Watched:
                     self.robot.command(*(ear.command(self.robot.now) or (0.0, 0.0)))
 
     def _hear(self, sample):
+        if not isinstance(sample, ImuSample):
+            self.encoders.on_odometry(sample)
+            self.encoders.on_wheels(WheelSample(sample.stamp, *self._wheels[sample.stamp]))
+            assert self.robot.config.battery_cut or self.encoders.problem() == ''
         for ear in self.ears:
             stamp = sample.stamp + self.clock_ahead
             if isinstance(sample, ImuSample):

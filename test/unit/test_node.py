@@ -1,4 +1,4 @@
-"""A node's signals and end, in processes of their own; its waits and its log lines."""
+"""A node's signals and end, in processes of their own; its waits, its log lines and commands."""
 import os
 import pathlib
 import re
@@ -6,13 +6,15 @@ import signal
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import pytest
 
 pytest.importorskip('rospy')    # the processes below need it
 
+from tb3_labs.control.speed_laws import Twist2    # noqa: E402
 from tb3_labs.news import News    # noqa: E402
-from tb3_labs.ros import node    # noqa: E402
+from tb3_labs.ros import cmd_vel, node    # noqa: E402
 from tb3_labs.ros.clocks import wait_until    # noqa: E402
 
 BEGIN = '''
@@ -176,3 +178,15 @@ def test_ctrl_c_ends_a_node_that_still_imports(name):
         node.kill()
         node.wait()
         node.stderr.close()
+
+
+@pytest.mark.parametrize('command, sent', [
+    ((0.2, 1e-40), (0.2, 0.0)), ((-1e-300, -2.0), (0.0, -2.0)), ((2e-4, -2e-4), (2e-4, -2e-4)),
+    ((1e-40, -1e-40), None)])
+def test_a_speed_that_turns_no_motor_is_sent_as_zero(monkeypatch, command, sent):
+    published = []
+    monkeypatch.setattr(cmd_vel.rospy, 'Publisher',
+                        lambda *_, **__: SimpleNamespace(publish=published.append))
+    monkeypatch.setattr(cmd_vel, 'ClockWatch', lambda stop: SimpleNamespace(runs=True))
+    cmd_vel.CmdVel().send(Twist2(*command))
+    assert [(twist.linear.x, twist.angular.z) for twist in published] == ([sent] if sent else [])

@@ -16,6 +16,7 @@ from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose, check_pose
 from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.encoders import EncoderWatch
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST
 from tb3_labs.news import News, NewsDesk
@@ -63,6 +64,7 @@ class MoveToGoalCore:
         self._sensors = SensorWatch(self.imu, self.odometry)
         self._odometry_turned = False      # did its yaw change at the last sample?
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
+        self._encoders = EncoderWatch()
         self._sent = Twist2()
         self._ended = 0                    # number of the last attempt that take_end returned
         self._news = NewsDesk()
@@ -79,12 +81,14 @@ class MoveToGoalCore:
         before = self.odometry.reading
         self.odometry.heard(now, (sample.pose, sample.linear, sample.angular))
         self._odometry_turned = before is None or before[0].yaw != sample.pose.yaw
+        self._encoders.on_odometry(sample)
         self._localizer.on_odometry(sample, now)
         self._look_at_localizer()
 
     def on_wheels(self, sample: WheelSample, now: float) -> None:
-        """Take in a sample of the wheels, if the robot sends them: they only check the gyro."""
+        """Take in a sample of the wheels, if the robot sends them: they only check the others."""
         self._gyro.on_wheels(sample, now)
+        self._encoders.on_wheels(sample)
 
     def heard_command(self, linear: float, angular: float, now: float) -> None:
         """Another node commands the robot, which may move now."""
@@ -171,7 +175,7 @@ class MoveToGoalCore:
         return machine.goal, machine.failure
 
     def command(self, now: float) -> Optional[Twist2]:
-        refusal = POSE_LOST if self._localizer.is_lost else self._gyro.problem()
+        refusal = POSE_LOST if self._localizer.is_lost else self._contradiction()
         if not (self.has_control and self._machine.active):
             self._pause()
         elif refusal:
@@ -214,7 +218,7 @@ class MoveToGoalCore:
         return None if frame is None else frame.imu_minus_odometry
 
     def status(self, now: float) -> DriveStatus:
-        machine, problem = self._machine, self._sensors.problem(now) or self._gyro.problem()
+        machine, problem = self._machine, self._sensors.problem(now) or self._contradiction()
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
             machine.state, machine.goal,
@@ -246,6 +250,9 @@ class MoveToGoalCore:
         return self._pace.idle_for(now) if driving else LONGEST_IDLE
 
     # -- the drive
+
+    def _contradiction(self) -> str:
+        return self._gyro.problem() or self._encoders.problem()
 
     def _sensors_allow(self, now: float) -> bool:
         self._sensors.update(now)

@@ -95,6 +95,7 @@ def by_letter(error: float, side: float) -> float:
 
 LAWS = (
     Law(),
+    Law(quarter=180.0),    # the lab is also given with half turns
     Law('error_not_wrapped', error_wraps=(False, False)),
     Law('error_not_wrapped_low', error_wraps=(False, True)),
     Law('error_not_wrapped_high', error_wraps=(True, False)),
