@@ -14,12 +14,12 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, reason
+from tb3_labs.command_line import Parser, printable, reason
 from tb3_labs.marking import sandbox
 from tb3_labs.marking.intake import Refused, submissions_from
 from tb3_labs.marking.marks import GAMEPAD, LABS, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder
-from tb3_labs.marking.names import chosen, printable
+from tb3_labs.marking.names import chosen
 from tb3_labs.marking.processes import forget_overlays
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_marker import MarkedClass, Marker, Options, tell

@@ -15,7 +15,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Callable, List, NamedTuple, Tuple
 
-from tb3_labs.marking.names import ZIP, by_student, is_zip, printable
+from tb3_labs.command_line import printable
+from tb3_labs.marking.names import ZIP, by_student, is_zip
 from tb3_labs.marking.packages import files_in
 
 #: A submission, unpacked, has at most MOST_FILES files and MOST_BYTES bytes.

@@ -18,10 +18,10 @@ import os
 from pathlib import Path
 from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
+from tb3_labs.command_line import printable
 from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.feedback import feedback, overview, results
 from tb3_labs.marking.marks import KEY, LABS, Marks, from_record, to_record
-from tb3_labs.marking.names import printable
 from tb3_labs.marking.observation import Observation
 from tb3_labs.marking.sandbox import UNPROTECTED
 from tb3_labs.report.tables import safe
