@@ -38,7 +38,7 @@ def parse(words):
     parser.add_argument('--only', metavar='NAME', action='append', default=[],
                         help='try this student again, and no other; more than once for several')
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
-                        'default: test/marking/points.yaml of this package')
+                        'default: test/marking/points.yaml of this package, if MARKS has no others')
     parser.add_argument('--package', default='', metavar='NAME',
                         help="the node's package, if it has an unusual name")
     parser.add_argument('--type', default='', metavar='NAME',
@@ -74,7 +74,8 @@ def main(words):
             check_lab(given)
             options = Options(given.package, given.type, given.pad, not given.unprotected)
             check_sandboxes(given.unprotected)
-            folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options))
+            folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),
+                                 given.points is not None)
         except (OSError, ValueError, Refused) as problem:
             tell_problem(reason(problem))
             return 2
