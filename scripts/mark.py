@@ -14,12 +14,12 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, reason
+from tb3_labs.command_line import Parser, printable, reason
 from tb3_labs.marking import sandbox
 from tb3_labs.marking.intake import Refused, submissions_from
 from tb3_labs.marking.marks import GAMEPAD, LABS, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder
-from tb3_labs.marking.names import chosen, printable
+from tb3_labs.marking.names import chosen
 from tb3_labs.marking.processes import forget_overlays
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_marker import MarkedClass, Marker, Options, tell
@@ -38,7 +38,7 @@ def parse(words):
     parser.add_argument('--only', metavar='NAME', action='append', default=[],
                         help='try this student again, and no other; more than once for several')
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
-                        'default: test/marking/points.yaml of this package')
+                        'default: test/marking/points.yaml of this package, if MARKS has no others')
     parser.add_argument('--package', default='', metavar='NAME',
                         help="the node's package, if it has an unusual name")
     parser.add_argument('--type', default='', metavar='NAME',
@@ -74,7 +74,8 @@ def main(words):
             check_lab(given)
             options = Options(given.package, given.type, given.pad, not given.unprotected)
             check_sandboxes(given.unprotected)
-            folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options))
+            folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),
+                                 given.points is not None)
         except (OSError, ValueError, Refused) as problem:
             tell_problem(reason(problem))
             return 2

@@ -102,6 +102,7 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
             '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}'.format(
                 *[each.begins_deg for typed in 'lr' for each in turns if each.typed == typed]),
             '{:g} MB and {} files'.format(intake.MOST_BYTES / 1e6, intake.MOST_FILES),
+            '{:g} GB of the zip file of a class'.format(intake.CLASS * intake.MOST_BYTES / 1e9),
             'files above {:g} MB are left out'.format(intake.LARGEST / 1e6),
             '{} processes, {:g} GB of memory'.format(processes.PROCESSES, processes.MEMORY / 1e9),
             '{:g} MB in th'.format(processes.OWN_DISK / 1e6),      # their folders

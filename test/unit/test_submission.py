@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor, wait
 from types import SimpleNamespace
 
@@ -134,6 +135,15 @@ def test_a_node_with_an_odd_name_gets_another_one(tmp_path, name):
 def test_an_expression_that_is_too_deep_ends_nothing(tmp_path, code):
     ready = prepared(tmp_path, hand_in(tmp_path / 'bob', move2goal=code))
     assert ready.executable == 'move2goal.py'
+
+
+@pytest.mark.parametrize('code, message', [
+    ('\n' * 300000, ''), ('import rospy\n' * 30000, ''), ('import lab7.msg', '\n' * 300000)],
+    ids=['lines', 'imports', 'message'])
+def test_a_long_file_holds_nobody_up(tmp_path, code, message):
+    begun = time.monotonic()
+    prepared(tmp_path, hand_in(tmp_path / 'bob', move2goal=code, **{'lab7__msg__M.msg': message}))
+    assert time.monotonic() - begun < 10.0
 
 
 # -- the choice of a node

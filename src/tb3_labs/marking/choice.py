@@ -115,7 +115,7 @@ def _signs(lab, text):
     return tuple(said for pattern, said in (
         (r'Subscriber\(\s*(name\s*=\s*)?[\'"]/?(\w+/)*{}[\'"]'.format(lab.listens),
          LISTENS_TO + lab.listens),
-        (r'^\s*class\s+{}\b'.format(lab.class_name), 'has the class ' + lab.class_name),
+        (r'^[ \t]*class\s+{}\b'.format(lab.class_name), 'has the class ' + lab.class_name),
         (r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name),
          'is the node ' + lab.node_name),
     ) if re.search(pattern, code, re.MULTILINE))

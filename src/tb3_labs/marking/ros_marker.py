@@ -17,13 +17,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Callable, Mapping, Sequence
 
-from tb3_labs.command_line import reason
+from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.choice import NoNode
 from tb3_labs.marking.criteria import judge
 from tb3_labs.marking.intake import Copy, Submission, digest
 from tb3_labs.marking.marks import GAMEPAD, LABS, NOT_JUDGED, Marks
 from tb3_labs.marking.marks_folder import MarksFolder
-from tb3_labs.marking.names import printable
 from tb3_labs.marking.observation import Observation
 from tb3_labs.marking.processes import IDENTITY, environment_in, sweep
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_in_words

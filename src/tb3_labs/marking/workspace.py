@@ -26,10 +26,11 @@ from typing import Any, Dict, List, Mapping, Optional
 
 import rospkg
 
+from tb3_labs.command_line import printable
 from tb3_labs.marking import messages_in_sandbox
 from tb3_labs.marking.choice import NoNode, find_node, source_of
 from tb3_labs.marking.marks import Lab
-from tb3_labs.marking.names import NAME, is_name, printable
+from tb3_labs.marking.names import NAME, is_name
 from tb3_labs.marking.packages import (ACTIONS, INTERFACES, MANIFEST, MESSAGES, SERVICES, Import,
                                        imports_of, interface_files, name_in, needed_by,
                                        packages_in)
