@@ -314,10 +314,10 @@ class PanelTest(PanelCase):
         self.rest()
 
     @staticmethod
-    def status_of(path, port=PORT, **headers):
+    def status_of(path, port=PORT, method='GET', **headers):
         """(status, body) of a request as a program sends it."""
         connection = http.client.HTTPConnection('localhost', port, timeout=5.0)
-        connection.putrequest('GET', path, skip_host='Host' in headers)
+        connection.putrequest(method, path, skip_host='Host' in headers)
         for name, value in headers.items():
             connection.putheader(name, value)
         connection.endheaders()
@@ -331,6 +331,8 @@ class PanelTest(PanelCase):
             status, body = self.status_of(path)
             self.assertIn(status, (403, 404), path)
             self.assertNotIn('import', body)
+        # the answer does not wait for the body, which nobody reads
+        self.assertEqual(self.status_of('/', method='POST', **{'Content-Length': 10 ** 8})[0], 400)
         for headers in {'Origin': 'http://evil.example'}, {'Host': 'evil.example'}:
             with self.assertRaises(ConnectionRefusedError):
                 Page(self.address, headers=headers)
