@@ -51,9 +51,11 @@ class PanelRobot:
 
     def picture(self, now):
         """The picture, with the requests that have a listener, and the state of a page's pad."""
-        mover, joy = heard_by(self._goal), heard_by(self._joy) - {rospy.get_name()}
+        goal, joy = heard_by(self._goal), heard_by(self._joy) - {rospy.get_name()}
+        # a node of the handout, which hears no goals, hears this
+        control = heard_by(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
         return dict(self.watch.read(lambda view: view.picture(now)), stops=self.grip.stops,
-                    can={'goal': bool(mover), 'reset': bool(mover), 'pad': bool(joy),
+                    can={'goal': bool(goal), 'reset': bool(goal or control), 'pad': bool(joy),
                          'turn': bool(heard_by(self._turn)), 'mouse': bool(heard_by(self._mouse))},
                     pad=self._pad_words(joy))
 

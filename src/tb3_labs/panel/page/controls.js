@@ -54,7 +54,8 @@ export class Controls {
     for (const kind of ['goal', 'reset']) setReason($('tool-' + kind), reasons[kind] || drag);
     // Without a connection the banner says it for all controls.
     const words = this._link.connected && picture ? join : () => '';
-    setText($('drive-hint'), words(named('turns', reasons.turn)));
+    setText($('drive-hint'), words(named('turns', reasons.turn), picture?.state ? ''
+      : 'state, goal and frame: told by the finished move_to_goal alone'));
     setText($('poses-hint'), words(
       named('goal', reasons.goal), named('reset', reasons.reset), named('drag', drag)));
     const pad = this._pad.gives ? 'move_to_goal drives while this page stays open and in sight'

@@ -107,7 +107,7 @@ function entry(line) {
 // -- the numbers and words of the robot
 
 export function showStatus(p) {
-  setText($('state'), p.state || 'state unknown');
+  setText($('state'), p.state || (p.driver ? p.driver + ' drives' : 'state unknown'));
   $('state').title = p.state;
   // The bar cuts a long reason off: it is shown in full here.
   $('reason').hidden = p.state.length <= LONG;
