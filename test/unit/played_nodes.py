@@ -72,7 +72,7 @@ class Process:
             self.core.on_imu(ImuSample(now, self.tremble, self.tremble + robot.gyro_error), now,
                              robot.sends_wheels)
             if robot.sends_wheels:
-                self.core.on_wheels(WheelSample(now, 0.0, 0.0), now)
+                self.core.on_wheels(WheelSample(now, self.tremble, self.tremble), now)
         return robot.is_on
 
     def at(self, at):

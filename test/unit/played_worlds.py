@@ -399,6 +399,7 @@ class MouseAndTurns(World):
             self.hands[name][:] = True, self.EDGES[name]
             self.is_obeyed(0.3, 'the ' + name)
             self.activate(False, name)
+            self.wait(0.5)
 
     def show(self, name):
         self.nodes[0].send(name, 'on_mouse', name, *self.hands[name], self.now)

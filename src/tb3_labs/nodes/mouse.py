@@ -68,8 +68,8 @@ class Mouse:
     deactivation always counts as a stop.
 
     Several mice may be heard; each is lost, and comes back, by itself. If one is lost or
-    deactivated, all others that are active are lost, too. The active mouse that was heard last
-    drives.
+    deactivated, all others are lost, too: they may have been activated before that. The active
+    mouse that was heard last drives.
     """
 
     def __init__(self) -> None:
@@ -96,7 +96,7 @@ class Mouse:
         sender.heard(active, not active or twist == Twist2(), now, stamp)
         if deactivated or was_active and not sender.active:
             for other in self._senders.values():
-                if other.says_active:
+                if other is not sender:
                     other.lose(now)
         if sender.active:
             self.twist = twist
