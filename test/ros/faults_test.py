@@ -140,9 +140,14 @@ class FaultsTest(DriveCase):
             self.wait_for_speed(0.2, 5.0)     # it goes on by itself
         self.set(imu_silent=True)
         self.wait_for_state('stopped')
-        self.let_pass(2.1)      # more than 2 s is too long to go on
+        self.wait_for_state('gave up: no imu for 2.')      # it is too long to go on
+        self.control.publish(False)
+        self.seen.forget('cmd_vel')
+        self.control.publish(True)        # nor does a robot that comes later move
+        self.wait_for_line(MOVER, 'Control from {} is gone: no imu'.format(rospy.get_name()))
         self.set(imu_silent=False)
-        self.wait_for_state('gave up: sensors were')
+        self.let_pass(1.0)
+        self.assertEqual(self.seen.all('cmd_vel'), [])
 
     def test_a_silent_imu_in_a_turn(self):
         node = self.turn()

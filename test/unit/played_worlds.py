@@ -2,7 +2,8 @@
 
 An event is (words for a story, name of a method, its arguments). Units: seconds.
 """
-from played_nodes import CLOCK, TICK, Mover, Pad, Turner
+from oracle import COMPARED, OVER, GoalOracle
+from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Robot, Turner, Turning
 from tb3_labs.control.speed_laws import Twist2
 
 #: Stories begin then; so a number above half of it is a time, and no other number is.
@@ -35,8 +36,12 @@ class World:
 
     EVENTS = ()
 
+    #: Has a robot been there for long? Does it send its wheels?
+    ROBOT_IS_ON, SENDS_WHEELS = True, False
+
     def __init__(self):
         self.now = BEGIN
+        self.robot = Robot(self.now, self.ROBOT_IS_ON, self.SENDS_WHEELS)
         self.drives = False          # did the robot move in the last event?
         self.nodes = []
         self.pads = []
@@ -57,14 +62,38 @@ class World:
 
     def judge(self, command, oracle):
         if command is not None and command != Twist2():
-            objection = oracle.objection(self.now)
+            robot, objection = self.robot, oracle.objection(self.now)
+            new_at = max(robot.new_at, self.nodes[0].born_at)
+            if robot.sends_wheels and isinstance(oracle, GoalOracle) and (
+                    robot.gyro_error or self.now - new_at < COMPARED):
+                objection = objection or 'its gyro was not compared with the wheels, or is wrong'
             if objection:
                 raise Wrong(objection)
             self.drives = True
 
     def calm(self):
         """Everybody is awake and there, and heard for a while."""
+        self.robot.is_on, self.robot.gyro_error = True, 0.0
         self.wait(8.0)
+
+    def switch(self, is_on, gyro_error=0.0):
+        """A board that was off for long has calibrated its gyro anew."""
+        robot = self.robot
+        if robot.is_on is is_on:
+            return NOTHING
+        robot.is_on = is_on
+        if not is_on:
+            robot.off_at = self.now
+        elif self.now - robot.off_at > OVER:
+            robot.new_at, robot.gyro_error = self.now, gyro_error
+
+    def go_and_come(self):
+        if self.switch(False) is NOTHING:
+            return NOTHING
+        self.wait(1.9)
+        self.nodes[0].core.set_law(Turning() if isinstance(self.nodes[0], Turner) else Ahead())
+        self.wait(0.25)
+        self.switch(True)
 
     def is_obeyed(self, seconds, by):
         """Unheard if the robot does not move within `seconds` after a person asked for it."""
@@ -147,10 +176,20 @@ class Labs(World):
             self.mover.core._permission._said.pop('terminal', None)
         self.tell('terminal', word, False, self.now)
 
-    def goal(self):
-        self.mover.send('goals', 'on_goal', self.now)
+    def goal(self, waiting=0):
+        """A goal is sent, or so many that wait for their frame."""
+        for _ in range(waiting or 1):
+            self.mover.send('goals', 'on_goal', self.now, waiting > 0)
 
-    def cancel(self):
+    def know_frame(self):
+        """tf knows the frame of the goals that wait."""
+        if not self.mover.awaited:
+            return NOTHING
+        self.mover.send('frames', 'on_frame')
+        self.wait(0.31)
+
+    def cancel(self, after=0.0):
+        self.wait(after)
         self.mover.send('cancels', 'on_cancel', self.now)
 
     def reset(self):
@@ -201,6 +240,11 @@ class Labs(World):
         for word in (False, True):
             self.by_terminal(word, True)
         self.is_obeyed(0.3, 'a terminal')
+        for rate, times in ((125, 50), (30, 45)):
+            for number in range(times):    # as the handout's gamepad and rostopic -r do
+                self.student(number > 0)
+                self.wait(1.0 / rate)
+            self.is_obeyed(0.1, 'a sender that says True {} times a second'.format(rate))
         for number, pad in enumerate(self.pads):
             self.by_terminal(False, True)
             self.wait(0.5)
@@ -275,6 +319,39 @@ class TwoPads(Labs):
                 'gamepad {}'.format(number), 0, 'pad {}'.format(number))]
 
 
+class Goals(Labs):
+    """Goals that wait for their frame, and cancels."""
+
+    EVENTS = PASSING + sleeping('move_to_goal', 0) + [
+        ('a goal is sent', 'goal'), ('two goals are sent whose frame is not known yet', 'goal', 2),
+        ('the frame is known', 'know_frame'), ('every goal is cancelled', 'cancel', 0.31),
+        ('a new terminal says True', 'by_terminal', True, True),
+        ('a terminal says False', 'by_terminal', False, True)]
+
+
+SWITCHING = [('{:.2f} s pass'.format(seconds), 'let_pass', seconds)
+             for seconds in (0.31, 1.95, 2.15, 20.2)] + [
+    ('the robot is switched on', 'switch', True),
+    ('the robot is switched on while it is carried', 'switch', True, 0.5),
+    ('the robot is switched off', 'switch', False),
+    ('the robot is off for 2.15 s, in which a setting is changed', 'go_and_come')]
+
+
+class LateRobot(Labs):
+    """A robot that comes late, goes, and comes again; with a gamepad."""
+
+    PADS, ROBOT_IS_ON, SENDS_WHEELS = 1, False, True
+    EVENTS = SWITCHING + [event for event in Senders.EVENTS + OnePad.EVENTS
+                          if event[1] in ('start_mover', 'goal', 'press')] + [
+        ('a new terminal says True', 'by_terminal', True, True)]
+
+
+class GoneRobot(LateRobot):
+    """The same; the robot is there at first."""
+
+    ROBOT_IS_ON = True
+
+
 class MouseAndTurns(World):
     """controller, a mouse, and persons who ask for turns."""
 
@@ -283,45 +360,73 @@ class MouseAndTurns(World):
         ('the mouse is activated', 'activate', True), ('the mouse is deactivated', 'activate', False),
         ('the mouse moves to the edge', 'move', 1.0), ('the mouse moves to the middle', 'move', 0.0),
         ('controller is killed and started', 'start')] + held_up('the mouse', 0, 'mouse')
+    #: The mice that are there, and the edge of the screen to which each one moves.
+    mice, EDGES = ('mouse',), {'mouse': 1.0, 'page': -1.0}
 
     def __init__(self):
         super().__init__()
-        self.active, self.y = False, 0.0
+        self.hands = {name: [False, 0.0] for name in self.mice}    # active, y
         self.start()
         self.wait(2.0 * LONG_AGO)
 
     def start(self):
         self.nodes = [Turner(self)]
-        self.show()                  # the mouse's topic is latched
+        for name in self.mice:
+            self.show(name)          # its topic is latched
 
     def turn(self):
         self.nodes[0].send('turns', 'on_turn', self.now)
 
-    def activate(self, active):
-        if self.active is active:
+    def activate(self, active, name='mouse'):
+        if self.hands[name][0] is active:
             return NOTHING
-        self.active = active
-        self.show()
+        self.hands[name][0] = active
+        self.show(name)
 
-    def move(self, y):
-        if self.y == y:
+    def move(self, y, name='mouse'):
+        if self.hands[name][1] == y:
             return NOTHING
-        self.y = y
-        self.show()
+        self.hands[name][1] = y
+        self.show(name)
 
     def ask_anew(self):
-        self.active = False
-        self.show()
+        for name in self.mice:
+            self.activate(False, name)
         self.calm()
         self.turn()
         self.is_obeyed(0.3, 'a turn')
-        self.active, self.y = True, 1.0
-        self.is_obeyed(0.3, 'the mouse')
+        for name in self.mice:
+            self.hands[name][:] = True, self.EDGES[name]
+            self.is_obeyed(0.3, 'the ' + name)
+            self.activate(False, name)
+            self.wait(0.5)
 
-    def show(self):
-        self.nodes[0].send('mouse', 'on_mouse', self.active, self.y, self.now)
+    def show(self, name):
+        self.nodes[0].send(name, 'on_mouse', name, *self.hands[name], self.now)
 
     def passed(self):
         """An active mouse repeats itself."""
-        if self.active:
-            self.show()
+        for name in self.mice:
+            if self.hands[name][0]:
+                self.show(name)
+
+
+class TwoMice(MouseAndTurns):
+    """Two mice, also one that is moved while it is not active."""
+
+    mice = 'mouse', 'page'
+    EVENTS = [event for event in WAITING if event[2] in (0.24, 0.31, 2.15)] + [
+        event for event in sleeping('controller', 0) if event[3] in (0.95, 1.1)] + [
+        event for name, edge in MouseAndTurns.EDGES.items() for event in [
+            ('the {} is activated'.format(name), 'activate', True, name),
+            ('the {} is deactivated'.format(name), 'activate', False, name),
+            ('the {} moves to the edge'.format(name), 'move', edge, name),
+            ('the {} moves to the middle'.format(name), 'move', 0.0, name)]]
+
+
+class LateTurns(MouseAndTurns):
+    """A robot that comes late, and turns."""
+
+    ROBOT_IS_ON, SENDS_WHEELS = False, True
+    EVENTS = SWITCHING + [('a turn is asked for', 'turn'),
+                          ('controller is killed and started', 'start')]

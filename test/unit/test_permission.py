@@ -17,6 +17,7 @@ class Senders:
         self.permission = Permission()
         self.now = 1000.0
         self.renewing = set()
+        self.sensor_problem = ''
         self._next = {}
 
     def say(self, sender, word):
@@ -37,6 +38,7 @@ class Senders:
                     self._next[sender] = self.now + RENEWAL
                     self.permission.told(True, self.now, sender, True)
             self.permission.update(self.now)
+            self.permission.look(self.sensor_problem)
             might = might or self.permission.granted
         return might
 
@@ -203,6 +205,42 @@ def test_what_was_given_before_this_node_lived_is_no_giving(senders):
     senders._next['pad'] = 0.0
     assert not senders.run(5.0)
     assert senders.give_anew('pad')
+
+
+@pytest.mark.parametrize('was_there, comes_after, stands', [
+    (True, 1.9, True), (True, 2.2, False), (False, 19.8, True), (False, 20.2, False)])
+@pytest.mark.parametrize('sender', ['hand', 'pad'])
+def test_a_grant_is_void_if_its_robot_does_not_come_soon(
+        senders, sender, was_there, comes_after, stands):
+    senders.permission = Permission(granted=not was_there)
+    senders.permission.begin(senders.now)
+    senders.sensor_problem = 'no imu'
+    if was_there:
+        senders.permission.look('')
+        senders.say(sender, True)
+    else:
+        sender = 'the start'
+    senders.run(comes_after)
+    senders.sensor_problem = ''
+    senders.run(3.0)
+    assert senders.granted is stands
+    told = [] if stands else [
+        'Control from {} is gone: no imu for {} s (is the robot running?). False, then True, gives '
+        'it again'.format(sender, 2 if was_there else 20)]
+    assert [news.text for news in senders.permission.take_news()] == told
+    assert senders.give_anew('hand')
+
+
+@pytest.mark.parametrize('rate', [30, 125])
+def test_a_sender_that_does_not_renew_may_say_true_as_often_as_it_likes(senders, rate):
+    """rostopic pub -r 30, and the handout's gamepad while A is held."""
+    for _ in range(3 * rate):
+        senders.permission.told(True, senders.now, 'student')
+        senders.run(0.01)
+    assert senders.granted and senders.permission.count == 1
+    senders.say('hand', False)
+    senders.say('student', True)
+    assert not senders.run(0.25)
 
 
 def test_each_giving_is_counted(senders):

@@ -1,10 +1,12 @@
 """Everything that `move_to_goal` decides: pose, permission and command; see :mod:`tb3_labs.nodes`.
 
 The robot moves only while this node has control, both sensors are fresh, gyro and wheels agree, the
-pose is known, and the goal is not reached.
+pose is known, and the goal is not reached. A grant or goal is void if the sensors are not there
+soon.
 
 Units: seconds on the receiver's clock (`now`), metres, radians; poses in the local frame.
 """
+import math
 from dataclasses import dataclass
 from typing import Any, List, Optional, Tuple
 
@@ -71,9 +73,9 @@ class MoveToGoalCore:
 
     # -- what comes in
 
-    def on_imu(self, sample: ImuSample, now: float) -> None:
+    def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         self.imu.heard(now, sample[1:])
-        self._gyro.on_imu(sample, now)
+        self._gyro.on_imu(sample, now, sends_wheels)
         self._localizer.on_imu(sample, now)
         self._look_at_localizer()
 
@@ -102,13 +104,14 @@ class MoveToGoalCore:
         if self._machine.active:
             self._machine.restart()
 
-    def set_goal(self, goal: Pose2) -> None:
-        """Replace the goal; ``ValueError`` if it is too far, or may be older than a cancel."""
+    def set_goal(self, goal: Pose2, arrived_at: float = math.inf) -> None:
+        """Replace the goal, which has waited since `arrived_at`, as in permission.Permission, if
+        that is finite. ``ValueError`` if it is too far, or may be older than a cancel."""
         check_pose(goal)
-        if self._permission.sleep.is_waking:
+        if self._permission.sleep.is_waking or self._permission.sleep.came_after(arrived_at):
             raise ValueError('it may have been sent while this node did not run: send it again')
         self._machine.set_goal(goal)
-        self._pause()
+        self._begin_anew()
 
     def cancel(self) -> None:
         """End the drive: a person or program cancelled the goal."""
@@ -132,7 +135,7 @@ class MoveToGoalCore:
 
     def begin_control(self, now: float) -> None:
         """From now on senders of control can be heard; `now` as in permission.Permission."""
-        self._permission.sleep.start(now)
+        self._permission.begin(now)
 
     def told_control(self, granted: bool, now: float, *details: Any, **more: Any) -> None:
         """A sender gives control, or takes it; arguments as in permission.Permission.told."""
@@ -152,7 +155,7 @@ class MoveToGoalCore:
             # the robot may have been driven elsewhere meanwhile
             if machine.failure or machine.active:
                 machine.restart()
-            self._pause()
+            self._begin_anew()
         elif self._may_drive and not before:
             machine.interrupt()
         elif before and not self._may_drive:
@@ -175,13 +178,14 @@ class MoveToGoalCore:
         return machine.goal, machine.failure
 
     def command(self, now: float) -> Optional[Twist2]:
+        self._look_at_sensors(now)
         refusal = POSE_LOST if self._localizer.is_lost else self._contradiction()
         if not (self.has_control and self._machine.active):
             self._pause()
         elif refusal:
             self._machine.give_up(refusal)
             self._pause()
-        elif self._sensors_allow(now):
+        elif self._sensors.sight not in (Sight.SILENT, Sight.LATE):
             motion = self._localizer.motion(now)
             if motion is not None:
                 dt = self._pace.step(now)
@@ -254,16 +258,17 @@ class MoveToGoalCore:
     def _contradiction(self) -> str:
         return self._gyro.problem() or self._encoders.problem()
 
-    def _sensors_allow(self, now: float) -> bool:
-        self._sensors.update(now)
-        if self._sensors.sight in (Sight.SILENT, Sight.BACK_SOON):
+    def _look_at_sensors(self, now: float) -> None:
+        sensors = self._sensors
+        sensors.update(now, self._gyro.is_checked)
+        self._permission.look(sensors.problem(now))
+        if sensors.sight is not Sight.FRESH:
             self._pace.pause()
-        if self._sensors.sight is Sight.BACK_SOON:
+        if sensors.sight is Sight.BACK_SOON:
             self._machine.interrupt()
-        elif self._sensors.sight is Sight.BACK_LATE and self._machine.begun:
-            self._machine.give_up('sensors were silent for {:.1f} s'.format(
-                self._sensors.silent_for))
-        return self._sensors.sight is not Sight.SILENT and self._machine.active
+        elif sensors.sight is Sight.LATE and self._permission.stands and self._machine.active:
+            self._machine.give_up('{} for {:.1f} s'.format(
+                sensors.hold_reason or 'sensors were silent', sensors.silent_for))
 
     def _look_at_readings(self, dt: float) -> None:
         """Give up if a sensor repeats a reading that the last command must have changed."""
@@ -281,6 +286,11 @@ class MoveToGoalCore:
         self._sensors.pause()
         self._sent = Twist2()
 
+    def _begin_anew(self) -> None:
+        """A motion was asked for, which begins from standing."""
+        self._pause()
+        self._sensors.ask()
+
     def _look_at_localizer(self) -> None:
         """Give up a drive in which a sensor jumped; begin it anew after a reset."""
         for jump in self._localizer.take_jumps():
@@ -293,4 +303,4 @@ class MoveToGoalCore:
                 self._machine.give_up(jump.text)
         if self._localizer.take_resets():
             self._machine.restart()
-            self._pause()
+            self._begin_anew()
