@@ -64,8 +64,8 @@ class Process:
         self.stalled = False
 
     def hear_robot(self):
-        """Hear IMU and wheels, if the robot is on. The IMU trembles, as one that is not frozen does.
-        Returns True if they were heard."""
+        """Returns True if IMU and wheels were heard. They tremble, as sensors that are not frozen do.
+        """
         robot, now = self.robot, self.world.now
         self.tremble = -self.tremble
         if robot.is_on:
@@ -140,15 +140,6 @@ class Still:
 
     def take_jumps(self):
         return []
-
-
-class Robot:
-    """It stands. A robot that is carried while its board starts has a gyro that is wrong."""
-
-    def __init__(self, now, is_on=True, sends_wheels=False):
-        self.is_on, self.sends_wheels = is_on, sends_wheels
-        self.gyro_error = 0.0        # [rad/s]
-        self.off_at = self.new_at = now    # the end of the last silence that was long
 
 
 class Mover(Process):
@@ -311,7 +302,8 @@ class Turner(Process):
         self.core = ControllerCore(Turning())
         self.core.update(world.now)
         self.by_turn = GoalOracle(world.now)
-        self.by_mice = {name: HandOracle(world.now) for name in world.mice}
+        self.hands = world.hands
+        self.by_mice = {name: HandOracle(world.now) for name in self.hands}
 
     def on_turn(self, at):
         self.core.update(self.world.now)
@@ -325,12 +317,10 @@ class Turner(Process):
     def on_mouse(self, name, active, y, at):
         """A mouse that is deactivated stops the others, too."""
         now, pushed, was_active = self.world.now, active and y != 0.0, self.core.mouse.active
-        oracle = self.by_mice[name]
-        if oracle.repeats and not active:
-            for other in self.by_mice.values():
-                if other is not oracle:
-                    other.lose(now)
-        oracle.hear(now, pushed, self.at(at), repeats=active)
+        for other, oracle in self.by_mice.items():
+            if other != name and self.by_mice[name].repeats and not active:
+                oracle.lose(now)
+        self.by_mice[name].hear(now, pushed, self.at(at), repeats=active)
         self.core.on_mouse(active, 0.0, y, now, name, at + CLOCK)
         if (was_active and not self.core.mouse.active) or (pushed and self.core.mouse.active):
             self.by_turn.hear(now, 'mouse', False, self.at(at))
@@ -350,7 +340,6 @@ class Turner(Process):
         core.update(now)
         if core.due(now):
             by_turn, command = core.driver is Driver.TURN, core.command(now)
-            name = min(self.by_mice) if command is None or command.linear > 0.0 else (
-                max(self.by_mice))
-            self.world.judge(command, self.by_turn if by_turn else self.by_mice[name])
+            mouse = 'page' if command and command.linear < 0.0 else 'mouse'    # by their edges
+            self.world.judge(command, self.by_turn if by_turn else self.by_mice[mouse])
         core.take_news()

@@ -2,8 +2,10 @@
 
 An event is (words for a story, name of a method, its arguments). Units: seconds.
 """
+from types import SimpleNamespace
+
 from oracle import COMPARED, OVER, GoalOracle
-from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Robot, Turner, Turning
+from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Turner, Turning
 from tb3_labs.control.speed_laws import Twist2
 
 #: Stories begin then; so a number above half of it is a time, and no other number is.
@@ -41,7 +43,10 @@ class World:
 
     def __init__(self):
         self.now = BEGIN
-        self.robot = Robot(self.now, self.ROBOT_IS_ON, self.SENDS_WHEELS)
+        # It stands. `new_at`: the end of its last long silence. If it was carried then, its gyro is
+        # wrong [rad/s].
+        self.robot = SimpleNamespace(is_on=self.ROBOT_IS_ON, sends_wheels=self.SENDS_WHEELS,
+                                     off_at=self.now, new_at=self.now, gyro_error=0.0)
         self.drives = False          # did the robot move in the last event?
         self.nodes = []
         self.pads = []
@@ -352,53 +357,50 @@ class GoneRobot(LateRobot):
     ROBOT_IS_ON = True
 
 
+def mouse(name, edge):
+    return [('the {} {}'.format(name, words), 'set', name, what, value) for words, what, value in [
+        ('is activated', 0, True), ('is deactivated', 0, False), ('moves to the edge', 1, edge),
+        ('moves to the middle', 1, 0.0)]]
+
+
 class MouseAndTurns(World):
     """controller, a mouse, and persons who ask for turns."""
 
-    EVENTS = WAITING + sleeping('controller', 0) + [
+    EDGES = {'mouse': 1.0}       # by the names of the mice
+    EVENTS = WAITING + sleeping('controller', 0) + mouse('mouse', 1.0) + [
         ('a turn is asked for', 'turn'),
-        ('the mouse is activated', 'activate', True), ('the mouse is deactivated', 'activate', False),
-        ('the mouse moves to the edge', 'move', 1.0), ('the mouse moves to the middle', 'move', 0.0),
         ('controller is killed and started', 'start')] + held_up('the mouse', 0, 'mouse')
-    #: The mice that are there, and the edge of the screen to which each one moves.
-    mice, EDGES = ('mouse',), {'mouse': 1.0, 'page': -1.0}
 
     def __init__(self):
         super().__init__()
-        self.hands = {name: [False, 0.0] for name in self.mice}    # active, y
+        self.hands = {name: [False, 0.0] for name in self.EDGES}    # active, y
         self.start()
         self.wait(2.0 * LONG_AGO)
 
     def start(self):
         self.nodes = [Turner(self)]
-        for name in self.mice:
+        for name in self.hands:
             self.show(name)          # its topic is latched
 
     def turn(self):
         self.nodes[0].send('turns', 'on_turn', self.now)
 
-    def activate(self, active, name='mouse'):
-        if self.hands[name][0] is active:
+    def set(self, name, what, value):
+        if self.hands[name][what] == value:
             return NOTHING
-        self.hands[name][0] = active
-        self.show(name)
-
-    def move(self, y, name='mouse'):
-        if self.hands[name][1] == y:
-            return NOTHING
-        self.hands[name][1] = y
+        self.hands[name][what] = value
         self.show(name)
 
     def ask_anew(self):
-        for name in self.mice:
-            self.activate(False, name)
+        for name in self.hands:
+            self.set(name, 0, False)
         self.calm()
         self.turn()
         self.is_obeyed(0.3, 'a turn')
-        for name in self.mice:
-            self.hands[name][:] = True, self.EDGES[name]
+        for name, edge in self.EDGES.items():
+            self.hands[name][:] = True, edge
             self.is_obeyed(0.3, 'the ' + name)
-            self.activate(False, name)
+            self.set(name, 0, False)
             self.wait(0.5)
 
     def show(self, name):
@@ -406,22 +408,18 @@ class MouseAndTurns(World):
 
     def passed(self):
         """An active mouse repeats itself."""
-        for name in self.mice:
-            if self.hands[name][0]:
+        for name, (active, _) in self.hands.items():
+            if active:
                 self.show(name)
 
 
 class TwoMice(MouseAndTurns):
     """Two mice, also one that is moved while it is not active."""
 
-    mice = 'mouse', 'page'
-    EVENTS = [event for event in WAITING if event[2] in (0.24, 0.31, 2.15)] + [
-        event for event in sleeping('controller', 0) if event[3] in (0.95, 1.1)] + [
-        event for name, edge in MouseAndTurns.EDGES.items() for event in [
-            ('the {} is activated'.format(name), 'activate', True, name),
-            ('the {} is deactivated'.format(name), 'activate', False, name),
-            ('the {} moves to the edge'.format(name), 'move', edge, name),
-            ('the {} moves to the middle'.format(name), 'move', 0.0, name)]]
+    EDGES = {'mouse': 1.0, 'page': -1.0}
+    EVENTS = [event for event in WAITING + sleeping('controller', 0)
+              if event[-1] in (0.24, 0.31, 2.15) or event[-2] == 1.1] + (
+                  mouse('mouse', 1.0) + mouse('page', -1.0))
 
 
 class LateTurns(MouseAndTurns):

@@ -56,13 +56,5 @@ def test_a_cancel_ends_what_arrived_before_it_wherever_it_waits(cancel, ended):
     late = Arrival(5.1)
     arrivals.add(late)
     assert not late.objection(7.0) and 'it waited for 2.5 s' in late.objection(7.6)
-
-
-def test_a_goal_replaces_the_older_ones_that_wait():
-    arrivals, goals = Arrivals(Arrival(0.0)), [Arrival(float(k)) for k in range(3)]
-    for goal in goals:
-        arrivals.add(goal)
-    arrivals.accept(goals[1])
-    arrivals.drop(goals[1])
-    assert [goal.objection(2.0) for goal in goals] == ['replaced by a newer goal', '', '']
-    assert arrivals.present is goals[1]
+    arrivals.accept(late)
+    assert arrivals.present is late and all(goals[name].objection(5.0) for name in 'abc')
