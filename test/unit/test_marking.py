@@ -106,6 +106,7 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
             'files above {:g} MB are left out'.format(intake.LARGEST / 1e6),
             '{} processes, {:g} GB of memory'.format(processes.PROCESSES, processes.MEMORY / 1e9),
             '{:g} MB in th'.format(processes.OWN_DISK / 1e6),      # their folders
+            'with more than {:g} MB'.format(processes.OF_OTHERS / 1e6),
             'more than {:g} GB of address space, or {:g} MB in a file'.format(
                 sandbox.ADDRESS_SPACE / 1e9, sandbox.LARGEST_FILE / 1e6)):
         assert said in words
@@ -127,8 +128,9 @@ def test_findings_are_kept_once_and_not_without_end():
     for number in range(100):
         seen.note('')
         seen.note('first')
-        seen.note(str(number))
-    assert len(seen.findings) == MOST_FINDINGS and seen.findings[:2] == ['first', '0']
+        seen.note(str(number) + ' ' * 10 ** 6)
+    assert len(seen.findings) == MOST_FINDINGS and len(seen.to_json()) < 10 ** 5
+    assert [finding.strip() for finding in seen.findings[:2]] == ['first', '0']
     assert Observation.from_json(seen.to_json()).findings == seen.findings
 
 

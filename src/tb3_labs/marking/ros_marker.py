@@ -179,19 +179,20 @@ class MarkedClass:
 
         Returns True if one of them was not judged.
         """
+        tasks = []
         with ThreadPoolExecutor(jobs) as pool:
-            tasks = [pool.submit(self._mark, submission, '[{}/{}] {}'.format(
-                number, len(submissions), submission.student)) for number, submission
-                in enumerate(submissions, 1)]
             try:
+                for number, submission in enumerate(submissions, 1):
+                    tasks.append(pool.submit(self._mark, submission, '[{}/{}] {}'.format(
+                        number, len(submissions), submission.student)))
                 wait(tasks)
             except KeyboardInterrupt:
-                self._tell_problem('interrupted; the marks so far are written, and the same '
-                                   'command goes on from here')
                 self._failed = True
+                self._marker.interrupted.set()
                 for task in tasks:
                     task.cancel()
-                self._marker.interrupted.set()
+                self._tell_problem('interrupted; the marks so far are written, and the same '
+                                   'command goes on from here')
         for task in tasks:
             problem = None if task.cancelled() else task.exception()
             if problem is not None:
