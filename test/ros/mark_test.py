@@ -228,6 +228,7 @@ class MarkTest(unittest.TestCase):
         """The words that a student's page shows."""
         page = (self.runs[key][0] / (student + '.html')).read_text(encoding='utf-8')
         self.assertIn('id="timeline"', page)
+        self.assertNotIn(str(self.temporary), page)     # a place on this machine
         return ' '.join(html.unescape(re.sub('<[^>]*>', ' ', page)).split())
 
     def test_what_was_seen_is_told(self):

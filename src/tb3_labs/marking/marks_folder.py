@@ -71,6 +71,7 @@ class MarksFolder:
 
         `submission`: its digest; '' if it is to be tried again in the next run.
         """
+        marks.unjudged = ' '.join(_cleaned([marks.unjudged]))
         marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
         self._keep(marks, to_record(marks, self._key_of(submission)))
 
