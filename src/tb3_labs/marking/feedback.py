@@ -8,6 +8,7 @@ Gradescope reads results.json. In it each test has a score; the whole score is t
 shown before the instructor publishes the grades.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
+import math
 from dataclasses import replace
 from html import escape
 from string import Template
@@ -201,7 +202,8 @@ def diagnosis(observation: Observation) -> Diagnosis:
         goal = next(stimulus.facts[GOAL_POSE] for stimulus in observation.stimuli
                     if GOAL_POSE in stimulus.facts)
         return of_drives(drives, Pose2(*goal))
-    turns = [turn._replace(may_be_cut=not stimulus.facts[RESTED])
+    turns = [turn._replace(may_be_cut=not stimulus.facts[RESTED],
+                           sides=(math.copysign(1.0, EACH_TURN[stimulus.name].asked_deg),))
              for stimulus in observation.stimuli
              if stimulus.name in EACH_TURN and stimulus.facts[MOVED]
              for turn in turns_of(_part(run, stimulus))]
