@@ -8,6 +8,7 @@ platform. MARKS gets marks.csv, overview.html, and a
 page of feedback and a results.json for each student. A submission that has been marked there, and
 has not changed, is not tried again. doc/instructor/marking.md tells more.
 """
+import os
 import signal
 import sys
 import tempfile
@@ -23,6 +24,9 @@ from tb3_labs.marking.names import chosen
 from tb3_labs.marking.processes import forget_overlays
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_marker import MarkedClass, Marker, Options, tell
+
+#: Signals that end the marking: Ctrl+C, the command kill, a terminal that is closed.
+ENDS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 
 
 def parse(words):
@@ -59,6 +63,28 @@ def parse(words):
 def main(words):
     """Mark all submissions, and write the marks. Returns the exit status."""
     given = parse(words)
+    for each in ENDS:
+        if signal.getsignal(each) != signal.SIG_IGN:        # nohup ignores SIGHUP
+            signal.signal(each, interrupt)
+    try:
+        return mark(given)
+    except KeyboardInterrupt:
+        tell_problem('interrupted')
+        return 130
+
+
+def interrupt(number, _):
+    """Interrupt the marking, once: the tidying up must not be interrupted."""
+    for each in ENDS:
+        signal.signal(each, signal.SIG_IGN)
+    if number == signal.SIGHUP:     # else each word to the closed terminal would be an error
+        for stream in (1, 2):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+    raise KeyboardInterrupt
+
+
+def mark(given):
+    """Mark as the command line's arguments say. Returns the exit status."""
     sys.stdout.reconfigure(errors='backslashreplace')    # not every terminal has every letter
     forget_overlays()
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
@@ -79,7 +105,6 @@ def main(words):
         except (OSError, ValueError, Refused) as problem:
             tell_problem(reason(problem))
             return 2
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
         marked = MarkedClass(Marker(given.lab, worth, folder.logs, parts, options), folder,
                              bool(given.only), tell_problem)
         failed = marked.mark_all(found, given.jobs)

@@ -9,7 +9,7 @@ import pytest
 
 from mutants import mistaken_node, scene_of
 from right_runs import RIGHT, right_run
-from student_runs import played
+from student_runs import played, text_of, turn_scene
 from test_marking import turned as robot_that_turned
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.feedback import diagnosis
@@ -104,6 +104,15 @@ def test_the_mistake_of_a_run_is_found(lab, mistake, seed):
         'The mistake')
 
 
+@pytest.mark.parametrize('old, new', [('to_euler(degrees=True)', 'to_euler()'),
+                                      ('self.curr_yaw = self.convert_yaw(yaw)', 'pass')])
+def test_a_heading_that_never_changes_is_not_said_to_be_in_radians(old, new):
+    text = text_of('turtlebot_controller').replace(old, new)
+    found = diagnose(played(text, turn_scene(random.Random(1)), 1))
+    assert found.mistake == 'heading_kept'
+    assert 'hardly changes' in hints.section(found) and 'radians' not in hints.section(found)
+
+
 @pytest.mark.parametrize('lab, kind', [(lab, kind) for lab in RIGHT for kind in RIGHT[lab]])
 def test_a_right_node_is_not_accused_whatever_a_person_does(lab, kind):
     node, scene, goal = right_run(lab, kind, random.Random(lab + kind))
@@ -153,6 +162,14 @@ def driven(way, last, start, begin):
     ('l', True, True), ('l', False, False), ('x', True, False)])
 def test_a_mark_is_diagnosed_by_the_turns_that_were_asked_and_done(name, moved, asked):
     assert (diagnosis(robot_that_turned(45.0, name, moved)) != Diagnosis('')) is asked
+
+
+@pytest.mark.parametrize('degrees, letter, mistake', [
+    (90.0, 'l', ''), (-90.0, 'l', 'swapped'), (90.0, 'r', 'swapped'), (-90.0, 'r', '')])
+def test_a_mark_knows_the_letters(degrees, letter, mistake):
+    seen = robot_that_turned(degrees, letter)
+    seen.commands[1:1] = [[k / 10.0, *seen.commands[0][1:]] for k in range(2, 19)]
+    assert diagnosis(seen).mistake == mistake
 
 
 @pytest.mark.parametrize('way', [way for way in WAYS if way.mistake in ('', 'place_kept')][:2])

@@ -22,7 +22,7 @@ from tb3_labs.command_line import printable
 from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.feedback import feedback, overview, results
 from tb3_labs.marking.marks import KEY, LABS, Marks, from_record, to_record
-from tb3_labs.marking.observation import Observation
+from tb3_labs.marking.observation import LONGEST, Observation
 from tb3_labs.marking.sandbox import UNPROTECTED
 from tb3_labs.report.tables import safe
 
@@ -30,9 +30,8 @@ from tb3_labs.report.tables import safe
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
 #: Key of a record: the points of each criterion on the student's page.
 PAGE = 'page'
-#: At most MOST_SENTENCES remarks and as many findings are written for one student. Each has at most
-#: LONGEST characters.
-MOST_SENTENCES, LONGEST = 100, 2000
+#: At most this many remarks and as many findings are written for one student.
+MOST_SENTENCES = 100
 #: Keys of a record's KEY: two tries that agree in all of them end alike.
 LAB, PARTS, SUBMISSION, OPTIONS, VERSION = 'lab', 'parts', 'submission', 'options', 'version'
 #: Columns of the table, and the cells of a criterion without points.
@@ -72,6 +71,7 @@ class MarksFolder:
 
         `submission`: its digest; '' if it is to be tried again in the next run.
         """
+        marks.unjudged = ' '.join(_cleaned([marks.unjudged]))
         marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
         self._keep(marks, to_record(marks, self._key_of(submission)))
 

@@ -1,6 +1,6 @@
 """The turns of a recorded run of the IMU lab, compared with those of mistaken robots.
 
-The letters are not recorded: for each turn the letter is taken that fits better. A turn ends at a
+A bag does not have the letters: for each turn the letter is taken that fits better. A turn ends at a
 zero on ``cmd_vel``.
 
 Units: radians, left positive; rad/s; seconds since the recording's start.
@@ -30,7 +30,8 @@ SLOW, START = 0.7, 0.5
 
 class Turn(NamedTuple):
     """A recorded turn. `turned` is NaN if it went left and right; `peak`: of the commands. A
-    person may have ended the last one. `is_persons`: one rate, without a zero at its end."""
+    person may have ended the last one. `is_persons`: one rate, without a zero at its end. `sides`:
+    1.0 for l, -1.0 for r; both if the letter is not known."""
 
     begin: float
     heading: float
@@ -39,6 +40,7 @@ class Turn(NamedTuple):
     may_be_cut: bool = False
     is_stopped: bool = True
     is_persons: bool = False
+    sides: Tuple[float, ...] = (1.0, -1.0)
 
 
 def compared(seen: Sequence[Turn], law: Law) -> Fit:
@@ -49,7 +51,7 @@ def compared(seen: Sequence[Turn], law: Law) -> Fit:
 def _apart(law: Law, turn: Turn) -> float:
     """The distance of a turn from that of a law, for the letter that fits better [rad]."""
     far = []
-    for side in (1.0, -1.0):
+    for side in turn.sides:
         for near in (NEAR_TURN, CLOSE * NEAR_TURN):
             ideal = law.turned(turn.heading, side, near)
             off = turn_apart(turn.turned, ideal, turn.may_be_cut)

@@ -57,6 +57,11 @@ HINTS = {
     (TURN, 'no_negative_clamp'): Hint(
         'limits positive commands only', 'An error of -90 gives a command of -9. What do both '
         'limits make of it?', TURNS, 6, 'TODO 7'),
+    (TURN, 'heading_kept'): Hint(
+        'turns by a heading that hardly changes', PRINT_YAW, TURNS, 4, 'TODO 6'),
+    (TURN, 'swapped'): Hint(
+        'turns right for l, and left for r', 'The heading is 100. Which goal has l, if the heading '
+        'grows to the left?', TURNS, 5, 'TODO 7'),
     (TURN, 'quaternion_order'): Hint(
         'reads the numbers of the quaternion in another order', PRINT_YAW, TURNS, 4, 'TODO 6'),
     (TURN, 'radians'): Hint('mixes radians and degrees', PRINT_YAW, TURNS, 4, 'TODO 6'),
