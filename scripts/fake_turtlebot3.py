@@ -4,9 +4,11 @@
 Subscribes
     cmd_vel       geometry_msgs/Twist          linear.x [m/s], angular.z [rad/s]
     reset         std_msgs/Empty               the firmware's reset (see simulation/simulator.py)
+    sound         any type                     its first byte is turtlebot3_msgs/Sound's value
 Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     imu           sensor_msgs/Imu              frame imu_link, ~imu_rate
     odom          nav_msgs/Odometry            odom -> base_footprint, ~odom_rate
+    magnetic_field  sensor_msgs/MagneticField  frame mag_link, with each sample of the IMU
     joint_states  sensor_msgs/JointState       with each odometry
     /tf           tf2_msgs/TFMessage           odom -> base_footprint, with each odometry
     /tf_static    tf2_msgs/TFMessage           world -> odom: true place of the odometry's origin

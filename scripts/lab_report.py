@@ -13,7 +13,7 @@ on /rosout. To compare runs, put their turns.csv or drives.csv into one spreadsh
 import sys
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, number_or_text
+from tb3_labs.command_line import Parser, number_or_text, printable
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
@@ -52,7 +52,7 @@ def report(given):
     from tb3_labs.report.movements import LAB_GOAL, completed
     from tb3_labs.report.page import write_report
     from tb3_labs.report.ros_bag import read_run
-    run = completed(read_run(str(given.bag), given.ns), given.goal or LAB_GOAL)
+    run = completed(read_run(str(given.bag), given.ns, _tell), given.goal or LAB_GOAL)
     folder = given.folder or given.bag.with_name(given.bag.stem + '_report')
     return write_report(run, robot_model(given.model), folder, given.turn)
 
@@ -76,8 +76,13 @@ def main(words):
 
 
 def _fail(problem):
-    print('lab_report.py: {}'.format(problem), file=sys.stderr)
+    _tell(problem)
     return 1
+
+
+def _tell(words):
+    """Print words that may quote a stranger's bag: what does not show is escaped."""
+    print('lab_report.py: {}'.format(printable(str(words))), file=sys.stderr)
 
 
 if __name__ == '__main__':

@@ -8,21 +8,25 @@ platform. MARKS gets marks.csv, overview.html, and a
 page of feedback and a results.json for each student. A submission that has been marked there, and
 has not changed, is not tried again. doc/instructor/marking.md tells more.
 """
+import os
 import signal
 import sys
 import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, reason
+from tb3_labs.command_line import Parser, printable, reason
 from tb3_labs.marking import sandbox
 from tb3_labs.marking.intake import Refused, submissions_from
 from tb3_labs.marking.marks import GAMEPAD, LABS, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder
-from tb3_labs.marking.names import chosen, printable
+from tb3_labs.marking.names import chosen
 from tb3_labs.marking.processes import forget_overlays
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_marker import MarkedClass, Marker, Options, tell
+
+#: Signals that end the marking: Ctrl+C, the command kill, a terminal that is closed.
+ENDS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 
 
 def parse(words):
@@ -38,7 +42,7 @@ def parse(words):
     parser.add_argument('--only', metavar='NAME', action='append', default=[],
                         help='try this student again, and no other; more than once for several')
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
-                        'default: test/marking/points.yaml of this package')
+                        'default: test/marking/points.yaml of this package, if MARKS has no others')
     parser.add_argument('--package', default='', metavar='NAME',
                         help="the node's package, if it has an unusual name")
     parser.add_argument('--type', default='', metavar='NAME',
@@ -59,6 +63,28 @@ def parse(words):
 def main(words):
     """Mark all submissions, and write the marks. Returns the exit status."""
     given = parse(words)
+    for each in ENDS:
+        if signal.getsignal(each) != signal.SIG_IGN:        # nohup ignores SIGHUP
+            signal.signal(each, interrupt)
+    try:
+        return mark(given)
+    except KeyboardInterrupt:
+        tell_problem('interrupted')
+        return 130
+
+
+def interrupt(number, _):
+    """Interrupt the marking, once: the tidying up must not be interrupted."""
+    for each in ENDS:
+        signal.signal(each, signal.SIG_IGN)
+    if number == signal.SIGHUP:     # else each word to the closed terminal would be an error
+        for stream in (1, 2):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+    raise KeyboardInterrupt
+
+
+def mark(given):
+    """Mark as the command line's arguments say. Returns the exit status."""
     sys.stdout.reconfigure(errors='backslashreplace')    # not every terminal has every letter
     forget_overlays()
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
@@ -74,11 +100,11 @@ def main(words):
             check_lab(given)
             options = Options(given.package, given.type, given.pad, not given.unprotected)
             check_sandboxes(given.unprotected)
-            folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options))
+            folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),
+                                 given.points is not None)
         except (OSError, ValueError, Refused) as problem:
             tell_problem(reason(problem))
             return 2
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
         marked = MarkedClass(Marker(given.lab, worth, folder.logs, parts, options), folder,
                              bool(given.only), tell_problem)
         failed = marked.mark_all(found, given.jobs)

@@ -88,19 +88,19 @@ class MoveToGoal:
         self._control = ControlTaker()
         self._had_control = False                # at the last update
         self._watchdog = Watchdog(self._tick)
-        self._goals = GoalInterfaces(self._set_goal, self._cancel, self._frames.await_frame)
+        self._goals = GoalInterfaces(self._set_goal, self._cancel, self._frames)
         self._resets.offer()
         self._rivals = Rivals(self._cmd_vel, self._heard_command)
         LiveSettings(drive, self._on_settings)
         with self._changed:
             self._update_control()
         self._control.hear(self._told_control)
+        self._sends_wheels = subscribe_wheels(self._on_wheels)
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
                   idle_for=self._idle_for)
         # every message is read: any of them may have the displacement that the firmware reverses
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
                   self._core.odometry, queue_size=None)
-        subscribe_wheels(self._on_wheels)
         self._core.begin_control(steady_time())    # a slow start does not count as a sleep
         Diagnostics(self._model.name, self._diagnose)
         say_what_is_awaited({'imu': lambda: self._core.imu.count,
@@ -108,7 +108,7 @@ class MoveToGoal:
 
     def _on_imu(self, sample):
         with self._changed:
-            self._core.on_imu(sample, rospy.get_time())
+            self._core.on_imu(sample, rospy.get_time(), self._sends_wheels())
             self._resets.look()
         self._tick()
         self._watchdog.feed()
@@ -179,13 +179,13 @@ class MoveToGoal:
         status = self._core.status(rospy.get_time())
         return status.goal if status.active else None
 
-    def _set_goal(self, header, pose):
+    def _set_goal(self, header, pose, arrived_at):
         with self._changed:
             odom_T_local = self._core.odom_T_local
         goal = self._frames.to_local(header, pose, odom_T_local)
         with self._changed:
             self._update_control()    # finds a sleep: the goal may be older than that
-            self._core.set_goal(goal)
+            self._core.set_goal(goal, arrived_at)
             self._status.update(rospy.get_time())
         return goal
 

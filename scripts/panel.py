@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Shows one robot, or a class of robots, on a page in any browser, and lets it be driven there.
+"""Shows the robot on a page in any browser, and lets it be driven there.
 
-It prints the page's address. It only listens to a robot while a page looks at it. A page is one
-more sender on the topics of the labs: the rules of control are those of the nodes that listen.
+It prints the page's address. A page that drives is a pad, or a mouse: the node `gamepad` or
+`controller` must run. One page drives at a time; every page may stop the robot.
 
-Subscribes, while a page looks
+Subscribes
     imu, odom, cmd_vel, joy, local_pose, goal_state, current_goal, has_control, control_holder,
     distance_error, angle_error_deg, ground_truth, /tf, /tf_static, /rosout,
     move_to_goal/parameter_updates, ctrl_relinq, move2goal/cancel
@@ -13,13 +13,13 @@ Publishes, when a person asks for it on a page
     mouse_info              tb3_labs/MouseController: the page's mouse
     turn                    std_msgs/Float64 [deg]
     move_base_simple/goal   geometry_msgs/PoseStamped, frame local
-    ctrl_relinq             std_msgs/Bool: True is renewed while the page that gave it is there
+    ctrl_relinq             std_msgs/Bool: False for each stop
     cmd_vel                 geometry_msgs/Twist: one zero for each stop
 Calls
     reset_pose              tb3_labs/ResetPose, or, if no node offers that:
     set_pose                tb3_labs/SetInitialPose
 Parameters
-    ~port, ~address, ~control, ~robots, ...: see PanelConfig in tb3_labs.panel.access
+    ~port, ~address, ~control, ...: see PanelConfig in tb3_labs.panel.access
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)

@@ -66,9 +66,9 @@ class Controller:
         rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
         self._rivals = Rivals(self._cmd_vel)
         self._watchdog = Watchdog(self._tick)
+        self._sends_wheels = subscribe_wheels(self._on_wheels)
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
                   idle_for=self._idle_for)
-        subscribe_wheels(self._on_wheels)
         # every message is read: scrolling up stops at once, even if later messages came with it
         subscribe('mouse_info', MouseController, self._on_mouse,
                   lambda message: (message, to_mouse(message)), self._core.mouse.source,
@@ -84,7 +84,7 @@ class Controller:
 
     def _on_imu(self, sample):
         with self._lock:
-            self._core.on_imu(sample, rospy.get_time())
+            self._core.on_imu(sample, rospy.get_time(), self._sends_wheels())
         self._tick()
         self._watchdog.feed()
 

@@ -27,3 +27,14 @@ def reason(problem: BaseException) -> str:
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return '{}: {}'.format(problem.filename, problem.strerror)
     return ' '.join(str(problem).split())
+
+
+def printable(text: str) -> str:
+    """The text in one line. Characters that do not show are escaped: \\n, \\xfc."""
+    return ''.join(char if char.isprintable() else _escaped(char) for char in text)
+
+
+def _escaped(char):
+    if '\udc80' <= char <= '\udcff':    # a byte that is not UTF-8, as os.fsdecode() writes it
+        return '\\x{:02x}'.format(ord(char) - 0xdc00)
+    return char.encode('unicode_escape').decode()

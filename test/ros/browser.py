@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 """A real browser for tests: Chromium without a window, driven by selenium."""
+import contextlib
 import glob
 import os
 import pathlib
 import shutil
 import signal
+import socket
 import tempfile
+import threading
 import time
 from inspect import signature
 
@@ -60,6 +63,51 @@ WebSocket.prototype.send = function (text) {
   return send.call(this, text);
 };
 """
+
+
+class Cable:
+    """A cable to a port of this computer. What is sent while it is pulled comes when it is plugged
+    in again, as TCP does it."""
+
+    def __init__(self, port):
+        self._port, self._plugged = port, threading.Event()
+        self.plug()
+        self._listener = socket.create_server(('localhost', 0))
+        threading.Thread(target=self._connect, daemon=True).start()
+
+    def address(self, address):
+        """The address of a page by this cable."""
+        return address.replace(str(self._port), str(self._listener.getsockname()[1]))
+
+    def pull(self):
+        self._plugged.clear()
+
+    def plug(self):
+        self._plugged.set()
+
+    def _connect(self):
+        while True:
+            page, _ = self._listener.accept()
+            try:
+                panel = socket.create_connection(('localhost', self._port))
+            except OSError:
+                page.close()
+                continue
+            for one, other in ((page, panel), (panel, page)):
+                threading.Thread(target=self._carry, args=(one, other), daemon=True).start()
+
+    def _carry(self, one, other):
+        data = b'-'
+        while data:
+            try:
+                data = one.recv(65536)
+                self._plugged.wait()
+                other.sendall(data)
+            except OSError:
+                break
+        for end in (one, other):
+            with contextlib.suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)
 
 
 class Browser:
@@ -201,6 +249,15 @@ class Browser:
                 os.kill(process, signal.SIGKILL)
             except ProcessLookupError:
                 pass
+
+    def freeze(self):
+        """All processes of the browser stand still, as on a laptop that is suspended."""
+        for process in _processes_with(self._folder):
+            os.kill(process, signal.SIGSTOP)
+
+    def thaw(self):
+        for process in _processes_with(self._folder):
+            os.kill(process, signal.SIGCONT)
 
     def close(self):
         self.kill()

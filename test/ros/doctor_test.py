@@ -51,7 +51,7 @@ FOUND = (
     ('drifting', 'Drift', 'warning', r'\+(59|60|61)\..* deg/min'),
     ('ahead', 'Clock', 'FAULT', r'3\.[01] s ahead'),
     ('ahead', 'joint_states', 'FAULT', 'nobody publishes /ahead/joint_states'),
-    ('ahead', 'Gyro', 'ok', 'cannot be compared'),
+    ('ahead', 'Gyro', 'warning', 'cannot be compared'),
     ('ahead', 'Hearers', 'warning', '/doctor listens to /ahead/imu_data, .* published by /doctor'),
     ('nameless', 'Nodes', 'FAULT', 'robot4.invalid.*cannot resolve.*/etc/hosts'),
     ('silent', 'Nodes', 'FAULT', '/silent/core .* does not answer'),

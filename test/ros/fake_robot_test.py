@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The simulated robot's node on simulated time: topics, frames, firmware, faults."""
+import math
 import time
 import unittest
 
@@ -8,13 +9,14 @@ import rostest
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import Imu, JointState, MagneticField
+from std_msgs.msg import UInt8
 from tf2_msgs.msg import TFMessage
 
-from tb3_labs.ros.conversions import to_twist
+from tb3_labs.ros.conversions import to_twist, yaw_of
 
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'ground_truth': PoseStamped,
-          '/tf': TFMessage}
+          '/tf': TFMessage, 'magnetic_field': MagneticField}
 #: Heard with queue_size=1: rospy lets a process have one queue for a topic.
 NEWEST_ONLY = 'joint_states'
 DEADLINE = 30.0  # of a wait, wall clock [s]
@@ -60,7 +62,7 @@ class FakeRobotTest(unittest.TestCase):
     def stamps(self, topic):
         return [message.header.stamp.to_sec() for message in self.heard[topic]]
 
-    def test_frames_are_in_the_namespace_and_the_imu_is_level(self):
+    def test_frames_are_in_the_namespace_and_the_imu_is_nearly_level(self):
         self.assertEqual(self.last('imu').header.frame_id, 'robot3/imu_link')
         odom, transform = self.last('odom'), self.last('/tf').transforms[0]
         for message in odom, transform:
@@ -68,7 +70,23 @@ class FakeRobotTest(unittest.TestCase):
             self.assertEqual(message.child_frame_id, 'robot3/base_footprint')
         self.assertEqual(self.last('ground_truth').header.frame_id, 'world')
         self.assertEqual(self.last('joint_states').name, ['wheel_left_joint', 'wheel_right_joint'])
-        self.assertAlmostEqual(self.last('imu').linear_acceleration.z, 9.81, delta=0.01)
+        imu, field = self.last('imu'), self.last('magnetic_field').magnetic_field
+        self.assertAlmostEqual(imu.linear_acceleration.z, 9.81, delta=0.01)
+        # tilted by 0.7 and 0.4 degrees, and so is the pull of gravity
+        for tilt in (2.0 * math.hypot(imu.orientation.x, imu.orientation.y),
+                     math.hypot(imu.linear_acceleration.x, imu.linear_acceleration.y) / 9.81):
+            self.assertAlmostEqual(tilt, math.radians(0.81), delta=1e-3)
+        north = math.atan2(field.y, field.x) + yaw_of(imu.orientation)
+        self.assertAlmostEqual(math.remainder(north, math.tau), 0.0, delta=0.01)
+
+    def test_a_sound_of_any_type_blocks_the_board(self):
+        sound = rospy.Publisher('sound', UInt8, queue_size=1)
+        self.wait('a robot that listens', sound.get_num_connections)
+        before = len(self.heard['odom']) - 1
+        sound.publish(1)
+        self.wait('the pause', lambda: max(
+            [b - a for a, b in zip(self.stamps('odom')[before:], self.stamps('odom')[before + 1:])],
+            default=0.0) > 2.5)
 
     def test_tf_is_the_odometry(self):
         def both():

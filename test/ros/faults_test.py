@@ -24,7 +24,7 @@ from tb3_labs.geometry.se2 import Pose2
 #: the core; here the time of the nodes is added.
 SILENCE = 0.4
 MOVER, TURNER = 'move2goal_tf.py', 'turtlebot_controller.py'
-FAULTLESS = dict(imu_silent=False, odom_silent=False, gyro_bias_deg=0.0)
+FAULTLESS = dict(imu_silent=False, odom_silent=False, gyro_bias_deg=0.0, battery_cut=False)
 
 
 class FaultsTest(DriveCase):
@@ -140,9 +140,14 @@ class FaultsTest(DriveCase):
             self.wait_for_speed(0.2, 5.0)     # it goes on by itself
         self.set(imu_silent=True)
         self.wait_for_state('stopped')
-        self.let_pass(2.1)      # more than 2 s is too long to go on
+        self.wait_for_state('gave up: no imu for 2.')      # it is too long to go on
+        self.control.publish(False)
+        self.seen.forget('cmd_vel')
+        self.control.publish(True)        # nor does a robot that comes later move
+        self.wait_for_line(MOVER, 'Control from {} is gone: no imu'.format(rospy.get_name()))
         self.set(imu_silent=False)
-        self.wait_for_state('gave up: sensors were')
+        self.let_pass(1.0)
+        self.assertEqual(self.seen.all('cmd_vel'), [])
 
     def test_a_silent_imu_in_a_turn(self):
         node = self.turn()
@@ -161,6 +166,12 @@ class FaultsTest(DriveCase):
             self.wait_for_line(executable, 'the gyro contradicts the wheels')
             self.set(gyro_bias_deg=0.0)
             self.let_pass(1.2)      # they must agree for 1 s
+
+    def test_the_battery_is_cut(self):
+        self.drive()
+        self.set(battery_cut=True)
+        self.stop_since(rospy.get_time(), 2.0, 'battery cut in a drive')
+        self.wait_for_state('gave up: the odometry runs on')
 
     def test_messages_that_cannot_be_true(self):
         node, bad = self.drive(Pose2(0.6, 0.0, 0.0)), []

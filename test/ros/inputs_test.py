@@ -79,9 +79,11 @@ class InputsTest(DriveCase):
         self.is_stopped(CONTROLLER, released)
         self.thumb.press(A)
         self.drives(MOVER)
+        self.seen.forget('control_holder')
         stopped = rospy.get_time()
         self.control.publish(False)            # although the pad renews
         self.is_stopped(MOVER, stopped)
+        self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad')
         self.thumb.sticks(0.0, 0.5)
         self.drives(PAD)
         self.thumb.sticks(0.0, 0.0)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Marks a submission whose node deletes, fills, forks, fakes and listens; and a class of odd names.
+"""Marks a submission whose node deletes, fills, forks, fakes and listens, one that fills the master,
+and a class of odd names.
 
 All that they try to harm is a throw-away folder. The node forks no more than MOST_FORKS processes,
 if the sandbox does not hold.
@@ -72,6 +73,10 @@ FORK = '''        import os, time
         forks = 'n=0; while [ $n -lt {most} ]; do sleep 60 & n=$((n + 1)); done; wait'
         os.execv('/bin/sh', ['sh', '-c', forks])
 '''
+#: The master would need 1 GB for these parameters.
+FILL = '''    for number in range(20):
+        rospy.set_param('/filled{}'.format(number), 'x' * 50000000)
+'''
 #: The instructor is told this, and no student.
 FINDINGS = (
     'listens to /ground_truth', 'A setting of the robot was changed: imu_noise_deg from 0',
@@ -136,7 +141,10 @@ class HostileTest(unittest.TestCase):
         cls.home, cls.marks = base / 'home', base / 'home' / 'marks'
         cls.marks.mkdir(parents=True)
         (cls.home / 'thesis.txt').write_text('years of work')
-        cls.hand_in(base / 'submissions' / 'mallory' / 'lab' / 'imu_sub.py')
+        misdeeds = MISDEEDS.format(victim=str(cls.marks), secret=SECRET, seconds=SLEEP)
+        cls.hand_in(base / 'submissions' / 'mallory', (START, misdeeds + START), (
+            END, FORK.format(most=MOST_FORKS)))
+        cls.hand_in(base / 'submissions' / 'whale', (START, FILL + START))
         cls.hand_in_odd(base / 'odd')
         odd = subprocess.Popen(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'odd'), '--lab', 'gamepad', '-o',
@@ -158,11 +166,9 @@ class HostileTest(unittest.TestCase):
         cls.rows = {row['student']: row for row in csv.DictReader(io.StringIO(text, newline=''))}
 
     @classmethod
-    def hand_in(cls, path):
-        path.parent.mkdir(parents=True)
-        misdeeds = MISDEEDS.format(victim=str(cls.marks), secret=SECRET, seconds=SLEEP)
-        path.write_text(replaced(NODE, (START, misdeeds + START), (
-            END, FORK.format(most=MOST_FORKS))), encoding='utf-8')
+    def hand_in(cls, folder, *changes):
+        folder.mkdir(parents=True)
+        (folder / 'imu_sub.py').write_text(replaced(NODE, *changes), encoding='utf-8')
 
     @classmethod
     def hand_in_odd(cls, folder):
@@ -203,6 +209,13 @@ class HostileTest(unittest.TestCase):
         # the marker saw it first, or Linux did
         self.assertRegex(self.printed, 'since it used more than {} processes|Cannot fork'.format(
             processes.PROCESSES))
+
+    def test_it_cannot_fill_the_memory_of_the_master(self):
+        self.assertIn('whale: 0 of 10 points', self.done.stdout)
+        self.assertIn('since it used more than {:g} MB of the memory of master, robot and check'.format(
+            processes.OF_OTHERS / 1e6), (self.marks / 'whale.html').read_text(encoding='utf-8'))
+        sizes = [path.stat().st_size for path in self.marks.rglob('*') if path.is_file()]
+        self.assertLess(max(sizes), 1000000)
 
     def test_nobody_waits_for_the_end(self):
         lines = subprocess.check_output(['ps', '-eo', 'args'], universal_newlines=True)

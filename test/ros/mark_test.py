@@ -9,8 +9,10 @@ import csv
 import html
 import json
 import os
+import pty
 import re
 import shutil
+import signal
 import subprocess
 import tempfile
 import unittest
@@ -24,6 +26,7 @@ import rospkg
 from tb3_labs.skeletons import FOLDER, skeleton, write
 from tb3_labs.marking import sandbox
 from tb3_labs.marking.marks import LABS
+from tb3_labs.ros.clocks import wait_until
 
 from node_case import path_of, plain_node
 from rosunit_internals import rosrun
@@ -223,6 +226,7 @@ class MarkTest(unittest.TestCase):
         """The words that a student's page shows."""
         page = (self.runs[key][0] / (student + '.html')).read_text(encoding='utf-8')
         self.assertIn('id="timeline"', page)
+        self.assertNotIn(str(self.temporary), page)     # a place on this machine
         return ' '.join(html.unescape(re.sub('<[^>]*>', ' ', page)).split())
 
     def test_what_was_seen_is_told(self):
@@ -246,10 +250,41 @@ class MarkTest(unittest.TestCase):
         self.assertLess(max(sizes.values()), 1000000, sizes)
 
     def test_nothing_is_left(self):
-        self.assertEqual(list(self.temporary.glob('tb3_labs_*')), [])
+        self.assertEqual(self.left(self.temporary), [])
         lines = subprocess.check_output(['ps', '-eo', 'args'], universal_newlines=True)
         self.assertNotIn('sleep ' + SLEEP, lines)
-        self.assertNotIn(str(self.temporary), lines)
+
+    def left(self, folder):
+        """The files in a folder for temporary ones, and the processes that use it."""
+        lines = subprocess.check_output(['ps', '-eo', 'args'], universal_newlines=True)
+        return os.listdir(str(folder)) + [line for line in lines.splitlines() if str(folder) in line]
+
+    def test_nothing_is_left_if_its_terminal_is_closed_or_it_is_killed(self):
+        for signals in ([], [signal.SIGTERM, signal.SIGTERM], [signal.SIGKILL]):
+            folder = Path(tempfile.mkdtemp(dir=self.folder.name))
+            theirs, terminal = pty.openpty()
+            marking = subprocess.Popen(     # setsid: the terminal is its own
+                ['setsid', '--ctty', path_of('mark.py'), str(Path(self.folder.name) / ' '.join(
+                    TWO_JOBS) / 'submissions'), '--lab', 'imu', '-o', str(folder) + '_marks'] + [
+                        '--unprotected'] * bool(sandbox.problem()),
+                env=dict(os.environ, TMPDIR=str(folder)), stdin=terminal, stdout=terminal,
+                stderr=terminal)
+            os.close(terminal)
+            self.assertTrue(wait_until(
+                lambda: any('check_lab.py' in line for line in self.left(folder)), 30.0), signals)
+            for number in signals:
+                marking.send_signal(number)
+            if not signals:
+                os.close(theirs)
+            marking.wait(30.0)
+            if signals:
+                self.assertNotIn(b'Traceback', os.read(theirs, 100000))
+                os.close(theirs)
+            if signal.SIGKILL in signals:       # the files are the parent's
+                self.assertTrue(wait_until(lambda: not [
+                    line for line in self.left(folder) if ' ' in line], 10.0), self.left(folder))
+            else:
+                self.assertEqual(self.left(folder), [])
 
     def test_what_was_marked_is_not_tried_again(self):
         key = TWO_JOBS

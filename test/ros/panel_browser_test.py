@@ -9,7 +9,7 @@ import rospy
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 
-from browser import MISSING, Browser
+from browser import MISSING, Browser, Cable
 from node_case import SILENCE, STARTING, ZERO, Node, run_as_node
 from panel_case import LOSS, PanelCase, with_punctual_pages
 from panel_page import Page, address_of
@@ -17,6 +17,10 @@ from panel_page import Page, address_of
 PORT = 8110
 #: Pictures a second: to draw them is most of the computing here.
 RATE = 8
+#: A page that is frozen or cut off has stopped the robot after this time [s].
+LOST = 0.5
+#: Between the browser and the panel.
+CABLE = Cable(PORT)
 
 
 @unittest.skipIf(MISSING, MISSING)
@@ -43,7 +47,7 @@ class PanelBrowserTest(PanelCase):
     def setUp(self):
         self.others = []
         if self.browser is None:
-            type(self).browser = Browser(self.address)
+            type(self).browser = Browser(CABLE.address(self.address))
         self.page = self.browser
         self.page.run('window.longestSilence = 0')
         self.page.wait_until(lambda: all((self.page.picture('can') or {'': False}).values()),
@@ -85,7 +89,7 @@ class PanelBrowserTest(PanelCase):
         self.page.type(goal_x='-0.3', goal_y='0.3', goal_yaw='0')
         self.page.click('goal')
         self.assert_stands()
-        self.page.click('give')
+        self.page.click('button-a')
         self.page.wait_until(lambda: self.page.text('state').strip() == 'MOVE_FORWARD', 10.0,
                              'MOVE_FORWARD')
         self.assertRegex(self.page.text('distance'), r'0\.\d')
@@ -139,8 +143,8 @@ class PanelBrowserTest(PanelCase):
         since = rospy.get_time()
         self.page.press_key(' ')
         self.assert_stopped(since)
-        self.page.wait_until(lambda: 'STOP was sent to /move_to_goal' in self.page.text('message'),
-                             5.0, 'the confirmation')
+        self.page.wait_until(lambda: 'the robot stands' in self.page.text('message'), 5.0,
+                             'the confirmation')
 
     def test_b_takes_the_robot_from_another_page(self):
         """By its key, and by a gamepad whose buttons were not let go since it was plugged in."""
@@ -148,12 +152,14 @@ class PanelBrowserTest(PanelCase):
         self.others.append(other)
         self.addCleanup(other.close)
         for press in lambda: self.page.press_key('b'), lambda: self.page.move_pad(pressed=[1]):
-            self.assertEqual(other.ask('give'), (True, 'control given'))
-            other.hold()
+            other.hold(pad={})
+            self.let_pass(0.5)    # the node knows the delay of a pad after this time
+            other.hold(pad={'a': True})
+            other.hold(pad={})
             self.page.wait_for(has_control=True, page='other')
             press()
             self.page.wait_for(5.0, has_control=False, page='')
-            other.fall_silent()
+            other.let_go()
         self.page.run('window.testPad = null')
 
     def test_the_mouse_pad_drives_until_it_is_let_go(self):
@@ -175,6 +181,20 @@ class PanelBrowserTest(PanelCase):
         self.page.show()
         self.assert_stands(2 * SILENCE)
         self.page.let_go()
+
+    def test_a_page_that_is_frozen_or_cut_off_stops_and_does_not_go_on_by_itself(self):
+        for stop, go_on in ((self.page.freeze, self.page.thaw), (CABLE.pull, CABLE.plug)):
+            self.page.grip('stick-left', up=0.9)
+            self.wait_until_it_moves()
+            since = rospy.get_time()
+            stop()
+            try:
+                self.assert_stopped(since, LOST + rospy.get_time() - since)
+            finally:
+                go_on()
+            self.assert_stands(2 * SILENCE)
+            self.page.let_go()
+            self.page.wait_until(lambda: not self.page.is_shown('banner'), STARTING, 'its return')
 
     def test_a_page_without_its_panel_says_so_and_comes_back(self):
         self.panel.end()

@@ -63,7 +63,7 @@ def with_punctual_pages(case):
         notes = [note for page in case.pages() for note in page.notes]
         silence = max((page.longest_silence for page in case.pages()), default=0.0)
         print('the pages said:', notes)
-        lost = any('silent for' in note for note in notes)
+        lost = any('stopped meanwhile' in note or 'came late' in note for note in notes)
         return (lost or silence >= PUNCTUAL) and (
             'a page was late by {:.2f} s, or the panel'.format(silence))
     return repeated(case, excuse)

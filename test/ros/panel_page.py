@@ -9,9 +9,11 @@ import time
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import websocket_connect
 
+from tb3_labs.ros.clocks import steady_time
+
 #: Time between two messages of hands that hold something [s].
-PERIOD = 0.05
-AT_REST = {'forward': 0, 'left': 0, 'a': False, 'b': False, 'y': False, 'hold': True}
+PERIOD = 0.1
+AT_REST = {'forward': 0, 'left': 0, 'a': False, 'y': False, 'hold': True}
 
 
 def address_of(panel):
@@ -50,12 +52,13 @@ class Page:
         opened.wait(10.0)
         if self.refusal is not None:
             raise ConnectionRefusedError(self.refusal)
+        self.wait_until(lambda: 'picture' in self.latest, 10.0, 'a picture')
 
     # -- what it does
 
     def send(self, kind, **values):
-        """Send one message; with t, the time."""
-        message = dict(values, type=kind, t=time.time())
+        """Send one message; with t, the time, and the stops that this page knows."""
+        message = dict({'t': steady_time(), 'stops': self.picture['stops']}, **values, type=kind)
         self.send_text(json.dumps(message))
 
     def send_text(self, text):
@@ -70,9 +73,19 @@ class Page:
         return self.answers[number]['ok'], self.answers[number]['text']
 
     def hold(self, pad=None, mouse=None):
-        """From now on hands hold this, 20 times a second: `pad` is what differs from AT_REST."""
-        self._held = {'pad': None if pad is None else dict(AT_REST, **pad), 'mouse': mouse}
-        self.send('joy', **self._held)
+        """From now on hands hold this, ten times a second: `pad` is what differs from AT_REST.
+
+        The hands know nothing of stops after the first call, until :meth:`let_go`.
+        """
+        is_first = self._held is None
+        stops = self.picture['stops'] if is_first else self._held['stops']
+        self._held = {'pad': None if pad is None else dict(AT_REST, **pad), 'mouse': mouse,
+                      'stops': stops}
+        self.send('joy', first=is_first, **self._held)
+
+    def let_go(self):
+        self._held = None
+        self.send('joy', pad=None, mouse=None)
 
     def fall_silent(self):
         self._held = None
@@ -148,7 +161,7 @@ class Page:
             self.latest[message['type']] = message
             if message['type'] == 'answer':
                 self.answers[message['id']] = message
-            elif message['type'] == 'note':
+            elif message['type'] == 'refused':
                 self.notes.append(message['text'])
             elif message['type'] == 'picture':
                 self.pictures += 1

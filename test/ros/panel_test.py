@@ -3,11 +3,14 @@
 with the simulated robot's true pose."""
 import http.client
 import math
+import os
 import re
 import signal
 import sys
+import xmlrpc.client
 
 import rosgraph
+import rosnode
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalID
@@ -15,19 +18,20 @@ from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, Vector3
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu
-from std_msgs.msg import Bool, Float32
+from std_msgs.msg import Bool, Float32, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.observer import Observer
 
-from node_case import SILENCE, STARTING, Hiccups, Node, watch_robot
+from node_case import SILENCE, STARTING, ZERO, Hiccups, Node, watch_robot
 from panel_case import LOSS, PanelCase, with_punctual_pages
 from panel_page import Page, address_of
 
 PORT = 8090
+#: The node gamepad knows the delay of a pad after this time [s].
+HEARD = 0.45
 
 
 @with_punctual_pages
@@ -40,6 +44,7 @@ class PanelTest(PanelCase):
         watch_robot(cls.seen)
         cls.seen.watch('ctrl_relinq', Bool, lambda message: message.data)
         cls.seen.watch('has_control', Bool, lambda message: message.data)
+        cls.seen.watch('control_holder', String, lambda message: message.data)
         cls.seen.watch('/rosout', Log, lambda line: (line.name, line.msg))
         cls.panel = cls.start_panel()
         cls.addClassCleanup(cls.panel.kill)
@@ -52,7 +57,7 @@ class PanelTest(PanelCase):
     def setUp(self):
         self.opened = []
         self.open_with_all_nodes()
-        self.page.send('stop')
+        self.page.ask('stop')
         self.rest()
         self.page.wait_for(page='', has_control=False)
 
@@ -74,26 +79,32 @@ class PanelTest(PanelCase):
     def here(self):
         """Declare the robot to be at the origin; its true pose, which is that of local."""
         origin = self.rest()
-        self.assertEqual(self.page.ask('reset', x=0, y=0, yaw_deg=0), (
-            True, 'Local pose set to x=0.000, y=0.000, yaw=0.0 deg'))
+        done, text = self.page.ask('reset', x=0, y=0, yaw_deg=0)
+        self.assertTrue(done, text)
+        self.assertIn('Local pose set to x=0.000, y=0.000, yaw=0.0 deg', text)
         self.page.wait_until(lambda: self.is_at(self.page.picture['local'], Pose2(), 0.005), 5.0,
                              'the new frame')
         return origin
 
     def drive_by_stick(self):
         """Grip the pad, as a person does: the sticks begin in their middle."""
-        self.assertEqual(self.page.ask('begin'), (True, ''))
         self.page.hold(pad={})
-        self.page.wait_for(pad='ready')
+        self.page.wait_for(pad='ready', page='this')
         self.page.hold(pad={'forward': 1.0})
         self.wait_until_it_moves()
+
+    def press(self, button):
+        """Show a button as pressed in one message, once the node has heard the pad."""
+        self.page.hold(pad={})
+        self.let_pass(HEARD)
+        self.page.hold(pad={button: True})
+        self.page.hold(pad={})
 
     def drive_to_goal(self):
         """Give control for a goal that is far away."""
         self.here()
         self.page.ask('goal', x=2.0, y=0.0, yaw_deg=0)
-        self.assertEqual(self.page.ask('give'), (True, 'control given'))
-        self.page.hold()
+        self.press('a')
         self.page.wait_for(phase='driving')
         self.wait_until_it_moves()
 
@@ -120,17 +131,6 @@ class PanelTest(PanelCase):
         self.assertLess(abs(difference_degrees(
             seen['heading_deg'], math.degrees(pose.yaw) + 140.6)), 1.5)
         self.assertEqual((seen['state'], seen['phase']), ('waiting for control', 'waiting'))
-
-    def test_nothing_is_listened_to_while_nobody_looks(self):
-        self.page.close()
-        master = rosgraph.Master('/panel_test')
-
-        def heard():
-            return {topic for topic, nodes in master.getSystemState()[1] if '/panel' in nodes}
-        self.seen.wait_until(lambda: heard() <= {'/rosout'}, 10.0,
-                             'the end of its subscriptions, not {}'.format(heard()))
-        again = self.open()
-        again.wait_until(lambda: again.latest.get('picture', {}).get('odom'), 5.0, 'a picture')
 
     def test_a_page_that_takes_nothing_is_dropped_and_no_other(self):
         frozen = self.open()
@@ -167,106 +167,119 @@ class PanelTest(PanelCase):
             self.assert_stopped(since)
             # a page that comes, or comes back, gives nothing by itself
             page = self.page = self.open() if how == 'closed' else self.page
-            page.hold()
+            page.hold(pad={})
             page.wait_for(has_control=False)
             self.assert_stands()
-            page.fall_silent()
+            page.let_go()
 
     def test_a_page_that_falls_silent_or_is_closed_while_its_stick_drives_stops(self):
         self.drive_by_stick()
         since = rospy.get_time()
+        stops = self.page.picture['stops']
         self.page.fall_silent()
         self.assert_stopped(since)
-        self.page.hold(pad={'forward': 1.0})    # the same joy again, but nobody gripped it anew
-        self.assert_stands(2 * SILENCE)
-        self.page.fall_silent()
+        # the same joy again, but nobody gripped it anew
+        self.page.wait_until(lambda: self.page.picture['stops'] > stops, 5.0, 'the loss')
+        for _ in range(20):
+            self.page.send('joy', stops=stops, pad={'forward': 1.0, 'left': 0}, mouse=None)
+            self.let_pass(0.1)
+        self.assertLessEqual({command for _, command in self.seen.all('cmd_vel', since + LOSS)},
+                             {ZERO})
         self.drive_by_stick()
         since = rospy.get_time()
         self.page.close()
         self.assert_stopped(since)
 
     def test_y_resets_and_control_by_a_is_over_with_its_page(self):
-        self.assertEqual(self.page.ask('begin')[0], True)
         self.page.hold(pad={})
         self.page.wait_for(pad='ready')
         self.assertTrue(self.page.ask('reset', x=5, y=5, yaw_deg=5)[0])
         self.page.wait_until(lambda: self.page.picture['local'][0] > 4.9, 5.0, 'the reset')
-        self.page.hold(pad={'y': True})
+        self.press('y')
         self.page.wait_until(lambda: abs(self.page.picture['local'][0]) < 0.01, 5.0, 'reset by Y')
-        self.page.hold(pad={'a': True})
-        self.page.wait_for(pad='held back', has_control=True)
+        self.press('a')
+        self.page.wait_for(pad='move_to_goal has control: B takes it', has_control=True)
         self.page.fall_silent()
         self.page.wait_for(has_control=False, seconds=5.0)
         self.rest()
 
-    def test_a_stop_ends_a_turn_and_names_the_nodes_to_which_it_was_sent(self):
+    def test_a_stop_ends_a_turn_and_is_shown_as_done_when_the_robot_stands(self):
         start = self.rest()
         self.page.ask('turn', degrees=180)
         self.assert_turns(start, 1)
         since = rospy.get_time()
-        confirmed, text = self.page.ask('stop')
+        self.assertEqual(self.page.ask('stop'), (True, 'control taken, the robot stands'))
         self.assert_stopped(since, within=0.1)
-        self.assertTrue(confirmed, text)
-        self.assertRegex(text, '^STOP was sent to /move_to_goal, .*/turtlebot3$')
 
-    def test_a_stop_ends_everything_and_nothing_comes_back(self):
+    def test_a_stop_of_any_page_ends_everything_and_nothing_comes_back(self):
         other = self.open()
-        for kind, drive in (('stop', self.drive_to_goal), ('take', self.drive_by_stick)):
+        for drive in (self.drive_to_goal, self.drive_by_stick):
             drive()
             since = rospy.get_time()
-            other.send(kind)    # of a page that does not drive
+            other.send('stop')    # of a page that does not drive
             self.assert_stopped(since, within=0.1)
             self.assert_stands(2 * SILENCE)    # the joys of the page that drove go on
+            self.assertIn('the robot was stopped meanwhile: let go, and ask again', self.page.notes)
+            self.page.let_go()
 
-    def test_what_was_pressed_before_a_stop_does_not_count_after_it(self):
-        other, goal = self.open(), {'x': 1.0, 'y': 0.0, 'yaw_deg': 0.0}
+    def test_one_page_drives_and_another_is_told_so(self):
+        other = self.open()
+        self.drive_by_stick()
+        other.wait_for(page='other')
+        other.hold(pad={})
+        other.wait_until(lambda: any('another page drives' in note for note in other.notes), 5.0,
+                         'the reason')
+        other.let_go()
+        self.assertEqual(self.page.picture['page'], 'this')
+        self.page.let_go()
+        self.rest()
+        other.hold(pad={})
+        other.wait_for(page='this')
+
+    def test_a_stop_that_move_to_goal_cannot_hear_is_not_shown_as_done(self):
+        self.drive_to_goal()
+        mover = rosnode.get_api_uri(rosgraph.Master('/panel_test'), '/move_to_goal')
+        number = xmlrpc.client.ServerProxy(mover).getPid('/panel_test')[2]
+        os.kill(number, signal.SIGSTOP)
+        try:
+            done, text = self.page.ask('stop')
+        finally:
+            os.kill(number, signal.SIGCONT)
+        self.assertEqual((done, text), (False, 'move_to_goal does not answer'))
+        self.page.let_go()
+        self.page.wait_for(has_control=False)
+
+    def test_a_stop_of_another_node_ends_what_the_page_holds(self):
         publishers = {    # latched: the panel hears them when it is connected
             rospy.Publisher('ctrl_relinq', Bool, queue_size=1, latch=True): Bool(False),
             rospy.Publisher('move2goal/cancel', GoalID, queue_size=1, latch=True): GoalID()}
-        stops = [lambda: other.ask('stop'), lambda: other.ask('take'),
-                 lambda: other.hold(pad={'b': True})]
-        stops += [lambda publisher=publisher: publisher.publish(publishers[publisher])
-                  for publisher in publishers]
-        for stop in stops:
-            pressed = steady_time()    # this computer's clock is the panel's
-            self.assertEqual(self.page.ask('begin', pressed=pressed), (True, ''))
-            stop()
-            # the panel hears it soon
-            self.seen.wait_until(lambda at=pressed: not self.page.ask('begin', pressed=at)[0], 5.0)
-            for request, values in (('begin', {}), ('give', {}), ('turn', {'degrees': 90}),
-                                    ('goal', goal)):
-                self.assertEqual(self.page.ask(request, pressed=pressed, **values), (
-                    False, 'this was pressed before the robot was stopped: press it again'))
-        for publisher in publishers:
+        for publisher, message in publishers.items():
+            stops = self.page.picture['stops']
+            publisher.publish(message)
+            self.page.wait_until(lambda known=stops: self.page.picture['stops'] > known, 5.0,
+                                 'the stop')
+            for request, values in (('turn', {'degrees': 90}),
+                                    ('goal', {'x': 1.0, 'y': 0.0, 'yaw_deg': 0.0})):
+                self.assertEqual(self.page.ask(request, stops=stops, **values), (
+                    False, 'the robot was stopped meanwhile: let go, and ask again'))
             publisher.unregister()
-
-    def test_control_that_was_lost_by_itself_is_given_anew(self):
-        self.page.ask('give')
-        self.page.hold()
-        self.page.wait_for(has_control=True)
-        lost = rospy.Publisher('has_control', Bool, queue_size=1, latch=True)
-        lost.publish(False)    # as move_to_goal does
-        self.page.wait_for(has_control=False)
-        since = rospy.get_time()
-        self.assertEqual(self.page.ask('give'), (True, 'control given'))
-        self.seen.wait_until(lambda: False in [
-            word for _, word in self.seen.all('ctrl_relinq', since)], 2.0, 'a new giving')
-        self.page.wait_for(has_control=True)
-        lost.unregister()
 
     def test_turns_and_mouse_are_refused_while_move_to_goal_drives(self):
         self.drive_to_goal()
-        self.assertEqual(self.page.ask('turn', degrees=90), (
-            False, 'move_to_goal drives: take control first'))
-        self.page.hold(mouse=[1.0, 1.0])
-        self.let_pass(SILENCE)
-        self.page.wait_for(phase='driving')
-        since = rospy.get_time()
-        self.assertEqual(self.page.ask('take'), (True, 'control taken'))
-        self.assert_stopped(since)    # the mouse that is still held must be gripped anew
-        self.page.hold()
+        refusal = 'move_to_goal drives: take control first'
+        self.assertEqual(self.page.ask('turn', degrees=90), (False, refusal))
+        other = self.open()
+        other.hold(mouse=[1.0, 1.0])
+        other.wait_until(lambda: refusal in other.notes, 5.0, 'the reason')
+        other.let_go()
+        self.assertEqual(self.page.picture['phase'], 'driving')
+        self.page.let_go()
+        self.page.ask('stop')
         self.page.hold(mouse=[0.0, 1.0])
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.15)
+        since = rospy.get_time()
+        self.page.let_go()
+        self.assert_stopped(since)
 
     def test_a_panel_that_ends_while_it_is_used_stops_the_robot(self):
         for drive in self.drive_by_stick, self.drive_to_goal:
@@ -301,10 +314,10 @@ class PanelTest(PanelCase):
         self.rest()
 
     @staticmethod
-    def status_of(path, port=PORT, **headers):
+    def status_of(path, port=PORT, method='GET', **headers):
         """(status, body) of a request as a program sends it."""
         connection = http.client.HTTPConnection('localhost', port, timeout=5.0)
-        connection.putrequest('GET', path, skip_host='Host' in headers)
+        connection.putrequest(method, path, skip_host='Host' in headers)
         for name, value in headers.items():
             connection.putheader(name, value)
         connection.endheaders()
@@ -318,14 +331,15 @@ class PanelTest(PanelCase):
             status, body = self.status_of(path)
             self.assertIn(status, (403, 404), path)
             self.assertNotIn('import', body)
+        # the answer does not wait for the body, which nobody reads
+        self.assertEqual(self.status_of('/', method='POST', **{'Content-Length': 10 ** 8})[0], 400)
         for headers in {'Origin': 'http://evil.example'}, {'Host': 'evil.example'}:
             with self.assertRaises(ConnectionRefusedError):
                 Page(self.address, headers=headers)
         self.open(headers={'Origin': self.address.rstrip('/')})
 
     def test_another_address_needs_the_token_and_a_panel_may_only_show(self):
-        shows = self.start_panel('__name:=shows', '_address:=0.0.0.0', '_control:=false',
-                                 '_robots:=2')
+        shows = self.start_panel('__name:=shows', '_address:=0.0.0.0', '_control:=false')
         self.addCleanup(shows.kill)
         address = address_of(shows)    # the next port is taken: this one is in use
         self.seen.wait_for('/rosout', lambda line: line[0] == '/shows')
@@ -339,13 +353,6 @@ class PanelTest(PanelCase):
             self.assertEqual(status, 403)
             self.assertIn('the token is missing or wrong: use the whole address', body)
         page = self.open(address)
-        page.wait_until(lambda: 'robots' in page.latest, 10.0, 'the list')
-        self.assertEqual([robot['name'] for robot in page.latest['robots']['robots']],
-                         ['robot1', 'robot2'])
-        self.assertEqual(page.ask('look', robot='robot3'), (
-            False, "robot 'robot3' is unknown; known: robot1, robot2"))
-        page.send('look', robot='robot2')
-        page.wait_for(robot='robot2')
         self.seen.wait_for('/rosout', lambda line: line[0] == '/shows' and 'refused' in line[1])
         self.assertEqual([line for _, line in self.seen.all('/rosout') if token in line[1]], [])
         self.assertEqual(page.ask('stop'), (
@@ -358,8 +365,8 @@ class PanelTest(PanelCase):
         fulfilled, text = page.ask('reset', x=0, y=0, yaw_deg=0)    # within a second, or soon after
         self.assertFalse(fulfilled)
         self.assertIn('/nowhere/reset_pose', text)
-        self.assertEqual(page.ask('give'), (
-            False, 'no node listens on ctrl_relinq: is move_to_goal running?'))
+        self.assertEqual(page.ask('goal', x=0, y=0, yaw_deg=0), (
+            False, 'no node listens on move_base_simple/goal: is move_to_goal running?'))
         self.assertEqual(page.ask('stop'), (False, 'no node hears it'))
 
 

@@ -205,7 +205,11 @@ class StopsTest(DriveCase):
         self.declare()
         self.is_stopped(rospy.get_time(), 0.0)
         self.let_it_drive(self.drive_far)
+        nowhere.goal.target_pose.header.frame_id = 'later'
         self.go_to(Pose2(1.0), 'later')
+        for name in ('first', 'behind'):
+            nowhere.goal_id.id = name
+            self.actions.publish(nowhere)
         self.let_pass(0.1)
         self.cancels.publish(GoalID())
         self.wait_for_state('gave up: canceled')
@@ -215,6 +219,7 @@ class StopsTest(DriveCase):
         broadcaster = StaticTransformBroadcaster()
         broadcaster.sendTransform(later)
         node.wait_for('it was cancelled while its frame was awaited')
+        self.is_stopped(rospy.get_time(), 0.0)      # nor is one driven to that waited behind another
 
     def test_a_latched_goal_of_the_action_is_not_taken_again(self):
         student = self.student()

@@ -23,14 +23,17 @@ from functools import lru_cache
 from played_nodes import OVER, TICK
 from played_pages import LatePages, TwoPages
 from played_worlds import (
-    BEGIN, LONG_AGO, NOTHING, LatePad, MouseAndTurns, OnePad, Senders, TwoPads, Unheard, Wrong)
+    BEGIN, LONG_AGO, NOTHING, Goals, GoneRobot, LatePad, LateRobot, LateTurns, MouseAndTurns,
+    OnePad, Senders, TwoMice, TwoPads, Unheard, Wrong)
+from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.supervision.freshness import Freshness
 from tb3_labs.supervision.permission import _Grant
 
 #: Of a state, these times are all the same if they are longer ago than this; the second also while no
 #: message is under way that may be older.
-AGES = {'_woke_at': 0.35, '_back_at': 0.35, '_given_at': 0.35, '_heard_since': 0.35}
+AGES = {'_woke_at': 0.35, '_back_at': 0.35, '_given_at': 0.35, '_heard_since': 0.35,
+        '_since': 20.3, 'awaits': 20.3}
 QUIET_AGES = dict(AGES, _stops=0.2, _stopped_at=0.2, _began_at=0.2, stopped_at=0.2,
                   cancelled_at=0.2, lost_at=0.2, rested_at=0.2)
 
@@ -38,7 +41,8 @@ QUIET_AGES = dict(AGES, _stops=0.2, _stopped_at=0.2, _began_at=0.2, stopped_at=0
 #: obeyed.
 LISTENED = 40
 
-CASTS = (Senders, OnePad, LatePad, TwoPads, TwoPages, LatePages, MouseAndTurns)
+CASTS = (Senders, OnePad, LatePad, TwoPads, Goals, LateRobot, GoneRobot, TwoPages, LatePages,
+         MouseAndTurns, TwoMice, LateTurns)
 
 
 class Searched:
@@ -102,13 +106,13 @@ IRRELEVANT = {'count', 'dropped', 'attempt', 'drives', 'tremble', 'law', '_law',
               '_tries_left', '_interrupted', 'begun', 'state', '_heading', '_asked', '_asked_by',
               '_last', '_read', 'world', '_news', 'said_at', '_heard_for', '_candidates',
               '_last_arrival', 'name', 'timeout', 'goal', '_refused', 'odometry', '_sources',
-              '_window', '_readings', 'longest_gap'}
+              '_window', '_readings', 'longest_gap', 'silent_for'}
 
 
 def state_of(world):
     """A number that is the same for worlds in the same state: times count from now."""
     ages = QUIET_AGES if world.is_quiet else AGES
-    return hash(tuple(_state(node, world.now, ages) for node in world.nodes))
+    return hash(tuple(_state(actor, world.now, ages) for actor in world.actors))
 
 
 def _state(value, now, ages, oldest=LONG_AGO):
@@ -132,9 +136,14 @@ def _state(value, now, ages, oldest=LONG_AGO):
     if isinstance(value, Freshness) and value.age(now) < 2.0 * TICK:
         return 'fresh'
     if isinstance(value, _Grant):
-        return value._renews and (_state(value.heard_at, now, ages),
-                                  _state(value.sent_before, now, ages),
-                                  value.heard_at - value.given_at > OVER)
+        return (value.has_robot or _state(value.given_at, now, ages, 20.3),
+                value._renews and (_state(value.heard_at, now, ages),
+                                   _state(value.sent_before, now, ages),
+                                   value.heard_at - value.given_at > OVER))
+    if isinstance(value, GyroWatch):
+        return value.problem(), value.is_checked or (
+            round(value._rested_for, 2), round(value._alone_for, 2)), _state(
+                value._heard_at, now, ages)
     attributes = vars(value)
     return tuple([_state(attributes[name], now, ages, ages.get(name, LONG_AGO))
                   for name in _relevant(type(value), tuple(attributes))])

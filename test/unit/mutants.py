@@ -21,8 +21,8 @@ TURN, DRIVE, PAD = 'turn', 'drive', 'pad'
 #: only letters l, or only r, cross 0 deg, the other half of the wrap is never needed. A robot that
 #: rotates its way wrongly by more than 10 deg drives on for ever, however it is wrong.
 SAME = (
-    {'quaternion_order', 'radians', 'nothing_wrapped', 'goal_not_wrapped_low'},
-    {'quaternion_order', 'radians', 'nothing_wrapped', 'goal_not_wrapped_high'},
+    {'heading_kept', 'quaternion_order', 'radians', 'nothing_wrapped', 'goal_not_wrapped_low'},
+    {'heading_kept', 'quaternion_order', 'radians', 'nothing_wrapped', 'goal_not_wrapped_high'},
     {'error_not_wrapped', 'error_not_wrapped_low'}, {'error_not_wrapped', 'error_not_wrapped_high'},
     {'inverse_missing', 'not_rotated', 'imu_rotates'},
 )
@@ -226,7 +226,6 @@ DRIVE_MISTAKES: Dict[str, Tuple[Edits, Edits]] = {
 # The gamepad --------------------------------------------------------------------------------------
 
 PAD_MISTAKES: Dict[str, Tuple[Edits, Edits]] = {
-    'wrong_button': ([('if msg.buttons[2]', 'if msg.buttons[3]')], []),
     'two_senders': ([('        if self.has_control:\n', '        if True:\n')], []),
 }
 PAD_STYLES: List[Edits] = [

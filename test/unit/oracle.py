@@ -5,11 +5,16 @@ renews, arrives late, wakes up or restarts gives nothing.
 
 Units: seconds; `at` is the time of a person's action, `now` the time at which a node hears of it.
 """
+import math
+
 #: Actions that are nearer in time have no order [s]: a renewal tells its giving's age in tenths.
 SAME_TIME = 0.15
 #: A giver that renews, and is silent for longer than the first, may not be driven by; after the
 #: second its giving is gone. A giving that took longer to arrive never counted [s].
 SUSPENDED, OVER = 0.6, 2.1
+#: A giving or goal is void if its robot is not there within the first; within the second while it was
+#: never there. Before a motion, gyro and wheels must have been compared at rest for the third [s].
+ROBOT, FIRST_ROBOT, COMPARED = 2.1, 20.1, 0.9
 #: A mouse or pad that is silent for this long is lost [s].
 LOST = 0.3
 
@@ -21,6 +26,10 @@ class GoalOracle:
         self.givings = {}            # giver: when it renewed that last; None: it does not renew
         self.stopped_at = now        # the person's last stop
         self.cancelled_at = None     # None: the goal was not cancelled
+        # A giver, or 'goal': when it was asked for, or when the goal had its robot last. Missing: a
+        # giving that had its robot, or a goal that is void.
+        self.awaits = {'goal': now}
+        self.robot_at = None         # when the robot was there; None: it was never there
 
     def hear(self, now, giver, word, at=None, renews=False):
         """A word arrives; `at` is None if no person said it."""
@@ -31,14 +40,34 @@ class GoalOracle:
             self.stopped_at = max(self.stopped_at, now if at is None else at)
         elif giver in self.givings or (
                 at is not None and at > self.stopped_at - SAME_TIME and now - at <= OVER):
+            if giver not in self.givings:
+                self.ask(now, giver)
+                self.ask(now, 'goal')
             self.givings[giver] = now if renews else None
+
+    def ask(self, now, what):
+        """Something is asked for that needs the robot."""
+        if what == 'goal' or self.robot_at is None or now - self.robot_at > LOST:
+            self.awaits[what] = now
+
+    def look(self, now, is_there):
+        """To be called in each moment: are the sensors heard?"""
+        patience = FIRST_ROBOT if self.robot_at is None else ROBOT
+        for what in [what for what, since in self.awaits.items() if now - since > patience]:
+            del self.awaits[what]
+            self.givings.pop(what, None)
+        if is_there:
+            self.robot_at = now
+            self.awaits = {'goal': now} if 'goal' in self.awaits else {}
 
     def cancel(self, at):
         self.cancelled_at = at
 
-    def goal(self, at):
-        if self.cancelled_at is not None and at > self.cancelled_at - SAME_TIME:
+    def goal(self, now, at):
+        """A goal that was sent at `at` is to be driven to."""
+        if (self.cancelled_at is None or at > self.cancelled_at - SAME_TIME) and now - at <= OVER:
             self.cancelled_at = None
+            self.ask(now, 'goal')
 
     def slept(self, now):
         """It did not run for too long: that is a stop."""
@@ -48,6 +77,8 @@ class GoalOracle:
         """'' or the reason why the robot must not be driven."""
         if self.cancelled_at is not None:
             return 'its goal was cancelled'
+        if 'goal' not in self.awaits:
+            return 'the robot was not there for so long that its goal is void'
         if not self.givings:
             return 'nobody gave it since the last stop'
         if all(heard is not None and now - heard > SUSPENDED for heard in self.givings.values()):
@@ -85,6 +116,7 @@ class HandOracle:
         self.pushed = False          # what it said; and
         self.repeats = True          # would it be repeated?
         self.lost_at = now           # the last loss
+        self.stopped_at = -math.inf  # the last stop of another node
         self.rested_at = None        # when it rested last, by its own clock; None: not since then
 
     def hear(self, now, pushed, at, repeats=True):
@@ -96,6 +128,15 @@ class HandOracle:
         self.heard_at, self.pushed, self.repeats = now, pushed, repeats
         if not pushed and at >= self.lost_at - LOST:
             self.rested_at = at
+
+        if pushed and at < self.stopped_at - SAME_TIME:
+            self.lose(now)
+
+    def stop(self, now):
+        """Another node stopped the robot: what is pushed now must be let go."""
+        self.stopped_at = now
+        if self.pushed:
+            self.lose(now)
 
     def lose(self, now):
         self.lost_at, self.rested_at = now, None

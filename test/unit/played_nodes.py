@@ -6,9 +6,9 @@ from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.gamepad import GamepadCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.nodes.pad_config import PadConfig
-from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample
+from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.supervision.arbitration import Driver
+from tb3_labs.supervision.arbitration import Arrival, Arrivals, Driver
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
 TICK = 0.05
@@ -24,7 +24,8 @@ class Process:
     """A node. While it sleeps, or a link to it is cut, the messages of each sender wait in order."""
 
     def __init__(self, world):
-        self.world = world
+        self.world, self.robot = world, world.robot
+        self.born_at = world.now
         self.tremble = 1e-6
         self.asleep_since = self.asleep_until = None
         self.backwards = False       # the order in which its threads run when it wakes
@@ -62,10 +63,17 @@ class Process:
         self.deliver(sorted(set(self.waiting) - set(self.held), reverse=self.backwards))
         self.stalled = False
 
-    def hear_imu(self):
-        """The IMU trembles, as one that is not frozen does."""
+    def hear_robot(self):
+        """Returns True if IMU and wheels were heard. They tremble, as sensors that are not frozen do.
+        """
+        robot, now = self.robot, self.world.now
         self.tremble = -self.tremble
-        self.core.on_imu(ImuSample(self.world.now, self.tremble, self.tremble), self.world.now)
+        if robot.is_on:
+            self.core.on_imu(ImuSample(now, self.tremble, self.tremble + robot.gyro_error), now,
+                             robot.sends_wheels)
+            if robot.sends_wheels:
+                self.core.on_wheels(WheelSample(now, self.tremble, self.tremble), now)
+        return robot.is_on
 
     def at(self, at):
         """The time of a person's action, as the oracle shall know it: what waited for a moment only
@@ -143,6 +151,8 @@ class Mover(Process):
         self.core._localizer = Still()
         self.core.set_goal(Pose2(50.0))
         self.core.begin_control(world.now)
+        self.arrivals = Arrivals(Arrival(world.now))
+        self.awaited = []            # (arrival, time of sending) of goals whose frame is unknown
         self.unheard = {name for name, _ in latched}
         self.oracle = GoalOracle(world.now)
         if has_control:
@@ -160,16 +170,33 @@ class Mover(Process):
             self.oracle.hear(now, sender, word, None if doubtful and word else self.at(at), renews)
         self.core.told_control(word, now, sender, renews, doubtful, is_old)
 
-    def on_goal(self, at):
+    def on_goal(self, at, waits=False):
+        """`waits`: until tf knows its frame."""
+        goal = Arrival(self.world.now)
+        self.arrivals.add(goal)
+        self.awaited.append((goal, self.at(at)))
+        if not waits:
+            self.take(self.awaited.pop())
+
+    def take(self, awaited):
+        goal, at = awaited
         self.core.update_control(self.world.now)
         try:
-            self.core.set_goal(Pose2(40.0))
+            if not goal.objection(self.world.now):
+                self.core.set_goal(Pose2(40.0), goal.arrived_at)
+                self.arrivals.accept(goal)
+                self.oracle.goal(self.world.now, at)
         except ValueError:
-            return
-        self.oracle.goal(self.at(at))
+            pass
+        self.arrivals.drop(goal)
+
+    def on_frame(self):
+        while self.awaited:
+            self.take(self.awaited.pop(0))
 
     def on_cancel(self, at):
-        self.core.cancel()
+        if self.arrivals.cancel():
+            self.core.cancel()
         self.oracle.cancel(self.at(at))
 
     def on_reset(self):
@@ -177,7 +204,8 @@ class Mover(Process):
         try:
             self.core.reset(Pose2(), self.world.now)
         except ValueError:
-            pass
+            return
+        self.oracle.ask(self.world.now, 'goal')
 
     def woke(self, slept_for):
         if slept_for > OVER:
@@ -187,8 +215,10 @@ class Mover(Process):
         if self.asleep_since is not None:
             return
         core, now = self.core, self.world.now
-        self.hear_imu()
-        core.on_odometry(OdometrySample(now, Pose2(self.tremble), 0.1, self.tremble), now)
+        is_there = self.hear_robot()
+        if is_there:
+            core.on_odometry(OdometrySample(now, Pose2(self.tremble), 0.1, self.tremble), now)
+        self.oracle.look(now, is_there)
         core.update_control(now)
         if core.due(now):
             self.world.judge(core.command(now), self.oracle)
@@ -228,6 +258,7 @@ class Pad(Process):
 
     def on_taken(self):
         self.core.on_taken(self.world.now)
+        self.oracle.stop(self.world.now)
 
     def woke(self, slept_for):
         if slept_for > OVER:
@@ -270,7 +301,9 @@ class Turner(Process):
         super().__init__(world)
         self.core = ControllerCore(Turning())
         self.core.update(world.now)
-        self.by_turn, self.by_mouse = GoalOracle(world.now), HandOracle(world.now)
+        self.by_turn = GoalOracle(world.now)
+        self.hands = world.hands
+        self.by_mice = {name: HandOracle(world.now) for name in self.hands}
 
     def on_turn(self, at):
         self.core.update(self.world.now)
@@ -279,17 +312,23 @@ class Turner(Process):
         except ValueError:
             return
         self.by_turn.hear(self.world.now, 'turn', True, self.at(at))
+        self.by_turn.ask(self.world.now, 'goal')
 
-    def on_mouse(self, active, y, at):
-        pushed, was_active = active and y != 0.0, self.core.mouse.active
-        self.by_mouse.hear(self.world.now, pushed, self.at(at), repeats=active)
-        self.core.on_mouse(active, 0.0, y, self.world.now, 'mouse', at + CLOCK)
-        if (was_active and not active) or (pushed and self.core.mouse.active):
-            self.by_turn.hear(self.world.now, 'mouse', False, self.at(at))
+    def on_mouse(self, name, active, y, at):
+        """A mouse that is deactivated stops the others, too."""
+        now, pushed, was_active = self.world.now, active and y != 0.0, self.core.mouse.active
+        for other, oracle in self.by_mice.items():
+            if other != name and self.by_mice[name].repeats and not active:
+                oracle.lose(now)
+        self.by_mice[name].hear(now, pushed, self.at(at), repeats=active)
+        self.core.on_mouse(active, 0.0, y, now, name, at + CLOCK)
+        if (was_active and not self.core.mouse.active) or (pushed and self.core.mouse.active):
+            self.by_turn.hear(now, 'mouse', False, self.at(at))
 
     def woke(self, slept_for):
         if slept_for > STALL:
-            self.by_mouse.lose(self.world.now)
+            for oracle in self.by_mice.values():
+                oracle.lose(self.world.now)
         if slept_for > OVER:
             self.by_turn.slept(self.world.now)
 
@@ -297,9 +336,10 @@ class Turner(Process):
         if self.asleep_since is not None:
             return
         core, now = self.core, self.world.now
-        self.hear_imu()
+        self.by_turn.look(now, self.hear_robot())
         core.update(now)
         if core.due(now):
-            by_turn = core.driver is Driver.TURN
-            self.world.judge(core.command(now), self.by_turn if by_turn else self.by_mouse)
+            by_turn, command = core.driver is Driver.TURN, core.command(now)
+            mouse = 'page' if command and command.linear < 0.0 else 'mouse'    # by their edges
+            self.world.judge(command, self.by_turn if by_turn else self.by_mice[mouse])
         core.take_news()

@@ -1,135 +1,240 @@
-"""A world of two pages of the panel, a student's gamepad, and move_to_goal.
+"""A world of pages of the panel, which are pads of a gamepad node, a real pad, and move_to_goal.
 
 Units: seconds.
 """
-from oracle import PageOracle
-from played_nodes import RENEWAL_PERIOD, Process
+from oracle import HandOracle, PageOracle
+from played_nodes import OVER, TICK, Pad, Process
 from played_worlds import MOVER, NOTHING, WAITING, Labs, Wrong, held_up, sleeping
-from tb3_labs.localization.sender_clock import Lateness
-from tb3_labs.panel.holder import LONGEST_DELAY, Holder
-from tb3_labs.panel.requests import Joy
+from tb3_labs.supervision.arbitration import Holder
+from tb3_labs.supervision.grip import Grip
 
-#: A page's clock, beside the panel's.
-CLOCK = 55.0
+#: A page sends once in this time; A is shown once the node has heard the page for the second.
+PERIOD, HEARD = 2 * TICK, 0.45
+#: A grip of a pad that is not ready within this time is dropped.
+READY_WITHIN = 1.0
+
+
+class HandOnPage(HandOracle):
+    """Judges a stick on a page: it must also have rested, as far as the panel heard of that page."""
+
+    page = None
+
+    def objection(self, now):
+        if self.page and self.page.rested_at is None:
+            return 'nobody let go of the page since it was stopped'
+        return super().objection(now)
+
+
+class PagePad(Pad):
+    """The gamepad node that hears the pages, by the panel."""
+
+    def __init__(self, world, name):
+        self.giver, self.by_page = None, PageOracle()
+        super().__init__(world, name)
+        self.plugged = False             # it has no pad of its own
+        self.oracle = HandOnPage(world.now)
+
+    def on_page(self, page, button, stick, at, stamp):
+        self.oracle.page = self.world.panel.oracles.get(page)
+        gave = self.core.messages.gives
+        self.on_joy(button, stick, at, stamp)
+        if self.core.messages.gives and not gave:
+            self.giver = page
+            self.by_page.gave(self.world.now)
+        elif page == self.giver:
+            self.by_page.hear(self.world.now, at)
+
+    def say_word(self, word, at):
+        if word and at is None and self.by_page.objection():
+            raise Wrong(self.by_page.objection())
+        super().say_word(word, at)
 
 
 class Panel(Process):
-    """The panel, as its script handles the requests of pages."""
+    """The panel, as ros_robot.py handles the requests of pages."""
 
     name = 'panel'
 
     def __init__(self, world):
         super().__init__(world)
-        self.core = Holder()
-        self.lateness = {page: Lateness() for page in 'ab'}
-        self.oracles = {page: PageOracle() for page in 'ab'}
-        self.said_at = 0.0
+        self.core = Grip()
+        self.oracles = {page: HandOracle(world.now) for page in 'ab'}
 
-    def on_request(self, page, kind, at, sent):
-        now = self.world.now
-        lateness = self.lateness[page].of(sent + CLOCK, now)
-        pressed = min(at, now - lateness)
-        oracle = self.oracles[page]
-        oracle.hear(now, at)
-        try:
-            if kind == 'joy':
-                self.core.on_joy(page, Joy(), now, lateness)
-                if self.core.has_granted and now - self.said_at >= RENEWAL_PERIOD - 1e-6:
-                    if oracle.objection():
-                        raise Wrong(oracle.objection())
-                    self.say(True, None)
-            elif kind == 'stop':
-                self.core.stop(page, now, pressed)
-            elif kind == 'take':
-                self.core.take(page, now, pressed)
-            elif kind == 'let go':
-                self.core.let_go(page)
-            elif now - pressed <= LONGEST_DELAY:
-                self.core.give(page, now, pressed)
-                oracle.gave(now)
-        except ValueError:
+    def on_joy(self, page, held, button, stick, at, stops, sent, first):
+        now, oracle = self.world.now, self.oracles[page]
+        oracle.hear(now, stick != 0.0, self.at(sent))
+        if not held:
+            if self.core.let_go(page):
+                self.show(page, None, 0.0, sent, now)
             return
-        self.flush(at)
+        try:
+            if self.core.hold(page, stops, now, now - sent, first):
+                self.show(page, button, stick, at, sent)
+        except ValueError:
+            pass
 
-    def on_control(self, granted):
-        self.core.on_control(granted, self.world.now)
-        self.flush(self.world.now)
+    def on_stop(self, page, at):
+        self.stop(self.at(at))
+
+    def stop(self, at):
+        """What ros_robot.py sends: False, B, and a pad that is let go."""
+        self.world.tell(self.name, False, False, at)
+        self.show(None, 1, 0.0, at, self.world.now)
+        self.show(None, None, 0.0, self.world.now, self.world.now)
+        self.on_taken()
 
     def on_taken(self):
-        self.core.on_taken(self.world.now)
-        self.flush(self.world.now)
+        """Another node, or this one, has stopped the robot."""
+        for oracle in self.oracles.values():
+            oracle.stop(self.world.now)
+        if self.core.page is not None:
+            self.show(None, None, 0.0, self.world.now, self.world.now)
+        self.core.stop()
+
+    def on_control(self, granted):
+        if not granted:
+            self.on_taken()
+
+    def show(self, page, button, stick, at, stamp):
+        self.world.pads[0].send('panel', 'on_page', page, button, stick, at, stamp)
 
     def woke(self, slept_for):
-        pass
+        if slept_for > OVER:
+            for oracle in self.oracles.values():
+                oracle.lose(self.world.now)
 
     def tick(self):
-        if self.asleep_since is None:
-            self.core.update(self.world.now)
-            self.flush(self.world.now)
+        if self.asleep_since is None and self.core.silence(self.world.now):
+            self.stop(self.world.now)
 
-    def flush(self, at):
-        for word in self.core.take_messages()[0]:
-            self.say(word, at)
-        self.core.take_news()
 
-    def say(self, word, at):
-        self.said_at = self.world.now
-        self.world.tell(self.name, word, True, at)
+class Page:
+    """A page, as pad.js sends what a person holds on it."""
+
+    def __init__(self, name):
+        self.name, self.hidden, self.stops = name, False, None    # None: nothing is held
+        self.stick, self.pressed, self.gives = 0.0, None, False
+        self.since = self.next = self.seen = self.ready_at = 0
+        self.is_ready = self.is_open = self.is_new = False    # the first message shows a stick at rest
+
+    def hold(self, now):
+        if self.stops is None:
+            self.stops, self.since, self.next = self.seen, now, now
+            self.is_open, self.is_new = False, True
+        self.ready_at = now
+
+    def tick(self, world):
+        """Send, and then look at the picture: a page that was frozen may do both in this order."""
+        if self.hidden:
+            return
+        now = world.now + 1e-9
+        if self.stops is not None and now >= self.next:
+            self.send(world)
+        self.seen = world.panel.core.stops
+        self.is_ready = world.pads[0].core.holder is Holder.GAMEPAD
+        self.ready_at = world.now if self.is_ready else self.ready_at
+        if self.stops is not None and (self.stops != self.seen or (
+                self.stick and now - self.ready_at > READY_WITHIN)):
+            self.drop(world)
+
+    def send(self, world):
+        self.next = world.now + PERIOD
+        shown, at = self.pressed is not None and world.now - self.since >= HEARD, world.now
+        if shown:
+            at, self.pressed, self.gives = self.pressed, None, True
+        stick, self.is_open = self.stick if self.is_open else 0.0, self.is_ready
+        first, self.is_new = self.is_new, False
+        world.panel.send(self.name, 'on_joy', self.name, True, 0 if shown else None, stick, at,
+                         self.stops, world.now, first)
+        if not (self.stick or self.pressed is not None or self.gives):
+            self.drop(world)
+
+    def drop(self, world):
+        self.stops, self.stick, self.pressed, self.gives = None, 0.0, None, False
+        world.panel.send(self.name, 'on_joy', self.name, False, None, 0.0, world.now, None,
+                         world.now, False)
 
 
 class TwoPages(Labs):
-    """Two pages of a panel, and a student's gamepad that latches."""
+    """Two pages that drive, STOP of a third, a real pad, and a terminal."""
 
-    EVENTS = WAITING + MOVER + sleeping('the panel', 1) + [
-        ('the student says True', 'student', True), ('the student says False', 'student', False)] + [
+    PADS = 2
+    EVENTS = WAITING + sleeping('the panel', 3) + sleeping('move_to_goal', 0) + [
+        ('STOP on page c', 'stop', 'c'), ('A of the pad', 'press', 1, 0),
+        ('B of the pad', 'press', 1, 1)] + [
+        event for event in MOVER if event[1] in ('cancel', 'by_terminal')] + [
         event for page in 'ab' for event in [
-            ('page {} gives control'.format(page), 'ask', page, 'give'),
-            ('page {} takes control'.format(page), 'ask', page, 'take'),
-            ('STOP on page {}'.format(page), 'ask', page, 'stop'),
-            ('page {} lets go'.format(page), 'ask', page, 'let go'),
-            ('page {} is hidden'.format(page), 'hide', page, True),
-            ('page {} is shown'.format(page), 'hide', page, False)] + held_up('page ' + page, 1, page)]
+            ('the stick of page {} is pushed'.format(page), 'push_on', page, 1.0),
+            ('the stick of page {} is let go'.format(page), 'push_on', page, 0.0),
+            ('A on page {}'.format(page), 'press_on', page),
+            ('B or STOP on page {}'.format(page), 'stop', page),
+            ('page {} is frozen'.format(page), 'hide', page, True),
+            ('page {} goes on'.format(page), 'hide', page, False)] + held_up('page ' + page, 3, page)]
 
     def __init__(self):
-        self.hidden = set()
-        self.panel = None
+        self.pages, self.panel = {page: Page(page) for page in 'ab'}, None
         super().__init__()
+        self.panel = Panel(self)
+        self.pads = [PagePad(self, 'pad 0'), self.pads[1], self.panel]
+        self.nodes = [self.mover] + self.pads
+        self.wait(1.0)
 
-    def start_mover(self, has_control):
-        super().start_mover(has_control)
-        self.panel = self.panel or Panel(self)
-        self.pads = [self.panel]
-        self.nodes = [self.mover, self.panel]
-
-    def ask(self, page, kind):
-        self.panel.send(page, 'on_request', page, kind, self.now, self.now)
-
-    def hide(self, page, hidden):
-        if (page in self.hidden) is hidden:
-            return NOTHING
-        (self.hidden.add if hidden else self.hidden.discard)(page)
+    @property
+    def actors(self):
+        return self.nodes + list(self.pages.values())
 
     def passed(self):
-        """A page repeats the state of what is gripped."""
-        for page in 'ab':
-            if page not in self.hidden and self.panel.core.page == page:
-                self.ask(page, 'joy')
+        for page in self.pages.values() if self.panel else ():
+            page.tick(self)
+
+    def push_on(self, name, stick):
+        page = self.pages[name]
+        if page.stick == stick or page.hidden:
+            return NOTHING
+        page.stick = stick
+        if stick:
+            page.hold(self.now)
+
+    def press_on(self, name):
+        page = self.pages[name]
+        if page.hidden or page.pressed is not None:
+            return NOTHING
+        page.hold(self.now)
+        page.pressed = self.now
+
+    def stop(self, name):
+        page = self.pages.get(name)
+        if page and page.hidden:
+            return NOTHING
+        self.panel.send(name, 'on_stop', name, self.now)
+        if page:
+            page.drop(self)
+
+    def hide(self, name, hidden):
+        if self.pages[name].hidden is hidden:
+            return NOTHING
+        self.pages[name].hidden = hidden
 
     def ask_anew(self):
-        self.hidden.clear()
+        for page in self.pages.values():
+            page.hidden = False
         self.calm()
         self.goal()
-        for page in 'ab':
-            for kind in ('stop', 'give'):
-                self.ask(page, kind)
-                self.wait(0.1)
-            self.is_obeyed(0.3, 'page ' + page)
+        for name in self.pages:
+            self.stop('c')
+            self.wait(0.5)
+            self.push_on(name, 1.0)
+            self.is_obeyed(1.0, 'the stick of page ' + name)
+            self.push_on(name, 0.0)
+            self.wait(0.3)
+            self.press_on(name)
+            self.is_obeyed(1.0, 'A of page ' + name)
 
 
 class LatePages(TwoPages):
-    """The same pages behind a network that holds messages up, without sleeps and restarts"""
+    """The same pages behind a network that holds messages up, without sleeps"""
 
     EVENTS = [event for event in TwoPages.EVENTS
-              if event[1] == 'hide' or event[1] == 'ask' and event[3] in ('give', 'stop')
+              if event[1] in ('hide', 'push_on', 'press_on', 'stop')
               or event[1] == 'let_pass' and event[2] in (0.31, 2.15)
               or event[1] == 'hold_up' and event[4] == 1.95]

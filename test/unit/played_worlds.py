@@ -2,7 +2,10 @@
 
 An event is (words for a story, name of a method, its arguments). Units: seconds.
 """
-from played_nodes import CLOCK, TICK, Mover, Pad, Turner
+from types import SimpleNamespace
+
+from oracle import COMPARED, OVER, GoalOracle
+from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Turner, Turning
 from tb3_labs.control.speed_laws import Twist2
 
 #: Stories begin then; so a number above half of it is a time, and no other number is.
@@ -35,8 +38,15 @@ class World:
 
     EVENTS = ()
 
+    #: Has a robot been there for long? Does it send its wheels?
+    ROBOT_IS_ON, SENDS_WHEELS = True, False
+
     def __init__(self):
         self.now = BEGIN
+        # It stands. `new_at`: the end of its last long silence. If it was carried then, its gyro is
+        # wrong [rad/s].
+        self.robot = SimpleNamespace(is_on=self.ROBOT_IS_ON, sends_wheels=self.SENDS_WHEELS,
+                                     off_at=self.now, new_at=self.now, gyro_error=0.0)
         self.drives = False          # did the robot move in the last event?
         self.nodes = []
         self.pads = []
@@ -57,14 +67,38 @@ class World:
 
     def judge(self, command, oracle):
         if command is not None and command != Twist2():
-            objection = oracle.objection(self.now)
+            robot, objection = self.robot, oracle.objection(self.now)
+            new_at = max(robot.new_at, self.nodes[0].born_at)
+            if robot.sends_wheels and isinstance(oracle, GoalOracle) and (
+                    robot.gyro_error or self.now - new_at < COMPARED):
+                objection = objection or 'its gyro was not compared with the wheels, or is wrong'
             if objection:
                 raise Wrong(objection)
             self.drives = True
 
     def calm(self):
         """Everybody is awake and there, and heard for a while."""
+        self.robot.is_on, self.robot.gyro_error = True, 0.0
         self.wait(8.0)
+
+    def switch(self, is_on, gyro_error=0.0):
+        """A board that was off for long has calibrated its gyro anew."""
+        robot = self.robot
+        if robot.is_on is is_on:
+            return NOTHING
+        robot.is_on = is_on
+        if not is_on:
+            robot.off_at = self.now
+        elif self.now - robot.off_at > OVER:
+            robot.new_at, robot.gyro_error = self.now, gyro_error
+
+    def go_and_come(self):
+        if self.switch(False) is NOTHING:
+            return NOTHING
+        self.wait(1.9)
+        self.nodes[0].core.set_law(Turning() if isinstance(self.nodes[0], Turner) else Ahead())
+        self.wait(0.25)
+        self.switch(True)
 
     def is_obeyed(self, seconds, by):
         """Unheard if the robot does not move within `seconds` after a person asked for it."""
@@ -91,6 +125,11 @@ class World:
         if seconds not in WAITS_UNDER_WAY and not self.is_quiet:
             return NOTHING
         self.wait(seconds)
+
+    @property
+    def actors(self):
+        """Everything whose state makes a difference."""
+        return self.nodes
 
     @property
     def is_quiet(self):
@@ -142,10 +181,20 @@ class Labs(World):
             self.mover.core._permission._said.pop('terminal', None)
         self.tell('terminal', word, False, self.now)
 
-    def goal(self):
-        self.mover.send('goals', 'on_goal', self.now)
+    def goal(self, waiting=0):
+        """A goal is sent, or so many that wait for their frame."""
+        for _ in range(waiting or 1):
+            self.mover.send('goals', 'on_goal', self.now, waiting > 0)
 
-    def cancel(self):
+    def know_frame(self):
+        """tf knows the frame of the goals that wait."""
+        if not self.mover.awaited:
+            return NOTHING
+        self.mover.send('frames', 'on_frame')
+        self.wait(0.31)
+
+    def cancel(self, after=0.0):
+        self.wait(after)
         self.mover.send('cancels', 'on_cancel', self.now)
 
     def reset(self):
@@ -196,6 +245,11 @@ class Labs(World):
         for word in (False, True):
             self.by_terminal(word, True)
         self.is_obeyed(0.3, 'a terminal')
+        for rate, times in ((125, 50), (30, 45)):
+            for number in range(times):    # as the handout's gamepad and rostopic -r do
+                self.student(number > 0)
+                self.wait(1.0 / rate)
+            self.is_obeyed(0.1, 'a sender that says True {} times a second'.format(rate))
         for number, pad in enumerate(self.pads):
             self.by_terminal(False, True)
             self.wait(0.5)
@@ -270,53 +324,107 @@ class TwoPads(Labs):
                 'gamepad {}'.format(number), 0, 'pad {}'.format(number))]
 
 
+class Goals(Labs):
+    """Goals that wait for their frame, and cancels."""
+
+    EVENTS = PASSING + sleeping('move_to_goal', 0) + [
+        ('a goal is sent', 'goal'), ('two goals are sent whose frame is not known yet', 'goal', 2),
+        ('the frame is known', 'know_frame'), ('every goal is cancelled', 'cancel', 0.31),
+        ('a new terminal says True', 'by_terminal', True, True),
+        ('a terminal says False', 'by_terminal', False, True)]
+
+
+SWITCHING = [('{:.2f} s pass'.format(seconds), 'let_pass', seconds)
+             for seconds in (0.31, 1.95, 2.15, 20.2)] + [
+    ('the robot is switched on', 'switch', True),
+    ('the robot is switched on while it is carried', 'switch', True, 0.5),
+    ('the robot is switched off', 'switch', False),
+    ('the robot is off for 2.15 s, in which a setting is changed', 'go_and_come')]
+
+
+class LateRobot(Labs):
+    """A robot that comes late, goes, and comes again; with a gamepad."""
+
+    PADS, ROBOT_IS_ON, SENDS_WHEELS = 1, False, True
+    EVENTS = SWITCHING + [event for event in Senders.EVENTS + OnePad.EVENTS
+                          if event[1] in ('start_mover', 'goal', 'press')] + [
+        ('a new terminal says True', 'by_terminal', True, True)]
+
+
+class GoneRobot(LateRobot):
+    """The same; the robot is there at first."""
+
+    ROBOT_IS_ON = True
+
+
+def mouse(name, edge):
+    return [('the {} {}'.format(name, words), 'set', name, what, value) for words, what, value in [
+        ('is activated', 0, True), ('is deactivated', 0, False), ('moves to the edge', 1, edge),
+        ('moves to the middle', 1, 0.0)]]
+
+
 class MouseAndTurns(World):
     """controller, a mouse, and persons who ask for turns."""
 
-    EVENTS = WAITING + sleeping('controller', 0) + [
+    EDGES = {'mouse': 1.0}       # by the names of the mice
+    EVENTS = WAITING + sleeping('controller', 0) + mouse('mouse', 1.0) + [
         ('a turn is asked for', 'turn'),
-        ('the mouse is activated', 'activate', True), ('the mouse is deactivated', 'activate', False),
-        ('the mouse moves to the edge', 'move', 1.0), ('the mouse moves to the middle', 'move', 0.0),
         ('controller is killed and started', 'start')] + held_up('the mouse', 0, 'mouse')
 
     def __init__(self):
         super().__init__()
-        self.active, self.y = False, 0.0
+        self.hands = {name: [False, 0.0] for name in self.EDGES}    # active, y
         self.start()
         self.wait(2.0 * LONG_AGO)
 
     def start(self):
         self.nodes = [Turner(self)]
-        self.show()                  # the mouse's topic is latched
+        for name in self.hands:
+            self.show(name)          # its topic is latched
 
     def turn(self):
         self.nodes[0].send('turns', 'on_turn', self.now)
 
-    def activate(self, active):
-        if self.active is active:
+    def set(self, name, what, value):
+        if self.hands[name][what] == value:
             return NOTHING
-        self.active = active
-        self.show()
-
-    def move(self, y):
-        if self.y == y:
-            return NOTHING
-        self.y = y
-        self.show()
+        self.hands[name][what] = value
+        self.show(name)
 
     def ask_anew(self):
-        self.active = False
-        self.show()
+        for name in self.hands:
+            self.set(name, 0, False)
         self.calm()
         self.turn()
         self.is_obeyed(0.3, 'a turn')
-        self.active, self.y = True, 1.0
-        self.is_obeyed(0.3, 'the mouse')
+        for name, edge in self.EDGES.items():
+            self.hands[name][:] = True, edge
+            self.is_obeyed(0.3, 'the ' + name)
+            self.set(name, 0, False)
+            self.wait(0.5)
 
-    def show(self):
-        self.nodes[0].send('mouse', 'on_mouse', self.active, self.y, self.now)
+    def show(self, name):
+        self.nodes[0].send(name, 'on_mouse', name, *self.hands[name], self.now)
 
     def passed(self):
         """An active mouse repeats itself."""
-        if self.active:
-            self.show()
+        for name, (active, _) in self.hands.items():
+            if active:
+                self.show(name)
+
+
+class TwoMice(MouseAndTurns):
+    """Two mice, also one that is moved while it is not active."""
+
+    EDGES = {'mouse': 1.0, 'page': -1.0}
+    EVENTS = [event for event in WAITING + sleeping('controller', 0)
+              if event[-1] in (0.24, 0.31, 2.15) or event[-2] == 1.1] + (
+                  mouse('mouse', 1.0) + mouse('page', -1.0))
+
+
+class LateTurns(MouseAndTurns):
+    """A robot that comes late, and turns."""
+
+    ROBOT_IS_ON, SENDS_WHEELS = False, True
+    EVENTS = SWITCHING + [('a turn is asked for', 'turn'),
+                          ('controller is killed and started', 'start')]

@@ -14,7 +14,7 @@ import itertools
 import math
 import random
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple, Tuple
@@ -23,6 +23,7 @@ import genpy
 import numpy as np
 import tb3_labs.msg
 import tb3_labs.srv
+from tb3_labs.msg import MouseController
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, Joy
 from std_msgs.msg import Bool, Header
@@ -43,8 +44,6 @@ PERSON_EVERY = 10       # steps between two looks of the person, and between two
 EPOCH = 1.7e9           # the world's time 0 [s since 1970]
 #: The robot's steady state: slower than this it rests [m/s], [rad/s].
 REST = 0.002, 0.004
-#: The recording goes on for this long after Ctrl+C [s].
-AFTER_END = 0.7
 NEVER = math.inf
 PARTS = 'imu', 'odometry', 'commands', 'control', 'ground_truth', 'log', 'presses'
 
@@ -63,6 +62,9 @@ class Step(NamedTuple):
     'drive'     by hand: (m/s, rad/s), sent at 20 Hz until the next 'drive'; None: nothing is sent
     'declare'   a reset by /set_pose: (x, y, yaw)
     'joy'       (buttons held, forward -1..1, left -1..1), sent at 20 Hz
+    'mouse'     (x, y) of an active mouse, sent at 20 Hz; None: it is not active
+    'set'       {name: value} of the robot's settings
+    'reset'     the robot's own reset
     'wait'      nothing.
     The next step comes when the robot has rested for `pause`, at the latest after `patience` [s].
     """
@@ -84,6 +86,8 @@ class Scene:
     other: str = ''                         # a right node that runs as well
     clock_offset: float = 0.0               # of the robot's stamps [s]
     mouse: bool = False                     # a mouse that is not active is at hand
+    late: float = 0.0                       # the node starts after the recording [s]
+    after: float = 0.7                      # the recording goes on after Ctrl+C [s]
 
 
 def _robot(source: random.Random) -> SimulatorConfig:
@@ -143,9 +147,10 @@ def _declared(source, zero):
 A, B, Y, X = 0, 1, 2, 3
 
 
-def pad_scene(source: random.Random) -> Scene:
+def pad_scene(source: random.Random, buttons: Tuple[int, ...] = (A, B, Y, X)) -> Scene:
     """The gamepad beside a right move_to_goal: sticks, A, B and Y in their order, and others."""
-    def press(button, wait):
+    def press(name, wait):
+        button = buttons[(A, B, Y, X).index(name)]
         return [Step('joy', ((button,), 0.0, 0.0), NEVER, source.uniform(0.06, 0.25)),
                 Step('joy', ((), 0.0, 0.0), NEVER, wait)]
 
@@ -193,6 +198,7 @@ class _World:
         self.timers, self.hooks, self._later = [], [], []
         self._numbers = itertools.count()
         self.typed, self._hand, self._joy = [], None, None
+        self._mouse = MouseController() if scene.mouse else None
         self._step, self._step_began, self._rest_since = -1, 0.0, 0.0
         self._recorded = make_collectors(PARTS, '/')
         self._imu, self._odometry = Imu(), Odometry()
@@ -201,6 +207,7 @@ class _World:
 
     def play(self, text):
         try:
+            self.advance(self._scene.late)
             if self._scene.other:
                 _execute(text_of(self._scene.other), _Rospy(self, '/move_to_goal'), False)
             _execute(text, _Rospy(self, '/' + self._scene.node), True)
@@ -211,7 +218,7 @@ class _World:
             hook()
         self._ended = True
         self.timers, self.subscribers, self._later = [], {}, []
-        self.advance(self.now + AFTER_END)
+        self.advance(self.now + self._scene.after)
         return self._run_data()
 
     def advance(self, until):
@@ -274,10 +281,10 @@ class _World:
             self.command(*self._hand)
         if self._joy is not None:
             buttons, forward, left = self._joy
-            self.send('joy', Joy(Header(), [0.0, forward, 0.0, left, 0.0, 0.0],
+            self.send('joy', Joy(Header(), [0.0, forward, left, left, 0.0, 0.0],
                                  [int(number in buttons) for number in range(11)]))
-        if self._scene.mouse:
-            self.send('mouse_info', tb3_labs.msg.MouseController())
+        if self._mouse is not None:
+            self.send('mouse_info', self._mouse)
 
     def _do(self, what, value):
         if what == 'type':
@@ -291,6 +298,12 @@ class _World:
             for number in set(value[0]) - set(self._joy[0] if self._joy else ()):
                 self._keep('presses', (float(number),))
             self._joy = value
+        elif what == 'mouse':
+            self._mouse = MouseController(Header(), Bool(value is not None), *(value or (0.0, 0.0)))
+        elif what == 'set':
+            self._robot.configure(replace(self._robot.config, **value))
+        elif what == 'reset':
+            self._robot.reset()
         elif what == 'declare':
             request = tb3_labs.srv.SetInitialPoseRequest()
             request.pose.pose.pose = to_pose_stamped(Pose2(*value), '', 0.0).pose

@@ -1,12 +1,15 @@
 """Bags of any kind are read into the same run, and invalid messages are dropped and counted."""
 import math
+import os
 from dataclasses import replace
+from io import BytesIO
 
 import numpy as np
 import pytest
+import rosbag
 import rospy
 from recorded_run import (  # noqa: F401
-    BEGIN, BURGER, MISS, MISS_DEG, in_degrees, run, sensors, write_bag)
+    BEGIN, BURGER, DELAY, MISS, MISS_DEG, in_degrees, run, sensors, write_bag)
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Joy
@@ -79,3 +82,35 @@ def test_a_reset_of_another_robot_is_none(tmp_path):
     run = read_run(write_bag(
         tmp_path / 'other.bag', namespaces=('/robot3',), sources=(sensors, events)))
     assert len(run.resets) == 0 and len(run.asked) == 1
+
+
+@pytest.mark.parametrize('topic, kind, checksum, left_out', [
+    ('/evil', 'evil/Evil', 'f' * 32, '/evil (evil/Evil)'),
+    ('/turn', Float64._type, 'e' * 32, '/turn (std_msgs/Float64)'),
+    ('/turn', Float64._type, Float64._md5sum, '')])
+@pytest.mark.parametrize('listed_as', ['', '/imu'])
+def test_a_definition_in_a_bag_is_never_run(tmp_path, topic, kind, checksum, left_out, listed_as):
+    """rosbag pastes the names of constants into Python code. A bag may list a message under
+    another topic, too."""
+    path, told, data = write_bag(tmp_path / 'evil.bag', sources=(sensors,)), [], BytesIO()
+    Float64(90.0).serialize(data)
+    with rosbag.Bag(str(path), 'a') as bag:
+        bag.write(topic, (kind, data.getvalue(), checksum, Float64), rospy.Time(BEGIN + 3), raw=True,
+                  connection_header={'topic': topic, 'type': kind, 'md5sum': checksum,
+                                     'message_definition': 'float64 data\nuint8 open({!r},"w").x=1'
+                                     .format(str(tmp_path / 'harm'))})
+        if listed_as == '/imu':
+            chunk = bag._curr_chunk_connection_indexes
+            wrong, = chunk[bag._topic_connections[topic].id]
+            bag._curr_chunk_info.connection_counts[0] = 1
+            chunk[0] = [wrong]
+            assert bag._connections[0].topic == '/imu'
+    try:
+        run = read_run(path, tell=told.append)
+    except BagProblem as problem:
+        assert listed_as and left_out and 'evil.bag' in str(problem)
+    else:
+        assert len(run.imu) > 100 and [math.degrees(turn) for turn in run.asked.value] == (
+            [] if left_out else [90.0] * (2 if listed_as else 1))
+    assert sorted(os.listdir(str(tmp_path))) == ['evil.bag']
+    assert left_out in ' '.join(told) and len(told) == bool(left_out)

@@ -13,6 +13,7 @@ from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.encoders import EncoderWatch
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
@@ -36,6 +37,7 @@ class Watched:
     def __init__(self, *ears, **settings):
         self.robot = Simulator(SimulatorConfig(**settings))
         self.ears = ears or (GyroWatch(robot_model(self.robot.config.model)),)
+        self.encoders = EncoderWatch()
         self._wheels = {}            # by stamp
         self.clock_ahead = 0.0       # of the robot [s]
 
@@ -63,6 +65,10 @@ class Watched:
                     self.robot.command(*(ear.command(self.robot.now) or (0.0, 0.0)))
 
     def _hear(self, sample):
+        if not isinstance(sample, ImuSample):
+            self.encoders.on_odometry(sample)
+            self.encoders.on_wheels(WheelSample(sample.stamp, *self._wheels[sample.stamp]))
+            assert self.robot.config.battery_cut or self.encoders.problem() == ''
         for ear in self.ears:
             stamp = sample.stamp + self.clock_ahead
             if isinstance(sample, ImuSample):
@@ -306,6 +312,41 @@ def test_a_lying_gyro_is_neither_driven_nor_turned_by():
     assert 'gyro' in turns.problem(watched.robot.now)
 
 
+@pytest.mark.parametrize('settings, begins', [
+    ({}, True), ({'gyro_noise': 0.05, 'imu_noise_deg': 1.0}, True), (SLOW, True),
+    ({'gyro_bias_deg': 5.0}, False), ({'gyro_bias_deg': -86.0}, False)], ids=str)
+@pytest.mark.parametrize('make', [navigator, controller])
+def test_nothing_begins_before_gyro_and_wheels_were_compared_at_rest(make, settings, begins):
+    """Control and goal were given before the board of the robot is connected."""
+    core = make()
+    watched = Watched(core, **settings)
+    if make is navigator:
+        core.set_goal(Pose2(1.0, 1.0, 0.0))
+    else:
+        watched.run(0.05)
+        core.ask(90.0, watched.robot.now)
+    watched.run(3.0, until=lambda: watched.robot.truth != Pose2())
+    assert (1.1 < watched.robot.now < 1.6) is (watched.robot.truth != Pose2()) is begins
+
+
+@pytest.mark.parametrize('sends', ['nothing', 'no stamps', 'rarely', 'other joints'])
+def test_wheels_that_cannot_be_compared_are_awaited_for_a_second_at_most(sends):
+    watch = GyroWatch(BURGER)
+    for k in range(1, 400):
+        now = 10.0 + 0.01 * k
+        stamp = 0.0 if sends == 'no stamps' else now
+        watch.on_imu(ImuSample(stamp, 0.0, 0.0), now, sends != 'nothing')
+        if sends == 'no stamps' and k % 3 == 0 or sends == 'rarely' and k % 50 == 0:
+            watch.on_wheels(WheelSample(stamp, 0.0, 0.0), now)
+        if sends == 'nothing' or k > 105:
+            assert watch.is_checked
+        elif k < 90:
+            assert not watch.is_checked
+    assert not watch.has_compared
+    watch.on_imu(ImuSample(stamp + 2.1, 0.0, 0.0), now + 2.1)     # the board may be new
+    assert watch.is_checked is (sends == 'nothing')
+
+
 def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
     drives = navigator()
     watched = Watched(drives, gyro_bias_deg=-28.0)
@@ -336,7 +377,7 @@ def test_a_gyro_that_begins_to_lie_stops_a_drive_and_a_turn(bias_deg):
 
     turns = controller()
     watched = Watched(turns)
-    watched.run(0.5)
+    watched.run(1.5)
     turns.ask(180.0, watched.robot.now)
     watched.run(1.0)
     watched.set(gyro_bias_deg=bias_deg)

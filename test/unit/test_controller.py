@@ -185,24 +185,6 @@ def test_deactivating_the_mouse_stops_a_turn(bench):
     assert abs(bench.robot.true_velocity[1]) < 0.01
 
 
-def stop_by_another_mouse(bench):
-    """As a page's STOP."""
-    for active in (True, False):
-        bench.controller.on_mouse(active, 0.0, 0.0, bench.now, 'page')
-
-
-def test_another_mouse_that_is_deactivated_stops_a_mouse_until_it_was_in_the_middle(bench):
-    bench.hold(True, 0.0, 1.0)
-    bench.run(0.5)
-    stop_by_another_mouse(bench)
-    assert set(bench.run(1.0)) <= {None}
-    assert not any('are late' in news.text for news in bench.news)
-    bench.hold(True)
-    bench.run(0.2)
-    bench.hold(True, 0.0, 1.0)
-    assert Twist2(0.5, 0.0) in bench.run(0.2)
-
-
 def test_another_mouse_that_is_deactivated_stops_a_turn_after_a_mouse_was_lost(bench):
     bench.hold(True, 1.0, 0.0)
     bench.run(0.3)
@@ -210,7 +192,8 @@ def test_another_mouse_that_is_deactivated_stops_a_turn_after_a_mouse_was_lost(b
     bench.run(0.5)
     bench.ask(180.0)
     bench.run(0.5)
-    stop_by_another_mouse(bench)
+    for active in (True, False):     # as a page's STOP
+        bench.controller.on_mouse(active, 0.0, 0.0, bench.now, 'page')
     assert bench.controller.driver is Driver.NOBODY
     assert set(bench.run(1.0)) <= {None}
 

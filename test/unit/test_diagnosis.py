@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mutants import mistaken_node, right_node, scene_of
-from student_runs import played
+from mutants import mistaken_node, scene_of
+from right_runs import RIGHT, right_run
+from student_runs import played, text_of, turn_scene
 from test_marking import turned as robot_that_turned
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.feedback import diagnosis
@@ -18,6 +19,7 @@ from tb3_labs.report import hints
 from tb3_labs.report.diagnosed_drives import Seen, apart, ghost
 from tb3_labs.report.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.mistakes import LAWS, WAYS, Declared, Drive, Law, Way
+from tb3_labs.report.movements import completed
 
 DOC = Path(__file__).resolve().parents[2] / 'doc'
 GOAL = Pose2(-0.61, 0.61, 0.0)
@@ -83,7 +85,7 @@ def test_how_far_a_drive_is_from_an_ideal_one(was, ended, ideal, metres):
 
 def run_of(lab, mistake, seed):
     source = random.Random(seed)
-    node = mistaken_node(lab, mistake, source) if mistake else right_node(lab, source)
+    node = mistaken_node(lab, mistake, source)
     return played(node.text, scene_of(node, source), seed)
 
 
@@ -92,17 +94,29 @@ def run_of(lab, mistake, seed):
     ('drive', 'no_stop', 1), ('turn', 'error_not_wrapped', 3), ('turn', 'no_negative_clamp', 1),
     ('pad', 'two_senders', 1)])
 def test_the_mistake_of_a_run_is_found(lab, mistake, seed):
-    found = diagnose(run_of(lab, mistake, seed))
+    run = completed(run_of(lab, mistake, seed))
+    found = diagnose(run)
     assert (found.lab, found.mistake) == (lab, mistake)
-    page = hints.section(found)
+    page = hints.section(found, run)
+    assert ('--goal' in page) is (lab == 'drive')
     assert hints.HINTS[lab, mistake].does in re.sub(r'&#x27;', "'", page)
     assert page.index('Hint 1') < page.index('Hint 2') < page.index('Hint 3') < page.index(
         'The mistake')
 
 
-@pytest.mark.parametrize('lab', ['drive', 'turn', 'pad'])
-def test_a_right_node_is_not_accused(lab):
-    found = diagnose(run_of(lab, '', 1))
+@pytest.mark.parametrize('old, new', [('to_euler(degrees=True)', 'to_euler()'),
+                                      ('self.curr_yaw = self.convert_yaw(yaw)', 'pass')])
+def test_a_heading_that_never_changes_is_not_said_to_be_in_radians(old, new):
+    text = text_of('turtlebot_controller').replace(old, new)
+    found = diagnose(played(text, turn_scene(random.Random(1)), 1))
+    assert found.mistake == 'heading_kept'
+    assert 'hardly changes' in hints.section(found) and 'radians' not in hints.section(found)
+
+
+@pytest.mark.parametrize('lab, kind', [(lab, kind) for lab in RIGHT for kind in RIGHT[lab]])
+def test_a_right_node_is_not_accused_whatever_a_person_does(lab, kind):
+    node, scene, goal = right_run(lab, kind, random.Random(lab + kind))
+    found = diagnose(completed(played(node, scene, 1), goal))
     assert found.mistake == '' and hints.section(found) == ''
 
 
@@ -112,7 +126,7 @@ def test_a_run_that_no_mistake_explains_says_so():
 
 def test_each_mistake_has_a_hint_that_leads_to_a_step_of_the_sheet():
     assert {('drive', way.mistake) for way in WAYS[1:]} | {
-        ('turn', law.mistake) for law in LAWS[1:]} <= set(hints.HINTS)
+        ('turn', law.mistake) for law in LAWS[2:]} <= set(hints.HINTS)
     for (lab, _), hint in hints.HINTS.items():
         text = (DOC / '{}.md'.format(hints.SHEETS[lab].lower().replace(' ', '_'))).read_text()
         part = text.split('\n## {}\n'.format(hint.heading))[1].split('\n## ')[0]
@@ -148,6 +162,14 @@ def driven(way, last, start, begin):
     ('l', True, True), ('l', False, False), ('x', True, False)])
 def test_a_mark_is_diagnosed_by_the_turns_that_were_asked_and_done(name, moved, asked):
     assert (diagnosis(robot_that_turned(45.0, name, moved)) != Diagnosis('')) is asked
+
+
+@pytest.mark.parametrize('degrees, letter, mistake', [
+    (90.0, 'l', ''), (-90.0, 'l', 'swapped'), (90.0, 'r', 'swapped'), (-90.0, 'r', '')])
+def test_a_mark_knows_the_letters(degrees, letter, mistake):
+    seen = robot_that_turned(degrees, letter)
+    seen.commands[1:1] = [[k / 10.0, *seen.commands[0][1:]] for k in range(2, 19)]
+    assert diagnosis(seen).mistake == mistake
 
 
 @pytest.mark.parametrize('way', [way for way in WAYS if way.mistake in ('', 'place_kept')][:2])

@@ -3,23 +3,29 @@ import pytest
 
 from exhaust import search, told, walk
 from played_pages import LatePages, TwoPages
-from played_worlds import LatePad, MouseAndTurns, OnePad, Senders, TwoPads
+from played_worlds import (
+    Goals, GoneRobot, LatePad, LateTurns, MouseAndTurns, OnePad, Senders, TwoMice, TwoPads)
+from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.sender_clock import Lateness
+from tb3_labs.nodes.mouse import Mouse
+from tb3_labs.supervision.arbitration import Arrivals
+from tb3_labs.supervision.freshness import SensorWatch
 from tb3_labs.supervision.permission import Permission, SleepWatch
 
-TOLD = Permission.told
+TOLD, UPDATE, HEARD = Permission.told, SensorWatch.update, Mouse.heard
 
 
 @pytest.mark.parametrize('kind, depth', [
     (Senders, 2), (OnePad, 2), (LatePad, 2), (TwoPads, 2), (TwoPages, 2), (LatePages, 3),
-    (MouseAndTurns, 2)])
+    (MouseAndTurns, 2), (Goals, 3), (GoneRobot, 3), (LateTurns, 4), (TwoMice, 3)])
 def test_no_story_of_so_many_events_moves_a_robot_against_the_rule(kind, depth):
     found = search(kind, depth=depth)
     assert not found.story, told(found)
     assert found.drives >= 5 and found.transitions > 100    # otherwise nothing was judged
 
 
-@pytest.mark.parametrize('kind', [Senders, OnePad, TwoPads, TwoPages, MouseAndTurns])
+@pytest.mark.parametrize('kind', [
+    Senders, OnePad, TwoPads, TwoPages, MouseAndTurns, Goals, GoneRobot, LateTurns, TwoMice])
 def test_no_long_story_moves_a_robot_against_the_rule(kind):
     told_of = [walk(kind, seed) for seed in range(10)]
     assert [told(found) for found in told_of if found.story] == []
@@ -42,9 +48,29 @@ def sleepless(self, now):
     self.slept_for, self.is_waking = 0.0, False
 
 
+def forgetful(self, now, is_checked=True):
+    """Each silence is short."""
+    self.ask()
+    UPDATE(self, now, is_checked)
+
+
+def first_only(self, name='', stamp=0):
+    """A cancel ends the goal that waits for its frame, not those behind it."""
+    for goal in self._waiting[:1]:
+        goal.refusal = 'cancelled'
+    return True
+
+
+def one_for_all(self, active, x, y, now, name='', stamp=0.0):
+    """All mice are one."""
+    return HEARD(self, active, x, y, now, '', stamp)
+
+
 @pytest.mark.parametrize('kind, owner, method, defect, events', [
     (Senders, Permission, 'told', believing, 2), (Senders, SleepWatch, 'update', sleepless, 3),
-    (OnePad, Lateness, 'of', only_falling, 1)])
+    (OnePad, Lateness, 'of', only_falling, 1),
+    (GoneRobot, SensorWatch, 'update', forgetful, 3), (LateTurns, GyroWatch, 'is_checked', True, 4),
+    (Goals, Arrivals, 'cancel', first_only, 4), (TwoMice, Mouse, 'heard', one_for_all, 5)])
 def test_a_defect_is_found_by_its_shortest_story(monkeypatch, kind, owner, method, defect, events):
     monkeypatch.setattr(owner, method, defect)
     assert len(search(kind, 60.0).story) == events

@@ -64,7 +64,7 @@ def test_the_words_of_a_lasting_silence_do_not_change():
 
 
 @pytest.mark.parametrize('silence, sight', [
-    (0.24, Sight.FRESH), (0.26, Sight.BACK_SOON), (2.0, Sight.BACK_SOON), (2.1, Sight.BACK_LATE)])
+    (0.24, Sight.FRESH), (0.26, Sight.BACK_SOON), (2.0, Sight.BACK_SOON), (2.1, Sight.LATE)])
 @pytest.mark.parametrize('looked_at', [True, False])
 def test_a_silence_counts_from_its_beginning_whether_or_not_somebody_looked(
         silence, sight, looked_at):

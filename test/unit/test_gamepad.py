@@ -226,6 +226,23 @@ def test_what_another_one_takes_is_not_renewed_and_a_gives_it_again(pad):
     assert pad.said() == [True] and pad.controller.messages.gives
 
 
+def test_a_stop_of_another_node_reaches_a_stick_that_is_held(pad):
+    """One zero; the stick counts again once it was in its middle."""
+    assert pad.rest_and_push()
+    pad.controller.on_taken(pad.now)
+    assert set(pad.run(1.0)) == {None} and pad.holder is NOBODY
+    assert pad.rest_and_push()
+
+
+@pytest.mark.parametrize('pushed_at, drives', [(8.15, False), (8.25, True)])
+def test_a_stick_that_was_pushed_before_the_stop_of_another_node_does_not_drive(
+        stamped, pushed_at, drives):
+    stamped.on_joy([0.0] * 6, [0] * 8, 101.1, 8.1)
+    stamped.on_taken(101.2)
+    stamped.on_joy([0.0, 1.0] + [0.0] * 4, [0] * 8, 101.25, pushed_at)
+    assert (stamped.command(101.25) is not None) is drives
+
+
 @pytest.mark.parametrize('after, is_believed', [(0.1, False), (0.5, True)])
 def test_that_move_to_goal_has_no_control_may_cross_with_an_a(pad, after, is_believed):
     pad.press(A)

@@ -194,6 +194,19 @@ def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path)
         flat, tmp_path / 'other', print)] == ['Cy', 'Di']
 
 
+def test_a_class_has_more_room_than_each_of_its_submissions(tmp_path, monkeypatch):
+    monkeypatch.setattr(intake, 'MOST_BYTES', 100000)
+    path = zipped(tmp_path / 'class.zip', {
+        '{}/n.py'.format(name): '0' * size for name, size in zip('abcd', (70000, 70000, 150000, 9))})
+    found = submissions_from(path, tmp_path, print)
+    assert [laid_out(submission, tmp_path) for submission in found] == [
+        ({'n.py'}, []), ({'n.py'}, []), (set(), ['More than 0.1 MB: not all of it was unpacked.']),
+        ({'n.py'}, [])]
+    monkeypatch.setattr(intake, 'CLASS', 2)
+    with pytest.raises(Refused, match='More than 0.2 MB'):
+        submissions_from(path, tmp_path, print)
+
+
 def test_a_zip_file_in_a_zip_file_is_not_unpacked_and_that_is_told_unless_there_is_code(tmp_path):
     inner = zipped(tmp_path / 'inner.zip', {NODE: 'x'}).read_bytes()
     one = Submission('Ann', [zipped(tmp_path / 'one.zip', {'a/inner.zip': inner})])

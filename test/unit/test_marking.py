@@ -102,9 +102,11 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
             '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}'.format(
                 *[each.begins_deg for typed in 'lr' for each in turns if each.typed == typed]),
             '{:g} MB and {} files'.format(intake.MOST_BYTES / 1e6, intake.MOST_FILES),
+            '{:g} GB of the zip file of a class'.format(intake.CLASS * intake.MOST_BYTES / 1e9),
             'files above {:g} MB are left out'.format(intake.LARGEST / 1e6),
             '{} processes, {:g} GB of memory'.format(processes.PROCESSES, processes.MEMORY / 1e9),
             '{:g} MB in th'.format(processes.OWN_DISK / 1e6),      # their folders
+            'with more than {:g} MB'.format(processes.OF_OTHERS / 1e6),
             'more than {:g} GB of address space, or {:g} MB in a file'.format(
                 sandbox.ADDRESS_SPACE / 1e9, sandbox.LARGEST_FILE / 1e6)):
         assert said in words
@@ -126,8 +128,9 @@ def test_findings_are_kept_once_and_not_without_end():
     for number in range(100):
         seen.note('')
         seen.note('first')
-        seen.note(str(number))
-    assert len(seen.findings) == MOST_FINDINGS and seen.findings[:2] == ['first', '0']
+        seen.note(str(number) + ' ' * 10 ** 6)
+    assert len(seen.findings) == MOST_FINDINGS and len(seen.to_json()) < 10 ** 5
+    assert [finding.strip() for finding in seen.findings[:2]] == ['first', '0']
     assert Observation.from_json(seen.to_json()).findings == seen.findings
 
 
@@ -225,6 +228,12 @@ def test_pages_show_what_students_write_as_text():
     assert '<i>Bobby</i>' in whole.words and 'i' not in whole.tags
 
 
+def test_a_crash_is_told_once_in_each_table():
+    crash = Run(0.0, end=1.0, ended_by_itself=True, printed="ImportError: no 'lab2'")
+    page = Strict(feedback(marks_of('Bobby', Observation('turn', 'n', runs=[crash])), 'IMU lab')).words
+    assert page.count("it ended at once: ") == 2 and page.count('the same; see doc/imu_lab.md') > 9
+
+
 def test_a_criterion_that_is_not_met_leads_to_its_moment():
     """The robot turned by 81 degrees in a stimulus that began at 0.4 s."""
     seen = turned(81.0)
@@ -281,9 +290,14 @@ def test_what_could_not_be_judged_is_no_zero():
     bad = Marks('Bobby', 'lab2/n.py', verdicts, unjudged='The marking machine lacks cv2.')
     good = Marks('Ann', 'lab2/n.py', verdicts)
     assert ' of 30 points' not in Strict(feedback(bad, 'IMU lab')).words
-    every = Strict(overview([bad, good], 'IMU lab')).words
-    assert '2 submissions, 1 not judged. Median 0 of 30 points.' in every
+    page = overview([bad, good, marks_of('Cy', turned(90.0))], 'IMU lab')
+    every = Strict(page).words
+    assert '3 submissions, 1 not judged. Median 7 of 30 points.' in every
     assert 'not judged' in every and '0 / 30' in every
+    # what is not judged is on top, and each 0 has its reason
+    assert 'Not judged, look at it: Bobby (The marking machine lacks cv2.)' in every.split('3 sub')[0]
+    rows = [re.findall('<td class="words">(.*?)</td>', row)[0] for row in page.split('<tr>')[2:]]
+    assert rows == ['The marking machine lacks cv2.', 'it was never started', '']
     alone = Strict(overview([bad], 'IMU lab')).words
     assert '1 submission, 1 not judged. The last' in alone
     unjudged, judged = csv.DictReader(io.StringIO(Table().renewed([bad, good])))

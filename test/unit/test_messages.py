@@ -1,5 +1,6 @@
 """The times of messages on one clock, and the line of a reset. No bag is read here."""
 import math
+import time
 
 import numpy as np
 import pytest
@@ -118,9 +119,18 @@ def test_recordings_of_a_real_robot(name, offset_deg, metres):
     ('[INFO] Local pose set to x = 1, y = 2 m, yaw = -45 degrees!', (1.0, 2.0, -math.pi / 4.0)),
     ('local pose set to: x: .5, y: 2e-1, yaw: 90', (0.5, 0.2, math.pi / 2.0)),      # > 2 pi
     ('Local pose set to x=0, y=0, yaw=6.28', (0.0, 0.0, 6.28 - 2.0 * math.pi)),
-    ('Local pose set to x=0, y=0, yaw=nan', None), ('Local pose set to the origin', None),
+    ('Local pose set to x=0, y=0, yaw=nan', None),
+    ('Local pose set to x=0, y=0, yaw=1e999', None), ('Local pose set to the origin', None),
     ('Goal reached!', None)])
 def test_the_line_of_a_reset(line, pose):
     found = declared_by(line)
     assert found == pose if pose is None else (
         (found.x, found.y, found.yaw) == pytest.approx(pose, abs=1e-9))
+
+
+@pytest.mark.parametrize('line', ['x=1' + ' ' * 50000, 'x=' + '1' * 50000, 'x=1 y=2' + ' ' * 50000 + 'z',
+                                  'x=1 y=2 yaw=' + '3' * 50000 + 'e'], ids=range(4))
+def test_a_long_line_of_a_stranger_holds_nobody_up(line):
+    begun = time.monotonic()
+    declared_by('Local pose set to ' + line)
+    assert time.monotonic() - begun < 2.0

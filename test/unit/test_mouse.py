@@ -5,9 +5,10 @@ from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.nodes.mouse import Mouse, mouse_twist
 
 
-def inactive_mouse():
+def inactive_mouse(*names):
     mouse = Mouse()
-    mouse.heard(False, 0.0, 0.0, 0.0)
+    for name in names or ['']:
+        mouse.heard(False, 0.0, 0.0, 0.0, name)
     return mouse
 
 
@@ -73,7 +74,7 @@ def test_a_mouse_that_is_deactivated_as_a_silence_ends_drives_when_it_is_activat
 
 
 def test_what_the_network_delayed_is_no_activation_but_a_stop():
-    mouse = inactive_mouse()
+    mouse = inactive_mouse('laptop')
     assert not mouse.heard(True, 0.0, 0.0, 10.0, 'laptop', 510.0)
     assert mouse.active
     for k in range(5):                  # 0.3 s late
@@ -88,7 +89,20 @@ def test_what_the_network_delayed_is_no_activation_but_a_stop():
 
 
 def test_a_stamp_that_is_repeated_tells_no_time():
-    mouse = inactive_mouse()
+    mouse = inactive_mouse('laptop')
     for k in range(100):
         mouse.heard(True, 0.9, 0.0, 10.0 + 0.05 * k, 'laptop', 510.0)
         assert mouse.active
+
+
+def test_a_mouse_that_is_not_active_does_not_end_the_loss_of_another():
+    mouse = inactive_mouse('A', 'B')
+    mouse.heard(True, 0.9, 0.0, 1.0, 'A')
+    assert mouse.active
+    mouse.lose(1.1)
+    for now in (1.5, 2.0, 2.5):
+        mouse.heard(False, 0.0, 0.0, now, 'B')
+        mouse.heard(True, 0.9, 0.0, now + 0.05, 'A')
+        assert not mouse.active
+    mouse.heard(True, 0.0, 0.9, 2.6, 'B')
+    assert mouse.active and mouse.twist == mouse_twist(0.0, 0.9)

@@ -1,4 +1,4 @@
-"""A node's signals and end, in processes of their own; its waits and its log lines."""
+"""A node's signals and end, in processes of their own; its waits, its log lines and commands."""
 import os
 import pathlib
 import re
@@ -6,13 +6,15 @@ import signal
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import pytest
 
 pytest.importorskip('rospy')    # the processes below need it
 
+from tb3_labs.control.speed_laws import Twist2    # noqa: E402
 from tb3_labs.news import News    # noqa: E402
-from tb3_labs.ros import node    # noqa: E402
+from tb3_labs.ros import cmd_vel, node    # noqa: E402
 from tb3_labs.ros.clocks import wait_until    # noqa: E402
 
 BEGIN = '''
@@ -35,7 +37,8 @@ take_ctrl_z()
 WAIT = '''
 try:
     say('ready')
-    pause(60.0)
+    for _ in range(300):    # as run() waits: a signal just before a sleep begins does not end it
+        pause(0.2)
     say('woken')
 except Interrupted:
     say('interrupted')
@@ -65,14 +68,14 @@ class Process(subprocess.Popen):
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, None])
 def test_a_signal_or_its_time_ends_a_wait(number):
-    process = Process(WAIT if number else WAIT.replace('60.0', '0.1'))
+    process = Process(WAIT if number else WAIT.replace('300', '1'))
     if number:
         process.send_signal(number)
     assert process.rest() == ['interrupted' if number else 'woken']
 
 
 def test_nohup_is_respected():
-    process = Process(WAIT.replace('60.0', '1.0'),
+    process = Process(WAIT.replace('300', '5'),
                       lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
     process.send_signal(signal.SIGHUP)
     assert process.rest() == ['woken']
@@ -176,3 +179,15 @@ def test_ctrl_c_ends_a_node_that_still_imports(name):
         node.kill()
         node.wait()
         node.stderr.close()
+
+
+@pytest.mark.parametrize('command, sent', [
+    ((0.2, 1e-40), (0.2, 0.0)), ((-1e-300, -2.0), (0.0, -2.0)), ((2e-4, -2e-4), (2e-4, -2e-4)),
+    ((1e-40, -1e-40), None)])
+def test_a_speed_that_turns_no_motor_is_sent_as_zero(monkeypatch, command, sent):
+    published = []
+    monkeypatch.setattr(cmd_vel.rospy, 'Publisher',
+                        lambda *_, **__: SimpleNamespace(publish=published.append))
+    monkeypatch.setattr(cmd_vel, 'ClockWatch', lambda stop: SimpleNamespace(runs=True))
+    cmd_vel.CmdVel().send(Twist2(*command))
+    assert [(twist.linear.x, twist.angular.z) for twist in published] == ([sent] if sent else [])

@@ -86,16 +86,6 @@ def test_the_token_does_not_open_for_another_name_or_site():
     assert refusal('evil.com:8080', 'http://evil.com:8080', TOKEN, access)
 
 
-# -- the robots
-
-def test_the_robots_have_numbers_and_a_robot_alone_has_the_nodes_own_namespace():
-    assert PanelConfig(robots=2).names == ['robot1', 'robot2'] and PanelConfig().names == ['']
-    PanelConfig(port=65000, robots=200)
-    for invalid in {'port': 65001}, {'robots': 201}:
-        with pytest.raises(ValueError):
-            PanelConfig(**invalid)
-
-
 # -- whatever comes
 
 NEARLY = st.lists(st.sampled_from([

@@ -36,7 +36,7 @@ def test_of_a_robot_that_was_never_heard_nothing_is_known(view):
         **dict.fromkeys(['odom', 'local', 'frame', 'truth', 'goal', 'tolerance', 'distance',
                          'angle', 'has_control', 'command', 'heading_deg']),
         'state': '', 'phase': '', 'holder': 'nobody', 'driver': '',
-        'ages': {'imu': None, 'odom': None, 'joy': None}, 'epoch': 0}
+        'ages': {'imu': None, 'odom': None}, 'epoch': 0}
     assert not view.is_driving
 
 
@@ -56,7 +56,7 @@ def test_each_kind_that_was_heard_stands_where_it_belongs(view):
         'state': 'MOVE_FORWARD', 'phase': 'driving', 'has_control': True,
         'holder': 'move_to_goal (it has control)', 'driver': '/move_to_goal',
         'command': [0.123, -0.5], 'heading_deg': 90.0,
-        'ages': {'imu': 0.5, 'odom': 0.5, 'joy': None}, 'epoch': 0}
+        'ages': {'imu': 0.5, 'odom': 0.5}, 'epoch': 0}
     assert str(view.picture(100.0)['angle']) == '0.0'    # the sign of nothing would be shown
 
 
@@ -259,7 +259,7 @@ def test_a_value_that_is_not_a_number_is_not_shown(view, number):
     assert (shown['driver'], shown['command']) == ('/node', [None, 0.0])    # it commands something
 
 
-@pytest.mark.parametrize('kind', ['imu', 'odom', 'joy'])
+@pytest.mark.parametrize('kind', ['imu', 'odom'])
 def test_the_age_is_the_time_since_the_last_message(view, kind):
     for at in (10.0, 90.0):
         view.hear(kind, {'imu': 0.0, 'odom': sample()}.get(kind), at)
@@ -289,3 +289,18 @@ def test_a_page_can_read_whatever_is_heard(heard):
     shown = picture(view)
     assert shown['heading_deg'] is None or 0.0 <= shown['heading_deg'] < 360.0
     json.dumps([view.trail_in_odom.points, view.trail_in_local.points], allow_nan=False)
+
+
+# -- a stop is shown as done when the nodes and the robot show it
+
+@pytest.mark.parametrize('control, heard_at, speed, problem', [
+    (False, 100.1, 0.0, ''), (None, 100.1, 0.0, ''), (False, 100.1, 0.2, 'the robot still moves'),
+    (True, 100.1, 0.0, 'move_to_goal does not answer'),
+    (False, 100.0, 0.0, 'the robot does not answer'), (False, None, 0.0, 'the robot does not answer')])
+def test_a_stop_is_done_when_the_robot_stands_and_nobody_has_control(
+        view, control, heard_at, speed, problem):
+    """The stop came at 100.0 s; an odometry of before shows nothing."""
+    view.hear('has_control', control, 99.0)
+    if heard_at is not None:
+        view.hear_odometry(OdometrySample(0.0, Pose2(), speed, 0.0), heard_at)
+    assert view.unstopped(100.0) == problem

@@ -8,21 +8,21 @@ from hypothesis import strategies as st
 
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.nodes.pad_config import PadConfig
-from tb3_labs.panel.requests import Joy, Pad, Request, Viewer, read_request
+from tb3_labs.panel.requests import Held, Pad, Request, Viewer, read_request
 
-PAD = {'forward': 0.4, 'left': -0.1, 'a': False, 'b': True, 'y': False, 'hold': True}
+PAD = {'forward': 0.4, 'left': -0.1, 'a': False, 'y': False, 'hold': True}
 GOAL = {'x': 1.0, 'y': -0.5, 'yaw_deg': 90}
 #: By type: the fields of a valid message, and its value.
 VALID = {
-    'look': ({'robot': 'robot3'}, 'robot3'), 'turn': ({'degrees': -90}, -90.0),
+    'turn': ({'degrees': -90}, -90.0),
     'goal': (GOAL, TypedPose(1.0, -0.5, 90.0)), 'reset': (GOAL, TypedPose(1.0, -0.5, 90.0)),
-    'joy': ({'pad': PAD, 'mouse': [0.25, -1]},
-            Joy(Pad(0.4, -0.1, False, True, False, True), (0.25, -1.0))),
-    **{kind: ({}, None) for kind in ('begin', 'let go', 'give', 'take', 'stop')}}
+    'joy': ({'pad': PAD, 'mouse': [0.25, -1], 'first': True},
+            Held(Pad(0.4, -0.1, hold=True), (0.25, -1.0), True)),
+    'stop': ({}, None)}
 #: Numbers of a message, and their bounds.
 NUMBERS = [('turn', 'degrees', 360, 'deg'), ('goal', 'x', 100, 'm'), ('goal', 'y', 100, 'm'),
            ('goal', 'yaw_deg', 360, 'deg')]
-BUTTONS = 'a', 'b', 'y', 'hold'
+BUTTONS = 'a', 'y', 'hold'
 
 
 def text_of(kind, **changes):
@@ -64,9 +64,9 @@ def test_each_button_is_itself_and_true_or_false(button):
             button, literal)
 
 
-def test_any_message_may_have_an_id_its_time_and_that_of_the_press():
-    assert read_request(text_of('give', id=7, t=1722945600.125, pressed=86400.5)) == Request(
-        'give', id=7, sent_at=1722945600.125, pressed=86400.5)
+def test_any_message_may_have_an_id_its_time_and_the_stops_that_its_page_knew():
+    assert read_request(text_of('stop', id=7, t=86400.5, stops=3)) == Request(
+        'stop', id=7, sent_at=86400.5, stops=3)
 
 
 @pytest.mark.parametrize('kind, name, most, unit', NUMBERS)
@@ -92,10 +92,9 @@ def test_sticks_and_mouse_reach_from_minus_one_to_one(sign):
 
 
 @pytest.mark.parametrize('text, request_', [
-    ('{"type": "look", "robot": null}', Request('look')), ('{"type": "look"}', Request('look')),
-    ('{"type": "joy", "pad": null, "mouse": null}', Request('joy', Joy())),
-    ('{"type": "joy"}', Request('joy', Joy()))])
-def test_nothing_gripped_and_no_robot_are_null_or_missing(text, request_):
+    ('{"type": "joy", "pad": null, "mouse": null}', Request('joy', Held())),
+    ('{"type": "joy"}', Request('joy', Held()))])
+def test_nothing_gripped_is_null_or_missing(text, request_):
     assert read_request(text) == request_
 
 
@@ -108,8 +107,7 @@ def test_nothing_gripped_and_no_robot_are_null_or_missing(text, request_):
 def test_a_value_that_is_not_a_number_of_this_size_is_refused(literal, shown):
     """Python reads NaN and infinity, which JSON does not have."""
     texts = {name: with_literal(kind, name, literal) for kind, name, _, _ in NUMBERS}
-    texts.update({name: with_literal('begin', name, literal) for name in ('t', 'pressed')
-                  if literal != 'null'})
+    texts.update({'t': with_literal('stop', 't', literal)} if literal != 'null' else {})
     texts.update({name: pad_with(name, literal) for name in ('forward', 'left')})
     texts['mouse'] = with_literal('joy', 'mouse', '[%s, 0]' % literal)
     for name, text in texts.items():
@@ -118,10 +116,11 @@ def test_a_value_that_is_not_a_number_of_this_size_is_refused(literal, shown):
 
 
 @pytest.mark.parametrize('kind, name, valid, literals', [
-    ('begin', 'id', 'a whole number, or null', ['1.0', 'true', '"7"', '[7]', 'NaN']),
+    *[('stop', name, 'a whole number, or null', ['1.0', 'true', '"7"', '[7]', 'NaN'])
+      for name in ('id', 'stops')],
+    ('joy', 'first', 'true or false', ['1', '0', 'null', '"true"']),
     ('joy', 'pad', 'an object, or null', ['1', 'true', '[]', '""', '0', 'false']),
-    ('joy', 'mouse', '[x, y], or null', ['1', 'true', '"ab"', '[]', '[0.5]', '[0, 0, 0]', 'false']),
-    ('look', 'robot', 'a name, or null', ['3', 'true', '["robot3"]', '0', 'false'])])
+    ('joy', 'mouse', '[x, y], or null', ['1', 'true', '"ab"', '[]', '[0.5]', '[0, 0, 0]', 'false'])])
 def test_a_value_of_another_kind_is_refused(kind, name, valid, literals):
     for literal in literals:
         assert refusal(with_literal(kind, name, literal)) == (
@@ -145,7 +144,7 @@ def test_the_longest_message():
         'a message of 501 characters is refused: at most 500 are valid')
 
 
-@pytest.mark.parametrize('text', ['%s', '{"type": %s}', '{"type": "look", "robot": %s}',
+@pytest.mark.parametrize('text', ['%s', '{"type": %s}', '{"type": "stop", "id": %s}',
                                   '{"type": "joy", "mouse": [0, %s]}'])
 def test_a_message_as_deep_as_its_length_allows(text):
     """Python reads and writes JSON to a depth that depends on the caller."""
@@ -206,18 +205,7 @@ def test_answers_have_the_number_of_their_request(viewer, messages):
     viewer.answer(None, False, 'unreadable')
     assert messages == [
         {'type': 'answer', 'id': 7, 'ok': True, 'text': 'done'},
-        {'type': 'note', 'text': 'why', 'warning': True},
-        {'type': 'note', 'text': 'unreadable', 'warning': True}]
-
-
-def test_a_request_is_pressed_when_it_was_sent_or_earlier(viewer):
-    """The page's clock is 500 s ahead of the panel's."""
-    assert viewer.timed(Request('stop', sent_at=600.0), 100.0).pressed == 100.0
-    late = viewer.timed(Request('give', sent_at=601.0), 101.5)
-    assert (late.lateness, late.pressed) == (0.5, 101.0)
-    assert viewer.timed(Request('give', sent_at=602.0, pressed=90.0), 102.0).pressed == 90.0
-    assert viewer.timed(Request('give', sent_at=603.0, pressed=999.0), 103.0).pressed == 103.0
-    assert viewer.timed(Request('give'), 104.0) == Request('give', pressed=104.0)
+        {'type': 'refused', 'text': 'why'}, {'type': 'refused', 'text': 'unreadable'}]
 
 
 # -- whatever comes
@@ -228,7 +216,7 @@ JSON = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(
         st.sampled_from(list(PAD)) | st.text(max_size=3), inner, max_size=4), max_leaves=6)
 MESSAGES = st.sampled_from(sorted(VALID)).flatmap(lambda kind: st.dictionaries(
-    st.sampled_from(['id', 't', 'pressed', *VALID[kind][0]]), JSON, max_size=4).map(
+    st.sampled_from(['id', 't', 'stops', *VALID[kind][0]]), JSON, max_size=4).map(
         lambda fields: text_of(kind, **fields)))
 
 

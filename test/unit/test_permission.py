@@ -17,6 +17,7 @@ class Senders:
         self.permission = Permission()
         self.now = 1000.0
         self.renewing = set()
+        self.sensor_problem = ''
         self._next = {}
 
     def say(self, sender, word):
@@ -37,6 +38,7 @@ class Senders:
                     self._next[sender] = self.now + RENEWAL
                     self.permission.told(True, self.now, sender, True)
             self.permission.update(self.now)
+            self.permission.look(self.sensor_problem)
             might = might or self.permission.granted
         return might
 
@@ -202,6 +204,25 @@ def test_what_was_given_before_this_node_lived_is_no_giving(senders):
     senders.renewing.add('pad')
     senders._next['pad'] = 0.0
     assert not senders.run(5.0)
+    assert senders.give_anew('pad')
+
+
+@pytest.mark.parametrize('was_there, comes_after, stands', [
+    (True, 1.9, True), (True, 2.2, False), (False, 19.8, True), (False, 20.2, False)])
+def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, comes_after, stands):
+    senders.sensor_problem = 'no imu'
+    if not was_there:
+        senders.permission = Permission(granted=True)
+    senders.permission.begin(senders.now)
+    if was_there:
+        senders.say('pad', True)
+    senders.run(comes_after)
+    senders.sensor_problem = ''
+    senders.run(3.0)
+    assert senders.granted is stands
+    told = 'Control from {} is gone: no imu for {} s (is the robot running?). False, then True, ' \
+           'gives it again'.format(*('pad', 2) if was_there else ('the start', 20))
+    assert [news.text for news in senders.permission.take_news()] == [told] * (not stands)
     assert senders.give_anew('pad')
 
 

@@ -38,9 +38,9 @@ def test_a_ros_of_its_own_writes_below_its_folder_alone(tmp_path):
     given = {'ROS_MASTER_URI': 'x', 'ROS_IP': 'x', 'DISPLAY': ':0', 'HOME': '/home/ann'}
     made = environment_in(tmp_path, given)
     assert made.pop('HOME') == '/home/ann' and made.pop('ROS_HOSTNAME') == 'localhost'
-    assert set(made) == {'ROS_HOME', 'ROS_LOG_DIR', 'ROS_ETC_DIR', 'ROS_PYTHON_LOG_CONFIG_FILE',
+    assert set(made) == {'TMPDIR', 'ROS_HOME', 'ROS_LOG_DIR', 'ROS_ETC_DIR', 'ROS_PYTHON_LOG_CONFIG_FILE',
                          'ROS_TEST_RESULTS_DIR'}
-    assert all(place.startswith('{}/'.format(tmp_path)) for place in made.values())
+    assert all(place.startswith(str(tmp_path)) for place in made.values())
     assert os.path.isfile(made['ROS_PYTHON_LOG_CONFIG_FILE'])
     assert os.path.isfile(os.path.join(made['ROS_ETC_DIR'], 'roscore.xml'))
 
@@ -71,14 +71,16 @@ def test_only_what_has_the_identity_is_ended(family):
 
 @pytest.mark.parametrize('limit, most, words', [
     ('PROCESSES', 1, 'more than 1 processes'), ('MEMORY', 10 ** 3, 'more than 1e-06 GB of memory'),
-    ('OWN_DISK', 0, 'files of more than 0 MB')])
+    ('OWN_DISK', 0, 'files of more than 0 MB'),
+    ('OF_OTHERS', 10 ** 6, 'more than 1 MB of the memory of master, robot and check')])
 def test_a_sandbox_that_uses_too_much_is_ended(monkeypatch, family, limit, most, words):
     monkeypatch.setattr(processes, 'PERIOD', 0.01)
+    monkeypatch.setattr(processes, 'OF_OTHERS', 10 ** 12)
     calm = ResourceWatch(family.pid, [])
     calm.over.set()
     assert calm._excess() == ''
     monkeypatch.setattr(processes, limit, most)
-    watch = ResourceWatch(family.pid, ['/tmp'])
+    watch = ResourceWatch(family.pid, ['/tmp'], os.getpid())
     assert family.wait(5.0) == -9 and watch.exceeded == words
 
 

@@ -107,7 +107,7 @@ def spoil(what, bag, folder):
     if what == 'none':
         return [folder / 'none.bag']
     if what == 'text':
-        path.write_text('this is no bag')
+        path.write_text('#ROSBAG V1.2')
     elif what == 'short':
         path.write_bytes(bag.read_bytes()[:len(bag.read_bytes()) // 2])
     elif what == 'unindexed':
@@ -124,7 +124,7 @@ def spoil(what, bag, folder):
 
 
 @pytest.mark.parametrize('what, said', [
-    ('none', 'none.bag: there is no such file'), ('text', 'bag'), ('short', 'bag'),
+    ('none', 'none.bag: there is no such file'), ('text', 'not a bag of version 2'), ('short', 'bag'),
     ('unindexed', 'rosbag reindex'),
     ('no odometry', 'no nav_msgs/Odometry'), ('no folder', 'choose another folder')])
 def test_a_bag_that_cannot_be_reported_is_one_line(what, said, bag, tmp_path, capsys):

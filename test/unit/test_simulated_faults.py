@@ -114,6 +114,23 @@ def test_dropouts_silence_both_sensors_and_what_is_no_fault_leaves_them_alone():
     assert len({sample.yaw for sample in imu_of(samples)}) == 1
 
 
+def test_without_battery_the_odometry_repeats_its_last_step_and_the_wheels_stand():
+    """As the firmware does, also after a reset. The speeds in joint_states go on, too."""
+    robot = Simulator(STIFF)
+    before, wheels = odom_of(drive(robot, 1.0, 0.2, 0.0))[-1], robot.sensors.odometer
+    angles, speeds = wheels.wheel_angles, wheels.wheel_speeds
+    switch(robot, battery_cut=True)
+    place, last = robot.truth, odom_of(drive(robot, 5.0, 0.0, 0.0))[-1]
+    assert robot.truth.distance_to(place) < 0.01
+    assert last.pose.x - before.pose.x == pytest.approx(5.0 * before.linear, abs=0.01)
+    robot.reset()
+    last = odom_of(drive(robot, 3.0, 0.0, 0.0))[-1]
+    assert last.linear == pytest.approx(before.linear) and last.pose.x > 0.05
+    assert wheels.wheel_angles == angles and wheels.wheel_speeds == pytest.approx(speeds)
+    switch(robot, battery_cut=False)
+    assert odom_of(drive(robot, 1.0, 0.0, 0.0))[-1].linear == 0.0
+
+
 def test_motors_that_are_off_stand_whatever_is_commanded_and_obey_again():
     robot = Simulator(STIFF)
     drive(robot, 0.5, 0.1, 0.0)

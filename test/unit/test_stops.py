@@ -68,11 +68,12 @@ def test_wheels_that_spin_without_turning_the_robot():
 
 
 @pytest.mark.parametrize('law', ['precise', 'lab'])
-def test_the_robots_own_reset(law):
-    """The motors run on while the board calibrates its gyro, which no zero changes."""
-    for motion, stop in stops(Simulator.reset, law):
+@pytest.mark.parametrize('fault', [Simulator.reset, lambda robot: robot.sound(1)])
+def test_the_robots_own_reset_and_its_sound(law, fault):
+    """The motors run on while the board is busy, which no zero changes."""
+    for motion, stop in stops(fault, law):
         assert stop.to_zero <= SILENCE
-        assert stop.to_rest <= ROBOT.reset_pause + 1.0 / 30.0 + COASTING
+        assert ROBOT.reset_pause < stop.to_rest <= 2.6 + 1.0 / 30.0 + COASTING
 
 
 def test_a_robot_without_noise_is_not_taken_for_frozen():

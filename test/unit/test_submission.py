@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor, wait
 from types import SimpleNamespace
 
@@ -20,6 +21,7 @@ from tb3_labs.marking.processes import forget_overlays
 from tb3_labs.marking.ros_interface import fill_pose, is_origin
 from tb3_labs.marking.sandbox import NoSandbox
 from tb3_labs.marking.workspace import prepare
+from tb3_labs.msg import MouseController
 from tb3_labs.srv import SetInitialPoseRequest
 
 TURN, PAD, LAB = LABS['turn'], LABS['gamepad'], LABS['move2goal']
@@ -136,6 +138,15 @@ def test_an_expression_that_is_too_deep_ends_nothing(tmp_path, code):
     assert ready.executable == 'move2goal.py'
 
 
+@pytest.mark.parametrize('code, message', [
+    ('\n' * 300000, ''), ('import rospy\n' * 30000, ''), ('import lab7.msg', '\n' * 300000)],
+    ids=['lines', 'imports', 'message'])
+def test_a_long_file_holds_nobody_up(tmp_path, code, message):
+    begun = time.monotonic()
+    prepared(tmp_path, hand_in(tmp_path / 'bob', move2goal=code, **{'lab7__msg__M.msg': message}))
+    assert time.monotonic() - begun < 10.0
+
+
 # -- the choice of a node
 
 MOUSE_ONLY = """class Controller:
@@ -199,6 +210,14 @@ def test_what_listens_can_be_the_node():
             choose(TURN, repository(a__b=line))
     with pytest.raises(NoNode, match='No Python file was found at all'):
         choose(TURN, [])
+
+
+@pytest.mark.parametrize('files, said', [
+    ({}, 'Nothing was handed in.'), ({'lab2__work.ipynb': '{}', 'b.txt': ''},
+                                     'Handed in: b.txt, lab2/work.ipynb.')])
+def test_what_was_handed_in_without_a_program_is_named(tmp_path, files, said):
+    with pytest.raises(NoNode, match='No Python file was found at all. ' + said):
+        find_node(hand_in(tmp_path, **files), TURN)
 
 
 def test_package_and_name_overrule():
@@ -295,6 +314,18 @@ def test_the_messages_of_the_nodes_own_package_were_not_handed_in(tmp_path):
     node = '#!/usr/bin/env python3\nfrom lab2.msg import MouseController\nMouseController()\n'
     ready, _ = ready_in(tmp_path, course(tmp_path, node=node))
     assert ready.lacking == ['lab2']
+
+
+def test_the_skeletons_message_stands_in_for_a_package_that_was_not_handed_in(tmp_path):
+    folder = hand_in(tmp_path / 'bob', turtlebot_controller='#!/usr/bin/env python3\n'
+                     'from lab2.msg import MouseController\nprint(MouseController().status.data)\n')
+    ready, copy = ready_in(tmp_path, folder)
+    assert ready.lacking == [] and output_of(copy, ready) == 'False\n'
+    assert ready.types['sums'] == {'lab2/MouseController': MouseController._md5sum}
+    assert ('The package lab2 was not handed in: the message MouseController of the skeleton stands in '
+            'for its own.') in ready.remarks
+    other = hand_in(tmp_path / 'eve', turtlebot_controller='from lab2.msg import Mouse\nMouse()\n')
+    assert prepare(other, TURN, tmp_path / 'other', {}).lacking == ['lab2']
 
 
 def test_a_node_from_windows_has_its_messages(tmp_path):

@@ -62,6 +62,20 @@ def test_a_persons_column_stays_wherever_it_was_put():
     assert rows_of(renewed)['Ann']['of'] == '30' and rows_of(renewed)['Ann']['starts'] == '1'
 
 
+def test_columns_and_rows_of_a_person_stay_if_their_headings_are_equal():
+    ann = marks_of('Ann', turned(90.0))
+    head, row = csv.reader(io.StringIO(Table().renewed([ann])))
+    own = [['mean', '20'], ['mean', '21'], ['', 'late:'], ['Ann', 'again'], ['long'] * 60]
+    table = [head[:4] + ['note', 'note', ''] + head[4:], row[:4] + ['a', 'b', 'c'] + row[4:], *own]
+    text = '\n'.join(map(','.join, table))
+    for _ in range(2):      # what was written stays, too
+        text = Table(text).renewed([ann])
+        heads, renewed, *others = csv.reader(io.StringIO(text))
+        assert heads[:len(head) + 3] == head + ['note', 'note', '']
+        assert renewed[:len(head) + 3] == row + ['a', 'b', 'c']
+        assert [other[:2] for other in others[:4]] == own[:4] and others[4] == ['long'] * 60
+
+
 # -- Gradescope
 
 def test_results_are_as_gradescope_reads_them():
@@ -84,7 +98,7 @@ def test_results_are_as_gradescope_reads_them():
 # -- kept from one run to the next
 
 def folder_of(path, table=TABLE, lab='turn', parts=(), **options):
-    return MarksFolder(path, lab, parts, points_of(lab, table), options)
+    return MarksFolder(path, lab, parts, points_of(lab, table), options, table is not TABLE)
 
 
 def written(path, digest='digest'):
@@ -124,7 +138,10 @@ def test_new_points_reach_the_pages_without_another_try(tmp_path):
     changed['turn']['left'] = 13
     folder = folder_of(tmp_path, changed)
     assert folder.kept('Ann', 'digest').points == marks.points + 10
-    folder.write_overview()
+    _, (note,) = folder.write_overview()
+    assert note == 'With other points than before: Ann.'
+    with pytest.raises(ValueError, match='was marked with other points .left: 13, not 3.: '):
+        folder_of(tmp_path)
     assert '{:g} of 40 points'.format(marks.points + 10) in page.read_text()
     assert 'id="timeline"' in page.read_text()
     assert rows_of(table.read_text())['Ann']['of'] == '40'

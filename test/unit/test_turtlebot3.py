@@ -20,6 +20,7 @@ def test_the_firmwares_constants():
 def test_the_burgers_limits_are_its_motors():
     burger = robot_model('burger')
     assert burger.motor_steps * MOTOR_SPEED_STEP * 0.033 == pytest.approx(0.2097, abs=5e-5)
+    assert robot_model('waffle').motor_steps == robot_model('waffle_pi').motor_steps == 330
     assert burger.max_linear == pytest.approx(burger.max_wheel_speed, abs=5e-5)
     assert burger.max_angular == pytest.approx(rim_speed(61.0) / 0.080, abs=1e-3)
 

@@ -9,8 +9,9 @@ from tb3_labs.doctor.computer import (
 from tb3_labs.doctor.graph import (
     SENSORS, Peer, RobotGraph, judge_hearers, judge_master, judge_nodes, judge_robot,
     judge_way_back, peers_of)
+from tb3_labs.doctor.line import fault
 from tb3_labs.doctor.streams import (
-    drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
+    drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream, judge_wheels)
 
 
 def examine(namespace):
@@ -65,11 +66,15 @@ def _listen(here, graph, alive, master):
     for name in SENSORS:
         yield judge_stream(graph.namespace + name, [at for at, _, _ in heard[name]], ended,
                            next(iter(graph.sensors[name]), ''))
+    watch, encoders, imu, wheels = compared(heard, graph.namespace + 'reset')
+    if heard['joint_states'] and not wheels:
+        yield judge_wheels(graph.namespace + 'joint_states', heard['joint_states'][0][1])
+    if encoders.problem():
+        yield fault('Wheels', *encoders.problem().split('; '))
     delays = [at - message.header.stamp.to_sec() for name in SENSORS
               for at, _, message in heard[name] if message.header.stamp]
     if delays and not master.ask('getParam', '/use_sim_time'):
         yield judge_clock(min(delays), min(peer.round_trip for peer in alive.values()))
-    watch, imu, wheels = compared(heard, graph.namespace + 'reset')
     yield judge_gyro(watch.cause if watch.problem() else '', watch.remedy, watch.has_compared)
     drift = drift_of([sample[:2] for sample in imu], [sample[1:] for sample in wheels])
     if drift is not None and watch.has_compared and not watch.problem():

@@ -10,8 +10,9 @@ from sensor_msgs.msg import Imu, JointState
 from tb3_labs.config import NOT_GIVEN
 from tb3_labs.doctor.streams import HEARING_TIME
 from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.encoders import EncoderWatch
 from tb3_labs.robot.turtlebot3 import model_called
-from tb3_labs.ros.conversions import to_imu_sample, to_wheel_sample
+from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample, to_wheel_sample
 from tb3_labs.ros.rospy_internals import connection_of
 
 #: The topics of a robot that the doctor hears, with their messages.
@@ -41,15 +42,23 @@ def listen(namespace, address):
 
 
 def compared(heard, reset_topic):
-    """Returns a GyroWatch, and the samples of the IMU and of the wheels that it took in."""
-    watch, imu, wheels = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), [], []
-    streams = [(at, to_imu_sample, message, watch.on_imu, imu) for at, _, message in heard['imu']]
-    streams += [(at, to_wheel_sample, message, watch.on_wheels, wheels)
-                for at, _, message in heard['joint_states']]
+    """Returns a GyroWatch and an EncoderWatch, and the samples of the IMU and of the wheels that they
+    took in."""
+    watch, encoders = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), EncoderWatch()
+    imu, wheels = [], []
+
+    def on_wheels(sample, at):
+        watch.on_wheels(sample, at)
+        encoders.on_wheels(sample)
+
+    streams = [(at, read, message, take_in, samples) for topic, read, take_in, samples in (
+        ('imu', to_imu_sample, watch.on_imu, imu), ('joint_states', to_wheel_sample, on_wheels, wheels),
+        ('odom', to_odometry_sample, lambda sample, at: encoders.on_odometry(sample), []))
+        for at, _, message in heard[topic]]
     for at, read, message, take_in, samples in sorted(streams, key=itemgetter(0)):
         try:
             samples.append(read(message))
         except ValueError:
             continue    # invalid, or of other joints
         take_in(samples[-1], at)
-    return watch, imu, wheels
+    return watch, encoders, imu, wheels

@@ -7,6 +7,7 @@ from statistics import mean
 from typing import Mapping, Optional, Sequence, Tuple
 
 from tb3_labs.doctor.line import Line, fault, ok, warning
+from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.supervision.freshness import RESUME_TIME, SENSOR_TIMEOUT
 
 #: The doctor listens for this long [s].
@@ -15,6 +16,8 @@ HEARING_TIME = 5.0
 #: CLOCK_WRONG, nothing that uses stamps works [s].
 CLOCK_OFF = 0.1
 CLOCK_WRONG = 1.0
+#: A loaded computer of the robot sets the clock of its board ahead by up to this [s].
+BOARD_AHEAD = 0.25
 #: More drift than this disturbs a lab [deg/min].
 DRIFTS = 2.0
 #: The wheels stand if they turn by less than this while the doctor listens [rad].
@@ -63,26 +66,38 @@ def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
     if abs(offset) <= max(CLOCK_OFF, exact):
         return ok('Clock', "the robot's clock is right within {:.3g} s".format(
             max(abs(offset), exact)))
+    if 0.0 < offset <= BOARD_AHEAD:
+        return warning('Clock', 'the stamps are {:.2f} s ahead, as a loaded computer of the robot sets '
+                       'the clock of its board: tf may refuse its transforms'.format(offset),
+                       'close other programs on the robot, wait 5 s, and call the doctor again')
     text = "the robot's clock is {:.1f} s {} (to {:.3g} s)".format(
         abs(offset), 'ahead' if offset > 0.0 else 'behind', exact)
     remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '
               '@$(date +%s); then start its nodes again')
     if abs(offset) > CLOCK_WRONG:
         return fault('Clock', text + ': tf refuses its transforms', remedy)
-    # a loaded computer of the robot sets the clock of its board up to 0.25 s ahead
-    return warning('Clock', text + (', or its board alone: tf may refuse its transforms'
-                                    if offset > 0.0 else ', or all its messages come so late'),
+    return warning('Clock', text + (': tf may refuse its transforms' if offset > 0.0 else
+                                    ', or all its messages come so late'),
                    'close other programs here and on the robot, wait 5 s; if it stays: ' + remedy)
 
 
 # Gyro and wheels --------------------------------------------------------------------------------
 
+def judge_wheels(topic: str, sender: str) -> Line:
+    """The line on a `topic` of joint states that has no wheels."""
+    return fault('Wheels', '{}, as {} publishes it, has no {} and {}: the gyro cannot be checked'.format(
+        topic, sender, *WHEEL_JOINTS), "let the robot's bringup publish it, and no other node")
+
+
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
     """Does the gyro agree with the wheels? `problem` and `remedy` are those of a GyroWatch."""
     if problem:
         return fault('Gyro', problem, remedy)
-    return ok('Gyro', 'it agrees with the wheels' if is_compared else
-              'it cannot be compared with the wheels: joint_states, or stamps, are missing')
+    if not is_compared:
+        return warning('Gyro', 'it cannot be compared with the wheels: joint_states, or stamps, are '
+                       'missing', "restart the robot's bringup; turn with care, a wrong gyro is not "
+                       'noticed')
+    return ok('Gyro', 'it agrees with the wheels')
 
 
 def judge_drift(drift: float, namespace: str = '/') -> Line:

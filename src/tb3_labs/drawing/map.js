@@ -49,24 +49,17 @@ export class RobotMap {
     this._wasSeen = false;     // was there a robot in the last drawing?
   }
 
-  /** Show this picture from now on; returns whether the frame local was declared anew. */
+  /** Show this picture from now on. */
   see(picture) {
     const isReset = this.picture !== null && this.picture.epoch !== picture.epoch;
     this.picture = picture;
     if (isReset) this._trails.local.lift();
     for (const frame of FRAMES) if (picture[frame]) this._trails[frame].add(picture[frame]);
-    return isReset;
   }
 
   /** `points`: {odom, local}: the [x, y] that the robot drove through before. */
   replaceTrails(points) {
     for (const frame of FRAMES) this._trails[frame].points = [...points[frame]];
-  }
-
-  forget() {
-    this.picture = null;
-    this.replaceTrails({odom: [], local: []});
-    this.view.auto = true;
   }
 
   /** The fixed frame is another one; the middle of the map stays where it is. */

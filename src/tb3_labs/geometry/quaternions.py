@@ -44,7 +44,8 @@ def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
     return math.pi if yaw <= -math.pi else yaw
 
 
-def quaternion_from_yaw(yaw: float) -> Tuple[float, float, float, float]:
-    """(w, x, y, z) of a heading [rad]."""
-    quaternion = Quaternion.from_euler(0.0, 0.0, yaw)
+def quaternion_from_yaw(yaw: float, roll: float = 0.0,
+                        pitch: float = 0.0) -> Tuple[float, float, float, float]:
+    """(w, x, y, z) of a heading and a tilt [rad]."""
+    quaternion = Quaternion.from_euler(roll, pitch, yaw)
     return quaternion.w, quaternion.x, quaternion.y, quaternion.z

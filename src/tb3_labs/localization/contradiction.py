@@ -13,6 +13,9 @@ Times are the sender's, so delays of the network do not matter. Cases:
 * supervision.freshness finds a gyro that repeats one reading.
 * After a silence the comparison begins anew. A contradiction is over when gyro and wheels agreed
   for `AGREED`, with the wheels at rest.
+* No motion begins before they were compared for as long, at rest. In a silence of more than
+  freshness.RESUME_TIME a board may have calibrated its gyro anew. Wheels that cannot be compared
+  are not awaited.
 * In motion, an error of the gyro is not found if slip or uneven wheels may explain it: 5.5 % of
   the turn, and 2.4 deg/s at full speed.
 
@@ -26,6 +29,7 @@ from tb3_labs.geometry.angles import clamp
 from tb3_labs.localization.sender_clock import SenderClock
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
+from tb3_labs.supervision.freshness import RESUME_TIME
 
 #: A turn of the wheels may show in the gyro up to this much later [s].
 LAG = 0.13
@@ -97,6 +101,10 @@ class GyroWatch:
         self.cause, self.remedy = CAUSE.format(model.name), REMEDY.format(reset_topic)
         #: Has any reading been compared?
         self.has_compared = False
+        self._sends_wheels = False
+        self._rested_for = 0.0       # time of all that was compared at rest [s]
+        self._alone_for = 0.0        # time of the gyro since anything was compared [s]
+        self._heard_at = 0.0         # arrival of the latest sample of the IMU
         self._clock = SenderClock()
         self._contradicts = False
         self._imu: Optional[Tuple[ImuSample, float]] = None         # the latest, and its time
@@ -109,9 +117,15 @@ class GyroWatch:
         self._unexplained = 0.0      # [rad]
         self._agreed_for = 0.0       # [s]
 
-    def on_imu(self, sample: ImuSample, now: float) -> None:
-        """Take in a sample of the IMU."""
-        time = self._time_of('imu', sample, now)
+    def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
+        """Take in a sample of the IMU. `sends_wheels`: does the robot send its wheels, too?"""
+        time, silent_for = self._time_of('imu', sample, now), now - self._heard_at
+        self._sends_wheels = self._sends_wheels or sends_wheels
+        self._heard_at = now
+        if silent_for > RESUME_TIME:
+            self._rested_for = self._alone_for = 0.0
+        elif self._alone_for < AGREED:
+            self._alone_for += max(0.0, silent_for)
         if self._imu is not None:
             (last, begin), is_repeated = self._imu, sample[1:] == self._imu[0][1:]
             if 0.0 < time - begin <= GYRO_GAP:
@@ -123,6 +137,7 @@ class GyroWatch:
     def on_wheels(self, sample: WheelSample, now: float) -> None:
         """Take in a sample of the wheels."""
         time = self._time_of('wheels', sample, now)
+        self._sends_wheels = True
         if self._wheels is not None:
             last, begin = self._wheels
             if time - begin > WHEEL_GAP:
@@ -136,6 +151,11 @@ class GyroWatch:
     def problem(self) -> str:
         """The contradiction and its remedy, in words; '' if there is none."""
         return '{}: {}'.format(self.cause, self.remedy) if self._contradicts else ''
+
+    @property
+    def is_checked(self) -> bool:
+        """Were gyro and wheels compared at rest, or is there nothing to compare?"""
+        return not self._sends_wheels or max(self._rested_for, self._alone_for) >= AGREED
 
     def _begin(self) -> None:
         """Begin to compare anew: no sample until now counts."""
@@ -174,9 +194,12 @@ class GyroWatch:
         nearest = clamp(reading.rate, least - margin, most + margin)
         stands = abs(reading.rate) < min(STANDING_RATE, abs(nearest))
         excess = 0.0 if stands else reading.rate - nearest
-        seconds = reading.end - reading.begin
+        seconds, rests = reading.end - reading.begin, margin < AT_REST
+        self._rested_for += seconds * rests
+        if self._alone_for < AGREED:
+            self._alone_for = 0.0
         if not excess:
-            self._agree(seconds, margin < AT_REST)
+            self._agree(seconds, rests)
         elif not reading.is_repeated:
             self._agreed_for = 0.0
             self._unexplained += excess * seconds

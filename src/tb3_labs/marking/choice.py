@@ -53,6 +53,10 @@ def find_node(folder: Path, lab: Lab, package: str = '', name: str = '') -> Tupl
         files.append(SourceFile(str(path.relative_to(folder)),
                                 name_in(found / MANIFEST)[0] if found else '',
                                 path.read_bytes().decode(errors='replace')))
+    if not files:
+        others = [str(path.relative_to(folder)) for path in files_in(folder)]
+        raise NoNode('{} {}'.format(_nothing_found([], package, (name,) if name else lab.files), (
+            'Handed in: {}.'.format(_shortened(others)) if others else 'Nothing was handed in.')))
     chosen, remarks = choose(lab, files, package, name)
     return folder / chosen, remarks
 
@@ -115,7 +119,7 @@ def _signs(lab, text):
     return tuple(said for pattern, said in (
         (r'Subscriber\(\s*(name\s*=\s*)?[\'"]/?(\w+/)*{}[\'"]'.format(lab.listens),
          LISTENS_TO + lab.listens),
-        (r'^\s*class\s+{}\b'.format(lab.class_name), 'has the class ' + lab.class_name),
+        (r'^[ \t]*class\s+{}\b'.format(lab.class_name), 'has the class ' + lab.class_name),
         (r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name),
          'is the node ' + lab.node_name),
     ) if re.search(pattern, code, re.MULTILINE))
@@ -146,11 +150,14 @@ def _remarks(found, packages, names):
         why = 'it comes first'
     if best.package == 2 and any(packages):
         why += ' (there is no package {})'.format(' or '.join(packages))
-    named = ', '.join(other.path for other in others[:NAMED])
-    if len(others) > NAMED:
-        named += ' and {} more'.format(len(others) - NAMED)
+    named = _shortened([other.path for other in others])
     return ['{} files can be the node; judged was {}, because {}. The others: {}.'.format(
         len(found), best.path, why, named)]
+
+
+def _shortened(paths):
+    more = len(paths) - NAMED
+    return ', '.join(paths[:NAMED]) + ' and {} more'.format(more) * (more > 0)
 
 
 def _listed(clauses):
@@ -162,5 +169,5 @@ def _nothing_found(files, package, names):
     there = sorted(file.path for file in files)
     said = 'There is no {}{}, and no other file does what it should. '.format(
         ' or '.join(names), ' in a package {}'.format(package) if package else '')
-    return said + ('Python files that were found (--package and --type choose another one): '
-                   + ', '.join(there[:10]) if there else 'No Python file was found at all.')
+    return said + ('Python files that were found (--package and --type choose another one): {}.'
+                   .format(_shortened(there)) if there else 'No Python file was found at all.')

@@ -8,6 +8,7 @@ Gradescope reads results.json. In it each test has a score; the whole score is t
 shown before the instructor publishes the grades.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
+import math
 from dataclasses import replace
 from html import escape
 from string import Template
@@ -44,7 +45,7 @@ SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
 
 #: Headings of the wide columns, which have sentences.
-SEEN, REMARKS = 'what was seen, and where to look', 'remarks'
+SEEN, WHY, REMARKS = 'what was seen, and where to look', 'why no points', 'remarks'
 #: When a student sees the tests in Gradescope.
 VISIBILITY = 'after_published'
 
@@ -64,12 +65,11 @@ $body
 #: An overview has a column for each criterion: their names are upright, the page is in landscape.
 WIDE = '''@page { size: A4 landscape; }
 body { max-width: 269mm; }
-th, td { padding: 1px 2px; text-align: center; overflow-wrap: anywhere; }
-td:first-child { min-width: 7em; } td:nth-child(2) { white-space: nowrap; }
-td.words { min-width: 9em; }
-tr { break-inside: avoid; }
-.upright { writing-mode: vertical-rl; transform: rotate(180deg); white-space: nowrap;
-           overflow-wrap: normal; }'''
+th, td { padding: 1px 2px; text-align: center; }
+td:first-child { min-width: 7em; overflow-wrap: anywhere; } td:nth-child(2) { white-space: nowrap; }
+td.words { min-width: 9em; overflow-wrap: anywhere; } td:nth-child(3):not(:empty) { min-width: 24em; }
+tr { break-inside: avoid; } td details, td summary { margin: 0; font-weight: normal; }
+.upright { writing-mode: vertical-rl; transform: rotate(180deg); white-space: nowrap; }'''
 
 
 def feedback(marks: Marks, lab: str) -> str:
@@ -93,16 +93,18 @@ def feedback(marks: Marks, lab: str) -> str:
 
 
 def _verdicts(verdicts):
+    sentences = [_sentence(verdict, verdict.seen in [above.seen for above in verdicts[:number]])
+                 for number, verdict in enumerate(verdicts)]
     return table(['what is asked', '', 'points', SEEN], [
-        [v.criterion.meaning, _mark(v), '{:g} / {:g}'.format(v.points, v.worth), _sentence(v)]
-        for v in verdicts], words=(SEEN,))
+        [v.criterion.meaning, _mark(v), '{:g} / {:g}'.format(v.points, v.worth), sentence]
+        for v, sentence in zip(verdicts, sentences)], words=(SEEN,))
 
 
-def _sentence(verdict):
+def _sentence(verdict, is_repeated):
+    said = replace(verdict, seen='the same').sentence if is_repeated else verdict.sentence
     if verdict.moment is None or verdict.outcome is not Outcome.MISSED:
-        return verdict.sentence
-    return Markup('{} <a href="#t={:.1f}">Watch it</a>'.format(
-        escape(verdict.sentence), verdict.moment))
+        return said
+    return Markup('{} <a href="#t={:.1f}">Watch it</a>'.format(escape(said), verdict.moment))
 
 
 def _mark(verdict):
@@ -123,13 +125,15 @@ def _printed(observation):
 def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
     """The page of all students, HTML; `lab`: its title; `notes`: for the instructor alone."""
     some = all_marks[0]
-    heads = ['student', 'points'] + [Markup('<span class="upright">{}</span>'.format(
+    heads = ['student', 'points', WHY] + [Markup('<span class="upright">{}</span>'.format(
         escape(v.criterion.name.replace('_', ' ')))) for v in some.graded + some.extra] + [REMARKS]
-    rows = [[Markup('<a href="{}">{}</a>'.format(quote(marks.student + '.html'),
-                                                 escape(marks.student))),
-             '{:g} / {:g}'.format(marks.points, marks.worth) if marks.judged else NOT_JUDGED]
+    rows = [[_link(marks),
+             '{:g} / {:g}'.format(marks.points, marks.worth) if marks.judged else NOT_JUDGED,
+             marks.why_none]
             + [_mark(verdict) if marks.judged else '' for verdict in marks.graded + marks.extra]
-            + [' '.join(marks.sentences)] for marks in all_marks]
+            + [_folded(marks.remarks)] for marks in all_marks]
+    look = ['<p><b>Not judged, look at it:</b> {}</p>'.format('; '.join('{} ({})'.format(
+        _link(marks), escape(marks.unjudged)) for marks in all_marks if not marks.judged))]
     totals = sorted(marks.points for marks in all_marks if marks.judged)
     summary = '{} submission{}{}. {}The last {} criteria are beyond the handout.'.format(
         len(all_marks), '' if len(all_marks) == 1 else 's',
@@ -137,10 +141,20 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
             len(all_marks) - len(totals), NOT_JUDGED),
         'Median {:g} of {:g} points. '.format(totals[len(totals) // 2], some.worth)
         if totals else '', len(some.extra))
-    return _page('{}: overview'.format(lab), ['<p>{}</p>'.format(escape(summary)),
-                                              table(heads, rows, words=(REMARKS,))]
+    return _page('{}: overview'.format(lab), look * (len(totals) < len(all_marks))
+                 + ['<p>{}</p>'.format(escape(summary)), table(heads, rows, words=(WHY, REMARKS))]
                  + (['<h2>For the instructor alone</h2>'] if notes else [])
                  + ['<p>{}</p>'.format(escape(note)) for note in notes], WIDE)
+
+
+def _link(marks):
+    return Markup('<a href="{}">{}</a>'.format(quote(marks.student + '.html'),
+                                               escape(marks.student)))
+
+
+def _folded(remarks):
+    return Markup('<details><summary>{}</summary>{}</details>'.format(
+        len(remarks), escape(' '.join(remarks))) if remarks else '')
 
 
 def _page(title, parts, more=''):
@@ -188,7 +202,8 @@ def diagnosis(observation: Observation) -> Diagnosis:
         goal = next(stimulus.facts[GOAL_POSE] for stimulus in observation.stimuli
                     if GOAL_POSE in stimulus.facts)
         return of_drives(drives, Pose2(*goal))
-    turns = [turn._replace(may_be_cut=not stimulus.facts[RESTED])
+    turns = [turn._replace(may_be_cut=not stimulus.facts[RESTED],
+                           sides=(math.copysign(1.0, EACH_TURN[stimulus.name].asked_deg),))
              for stimulus in observation.stimuli
              if stimulus.name in EACH_TURN and stimulus.facts[MOVED]
              for turn in turns_of(_part(run, stimulus))]

@@ -15,11 +15,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Callable, List, NamedTuple, Tuple
 
-from tb3_labs.marking.names import ZIP, by_student, is_zip, printable
+from tb3_labs.command_line import printable
+from tb3_labs.marking.names import ZIP, by_student, is_zip
 from tb3_labs.marking.packages import files_in
 
 #: A submission, unpacked, has at most MOST_FILES files and MOST_BYTES bytes.
 MOST_FILES, MOST_BYTES = 5000, 200000000
+#: The zip file of a class may hold as much as this number of submissions.
+CLASS = 50
 #: Folders are nested at most this deep.
 DEEPEST = 50
 #: Folders and files that are not a student's work: they are neither unpacked nor copied.
@@ -78,7 +81,7 @@ def submissions_from(path: Path, work: Path, tell: Callable[[str], None]) -> Lis
     if path.is_dir():
         return _in_folder(path, tell)
     if path.is_file() and is_zip(path.name):
-        unpack(path, Path(work) / 'all', Budget())
+        unpack(path, Path(work) / 'all', Budget(CLASS))
         return _in_folder(_without_wrapping(Path(work) / 'all'), tell)
     raise ValueError('{} is neither a folder nor a zip file'.format(path))
 
@@ -195,10 +198,11 @@ class Refused(Exception):
 
 
 class Budget:
-    """The number of files and bytes that a submission may still have, archives included."""
+    """The number of files and bytes that submissions may still have, archives included."""
 
-    def __init__(self) -> None:
-        self.files, self.bytes = MOST_FILES, MOST_BYTES
+    def __init__(self, submissions: int = 1) -> None:
+        self._times = submissions
+        self.files, self.bytes = submissions * MOST_FILES, submissions * MOST_BYTES
 
     def take(self, files: int, size: int) -> None:
         """Take room for `files` files of together `size` [bytes]; ``Refused`` if there is less."""
@@ -210,7 +214,8 @@ class Budget:
         for wanted, left, most, unit in ((files, self.files, MOST_FILES, 'files'),
                                          (size, self.bytes, MOST_BYTES / 1e6, 'MB')):
             if wanted > left:
-                raise Refused('More than {:g} {}: not all of it was unpacked.'.format(most, unit))
+                raise Refused('More than {:g} {}: not all of it was unpacked.'.format(
+                    self._times * most, unit))
 
 
 def unpack(path: Path, folder: Path, budget: Budget) -> None:

@@ -101,6 +101,13 @@ class Marks:
         return [self.unjudged] * bool(self.unjudged) + self.remarks
 
     @property
+    def why_none(self) -> str:
+        """The reason if it was not judged, or has no points; else ''."""
+        if self.unjudged or self.points:
+            return self.unjudged
+        return next((verdict.seen for verdict in self.graded if verdict.seen), '')
+
+    @property
     def points(self) -> float:
         """The points that were earned, those of extra criteria included."""
         return sum(verdict.points for verdict in self.verdicts)

@@ -18,11 +18,11 @@ import os
 from pathlib import Path
 from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
+from tb3_labs.command_line import printable
 from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.feedback import feedback, overview, results
 from tb3_labs.marking.marks import KEY, LABS, Marks, from_record, to_record
-from tb3_labs.marking.names import printable
-from tb3_labs.marking.observation import Observation
+from tb3_labs.marking.observation import LONGEST, Observation
 from tb3_labs.marking.sandbox import UNPROTECTED
 from tb3_labs.report.tables import safe
 
@@ -30,9 +30,8 @@ from tb3_labs.report.tables import safe
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
 #: Key of a record: the points of each criterion on the student's page.
 PAGE = 'page'
-#: At most MOST_SENTENCES remarks and as many findings are written for one student. Each has at most
-#: LONGEST characters.
-MOST_SENTENCES, LONGEST = 100, 2000
+#: At most this many remarks and as many findings are written for one student.
+MOST_SENTENCES = 100
 #: Keys of a record's KEY: two tries that agree in all of them end alike.
 LAB, PARTS, SUBMISSION, OPTIONS, VERSION = 'lab', 'parts', 'submission', 'options', 'version'
 #: Columns of the table, and the cells of a criterion without points.
@@ -44,9 +43,10 @@ class MarksFolder:
     """The marks of one lab, or of some of its parts, in a folder that is made if it is missing."""
 
     def __init__(self, path: Path, lab: str, parts: Iterable[str], worth: Mapping[str, float],
-                 options: Dict[str, Any]) -> None:
+                 options: Dict[str, Any], rescores: bool = True) -> None:
         """`worth`: criterion -> points; `options`: all other settings of a try. ``ValueError`` if
-        the folder has marks of another lab or other parts, or a table that cannot be read."""
+        the folder has marks of another lab or other parts, or a table that cannot be read; unless
+        it `rescores`, also if its marks have other points."""
         self._path, self._lab, self._parts = Path(path), lab, sorted(parts)
         self.logs = self._path / 'logs'
         self._worth = worth
@@ -56,6 +56,8 @@ class MarksFolder:
         for file in sorted(self.logs.glob('*' + RECORD)):
             self._read(file)
         self._table()
+        if not rescores:
+            self._check_points()
 
     def kept(self, student: str, submission: str) -> Optional[Marks]:
         """A student's Marks if a new try of this digest would end alike, else None."""
@@ -69,6 +71,7 @@ class MarksFolder:
 
         `submission`: its digest; '' if it is to be tried again in the next run.
         """
+        marks.unjudged = ' '.join(_cleaned([marks.unjudged]))
         marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
         self._keep(marks, to_record(marks, self._key_of(submission)))
 
@@ -77,18 +80,13 @@ class MarksFolder:
 
         Returns (path of the page, lines for the instructor); (None, []) if there are no marks.
         """
-        all_marks = []
-        for _, record in sorted(self._records.items()):
-            try:
-                all_marks.append(self._marks(record))
-            except ValueError:
-                continue    # the record is of an older version, and nothing new was handed in
+        all_marks = [marks for marks, _ in self._of_all()]
         if not all_marks:
             return None, []
         _replace(self._path / TABLE, self._table().renewed(all_marks))
-        for marks in all_marks:
-            self._renew_page(marks)
+        renewed = [marks.student for marks in all_marks if self._renew_page(marks)]
         notes = [UNPROTECTED] * unprotected + [
+            'With other points than before: {}.'.format(', '.join(renewed))] * bool(renewed) + [
             'To look at: {}: {}'.format(marks.student, finding)
             for marks in all_marks for finding in marks.findings]
         _replace(self._path / OVERVIEW, overview(all_marks, LABS[self._lab].title, notes))
@@ -106,8 +104,25 @@ class MarksFolder:
                 self._path, key[LAB], ', '.join(key[PARTS]) or 'all parts'))
         self._records[file.name[:-len(RECORD)]] = record
 
+    def _check_points(self):
+        for marks, before_all in self._of_all():
+            for verdict, before in zip(marks.verdicts, before_all):
+                if verdict.worth != before:
+                    raise ValueError(
+                        '{} was marked with other points ({}: {:g}, not {:g}): give their file by '
+                        '--points; a file that is given counts for all'.format(
+                            self._path, verdict.criterion.label, before, verdict.worth))
+
     def _key_of(self, submission):
         return dict(self._key, **{SUBMISSION: submission})
+
+    def _of_all(self):
+        """Yields (Marks, points of each criterion on the student's page)."""
+        for _, record in sorted(self._records.items()):
+            try:
+                yield self._marks(record), record[PAGE]
+            except (ValueError, KeyError):
+                continue    # the record is of an older version, and nothing new was handed in
 
     def _marks(self, record):
         return from_record(record, LABS[self._lab].criteria, self._worth, self._parts)
@@ -121,14 +136,15 @@ class MarksFolder:
                 path, problem)) from None
 
     def _renew_page(self, marks):
-        """Write the page again if points were changed."""
+        """Write the page again if points were changed. Returns True if they were."""
         record = self._records[marks.student]
         if record[PAGE] == _shown(marks):
-            return
+            return False
         file = self.logs / (marks.student + '.json')
         if file.exists():
             marks.observation = Observation.from_json(file.read_text())
         self._keep(marks, record)
+        return True
 
     def _keep(self, marks, record):
         page = feedback(marks, LABS[self._lab].title)
@@ -178,32 +194,39 @@ class Table:
         text = text.lstrip('\ufeff')
         heading = text.partition('\n')[0]
         delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another one
-        reader = csv.DictReader(io.StringIO(text, newline=''), delimiter=delimiter)
-        self._heads: List[str] = list(reader.fieldnames or [])
-        if self._heads and self._heads[:3] != [STUDENT, POINTS, OF]:
-            raise ValueError('it does not begin with the columns {}, {}, {}'.format(
-                STUDENT, POINTS, OF))
         try:
-            self._rows: Dict[str, Dict[str, str]] = {
-                row[STUDENT]: {head: row[head] or '' for head in self._heads} for row in reader}
+            rows = list(filter(None, csv.reader(io.StringIO(text, newline=''),
+                                                delimiter=delimiter)))
         except csv.Error as problem:
             raise ValueError(str(problem)) from None
+        self._heads, self._rows = (rows[0], rows[1:]) if rows else ([], [])
+        if rows and self._heads[:3] != [STUDENT, POINTS, OF]:
+            raise ValueError('it does not begin with the columns {}, {}, {}'.format(
+                STUDENT, POINTS, OF))
 
     def renewed(self, all_marks: Sequence[Marks]) -> str:
-        """The table with these marks. A person's columns stay, and others' rows."""
+        """The table with these marks. A person's columns stay, and others' rows, also if several
+        have one name."""
         some = all_marks[0]
         heads = [STUDENT, POINTS, OF] + [v.criterion.label for v in some.graded + some.extra] + [
             NODE, REMARKS]
-        added = [head for head in self._heads if head not in heads]
+        nowhere = max(map(len, [self._heads, *self._rows]))
+        places = [self._heads.index(head) if head in self._heads else nowhere for head in heads]
+        added = [place for place in range(nowhere) if place not in places]
+
+        def cells(row: List[str], of: Sequence[int]) -> List[str]:
+            return [row[place] if place < len(row) else '' for place in of]
         out = io.StringIO(newline='')
         writer = csv.writer(out, lineterminator='\n')
-        writer.writerow(heads + added)
-        others = dict(self._rows)
+        writer.writerow(heads + cells(self._heads, added))
+        others = list(self._rows)
         for marks in all_marks:
-            old = others.pop(safe(marks.student), {})
-            writer.writerow(_cells(marks) + [old.get(head, '') for head in added])
-        for old in others.values():
-            writer.writerow([old.get(head, '') for head in heads + added])
+            old = next((row for row in others if row[0] == safe(marks.student)), None)
+            if old is not None:
+                others.remove(old)
+            writer.writerow(_cells(marks) + cells(old or [], added))
+        for row in others:
+            writer.writerow(cells(row, places + added))
         return out.getvalue()
 
 

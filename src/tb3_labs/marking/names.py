@@ -15,6 +15,8 @@ import re
 from collections import Counter
 from typing import Dict, Iterable, List, NamedTuple, Tuple
 
+from tb3_labs.command_line import printable
+
 #: A name of a package, a type or a field that ROS allows. `\\w` would allow more letters.
 NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 #: Names that a student's file cannot have: the folder of marks uses them, or no file can have them.
@@ -44,17 +46,6 @@ def is_type(text: str) -> bool:
 def is_zip(name: str) -> bool:
     """Is this the name of a zip file?"""
     return name.lower().endswith(ZIP)
-
-
-def printable(text: str) -> str:
-    """The text in one line. Characters that do not show are escaped: \\n, \\xfc."""
-    return ''.join(char if char.isprintable() else _escaped(char) for char in text)
-
-
-def _escaped(char):
-    if '\udc80' <= char <= '\udcff':    # a byte that is not UTF-8, as os.fsdecode() writes it
-        return '\\x{:02x}'.format(ord(char) - 0xdc00)
-    return char.encode('unicode_escape').decode()
 
 
 def file_name(text: str) -> str:

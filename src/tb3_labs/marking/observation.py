@@ -28,8 +28,9 @@ TRUTH = 'ground_truth'
 MOVED, RESTED, WAS_MOVING = 'moved', 'rested', 'was_moving'
 #: If the machine held up the robot for longer than this, the node was not judged fairly [s].
 HELD_UP = 0.15
-#: At most this many findings are kept of a node.
-MOST_FINDINGS = 20
+#: At most MOST_FINDINGS findings are kept of a node. Each of them, and each remark, has at most
+#: LONGEST characters.
+MOST_FINDINGS, LONGEST = 20, 2000
 
 
 class NotSeen(Exception):
@@ -95,6 +96,7 @@ class Observation:
 
     def note(self, finding: str) -> None:
         """Add a finding for the instructor, once; '' is not a finding."""
+        finding = finding[:LONGEST]     # it may quote the node
         if finding and finding not in self.findings and len(self.findings) < MOST_FINDINGS:
             self.findings.append(finding)
 

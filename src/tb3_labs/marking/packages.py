@@ -5,6 +5,7 @@ All files are only read, as texts.
 import ast
 import re
 import xml.etree.ElementTree as ElementTree
+from collections import Counter
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Set, Tuple
 
@@ -16,7 +17,7 @@ LARGEST_MANIFEST = 1000000
 #: The folders of a package's messages, services and actions; also the endings of their files.
 INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: A field of a type of another package, as in `geometry_msgs/Pose2D goal`.
-FIELD = re.compile(r'^\s*([A-Za-z]\w*)/[A-Za-z]\w*(?:\[\d*\])?\s+\w', re.MULTILINE)
+FIELD = re.compile(r'^[ \t]*([A-Za-z]\w*)/[A-Za-z]\w*(?:\[\d*\])?\s+\w', re.MULTILINE)
 #: If a program catches one of these errors around an import, it runs without the module.
 CAUGHT = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}
 
@@ -116,6 +117,10 @@ def _nodes_of(text):
         return []
 
 
+def _lines_of(node):
+    return range(node.lineno, (node.end_lineno or node.lineno) + 1)
+
+
 def imports_of(text: str) -> List[Import]:
     """Returns the import statements of a program, in order; [] if it is not valid Python.
 
@@ -126,8 +131,8 @@ def imports_of(text: str) -> List[Import]:
     guarded = {id(inner) for node in nodes if isinstance(node, ast.Try)
                and any(_catches(handler) for handler in node.handlers)
                for statement in node.body for inner in ast.walk(statement)}
-    simple = [node for node in nodes
-              if isinstance(node, ast.stmt) and not hasattr(node, 'body')]
+    on_line = Counter(line for node in nodes if isinstance(node, ast.stmt)
+                      and not hasattr(node, 'body') for line in _lines_of(node))
     found = []
     for node in nodes:
         if isinstance(node, ast.Import):
@@ -138,11 +143,10 @@ def imports_of(text: str) -> List[Import]:
             bound = {alias.asname or alias.name for alias in node.names}
         else:
             continue
-        first, last = node.lineno, node.end_lineno or node.lineno
+        lines = _lines_of(node)
         # an import beside another statement in one line cannot be taken out alone
-        alone = sum(other.lineno <= last and first <= (other.end_lineno or other.lineno)
-                    for other in simple) == 1
-        found.append(Import(modules, first, last, not alone or '*' in bound or bool(bound & used),
+        alone = all(on_line[line] == 1 for line in lines)
+        found.append(Import(modules, lines[0], lines[-1], not alone or '*' in bound or bool(bound & used),
                             id(node) in guarded))
     return sorted(found, key=lambda item: item.first)
 

@@ -10,7 +10,7 @@ import sys
 import threading
 from contextlib import suppress
 from pathlib import Path
-from typing import Dict, Iterable, List, MutableMapping
+from typing import Dict, Iterable, List, MutableMapping, Optional
 
 #: The environment variable of the identity; each try of a submission has its own value.
 IDENTITY = 'TB3_LABS_SUBMISSION'
@@ -43,6 +43,9 @@ args=(True,)
 #: The most that the programs of a sandbox may use together: memory [bytes], files in their own
 #: folders [bytes], processes.
 MEMORY, OWN_DISK, PROCESSES = 2 * 10 ** 9, 300 * 10 ** 6, 100
+#: The most memory that they may make master, robot and check need together; these need about 180 MB
+#: without them [bytes].
+OF_OTHERS = 600 * 10 ** 6
 #: The period of the watch [s].
 PERIOD = 0.25
 PAGE = os.sysconf('SC_PAGE_SIZE')
@@ -57,7 +60,7 @@ def environment_in(work: Path, environment: Dict[str, str]) -> Dict[str, str]:
     (settings / 'logging.conf').write_text(LOGGING)
     (settings / 'roscore.xml').write_text(ROSCORE)
     given = {name: value for name, value in environment.items() if name not in FORGOTTEN}
-    return dict(given, ROS_HOSTNAME='localhost', ROS_HOME=str(work / 'ros'),
+    return dict(given, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(work / 'ros'),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
                 ROS_PYTHON_LOG_CONFIG_FILE=str(settings / 'logging.conf'),
                 ROS_TEST_RESULTS_DIR=str(work / 'results'))
@@ -97,11 +100,11 @@ def _sources_of(prefix):
 def sweep(identity: str) -> None:
     """Kill every process that has this identity in its environment, until none is left."""
     mark = '{}={}'.format(IDENTITY, identity).encode()
-    while True:
+    looks = 0
+    while looks < 2:        # a process that starts a program has no environment for a moment
         found = [process for process in Path('/proc').glob('[0-9]*')
                  if mark in _environment_of(process)]
-        if not found:
-            return
+        looks = 0 if found else looks + 1
         for process in found:
             _kill(int(process.name))
 
@@ -123,10 +126,11 @@ def _kill(pid):
 class ResourceWatch:
     """Watches a sandbox until `over` is set; kills its programs if they use too much."""
 
-    def __init__(self, pid: int, own_folders: Iterable[str]) -> None:
+    def __init__(self, pid: int, own_folders: Iterable[str], others: Optional[int] = None) -> None:
         """`pid`: the outermost process of the sandbox; `own_folders`: the sandbox's own folders,
-        as its programs see them."""
-        self._pid, self._own = pid, own_folders
+        as its programs see them; `others`: the first of the processes that its programs can fill,
+        master, robot and check."""
+        self._pid, self._own, self._others = pid, own_folders, others
         self.over = threading.Event()
         #: The limit that was exceeded, a clause; '' if none was.
         self.exceeded = ''
@@ -145,6 +149,11 @@ class ResourceWatch:
             return 'more than {} processes'.format(PROCESSES)
         if sum(map(_memory, processes)) > MEMORY and sum(map(_own_memory, processes)) > MEMORY:
             return 'more than {:g} GB of memory'.format(MEMORY / 1e9)
+        if self._others is not None:
+            others = {self._others, *_below(self._others)} - {self._pid, *processes}
+            if sum(map(_memory, others)) > OF_OTHERS:
+                return 'more than {:g} MB of the memory of master, robot and check'.format(
+                    OF_OTHERS / 1e6)
         if processes and sum(_used(processes[-1], own) for own in self._own) > OWN_DISK:
             return 'files of more than {:g} MB'.format(OWN_DISK / 1e6)
         return ''

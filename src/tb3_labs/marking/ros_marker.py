@@ -5,7 +5,6 @@ end none of its processes is left, whatever the submission did.
 """
 import json
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -17,13 +16,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Callable, Mapping, Sequence
 
-from tb3_labs.command_line import reason
+from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.choice import NoNode
 from tb3_labs.marking.criteria import judge
 from tb3_labs.marking.intake import Copy, Submission, digest
 from tb3_labs.marking.marks import GAMEPAD, LABS, NOT_JUDGED, Marks
 from tb3_labs.marking.marks_folder import MarksFolder
-from tb3_labs.marking.names import printable
 from tb3_labs.marking.observation import Observation
 from tb3_labs.marking.processes import IDENTITY, environment_in, sweep
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_in_words
@@ -83,11 +81,8 @@ class Marker:
             try:
                 self._observe(marks, copy.folder, Path(work), identity)
                 marks.remarks += unread
-            except NoNode as reason:
-                if unread:      # the node may be in there
-                    marks.unjudged = ' '.join(unread)
-                else:
-                    marks.remarks.append(str(reason))
+            except NoNode as problem:      # the node may be in what was not read
+                marks.unjudged = ' '.join(unread) or str(problem)
             finally:
                 sweep(identity)
         return self.judged(marks)
@@ -121,13 +116,16 @@ class Marker:
         if not record.exists():
             marks.unjudged = 'The check left no record; see {}.'.format(log)
             return
-        marks.observation = Observation.from_json(record.read_text())
+        observed = record.read_text()       # of no use to a student: the copy's place
+        for place in ('src/package/', 'src/', ''):
+            observed = observed.replace('{}/ws/{}'.format(work, place), '')
+        (self._logs / (folder.name + '.json')).write_text(observed)
+        marks.observation = Observation.from_json(observed)
         marks.remarks += marks.observation.remarks
         marks.findings += marks.observation.findings
         if marks.observation.broken:
             marks.unjudged = 'The marker itself failed ({}); see {}.'.format(
                 marks.observation.broken, log)
-        shutil.copy(str(record), str(self._logs / (folder.name + '.json')))
 
     def _check(self, prepared, sandbox, work, log, record, identity):
         """Run the lab's check; False if the time was up.
@@ -180,19 +178,20 @@ class MarkedClass:
 
         Returns True if one of them was not judged.
         """
+        tasks = []
         with ThreadPoolExecutor(jobs) as pool:
-            tasks = [pool.submit(self._mark, submission, '[{}/{}] {}'.format(
-                number, len(submissions), submission.student)) for number, submission
-                in enumerate(submissions, 1)]
             try:
+                for number, submission in enumerate(submissions, 1):
+                    tasks.append(pool.submit(self._mark, submission, '[{}/{}] {}'.format(
+                        number, len(submissions), submission.student)))
                 wait(tasks)
             except KeyboardInterrupt:
-                self._tell_problem('interrupted; the marks so far are written, and the same '
-                                   'command goes on from here')
                 self._failed = True
+                self._marker.interrupted.set()
                 for task in tasks:
                     task.cancel()
-                self._marker.interrupted.set()
+                self._tell_problem('interrupted; the marks so far are written, and the same '
+                                   'command goes on from here')
         for task in tasks:
             problem = None if task.cancelled() else task.exception()
             if problem is not None:

@@ -9,7 +9,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import move2goal as asked
 from tb3_labs.marking.move2goal import (
     ASTRAY, DRIVE_TIME, PROBLEM, REACTION, TAKES_EFFECT, TURNED, WATCHED)
-from tb3_labs.marking.observation import CTRL_RELINQ, MOVED, RESTED, WAS_MOVING
+from tb3_labs.marking.observation import CTRL_RELINQ, LONGEST, MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.observation import RESET as ROBOTS_RESET
 from tb3_labs.marking.ros_interface import ALL, UNIT, ResetCaller
 from tb3_labs.marking.ros_robot import ODOM_SWITCH, RESTS, sensed
@@ -111,7 +111,7 @@ def reset(stage):
 
 def _reset(stage, name, caller, pose):
     with stage.stimulus(name) as record:
-        record.facts[PROBLEM] = caller.call(pose)
+        record.facts[PROBLEM] = caller.call(pose)[:LONGEST]
         time.sleep(TAKES_EFFECT)
     return not record.facts[PROBLEM]
 

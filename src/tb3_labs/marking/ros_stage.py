@@ -19,7 +19,7 @@ from tb3_labs.marking import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.criteria import (AT_ONCE, CTRL_C, ENDING, SIGNAL, TOOK,
                                        tracebacks_before_the_end)
 from tb3_labs.marking.marks import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN
-from tb3_labs.marking.observation import TRUTH, WAS_MOVING, Observation, Stimulus
+from tb3_labs.marking.observation import LONGEST, TRUTH, WAS_MOVING, Observation, Stimulus
 from tb3_labs.marking.ros_robot import (ROBOT, SWITCHES, UNDER_WAY, WELL_UNDER_WAY, Recorder,
                                         RobotHand)
 from tb3_labs.marking.ros_student_node import StudentNode
@@ -74,12 +74,12 @@ class Stage:
 
     def not_offered(self, names, reason):
         """Note that the node does not offer what these stimuli need."""
-        self.observation.missing.update(dict.fromkeys(names, reason))
+        self.observation.missing.update(dict.fromkeys(names, reason[:LONGEST]))
 
     def remark(self, sentences):
         """Add these sentences to the remarks for the student, each once."""
         known = self.observation.remarks
-        known += [sentence for sentence in sentences if sentence not in known]
+        known += [sentence[:LONGEST] for sentence in sentences if sentence[:LONGEST] not in known]
 
     def keep(self):
         """Hand the present Observation to ``keep(observation)``."""
@@ -240,7 +240,8 @@ def try_out(lab, package, executable, parts, keep, pad, tell):
                 act(stage)
     except Exception as problem:
         # an untried stimulus must not look like a failure of the node
-        stage.observation.broken = '{}: {}'.format(type(problem).__name__, problem)
+        stage.observation.broken = '{}: {}'.format(
+            type(problem).__name__, problem)[:LONGEST]
         stage.keep()
         raise
     finally:

@@ -111,7 +111,7 @@ class StudentNode:
                                 terminal=True, environment=environment,
                                 clean=environment is not None)
         if self._launch.isolated:
-            self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS)
+            self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS, os.getppid())
         if self._is_ready_in_time(topic, known):
             run.ready = self._now()
             return True

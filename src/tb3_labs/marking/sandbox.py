@@ -1,7 +1,7 @@
 """The sandboxes in which the programs of submissions run; bubblewrap makes them.
 
 own network   one submission's rostest, master, robot, check and node have a network of their own,
-              which has only a loopback.
+              which has only a loopback, and end together with the marker.
 sandbox       the submission's program, the node, has its own processes, its own /tmp and home. It
               sees only the parts of the system that it needs, read-only. Its processes, memory and
               disk are limited.
@@ -42,6 +42,8 @@ ROOM = 100 * 10 ** 6
 #: Limits: the largest file [bytes], the address space of one process [bytes], the number of threads
 #: and processes together. (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
 LARGEST_FILE, ADDRESS_SPACE, TASKS = 50 * 10 ** 6, 6 * 10 ** 9, 500
+#: What master, robot, check and node start with: limits of each process.
+LIMITED = ['prlimit', '--as={}'.format(ADDRESS_SPACE), '--fsize={}'.format(LARGEST_FILE)]
 #: Users that own nothing, for root's sandboxes; systemd has these for the same purpose.
 USERS = range(61184, 65519)
 #: Parts of /etc that a sandbox has: names, time zone, libraries, fonts, ROS.
@@ -83,8 +85,8 @@ class NoSandbox:
     isolates = False
 
     def own_network(self, command: List[str]) -> List[str]:
-        """The command that starts the check of a submission."""
-        return command
+        """The command that starts the check of a submission, which ends with its parent."""
+        return ['setpriv', '--pdeathsig', 'TERM'] + LIMITED + command
 
     def command(self, command: List[str]) -> List[str]:
         """The command that starts a submission's program."""
@@ -110,8 +112,8 @@ class Sandbox(NoSandbox):
         self.user = random.choice(USERS) if os.geteuid() == 0 else None
 
     def own_network(self, command: List[str]) -> List[str]:
-        return ['bwrap', '--die-with-parent', '--unshare-net', '--dev-bind', '/', '/',
-                '--'] + command
+        return ['bwrap', '--die-with-parent', '--unshare-net', '--unshare-pid', '--dev-bind', '/',
+                '/', '--proc', '/proc', '--'] + LIMITED + command
 
     def command(self, command: List[str]) -> List[str]:
         options = ['--die-with-parent', '--unshare-pid', '--unshare-ipc', '--unshare-uts']

@@ -26,10 +26,11 @@ from typing import Any, Dict, List, Mapping, Optional
 
 import rospkg
 
+from tb3_labs.command_line import printable
 from tb3_labs.marking import messages_in_sandbox
 from tb3_labs.marking.choice import NoNode, find_node, source_of
 from tb3_labs.marking.marks import Lab
-from tb3_labs.marking.names import NAME, is_name, printable
+from tb3_labs.marking.names import NAME, is_name
 from tb3_labs.marking.packages import (ACTIONS, INTERFACES, MANIFEST, MESSAGES, SERVICES, Import,
                                        imports_of, interface_files, name_in, needed_by,
                                        packages_in)
@@ -37,6 +38,10 @@ from tb3_labs.marking.processes import MODULES, PREFIXES
 from tb3_labs.marking.sandbox import OWN_PACKAGE, NoSandbox
 
 MODULE = re.compile(r'_[A-Za-z0-9_]+\.py')
+#: The import of the message that the course gives: the skeletons have it, and this package.
+GIVEN = 'MouseController'
+IMPORTS_GIVEN = re.compile(r'^[ \t]*from[ \t]+(\w+)\.msg[ \t]+import[ \t(]+{}\b'.format(GIVEN),
+                           re.MULTILINE)
 #: All messages of a submission are built within this time [s].
 BUILD_TIME = 30.0
 #: The name of a package in the copy if its own name cannot be used.
@@ -74,6 +79,7 @@ def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str
     node, remarks = find_node(folder, lab, package, name)
     source = source_of(node, folder)
     packages = packages_in(folder, node)
+    _let_stand_in(node, packages, workspace / 'given', remarks)
     needed = [other for other in needed_by(node, packages) if other != OWN_PACKAGE]
     try:
         copies = {source: shutil.copytree(source, workspace / 'src' / 'package', symlinks=True)}
@@ -99,6 +105,18 @@ def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str
     offering = {name for name, folder in packages.items() if _offers_modules(folder)}
     lacking = _leave_out_lacking(copied, offering, modules, remarks)
     return Prepared(called, copied.name, environment, types, remarks, lacking)
+
+
+def _let_stand_in(node, packages, folder, remarks):
+    """Add to `packages` those whose GIVEN the node imports, if they were not handed in."""
+    for name in sorted(set(IMPORTS_GIVEN.findall(node.read_bytes().decode(errors='replace')))):
+        if is_name(name) and name not in packages and PathFinder.find_spec(name) is None:
+            packages[name] = folder / name
+            (folder / name / MESSAGES).mkdir(parents=True)
+            shutil.copy(os.path.join(rospkg.RosPack().get_path(OWN_PACKAGE), MESSAGES,
+                                     '{}.{}'.format(GIVEN, MESSAGES)), str(folder / name / MESSAGES))
+            remarks.append('The package {} was not handed in: the message {} of the skeleton stands '
+                           'in for its own.'.format(name, GIVEN))
 
 
 def _offers_modules(package):

@@ -91,16 +91,17 @@ class ControllerCore:
 
     # -- what comes in
 
-    def on_imu(self, sample: ImuSample, now: float) -> None:
+    def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         jump = self._heading.jump_to(sample)
         if jump and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, jump)
         self.imu.heard(now, sample[1:])
-        self._gyro.on_imu(sample, now)
+        self._gyro.on_imu(sample, now, sends_wheels)
         self._heading.on_imu(sample, now)
         rate = abs(self._heading.rate)
         if self.driver is Driver.TURN:
             return
+        self._sensors.update(now, self._gyro.is_checked)
         if self._turn is not None and rate <= JUDGING_RATE:
             self._judge_turn(self._turn, now)
         elif self._turn is None and rate > DRIVEN_RATE:
@@ -160,13 +161,12 @@ class ControllerCore:
         self._sleep.update(now)
         if self._sleep.slept_for > RESUME_TIME and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, self._sleep.in_words())
-        was_active = self.mouse.active
-        if self._sleep.slept_for or self.mouse.is_silent(now):
+        was_active, silence = self.mouse.active, self.mouse.silence(now)
+        if self._sleep.slept_for or silence:
             self.mouse.lose(now)
         if was_active and not self.mouse.active:
             self._mouse_is_new = self._mouse_told = True
-            self._released('{}: move it to the middle of the screen to use it again'.format(
-                self.mouse.source.silence_with_age(now)))
+            self._released(silence + ': move it to the middle of the screen to use it again')
 
     def set_law(self, law: TurningLaw) -> None:
         """Turn by another law from now on; a present turn goes on to the same goal."""
@@ -232,18 +232,19 @@ class ControllerCore:
         if self._turn is not None and self.driver is not Driver.TURN:
             self._judge_turn(self._turn, now)
         self._turn = Turn(angle, self._heading.steady_yaw, self._carried, now)
+        self._sensors.ask()
+        self._sensors.pause()
         self._start_law(self._turn)
 
     def _start_law(self, turn: Turn) -> None:
         """Begin the turn, or go on after a stop, from the present heading."""
         self._law.start(self._yaw, turn.left(self._yaw))
         self._pace.pause()
-        self._sensors.pause()
 
     def _sensors_allow(self, now: float) -> bool:
         turn = self._turn
         assert turn is not None
-        self._sensors.update(now)
+        self._sensors.update(now, self._gyro.is_checked)
         if self._sensors.sight is Sight.SILENT:
             if self._pace.running:
                 self._news.tell('Stopped: ' + self._sensors.hold_reason, warning=True)
@@ -252,9 +253,9 @@ class ControllerCore:
             self._news.tell('Going on: the IMU is back')
             turn.stall.resume()
             self._start_law(turn)
-        elif self._sensors.sight is Sight.BACK_LATE:
-            self._happens(DriverEvent.TURN_OVER, 'the IMU was silent for {:.1f} s'.format(
-                self._sensors.silent_for))
+        elif self._sensors.sight is Sight.LATE:
+            self._happens(DriverEvent.TURN_OVER, '{} for {:.1f} s'.format(
+                self._sensors.hold_reason or 'the IMU was silent', self._sensors.silent_for))
         return self.driver is Driver.TURN and self._sensors.sight is not Sight.SILENT
 
     def _turn_on(self, now: float) -> Optional[Twist2]:

@@ -58,6 +58,8 @@ class GamepadCore:
             self._happens(HolderEvent.READY, now)
         elif message.came_after_loss and self.holder is Holder.GAMEPAD:
             self._happens(HolderEvent.LOST, now)    # the loss is noticed only now
+        elif self._drives() and now - message.lateness < self.messages.stopped_at:
+            self._happens(HolderEvent.STOPPED, now)    # it was pushed before the stop
         self._reset_asked = self._reset_asked or (state.reset and not before.reset)
 
     def on_control(self, granted: bool, now: float) -> None:
@@ -69,14 +71,16 @@ class GamepadCore:
             self._happens(HolderEvent.TAKEN, now)
 
     def on_taken(self, now: float) -> None:
-        """Another node took control from move_to_goal; this pad may have given it.
+        """Another node says False: it takes control from move_to_goal, and stops held sticks.
 
-        If others gave it, their control is over only when move_to_goal says so, since only
-        move_to_goal knows the order of both messages.
+        If others gave control, it is over only when move_to_goal says so, since only move_to_goal
+        knows the order of both messages.
         """
         self.messages.stopped_at = now
         if self.messages.gives:
             self._happens(HolderEvent.TAKEN, now)
+        elif self._drives():
+            self._happens(HolderEvent.STOPPED, now)
 
     def update(self, now: float) -> None:
         """Look at the clock: a pad at rest is ready once it has been heard for long enough."""
@@ -174,14 +178,20 @@ class GamepadCore:
             self.messages.end()       # another node took control
         if event is HolderEvent.TAKEN and self.holder is not before:
             self._news.tell('Control was taken from move_to_goal: press A to give it again')
+        elif event is HolderEvent.STOPPED and self.holder is not before:
+            self._news.tell('Another node stopped the robot: {} to drive again'.format(
+                self._again), warning=True)
         elif self.holder is Holder.MOVE_TO_GOAL is not before:
             self._news.tell('move_to_goal drives: press B to take the robot back')
         elif self.holder is Holder.GAMEPAD is not before:
             self._news.tell('The gamepad drives: press A to let move_to_goal drive')
 
+    @property
+    def _again(self) -> str:
+        return 'press the hold button' if self._config.has_hold else 'let go of the sticks'
+
     def _tell_loss(self, now: float) -> None:
-        again = 'press the hold button' if self._config.has_hold else 'let go of the sticks'
         hint = '' if self._pad.repeats else (
             '. If the pad is there, start joy_node with autorepeat_rate 20, as gamepad.launch does')
         self._news.tell('{}: robot stopped; {} to drive again{}'.format(
-            self.joy.silence_with_age(now).capitalize(), again, hint), warning=True)
+            self.joy.silence_with_age(now).capitalize(), self._again, hint), warning=True)

@@ -6,7 +6,7 @@ Source: the course's mouse lab.
 """
 import math
 from collections import defaultdict
-from typing import DefaultDict, Dict, Set
+from typing import DefaultDict
 
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import clamp
@@ -22,6 +22,43 @@ MOUSE_DEAD_ZONE = 0.25
 MOUSE_FULL = 0.5
 
 
+class _Sender:
+    """One mouse, as its messages show it."""
+
+    def __init__(self) -> None:
+        self.source = Freshness('mouse', MOUSE_TIMEOUT)
+        #: Was its last message active? An active mouse repeats itself.
+        self.says_active = False
+        self._is_lost = True
+        self._back_at = -math.inf    # end of the last silence
+        self._lateness = Lateness()
+        self._stamp = 0.0            # of its last message
+
+    @property
+    def active(self) -> bool:
+        return self.says_active and not self._is_lost
+
+    def heard(self, active: bool, rests: bool, now: float, stamp: float) -> None:
+        """A message arrived; `rests`: it asks for zero."""
+        if self.source.count and not self.says_active and now - self._back_at >= WAKING:
+            self._is_lost = False    # it was inactive until now
+        stands_still = stamp == self._stamp    # then it is not a time
+        self._stamp = stamp
+        if not stands_still and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
+            self._back_at = now
+            self._is_lost = self._is_lost or active
+        elif not self.source.is_fresh(now) and (
+                self.says_active or not self.source.count and active):
+            self._back_at = now
+        self.source.heard(now)
+        self.says_active = active
+        if rests and now - self._back_at >= WAKING:
+            self._is_lost = False
+
+    def lose(self, now: float) -> None:
+        self._is_lost, self._back_at = True, now
+
+
 class Mouse:
     """Knows whether the mouse is active, and the velocity that it asks for.
 
@@ -30,69 +67,50 @@ class Mouse:
     Messages that the network delayed, or that came together after a silence, do not end the loss. A
     deactivation always counts as a stop.
 
-    Several mice may be heard. A mouse that is deactivated stops all: the others do not count until
-    they are in the middle, or deactivated.
+    Several mice may be heard; each is lost, and comes back, by itself. If one is lost or
+    deactivated, all others are lost, too: they may have been activated before that. The active
+    mouse that was heard last drives.
     """
 
     def __init__(self) -> None:
         self.source = Freshness('mouse', MOUSE_TIMEOUT)
-        self.active = False
         #: The velocity that an active mouse asks for; zero in the middle of the screen.
         self.twist = Twist2()
-        self._is_lost = True
-        self._back_at = -math.inf    # end of the last silence
-        self._repeats = False        # was it active? An active mouse repeats itself
-        # by sender: its usual delay, and its last stamp
-        self._lateness: DefaultDict[str, Lateness] = defaultdict(Lateness)
-        self._stamps: Dict[str, float] = {}
-        # senders whose last message was active, and senders that another mouse has stopped
-        self._switched_on: Set[str] = set()
-        self._stopped: Set[str] = set()
+        self._senders: DefaultDict[str, _Sender] = defaultdict(_Sender)
 
-    def heard(self, active: bool, x: float, y: float, now: float, sender: str = '',
+    @property
+    def active(self) -> bool:
+        """Is any mouse active, and not lost?"""
+        return any(sender.active for sender in self._senders.values())
+
+    def heard(self, active: bool, x: float, y: float, now: float, name: str = '',
               stamp: float = 0.0) -> bool:
-        """A message arrived, sent at `stamp` [s, sender's clock; 0: unknown]. Returns True if it
-        deactivates a mouse, also a lost one. This is a stop.
+        """A message of the mouse `name` arrived, sent at `stamp` [s, sender's clock; 0: unknown].
+        Returns True if it deactivates a mouse, also a lost one. This is a stop.
 
         ``ValueError`` for a position that is not finite.
         """
-        twist = mouse_twist(x, y)
-        at_rest = not active or twist == Twist2()
-        deactivated = not active and sender in self._switched_on
-        if deactivated:
-            self._switched_on.discard(sender)
-            self._stopped = set(self._switched_on)
-        elif active:
-            self._switched_on.add(sender)
-        if at_rest:
-            self._stopped.discard(sender)
-        elif sender in self._stopped:
-            return False
-        if self.source.count and not self._repeats and now - self._back_at >= WAKING:
-            self._is_lost = False    # it was inactive until now
-        stands_still = stamp == self._stamps.get(sender, 0.0)    # then it is not a time
-        self._stamps[sender] = stamp
-        if not stands_still and self._lateness[sender].of(stamp, now) > MOUSE_TIMEOUT:
-            self._back_at = now
-            self._is_lost = self._is_lost or active
-        elif not self.source.is_fresh(now) and (self._repeats or not self.source.count and active):
-            self._back_at = now
+        twist, sender = mouse_twist(x, y), self._senders[name]
+        was_active, deactivated = sender.active, not active and sender.says_active
         self.source.heard(now)
-        self._repeats = active
-        if at_rest and now - self._back_at >= WAKING:
-            self._is_lost = False
-        self.active = active and not self._is_lost
-        if self.active:
+        sender.heard(active, not active or twist == Twist2(), now, stamp)
+        if deactivated or was_active and not sender.active:
+            for other in self._senders.values():
+                if other is not sender:
+                    other.lose(now)
+        if sender.active:
             self.twist = twist
         return deactivated
 
-    def is_silent(self, now: float) -> bool:
-        """Is the mouse active, but silent?"""
-        return self.active and not self.source.is_fresh(now)
+    def silence(self, now: float) -> str:
+        """'no mouse for 0.3 s' if an active mouse is silent, else ''."""
+        return next((sender.source.silence_with_age(now) for sender in self._senders.values()
+                     if sender.active and not sender.source.is_fresh(now)), '')
 
     def lose(self, now: float) -> None:
-        """The mouse is lost, and no longer active."""
-        self.active, self._is_lost, self._back_at = False, True, now
+        """Every mouse is lost: one that is not active may have been activated since it was heard."""
+        for sender in self._senders.values():
+            sender.lose(now)
 
 
 def mouse_twist(x: float, y: float) -> Twist2:

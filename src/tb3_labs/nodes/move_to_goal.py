@@ -1,10 +1,12 @@
 """Everything that `move_to_goal` decides: pose, permission and command; see :mod:`tb3_labs.nodes`.
 
 The robot moves only while this node has control, both sensors are fresh, gyro and wheels agree, the
-pose is known, and the goal is not reached.
+pose is known, and the goal is not reached. A grant or goal is void if the sensors are not there
+soon.
 
 Units: seconds on the receiver's clock (`now`), metres, radians; poses in the local frame.
 """
+import math
 from dataclasses import dataclass
 from typing import Any, List, Optional, Tuple
 
@@ -16,6 +18,7 @@ from tb3_labs.control.pace import LONGEST_IDLE, Pace
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose, check_pose
 from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.encoders import EncoderWatch
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST
 from tb3_labs.news import News, NewsDesk
@@ -63,15 +66,16 @@ class MoveToGoalCore:
         self._sensors = SensorWatch(self.imu, self.odometry)
         self._odometry_turned = False      # did its yaw change at the last sample?
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
+        self._encoders = EncoderWatch()
         self._sent = Twist2()
         self._ended = 0                    # number of the last attempt that take_end returned
         self._news = NewsDesk()
 
     # -- what comes in
 
-    def on_imu(self, sample: ImuSample, now: float) -> None:
+    def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         self.imu.heard(now, sample[1:])
-        self._gyro.on_imu(sample, now)
+        self._gyro.on_imu(sample, now, sends_wheels)
         self._localizer.on_imu(sample, now)
         self._look_at_localizer()
 
@@ -79,12 +83,14 @@ class MoveToGoalCore:
         before = self.odometry.reading
         self.odometry.heard(now, (sample.pose, sample.linear, sample.angular))
         self._odometry_turned = before is None or before[0].yaw != sample.pose.yaw
+        self._encoders.on_odometry(sample)
         self._localizer.on_odometry(sample, now)
         self._look_at_localizer()
 
     def on_wheels(self, sample: WheelSample, now: float) -> None:
-        """Take in a sample of the wheels, if the robot sends them: they only check the gyro."""
+        """Take in a sample of the wheels, if the robot sends them: they only check the others."""
         self._gyro.on_wheels(sample, now)
+        self._encoders.on_wheels(sample)
 
     def heard_command(self, linear: float, angular: float, now: float) -> None:
         """Another node commands the robot, which may move now."""
@@ -98,13 +104,14 @@ class MoveToGoalCore:
         if self._machine.active:
             self._machine.restart()
 
-    def set_goal(self, goal: Pose2) -> None:
-        """Replace the goal; ``ValueError`` if it is too far, or may be older than a cancel."""
+    def set_goal(self, goal: Pose2, arrived_at: float = math.inf) -> None:
+        """Replace the goal, which has waited since `arrived_at`, as in permission.Permission, if
+        that is finite. ``ValueError`` if it is too far, or may be older than a cancel."""
         check_pose(goal)
-        if self._permission.sleep.is_waking:
+        if self._permission.sleep.is_waking or self._permission.sleep.came_after(arrived_at):
             raise ValueError('it may have been sent while this node did not run: send it again')
         self._machine.set_goal(goal)
-        self._pause()
+        self._begin_anew()
 
     def cancel(self) -> None:
         """End the drive: a person or program cancelled the goal."""
@@ -128,7 +135,7 @@ class MoveToGoalCore:
 
     def begin_control(self, now: float) -> None:
         """From now on senders of control can be heard; `now` as in permission.Permission."""
-        self._permission.sleep.start(now)
+        self._permission.begin(now)
 
     def told_control(self, granted: bool, now: float, *details: Any, **more: Any) -> None:
         """A sender gives control, or takes it; arguments as in permission.Permission.told."""
@@ -148,7 +155,7 @@ class MoveToGoalCore:
             # the robot may have been driven elsewhere meanwhile
             if machine.failure or machine.active:
                 machine.restart()
-            self._pause()
+            self._begin_anew()
         elif self._may_drive and not before:
             machine.interrupt()
         elif before and not self._may_drive:
@@ -171,13 +178,14 @@ class MoveToGoalCore:
         return machine.goal, machine.failure
 
     def command(self, now: float) -> Optional[Twist2]:
-        refusal = POSE_LOST if self._localizer.is_lost else self._gyro.problem()
+        self._look_at_sensors(now)
+        refusal = POSE_LOST if self._localizer.is_lost else self._contradiction()
         if not (self.has_control and self._machine.active):
             self._pause()
         elif refusal:
             self._machine.give_up(refusal)
             self._pause()
-        elif self._sensors_allow(now):
+        elif self._sensors.sight not in (Sight.SILENT, Sight.LATE):
             motion = self._localizer.motion(now)
             if motion is not None:
                 dt = self._pace.step(now)
@@ -214,7 +222,7 @@ class MoveToGoalCore:
         return None if frame is None else frame.imu_minus_odometry
 
     def status(self, now: float) -> DriveStatus:
-        machine, problem = self._machine, self._sensors.problem(now) or self._gyro.problem()
+        machine, problem = self._machine, self._sensors.problem(now) or self._contradiction()
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
             machine.state, machine.goal,
@@ -247,16 +255,20 @@ class MoveToGoalCore:
 
     # -- the drive
 
-    def _sensors_allow(self, now: float) -> bool:
-        self._sensors.update(now)
-        if self._sensors.sight in (Sight.SILENT, Sight.BACK_SOON):
+    def _contradiction(self) -> str:
+        return self._gyro.problem() or self._encoders.problem()
+
+    def _look_at_sensors(self, now: float) -> None:
+        sensors = self._sensors
+        sensors.update(now, self._gyro.is_checked)
+        self._permission.look(sensors.problem(now))
+        if sensors.sight is not Sight.FRESH:
             self._pace.pause()
-        if self._sensors.sight is Sight.BACK_SOON:
+        if sensors.sight is Sight.BACK_SOON:
             self._machine.interrupt()
-        elif self._sensors.sight is Sight.BACK_LATE and self._machine.begun:
-            self._machine.give_up('sensors were silent for {:.1f} s'.format(
-                self._sensors.silent_for))
-        return self._sensors.sight is not Sight.SILENT and self._machine.active
+        elif sensors.sight is Sight.LATE and self._permission.stands and self._machine.active:
+            self._machine.give_up('{} for {:.1f} s'.format(
+                sensors.hold_reason or 'sensors were silent', sensors.silent_for))
 
     def _look_at_readings(self, dt: float) -> None:
         """Give up if a sensor repeats a reading that the last command must have changed."""
@@ -274,6 +286,11 @@ class MoveToGoalCore:
         self._sensors.pause()
         self._sent = Twist2()
 
+    def _begin_anew(self) -> None:
+        """A motion was asked for, which begins from standing."""
+        self._pause()
+        self._sensors.ask()
+
     def _look_at_localizer(self) -> None:
         """Give up a drive in which a sensor jumped; begin it anew after a reset."""
         for jump in self._localizer.take_jumps():
@@ -286,4 +303,4 @@ class MoveToGoalCore:
                 self._machine.give_up(jump.text)
         if self._localizer.take_resets():
             self._machine.restart()
-            self._pause()
+            self._begin_anew()

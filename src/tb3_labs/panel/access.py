@@ -14,7 +14,7 @@ Sources: RFC 6454 (origins), RFC 6455 section 10.2 (origins of websockets), RFC 
 import hmac
 import re
 from dataclasses import dataclass
-from typing import Iterable, List, Optional
+from typing import Iterable, Optional
 
 from tb3_labs.config import Config, setting
 
@@ -28,7 +28,7 @@ PORT = re.compile(r':[0-9]*\Z')
 
 @dataclass(frozen=True)
 class PanelConfig(Config):
-    """The address of the page, the robots that it shows, and its permission to drive."""
+    """The address of the page, and its permission to drive."""
 
     port: int = setting(8080, 'TCP port of the page; if it is in use, one of the next nine',
                         low=1, high=65000)
@@ -36,14 +36,7 @@ class PanelConfig(Config):
                                      'address but the loopback needs the printed token')
     token: str = setting('', 'your own token, if one is needed; empty: a new one at each start')
     control: bool = setting(True, 'pages may drive and set; false: they only show')
-    robots: int = setting(0, 'robots, in namespaces robot1, robot2, ...; 0: one in this namespace',
-                          low=0, high=200)
     rate: float = setting(20.0, 'pictures', '1/s', 1.0, 60.0)
-
-    @property
-    def names(self) -> List[str]:
-        """The namespaces of the robots; '' is the node's own."""
-        return ['robot%d' % number for number in range(1, self.robots + 1)] or ['']
 
 
 class Access:

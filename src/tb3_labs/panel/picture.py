@@ -15,9 +15,10 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was h
     "heading_deg"        by the IMU, 0 to 360
     "ages"               {source: time since its last message [s]; 0: it is not silent}
     "epoch"              how often the frame local was declared, as far as it was seen
-    "page"               the page that holds the robot: "", "this" or "other"
+    "page"               the page that drives the robot: "", "this" or "other"
+    "stops"              number of stops so far; see tb3_labs.supervision.grip
     "can"                {request: does any node listen to it?}
-    "pad"                state of the page's own pad: "ready", or the reason why it does not drive
+    "pad"                "ready", or why the pad of a page does not drive
 
 NaN and infinite numbers are null too: JSON does not have them, but any node may publish them.
 
@@ -48,8 +49,10 @@ SAME_MOMENT = 0.3
 #: Ages below this are shown as 0 [s]: streams are read only a few times a second, so a small age
 #: says nothing about the robot.
 READ_WITHIN = 0.3
+#: A robot that is slower than this stands, by its odometry [m/s] or [rad/s].
+STANDS_BELOW = 0.02
 #: Sources whose ages a picture has.
-SOURCES = ('imu', 'odom', 'joy')
+SOURCES = ('imu', 'odom')
 
 Point = Tuple[float, float]
 
@@ -156,6 +159,17 @@ class RobotView:
         if state == GoalState.GOAL_REACHED.name:
             return 'reached'
         return next((word for word in (WAITING, STOPPED, GAVE_UP) if state.startswith(word)), '')
+
+    def unstopped(self, since: float) -> str:
+        """Returns what does not show yet that the robot was stopped at `since` [s]; '' if it
+        stands, and move_to_goal has no control."""
+        odom = self.latest('odom')
+        if self.latest('has_control'):
+            return 'move_to_goal does not answer'
+        if odom is None or self._arrivals['odom'] <= since:
+            return 'the robot does not answer'
+        return '' if abs(odom.linear) < STANDS_BELOW and abs(odom.angular) < STANDS_BELOW else (
+            'the robot still moves')
 
     def driver(self, now: float) -> str:
         """The node whose commands move the robot, or ''."""

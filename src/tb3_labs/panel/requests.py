@@ -2,21 +2,19 @@
 
 A request is a JSON object:
 
-    {"type": "look", "robot": "robot3"}      show this robot; null: the list of all
-    {"type": "begin"}                        a person grips a control of this page
-    {"type": "joy", "pad": {...}, "mouse": [x, y]}     state of each now; null: not gripped
-    {"type": "let go"}                       the person is done
-    {"type": "give"}, {"type": "take"}       give control to move_to_goal, take it
-    {"type": "stop"}                         everything to zero
+    {"type": "joy", "pad": {...}, "mouse": [x, y], "first": bool}    what is held now, or null;
+                                             "first": somebody has just gripped it
+    {"type": "stop"}                         B, or STOP: everything to zero, no control
     {"type": "turn", "degrees": 90}          left positive
     {"type": "goal", "x": 1, "y": 0, "yaw_deg": 0}     drive there, in local [m, deg]
     {"type": "reset", "x": 0, "y": 0, "yaw_deg": 0}    the robot is here, now, in local
 
-"pad" is {"forward": -1..1, "left": -1..1, "a": bool, "b": bool, "y": bool, "hold": bool}; "mouse"
-counts from the middle of its square to its edges, -1..1, x right, y up. Each may have an "id", a
-whole number: the answer has it too. "t" is the time at which it was sent [s, the page's clock].
-"pressed" is the time at which a person asked for it; in a "joy", the time at which A was pressed
-[s, the panel's clock]. The page adds "now" of the last picture and the time since that picture.
+"pad" is {"forward": -1..1, "left": -1..1, "a": bool, "y": bool, "hold": bool}; "mouse" counts from
+the middle of its square to its edges, -1..1, x right, y up. Each may have an "id", a whole number:
+the answer has it too. "stops" is the number of stops in the picture that the page had when its
+person acted; see :mod:`tb3_labs.supervision.grip`. "t" is the time of sending on the panel's clock
+[s]: "now" of the last picture, and the time since that picture. So a message can seem older than
+it is, but never newer.
 
 Any other message raises ``ValueError`` with the invalid value, and the valid ones.
 """
@@ -24,13 +22,12 @@ import json
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
-from tb3_labs.localization.sender_clock import Lateness
 from tb3_labs.nodes.pad_config import PadConfig
 
 #: A message with more characters is refused; the longest valid one has about 250. JSON of this
 #: length is not nested too deeply for Python.
 LONGEST = 500
-#: The latest time of a clock [s since 1970].
+#: The latest time of a clock [s].
 LATEST = 1e12
 #: A turn is at most this [deg].
 MOST_DEGREES = 360.0
@@ -39,14 +36,15 @@ AXES, BUTTONS = 8, 11
 
 
 class Pad(NamedTuple):
-    """The pad of a page: sticks from -1 to 1, forward and left positive; buttons pressed."""
+    """The pad of a page: sticks from -1 to 1, forward and left positive; buttons pressed. A page
+    sends no b: its B is a "stop"."""
 
     forward: float = 0.0
     left: float = 0.0
     a: bool = False
-    b: bool = False
     y: bool = False
     hold: bool = False
+    b: bool = False
 
     def as_joy(self, config: PadConfig) -> Tuple[List[float], List[int]]:
         """Returns (axes, buttons) of a sensor_msgs/Joy, numbered as the node `gamepad` reads them.
@@ -64,11 +62,12 @@ class Pad(NamedTuple):
         return axes, buttons
 
 
-class Joy(NamedTuple):
+class Held(NamedTuple):
     """The pad and the mouse pad that a person grips on a page; None if not gripped."""
 
     pad: Optional[Pad] = None
     mouse: Optional[Tuple[float, float]] = None
+    is_first: bool = False         # is it the first message of this grip?
 
 
 class Request(NamedTuple):
@@ -77,21 +76,17 @@ class Request(NamedTuple):
     kind: str
     value: Any = None              # see the readers below
     id: Optional[int] = None
-    sent_at: Optional[float] = None    # [s, the page's clock]; None: unknown
-    pressed: Optional[float] = None    # [s, the panel's clock]; None: unknown
-    lateness: float = 0.0          # its delay beyond the usual one [s]
+    stops: Optional[int] = None    # stops that the page knew; None: unknown
+    sent_at: float = 0.0           # [s, the panel's clock]; 0: unknown, so the message is old
 
 
 class Viewer:
     """One page; `send(text)` sends a message to it."""
 
     def __init__(self, send: Callable[[str], None]) -> None:
-        #: The robot that it looks at; None for the list of robots.
-        self.robot: Any = None
         #: Lines of the log that were not sent to it yet.
         self.lines: List[Dict[str, str]] = []
         self._send = send
-        self._lateness = Lateness()
 
     def send(self, kind: str, **values: Any) -> None:
         """Send a message of this type."""
@@ -102,16 +97,8 @@ class Viewer:
         if request is not None and request.id is not None:
             self.send('answer', id=request.id, ok=fulfilled, text=text)
         elif not fulfilled:
-            self.send('note', text=text, warning=True)
-
-    def timed(self, request: Request, now: float) -> Request:
-        """Returns `request` with its delay and the time of its press, on the clock of `now` [s].
-
-        Without a time of the press, the press counts as made when the request was sent.
-        """
-        late = 0.0 if request.sent_at is None else self._lateness.of(request.sent_at, now)
-        pressed = now - late if request.pressed is None else min(now - late, request.pressed)
-        return request._replace(lateness=late, pressed=pressed)
+            # what is held on the page does not count: the person must let go
+            self.send('refused', text=text)
 
 
 def read_request(text: Union[str, bytes]) -> Request:
@@ -128,23 +115,16 @@ def read_request(text: Union[str, bytes]) -> Request:
     kind = message.get('type')
     if not isinstance(kind, str) or kind not in READERS:
         raise _invalid('type', kind, 'one of ' + ', '.join(READERS))
-    sent_at, pressed = (None if message.get(name) is None else _number(message, name, LATEST)
-                        for name in ('t', 'pressed'))
-    return Request(kind, READERS[kind](message), _id(message), sent_at, pressed)
+    sent_at = 0.0 if message.get('t') is None else _number(message, 't', LATEST)
+    return Request(kind, READERS[kind](message), _count(message, 'id'), _count(message, 'stops'),
+                   sent_at)
 
 
-def _id(message: Dict) -> Optional[int]:
-    value = message.get('id')
+def _count(message: Dict, name: str) -> Optional[int]:
+    value = message.get(name)
     if value is not None and (isinstance(value, bool) or not isinstance(value, int)):
-        raise _invalid('id', value, 'a whole number, or null')
+        raise _invalid(name, value, 'a whole number, or null')
     return value
-
-
-def _look(message: Dict) -> Optional[str]:
-    robot = message.get('robot')
-    if robot is not None and not isinstance(robot, str):
-        raise _invalid('robot', robot, 'a name, or null')
-    return robot
 
 
 def _pose(message: Dict) -> TypedPose:
@@ -154,25 +134,25 @@ def _pose(message: Dict) -> TypedPose:
         _number(message, 'yaw_deg', MAX_YAW_DEG, 'deg'))
 
 
-def _joy(message: Dict) -> Joy:
+def _held(message: Dict) -> Held:
     pad, mouse = message.get('pad'), message.get('mouse')
     if pad is not None and not isinstance(pad, dict):
         raise _invalid('pad', pad, 'an object, or null')
     if mouse is not None and not (isinstance(mouse, list) and len(mouse) == 2):
         raise _invalid('mouse', mouse, '[x, y], or null')
-    return Joy(
+    return Held(
         None if pad is None else Pad(
             _number(pad, 'forward', 1.0), _number(pad, 'left', 1.0),
-            *[_flag(pad, button) for button in ('a', 'b', 'y', 'hold')]),
+            *[_flag(pad, button) for button in ('a', 'y', 'hold')]),
         None if mouse is None else (_number({'mouse': mouse[0]}, 'mouse', 1.0),
-                                    _number({'mouse': mouse[1]}, 'mouse', 1.0)))
+                                    _number({'mouse': mouse[1]}, 'mouse', 1.0)),
+        _flag(message, 'first'))
 
 
 #: By type: the reader of a message's value.
 READERS: Dict[str, Callable[[Dict], Any]] = {
-    'look': _look, 'joy': _joy, 'goal': _pose, 'reset': _pose,
-    'turn': lambda message: _number(message, 'degrees', MOST_DEGREES, 'deg'),
-    **dict.fromkeys(('begin', 'let go', 'give', 'take', 'stop'), lambda message: None)}
+    'joy': _held, 'goal': _pose, 'reset': _pose, 'stop': lambda message: None,
+    'turn': lambda message: _number(message, 'degrees', MOST_DEGREES, 'deg')}
 
 
 def _number(message: Dict, name: str, most: float, unit: str = '') -> float:

@@ -1,11 +1,9 @@
-"""One robot as pages see and drive it: requests of pages become messages to its nodes.
+"""The robot as pages drive it: their requests become messages to the nodes of the labs.
 
-A page gives control to move_to_goal in three steps: the request "give" arrives in `carry_out`,
-:class:`tb3_labs.panel.holder.Holder` decides whether it counts, and `flush` publishes the messages
-of the holder.
+A page is a pad: it sends `joy`, and the node `gamepad` decides what a stick or A does. Its mouse
+sends `mouse_info` to the node `controller`. :class:`tb3_labs.supervision.grip.Grip` says which page
+drives. STOP goes to every node at once.
 """
-import threading
-
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 from sensor_msgs.msg import Joy
@@ -13,279 +11,214 @@ from std_msgs.msg import Bool, Float64
 
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.pad_config import PadConfig
-from tb3_labs.panel.holder import LONGEST_DELAY, Holder
+from tb3_labs.panel.requests import Pad
+from tb3_labs.panel.ros_server import in_thread
 from tb3_labs.panel.ros_watch import Watch
 from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.control_and_reset import ControlGiver, call_reset
+from tb3_labs.ros.control_and_reset import call_reset
 from tb3_labs.ros.conversions import frame, to_pose_stamped
-from tb3_labs.ros.node import guarded, read_config
-from tb3_labs.ros.rospy_internals import heard_by, messages_written
+from tb3_labs.ros.node import read_config
+from tb3_labs.ros.rospy_internals import heard_by
+from tb3_labs.supervision.grip import Grip
 
-#: A pad of another node is in use if its `joy` was heard within this time [s].
-OTHER_PAD = 0.5
-#: If no node publishes `control_holder`, a page's pad counts as ready after this time [s].
-PAD_IS_HEARD = 0.5
-#: Requests that count even if they come late.
-STOPS = ('stop', 'take', 'let go', 'joy')
-#: A stop is confirmed if it is written within this time [s].
-CONFIRM_WITHIN = 0.5
-#: A stop that is not confirmed yet is checked once in this time [s].
-CONFIRM_PERIOD = 0.005
-
-
-class Senders:
-    """The publishers of one robot; `prefix` is the robot's namespace with a slash, or ''.
-
-    Only the constructor and :meth:`read_pad_numbers` wait for the master.
-    """
-
-    def __init__(self, prefix):
-        self._prefix = prefix
-        self._pad_config = PadConfig()
-        #: The publisher of `ctrl_relinq`.
-        self.control = ControlGiver(prefix)
-        # these nodes listen to the same topics, but a stop is not for them
-        self._others = {rospy.get_name()} | {
-            rospy.resolve_name(prefix + name) for name in ('gamepad', 'controller')}
-        self._is_first = True            # no message on ctrl_relinq was sent yet
-        self._joy = rospy.Publisher(prefix + 'joy', Joy, queue_size=20, tcp_nodelay=True)
-        self._mouse = rospy.Publisher(prefix + 'mouse_info', MouseController, queue_size=20,
-                                      tcp_nodelay=True)
-        self.turn = rospy.Publisher(prefix + 'turn', Float64, queue_size=5)
-        self._goal = rospy.Publisher(prefix + 'move_base_simple/goal', PoseStamped, queue_size=5)
-        self.cmd_vel = rospy.Publisher(prefix + 'cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
-
-    def heard(self):
-        """Returns {a request of a page: does any node listen to it?}"""
-        control, goal = self.takers, heard_by(self._goal)
-        return {'goal': bool(goal), 'reset': bool(goal or control), 'control': bool(control),
-                'turn': bool(heard_by(self.turn)), 'mouse': bool(heard_by(self._mouse)),
-                'pad': bool(heard_by(self._joy) - {rospy.get_name()})}
-
-    @property
-    def takers(self):
-        """Names of the nodes from which control can be taken."""
-        return self.control.takers - self._others
-
-    @property
-    def stoppable(self):
-        """Names of the nodes that hear a stop: the `takers`, and the nodes of the robot."""
-        return self.takers | heard_by(self.cmd_vel) - self._others
-
-    def stops_written(self):
-        """Returns {connection: number of messages written to it}, of those that carry a stop."""
-        return {**self.control.written, **messages_written(self.cmd_vel)}
-
-    def grant(self, granted, now):
-        """True gives control to move_to_goal, False takes it; `now` in [s], steady."""
-        if granted and self._is_first:
-            # False comes first, as from a gamepad. If a panel is started again under its old name,
-            # a first True would count as a True of the earlier panel.
-            self.control.say(False, now)
-        self._is_first = False
-        self.control.say(granted, now)
-
-    def read_pad_numbers(self):
-        """Learn the numbers of axes and buttons that the node gamepad uses now."""
-        try:
-            self._pad_config = read_config(PadConfig, of=rospy.resolve_name(
-                self._prefix + 'gamepad'))
-        except ValueError as problem:    # gamepad has rejected its own numbers, and ended
-            rospy.logwarn('the pad has the usual numbers: %s', problem)
-            self._pad_config = PadConfig()
-
-    def pad(self, late_pad):
-        """Publish a panel.holder.LatePad as `joy`, as the package joy does."""
-        axes, buttons = late_pad.pad.as_joy(self._pad_config)
-        message = Joy(axes=axes, buttons=buttons)
-        message.header.stamp = rospy.Time.from_sec(
-            max(0.0, rospy.get_time() - late_pad.lateness))
-        self._joy.publish(message)
-
-    def mouse(self, state):
-        """Publish a panel.holder.MouseState as `mouse_info`, as mouse_client.py does."""
-        message = MouseController(status=Bool(state.active), xPos=state.x, yPos=state.y)
-        message.header.stamp = rospy.Time.now()
-        self._mouse.publish(message)
-
-    def goal(self, place):
-        """Send a goal, a geometry.se2.TypedPose."""
-        self._goal.publish(to_pose_stamped(place.pose, frame(self._prefix + 'local'),
-                                           rospy.get_time()))
+#: A request that was delayed by more than this is rejected: nobody expects it any more [s].
+LONGEST_DELAY = 2.0
+#: A stop is shown as done if the nodes and the robot answer within this time [s].
+CONFIRM_WITHIN = 1.5
+#: Time between two looks for that answer [s].
+CONFIRM_PERIOD = 0.05
 
 
 class PanelRobot:
-    """The robot in namespace `name` ('': this node's own); with `control` it can be driven.
+    """The robot of this node's namespace. Only the thread of the `server` calls its methods."""
 
-    Only the thread of the `server` calls these methods. They do not wait for the master; the
-    `worker` does.
-    """
-
-    def __init__(self, name, control, server, worker):
-        self.name = name
-        self.holder = Holder()
-        self._prefix = name + '/' if name else ''
-        self._server, self._worker = server, worker
+    def __init__(self, server):
+        self._server = server
+        self.grip = Grip()
+        self._pad_config = PadConfig()
+        self._mouse_active = False
+        publish = rospy.Publisher
+        self._control = publish('ctrl_relinq', Bool, queue_size=20)
+        self._joy = publish('joy', Joy, queue_size=20, tcp_nodelay=True)
+        self._mouse = publish('mouse_info', MouseController, queue_size=20, tcp_nodelay=True)
+        self._turn = publish('turn', Float64, queue_size=5)
+        self._goal = publish('move_base_simple/goal', PoseStamped, queue_size=5)
+        self._cmd_vel = publish('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         #: Hears the robot's topics.
-        self.watch = Watch(self._prefix, self._tell_holder)
-        # made at the start, so that a stop does not need the master
-        self._senders = Senders(self._prefix) if control else None
+        self.watch = Watch(lambda: server.soon(self._stopped))
 
-    def look(self, level):
-        """Listen to the topics of `level` (one of Watch), soon."""
-        self._worker.put(lambda: self.watch.look(level))
+    # -- what a page sees
 
     def picture(self, now):
-        """The picture, with the requests that have a listener."""
-        # no request is offered that could move the robot until the stops of others are heard
-        heard = {kind: heard and self.watch.hears_all
-                 for kind, heard in self._senders.heard().items()} if self._senders else {}
-        return dict(self.watch.read(lambda view: view.picture(now)), can=heard,
-                    pad=self._pad_words(heard, now))
+        """The picture, with the requests that have a listener, and the state of a page's pad."""
+        goal, joy = heard_by(self._goal), heard_by(self._joy) - {rospy.get_name()}
+        # a node of the handout, which hears no goals, hears this
+        control = heard_by(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
+        return dict(self.watch.read(lambda view: view.picture(now)), stops=self.grip.stops,
+                    can={'goal': bool(goal), 'reset': bool(goal or control), 'pad': bool(joy),
+                         'turn': bool(heard_by(self._turn)), 'mouse': bool(heard_by(self._mouse))},
+                    pad=self._pad_words(joy))
+
+    def _pad_words(self, listeners):
+        """'ready', or why the pad of a page does not drive."""
+        if not listeners:
+            return 'the node gamepad does not run'
+        if self.watch.hears_another_pad:
+            return 'another node publishes joy'
+        # a node of the handout does not publish control_holder
+        holder = self.watch.read(lambda view: view.latest('holder')) or 'gamepad'
+        return {'gamepad': 'ready', 'move_to_goal': 'move_to_goal has control: B takes it'}.get(
+            holder, 'connecting: hold still')
+
+    # -- what a page asks for
 
     def carry_out(self, page, request):
-        """Do what `page` asks for in a Request with known times. Returns the answer in words, or
-        None if it comes later. ``ValueError`` with the reason if the request is rejected."""
-        now = steady_time()
-        if now - request.pressed > LONGEST_DELAY and request.kind not in STOPS:
-            raise ValueError('this came {:.1f} s late, and does not count: ask again'.format(
-                now - request.pressed))
-        return self._ACTIONS[request.kind](self, page, request, now)
+        """Do what `page` asks for. Returns the answer in words, or None if it comes later.
+        ``ValueError`` with the reason if the request is rejected."""
+        return self._ACTIONS[request.kind](self, page, request)
 
-    def flush(self, now):
-        """Publish the messages of the holder."""
-        if self._senders is None:
-            return
-        grants, pads, mouse_states = self.holder.take_messages()
-        for granted in grants:
-            self._senders.grant(granted, now)
-        for pad in pads:
-            if not self._other_pad(now):
-                self._senders.pad(pad)
-        for state in mouse_states:
-            self._senders.mouse(state)
-
-    # -- the actions
-
-    def _begin(self, page, request, now):
-        self.holder.begin(page, now, request.pressed)
-        self._worker.put(self._senders.read_pad_numbers)
+    def _hold(self, page, request):
+        """A page says what is held on it now."""
+        held = request.value
+        if not (held.pad or held.mouse):
+            if self.grip.let_go(page):
+                self._release()
+            return ''
+        if held.mouse:
+            self._refuse_beside_move_to_goal()
+        is_new, now = self.grip.page is None, steady_time()
+        if not self.grip.hold(page, request.stops, now, now - request.sent_at, held.is_first):
+            return ''
+        if is_new:
+            in_thread(self._read_pad_numbers)
+        if held.pad:
+            self._send_pad(held.pad, now - request.sent_at)
+        self._send_mouse(held.mouse)
         return ''
 
-    def _joy(self, page, request, now):
-        self.holder.on_joy(page, request.value, now, request.lateness, not self._is_driving(),
-                           request.pressed)
-        if self.holder.has_granted:
-            self._senders.control.renew(now)
-        return ''
+    def _stop(self, page, request):
+        self.stop()
+        self._confirm(page, request, steady_time())
 
-    def _let_go(self, page, _request, _now):
-        self.holder.let_go(page)
-        return ''
-
-    def _give(self, page, request, now):
-        if not self._senders.takers:
-            raise ValueError('no node listens on ctrl_relinq: is move_to_goal running?')
-        self.holder.give(page, now, request.pressed)
-        return 'control given'
-
-    def _take(self, page, request, now):
-        senders = self._senders
-        confirm = self._confirmation(page, request, senders.takers,
-                                     lambda: senders.control.written, 'control taken')
-        self.holder.take(page, now, request.pressed)
-        self.flush(now)
-        confirm()
-
-    def _stop(self, page, request, now):
-        senders = self._senders
-        confirm = self._confirmation(page, request, senders.stoppable, senders.stops_written,
-                                     'STOP was sent to {}')
-        self.holder.stop(page, now, request.pressed)
-        self.flush(now)
-        senders.cmd_vel.publish(Twist())    # for a robot that is driven by a simple node
-        confirm()
-
-    def _turn(self, page, request, _now):
-        if not self._senders.heard()['turn']:
+    def _ask_turn(self, _page, request):
+        self._check(request)
+        if not heard_by(self._turn):
             raise ValueError('no node listens on turn: is the controller running?')
-        if self._is_driving():
-            raise ValueError('move_to_goal drives: take control first')
-        self.holder.check(page, request.pressed)
-        self._senders.turn.publish(request.value)
+        self._refuse_beside_move_to_goal()
+        self._turn.publish(request.value)
         return 'asked for {:g} degrees'.format(request.value)
 
-    def _goal(self, page, request, _now):
-        if not self._senders.heard()['goal']:
+    def _send_goal(self, _page, request):
+        self._check(request)
+        if not heard_by(self._goal):
             raise ValueError('no node listens on move_base_simple/goal: is move_to_goal running?')
-        self.holder.check(page, request.pressed)
-        self._senders.goal(request.value)
-        return 'goal sent: {0.x:.2f} m, {0.y:.2f} m, {0.yaw_deg:.0f} deg'.format(request.value)
+        place = request.value
+        self._goal.publish(to_pose_stamped(place.pose, frame('local'), rospy.get_time()))
+        return 'goal sent: {0.x:.2f} m, {0.y:.2f} m, {0.yaw_deg:.0f} deg'.format(place)
 
-    def _reset(self, page, request, _now):
+    def _reset(self, page, request):
         """Call the service in a thread of its own: it may take a second."""
         place = request.value
 
         def call():
             try:
-                fulfilled, text = True, call_reset(place.x, place.y, place.yaw_deg, self._prefix)
+                fulfilled, text = True, call_reset(place.x, place.y, place.yaw_deg)
             except ValueError as problem:
                 fulfilled, text = False, str(problem)
             self._server.soon(lambda: page.answer(request, fulfilled, text))
-        threading.Thread(target=guarded(call), name='reset', daemon=True).start()
-
-    def _confirmation(self, page, request, hearers, written, done):
-        """Returns a function that answers `page`: as soon as the stop was written to each present
-        connection, or after `CONFIRM_WITHIN`. A cut network may still lose a written stop.
-
-        `hearers`: names of the nodes; `written()`: {connection: messages written to it}; `done`:
-        the answer if the stop is confirmed.
-        """
-        before, begun, names = written(), steady_time(), ', '.join(sorted(hearers))
-
-        def confirm():
-            now = written()
-            if not names:
-                page.answer(request, False, 'no node hears it')
-            elif all(now.get(link, 0) > count for link, count in before.items()):
-                page.answer(request, True, done.format(names))
-            elif steady_time() - begun > CONFIRM_WITHIN:
-                page.answer(request, False, 'a connection to {} takes nothing'.format(names))
-            else:
-                self._server.later(CONFIRM_PERIOD, confirm)
-        return confirm
+        in_thread(call)
 
     #: The method for each type of request.
-    _ACTIONS = {'begin': _begin, 'joy': _joy, 'let go': _let_go, 'give': _give, 'take': _take,
-                'stop': _stop, 'turn': _turn, 'goal': _goal, 'reset': _reset}
+    _ACTIONS = {'joy': _hold, 'stop': _stop, 'turn': _ask_turn, 'goal': _send_goal, 'reset': _reset}
 
-    # -- messages that were heard
+    def _check(self, request):
+        """``ValueError`` if a request that moves the robot is old."""
+        self.grip.check(request.stops)
+        lateness = steady_time() - request.sent_at
+        if lateness > LONGEST_DELAY:
+            raise ValueError('this came {:.1f} s late, and does not count: ask again'.format(
+                lateness))
 
-    def _tell_holder(self, tell):
-        """Soon call `tell(holder, now)`; any thread may call this."""
-        def call():
-            now = steady_time()
-            tell(self.holder, now)
-            self.flush(now)
-        self._server.soon(call)
+    def _refuse_beside_move_to_goal(self):
+        if self.watch.read(lambda view: view.is_driving):
+            raise ValueError('move_to_goal drives: take control first')
 
-    def _is_driving(self):
-        return self.watch.read(lambda view: view.is_driving)
+    # -- stops
 
-    def _other_pad(self, now):
-        """The name of another node that publishes `joy` now; '' if there is none."""
-        age, name = self.watch.read(lambda view: (view.age('joy', now), view.latest('joy')))
-        return name if age is not None and age < OTHER_PAD else ''
+    def stop(self):
+        """Stop the robot, whoever drives it."""
+        self._control.publish(False)
+        self._send_pad(Pad(b=True))    # a gamepad of the handout hears no False of others
+        self._send_mouse((0.0, 0.0))   # a mouse that is deactivated ends a turn, too
+        self._release()
+        self._cmd_vel.publish(Twist())    # for a robot that a simple node drives
+        self.grip.stop()
 
-    def _pad_words(self, heard, now):
-        """The state of the page's pad; '' if none is gripped."""
-        if self.holder.pad is None:
-            return ''
-        if not heard.get('pad'):
-            return 'no node'
-        if self._other_pad(now):
-            return 'other pad'
-        holder = self.watch.read(lambda view: view.latest('holder'))
-        if holder is None:    # no node publishes control_holder
-            return 'ready' if self.holder.pad_heard_for(now) > PAD_IS_HEARD else 'connecting'
-        return {'gamepad': 'ready', 'move_to_goal': 'held back'}.get(holder, 'connecting')
+    def _stopped(self):
+        """Another node stopped the robot."""
+        if self.grip.page is not None:
+            self._release()
+        self.grip.stop()
+
+    def update(self):
+        """Notice a silent page. Returns the reason if the page that drives was lost, else ''."""
+        silence = self.grip.silence(steady_time())
+        if silence:
+            self.stop()
+            return 'The page that drives is silent for {:.1f} s'.format(silence)
+        return ''
+
+    def gone(self, page):
+        """The connection to `page` has ended."""
+        if self.grip.page is page:
+            self.stop()
+
+    def _confirm(self, page, request, since):
+        """Answer `page` as soon as the nodes show that the robot is stopped, or after
+        `CONFIRM_WITHIN`; `since`: the time of the stop [s]."""
+        if not (heard_by(self._control) | heard_by(self._cmd_vel)) - {rospy.get_name()}:
+            page.answer(request, False, 'no node hears it')
+            return
+        problem, answer = self.watch.read(lambda view: (view.unstopped(since), (
+            'the robot stands' if view.latest('has_control') is None
+            else 'control taken, the robot stands')))
+        if not problem:
+            page.answer(request, True, answer)
+        elif steady_time() - since > CONFIRM_WITHIN:
+            page.answer(request, False, problem)
+        else:
+            self._server.later(CONFIRM_PERIOD, lambda: self._confirm(page, request, since))
+
+    # -- messages
+
+    def _release(self):
+        """Everything is let go."""
+        self._send_pad(Pad())
+        self._send_mouse(None)
+
+    def _send_pad(self, pad, lateness=0.0):
+        """Publish a `joy` as the package joy does; `lateness`: the delay of the page [s]."""
+        if self.watch.hears_another_pad:
+            return    # the sticks of both would count as one pad's
+        axes, buttons = pad.as_joy(self._pad_config)
+        message = Joy(axes=axes, buttons=buttons)
+        message.header.stamp = rospy.Time.from_sec(max(0.0, rospy.get_time() - lateness))
+        self._joy.publish(message)
+
+    def _send_mouse(self, place):
+        """Publish `mouse_info` as mouse_client.py does: a new mouse begins inactive."""
+        states = ([(False, 0.0, 0.0)] if self._mouse_active != bool(place) else []) + (
+            [(True, *place)] if place else [])
+        self._mouse_active = bool(place)
+        for active, x, y in states:
+            message = MouseController(status=Bool(active), xPos=x, yPos=y)
+            message.header.stamp = rospy.Time.now()
+            self._mouse.publish(message)
+
+    def _read_pad_numbers(self):
+        """Learn the numbers of axes and buttons that the node gamepad uses now."""
+        try:
+            self._pad_config = read_config(PadConfig, of=rospy.resolve_name('gamepad'))
+        except (OSError, ValueError) as problem:
+            rospy.logwarn('the pad has the usual numbers: %s', problem)
+            self._pad_config = PadConfig()

@@ -2,12 +2,10 @@
 import asyncio
 import errno
 import os
-import queue
 import re
 import secrets
 import socket
 import threading
-import time
 from pathlib import Path
 
 import rosgraph.network
@@ -32,8 +30,6 @@ PING_PERIOD = 1.0
 PONG_WITHIN = 3.0
 #: Ports that are tried if the first one is in use.
 PORTS = 10
-#: If the master does not answer, it is asked again after this time [s].
-ASK_AGAIN = 0.5
 #: The page loads nothing from elsewhere, and no other site can show it in a frame.
 HEADERS = {
     'Content-Security-Policy': "default-src 'self'; connect-src 'self' ws: wss:; "
@@ -86,7 +82,8 @@ class Server:
                                'default_filename': 'index.html'})],
             log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST,
             websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_WITHIN)
-        server = httpserver.HTTPServer(application)
+        # a body would be read before Access is asked; the page sends none
+        server = httpserver.HTTPServer(application, max_body_size=0)
         server.add_sockets(self._sockets)
         self._loop.run_forever()
 
@@ -103,28 +100,9 @@ class Timer(ioloop.PeriodicCallback):
             super().start()
 
 
-class Worker:
-    """Does jobs that wait for the master, in a thread of its own: rospy waits until a lost master
-    is back, and the thread of the server must hear stops meanwhile."""
-
-    def __init__(self):
-        self._jobs = queue.Queue()
-        threading.Thread(target=guarded(self._run), name='master', daemon=True).start()
-
-    def put(self, job):
-        """Do `job()` after the jobs before it; repeat it until the master answers."""
-        self._jobs.put(job)
-
-    def _run(self):
-        while True:
-            job = self._jobs.get()
-            while job is not None:
-                try:
-                    job()
-                    job = None
-                except OSError as problem:
-                    rospy.logwarn_throttle(10.0, 'the master cannot be reached: %s', problem)
-                    time.sleep(ASK_AGAIN)
+def in_thread(job):
+    """Do `job()`, which may wait, in a thread of its own: the server's thread must hear stops."""
+    threading.Thread(target=guarded(job), name='job', daemon=True).start()
 
 
 class _Guarded:

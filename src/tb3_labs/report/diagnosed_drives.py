@@ -8,6 +8,7 @@ yaw. A distance between two drives is in metres: a turn by another angle counts 
 the robot is then off its course.
 """
 import math
+import re
 from typing import Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from tb3_labs.geometry.angles import continuous_at, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.mistakes import NEAR, NEAR_PLACE, Declared, Drive, Way
 from tb3_labs.report.movements import NO_SPEED, Movement, cuts, has_control, moving
-from tb3_labs.report.run_data import Poses, RunData
+from tb3_labs.report.run_data import Poses, RunData, Samples
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A node may end a turn at this part of the handout's tolerance; its robot comes nearer in steps.
@@ -27,7 +28,7 @@ UNLIKE = 2.0
 #: follows, from LEVER to FARTHEST [m].
 LEVER, FARTHEST = 0.3, 1.0
 #: A robot may miss a goal farther than this, since the error of its first turn is chance [m].
-MISSES = 1.3
+MISSES = 1.0
 #: A robot rests this long after its last command [s].
 SETTLED = 0.6
 #: A right drive ends within ARRIVED and FACES of its goal [m], [rad], and at most BEYOND behind it
@@ -39,6 +40,14 @@ LONG_TURN = math.radians(120.0)
 SWINGS = 5
 #: A drive was cut off if control, a reset or the recording's end came within this of its end [s].
 CUT = 0.5
+#: A drive that is not followed by its node's line within this time may have been cut off, too [s].
+SAID = 1.0
+#: The line of a node that has reached its goal.
+REACHED = re.compile('goal reached', re.IGNORECASE)
+#: The robot stood if odometry and IMU show at most this [m], [rad].
+STOOD, STOOD_TURN = 0.05, 0.15
+#: After a longer silence of a sensor, a right node may drive wrongly [s].
+LOST = 0.5
 #: The ghost of each part of a drive has this many poses.
 PARTS = 20
 
@@ -101,19 +110,42 @@ def ghost(seen: Sequence[Seen], ideals: Sequence[Drive]) -> Poses:
 
 
 def fresh_drives(run: RunData, found: Sequence[Movement]) -> Iterator[Fresh]:
-    """Yields each drive among the movements `found` that begins from a state that is known."""
-    ends = np.append(cuts(run), run.duration)
+    """Yields each drive among the movements `found` that begins from a state that is known: the robot
+    stood from the reset, or from the recording's start, to the drive, and no sensor was lost."""
+    said = said_reached(run)
+    ends = np.concatenate([cuts(run), [run.duration], [
+        movement.end for movement in found
+        if len(run.log) and not (np.abs(said - movement.end) < SAID).any()]])
     first = _declared(run, float(run.odometry.time[0]), Pose2())
     declared = [first] + [_declared(run, float(time), run.resets.pose(k))
                           for k, time in enumerate(run.resets.time)]
-    used = set()
     for movement in found:
         if not has_control(run, (movement.begin + movement.end) / 2.0):
             continue
         number = int(np.searchsorted(run.resets.time, movement.begin, side='right'))
-        if number not in used:
-            used.add(number)
+        since = [float(run.odometry.time[0]), *run.resets.time][number]
+        if _stood(run, since, movement.begin) and not any(
+                was_lost(sensor, since, movement.end) for sensor in (run.imu, run.odometry)):
             yield seen_drive(run, movement, ends), declared[number], first
+
+
+def said_reached(run: RunData) -> np.ndarray:
+    """The times at which a node said that it reached its goal [s]."""
+    return run.log.time[[bool(REACHED.search(text)) for text in run.log.texts]]
+
+
+def _stood(run: RunData, begin: float, end: float) -> bool:
+    """Did the robot stand from `begin` to `end` [s]?"""
+    place, yaws = run.odometry.between(begin, end), np.unwrap(run.imu.between(begin, end).yaw)
+    return not len(place) or not len(yaws) or bool(
+        max(np.ptp(place.x), np.ptp(place.y)) < STOOD and np.ptp(yaws) < STOOD_TURN)
+
+
+def was_lost(sensor: Samples, begin: float, end: float) -> bool:
+    """Was a sensor silent for long, or set to other values, between `begin` and `end` [s]?"""
+    part = sensor.between(begin, end)
+    return bool(np.diff([begin, *part.time, end]).max() > LOST) or (
+        isinstance(part, Poses) and len(part.leaps) > 0)
 
 
 def _declared(run: RunData, time: float, pose: Pose2) -> Declared:

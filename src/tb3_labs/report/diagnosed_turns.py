@@ -1,6 +1,6 @@
 """The turns of a recorded run of the IMU lab, compared with those of mistaken robots.
 
-The letters are not recorded: for each turn the letter is taken that fits better. A turn ends at a
+A bag does not have the letters: for each turn the letter is taken that fits better. A turn ends at a
 zero on ``cmd_vel``.
 
 Units: radians, left positive; rad/s; seconds since the recording's start.
@@ -11,7 +11,7 @@ from typing import List, NamedTuple, Sequence, Tuple
 import numpy as np
 
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.report.diagnosed_drives import CLOSE, SETTLED, Fit, swings, turn_apart
+from tb3_labs.report.diagnosed_drives import CLOSE, SETTLED, Fit, swings, turn_apart, was_lost
 from tb3_labs.report.mistakes import NEAR_TURN, Law
 from tb3_labs.report.movements import FASTEST_BY_MOUSE, NO_SPEED
 from tb3_labs.report.run_data import RunData
@@ -19,6 +19,8 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A robot goes on after the end of its turn, and may fall short of it a little [rad].
 GOES_ON, FALLS_SHORT = math.radians(22.0), math.radians(4.0)
+#: A shorter turn is a zero of another sender, not the end of a turn [s].
+SHORTEST = 0.15
 #: A faster command comes from a node without an upper limit: the lab's is 1.5 [rad/s].
 TOO_FAST = 1.55
 #: A turn that goes round because a clamp is missing begins with a rate below SLOW times its peak,
@@ -28,13 +30,17 @@ SLOW, START = 0.7, 0.5
 
 class Turn(NamedTuple):
     """A recorded turn. `turned` is NaN if it went left and right; `peak`: of the commands. A
-    person may have ended an endless one."""
+    person may have ended the last one. `is_persons`: one rate, without a zero at its end. `sides`:
+    1.0 for l, -1.0 for r; both if the letter is not known."""
 
     begin: float
     heading: float
     turned: float
     peak: float
     may_be_cut: bool = False
+    is_stopped: bool = True
+    is_persons: bool = False
+    sides: Tuple[float, ...] = (1.0, -1.0)
 
 
 def compared(seen: Sequence[Turn], law: Law) -> Fit:
@@ -45,10 +51,10 @@ def compared(seen: Sequence[Turn], law: Law) -> Fit:
 def _apart(law: Law, turn: Turn) -> float:
     """The distance of a turn from that of a law, for the letter that fits better [rad]."""
     far = []
-    for side in (1.0, -1.0):
+    for side in turn.sides:
         for near in (NEAR_TURN, CLOSE * NEAR_TURN):
             ideal = law.turned(turn.heading, side, near)
-            off = turn_apart(turn.turned, ideal, turn.may_be_cut and not math.isfinite(ideal))
+            off = turn_apart(turn.turned, ideal, turn.may_be_cut)
             far.append(max(0.0, off - (
                 GOES_ON if abs(turn.turned) > abs(ideal) else FALLS_SHORT)))
     return min(far)
@@ -62,7 +68,8 @@ def begin_slowly(run: RunData, seen: Sequence[Turn]) -> bool:
 
 
 def turns_of(run: RunData) -> List[Turn]:
-    """The turns of a run, in order; those by the mouse are left out."""
+    """The turns of a run, in order; those by the mouse, and those in which the IMU was lost, are
+    left out."""
     commands = run.commands
     turning = (np.abs(commands.angular) > NO_SPEED) & (np.abs(commands.linear) <= NO_SPEED)
     found = []
@@ -72,13 +79,19 @@ def turns_of(run: RunData) -> List[Turn]:
         if 'mouse_info' in run.devices and abs(peak) <= FASTEST_BY_MOUSE + NO_SPEED:
             continue
         begin = float(commands.time[first])
-        end = min(float(commands.time[after - 1]) + COMMAND_TIMEOUT + SETTLED, run.duration)
+        last = float(commands.time[after - 1])
+        following = min([*commands.time[after:after + 1], run.duration])
+        is_stopped = following - last < COMMAND_TIMEOUT
+        end = min(last + COMMAND_TIMEOUT + SETTLED, run.duration) if is_stopped else last
         later = np.flatnonzero(turning[after:])
         if len(later):
             end = min(end, float(commands.time[after + later[0]]))
+        if following - begin < SHORTEST or was_lost(run.imu, begin, end):
+            continue
         before, then = run.imu.yaw_at((begin, end))
         angle = math.nan if swings(run, begin, end) else float(then - before)
-        found.append(Turn(begin, wrap(float(before)), angle, peak))
+        found.append(Turn(begin, wrap(float(before)), angle, peak, False, is_stopped,
+                          not is_stopped and np.ptp(rates) == 0.0))
     return found[:-1] + [found[-1]._replace(may_be_cut=True)] if found else []
 
 

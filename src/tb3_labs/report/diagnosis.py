@@ -2,8 +2,9 @@
 
 Each turn and each drive is compared with what a robot would have done there whose node makes the
 mistake. A mistake fits if all movements are as it says; a run is right if all are as the handouts
-say. Mistakes that do not show in the way that a robot takes are found by the commands and the
-buttons. Nothing is known of the node's text.
+say. Mistakes that do not show in the way that a robot takes are found by the commands. Nothing is
+known of the node's text, of its start and its end, of the numbers of a pad's buttons, and of
+persons who drive: a mistake needs evidence that no right node gives, whatever they do.
 
 Units: metres, radians, seconds since the recording's start.
 """
@@ -15,12 +16,11 @@ import numpy as np
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report import diagnosed_drives, diagnosed_turns
-from tb3_labs.report.diagnosed_drives import Fit, Fresh, fresh_drives, ghost
-from tb3_labs.report.diagnosed_turns import TOO_FAST, Turn, stretches, turns_of
+from tb3_labs.report.diagnosed_drives import Fit, Fresh, fresh_drives, ghost, said_reached
+from tb3_labs.report.diagnosed_turns import TOO_FAST, Turn, turns_of
 from tb3_labs.report.mistakes import LAWS, WAYS, Way, lost
-from tb3_labs.report.movements import (
-    FASTEST_BY_MOUSE, LAB_GOAL, NO_SPEED, cuts, has_control, movements, moving)
-from tb3_labs.report.run_data import Commands, Poses, RunData
+from tb3_labs.report.movements import LAB_GOAL, cuts, has_control, movements, moving
+from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: The labs whose nodes are diagnosed.
@@ -30,12 +30,14 @@ TURN, DRIVE, PAD = 'turn', 'drive', 'pad'
 FITS, ALIKE = 0.12, 0.03
 #: Two senders: this many changes between zero and a movement, each within QUICK [s].
 JUMPS, QUICK = 10, 0.25
+#: They begin this soon after a button gave control, before a gamepad could be started anew [s].
+SOON = 1.0
 #: A run that ends within this time after a command may have ended by Ctrl+C [s].
 AFTERWARDS = 1.0
-#: A node that has forgotten its stop sends one speed for longer than this [s].
-TAIL = 15.0
-#: A button answers within ANSWERED [s]. RESETS: the button that resets the frame in the handout.
-ANSWERED, RESETS = 0.6, 2
+#: The last command before a node says that it reached its goal is not older than this [s].
+BEFORE = 0.3
+#: A button answers within this time [s].
+ANSWERED = 0.6
 
 
 @dataclass(frozen=True)
@@ -61,20 +63,19 @@ def diagnose(run: RunData) -> Diagnosis:
     """Returns the Diagnosis of a run. A run in which nothing can be judged is right. The goal is
     the first of the run, else the lab's."""
     goal = run.goals.pose(0) if len(run.goals) else LAB_GOAL
-    by_pad = _of_pad(run)
-    if by_pad is not None:
-        return by_pad
-    lab = DRIVE if len(run.control) else TURN
-    if lab == DRIVE:
-        by_way = of_drives(list(fresh_drives(run, movements(run))), goal)
+    two = _two_senders(run)
+    if two is not None:
+        return Diagnosis('two_senders', PAD, moment=two)
+    if len(run.control):
+        by_way, unstopped = of_drives(list(fresh_drives(run, movements(run))), goal), [
+            time for time in said_reached(run) if _drives_on(run, time)]
     else:
-        by_way = of_turns(run, turns_of(run))
-    unstopped = _no_stop(run)
-    if unstopped is None:
-        return by_way
-    if by_way.mistake:
-        return replace(by_way, besides=by_way.besides or 'no_stop')
-    return Diagnosis('no_stop', lab, moment=unstopped)
+        turns = [turn for turn in turns_of(run) if not (turn.is_persons or 'joy' in run.devices)]
+        by_way, unstopped = of_turns(run, turns), [
+            turn.begin for turn in turns[:-1] if not any(each.is_stopped for each in turns[:-1])]
+    if by_way.mistake == '' and unstopped:
+        return Diagnosis('no_stop', DRIVE if len(run.control) else TURN, moment=unstopped[0])
+    return by_way
 
 
 def of_drives(fresh: Sequence[Fresh], goal: Pose2) -> Diagnosis:
@@ -103,8 +104,7 @@ def _of_drives(fresh: Sequence[Fresh], goal: Pose2, ways: Sequence[Way]) -> Diag
 def of_turns(run: RunData, seen: Sequence[Turn]) -> Diagnosis:
     """Returns the Diagnosis of these turns of a run, without mistakes that the commands show."""
     if not seen:
-        turns = np.abs(run.commands.angular) > FASTEST_BY_MOUSE + NO_SPEED
-        return Diagnosis(None if turns.any() and 'joy' not in run.devices else '', TURN)
+        return Diagnosis('', TURN)
     fastest = max(seen, key=lambda turn: abs(turn.peak))
     if abs(fastest.peak) > TOO_FAST:
         is_left = any(turn.peak > TOO_FAST for turn in seen)
@@ -143,62 +143,30 @@ def _decided(lab: str, fits: Dict[str, Fit], begins: Sequence[float]) -> Diagnos
                      other=other, moment=moment)
 
 
-# Commands and buttons -------------------------------------------------------------------------
-
-def _of_pad(run: RunData) -> Optional[Diagnosis]:
-    """The mistakes of a gamepad's node."""
-    two = _two_senders(run)
-    if two is not None:
-        return Diagnosis('two_senders', PAD, moment=two)
-    other = _wrong_button(run)
-    return None if other is None else Diagnosis('wrong_button', PAD, moment=other)
-
+# Commands ---------------------------------------------------------------------------------------
 
 def _two_senders(run: RunData) -> Optional[float]:
     """Returns the time from which on zeros come between the commands of a moving robot, again and
-    again."""
-    moves, time = moving(run.commands), run.commands.time
-    edges = np.flatnonzero(np.diff(moves.astype(int)))
-    for first, last in zip(edges, edges[JUMPS:]):
-        if time[last] - time[first] < JUMPS * QUICK:
-            return float(time[first])
+    again, although a button of the pad has just given control to a node."""
+    if 'mouse_info' in run.devices:
+        return None    # a controller beside it answers each message of its mouse
+    given = np.flatnonzero(np.diff(run.control.value, prepend=0.0) > 0.0)
+    for grant in given:
+        begin = float(run.control.time[grant])
+        taken = run.control.time[grant:][run.control.value[grant:] == 0.0]
+        commands = run.commands.between(begin, min([*taken[:1], math.inf]))
+        edges = commands.time[1:][np.diff(moving(commands).astype(int)) != 0]
+        if len(run.presses.between(begin - ANSWERED, begin + 0.05)) and any(
+                last - first < JUMPS * QUICK and first < begin + SOON
+                for first, last in zip(edges, edges[JUMPS:])):
+            return begin
     return None
 
 
-def _wrong_button(run: RunData) -> Optional[float]:
-    """Returns the time of a press of the right button that did not reset the frame, or of a wrong
-    one that did. Without any reset there may be no node that has the frame."""
-    if not len(run.resets):
-        return None
-    for time, button in zip(run.presses.time, run.presses.value):
-        was_reset = ((run.resets.time >= time - 0.1) & (run.resets.time < time + ANSWERED)).any()
-        if was_reset != (int(button) == RESETS):
-            return float(time)
-    return None
-
-
-def _no_stop(run: RunData) -> Optional[float]:
-    """Returns the end of a node's movement that nobody cut off, after which no command stopped the
-    robot. In the IMU lab a node does not drive forward."""
-    time, moves = run.commands.time, moving(run.commands)
+def _drives_on(run: RunData, reached: float) -> bool:
+    """Did the node that said at this time [s] that it reached its goal send no zero?"""
+    commands = run.commands.between(reached - BEFORE, reached + COMMAND_TIMEOUT)
     ends = np.append(cuts(run), run.duration)
-    for first, after in stretches(moves, time):
-        last = float(time[after - 1])
-        is_node = has_control(run, (float(time[first]) + last) / 2.0) if len(run.control) else not (
-            run.commands.linear[first:after] > NO_SPEED).any()
-        if not is_node:
-            continue
-        following = float(time[after]) if after < len(time) else math.inf
-        if following - last > COMMAND_TIMEOUT and (np.abs(ends - last) > AFTERWARDS).all():
-            return last
-        if _goes_on(run.commands.between(time[first], last)):
-            return last
-    return None
-
-
-def _goes_on(commands: Commands) -> bool:
-    """Do these commands end by turning at one speed for long?"""
-    if not len(commands) or commands.time[-1] - commands.time[0] < TAIL:
-        return False
-    tail = commands.between(commands.time[-1] - TAIL, math.inf)
-    return bool(np.ptp(tail.angular) == 0.0 and (np.abs(tail.linear) <= NO_SPEED).all())
+    return bool(has_control(run, reached) and len(commands) and moving(commands).all()
+                and len(set(commands.between(reached, math.inf).angular)) <= 1
+                and (np.abs(ends - reached) > AFTERWARDS).all())

@@ -5,7 +5,7 @@ and the student still has to find the mistake.
 """
 import math
 from html import escape
-from typing import List, NamedTuple
+from typing import List, NamedTuple, Optional
 
 from tb3_labs.report.diagnosis import DRIVE, PAD, TURN, Diagnosis
 from tb3_labs.report.run_data import RunData
@@ -57,6 +57,11 @@ HINTS = {
     (TURN, 'no_negative_clamp'): Hint(
         'limits positive commands only', 'An error of -90 gives a command of -9. What do both '
         'limits make of it?', TURNS, 6, 'TODO 7'),
+    (TURN, 'heading_kept'): Hint(
+        'turns by a heading that hardly changes', PRINT_YAW, TURNS, 4, 'TODO 6'),
+    (TURN, 'swapped'): Hint(
+        'turns right for l, and left for r', 'The heading is 100. Which goal has l, if the heading '
+        'grows to the left?', TURNS, 5, 'TODO 7'),
     (TURN, 'quaternion_order'): Hint(
         'reads the numbers of the quaternion in another order', PRINT_YAW, TURNS, 4, 'TODO 6'),
     (TURN, 'radians'): Hint('mixes radians and degrees', PRINT_YAW, TURNS, 4, 'TODO 6'),
@@ -89,9 +94,6 @@ HINTS = {
         'reads the numbers of a quaternion in another order', PRINT_YAW, POSE, 2, 'TODO 2'),
     (DRIVE, 'degrees'): Hint('mixes degrees and radians', PRINT_YAW, POSE, 2, 'TODO 2'),
     (DRIVE, 'no_stop'): Hint('sends no zero at the end', LAST_MESSAGE, STATES, 4, 'TODO 6'),
-    (PAD, 'wrong_button'): Hint(
-        'resets by another button', 'rostopic echo /joy, and press Y. Which of the numbers '
-        'changes? (On the pad of the course: the third one.)', THUMB, 4, 'TODO 1'),
     (PAD, 'two_senders'): Hint(
         'goes on sending while another node has control', 'rostopic echo /cmd_vel after A: do '
         'zeros come between the commands?', THUMB, 1, 'has_control'),
@@ -99,7 +101,8 @@ HINTS = {
 SECTION = '''<section id="hints"><h2>What went wrong</h2>
 {}</section>'''
 FOLDED = '<details{}><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
-NONE_FITS = '<p>The movements are not those of the handout. No known mistake explains them.</p>\n'
+NONE_FITS = '<p>Some movements differ from those of the handout. No known mistake explains them: was ' \
+    'the node ended in one of them, or started anew?</p>\n'
 
 
 def is_students(run: RunData) -> bool:
@@ -107,12 +110,16 @@ def is_students(run: RunData) -> bool:
     return not len(run.asked) and not (len(run.states) and 'states' not in run.derived)
 
 
-def section(found: Diagnosis) -> str:
-    """Returns the HTML of the hints; '' for a run that is right."""
+def section(found: Diagnosis, run: Optional[RunData] = None) -> str:
+    """Returns the HTML of the hints; '' for a run that is right. `run`: if its goal is not known."""
     if found.mistake == '':
         return ''
+    goal = ''
+    if run is not None and 'goals' in run.derived and found.lab == DRIVE:
+        goal = '<p>The goal was taken to be ({:g}, {:g}). If it was another one, give it by --goal.' \
+            '</p>\n'.format(run.goals.x[0], run.goals.y[0])
     if found.mistake is None:
-        return SECTION.format(NONE_FITS)
+        return SECTION.format(NONE_FITS + goal)
     hint = HINTS[found.lab, found.mistake]
     place = '{}, section "{}"{}.'.format(
         SHEETS[found.lab], hint.heading, ', step {}'.format(hint.step) if hint.step else '')
@@ -124,7 +131,7 @@ def section(found: Diagnosis) -> str:
                                   ('Hint 3: where to change it', hint.todo + '.')]):
         folded = FOLDED.format('', title, escape(words), folded)
     return SECTION.format(
-        '<p>Open one hint, then try again before you open the next.</p>\n' + folded)
+        '<p>Open one hint, then try again before you open the next.</p>\n' + goal + folded)
 
 
 def sentences(found: Diagnosis) -> List[str]:

@@ -23,10 +23,11 @@ from tb3_labs.report.run_data import (
 #: The levels of log lines, by the bits of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
 
-#: The line of a reset.
-NUMBER = r'([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)'
+#: The line of a reset. No two parts side by side may match the same character: a line of thousands
+#: of blanks would be tried in all ways to divide it.
+NUMBER = r'([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)'
 RESET_LINE = re.compile(
-    r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}\s*m?\W+y\s*[=:]\s*{0}\s*m?\W+'
+    r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}(?:\s*m)?\W+y\s*[=:]\s*{0}(?:\s*m)?\W+'
     r'(?:yaw|theta)\s*[=:]\s*{0}\s*(deg|\N{{DEGREE SIGN}})?'.format(NUMBER), re.IGNORECASE)
 
 #: If the clocks of two senders differ by less than this, the senders share one clock [s].
@@ -88,11 +89,13 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
 
 
 def declared_by(line: str) -> Optional[Pose2]:
-    """Returns the declared pose of the robot in ``local``; None if the line tells no reset."""
+    """Returns the declared pose of the robot in ``local``; None if the line tells no valid reset."""
     found = RESET_LINE.search(line)
     if found is None:
         return None
     x, y, yaw = (float(word) for word in found.groups()[:3])
+    if not math.isfinite(x + y + yaw):      # 1e999
+        return None
     in_degrees = found.group(4) is not None or abs(yaw) > TURN
     return Pose2(x, y, wrap(math.radians(yaw) if in_degrees else yaw))
 

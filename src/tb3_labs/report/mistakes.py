@@ -95,6 +95,7 @@ def by_letter(error: float, side: float) -> float:
 
 LAWS = (
     Law(),
+    Law(quarter=180.0),    # the lab is also given with half turns
     Law('error_not_wrapped', error_wraps=(False, False)),
     Law('error_not_wrapped_low', error_wraps=(False, True)),
     Law('error_not_wrapped_high', error_wraps=(True, False)),
@@ -103,10 +104,11 @@ LAWS = (
     Law('goal_not_wrapped_low', (False, True), (False, False), command=by_letter),
     Law('goal_not_wrapped_high', (True, False), (False, False), command=by_letter),
     Law('no_negative_clamp', command=lambda error, side: abs(error)),
-    Law('radians', reading=lambda heading: math.radians(signed(heading)) % 360.0),
+    # not read, in radians, or by numbers in another order, which may also mirror it
+    Law('heading_kept', reading=lambda heading: 0.0),
+    Law('heading_kept', reading=lambda heading: math.radians(signed(heading)) % 360.0),
     Law('radians', quarter=math.pi / 2.0),
-    # numbers in another order give the same heading for ever, or a mirrored one
-    Law('quaternion_order', reading=lambda heading: 0.0),
+    Law('swapped', quarter=-90.0),
     Law('quaternion_order', reading=lambda heading: (180.0 - heading) % 360.0))
 
 

@@ -83,7 +83,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
         '<p>{}</p>'.format(escape(_summary(run, model))),
         timeline.section(timeline.timeline(
             run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)),
-        hints.section(found), _turns(run, turned), shown['turns'],
+        hints.section(found, run), _turns(run, turned), shown['turns'],
         _drives(run, driven, turned), shown['paths'], shown['errors'], _along(driven),
         shown['heading'], shown['speeds'],
         RATES.format(tables.rates(run))]), encoding='utf-8')

@@ -51,8 +51,8 @@ class RobotModel:
 
 MODELS: Dict[str, RobotModel] = {
     'burger': RobotModel('burger', 0.033, 0.160, 61.0, 265, 0.2108, 2.635, 0.105),
-    'waffle': RobotModel('waffle', 0.033, 0.287, 77.0, 337, 0.26, 1.82, 0.220),
-    'waffle_pi': RobotModel('waffle_pi', 0.033, 0.287, 77.0, 337, 0.26, 1.82, 0.220),
+    'waffle': RobotModel('waffle', 0.033, 0.287, 77.0, 330, 0.26, 1.82, 0.220),
+    'waffle_pi': RobotModel('waffle_pi', 0.033, 0.287, 77.0, 330, 0.26, 1.82, 0.220),
 }
 DEFAULT_MODEL = 'burger'
 #: The environment variable that names the model if nothing else does.

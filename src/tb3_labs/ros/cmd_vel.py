@@ -20,6 +20,9 @@ from tb3_labs.ros.node import guarded, when_stopped
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import subscribe
 
+#: A smaller speed turns no motor [m/s], [rad/s]: their steps are eight times as large. The firmware
+#: takes a number such as 1e-40 for full speed.
+LEAST_SPEED = 1e-4
 #: Wait until the last zero has left the process [s]: rospy that ends drops what its queues hold.
 DELIVERY_TIME = 0.15
 #: The watchdog begins to check a node when no message came for this long [s, wall clock], half the
@@ -65,11 +68,14 @@ class CmdVel:
         return time.monotonic() - since if since is not None else 0.0
 
     def send(self, command):
-        """Send `command`, a Twist2. None, zero, and every command while the clock stands still are
-        a :meth:`stop`. ``ValueError`` if a number is not finite."""
+        """Send `command`, a Twist2; speeds below LEAST_SPEED are zero. None, zero, and every command
+        while the clock stands still are a :meth:`stop`. ``ValueError`` if a number is not
+        finite."""
         linear, angular = (command.linear, command.angular) if command is not None else (0.0, 0.0)
         if not (math.isfinite(linear) and math.isfinite(angular)):
             raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
+        linear, angular = (speed if abs(speed) >= LEAST_SPEED else 0.0
+                           for speed in (linear, angular))
         with self._lock:
             if linear == angular == 0.0 or not self._clock.runs:
                 self._stop()

@@ -14,7 +14,6 @@ from std_msgs.msg import Bool
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.rospy_internals import heard_by, messages_written
 from tb3_labs.ros.topics import subscribe_events
 from tb3_labs.srv import ResetPose, SetInitialPose
 from tb3_labs.supervision.permission import RENEWAL
@@ -29,25 +28,12 @@ COVARIANCE = 36 * [0.1]
 
 
 class ControlGiver:
-    """A sender's end: it gives control, renews it and takes it.
+    """A sender's end: it gives control, renews it and takes it."""
 
-    `prefix` is the robot's namespace with a slash, such as robot3/; '' means this node's own.
-    """
-
-    def __init__(self, prefix=''):
-        self._publisher = rospy.Publisher(prefix + 'ctrl_relinq', Bool, queue_size=20, latch=True,
+    def __init__(self):
+        self._publisher = rospy.Publisher('ctrl_relinq', Bool, queue_size=20, latch=True,
                                           headers=RENEWS)
         self._said_at = 0.0
-
-    @property
-    def takers(self):
-        """Names of the nodes that hear this sender."""
-        return heard_by(self._publisher)
-
-    @property
-    def written(self):
-        """{connection: number of messages written to it}."""
-        return messages_written(self._publisher)
 
     def say(self, word, now):
         """Publish `word`: True once, or False twice. `now` is the steady_time() [s].
@@ -96,10 +82,10 @@ class ControlTaker:
             self._publisher.publish(has_control)
 
 
-def call_reset(x, y, yaw_deg, prefix=''):
+def call_reset(x, y, yaw_deg):
     """Declare the robot to be at x, y [m], yaw [deg] in local. Returns the answer in words;
-    ``ValueError`` with the reason of a refusal. `prefix`: as for ControlGiver."""
-    own, handout = (rospy.resolve_name(prefix + name) for name in ('reset_pose', 'set_pose'))
+    ``ValueError`` with the reason of a refusal."""
+    own, handout = (rospy.resolve_name(name) for name in ('reset_pose', 'set_pose'))
     try:
         if _first_offered(own, handout) == handout:
             pose = TypedPose(x, y, yaw_deg).pose

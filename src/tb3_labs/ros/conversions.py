@@ -25,9 +25,9 @@ def yaw_of(orientation):
     return yaw_from_quaternion(w=orientation.w, x=orientation.x, y=orientation.y, z=orientation.z)
 
 
-def to_quaternion(yaw):
-    """geometry_msgs/Quaternion of a heading [rad]."""
-    w, x, y, z = quaternion_from_yaw(yaw)
+def to_quaternion(yaw, *tilt):
+    """geometry_msgs/Quaternion of a heading, and of a tilt (roll, pitch) [rad]."""
+    w, x, y, z = quaternion_from_yaw(yaw, *tilt)
     return Quaternion(x=x, y=y, z=z, w=w)
 
 

@@ -1,6 +1,7 @@
 """Goals of move_to_goal, in any frame that tf knows, by the `move2goal` action and
 `move_base_simple/goal`.
 """
+import queue
 import threading
 
 import rospy
@@ -10,9 +11,11 @@ from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseResult
 
+from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, transform_to_pose2
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import only_news, subscribe, subscribe_news
+from tb3_labs.supervision.arbitration import Arrival, Arrivals
 
 #: Longest wait for a transform [s], so that a reset in a frame of tf is answered within a second.
 TF_TIMEOUT = 0.5
@@ -21,8 +24,9 @@ TF_TIMEOUT = 0.5
 class _Server(ActionServer):
     """An ActionServer that ignores a repeated latched goal, see :func:`topics.only_news`.
 
-    Before the server's lock is held, each goal goes to `take(header, job)`; `job()` then gives the
-    goal to actionlib. actionlib (1.14.0) offers neither of these: test/ros/stops.test shows both.
+    Before the server's lock is held, each goal goes to `take(header, goal_id, job)`; `job()` then
+    gives the goal to actionlib. actionlib (1.14.0) offers neither of these: test/ros/stops.test
+    shows both.
     """
 
     def __init__(self, take, on_goal, on_cancel):
@@ -36,32 +40,33 @@ class _Server(ActionServer):
 
     def _on_news(self, goal):
         internal = super().internal_goal_callback
-        self._take(goal.goal.target_pose.header, lambda: internal(goal))
+        self._take(goal.goal.target_pose.header, goal.goal_id, lambda: internal(goal))
 
 
 class GoalInterfaces:
     """One goal at a time; a newer one, from either source, replaces the older.
 
-    `set_goal(header, pose)` takes a goal and returns the object by which its end is reported here,
-    or raises ``ValueError`` with the reason of a refusal. `cancel()` gives up the present goal.
+    `set_goal(header, pose, arrived_at)` takes a goal, which arrived at that steady_time(), and
+    returns the object by which its end is reported here, or raises ``ValueError`` with the reason
+    of a refusal. `cancel()` gives up the present goal.
     Both are called with this object's lock held, and must not wait, since a cancel needs that lock.
-    Report only while you hold no lock of your own. `await_frame(header)` is called before
-    `set_goal`, without the lock: PoseFrames.await_frame.
+    Report only while you hold no lock of your own. A goal whose frame `frames`, the PoseFrames,
+    must wait for waits in a thread of its own, without the lock.
 
-    A message on `move2goal/cancel` ends the goal with its id, or all goals up to its stamp, or any
-    goal if it has neither. It also ends goals that actionlib does not know: a goal of the other
-    source, and an ended goal that is driven to again after a reset.
+    A message on `move2goal/cancel` also ends goals that actionlib does not know: a goal of the
+    other source, a goal that waits, and an ended goal that is driven to again after a reset.
     """
 
-    def __init__(self, set_goal, cancel, await_frame):
+    def __init__(self, set_goal, cancel, frames):
         self._set_goal = set_goal
         self._cancel = cancel
-        self._await_frame = await_frame
-        self._cancels = 0             # number of messages so far that cancel all goals
-        self._is_cancelled = False    # did one come while the newest goal waited for its frame?
+        self._frames = frames
+        self._arrivals = Arrivals(_arrival(GoalID()))
+        self._coming = None           # the Arrival that is about to replace the present goal
         self._goal = None             # the present goal
         self._handle = None           # its action goal, if it came by the action and is not over
-        self._id = GoalID(stamp=rospy.Time.now())    # id and time of the present goal
+        self._awaited = queue.Queue()    # (header, Arrival, job) of goals that wait
+        threading.Thread(target=guarded(self._await_frames), name='goals', daemon=True).start()
         self._server = _Server(self._take, guarded(self._on_action_goal), guarded(self._on_cancel))
         subscribe_news('move_base_simple/goal', PoseStamped, self._on_simple_goal, queue_size=1)
         # otherwise the server's status thread may still publish while the topics are closed
@@ -92,35 +97,51 @@ class GoalInterfaces:
                 fix.local_T_base, local_frame, fix.stamp)))
 
     def _on_action_goal(self, handle):
-        try:
-            self._replace(handle.get_goal().target_pose, handle)
-        except ValueError as problem:
-            rospy.logwarn('Goal refused: %s', problem)
-            handle.set_rejected(MoveBaseResult(), str(problem))
+        self._replace(handle.get_goal().target_pose, handle)
 
     def _on_simple_goal(self, message):
-        try:
-            self._take(message.header, lambda: self._replace(message, None))
-        except ValueError as problem:
-            rospy.logwarn('Goal refused: %s', problem)
+        self._take(message.header, GoalID(), lambda: self._replace(message, None))
 
-    def _take(self, header, take):
-        """Wait for the frame in `header` without the lock, then call `take()` with it held."""
-        cancels = self._cancels
-        waited = self._await_frame(header)
+    def _take(self, header, goal_id, job):
+        """Call `job()` with the lock held, now or after a wait for the frame in `header`."""
+        goal = _arrival(goal_id)
         with self._server.lock:
-            self._is_cancelled = waited and self._cancels != cancels
-            take()
+            self._arrivals.add(goal)
+            if self._frames.must_wait(header):
+                self._awaited.put((header, goal, job))
+            else:
+                self._carry_out(goal, job)
+
+    def _await_frames(self):
+        while True:
+            header, goal, job = self._awaited.get()
+            if not goal.objection(steady_time()):
+                self._frames.await_frame(header)
+            with self._server.lock:
+                self._carry_out(goal, job)
+
+    def _carry_out(self, goal, job):
+        self._coming = goal
+        job()
+        self._arrivals.drop(goal)
 
     def _replace(self, stamped, handle):
-        if self._is_cancelled:
-            raise ValueError('it was cancelled while its frame was awaited')
-        goal = self._set_goal(stamped.header, stamped.pose)
+        coming = self._coming
+        try:
+            if coming.objection(steady_time()):
+                raise ValueError(coming.objection(steady_time()))
+            goal = self._set_goal(stamped.header, stamped.pose, coming.arrived_at)
+        except ValueError as problem:
+            rospy.logwarn('Goal refused: %s', problem)
+            if handle is not None:
+                handle.set_rejected(MoveBaseResult(), str(problem))
+            return
         self._end(self._goal, 'set_canceled', 'replaced by a newer goal')
         if handle is not None:
             handle.set_accepted('driving')
+            coming.name = handle.get_goal_id().id    # actionlib gives one to a goal without
         self._goal, self._handle = goal, handle
-        self._id = handle.get_goal_id() if handle is not None else GoalID(stamp=rospy.Time.now())
+        self._arrivals.accept(coming)
 
     def _on_cancel(self, handle):
         """actionlib calls this for a goal to be cancelled."""
@@ -130,11 +151,7 @@ class GoalInterfaces:
     def _on_any_cancel(self, which):
         """actionlib may not know the goal of this message on `move2goal/cancel`."""
         with self._server.lock:
-            all_goals = not which.id and not which.stamp
-            named = which.id and which.id == self._id.id
-            until_then = which.stamp and self._id.stamp and self._id.stamp <= which.stamp
-            self._cancels += all_goals
-            if all_goals or named or until_then:
+            if self._arrivals.cancel(which.id, which.stamp.to_nsec()):
                 self._cancel_all()
 
     def _cancel_all(self):
@@ -146,6 +163,11 @@ class GoalInterfaces:
             if self._handle is not None and goal is self._goal:
                 getattr(self._handle, how)(MoveBaseResult(), text)
                 self._handle = None
+
+
+def _arrival(goal_id):
+    """The Arrival, now, of a goal with this GoalID."""
+    return Arrival(steady_time(), goal_id.id, (goal_id.stamp or rospy.Time.now()).to_nsec())
 
 
 class PoseFrames:
@@ -162,19 +184,23 @@ class PoseFrames:
         self._tf = None
         self._lock = threading.Lock()
 
+    def must_wait(self, header):
+        """Must the frame of `header` be awaited?"""
+        frame = header.frame_id.lstrip('/')
+        return not (self._is_local(frame) or self._is_odom(frame))
+
     def await_frame(self, header):
         """Wait until tf knows the frame of `header`, for at most TF_TIMEOUT; without a master for
-        ever. Call it without a lock, before :meth:`to_local`. Returns False if it need not wait."""
-        frame = header.frame_id.lstrip('/')
-        if self._is_local(frame) or self._is_odom(frame):
-            return False
+        ever. Call it without a lock, before :meth:`to_local`."""
+        if not self.must_wait(header):
+            return
         with self._lock:
             if self._tf is None:
                 buffer = tf2_ros.Buffer(debug=False)    # else it asks the master for a service
                 self._listener = tf2_ros.TransformListener(buffer)
                 self._tf = buffer
-        self._tf.can_transform(self.odom, frame, rospy.Time(0), rospy.Duration(TF_TIMEOUT))
-        return True
+        self._tf.can_transform(self.odom, header.frame_id.lstrip('/'), rospy.Time(0),
+                               rospy.Duration(TF_TIMEOUT))
 
     def to_local(self, header, pose, odom_T_local):
         """Returns the Pose2 in local of a geometry_msgs/Pose in the frame of `header`; an empty one

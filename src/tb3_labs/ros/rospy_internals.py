@@ -30,14 +30,6 @@ def heard_by(publisher):
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
 
 
-def messages_written(publisher):
-    """Returns {rospy's number of a connection: number of messages written to it}, the first and
-    third numbers of `impl.get_stats()`: a stop is shown as done when it was written
-    (test/ros/panel.test).
-    """
-    return {link[0]: link[2] for link in publisher.impl.get_stats()[2]}
-
-
 def publish_together(publisher, messages):
     """Publish messages by one write to each subscriber, as a network delivers what it has delayed:
     a subscriber with queue_size=1 finds all of them in one read, and drops all but the last.

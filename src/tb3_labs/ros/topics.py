@@ -62,8 +62,8 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
 
 
 def subscribe_wheels(callback):
-    """Returns a subscriber of every sample of the wheels on `joint_states`. Messages of other
-    joints, such as an arm's, are ignored."""
+    """Hear every sample of the wheels on `joint_states`, but no message of other joints, such as an
+    arm's. Returns a function that answers whether anybody publishes there."""
     def hear(message):
         try:
             sample = to_wheel_sample(message)
@@ -71,7 +71,9 @@ def subscribe_wheels(callback):
             return
         callback(sample)
 
-    return subscribe('joint_states', JointState, hear, queue_size=None)
+    were_sent = bool(_publishers(rospy.resolve_name('joint_states')))
+    subscriber = subscribe('joint_states', JointState, hear, queue_size=None)
+    return lambda: were_sent or subscriber.get_num_connections() > 0
 
 
 def sent_at(message):

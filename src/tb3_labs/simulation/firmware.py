@@ -6,7 +6,8 @@ Its faults are copied, because the labs have to work with them:
 - Linear and angular speed are clipped one by one, then each wheel again. So a fast curve becomes
   slower and wider.
 - Motors take whole steps of speed, cut towards zero, and not more than `motor_steps`.
-- A speed that is not finite arrives over rosserial as the largest number of its sign.
+- rosserial keeps eight bits of a speed's exponent, and takes the next one for a sign: infinity
+  arrives as 1, NaN as 1.5, and 1e-40 as a large negative number.
 - The heading of the odometry is the IMU's: ``dyaw = theta - theta_last`` is *not* wrapped. Each
   time the IMU crosses +/-180 deg, one sample's displacement points backwards and its
   twist.angular has a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw itself
@@ -16,6 +17,9 @@ Its faults are copied, because the labs have to work with them:
   their speed, and commands and further resets wait in their order. The gyro takes the mean rate of
   turn for its bias. Then `reset` sets the odometry's pose to zero, but not the IMU's yaw. From then
   on they differ. The next odometry adds the turn that the IMU saw during the calibration.
+- While it plays a `sound` it does nothing else either, but it calibrates nothing.
+- If the servos do not answer, the odometry repeats its last step for ever, while the angles of the
+  wheels stand.
 - After a start the board is silent, then it calibrates.
 
 Units: SI; motor angles in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
@@ -23,8 +27,9 @@ Units: SI; motor angles in radians, positive forwards. Source: ROBOTIS OpenCR fi
 simulated body.
 """
 import math
+import struct
 from collections import deque
-from typing import Deque, Sequence, Tuple
+from typing import Deque, Optional, Sequence, Tuple, Union
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
@@ -35,11 +40,11 @@ from tb3_labs.simulation.network import Arrival
 
 #: Angle of a wheel from one encoder step to the next [rad].
 TICK = 2.0 * math.pi / TICKS_PER_TURN
-#: A reset is sent to the board as this value, in place of a command.
-RESET = None
+#: A reset is sent to the board as this value, in place of a command; a sound as its length [s].
+RESET = 'reset'
+#: The length of each sound that is not 2.6 s long [s], by its number: low battery, error, buttons.
+SOUNDS, USUAL_SOUND = {2: 5.848, 3: 3.456, 4: 0.0, 5: 0.0}, 2.6
 NO_COMMAND = -math.inf, 0.0, 0.0
-#: Time from the start of the board to its first IMU sample [s].
-START_TIME = 6.2
 
 
 def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
@@ -51,7 +56,14 @@ def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[floa
 
 
 def _received(speed: float) -> float:
-    return speed if math.isfinite(speed) else math.copysign(math.inf, speed)
+    """The speed as rosserial's float arrives; 0 for a NaN, with which no motor turns."""
+    if speed == 0.0 or 1e-37 < abs(speed) < 1e38:
+        return speed
+    bits, = struct.unpack('<Q', struct.pack('<d', speed))
+    exponent = bits >> 52 & 0x7FF
+    kept = bits >> 29 & 0x7FFFFF | ((exponent - 896 << 23) & 0xFFFFFFFF if exponent else 0)
+    received, = struct.unpack('<f', struct.pack('<I', kept | bits >> 63 << 31))
+    return 0.0 if math.isnan(received) else float(received)
 
 
 def _whole_steps(rim_speed: float, model: RobotModel) -> float:
@@ -78,7 +90,7 @@ class Odometer:
         #: Yaw of the IMU from which the next update counts the turn [rad].
         self.theta_last = imu_yaw
         self._ticks: Tuple[int, int] = (0, 0)
-        self._zero = self._ticks
+        self._zero = self._step = self._ticks
         self._stamp = 0.0
         #: (left, right) mean speed of the wheels over the last interval [rad/s].
         self.wheel_speeds = (0.0, 0.0)
@@ -89,35 +101,41 @@ class Odometer:
         left, right = (TICK * (ticks - zero) for ticks, zero in zip(self._ticks, self._zero))
         return left, right
 
-    def update(self, stamp: float, ticks: Tuple[int, int], imu_yaw: float) -> OdometrySample:
+    def update(self, stamp: float, ticks: Optional[Tuple[int, int]],
+               imu_yaw: float) -> OdometrySample:
         """Returns the sample at `stamp` [s], which is later than the last stamp; `ticks` is (left,
-        right), and `imu_yaw` [rad] is in (-pi, pi]."""
+        right), None if the servos do not answer, and `imu_yaw` [rad] is in (-pi, pi]."""
         interval = stamp - self._stamp
-        left = TICK * (ticks[0] - self._ticks[0])
-        right = TICK * (ticks[1] - self._ticks[1])
+        if ticks is not None:
+            self._step = ticks[0] - self._ticks[0], ticks[1] - self._ticks[1]
+            self._ticks = ticks
+        left, right = TICK * self._step[0], TICK * self._step[1]
         distance = self._radius * (left + right) / 2.0
         turn = imu_yaw - self.theta_last  # not wrapped: see this file's first lines
         self._x += distance * math.cos(self._yaw + turn / 2.0)
         self._y += distance * math.sin(self._yaw + turn / 2.0)
         self._yaw += turn
-        self._stamp, self._ticks, self.theta_last = stamp, ticks, imu_yaw
+        self._stamp, self.theta_last = stamp, imu_yaw
         self.wheel_speeds = (left / interval, right / interval)
         return OdometrySample(stamp, Pose2(self._x, self._y, wrap(self._yaw)),
                               distance / interval, turn / interval)
 
-    def reset(self, ticks: Tuple[int, int]) -> None:
-        """Set pose and wheel angles to zero; `ticks` is the present reading of the encoders."""
+    def reset(self, ticks: Optional[Tuple[int, int]]) -> None:
+        """Set pose and wheel angles to zero; `ticks`: see `update`."""
         self._x = self._y = self._yaw = 0.0
-        self._ticks = self._zero = ticks
+        if ticks is not None:
+            self._ticks = self._zero = ticks
 
 
 class Board:
-    """The board's state (starting, calibrating or free), and the command that it obeys."""
+    """The board's state (starting, calibrating, playing a sound or free), and the command that it
+    obeys."""
 
     def __init__(self) -> None:
         self._waiting: Deque[Arrival] = deque()     # not read yet
         self._free_since = -math.inf
-        self._yaw_before = self._pause = 0.0
+        self._yaw_before: Optional[float] = None    # None: it does not calibrate
+        self._pause = 0.0
         #: Does the board start? Then commands to it are lost.
         self.is_starting = False
         #: Is the board busy? Then it does not read and does not send.
@@ -126,10 +144,10 @@ class Board:
         self.due = math.inf
         self._command = NO_COMMAND      # time of reading [s], forward speed, rate of turn
 
-    def start(self, now: float) -> None:
+    def start(self, now: float, seconds: float) -> None:
         """The board starts. The start ends at `due`."""
         self.is_starting = self.is_busy = True
-        self.due = now + START_TIME
+        self.due = now + seconds
 
     def calibrate(self, now: float, pause: float, yaw: float) -> None:
         """The board calibrates its gyro for `pause` [s]; `yaw` is the true yaw now [rad], not
@@ -138,22 +156,29 @@ class Board:
         self.due = now + pause
         self._pause, self._yaw_before = pause, yaw
 
-    def end_calibration(self, yaw: float) -> float:
-        """The calibration is over; `yaw` is the true yaw now. Returns the gyro's bias [rad/s]."""
+    def play(self, now: float, seconds: float) -> None:
+        """The board plays a sound."""
+        self.is_busy, self.due, self._yaw_before = True, now + seconds, None
+
+    def end_pause(self, yaw: float) -> Optional[float]:
+        """The board is free again; `yaw` is the true yaw now. Returns the gyro's bias [rad/s], None
+        if the board has not calibrated."""
         self._free_since, self.due, self.is_busy = self.due, math.inf, False
+        if self._yaw_before is None:
+            return None
         return (self._yaw_before - yaw) / self._pause if self._pause else 0.0
 
-    def read(self, arrivals: Sequence[Arrival]) -> bool:
-        """Read the commands and resets that have arrived. Returns True if a reset is next; the
-        messages behind it wait."""
+    def read(self, arrivals: Sequence[Arrival]) -> Union[None, str, float]:
+        """Read the messages that have arrived. Returns RESET, or the length of a sound [s], if it is
+        next; the messages behind it wait."""
         self._waiting.extend(arrivals)
         while self._waiting and not self.is_busy:
             arrival, message = self._waiting.popleft()
-            if message is RESET:
-                return True
+            if not isinstance(message, tuple):
+                return message
             linear, angular = message
             self._command = max(arrival, self._free_since), linear, angular
-        return False
+        return None
 
     def wanted(self, now: float) -> Tuple[float, float]:
         """Returns the (forward speed, rate of turn) that the board obeys now."""

@@ -4,6 +4,7 @@ The messages are filled as the firmware fills them. Source: ROBOTIS OpenCR firmw
 (turtlebot3_sensor.cpp for the covariances; it leaves those of the odometry at zero).
 """
 import itertools
+import math
 import threading
 import time
 from collections import deque
@@ -12,7 +13,7 @@ import rospy
 from geometry_msgs.msg import PoseStamped, Twist, Vector3
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import Imu, JointState, MagneticField
 from std_msgs.msg import Empty, Header
 from tf2_msgs.msg import TFMessage
 
@@ -35,6 +36,10 @@ CATCH_UP_CLOCK = 0.02
 #: and buffers are finite, too. The number is enough for an IMU at 200 Hz in the longest stall.
 MOST_HELD = 2000
 GRAVITY = 9.80665  # [m/s^2]
+#: The board lies askew by these angles, which were recorded [rad].
+ROLL, PITCH = math.radians(0.7), math.radians(0.4)
+#: The earth's magnetic field: towards the yaw 0 of the IMU, and down [T].
+MAGNETIC_NORTH, MAGNETIC_DOWN = 20e-6, 43e-6
 
 
 def _diagonal(variance):
@@ -44,6 +49,10 @@ def _diagonal(variance):
 ORIENTATION_COVARIANCE = _diagonal(0.0025)
 ANGULAR_VELOCITY_COVARIANCE = _diagonal(0.02)
 LINEAR_ACCELERATION_COVARIANCE = _diagonal(0.04)
+MAGNETIC_FIELD_COVARIANCE = _diagonal(0.0048)
+#: What the accelerometer shows at rest [m/s^2].
+UP = (-GRAVITY * math.sin(PITCH), GRAVITY * math.sin(ROLL) * math.cos(PITCH),
+      GRAVITY * math.cos(ROLL) * math.cos(PITCH))
 
 
 class FakeRobot:
@@ -62,7 +71,8 @@ class FakeRobot:
         self._static_tf = None if hidden else publisher('/tf_static', TFMessage, latch=True)
         self._origin = None
         for topic, kind, callback in (('cmd_vel', Twist, self._on_command),
-                                      ('reset', Empty, self._on_reset)):
+                                      ('reset', Empty, self._on_reset),
+                                      ('sound', rospy.AnyMsg, self._on_sound)):
             rospy.Subscriber(topic, kind, guarded(callback), queue_size=1, tcp_nodelay=True)
 
     def configure(self, settings):
@@ -107,6 +117,10 @@ class FakeRobot:
     def _on_reset(self, _message):
         with self._lock:
             self._robot.reset()
+
+    def _on_sound(self, message):
+        with self._lock:
+            self._robot.sound(message._buff[0])
 
 
 class Pacemaker:
@@ -160,8 +174,9 @@ class SensorTopics:
     def __init__(self):
         #: {name: name in this node's namespace}
         self.frames = {name: frame(name) for name in (
-            'imu_link', 'odom', 'base_footprint', 'base_link')}
+            'imu_link', 'mag_link', 'odom', 'base_footprint', 'base_link')}
         self._imu = publisher('imu', Imu)
+        self._magnetic_field = publisher('magnetic_field', MagneticField)
         self._odom = publisher('odom', Odometry)
         self._joints = publisher('joint_states', JointState)
         self._tf = publisher('/tf', TFMessage)
@@ -187,6 +202,10 @@ class SensorTopics:
         if imu and self._imu.get_num_connections():
             publish_together(self._imu, [
                 imu_message(sample, epoch + sample.stamp, self.frames['imu_link'])
+                for sample in imu])
+        if imu and self._magnetic_field.get_num_connections():
+            publish_together(self._magnetic_field, [
+                magnetic_message(sample, epoch + sample.stamp, self.frames['mag_link'])
                 for sample in imu])
         if odometry:
             self._send_odometry(odometry, epoch)
@@ -219,10 +238,19 @@ def publisher(topic, kind, **options):
 
 
 def imu_message(sample, stamp, frame):
-    """sensor_msgs/Imu of a robot that stands level."""
-    return Imu(_header(stamp, frame), to_quaternion(sample.yaw), ORIENTATION_COVARIANCE,
+    """sensor_msgs/Imu of a robot on a level floor."""
+    return Imu(_header(stamp, frame), to_quaternion(sample.yaw, ROLL, PITCH),
+               ORIENTATION_COVARIANCE,
                Vector3(0.0, 0.0, sample.yaw_rate), ANGULAR_VELOCITY_COVARIANCE,
-               Vector3(0.0, 0.0, GRAVITY), LINEAR_ACCELERATION_COVARIANCE)
+               Vector3(*UP), LINEAR_ACCELERATION_COVARIANCE)
+
+
+def magnetic_message(sample, stamp, frame):
+    """sensor_msgs/MagneticField of the same robot."""
+    return MagneticField(
+        _header(stamp, frame), Vector3(MAGNETIC_NORTH * math.cos(sample.yaw),
+                                       -MAGNETIC_NORTH * math.sin(sample.yaw), -MAGNETIC_DOWN),
+        MAGNETIC_FIELD_COVARIANCE)
 
 
 def odometry_message(sample, stamp, frame, child_frame):

@@ -141,7 +141,7 @@ class Sensors:
         """Measure the odometry at `stamp` [s]."""
         self._body.move_to(stamp)
         left, right = self._body.wheel_angles_at(stamp - self._config.wheel_lag)
-        ticks = encoder(left), encoder(right)
+        ticks = None if self._config.battery_cut else (encoder(left), encoder(right))
         if self.resetting:
             self.odometer.reset(ticks)
         seen = self._body.imu.measure([stamp])[0]

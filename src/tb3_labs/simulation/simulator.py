@@ -23,7 +23,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
 from tb3_labs.simulation.body import RAW_BIAS, Body
-from tb3_labs.simulation.firmware import RESET, START_TIME, Board, motor_speeds
+from tb3_labs.simulation.firmware import RESET, SOUNDS, USUAL_SOUND, Board, motor_speeds
 from tb3_labs.simulation.network import Link, LinkSettings
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
@@ -93,7 +93,7 @@ class Simulator:
 
     def command(self, linear: float, angular: float) -> None:
         """Send a command now: forward speed [m/s], rate of turn [rad/s]. A number that is not
-        finite is full speed, as it is for the firmware."""
+        finite is another one for the firmware."""
         self._command_link.send(((linear, angular),), (self.now,))
 
     def reset(self) -> None:
@@ -102,6 +102,12 @@ class Simulator:
         rate of turn for its bias. Then the odometry is zero, plus the turn that the IMU saw.
         """
         self._command_link.send((RESET,), (self.now,))
+        self._read(self.now)
+
+    def sound(self, number: int) -> None:
+        """Send a sound now. While the board plays it, it sends and reads nothing, and the motors keep
+        their speed."""
+        self._command_link.send((SOUNDS.get(number, USUAL_SOUND),), (self.now,))
         self._read(self.now)
 
     def step(self, dt: float) -> List[Sample]:
@@ -154,11 +160,14 @@ class Simulator:
     def _read(self, stamp: float) -> None:
         """The board reads what has arrived."""
         arrivals = self._command_link.take(stamp)
-        if self._board.read([] if self._board.is_starting else arrivals):
+        asked = self._board.read([] if self._board.is_starting else arrivals)
+        if asked == RESET:
             self._calibrate(stamp)
+        elif isinstance(asked, float):
+            self._board.play(stamp, asked)
 
     def _obey(self, stamp: float, wanted: Tuple[float, float]) -> None:
-        if self.config.motors_off:
+        if self.config.motors_off or self.config.battery_cut:
             wanted = 0.0, 0.0
         if wanted != self._obeyed:
             self._body.move_to(stamp)
@@ -171,17 +180,19 @@ class Simulator:
         pause = self.config.reset_pause
         yaw = self._body.yaw + self._body.imu.error
         self.sensors.odometer.theta_last = wrap(yaw + RAW_BIAS * pause)
-        self._board.start(self.now)
-        self._body.use_bias(RAW_BIAS * 2.0 * pause / START_TIME)
+        self._board.start(self.now, self.config.start_time)
+        self._body.use_bias(RAW_BIAS * 2.0 * pause / self.config.start_time)
 
     def _go_on(self, stamp: float) -> None:
-        """The board has started, or calibrated its gyro."""
+        """The board has started, calibrated its gyro, or played a sound."""
         self._body.move_to(stamp)
         if self._board.is_starting:
             self.sensors.measure_imu([stamp])
             self._calibrate(stamp)
         else:
-            self._body.use_bias(self._board.end_calibration(self._body.yaw))
+            bias = self._board.end_pause(self._body.yaw)
+            if bias is not None:
+                self._body.use_bias(bias)
 
     def _calibrate(self, stamp: float) -> None:
         """The board calibrates its gyro, at a reset or when serial_node has connected."""

@@ -26,7 +26,9 @@ class SimulatorConfig(Config):
     imu_offset_deg: float = setting(
         0.0, 'yaw of the IMU minus yaw of the odometry at the start', 'deg', -360.0, 360.0)
     cold_start: bool = setting(
-        False, 'start with the board: silence, calibration, odometry from zero, 9 s in all')
+        False, 'start with the board: silence, calibration, then odometry from zero')
+    start_time: float = setting(
+        7.2, 'silence of a cold start, until the first sample of the IMU', 's', 0.1, 60.0)
     seed: int = setting(1, 'seed of noise, dropouts and network', low=0, high=2 ** 31 - 1)
 
     imu_rate: float = setting(200.0, 'samples of the IMU', '1/s', 1.0, 1000.0)
@@ -48,7 +50,7 @@ class SimulatorConfig(Config):
         0.0085, "age of the encoders' reading at the odometry's stamp", 's', 0.0, 1.0)
     stamp_step: float = setting(
         0.0, 'largest error of all stamps, early or late; it changes at each time sync, every 5 s',
-        's', 0.0, 0.1)
+        's', 0.0, 0.25)
     wheel_mismatch: float = setting(
         0.0, 'fraction by which the right wheel is smaller than the firmware assumes', '',
         -0.5, 0.5)
@@ -75,6 +77,8 @@ class SimulatorConfig(Config):
 
     motors_off: bool = setting(
         False, 'fault: the wheels do not obey commands, because their torque is off')
+    battery_cut: bool = setting(
+        False, 'fault: the servos have no power, so the odometry repeats its last step')
     imu_silent: bool = setting(False, 'fault: no samples of the IMU')
     imu_frozen: bool = setting(False, 'fault: the same IMU sample repeated, with new stamps')
     odom_silent: bool = setting(False, 'fault: no samples of the odometry')
@@ -86,7 +90,8 @@ class SimulatorConfig(Config):
 
 
 #: Settings of the start; the other settings may change while the robot runs.
-STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'cold_start', 'seed')
+STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'cold_start',
+            'start_time', 'seed')
 #: The faults; a change of one starts all of them anew.
 FAULTS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'dropouts_per_min')
 
@@ -95,5 +100,6 @@ FAULTS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'dropouts_pe
 HOSTS: Dict[str, Dict[str, float]] = {
     'default': {},
     'laptop': dict(imu_rate=171.0, odom_rate=29.9, stamp_step=0.008),
-    'pi': dict(imu_rate=115.0, odom_rate=28.8, yaw_lag=0.085, wheel_lag=0.075, stamp_step=0.02),
+    'pi': dict(imu_rate=115.0, odom_rate=28.8, yaw_lag=0.085, wheel_lag=0.075, stamp_step=0.02,
+               start_time=10.5),
 }

@@ -14,8 +14,13 @@ from typing import Any, Optional
 #: A sensor that is silent for longer than this is lost [s]; a robot at full speed drives 5 cm in
 #: this time.
 SENSOR_TIMEOUT = 0.22
-#: A motion goes on by itself after a silence of the sensors up to this long [s].
+#: A motion goes on by itself after a silence of the sensors up to this long [s]. Whatever is asked
+#: for in a silence (a grant, a goal, a turn) is void if the silence goes on for longer than this,
 RESUME_TIME = 2.0
+#: or than this if the robot was never there: its board needs up to 14 s to start [s].
+ROBOT_START = 20.0
+#: The reason why a robot stands whose sensors are fresh.
+UNCHECKED = 'gyro and wheels are not compared yet: the robot must rest for a second'
 #: A sensor that repeats itself for longer than this, though the robot is told to move, is frozen
 #: [s]. A slow network and slow motors delay the motion by less.
 FROZEN_TIME = 0.6
@@ -90,7 +95,7 @@ class Sight(Enum):
     FRESH = 'go on'
     SILENT = 'stand'
     BACK_SOON = 'fresh again after a short silence: go on, knowing that it stood'
-    BACK_LATE = 'fresh again after a long silence: give up, the robot may be anywhere'
+    LATE = 'silent for too long, or fresh again after that: give up, the robot may be anywhere'
 
 
 class SensorWatch:
@@ -101,30 +106,46 @@ class SensorWatch:
 
     def __init__(self, *sources: Freshness) -> None:
         self._sources = sources
-        #: The state at the last :meth:`update`. After a silence one update finds BACK_SOON or
-        #: BACK_LATE.
+        #: The state at the last :meth:`update`. After a silence one update finds BACK_SOON or LATE.
         self.sight = Sight.SILENT
         #: The reason why the robot stands; '' while all sensors are fresh.
         self.hold_reason = ''
-        #: Length of the last silence [s].
+        #: Length of the last silence [s]. It begins anew when a motion is asked for.
         self.silent_for = 0.0
+        self._patience = ROBOT_START    # longest time that a motion waits for the sensors [s]
+        self._since = math.nan          # beginning of the silence; NaN: the next update
+        self._were_fresh = False        # at the last update
 
-    def update(self, now: float) -> None:
-        """To be called at each step while the robot is being driven."""
+    def ask(self) -> None:
+        """A person or program asks for a motion now."""
+        self._since = math.nan
+
+    def update(self, now: float, is_checked: bool = True) -> None:
+        """To be called repeatedly, also at each step while the robot is being driven. `is_checked`:
+        False until gyro and wheels were compared. A motion waits for this, too, for as long again.
+        """
         for source in self._sources:
             source.clock_went_back(now)
-        if not (self.are_fresh(now) and self._have_begun):
+        self._since = now if math.isnan(self._since) else min(now, self._since)
+        silent_for = now - self._since
+        is_late = silent_for > self._patience
+        are_fresh = self.are_fresh(now) and self._have_begun
+        if are_fresh and (is_checked or not self._were_fresh):
+            self._since = now - max(source.age(now) for source in self._sources)
+            self._patience = RESUME_TIME
+        self._were_fresh = are_fresh
+        if not (are_fresh and is_checked):
             # The first reason is kept, so that it does not change with each further lost source.
-            self.hold_reason = self.hold_reason or self.problem(now)
-            self.sight = Sight.SILENT
+            self.hold_reason = UNCHECKED if are_fresh else self.hold_reason or self.problem(now)
+            self.sight, self.silent_for = Sight.LATE if is_late else Sight.SILENT, silent_for
             return
         self.hold_reason = ''
         gap = max(source.take_longest_gap() for source in self._sources)
-        if gap <= min(source.timeout for source in self._sources):
+        if gap <= min(source.timeout for source in self._sources) and not is_late:
             self.sight = Sight.FRESH
             return
-        self.silent_for = gap
-        self.sight = Sight.BACK_SOON if gap <= RESUME_TIME else Sight.BACK_LATE
+        self.sight, self.silent_for = (
+            (Sight.LATE, silent_for) if is_late else (Sight.BACK_SOON, gap))
         self.pause()
 
     def pause(self) -> None:

@@ -10,14 +10,16 @@ a person gives the machine anew):
 * A False of any sender takes all that was given, by any sender.
 * If the renewals stop for `LAPSE`, the grant is suspended. A renewal before `LONGEST_LAPSE`
   restores it. After a longer silence it has expired.
+* A grant needs its robot. It is void if the sensors that a drive needs are not there within
+  `RESUME_TIME` (or `ROBOT_START`, while they were never there).
 * If this process did not run for longer than `LONGEST_LAPSE`, all grants have expired. A True that
   it hears while it wakes from a sleep does not count: it may be older than a stop.
 * A stop is never doubted, only a grant. A latched True may have been sent before this node could
   hear it: it gives nothing, until a False and then a True follow. A latched False that is older
   than this node does not take the permission that was given at the start.
 * A True does not count if it was sent more than `LONGEST_LAPSE` ago, before another sender's False,
-  or before this node started or woke. If renewals arrive faster than one in each `RENEWAL`, the
-  True was delayed.
+  or before this node started or woke. If renewals of a sender that renews arrive faster than one in
+  each `RENEWAL`, its True was delayed.
 
 A process sleeps when it is stopped, swapped out, or its computer is suspended. Only the clock shows
 a sleep: the process looks at the clock repeatedly, and a long time between two looks is a sleep
@@ -32,6 +34,7 @@ import math
 from typing import Dict, List, Optional, Set
 
 from tb3_labs.news import News, NewsDesk
+from tb3_labs.supervision.freshness import RESUME_TIME, ROBOT_START
 
 #: Time from one renewal of a permission to the next [s].
 RENEWAL = 0.1
@@ -75,6 +78,10 @@ class SleepWatch:
         self.slept_for, self.is_waking = 0.0, False
         self._updated_at, self._woke_at = now, -math.inf
 
+    def came_after(self, at: float) -> bool:
+        """Did the process sleep since `at`, or wake up just before?"""
+        return at - self._woke_at < WAKING
+
     def in_words(self) -> str:
         """The sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
         return 'this node did not run for {:.1f} s'.format(self.slept_for) if self.slept_for else ''
@@ -85,6 +92,8 @@ class _Grant:
 
     def __init__(self, now: float, renews: bool) -> None:
         self.given_at = self.heard_at = now
+        #: Were the sensors there since it was given?
+        self.has_robot = False
         self._renews = renews
         self._count = 0
 
@@ -105,7 +114,8 @@ class _Grant:
     def sent_before(self) -> float:
         """The latest time at which the grant can have been sent, by its renewals [s]."""
         heard_for = self.heard_at - self.given_at
-        if heard_for >= LONGEST_LAPSE:    # by now the clocks may differ by as much
+        # after the longest lapse the clocks may differ by as much
+        if not self._renews or heard_for >= LONGEST_LAPSE:
             return self.given_at
         return min(self.given_at, self.heard_at - self._count * RENEWAL)
 
@@ -118,13 +128,13 @@ class Permission:
         self.granted = granted
         #: Number of grants so far.
         self.count = 0
+        self._sensor_problem, self._patience = 'no sensors yet', ROBOT_START
         # For each sender: its grant, its last message, the time of its last False.
-        self._grants: Dict[str, _Grant] = {'': _Grant(0.0, False)} if granted else {}
+        self._grants: Dict[str, _Grant] = {'': _Grant(math.nan, False)} if granted else {}
         self._said: Dict[str, bool] = {}
         self._stops: Dict[str, float] = {}
         self._refused: Set[str] = set()    # senders that were told that their True did not count
         self._began_at = math.nan      # the time of the first update, or of the end of a long sleep
-        #: Start it when senders can be heard: the start of the process is not a sleep.
         self.sleep = SleepWatch()
         self._news = NewsDesk()
 
@@ -136,6 +146,21 @@ class Permission:
     def stands(self) -> bool:
         """Is there a grant that nobody has taken? Its sender may be silent for a moment."""
         return bool(self._grants)
+
+    def begin(self, now: float) -> None:
+        """From now on senders can be heard: the start of the process is not a sleep."""
+        self.sleep.start(now)
+        if '' in self._grants:
+            self._grants[''].given_at = now
+
+    def look(self, sensor_problem: str) -> None:
+        """Take in the problem of the sensors that a drive needs, '' if they are there; to be called
+        after :meth:`update`."""
+        self._sensor_problem = sensor_problem
+        if not sensor_problem:
+            self._patience = RESUME_TIME
+            for grant in self._grants.values():
+                grant.has_robot = True
 
     def told(self, granted: bool, now: float, sender: str = '', renews: bool = False,
              is_doubtful: bool = False, is_old: bool = False) -> None:
@@ -190,12 +215,17 @@ class Permission:
         for sender, grant in list(self._grants.items()):
             reason = self._objection(sender, grant, now)
             if reason:
-                self._news.tell('Control from {} is gone: {}'.format(sender, reason), warning=True)
+                self._news.tell('Control from {} is gone: {}. False, then True, gives it '
+                                'again'.format(sender or 'the start', reason), warning=True)
+                self._refused.add(sender)    # so its next True is not worth a line
                 del self._grants[sender]
         self.granted = any(grant.holds(now) for grant in self._grants.values())
 
     def _objection(self, sender: str, grant: _Grant, now: float) -> str:
         """The reason why a grant is over; '' if it is not."""
+        if not grant.has_robot and now - grant.given_at > self._patience:
+            return '{} for {:.0f} s (is the robot running?)'.format(
+                self._sensor_problem, self._patience)
         if grant.silent_for(now) > LONGEST_LAPSE:
             return 'it was silent for {:.1f} s'.format(grant.silent_for(now))
         if grant.given_at - grant.sent_before > LONGEST_LAPSE:

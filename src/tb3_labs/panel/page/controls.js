@@ -1,7 +1,7 @@
 // The controls of the page: what a person asks for, and why a control makes no sense now.
 //
 // The panel decides what is carried out. A control is disabled here so that its title tells the
-// reason. STOP, "take control" and B are never disabled.
+// reason. STOP and B are never disabled.
 
 import {degrees, radians} from './drawing.js';
 import {Keys, PAD_BUTTONS, RealGamepad, mousePad, padButton, stick} from './inputs.js';
@@ -9,15 +9,8 @@ import {MapInput} from './map.js';
 import {$, say, setPressed, setReason, setText} from './page.js';
 
 const ABSENT = {
-  goal: 'no node takes goals', reset: 'no node takes resets', control: 'no node waits for control',
-  turn: 'no node turns the robot', pad: 'the node gamepad does not run',
-  mouse: 'no node hears the mouse',
-};
-
-const PAD = {
-  ready: 'ready', connecting: 'connecting: hold still',
-  'held back': 'move_to_goal has control: B takes it', 'no node': ABSENT.pad,
-  '': 'grip a stick to drive',
+  goal: 'no node takes goals', reset: 'no node takes resets', turn: 'no node turns the robot',
+  pad: 'the node gamepad does not run', mouse: 'no node hears the mouse',
 };
 
 const HEADING_FROM = 14;      // [px] a shorter drag gives no heading
@@ -25,30 +18,29 @@ const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -9
 const HANDS = ['pad', 'mouse'];      // two ways to drive by hand
 /** By reason: the elements that it disables. */
 const CONTROLS = {
-  give: ['give'], turn: [...TURNS.keys()], goal: ['goal'], reset: ['reset'], mouse: ['mouse-pad'],
+  turn: [...TURNS.keys()], goal: ['goal'], reset: ['reset'], mouse: ['mouse-pad'],
   pad: ['button-a', 'button-y', 'stick-left', 'stick-right'],
 };
 
 export class Controls {
-  /** `seen`: {robot, control, picture}, as the page looks at them now; `redraw()` draws anew. */
-  constructor({link, holder, map, seen, redraw}) {
-    Object.assign(this, {_link: link, _holder: holder, _seen: seen, _redraw: redraw});
+  /** `seen`: {control, picture}, as the page has them now; `redraw()` draws anew. */
+  constructor({link, pad, map, seen, redraw}) {
+    Object.assign(this, {_link: link, _pad: pad, _seen: seen, _redraw: redraw});
     this._mapInput = new PoseInput(map, {
       redraw, yawOf: typedYaw,
       // the pose is sent, and stays in the fields
       placed: (kind, pose) => { fill(kind, pose); this._sendTyped(kind); },
       toolChanged: showTool,
     });
-    const driving = () => this._mayDrive();
-    this._letGo = [stick($('stick-left'), 'forward', holder),
-                   stick($('stick-right'), 'left', holder), mousePad($('mouse-pad'), holder)];
-    for (const name of PAD_BUTTONS) padButton($('button-' + name), name, holder);
-    this._keys = new Keys(holder, {
-      driving, stop: () => this._stop(), escape: () => $('help').close(),
-    });
-    this._gamepad = new RealGamepad(holder, driving, (text) => setText($('gamepad-hint'), text));
-    holder.ontake = () => this._take();
-    holder.ondrop = () => this._dropped();
+    // May keys and a real gamepad drive now?
+    const driving = () => this._seen.control && !this._reasons().pad;
+    this._letGo = [stick($('stick-left'), 'forward', pad),
+                   stick($('stick-right'), 'left', pad), mousePad($('mouse-pad'), pad)];
+    for (const name of PAD_BUTTONS) padButton($('button-' + name), name, pad);
+    this._keys = new Keys(pad, {driving, stop: () => this._stop()});
+    this._gamepad = new RealGamepad(pad, driving, (text) => setText($('gamepad-hint'), text));
+    pad.onstop = () => this._stop();
+    pad.ondrop = () => this._dropped();
     this._connect();
   }
 
@@ -62,21 +54,20 @@ export class Controls {
     for (const kind of ['goal', 'reset']) setReason($('tool-' + kind), reasons[kind] || drag);
     // Without a connection the banner says it for all controls.
     const words = this._link.connected && picture ? join : () => '';
-    setText($('drive-hint'), words(
-      this._holder.hasGranted ? 'move_to_goal drives while this page stays open and in sight' : '',
-      picture?.has_control === true ? '' : named('give', reasons.give),
-      named('turns', reasons.turn)));
+    setText($('drive-hint'), words(named('turns', reasons.turn), picture?.state ? ''
+      : 'state, goal and frame: told by the finished move_to_goal alone'));
     setText($('poses-hint'), words(
       named('goal', reasons.goal), named('reset', reasons.reset), named('drag', drag)));
-    const mouse = reasons.mouse || (this._holder.holdsMouse ? 'driving' : 'hold to drive');
-    setText($('hand-hint'), $('pad').hidden ? mouse
-      : reasons.pad || padWords(picture, this._holder));
+    const pad = this._pad.gives ? 'move_to_goal drives while this page stays open and in sight'
+      : this._pad.isHeld ? picture?.pad : 'grip a stick to drive';
+    const mouse = this._pad.holdsMouse ? 'driving' : 'hold to drive';
+    setText($('hand-hint'), $('pad').hidden ? reasons.mouse || mouse : reasons.pad || pad);
   }
 
   /** A hidden page must not drive: its timers are slow, and nobody looks at it. */
   hide() {
     this._mapInput.cancel();
-    if (!this._holder.silence()) return;
+    if (!this._pad.drop()) return;
     say('The page was hidden: it drives again when something is gripped anew.', true);
   }
 
@@ -88,18 +79,11 @@ export class Controls {
     const hasControl = picture?.has_control === true;
     const other = picture?.page === 'other' ? 'another page drives' : '';
     return {
-      give: absent('control') || other || (hasControl ? 'move_to_goal has it already' : ''),
-      turn: absent('turn') || (hasControl ? 'move_to_goal has control: take it first' : ''),
+      turn: absent('turn') || (hasControl ? 'move_to_goal has control: B takes it' : ''),
       goal: absent('goal'), reset: absent('reset'),
       pad: absent('pad') || other, mouse: absent('mouse') || other,
     };
   }
-
-  /** False on a page that only shows, and in the list of robots: both have nothing to stop. */
-  get _mayAsk() { return this._seen.control && this._seen.robot !== null; }
-
-  /** May keys and a real gamepad drive now? */
-  _mayDrive() { return this._mayAsk && !this._reasons().pad; }
 
   // -- requests of a person
 
@@ -113,27 +97,16 @@ export class Controls {
     if (message) this._request(message);
   }
 
-  /** Returns whether there is a robot to stop. */
+  /** STOP, or B. Returns whether this page may stop the robot. */
   _stop() {
-    if (!this._mayAsk) return false;
+    if (!this._seen.control) return false;
     this._mapInput.cancel();
     say('STOP: waiting for the answer');
-    this._holder.stop().then((answer) => {
-      if (this._link.connected) {
-        say(answer.ok ? answer.text : `STOP is not confirmed: ${answer.text}`, !answer.ok);
-      } else {
-        say('not connected: nothing can be stopped from here', true);
-      }
+    this._pad.stop().then(({ok, text}) => {
+      say(ok ? text : `STOP is not confirmed: ${text}`, !ok);
     });
     this._redraw();
     return true;
-  }
-
-  /** Take control. This is always sent, like a stop. */
-  _take() {
-    if (!this._mayAsk) return;
-    this._holder.took();
-    this._request({type: 'take'});
   }
 
   /** All that was held must be gripped anew. */
@@ -149,8 +122,6 @@ export class Controls {
     // A stop must not wait until the finger is lifted.
     $('stop').addEventListener('pointerdown', () => this._stop());
     $('stop').addEventListener('click', (event) => { if (event.detail === 0) this._stop(); });
-    onClick('give', () => this._holder.give());
-    onClick('take', () => this._take());
     for (const [id, angle] of TURNS) {
       onClick(id, () => this._request({type: 'turn', degrees: angle}));
     }
@@ -243,13 +214,6 @@ function showTool(tool) {
   $('map').classList.toggle('placing', tool !== null);
   if (tool === 'goal') say('Goal: press at the place, drag to the heading.');
   if (tool === 'reset') say('Reset: press where the robot is, drag to its heading.');
-}
-
-function padWords(picture, holder) {
-  if (holder.spent && picture.pad !== 'held back') return 'let go, and grip again';
-  if (holder.spent) return PAD['held back'];
-  if (holder.phase === 'asking') return 'asking whether this page may drive';
-  return PAD[picture.pad] ?? picture.pad;
 }
 
 const named = (name, reason) => (reason ? `${name}: ${reason}` : '');

@@ -19,7 +19,7 @@ const clamp = (value) => Math.max(-1, Math.min(1, value));
 
 /** A stick that moves along one axis, 'forward' or 'left'. It counts from where it was gripped.
  *  Returns a function that lets it go. */
-export function stick(element, axis, holder) {
+export function stick(element, axis, pad) {
   const knob = element.querySelector('.knob'), up = axis === 'forward';
   const at = (event) => (up ? event.clientY : event.clientX);
   let from = 0;
@@ -33,23 +33,23 @@ export function stick(element, axis, holder) {
   };
   const grip = (event) => {
     from = at(event);
-    holder.grip(element.id);
+    pad.grip(element.id);
   };
   const move = (event) => {
     const pushed = clamp((from - at(event)) / travel());
     const value = Math.abs(pushed) < NEAR ? 0 : pushed;
     show(value);
-    holder.move(element.id, up ? value : 0, up ? 0 : value);
+    pad.move(element.id, up ? value : 0, up ? 0 : value);
   };
   return onHold(element, grip, move, () => {
     show(0);
-    holder.release(element.id);
+    pad.release(element.id);
   });
 }
 
 /** A square whose middle is (0, 0); x right, y up, each from -1 to 1. Returns a function that lets
  *  it go. */
-export function mousePad(element, holder) {
+export function mousePad(element, pad) {
   const dot = element.querySelector('.dot');
   const show = (x, y) => {
     dot.style.left = 50 + 50 * x + '%';
@@ -60,21 +60,19 @@ export function mousePad(element, holder) {
     const x = clamp((event.clientX - box.left) / box.width * 2 - 1);
     const y = clamp(1 - (event.clientY - box.top) / box.height * 2);
     show(x, y);
-    holder.holdMouse(x, y);
+    pad.holdMouse(x, y);
   };
   return onHold(element, hold, hold, () => {
     show(0, 0);
-    holder.releaseMouse();
+    pad.releaseMouse();
   });
 }
 
-/** A button of the pad: down while it is pressed. Enter presses it for a moment. */
-export function padButton(element, name, holder) {
-  onHold(element, () => holder.press(name), () => {}, () => holder.lift(name));
+/** A button of the pad; Enter presses it, too. */
+export function padButton(element, name, pad) {
+  onHold(element, () => pad.press(name), () => {}, () => {});
   element.addEventListener('click', (event) => {
-    if (event.detail !== 0) return;      // a pointer's click was told already
-    holder.press(name);
-    holder.lift(name);
+    if (event.detail === 0) pad.press(name);      // a pointer's click was told already
   });
 }
 
@@ -108,11 +106,11 @@ function onHold(element, grip, move, letGo) {
 // -- the keyboard
 
 /** Shortcuts, and the arrows as sticks at half deflection while they are held. In index.html each
- *  button has its key, and a list shows all keys. */
+ *  button has its key, and its tooltip tells it. */
 export class Keys {
   /** `stop()`: false if there is nothing to stop; `driving()`: may the arrows drive now? */
-  constructor(holder, {stop, escape, driving}) {
-    Object.assign(this, {_holder: holder, _stop: stop, _escape: escape, _driving: driving});
+  constructor(pad, {stop, driving}) {
+    Object.assign(this, {_pad: pad, _stop: stop, _driving: driving});
     this._arrows = new Set();
     this._spaceStops = false;      // was the space key, when it went down, a stop?
     // In the capture phase: nothing on the page can keep the stop key for itself.
@@ -125,12 +123,10 @@ export class Keys {
   /** The arrows are let go; a key that is still down must be pressed anew. */
   release() {
     this._arrows.clear();
-    this._holder.release('keys');
-    // A button that is held by a key counts as let go as well.
-    for (const name of PAD_BUTTONS) this._holder.lift(name);
+    this._pad.release('keys');
   }
 
-  /** Forget the arrows: the holder has dropped them already. */
+  /** Forget the arrows: the pad has dropped them already. */
   forget() { this._arrows.clear(); }
 
   _down(event) {
@@ -140,7 +136,7 @@ export class Keys {
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     if (event.repeat && key !== '+' && key !== '-') return;
     if (key === 'b' || (PAD_BUTTONS.includes(key) && this._driving())) {
-      this._holder.press(key);
+      this._pad.press(key);
       return;
     }
     const button = buttonOf(key);
@@ -150,7 +146,6 @@ export class Keys {
   }
 
   _stopKey(event) {
-    if (event.key === 'Escape') this._escape();
     if (event.repeat ? this._spaceStops : this._stop()) {
       // The space key must not press the button that has the focus, nor scroll.
       if (event.key === ' ') event.preventDefault();
@@ -165,22 +160,20 @@ export class Keys {
     event.preventDefault();
     if (event.repeat) return;          // after a stop a key that is still down counts no more
     this._arrows.add(event.key);
-    if (!this._holder.has('keys')) this._holder.grip('keys');
+    if (!this._pad.has('keys')) this._pad.grip('keys');
     this._move();
   }
 
   _up(event) {
     if (event.key === ' ' && this._spaceStops) event.preventDefault();
-    const key = event.key?.toLowerCase();
-    if (PAD_BUTTONS.includes(key)) this._holder.lift(key);
     if (!this._arrows.delete(event.key)) return;
-    if (this._arrows.size) this._move(); else this._holder.release('keys');
+    if (this._arrows.size) this._move(); else this._pad.release('keys');
   }
 
   _move() {
     let forward = 0, left = 0;
     for (const key of this._arrows) { forward += ARROWS[key][0]; left += ARROWS[key][1]; }
-    this._holder.move('keys', forward, left);
+    this._pad.move('keys', forward, left);
   }
 }
 
@@ -194,8 +187,8 @@ function buttonOf(key) {
 
 export class RealGamepad {
   /** `driving()`: may it drive now? `show(text)`: words about the gamepad. */
-  constructor(holder, driving, show) {
-    this._holder = holder;
+  constructor(pad, driving, show) {
+    this._pad = pad;
     this._driving = driving;
     this._show = show;
     this._timer = 0;
@@ -218,7 +211,7 @@ export class RealGamepad {
     clearInterval(this._timer);
     this.disarm();
     this._b = false;
-    this._holder.release('gamepad');
+    this._pad.release('gamepad');
     if (usable) {
       this._index = usable.index;
       this._timer = setInterval(() => this._poll(), 25);
@@ -235,7 +228,7 @@ export class RealGamepad {
     const now = read(pad);
     if (now.b !== this._b) {
       this._b = now.b;
-      if (now.b) this._holder.press('b'); else this._holder.lift('b');
+      if (now.b) this._pad.press('b');
     }
     const still = Math.abs(now.forward) < OFF_MIDDLE && Math.abs(now.left) < OFF_MIDDLE;
     const rest = still && !now.hold && !now.a && !now.b && !now.y;
@@ -246,12 +239,11 @@ export class RealGamepad {
 
   _tell(now, still) {
     const touched = !still || now.hold;
-    if (touched && !this._holder.has('gamepad')) this._holder.grip('gamepad', now.hold);
-    if (touched) this._holder.move('gamepad', now.forward, now.left, now.hold);
-    else this._holder.release('gamepad');
+    if (touched && !this._pad.has('gamepad')) this._pad.grip('gamepad', now.hold);
+    if (touched) this._pad.move('gamepad', now.forward, now.left, now.hold);
+    else this._pad.release('gamepad');
     for (const name of DRIVING) {
-      if (now[name] && !this._was[name]) this._holder.press(name);
-      if (!now[name] && this._was[name]) this._holder.lift(name);
+      if (now[name] && !this._was[name]) this._pad.press(name);
     }
     this._was = now;
   }

@@ -5,9 +5,6 @@ const SILENT = 4000;       // [ms] without any message: the connection counts as
 const ANSWER_WITHIN = 6000; // [ms] a request without an answer for this long has failed
 const CROWDED = 2000;      // [bytes] waiting to be sent: what is sent now would arrive too late
 
-/** The time of this computer [s since 1970]. */
-export const timeNow = () => (performance.timeOrigin + performance.now()) / 1000;
-
 export class Link {
   /** `hear`: type of a message, or 'connection' -> function that is called with it. */
   constructor(hear) {
@@ -17,7 +14,8 @@ export class Link {
     this._lastId = 0;
     this._open = new Map();       // id -> function that is called with the answer
     this._heardAt = 0;
-    this._clock = null;           // of the panel: its time in the last picture, and when that came
+    this.stops = null;            // number of stops in the last picture, and
+    this._clock = null;           // the panel's time in it, and when it came
     setInterval(() => this._watch(), 500);
     this._connect();
   }
@@ -34,9 +32,9 @@ export class Link {
     return this._socket !== null && this._socket.bufferedAmount > CROWDED;
   }
 
-  /** The time of a press now, on the panel's clock [s]; null before the first picture. The delay
-   *  of that picture is not added, so a press may seem older than it is, but never younger. */
-  get pressed() {
+  /** The time on the panel's clock [s]. The delay of the last picture is not added: a message may
+   *  seem older than it is, but never newer. */
+  get time() {
     return this._clock && this._clock.shown + (performance.now() - this._clock.at) / 1000;
   }
 
@@ -44,7 +42,7 @@ export class Link {
   ask(message, within = ANSWER_WITHIN) {
     const id = ++this._lastId;
     return new Promise((resolve) => {
-      if (!this.send({...message, id, t: timeNow(), pressed: this.pressed})) {
+      if (!this.send({...message, id, t: this.time, stops: this.stops})) {
         resolve({ok: false, text: 'not connected'});
         return;
       }
@@ -75,11 +73,12 @@ export class Link {
     const message = JSON.parse(text);
     if (message.type === 'hello') {
       this.connected = true;
-      this._clock = null;
+      this.stops = this._clock = null;
       this._hear.connection(true);
     } else if (message.type === 'answer') {
       this._answered(message.id, message);
     } else if (message.type === 'picture') {
+      this.stops = message.stops;
       this._clock = {shown: message.now, at: performance.now()};
     }
     this._hear[message.type]?.(message);

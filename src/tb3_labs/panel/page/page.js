@@ -1,9 +1,17 @@
-// The elements of the page: their texts, messages to the person, the log, the help, the theme.
+// The elements of the page: numbers and words of the robot, messages to the person, the log.
+
+import {degrees, wrap} from './drawing.js';
 
 const STAYS = 6000;          // [ms] least time for which a message stays; a long one stays longer
 const STAYS_A_LETTER = 40;   // [ms]
 const MOST_LINES = 300;      // of the log
+const LONG = 60;              // letters: a longer state is shown again below
+const LATE = 0.5;             // [s] an older message of a sensor is marked
 const MARKS = {info: '', warn: '\u25b2 ', error: '\u2716 '};
+const SHAPES = {
+  driving: '\u25b6', reached: '\u2714', waiting: '\u25cf', stopped: '\u25a0', 'gave up': '\u2716',
+  '': '\u25cb',
+};
 
 export const $ = (id) => document.getElementById(id);
 
@@ -16,7 +24,7 @@ export function setPressed(id, pressed) {
   $(id).setAttribute('aria-pressed', String(pressed));
 }
 
-export function make(tag, className, text = '') {
+function make(tag, className, text = '') {
   const element = document.createElement(tag);
   element.className = className;
   element.textContent = text;
@@ -32,7 +40,7 @@ export function setReason(element, reason) {
 }
 
 /** A number with so many digits; a dash if it is unknown. -0.0 is shown as 0.0. */
-export function number(value, digits, unit = '') {
+function number(value, digits, unit = '') {
   if (value === null || value === undefined || !Number.isFinite(value)) return '\u2013';
   const text = value.toFixed(digits);
   return (Number(text) === 0 ? text.replace('-', '') : text) + unit;
@@ -96,24 +104,52 @@ function entry(line) {
   return item;
 }
 
-/** The list of keys is not modal: STOP must stay within reach. */
-export function toggleHelp() {
-  if ($('help').open) $('help').close(); else $('help').show();
+// -- the numbers and words of the robot
+
+export function showStatus(p) {
+  setText($('state'), p.state || (p.driver ? p.driver + ' drives' : 'state unknown'));
+  $('state').title = p.state;
+  // The bar cuts a long reason off: it is shown in full here.
+  $('reason').hidden = p.state.length <= LONG;
+  setText($('reason'), p.state);
+  setText($('phase'), SHAPES[p.phase]);
+  $('state-box').dataset.phase = p.phase || 'none';
+  setText($('distance'), number(p.distance, 3, ' m'));
+  setText($('angle'), number(p.angle, 1, '\u00b0'));
+  setText($('brief'), `${$('distance').textContent}  ${$('angle').textContent}`);
+  setText($('local-pose'), poseText(p.local));
+  setText($('odom-pose'), poseText(p.odom));
+  setText($('goal-pose'), poseText(p.goal));
+  setText($('truth-error'), errorText(p));
+  setText($('heading'), number(p.heading_deg, 1, '\u00b0'));
+  setText($('command'), p.command
+    ? `${number(p.command[0], 2)} m/s ${number(p.command[1], 2)} rad/s` : number(null));
+  setText($('holder'), p.holder);
+  setText($('driver'), p.driver || 'nobody');
+  showAges(p.ages);
 }
 
-// -- the theme
+function poseText(pose) {
+  if (!pose) return number(null);
+  const yaw = number(degrees(pose[2]), 1, '\u00b0');
+  return `${number(pose[0], 3)} ${number(pose[1], 3)} ${yaw}`;
+}
 
-/** The system's theme, until the button shows the other one; `changed()` is called at first and
- *  after each change. */
-export function startTheme(button, changed) {
-  const dark = matchMedia('(prefers-color-scheme: dark)');
-  const page = document.documentElement.dataset;
-  const show = (theme) => {
-    page.theme = theme;
-    changed();
-  };
-  const follow = () => show(dark.matches ? 'dark' : 'light');
-  button.addEventListener('click', () => show(page.theme === 'dark' ? 'light' : 'dark'));
-  dark.addEventListener('change', follow);
-  follow();
+function errorText(p) {
+  if (!p.truth || !p.odom) return number(null);
+  const off = Math.hypot(p.truth[0] - p.odom[0], p.truth[1] - p.odom[1]);
+  const turned = degrees(wrap(p.truth[2] - p.odom[2]));
+  return `${number(off * 1000, 1)} mm ${number(turned, 2, '\u00b0')}`;
+}
+
+function showAges(ages) {
+  const box = $('ages');
+  for (const [i, [name, age]] of Object.entries(ages).entries()) {
+    if (i === box.childElementCount) box.append(make('span', ''));
+    const chip = box.children[i];
+    const late = age !== null && age > LATE;
+    chip.className = age === null ? 'never' : late ? 'late' : 'fresh';
+    const silent = `${late ? '\u25b2 ' : ''}silent for ${(age || 0).toFixed(age < 10 ? 1 : 0)} s`;
+    setText(chip, name + ' ' + (age === null ? 'never heard' : age ? silent : 'fresh'));
+  }
 }

@@ -1,0 +1,66 @@
+"""Which page drives the robot? The one that gripped first, until it lets go or is lost.
+
+A page is a pad in a browser. Several may be open, but the node `gamepad` hears one pad. Here the
+stops are counted: STOP on any page, a False on `ctrl_relinq`, a cancel, the loss of the page that
+drives. Each message of a page names the number of stops that it knew when its person acted. If the
+robot was stopped since, the message is rejected: neither a delayed message nor a page that comes
+back sets a robot in motion. A stop of a page is never rejected.
+
+Units: seconds on a clock that never stands still and never goes back (`now`).
+"""
+from typing import Optional
+
+#: A page that drives, and is silent for longer than this, is lost [s].
+PAGE_TIMEOUT = 0.25
+
+
+class Grip:
+    """Any object can identify a page."""
+
+    def __init__(self) -> None:
+        #: The page that drives, or None.
+        self.page: Optional[object] = None
+        #: The number of stops so far.
+        self.stops = 0
+        self._heard_at = 0.0
+
+    def check(self, known_stops: Optional[int]) -> None:
+        """``ValueError`` if the robot was stopped since a person acted, who knew `known_stops`."""
+        if known_stops != self.stops:
+            raise ValueError('the robot was stopped meanwhile: let go, and ask again')
+
+    def hold(self, page: object, known_stops: Optional[int], now: float, lateness: float,
+             is_first: bool) -> bool:
+        """A person holds something on `page`. ``ValueError`` if this page may not drive.
+
+        `lateness`: the delay of the message [s]. If it is more than `PAGE_TIMEOUT`, the message
+        does not count (False): a page whose messages are late is as silent as one that sends none.
+        `is_first`: it is the first message since the person gripped something. Without it, the
+        robot would begin to move later than the person expects.
+        """
+        if lateness > PAGE_TIMEOUT:
+            return False
+        self.check(known_stops)
+        if self.page not in (None, page):
+            raise ValueError('another page drives: it must let go first, or be stopped')
+        if self.page is None and not is_first:
+            raise ValueError('the begin of this grip came late: let go, and grip again')
+        self.page, self._heard_at = page, now
+        return True
+
+    def let_go(self, page: object) -> bool:
+        """Nothing is held on `page` any more. Returns whether this page drove."""
+        drove = self.page is page
+        if drove:
+            self.page = None
+        return drove
+
+    def stop(self) -> None:
+        """The robot is stopped, by anybody: nobody drives until a person acts anew."""
+        self.stops += 1
+        self.page = None
+
+    def silence(self, now: float) -> float:
+        """Returns for how long the page that drives was silent, if it is lost [s]; else 0."""
+        silent_for = now - self._heard_at
+        return silent_for if self.page is not None and silent_for > PAGE_TIMEOUT else 0.0

@@ -1,0 +1,65 @@
+"""Odometry against wheels, when the battery is cut in a motion; test_contradiction has sound robots."""
+import pytest
+
+from real_recordings import NAMES, arrays_of
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.encoders import CAUSE, EncoderWatch
+from tb3_labs.robot.samples import OdometrySample, WheelSample
+from tb3_labs.simulation.network import NETWORKS
+from tb3_labs.simulation.simulator_config import HOSTS
+from tb3_labs.supervision.arbitration import Driver
+from test_contradiction import Watched, controller, navigator
+
+
+@pytest.mark.parametrize('settings', [{}, dict(HOSTS['pi'], stamp_step=0.22), NETWORKS['busy']])
+@pytest.mark.parametrize('way', [0.01, 1.0, 1.97])
+def test_a_drive_is_given_up_within_2_s_when_the_battery_is_cut(settings, way):
+    """It speeds up, drives, or brakes for its goal, 2 m away. Afterwards it is not driven again."""
+    drives = navigator()
+    watched = Watched(drives, **settings)
+    watched.run(0.5)
+    drives.set_goal(Pose2(2.0, 0.0, 0.0))
+    watched.run(12.0, until=lambda: watched.robot.truth.x > way)
+    assert watched.robot.true_velocity[0] > 0.02
+    watched.set(battery_cut=True)
+    for goal in 2.0, 3.0:
+        watched.run(2.0)
+        assert drives.status(watched.robot.now).failure == CAUSE
+        drives.set_goal(Pose2(goal, 0.0, 0.0))
+
+
+@pytest.mark.parametrize('after', [0.3, 1.0])
+def test_a_turn_is_given_up_within_2_s_when_the_battery_is_cut(after):
+    """The odometry has no forward speed: the gyro shows that the robot does not turn."""
+    drives, turns = navigator(), controller()
+    for core, begin in ((drives, lambda: drives.set_goal(Pose2(-1.0, 0.1, 0.0))),
+                        (turns, lambda: turns.ask(180.0, watched.robot.now))):
+        watched = Watched(core)
+        watched.run(0.5)
+        begin()
+        watched.run(after)
+        watched.set(battery_cut=True)
+        watched.run(2.0)
+    assert 'does not move although it is told to' in drives.status(2.5 + after).failure
+    assert turns.driver is Driver.NOBODY
+    assert any('does not move although it is told to' in news.text for news in turns.take_news())
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_a_recorded_robot_is_not_accused(name):
+    watch = EncoderWatch()
+    for row in sorted(sum((table.tolist() for table in arrays_of(name, ('odometry', 'wheels'))), [])):
+        if len(row) == 4:
+            watch.on_wheels(WheelSample(*row[1:]))
+        else:
+            watch.on_odometry(OdometrySample(row[1], Pose2(*row[2:5]), *row[5:]))
+        assert watch.problem() == ''
+
+
+def test_without_joint_states_or_stamps_nothing_is_said():
+    deaf, stampless = EncoderWatch(), EncoderWatch()
+    for k in range(100):
+        deaf.on_odometry(OdometrySample(0.033 * k, Pose2(0.007 * k, 0.0), 0.2, 0.0))
+        stampless.on_odometry(OdometrySample(0.0, Pose2(0.007 * k, 0.0), 0.2, 0.0))
+        stampless.on_wheels(WheelSample(0.0, 1.0, 1.0))
+    assert deaf.problem() == stampless.problem() == ''

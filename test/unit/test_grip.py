@@ -1,0 +1,50 @@
+"""Which page drives: the one that gripped first; after a stop, a person must grip anew."""
+import pytest
+
+from tb3_labs.supervision.grip import PAGE_TIMEOUT, Grip
+
+A, B = 'page a', 'page b'
+
+
+@pytest.fixture
+def grip():
+    """Page a drives; it was heard at 100.0 s."""
+    grip = Grip()
+    assert grip.hold(A, 0, 100.0, 0.0, True)
+    return grip
+
+
+def test_one_page_drives_until_it_lets_go(grip):
+    with pytest.raises(ValueError, match='another page drives'):
+        grip.hold(B, 0, 100.1, 0.0, True)
+    assert not grip.let_go(B) and grip.page is A
+    assert grip.let_go(A) and grip.page is None
+    assert grip.hold(B, 0, 100.2, 0.0, True) and grip.page is B
+
+
+def test_after_a_stop_nothing_counts_that_a_person_did_before(grip):
+    grip.stop()
+    assert grip.page is None and grip.stops == 1
+    for known, first, reason in ((0, False, 'stopped'), (0, True, 'stopped'), (None, True, 'stopped'),
+                                 (1, False, 'came late')):
+        with pytest.raises(ValueError, match=reason):
+            grip.hold(A, known, 100.1, 0.0, first)
+    with pytest.raises(ValueError, match='stopped'):
+        grip.check(0)
+    grip.check(1)
+    assert grip.hold(A, 1, 100.1, 0.0, True)
+
+
+@pytest.mark.parametrize('late', [False, True])
+def test_a_page_that_is_silent_or_late_is_lost(grip, late):
+    if late:
+        assert not grip.hold(A, 0, 100.2, PAGE_TIMEOUT + 1e-9, False)    # as if it had not come
+    assert grip.silence(100.0 + PAGE_TIMEOUT) == 0.0
+    assert grip.silence(100.3) == pytest.approx(0.3)
+
+
+def test_a_page_that_is_heard_in_time_is_not_lost_and_nobody_is_no_page(grip):
+    assert grip.hold(A, 0, 100.2, PAGE_TIMEOUT, False)
+    assert grip.silence(100.4) == 0.0
+    grip.let_go(A)
+    assert grip.silence(200.0) == 0.0
