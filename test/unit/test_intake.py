@@ -183,10 +183,10 @@ def test_a_folder_of_everything(tmp_path):
 def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path):
     inner = zipped(tmp_path / 'b.zip', {NODE: 'x'}).read_bytes()
     path = zipped(tmp_path / 'IMU lab.zip', {
-        'IMU lab/Ann_1_assignsubmission_file_/' + NODE: 'x',
+        'IMU lab/Ann_1_assignsubmission_file_/' + NODE: 'x', 'IMU lab/No_3_assignsubmission_file_/': '',
         'IMU lab/Bo_2_assignsubmission_file_/b.zip': inner})
     found = submissions_from(path, tmp_path, print)
-    assert [submission.student for submission in found] == ['Ann', 'Bo']
+    assert [submission.student for submission in found] == ['Ann', 'Bo', 'No']     # an empty folder
     assert laid_out(found[1], tmp_path) == ({'b.unpacked/' + NODE}, [])
     flat = zipped(tmp_path / 'flat.zip', {'Cy/' + NODE: 'x', 'Di/' + NODE: 'x'})
     (tmp_path / 'other').mkdir()

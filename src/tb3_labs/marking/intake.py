@@ -240,7 +240,7 @@ def unpack(path: Path, folder: Path, budget: Budget) -> None:
 
 def _wanted(archive):
     """The entries of an archive that are unpacked; ``Refused`` as in _path_of()."""
-    return [info for info in archive.infolist() if not info.is_dir() and _path_of(info)]
+    return [info for info in archive.infolist() if _path_of(info)]
 
 
 def _path_of(info):
@@ -259,6 +259,9 @@ def _path_of(info):
 
 def _unpack_file(archive, info, target, budget):
     budget.take(1, 0)
+    if info.is_dir():       # an empty one may be all that a student handed in
+        target.mkdir(parents=True, exist_ok=True)
+        return
     target.parent.mkdir(parents=True, exist_ok=True)
     with archive.open(info) as source, open(str(target), 'wb') as file:
         for piece in iter(lambda: source.read(PIECE), b''):
