@@ -30,7 +30,8 @@ from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.node import Interrupted, pause, take_signals
 from tb3_labs.ros.topics import subscribe
 
-USAGE = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees, such as: 1 1 90'
+USAGE = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with blanks between ' \
+    'them, such as: 1 1 90'
 #: Longest wait for move_to_goal (ANSWER), time between two lines of progress (PROGRESS) [s].
 ANSWER, PROGRESS = 2.0, 2.0
 

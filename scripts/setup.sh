@@ -258,7 +258,7 @@ case ${1:-} in
 esac
 
 # CMake, make and the first lines of the relays do not work with such a path.
-[[ $repo != *[[:space:]\'\"\$\&\;\(\)\#:]* ]] || fail "the path of the repository must have no spaces or special characters: $repo"
+[[ $repo != *[[:space:]\'\"\$\&\;\(\)\#:]* ]] || fail "catkin takes no path with blanks or special characters; move it, such as: mv '$repo' ~/tb3_labs"
 command -v dpkg-query >/dev/null || refuse_system
 
 find_ros /opt/ros

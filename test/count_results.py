@@ -4,8 +4,8 @@
 Usage: count_results.py FOLDER CTEST_STATUS LINT LOG
 
 FOLDER holds the result files, CTEST_STATUS is ctest's exit status, LINT is passed, failed or none,
-LOG is ctest's output. Prints the failures, the slowest tests, and last `N passed, N failed(, N
-skipped)`. The exit status is 0 only if nothing failed and something ran.
+LOG is ctest's output. Prints the failures, the slowest tests, the reasons of skipped tests, and
+last `N passed, N failed(, N skipped)`. The exit status is 0 only if nothing failed and something ran.
 """
 import pathlib
 import re
@@ -36,7 +36,7 @@ def outcomes(file):
         if bad:
             yield 'failed', name, '{}\n{}'.format(bad[0].get('message') or '', bad[0].text or '')
         elif case.find('skipped') is not None:
-            yield 'skipped', name, ''
+            yield 'skipped', name, case.find('skipped').get('message') or 'without a reason'
         # A test node's own cases are in rosunit-NODE.xml; rostest-FILE.xml only says whether each
         # node ended in time.
         elif not file.stem.startswith('rostest-'):
@@ -63,6 +63,9 @@ def main(folder, ctest_status, lint, log):
         print('\nslowest:')
     for name, seconds in sorted(times, key=lambda test: -float(test[1]))[:SLOWEST]:
         print('{:6.1f} s  {}'.format(float(seconds), name))
+    for reason, number in Counter(text for _, outcome, _, text in found
+                                  if outcome == 'skipped').most_common():
+        print('skipped: {:3} x {}'.format(number, reason))
     count = Counter(outcome for _, outcome, _, _ in found)
     print('{} passed, {} failed{}'.format(
         count['passed'], count['failed'],

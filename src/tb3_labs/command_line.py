@@ -1,17 +1,26 @@
 """The command line of a tool: a refusal is one line.
 
-    mark.py: argument --lab: invalid choice: 'trn' (choose from imu, turn); --help tells more
+    mark.py: argument --lab: invalid choice: 'trun' (choose from imu, turn); is turn meant?
 """
 import argparse
-from typing import Union
+import difflib
+import re
+from typing import Any, Union
 
 
 class Parser(argparse.ArgumentParser):
-    """As Python's parser, but a refusal does not begin with several lines on the usage."""
+    """As Python's parser, but a refusal is one line, and --job is not taken for --jobs."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(allow_abbrev=False, **options)
 
     def error(self, message: str):
         """End the program with status 2, and the reason."""
-        self.exit(2, '{}: {}; --help tells more\n'.format(self.prog, message))
+        typed, _, known = message.partition('invalid choice: ')[2].partition(' (choose from ')
+        near = difflib.get_close_matches(typed, re.findall(r'[^\s,()]+', known), 1)
+        self.exit(2, '{}: {}; {}\n'.format(
+            self.prog, message, 'is {} meant?'.format(near[0].strip("'")) if near else
+            '--help tells more'))
 
 
 def number_or_text(word: str) -> Union[float, str]:

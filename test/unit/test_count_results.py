@@ -11,7 +11,8 @@ sys.path.insert(0, str(TEST))
 from count_results import LINES, main    # noqa: E402 (it is beside this folder)
 
 PASSED = '<testcase classname="C" name="a"/>'
-SKIPPED = '<testcase classname="C" name="b"><skipped/></testcase>'
+SKIPPED = '<testcase classname="C" name="b"><skipped message="no screen"/></testcase>'
+SILENT = '<testcase classname="C" name="e"><skipped/></testcase>'
 FAILED = '<testcase classname="C" name="c"><failure message="no">{}</failure></testcase>'
 ERROR = '<testcase classname="C" name="d"><error message="oh"/></testcase>'
 NODE = '<testcase name="testx"/>'
@@ -63,6 +64,12 @@ def test_a_failure_is_shown_and_the_slowest_come_before_the_last_line(case, run)
     assert len([line for line in lines if line.startswith('  | ')]) <= LINES
 
 
+def test_the_reasons_of_skipped_tests_are_grouped(run):
+    _, lines = run({'pytest-unit': suite(SILENT, SKIPPED), 'rosunit-x': suite(PASSED, SKIPPED)})
+    assert lines[-3:] == ['skipped:   2 x no screen', 'skipped:   1 x without a reason',
+                          '1 passed, 0 failed, 3 skipped']
+
+
 def test_no_result_overwrites_another():
     names = [name for file in TEST.glob('*/*.test')
              for name in re.findall(r'test-name="([^"]*)"', file.read_text(encoding='utf-8'))]
@@ -89,10 +96,11 @@ def test_a_rostest_that_skips_says_so(tmp_path, run, monkeypatch):
     monkeypatch.setattr(xmlrunner, '_XMLTestResult', None)
     monkeypatch.setattr(sys, 'argv', ['', '--gtest_output=xml:{}/rosunit-x.xml'.format(tmp_path)])
     rosrun('x', Some)
-    assert run({})[1][-1] == '1 passed, 0 failed, 2 skipped'
+    assert run({})[1][-3:] == ['skipped:   1 x never', 'skipped:   1 x no screen & no mouse',
+                               '1 passed, 0 failed, 2 skipped']
 
 
 def test_each_rostest_that_may_skip_says_so():
     texts = {file.name: file.read_text(encoding='utf-8') for file in TEST.glob('ros/*_test.py')}
     assert texts and [name for name, text in texts.items() if 'rostest.rosrun(' in text
-                      and re.search('skip(Test|If|Unless)', text)] == []
+                      and re.search('skip(Test|If|Unless)|needs_setup', text)] == []

@@ -83,7 +83,8 @@ LAN = dict(own=('192.168.0.5', '10.8.0.2'), way_out='192.168.0.5', master_here=F
     (dict(LAN, ros_hostname='nn', resolved=''), FAULT, 'ROS_HOSTNAME=nn does not resolve'),
     (dict(LAN, ros_hostname='localhost', resolved='127.0.0.1'), FAULT, 'the robot itself'),
     # rospy tells others ROS_HOSTNAME if both are set
-    (dict(LAN, ros_ip='192.168.0.5', ros_hostname='nn', resolved=''), FAULT, 'ROS_HOSTNAME=nn')])
+    (dict(LAN, ros_ip='192.168.0.5', ros_hostname='nn', resolved=''), FAULT,
+     'ROS_HOSTNAME=nn (it goes before ROS_IP=192.168.0.5) does not')])
 def test_address(here, verdict, words):
     check(judge_address(Address(**here)), verdict, words)
 

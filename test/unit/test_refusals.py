@@ -18,7 +18,8 @@ YAW, METRES = 'a number from -360 to 360 deg', 'a number from -100 to 100 m'
 #: (script, what is typed, words of the answer). Of argparse's own refusals only the words that are ours.
 CASES = [
     ('mark.py', [], ('SUBMISSIONS, --lab, -o', '; --help tells more')),
-    ('mark.py', ['.', '--lab', 'trn', '-o', 'x'], ('--lab', 'trn', 'gamepad')),
+    ('mark.py', ['.', '--lab', 'trun', '-o', 'x'], ('--lab', 'trun', 'gamepad', '; is turn meant?')),
+    ('mark.py', MARK + ['--job', '2'], 'unrecognized arguments: --job 2'),
     ('mark.py', ['nowhere'] + MARK[1:], 'nowhere is neither a folder nor a zip file'),
     ('mark.py', ['nowhere.zip'] + MARK[1:], 'nowhere.zip is neither a folder nor a zip file'),
     ('mark.py', ['miller/node.py'] + MARK[1:], 'miller/node.py is neither a folder nor a zip file'),
@@ -35,6 +36,7 @@ CASES = [
     ('lab_report.py', ['x.bag', '--goal', '1', '1', 'up'], "--goal: yaw_deg = 'up' is not valid: " + YAW),
     ('lab_report.py', ['x.bag', '--model', 'burgr'], ('burgr', 'burger', 'waffle_pi')),
     ('send_goal.py', [], 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees'),
+    ('send_goal.py', ['1,0'], 'with blanks between them, such as: 1 1 90'),
     ('send_goal.py', ['1', '1', '900'], 'yaw_deg = 900.0 is not valid: ' + YAW),
     ('send_goal.py', ['nan', '1', '0'], 'x = nan is not valid: ' + METRES),
     ('send_goal.py', ['1', '1', '0'], 'no ROS master answers at http://localhost:1: start a launch file'),
@@ -44,7 +46,7 @@ CASES = [
     ('mystery.py', ['7'], ('--answer', '--list')),
     ('mystery.py', ['key', 'x'], "'x' is not valid: a number such as 7, or a range such as 1-12"),
     ('mystery.py', ['key', '5-1'], "'5-1' is not valid: the first number is larger than the last"),
-    ('skeleton.py', ['trn', '.'], ('trn', 'gamepad')),
+    ('skeleton.py', ['trun', '.'], ('trun', 'gamepad', '; is turn meant?')),
     ('skeleton.py', ['turn', 'nowhere'], 'nowhere: make it first, such as mkdir -p ~/catkin_ws/src'),
     ('skeleton.py', ['turn', '.', '--name', '9x'], "'9x' is not a name for a package"),
 ]

@@ -74,16 +74,16 @@ def test_one_that_was_built_on_top_of_this_needs_no_other_source(tmp_path):
 
 
 @needs_setup
-@pytest.mark.parametrize('host, theirs, etc', [
-    ('localhost', '', BUILT / 'etc'), ('robot', '', '//etc/ros'),
-    ('localhost', '; export ROS_ETC_DIR=/opt/ros/noetic/etc/ros', BUILT / 'etc')])
-def test_a_master_of_this_computer_alone_has_no_rosout_in_any_order(tmp_path, host, theirs, etc):
+@pytest.mark.parametrize('theirs', ['//etc/ros', '/opt/ros/noetic/etc/ros'])
+@pytest.mark.parametrize('host', ['localhost', 'robot'])
+def test_a_master_of_this_computer_alone_has_no_rosout_in_any_order(tmp_path, host, theirs):
     """A workspace that was built without tb3_labs sets the system's ROS_ETC_DIR when it is sourced:
-    `theirs` is Noetic's."""
+    `theirs` is Debian's and Noetic's."""
     own = workspace(tmp_path / 'catkin_ws')
-    words, errors = shell(tmp_path, 'source {}; source {}/setup.bash{}; export ROS_HOSTNAME={}; '
-                          'sed s/^exec.*/env/ $(command -v roscore) | sh'.format(
+    words, errors = shell(tmp_path, 'source {}; source {}/setup.bash; export ROS_ETC_DIR={} '
+                          'ROS_HOSTNAME={}; sed s/^exec.*/env/ $(command -v roscore) | sh'.format(
                               SETUP, own, theirs, host))
+    etc = BUILT / 'etc' if host == 'localhost' else theirs
     assert errors == '' and 'ROS_ETC_DIR={}'.format(etc) in words
     assert 'rosout' not in (BUILT / 'etc' / 'roscore.xml').read_text()
 
@@ -165,6 +165,14 @@ def test_another_shell_is_refused_in_one_line(tmp_path, call):
 def test_an_option_that_is_wrong_is_one_line(tmp_path):
     words, errors = shell(tmp_path, 'cd; {} --hlp || echo $?'.format(SETUP))
     assert words == ['2'] and 'unknown option --hlp' in errors and errors.count('\n') == 1
+
+
+def test_a_path_that_catkin_does_not_take_is_refused_with_what_to_do(tmp_path):
+    place = tmp_path / 'my labs' / 'scripts'
+    shutil.copytree(str(REPOSITORY / 'scripts'), str(place))
+    words, errors = shell(tmp_path, '"{}/setup.sh"'.format(place))
+    assert words == [] and errors.count('\n') == 1
+    assert errors.endswith("move it, such as: mv '{}' ~/tb3_labs\n".format(place.parent))
 
 
 @pytest.fixture

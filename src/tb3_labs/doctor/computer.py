@@ -135,8 +135,11 @@ def judge_address(here: Address) -> Line:
         return warning('Address', '{}the robot is told the name {}, and may not resolve it'.format(
             unset, here.hostname), here.advice)
     known = here.resolved in ('', here.told) or is_loopback(here.resolved)
-    source = 'ROS_{}={}{}'.format('HOSTNAME' if here.ros_hostname else 'IP', here.told,
-                                  '' if known else ' ({})'.format(here.resolved))
+    source = 'ROS_{}={}{}{}'.format(
+        'HOSTNAME' if here.ros_hostname else 'IP', here.told,
+        '' if known else ' ({})'.format(here.resolved),
+        ' (it goes before ROS_IP={})'.format(here.ros_ip) if here.ros_hostname and here.ros_ip
+        else '')
     if not here.resolved:
         return fault('Address', source + ' does not resolve, not even here', here.advice)
     if is_loopback(here.resolved):

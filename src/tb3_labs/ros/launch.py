@@ -18,6 +18,8 @@ PACKAGE = 'tb3_labs'
 #: An argument may take all parameters of a node. Then its doc names the file of the parameters,
 #: such as params/turtlebot3.yaml.
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
+#: An argument may choose one of several files. Then its doc names them: params/pad_*.yaml.
+CHOICE_OF_FILES = re.compile(r'params/(\w+)\*\.yaml')
 #: A colon without a blank after it, as in {slip:0.1}: YAML takes it for a part of the name.
 NO_BLANK = re.compile(r':(?!\s)')
 
@@ -46,9 +48,9 @@ def problem_of(words, path):
         if name not in arguments:
             return '{}:={}: {} has no argument {}; {}'.format(
                 name, value, path.name, name, _remedy(name, value, arguments, path))
-        if PARAMETERS_FILE.search(arguments[name].get('doc', '')) and NO_BLANK.search(value):
-            return '{0}:={1}: a blank is missing after the colon: {0}:="{2}"'.format(
-                name, value, NO_BLANK.sub(': ', value))
+        problem = _problem_of_value(name, value, arguments[name].get('doc', ''), path.parent)
+        if problem:
+            return '{}:={}: {}'.format(name, value, problem)
     for name, item in arguments.items():
         if item.get('default') is None and name not in given:
             return '{}:= is missing: {}'.format(name, item.get('doc'))
@@ -60,6 +62,22 @@ def _means(before, word, path):
     if word == path.name and before and before[-1] == PACKAGE:
         return True
     return word.endswith(path.name) and os.path.exists(word) and path.samefile(word)
+
+
+def _problem_of_value(name, value, doc, folder):
+    """Returns how the value should be, by the argument's `doc`; '' if it is right."""
+    if PARAMETERS_FILE.search(doc):
+        in_braces = value if value.startswith('{') else '{' + value.replace('=', ':') + '}'
+        right, why = NO_BLANK.sub(': ', in_braces), 'a blank is missing after the colon'
+        if right != value:
+            return '{}: {}:="{}"'.format(
+                why if in_braces == value else 'in braces, with colons', name, right)
+    for start in CHOICE_OF_FILES.findall(doc):
+        known = sorted(file.stem[len(start):] for file in folder.glob('params/' + start + '*.yaml'))
+        if value not in known:
+            return 'there is no params/{}{}.yaml; {}:= is one of {}'.format(
+                start, value, name, ', '.join(known))
+    return ''
 
 
 def _remedy(name, value, arguments, path):
