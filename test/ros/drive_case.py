@@ -24,9 +24,15 @@ class DriveCase(NodeCase):
         cls.reset = rospy.ServiceProxy('reset_pose', ResetPose)
 
     def declare(self, pose=Pose2()):
-        """A reset to `pose`; again while a busy machine delays the sensors, and it is refused."""
-        self.seen.wait_until(
-            lambda: self.reset(pose.x, pose.y, math.degrees(pose.yaw)).success, STARTING, 'a reset')
+        """The answer of a reset to `pose`; again while a busy machine delays the sensors, and it is
+        refused."""
+        answers = []
+
+        def is_declared():
+            answers.append(self.reset(pose.x, pose.y, math.degrees(pose.yaw)))
+            return answers[-1].success
+        self.seen.wait_until(is_declared, STARTING, 'a reset')
+        return answers[-1]
 
     def go_to(self, goal, frame='local'):
         """Send move_to_goal to the Pose2 `goal`."""

@@ -51,11 +51,11 @@ def stamped(message):
     return message.header.stamp.to_sec(), to_pose2(message.pose)
 
 
-def watch_robot(seen):
+def watch_robot(seen, read_truth=lambda message: to_pose2(message.pose)):
     """Let the Observer `seen` keep `cmd_vel` as (linear [m/s], angular [rad/s]), and `ground_truth`
     as Pose2."""
     seen.watch('cmd_vel', Twist, lambda message: (message.linear.x, message.angular.z))
-    seen.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
+    seen.watch('ground_truth', PoseStamped, read_truth)
 
 
 class Program(program.Program):
