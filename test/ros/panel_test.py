@@ -105,7 +105,7 @@ class PanelTest(PanelCase):
         self.here()
         self.page.ask('goal', x=2.0, y=0.0, yaw_deg=0)
         self.press('a')
-        self.page.wait_for(phase='driving')
+        self.page.wait_for(phase='driving', pad='move_to_goal has control: B takes it')
         self.wait_until_it_moves()
 
     # -- what a page shows
@@ -190,18 +190,14 @@ class PanelTest(PanelCase):
         self.page.close()
         self.assert_stopped(since)
 
-    def test_y_resets_and_control_by_a_is_over_with_its_page(self):
+    def test_y_resets(self):
         self.page.hold(pad={})
         self.page.wait_for(pad='ready')
         self.assertTrue(self.page.ask('reset', x=5, y=5, yaw_deg=5)[0])
         self.page.wait_until(lambda: self.page.picture['local'][0] > 4.9, 5.0, 'the reset')
         self.press('y')
         self.page.wait_until(lambda: abs(self.page.picture['local'][0]) < 0.01, 5.0, 'reset by Y')
-        self.press('a')
-        self.page.wait_for(pad='move_to_goal has control: B takes it', has_control=True)
-        self.page.fall_silent()
-        self.page.wait_for(has_control=False, seconds=5.0)
-        self.rest()
+        self.page.let_go()
 
     def test_a_stop_ends_a_turn_and_is_shown_as_done_when_the_robot_stands(self):
         start = self.rest()
