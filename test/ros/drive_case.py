@@ -18,7 +18,7 @@ class DriveCase(NodeCase):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.seen.watch('goal_state', String, lambda message: message.data)
+        cls.watch_data(String, 'goal_state')
         cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=5)    # each word counts
         cls.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=10)
         cls.reset = rospy.ServiceProxy('reset_pose', ResetPose)

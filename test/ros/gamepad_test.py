@@ -30,17 +30,13 @@ class GamepadTest(DriveCase):
     def setUpClass(cls):
         super().setUpClass()
         cls.seen.watch('local_pose', PoseStamped, lambda message: to_pose2(message.pose))
-        cls.watch_hands(cls.seen)
+        cls.watch_data(String, 'control_holder')
+        cls.watch_data(Bool, 'ctrl_relinq')
         cls.seen.watch('/diagnostics', DiagnosticArray)
         cls.rival = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         cls.thumb = Thumb()
         cls.mover, cls.pad = Node(*MOVER), Node('gamepad.py')
         cls.wait_for_state('waiting for control', seconds=STARTING)
-
-    @staticmethod
-    def watch_hands(seen):
-        seen.watch('control_holder', String, lambda message: message.data)
-        seen.watch('ctrl_relinq', Bool, lambda message: message.data)
 
     @classmethod
     def tearDownClass(cls):
@@ -137,7 +133,8 @@ class GamepadTest(DriveCase):
         self.thumb.press(A)
         self.seen.wait_for('control_holder', lambda holder: holder == 'move_to_goal')
         late = Observer()
-        self.watch_hands(late)
+        late.watch('control_holder', String, lambda message: message.data)
+        late.watch('ctrl_relinq', Bool, lambda message: message.data)
         late.wait_for('control_holder', lambda holder: holder == 'move_to_goal', 5.0)
         self.assertTrue(late.wait_for('ctrl_relinq', seconds=5.0))
         self.thumb.press(B)

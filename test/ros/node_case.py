@@ -122,6 +122,12 @@ class NodeCase(unittest.TestCase):
         """Watch the robot."""
         watch_robot(cls.seen)
 
+    @classmethod
+    def watch_data(cls, kind, *topics):
+        """Watch the field `data` of these topics."""
+        for topic in topics:
+            cls.seen.watch(topic, kind, lambda message: message.data)
+
     def start(self, executable, *arguments, **options):
         """Start a node; it is killed at the end of the test, unless it has ended."""
         node = Node(executable, *arguments, **options)

@@ -6,26 +6,23 @@ import math
 import os
 import re
 import signal
-import sys
 import xmlrpc.client
 
 import rosgraph
 import rosnode
 import rospy
-import rostest
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, Vector3
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu
-from std_msgs.msg import Bool, Float32, String
+from std_msgs.msg import Bool, Float32
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.ros.observer import Observer
 
-from node_case import SILENCE, STARTING, ZERO, Hiccups, Node, watch_robot
+from node_case import SILENCE, STARTING, ZERO, Node, run_as_node
 from panel_case import LOSS, PanelCase, with_punctual_pages
 from panel_page import Page, address_of
 
@@ -40,11 +37,7 @@ class PanelTest(PanelCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen, cls.hiccups = Observer(), Hiccups()
-        watch_robot(cls.seen)
-        cls.seen.watch('ctrl_relinq', Bool, lambda message: message.data)
-        cls.seen.watch('has_control', Bool, lambda message: message.data)
-        cls.seen.watch('control_holder', String, lambda message: message.data)
+        super().setUpClass()
         cls.seen.watch('/rosout', Log, lambda line: (line.name, line.msg))
         cls.panel = cls.start_panel()
         cls.addClassCleanup(cls.panel.kill)
@@ -367,5 +360,4 @@ class PanelTest(PanelCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('panel_test')
-    rostest.rosrun('tb3_labs', 'panel_test', PanelTest, sys.argv)
+    run_as_node('panel', PanelTest)
