@@ -95,30 +95,14 @@ def shares(seconds, *pids):
     return [100.0 * (cpu_time(pid) - then) / took for pid, then in zip(pids, before)]
 
 
-def on_time(times, latest, pause=0.5):
-    """[Did it come at most `latest` [s] after the one before?] of the commands with these times;
-    one that comes after a `pause` [s] begins a drive."""
-    gaps = [later - sooner for sooner, later in zip(times, times[1:])]
-    return [gap <= latest for gap in gaps if gap < pause]
-
-
-def parent(pid):
-    """Process id of a process's parent."""
-    return int(_stat(pid)[1])
-
-
 def threads(pid):
     """Number of threads of a process."""
-    return int(_stat(pid)[17])
+    with open('/proc/{}/stat'.format(pid)) as stat:
+        # the command's name may hold any character
+        return int(stat.read().rpartition(')')[2].split()[17])
 
 
 def memory(pid):
     """Resident memory of a process [MB]."""
     with open('/proc/{}/statm'.format(pid)) as statm:
         return int(statm.read().split()[1]) * _PAGE / 1048576.0
-
-
-def _stat(pid):
-    """The fields of /proc/PID/stat after the command's name, which may hold any character."""
-    with open('/proc/{}/stat'.format(pid)) as stat:
-        return stat.read().rpartition(')')[2].split()

@@ -10,8 +10,6 @@ import unittest
 
 import rosgraph
 import rospkg
-import rospy
-import rostest
 
 from tb3_labs.report.drives import drives
 from tb3_labs.report.epochs import epochs
@@ -19,7 +17,7 @@ from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.report.ros_bag import read_run
 
 from costs import free_port
-from node_case import Program
+from node_case import Program, run_as_node
 
 SCRIPT = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')
 #: A row of its table: the true error, and whether that is good.
@@ -82,5 +80,4 @@ class DemoTest(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('demo_test')
-    rostest.rosrun('tb3_labs', 'demo_test', DemoTest)
+    run_as_node('demo', DemoTest)

@@ -18,15 +18,21 @@ class DriveCase(NodeCase):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.seen.watch('goal_state', String, lambda message: message.data)
+        cls.watch_data(String, 'goal_state')
         cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=5)    # each word counts
         cls.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=10)
         cls.reset = rospy.ServiceProxy('reset_pose', ResetPose)
 
     def declare(self, pose=Pose2()):
-        """A reset to `pose`; again while a busy machine delays the sensors, and it is refused."""
-        self.seen.wait_until(
-            lambda: self.reset(pose.x, pose.y, math.degrees(pose.yaw)).success, STARTING, 'a reset')
+        """The answer of a reset to `pose`; again while a busy machine delays the sensors, and it is
+        refused."""
+        answers = []
+
+        def is_declared():
+            answers.append(self.reset(pose.x, pose.y, math.degrees(pose.yaw)))
+            return answers[-1].success
+        self.seen.wait_until(is_declared, STARTING, 'a reset')
+        return answers[-1]
 
     def go_to(self, goal, frame='local'):
         """Send move_to_goal to the Pose2 `goal`."""

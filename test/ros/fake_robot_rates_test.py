@@ -10,7 +10,6 @@ import xmlrpc.client
 
 import rosgraph
 import rospy
-import rostest
 from dynamic_reconfigure.msg import Config
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
@@ -18,7 +17,7 @@ from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
 from costs import cpu_time
-from node_case import STARTING, Hiccups, Program, path_of
+from node_case import STARTING, Hiccups, Program, path_of, run_as_node
 from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.conversions import yaw_of
 
@@ -131,5 +130,4 @@ class FakeRobotRatesTest(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('fake_robot_rates_test')
-    rostest.rosrun('tb3_labs', 'fake_robot_rates', FakeRobotRatesTest)
+    run_as_node('fake_robot_rates', FakeRobotRatesTest)

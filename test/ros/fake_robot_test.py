@@ -5,7 +5,6 @@ import time
 import unittest
 
 import rospy
-import rostest
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
@@ -13,6 +12,7 @@ from sensor_msgs.msg import Imu, JointState, MagneticField
 from std_msgs.msg import UInt8
 from tf2_msgs.msg import TFMessage
 
+from node_case import run_as_node
 from tb3_labs.ros.conversions import to_twist, yaw_of
 
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'ground_truth': PoseStamped,
@@ -144,6 +144,6 @@ class FakeRobotTest(unittest.TestCase):
             self.live.update_configuration({'imu_silent': False, 'odom_silent': False})
         self.wait('the next one', lambda: len(new[NEWEST_ONLY]()) > 1)
 
+
 if __name__ == '__main__':
-    rospy.init_node('fake_robot_test')
-    rostest.rosrun('tb3_labs', 'fake_robot', FakeRobotTest)
+    run_as_node('fake_robot', FakeRobotTest)

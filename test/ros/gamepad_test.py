@@ -8,12 +8,12 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist
 from std_msgs.msg import Bool, String
 
-from node_case import STARTING, ZERO, Node, NodeCase, run_as_node
+from drive_case import DriveCase
+from node_case import STARTING, ZERO, Node, run_as_node
 from panel_page import Page, address_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_twist
 from tb3_labs.ros.observer import Observer
-from tb3_labs.srv import ResetPose
 from thumb import A, B, Y, Thumb, punctual
 
 PORT = 8092
@@ -23,21 +23,20 @@ MOVER = 'move2goal_tf.py', '_goal_x:=-0.2', '_goal_y:=0.2'
 
 
 @punctual
-class GamepadTest(NodeCase):
+class GamepadTest(DriveCase):
     """Methods share the running nodes; each begins with a robot at rest that the pad holds."""
 
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
         cls.seen.watch('local_pose', PoseStamped, lambda message: to_pose2(message.pose))
-        cls.seen.watch('goal_state', String, lambda message: message.data)
-        cls.seen.watch('control_holder', String, lambda message: message.data)
-        cls.seen.watch('ctrl_relinq', Bool, lambda message: message.data)
+        cls.watch_data(String, 'control_holder')
+        cls.watch_data(Bool, 'ctrl_relinq')
         cls.seen.watch('/diagnostics', DiagnosticArray)
         cls.rival = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         cls.thumb = Thumb()
         cls.mover, cls.pad = Node(*MOVER), Node('gamepad.py')
-        cls.wait_for_state('waiting for control')
+        cls.wait_for_state('waiting for control', seconds=STARTING)
 
     @classmethod
     def tearDownClass(cls):
@@ -63,10 +62,6 @@ class GamepadTest(NodeCase):
         self.printed = 0
         self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad', STARTING)
 
-    @classmethod
-    def wait_for_state(cls, state, seconds=STARTING):
-        cls.seen.wait_for('goal_state', lambda now: now.startswith(state), seconds)
-
     def let_it_drive(self):
         """Press A; returns when the robot moves fast."""
         self.seen.forget('cmd_vel')
@@ -80,7 +75,7 @@ class GamepadTest(NodeCase):
     def wait_until_said(self, words, times=1, seconds=5.0):
         self.seen.wait_until(lambda: self.said(words) >= times, seconds, words)
 
-    def reset(self):
+    def press_y(self):
         resets = self.said('Pose reset successfully.')
         self.thumb.press(Y)
         self.wait_until_said('Pose reset successfully.', resets + 1)
@@ -106,7 +101,7 @@ class GamepadTest(NodeCase):
         self.assert_silence()
 
         # reset, A, goal; Y, goal again
-        self.reset()
+        self.press_y()
         start = self.seen.latest('ground_truth')
         self.let_it_drive()
         self.assertTrue(self.seen.latest('ctrl_relinq'))
@@ -117,13 +112,13 @@ class GamepadTest(NodeCase):
         self.assert_silence()
         start = self.seen.latest('ground_truth')
         self.seen.forget('goal_state')
-        self.reset()
+        self.press_y()
         self.wait_for_state('GOAL_REACHED')
         self.assert_at_goal(start)
 
         # B in mid-turn
         self.seen.forget('goal_state')
-        self.reset()
+        self.press_y()
         self.seen.forget('cmd_vel')
         self.seen.wait_for('cmd_vel', lambda command: abs(command[1]) > 1.0)
         pressed = self.thumb.press(B)
@@ -161,18 +156,9 @@ class GamepadTest(NodeCase):
         self.thumb.sticks(0.5, 0.0)
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.05)
 
-    def test_a_pad_lost_while_move_to_goal_drives(self):
-        self.reset()
-        self.let_it_drive()
-        lost = rospy.get_time()
-        self.thumb.plugged = False
-        self.wait_for_state('waiting for control')
-        self.assert_stopped(lost, 0.4)
-        self.assert_silence()
-
     def test_a_gamepad_node_that_dies_while_move_to_goal_drives(self):
         for number in (signal.SIGKILL, signal.SIGINT):
-            self.reset()
+            self.press_y()
             self.let_it_drive()
             died = rospy.get_time()
             self.pad.end(number)
@@ -182,7 +168,7 @@ class GamepadTest(NodeCase):
             self.start_pad()
 
     def test_a_move_to_goal_that_is_killed_in_mid_drive_starts_again_without_control(self):
-        self.reset()
+        self.press_y()
         self.let_it_drive()
         self.mover.kill()
         self.rest()
@@ -221,7 +207,7 @@ class GamepadTest(NodeCase):
             self.assertEqual(page.ask('reset', x=1.0, y=2.0, yaw_deg=90.0), (
                 True, '/set_pose was called with x=1.000, y=2.000, yaw=90.0 deg'))
             student.wait_for('Local pose set to x=1.0, y=2.0, yaw=1.57')
-            self.reset()
+            self.press_y()
             student.wait_for('Local pose set to x=0.0, y=0.0, yaw=0.0.')
             self.seen.forget('cmd_vel')
             self.thumb.press(A)
@@ -234,7 +220,7 @@ class GamepadTest(NodeCase):
         self.seen.forget('cmd_vel')
         self.seen.wait_for('cmd_vel', seconds=STARTING)    # it repeats zeros
         rospy.wait_for_service('reset_pose', STARTING)     # the test before may have ended its node
-        rospy.ServiceProxy('reset_pose', ResetPose)(5.0, 5.0, 90.0)
+        self.declare(Pose2(5.0, 5.0, 1.6))
         self.seen.wait_for('local_pose', lambda pose: pose.x > 4.9)
         self.thumb.press(Y)
         student.wait_for('Pose reset successfully.')
@@ -244,7 +230,7 @@ class GamepadTest(NodeCase):
         self.assertEqual(student.end(), 0)
 
     def test_a_second_driver_is_named(self):
-        self.reset()
+        self.press_y()
         self.let_it_drive()
         begun = rospy.get_time()
         while '/gamepad_test sends commands' not in self.mover.text:

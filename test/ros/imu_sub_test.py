@@ -4,11 +4,9 @@ import math
 import re
 
 import rospy
-import rostest
 from std_msgs.msg import Float32
 
-from node_case import STARTING, Hiccups, NodeCase, watch_robot
-from tb3_labs.ros.observer import Observer
+from node_case import STARTING, NodeCase, run_as_node
 
 LINE = re.compile(r'Current heading is (\d+\.\d{6}) degrees\.$')
 
@@ -17,9 +15,8 @@ class ImuSubTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen, cls.hiccups = Observer(), Hiccups()
-        cls.seen.watch('heading', Float32, lambda message: message.data)
-        watch_robot(cls.seen)
+        super().setUpClass()
+        cls.watch_data(Float32, 'heading')
         cls.seen.wait_for('ground_truth')
 
     def true_heading(self):
@@ -45,5 +42,4 @@ class ImuSubTest(NodeCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('imu_sub_test')
-    rostest.rosrun('tb3_labs', 'imu_sub_test', ImuSubTest)
+    run_as_node('imu_sub', ImuSubTest)

@@ -25,7 +25,7 @@ class InputsTest(DriveCase):
     def watch(cls):
         cls.seen.watch('cmd_vel', Twist, lambda message: (
             connection_of(message)['callerid'], (message.linear.x, message.angular.z)))
-        cls.seen.watch('control_holder', String, lambda message: message.data)
+        cls.watch_data(String, 'control_holder')
 
     def setUp(self):
         self.begun = rospy.get_time()

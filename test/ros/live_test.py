@@ -16,8 +16,7 @@ class LiveTest(NodeCase):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.seen.watch('distance_error', Float32, lambda message: message.data)
-        cls.seen.watch('angle_error_deg', Float32, lambda message: message.data)
+        cls.watch_data(Float32, 'distance_error', 'angle_error_deg')
         cls.seen.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
         cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
         cls.turn = rospy.Publisher('turn', Float64, queue_size=1)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The drive, the resets and the permission of the real node, judged by the robot's true pose."""
+"""The drives, resets and goals of the real node, judged by the robot's true pose."""
 import math
 import random
 import time
@@ -8,47 +8,43 @@ from itertools import groupby
 
 import actionlib
 import rospy
-import rostest
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionResult, MoveBaseGoal
 from nav_msgs.msg import Path
-from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
 
-from node_case import STARTING, ZERO, Hiccups, NodeCase, stamped
+from drive_case import DriveCase
+from node_case import STARTING, ZERO, run_as_node, stamped, watch_robot
 from tb3_labs.control.goal import is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist, transform_to_pose2
-from tb3_labs.ros.observer import Observer
-from tb3_labs.srv import ResetPose, SetInitialPose
+from tb3_labs.srv import SetInitialPose
 
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
 
 
-class Move2GoalTest(NodeCase):
+class Move2GoalTest(DriveCase):
     """Methods share the running nodes; each begins with a robot at rest and control taken."""
 
     @classmethod
-    def setUpClass(cls):
-        cls.seen, cls.hiccups = Observer(), Hiccups()
-        cls.seen.watch('goal_state', String, lambda message: message.data)
+    def watch(cls):
+        watch_robot(cls.seen, stamped)
         cls.seen.watch('current_goal', PoseStamped, lambda message: to_pose2(message.pose))
-        cls.seen.watch('cmd_vel', Twist, lambda message: (message.linear.x, message.angular.z))
         cls.seen.watch('local_pose', PoseStamped, stamped)
-        cls.seen.watch('ground_truth', PoseStamped, stamped)
         cls.seen.watch('local_path', Path)
         cls.seen.watch('move2goal/result', MoveBaseActionResult, lambda message: message.status)
         cls.seen.watch('/tf', TFMessage)
-        cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
-        cls.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
         cls.initialpose = rospy.Publisher('initialpose', PoseWithCovarianceStamped, queue_size=1)
         cls.wheels = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         cls.action = actionlib.SimpleActionClient('move2goal', MoveBaseAction)
         for service in ('reset_pose', 'set_pose'):
             rospy.wait_for_service(service, STARTING)
-        cls.reset_pose = rospy.ServiceProxy('reset_pose', ResetPose)
         cls.set_pose = rospy.ServiceProxy('set_pose', SetInitialPose)
         cls.seen.wait_for('local_pose', seconds=STARTING)
         cls.seen.wait_for('ground_truth', seconds=STARTING)
@@ -60,7 +56,7 @@ class Move2GoalTest(NodeCase):
         # a drive that begins anew shows that the message has arrived
         self.seen.forget('goal_state')
         self.declare()
-        self.seen.wait_for('goal_state', lambda state: state == 'waiting for control')
+        self.wait_for_state('waiting for control')
         self.wait_for_rest()
 
     # -- parts of the tests
@@ -68,27 +64,14 @@ class Move2GoalTest(NodeCase):
     def wait_for_rest(self):
         self.seen.wait_for_rest('ground_truth', lambda sample: sample[1])
 
-    def reset(self, x=0.0, y=0.0, yaw_deg=0.0):
+    def declared(self, x=0.0, y=0.0, yaw_deg=0.0):
         """Declare a pose; the true local_T_world from then on, by the reply's own instant."""
         self.seen.forget('goal_state')
-        answer = self.declare(x, y, yaw_deg)
-        instant = answer.stamp
+        pose = Pose2(x, y, math.radians(yaw_deg))
+        instant = self.declare(pose).stamp
         self.seen.wait_until(lambda: all(self.seen.latest(topic)[0] > instant for topic in (
             'ground_truth', 'local_pose')), 5.0, 'poses after the reset')
-        return Pose2(x, y, math.radians(yaw_deg)) @ self.truth_at(instant).inverse()
-
-    def declare(self, *pose):
-        """A reset's answer. The reset is repeated if it is refused because a busy machine delays
-        robot or node, for instance while they start: the sensors are then silent or too old."""
-        for _ in range(10):
-            answer = self.reset_pose(*pose or (0.0, 0.0, 0.0))
-            if answer.success:
-                break
-            heard = len(self.seen.all('ground_truth'))
-            self.seen.wait_until(lambda: len(self.seen.all('ground_truth')) > heard,
-                                 what='the robot')
-        self.assertTrue(answer.success, answer.message)
-        return answer
+        return pose @ self.truth_at(instant).inverse()
 
     def truth(self):
         return self.seen.latest('ground_truth')[1]
@@ -98,7 +81,7 @@ class Move2GoalTest(NodeCase):
         self.goal_set = pose, frame
         self.seen.forget('current_goal')
         self.seen.forget('goal_state')
-        self.goals.publish(to_pose_stamped(pose, frame, 0.0))
+        self.go_to(pose, frame)
         self.seen.wait_for('current_goal')
 
     def drive(self):
@@ -127,11 +110,11 @@ class Move2GoalTest(NodeCase):
         self.assert_silence(seconds=1.0)
         self.assertEqual(self.seen.latest('goal_state'), 'waiting for control')
         for _ in range(2):
-            local_T_world = self.reset()
+            local_T_world = self.declared()
             self.set_goal(LAB_GOAL)
             self.assertEqual(self.drive(), 'GOAL_REACHED')
             self.assert_pose(local_T_world @ self.truth(), LAB_GOAL)
-            self.assertEqual(self.seen.latest('cmd_vel'), (0.0, 0.0))
+            self.assertEqual(self.seen.latest('cmd_vel'), ZERO)
             self.assert_silence(seconds=1.0)
             self.assertEqual(self.states_driven()[-4:], [
                 'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED'])
@@ -146,7 +129,7 @@ class Move2GoalTest(NodeCase):
 
     def test_declared_pose_is_honoured(self):
         goal = Pose2(1.6, 2.4, math.radians(90.0))
-        local_T_world = self.reset(1.0, 2.0, -120.0)
+        local_T_world = self.declared(1.0, 2.0, -120.0)
         here = self.seen.latest('local_pose')[1]
         self.assert_pose(here, local_T_world @ self.truth(), 0.002, 0.1)
         self.set_goal(goal)
@@ -155,24 +138,12 @@ class Move2GoalTest(NodeCase):
         path = self.seen.latest('local_path')
         self.assertEqual(path.header.frame_id, 'local')
         self.assertTrue(10 <= len(path.poses) <= 120, len(path.poses))    # it is thinned
-        answer = self.reset_pose(-2.0, 0.5, -10.0)
+        answer = self.reset(-2.0, 0.5, -10.0)
         x, y, yaw_deg = answer.before
         self.assert_pose(Pose2(x, y, math.radians(yaw_deg)), goal, 0.02, 1.0)
         self.assertEqual(list(answer.after), [-2.0, 0.5, -10.0])
 
     # -- resets
-
-    def test_reset_while_spinning_is_as_exact_as_at_rest(self):
-        for sign in (1.0, -1.0):
-            start = rospy.get_time()
-            rate = rospy.Rate(50)
-            while rospy.get_time() < start + 2.0:
-                self.wheels.publish(to_twist(0.0, sign * 2.6))
-                rate.sleep()
-            local_T_world = self.reset(0.3, -0.2, 45.0)
-            self.wait_for_rest()
-            here = self.seen.latest('local_pose')[1]
-            self.assert_pose(here, local_T_world @ self.truth(), 0.002, 0.3)
 
     def test_the_last_of_many_resets_at_once_holds_at_rest_and_while_turning(self):
         def call(caller, begun):
@@ -181,7 +152,7 @@ class Move2GoalTest(NodeCase):
             for number in range(caller, 100, 10):
                 time.sleep(max(0.0, begun + 0.01 * number - time.time()))
                 declared = [chance.uniform(-most, most) for most in (5.0, 5.0, 180.0)]
-                made.append((declared, self.reset_pose(*declared)))
+                made.append((declared, self.reset(*declared)))
             return made
 
         for rate in 0.0, 1.0:
@@ -206,9 +177,9 @@ class Move2GoalTest(NodeCase):
                              0.001, 0.1)
 
     def test_bad_resets_are_refused_and_the_old_frame_stays(self):
-        self.reset(0.4, 0.3, 20.0)
+        self.declared(0.4, 0.3, 20.0)
         for x in (math.nan, 1e9):
-            answer = self.reset_pose(x, 0.0, 0.0)
+            answer = self.reset(x, 0.0, 0.0)
             self.assertFalse(answer.success)
             self.assertEqual(
                 answer.message, 'x = {} is not valid: a number from -100 to 100 m'.format(x))
@@ -228,7 +199,7 @@ class Move2GoalTest(NodeCase):
         for declare, frame in ((self.set_pose, 'map'), (self.set_pose, ''),
                                (self.set_pose, 'local'), (self.set_pose, 'odom'),
                                (self.initialpose.publish, 'local')):
-            self.reset()
+            self.declared()
             place = self.odom_T_local() @ target if frame == 'odom' else target
             message = PoseWithCovarianceStamped()
             message.header.frame_id = frame
@@ -246,28 +217,13 @@ class Move2GoalTest(NodeCase):
         self.seen.wait_until(transforms, 5.0, 'tf of local')
         return transform_to_pose2(transforms()[-1])
 
-    # -- permission, goals that end otherwise
-
-    def test_losing_control_in_mid_turn_stops_at_once_with_one_zero(self):
-        local_T_world = self.reset()
-        self.set_goal(LAB_GOAL)
-        self.control.publish(True)
-        self.seen.wait_for('cmd_vel', lambda command: abs(command[1]) > 1.0)
-        taken = time.time()     # permissions use the wall clock
-        self.control.publish(False)
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
-        self.assertLess(time.time() - taken, 0.1 + self.hiccups.since(taken))
-        stopped, _ = self.seen.all('cmd_vel')[-1]
-        self.let_pass(1.0)
-        self.assertEqual(self.seen.all('cmd_vel', stopped + 1e-3), [])
-        self.assertEqual(self.drive(), 'GOAL_REACHED')
-        self.assert_pose(local_T_world @ self.truth(), LAB_GOAL)
+    # -- goals of the action, and goals that end otherwise
 
     def goal(self, pose, frame='local'):
         return MoveBaseGoal(target_pose=to_pose_stamped(pose, frame, 0.0))
 
     def test_action_reports_feedback_and_success(self):
-        self.reset()
+        self.declared()
         feedback = []
         self.control.publish(True)
         self.action.send_goal(self.goal(Pose2(0.3, 0.0, 0.0)), feedback_cb=feedback.append)
@@ -286,17 +242,17 @@ class Move2GoalTest(NodeCase):
         self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.1)
 
     def test_cancel_stops_and_a_newer_goal_replaces(self):
-        self.reset()
+        self.declared()
         self.control.publish(True)
         self.drive_by_action(Pose2(2.0, 0.0, 0.0))
         self.action.cancel_goal()
         self.assertTrue(self.action.wait_for_result(rospy.Duration(20.0)))
         self.assertEqual(self.action.get_state(), GoalStatus.PREEMPTED)
-        self.seen.wait_for('cmd_vel', lambda command: command == (0.0, 0.0))
+        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
         self.wait_for_rest()
         self.assertTrue(self.declare().message.endswith('; no goal: send one'))
         self.drive_by_action(Pose2(2.0, 0.0, 0.0))
-        self.goals.publish(to_pose_stamped(self.seen.latest('local_pose')[1], 'local', 0.0))
+        self.go_to(self.seen.latest('local_pose')[1])
         self.assertTrue(self.action.wait_for_result(rospy.Duration(20.0)))
         self.assertEqual(self.action.get_state(), GoalStatus.PREEMPTED)
         self.assertIn('newer', self.action.get_goal_status_text())
@@ -314,5 +270,4 @@ class Move2GoalTest(NodeCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('move2goal_test')
-    rostest.rosrun('tb3_labs', 'move2goal', Move2GoalTest)
+    run_as_node('move2goal', Move2GoalTest)

@@ -60,11 +60,11 @@ def stamped(message):
     return message.header.stamp.to_sec(), to_pose2(message.pose)
 
 
-def watch_robot(seen):
+def watch_robot(seen, read_truth=lambda message: to_pose2(message.pose)):
     """Let the Observer `seen` keep `cmd_vel` as (linear [m/s], angular [rad/s]), and `ground_truth`
     as Pose2."""
     seen.watch('cmd_vel', Twist, lambda message: (message.linear.x, message.angular.z))
-    seen.watch('ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
+    seen.watch('ground_truth', PoseStamped, read_truth)
 
 
 class Program(program.Program):
@@ -130,6 +130,12 @@ class NodeCase(unittest.TestCase):
     def watch(cls):
         """Watch the robot."""
         watch_robot(cls.seen)
+
+    @classmethod
+    def watch_data(cls, kind, *topics):
+        """Watch the field `data` of these topics."""
+        for topic in topics:
+            cls.seen.watch(topic, kind, lambda message: message.data)
 
     def start(self, executable, *arguments, **options):
         """Start a node; it is killed at the end of the test, unless it has ended."""

@@ -36,12 +36,6 @@ class PanelCase(NodeCase):
         self.seen.wait_for('ground_truth', lambda pose: 0.2 < sign * difference(
             pose.yaw, start.yaw) < 2.0)
 
-    def wait_until_it_moves(self):
-        """Wait until the robot has truly moved a little since now."""
-        start = self.seen.latest('ground_truth')
-        self.seen.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.005 or abs(
-            difference(pose.yaw, start.yaw)) > 0.05)
-
     def assert_stopped(self, since, within=LOSS):
         """As NodeCase's, and then no other movement."""
         super().assert_stopped(since, within)

@@ -6,26 +6,23 @@ import math
 import os
 import re
 import signal
-import sys
 import xmlrpc.client
 
 import rosgraph
 import rosnode
 import rospy
-import rostest
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, Vector3
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu
-from std_msgs.msg import Bool, Float32, String
+from std_msgs.msg import Bool, Float32
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.ros.observer import Observer
 
-from node_case import SILENCE, STARTING, ZERO, Hiccups, Node, watch_robot
+from node_case import SILENCE, STARTING, ZERO, Node, run_as_node
 from panel_case import LOSS, PanelCase, with_punctual_pages
 from panel_page import Page, address_of
 
@@ -40,11 +37,7 @@ class PanelTest(PanelCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen, cls.hiccups = Observer(), Hiccups()
-        watch_robot(cls.seen)
-        cls.seen.watch('ctrl_relinq', Bool, lambda message: message.data)
-        cls.seen.watch('has_control', Bool, lambda message: message.data)
-        cls.seen.watch('control_holder', String, lambda message: message.data)
+        super().setUpClass()
         cls.seen.watch('/rosout', Log, lambda line: (line.name, line.msg))
         cls.panel = cls.start_panel()
         cls.addClassCleanup(cls.panel.kill)
@@ -105,7 +98,7 @@ class PanelTest(PanelCase):
         self.here()
         self.page.ask('goal', x=2.0, y=0.0, yaw_deg=0)
         self.press('a')
-        self.page.wait_for(phase='driving')
+        self.page.wait_for(phase='driving', pad='move_to_goal has control: B takes it')
         self.wait_until_it_moves()
 
     # -- what a page shows
@@ -190,18 +183,14 @@ class PanelTest(PanelCase):
         self.page.close()
         self.assert_stopped(since)
 
-    def test_y_resets_and_control_by_a_is_over_with_its_page(self):
+    def test_y_resets(self):
         self.page.hold(pad={})
         self.page.wait_for(pad='ready')
         self.assertTrue(self.page.ask('reset', x=5, y=5, yaw_deg=5)[0])
         self.page.wait_until(lambda: self.page.picture['local'][0] > 4.9, 5.0, 'the reset')
         self.press('y')
         self.page.wait_until(lambda: abs(self.page.picture['local'][0]) < 0.01, 5.0, 'reset by Y')
-        self.press('a')
-        self.page.wait_for(pad='move_to_goal has control: B takes it', has_control=True)
-        self.page.fall_silent()
-        self.page.wait_for(has_control=False, seconds=5.0)
-        self.rest()
+        self.page.let_go()
 
     def test_a_stop_ends_a_turn_and_is_shown_as_done_when_the_robot_stands(self):
         start = self.rest()
@@ -371,5 +360,4 @@ class PanelTest(PanelCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('panel_test')
-    rostest.rosrun('tb3_labs', 'panel_test', PanelTest, sys.argv)
+    run_as_node('panel', PanelTest)

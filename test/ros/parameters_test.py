@@ -5,14 +5,12 @@ import sys
 import tempfile
 
 import rospy
-import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
 
 from tb3_labs.control.goal import DriveConfig
-from tb3_labs.ros.observer import Observer
 
-from node_case import STARTING, NodeCase, Program
+from node_case import STARTING, NodeCase, Program, run_as_node
 
 NODE = '/mine/move_to_goal'
 DYNPARAM = [sys.executable, '-m', 'tb3_labs.ros.dynparam']
@@ -27,7 +25,7 @@ class ParametersTest(NodeCase):
         mine = os.path.join(folder.name, 'my.yaml')
         with open(mine, 'w') as file:
             file.write('max_linear: 0.2\nallow_reverse: true\nmodel: waffle\n')
-        cls.seen = Observer()
+        super().setUpClass()
         cls.seen.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
         cls.launch = Program(['roslaunch', '--disable-title', '--skip-log-check', 'tb3_labs',
                               'move2goal.launch', 'params:=' + mine, 'set:={max_angular: 1}'],
@@ -75,5 +73,4 @@ class ParametersTest(NodeCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('parameters_test')
-    rostest.rosrun('tb3_labs', 'parameters', ParametersTest)
+    run_as_node('parameters', ParametersTest)

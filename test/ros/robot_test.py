@@ -71,18 +71,13 @@ class RobotTest(NodeCase):
         packages = cls.folder / 'packages'
         write(packages / 'rosserial_python' / 'package.xml', MANIFEST)
         write(packages / 'rosserial_python' / 'serial_node.py', SERIAL_NODE, 0o700)
-        cls.setup = write(cls.folder / 'setup.bash', 'source {}/setup.bash\n'
-                          'ROS_PACKAGE_PATH={}:$ROS_PACKAGE_PATH\n'.format(here, packages))
-        cls.loader = cls.make_loader('env_robot.sh', cls.setup, 'waffle')
-
-    @classmethod
-    def make_loader(cls, name, setup, model):
-        """env_robot.sh with its two values set, as a person would."""
+        setup = write(cls.folder / 'setup.bash', 'source {}/setup.bash\n'
+                      'ROS_PACKAGE_PATH={}:$ROS_PACKAGE_PATH\n'.format(here, packages))
         lines = LOADER.read_text().splitlines()
-        for key, value in (('setup=', setup), ('model=', model)):
+        for key, value in (('setup=', setup), ('model=', 'waffle')):
             number, = [number for number, line in enumerate(lines) if line.startswith(key)]
             lines[number] = key + str(value)
-        return write(cls.folder / name, '\n'.join(lines) + '\n', 0o700)
+        cls.loader = write(cls.folder / 'env_robot.sh', '\n'.join(lines) + '\n', 0o700)
 
     @classmethod
     def start_sshd(cls):
@@ -165,16 +160,13 @@ class RobotTest(NodeCase):
         self.assertFalse(pathlib.Path('/proc/{}'.format(process)).exists())
 
     def test_what_is_wrong_is_said(self):
-        missing_setup = self.make_loader('no_setup.sh', '/nowhere/setup.bash', 'burger')
         cases = [
             ('no such name', ['robot:=robot99.invalid'], {}, 'cannot resolve host address'),
             ('nobody there', ['ssh_port:={}'.format(free_port())], {}, 'network error connecting to'),
             ('never met', [], {'home': 'unknown_robot'}, 'is not in your SSH known_hosts file'),
             ('no key', [], {'home': 'other_key'}, 'missing key in your authorized_keys'),
             ('no such user', ['user:=nobody_here'], {}, 'nobody_here@127.0.0.1'),
-            ('no loader', ['env_loader:=./nowhere.sh'], {}, "'./nowhere.sh': No such file"),
-            ('loader without ROS', ['env_loader:={}'.format(missing_setup)], {},
-             'no_setup.sh: /nowhere/setup.bash is missing')]
+            ('no loader', ['env_loader:=./nowhere.sh'], {}, "'./nowhere.sh': No such file")]
         for case, arguments, options, words in cases:
             program = self.launch(*arguments, **options)
             self.assertEqual(program.wait(60.0), 1, case)

@@ -45,7 +45,7 @@ class StopsTest(DriveCase):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.seen.watch('control_holder', String, lambda message: message.data)
+        cls.watch_data(String, 'control_holder')
         cls.actions = rospy.Publisher('move2goal/goal', MoveBaseActionGoal, queue_size=1)
         cls.cancels = rospy.Publisher('move2goal/cancel', GoalID, queue_size=1)
         cls.turns = rospy.Publisher('turn', Float64, queue_size=5)

@@ -3,7 +3,6 @@
 import math
 
 import rospy
-import rostest
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
@@ -11,10 +10,9 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
-from tb3_labs.ros.observer import Observer
 from tb3_labs.srv import ResetPose
 
-from node_case import STARTING, NodeCase
+from node_case import STARTING, NodeCase, run_as_node
 from thumb import A, B, Thumb
 
 ROBOTS = ('robot1', 'robot2')
@@ -26,13 +24,13 @@ class TwoRobotsTest(NodeCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen = Observer()
+        super().setUpClass()
         cls.control, cls.goals, cls.reset = {}, {}, {}
         for robot in ROBOTS:
             cls.seen.watch(robot + '/ground_truth', PoseStamped,
                            lambda message: to_pose2(message.pose))
-            cls.seen.watch(robot + '/goal_state', String, lambda message: message.data)
-            cls.seen.watch(robot + '/ctrl_relinq', Bool, lambda message: message.data)
+            cls.watch_data(String, robot + '/goal_state')
+            cls.watch_data(Bool, robot + '/ctrl_relinq')
             cls.control[robot] = rospy.Publisher(robot + '/ctrl_relinq', Bool, queue_size=1)
             cls.goals[robot] = rospy.Publisher(robot + '/move_base_simple/goal', PoseStamped,
                                                queue_size=1)
@@ -41,7 +39,7 @@ class TwoRobotsTest(NodeCase):
         cls.seen.watch('/tf', TFMessage, lambda message: [
             (transform.header.frame_id, transform.child_frame_id)
             for transform in message.transforms])
-        cls.seen.watch('robot2/control_holder', String, lambda message: message.data)
+        cls.watch_data(String, 'robot2/control_holder')
         cls.thumb = Thumb('robot2/joy')
         cls.wait_until_heard(*cls.control.values(), *cls.goals.values())
 
@@ -100,5 +98,4 @@ class TwoRobotsTest(NodeCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('two_robots_test')
-    rostest.rosrun('tb3_labs', 'two_robots', TwoRobotsTest)
+    run_as_node('two_robots', TwoRobotsTest)

@@ -70,7 +70,7 @@ class ViewTest(NodeCase):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.seen.watch('goal_state', String, lambda message: message.data)
+        cls.watch_data(String, 'goal_state')
         cls.seen.watch('robot3/ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
         cls.seen.watch('/rosout', Log)
         cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)

@@ -22,9 +22,6 @@ LAUNCHABLE = {path.name: path for folder, kind in (
 #: Launch files of the students' packages, as the skeletons write them: a name may be in both.
 SKELETONS = {path.name[:-len('.in')]: path
              for path in (ROOT / 'doc' / 'skeletons').glob('*/launch/*.launch.in')}
-#: The nodes whose parameters set:= takes, by launch file; robot_set:= takes the robot's.
-SET = {'turn': 'controller', 'move2goal': 'move_to_goal', 'fake_robot': 'turtlebot3',
-       'demo': 'move_to_goal', 'gamepad': 'gamepad', 'panel': 'panel'}
 #: Folders of this package.
 FOLDERS = ('doc', 'launch', 'msg', 'scripts', 'src', 'srv', 'test')
 
@@ -70,21 +67,9 @@ def arguments_of(path):
             if arg.get('value') is None}
 
 
-def settings_of(node):
-    """The parameters of a node, as its file of defaults lists them."""
-    path = ROOT / 'launch' / 'params' / (node + '.yaml')
-    text = path.read_text(encoding='utf-8') if path.exists() else ''
-    return set(re.findall(r'^#?(\w+): ', text, re.MULTILINE))
-
-
 def words_of(command):
     """The words of a command, as a shell splits them."""
     try:
         return shlex.split(command)
     except ValueError:      # a line of a text that is not a command
         return command.split()
-
-
-def given(words):
-    """The arguments NAME:=VALUE among `words`: {name: value}."""
-    return dict(word.split(':=', 1) for word in words if ':=' in word)

@@ -42,6 +42,7 @@ class Watched:
         self.clock_ahead = 0.0       # of the robot [s]
 
     def set(self, **settings):
+        self.clock_ahead = settings.pop('clock_ahead', self.clock_ahead)
         self.robot.configure(replace(self.robot.config, **settings))
 
     def problem(self):
@@ -88,6 +89,10 @@ def controller():
     return ControllerCore(make_turn(TurnConfig(), BURGER))
 
 
+#: Mystery robots, and robots on a carpet: no lie of a gyro that was right at rest.
+BAD_WHEELS = {'slip': 0.4}, {'wheel_mismatch': 0.08}, {'wheel_mismatch': -0.08}, {'slip': 0.2}
+
+
 @pytest.mark.parametrize('settings', [
     {}, {'slip': 0.05}, {'wheel_mismatch': 0.03}, {'slip': 0.05, 'wheel_mismatch': -0.03},
     {'motor_lag': 0.5}, {'motor_lag': 0.0}, {'imu_rate': 20.0, 'odom_rate': 20.0},
@@ -96,9 +101,10 @@ def controller():
     SLOW, dict(SLOW, slip=0.05),
     {'imu_frozen': True}, {'odom_frozen': True}, {'slip': 1.0}, {'motors_off': True},
     {'dropouts_per_min': 60.0}, dict(HOSTS['pi'], **NETWORKS['bad']),
-    *HOSTS.values(), *NETWORKS.values()], ids=str)
+    *HOSTS.values(), *NETWORKS.values(), *BAD_WHEELS], ids=str)
 def test_no_sound_robot_is_accused(settings):
     watched = Watched(**settings)
+    watched.run(0.5 * (settings in BAD_WHEELS))
     for linear, angular, seconds in MOTIONS:
         watched.run(seconds, linear, angular, until=watched.problem)
         assert watched.problem() == '', (linear, angular)
@@ -132,103 +138,46 @@ def test_samples_that_were_lost_accuse_nobody(settings):
     assert watched.problem()
 
 
-@pytest.mark.parametrize('settings', [
-    {'slip': 0.4}, {'wheel_mismatch': 0.08}, {'wheel_mismatch': -0.08}, {'slip': 0.2}], ids=str)
-def test_bad_wheels_are_no_lie_of_a_gyro_that_was_right_at_rest(settings):
-    """These are mystery robots, and robots on a carpet."""
-    watched = Watched(**settings)
-    watched.run(0.5)
-    for linear, angular, seconds in MOTIONS:
-        watched.run(seconds, linear, angular)
-        assert watched.problem() == '', (linear, angular)
-    watched = Watched(**settings)
-    watched.run(0.8)                  # less than the second that is asked for
-    watched.run(2.0, 0.2, 0.0)
-    watched.run(1.0, 0.0, 1.5)
-    assert watched.problem()
-
-
-@pytest.mark.parametrize('slip', [0.0, 0.2])
-@pytest.mark.parametrize('bias_deg', [28.0, -28.0])
-def test_a_gyro_that_was_right_at_rest_and_lies_in_motion_is_found(slip, bias_deg):
-    watched = Watched(slip=slip)
-    watched.run(1.5)
-    watched.run(0.8, 0.0, 1.5)
-    assert watched.problem() == ''
-    watched.set(gyro_bias_deg=bias_deg)
-    watched.run(5.0 / 28.0 + 0.06, 0.0, 1.5)
-    assert watched.problem()
-
-
-@pytest.mark.parametrize('seed', [1, 3])
-def test_the_slip_is_a_mean_which_one_noisy_reading_does_not_decide(seed):
-    watched = Watched(slip=0.2, seed=seed)
-    watched.run(1.5)
-    watched.set(gyro_noise=0.1)       # each reading alone shows the slip to 0.07 only
-    watched.run(1.5, 0.0, 1.5, until=watched.problem)
-    assert watched.problem() == ''
-
-
 @pytest.mark.parametrize('sign', [1.0, -1.0])
-def test_a_lie_that_goes_on_as_a_turn_does_is_found_as_soon_as_the_wheels_rest(sign):
-    """The turn of the wheels explains it for 0.13 s, not for as long as it is remembered."""
-    watched = Watched()
-    watched.run(1.0, 0.0, 1.5 * sign)
-    watched.set(gyro_bias_deg=28.0 * sign)
-    watched.run(0.4, until=watched.problem)
-    assert watched.problem()
-
-
-def test_a_gyro_that_repeats_the_rate_of_a_turn_is_left_to_the_watch_of_frozen_sensors():
-    watched = Watched()
-    watched.run(1.0, 0.0, 1.5)
-    watched.set(imu_frozen=True)
-    watched.run(2.0)
-    assert watched.problem() == ''
-
-
-@pytest.mark.parametrize('slip, accused', [(0.4, True), (0.0, False)])
-def test_after_a_silence_the_gyro_has_to_be_right_at_rest_again(slip, accused):
-    watched = Watched(slip=slip)
-    watched.run(1.5)
-    watched.set(odom_silent=True)
-    watched.run(0.5, 0.0, 1.5)
-    watched.set(odom_silent=False)
-    watched.run(0.5)                  # less than the second that is asked for
-    watched.run(1.0, 0.0, 1.5)
-    assert bool(watched.problem()) is accused
-
-
-def test_the_slip_of_the_wheels_is_learned_anew_after_a_silence():
-    watched = Watched(slip=0.1)
-    for slip in (0.1, 0.4):
-        watched.set(slip=slip)
-        watched.run(2.0)
-        watched.run(1.0, 0.0, 1.5)
-        assert watched.problem() == ''
-        watched.set(odom_silent=True)
-        watched.run(0.5)
-        watched.set(odom_silent=False)
-
-
-@pytest.mark.parametrize('mismatch', [0.05, -0.05])
-@pytest.mark.parametrize('angular', [1.3, -1.3])
-def test_a_sound_robot_that_turns_about_one_wheel_without_a_rest_is_not_accused(mismatch, angular):
-    watched = Watched(slip=0.05, wheel_mismatch=mismatch)
-    watched.run(2.0, 0.1, angular)
-    assert watched.problem() == ''
-
-
-@pytest.mark.parametrize('step', [7.0, -7.0])
-def test_a_robot_whose_clock_is_set_is_watched_from_then_on(step):
-    watched = Watched()
-    watched.run(1.0, 0.0, 1.5)
-    watched.clock_ahead = step
-    watched.run(0.5, 0.0, 1.5)
-    assert watched.problem() == ''
-    watched.set(gyro_bias_deg=28.0)
-    watched.run(0.5, 0.0, 1.5)
-    assert watched.problem()
+@pytest.mark.parametrize('words, settings, steps', [
+    *[('right at rest for less than a second, it is accused of what the wheels do', settings, [
+        (0.8,), (2.0, 0.2), (1.0, 0.0, 1.5), True]) for settings in BAD_WHEELS],
+    *[('right at rest, it lies in a turn: found before 5 degrees', {'slip': slip}, [
+        (1.5,), (0.8, 0.0, 1.5), False, {'gyro_bias_deg': bias}, (5.0 / 28.0 + 0.06, 0.0, 1.5),
+        True]) for slip in (0.0, 0.2) for bias in (28.0, -28.0)],
+    *[('the slip is a mean, a reading alone shows it to 0.07', {'slip': 0.2, 'seed': seed}, [
+        (1.5,), {'gyro_noise': 0.1}, (1.5, 0.0, 1.5), False]) for seed in (1, 3)],
+    ('the turn of the wheels explains a lie for 0.13 s, not for as long as it is remembered', {}, [
+        (1.0, 0.0, 1.5), {'gyro_bias_deg': 28.0}, (0.4,), True]),
+    ('the rate of a turn is repeated: a matter of the watch of frozen sensors', {}, [
+        (1.0, 0.0, 1.5), {'imu_frozen': True}, (2.0,), False]),
+    *[('after a silence it has to be right at rest for a second again', {'slip': slip}, [
+        (1.5,), {'odom_silent': True}, (0.5, 0.0, 1.5), {'odom_silent': False}, (0.5,),
+        (1.0, 0.0, 1.5), slip > 0.0]) for slip in (0.4, 0.0)],
+    ('after a silence the slip is learned anew', {'slip': 0.1}, [
+        (2.0,), (1.0, 0.0, 1.5), False, {'slip': 0.4, 'odom_silent': True}, (0.5,),
+        {'odom_silent': False}, (2.0,), (1.0, 0.0, 1.5), False]),
+    *[('a turn about one wheel without a rest', {'slip': 0.05, 'wheel_mismatch': mismatch}, [
+        (2.0, 0.1, 1.3), False]) for mismatch in (0.05, -0.05)],
+    ("the robot's clock is set", {}, [
+        (1.0, 0.0, 1.5), {'clock_ahead': 7.0}, (0.5, 0.0, 1.5), False, {'gyro_bias_deg': 28.0},
+        (0.5, 0.0, 1.5), True]),
+    ('an accusation stands until a second of agreement at rest', {}, [
+        {'gyro_bias_deg': 10.0}, (1.0,), {'gyro_bias_deg': 2.0}, (2.0, 0.2),
+        {'gyro_bias_deg': 0.0}, (0.5,), True, (1.8,), False])])
+def test_a_story_of_a_gyro(words, settings, steps, sign):
+    """A step: (seconds, forward speed, rate of turn), settings that change, or is it accused?"""
+    watched = Watched(**settings)
+    for step in steps:
+        if isinstance(step, tuple):
+            seconds, linear, angular = step + (0.0, 0.0)[len(step) - 1:]
+            watched.run(seconds, linear, sign * angular)
+        elif isinstance(step, dict):
+            watched.set(**{name: sign * value if name in ('gyro_bias_deg', 'clock_ahead') else value
+                           for name, value in step.items()})
+        else:
+            assert bool(watched.problem()) is step, words
+    assert watched.ears[0].has_compared
 
 
 @pytest.mark.parametrize('bias_deg, found_in', [(0.0, math.inf), (3.0, 2.0), (-28.0, 0.5)])
@@ -269,18 +218,6 @@ def test_in_motion_a_lie_is_found_before_5_degrees(speeds, bias_deg, settings):
     watched.run(3.0, *speeds, until=watched.problem)
     assert abs(bias_deg) * (watched.robot.now - begun) < 5.0
     assert watched.problem()
-
-
-def test_an_accusation_stands_until_a_second_of_agreement_at_rest():
-    watched = Watched(gyro_bias_deg=10.0)
-    watched.run(1.0)
-    watched.set(gyro_bias_deg=2.0)
-    watched.run(2.0, 0.2)             # driven, it could have turned as little by uneven wheels
-    watched.set(gyro_bias_deg=0.0)
-    watched.run(0.5)
-    assert watched.problem() and watched.ears[0].has_compared
-    watched.run(1.8)
-    assert watched.problem() == ''
 
 
 def test_without_wheels_or_stamps_nothing_is_said():

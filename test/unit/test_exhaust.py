@@ -66,11 +66,18 @@ def one_for_all(self, active, x, y, now, name='', stamp=0.0):
     return HEARD(self, active, x, y, now, '', stamp)
 
 
-@pytest.mark.parametrize('kind, owner, method, defect, events', [
-    (Senders, Permission, 'told', believing, 2), (Senders, SleepWatch, 'update', sleepless, 3),
-    (OnePad, Lateness, 'of', only_falling, 1),
-    (GoneRobot, SensorWatch, 'update', forgetful, 3), (LateTurns, GyroWatch, 'is_checked', True, 4),
-    (Goals, Arrivals, 'cancel', first_only, 4), (TwoMice, Mouse, 'heard', one_for_all, 5)])
-def test_a_defect_is_found_by_its_shortest_story(monkeypatch, kind, owner, method, defect, events):
+@pytest.mark.parametrize('kind, owner, method, defect, number, deeds', [
+    (Senders, Permission, 'told', believing, 2, 'student let_pass'),
+    (Senders, SleepWatch, 'update', sleepless, 3, 'sleep by_terminal let_pass'),
+    (OnePad, Lateness, 'of', only_falling, 1, 'set_back press push'),
+    (GoneRobot, SensorWatch, 'update', forgetful, 3, 'press go_and_come let_pass'),
+    (LateTurns, GyroWatch, 'is_checked', True, 4, 'switch turn let_pass'),
+    (Goals, Arrivals, 'cancel', first_only, 4, 'goal cancel by_terminal know_frame'),
+    (TwoMice, Mouse, 'heard', one_for_all, 5, 'sleep set let_pass')])
+def test_a_defect_is_found_by_its_shortest_story(
+        monkeypatch, kind, owner, method, defect, number, deeds):
+    """Among all events it is found, too, but that takes longer."""
     monkeypatch.setattr(owner, method, defect)
-    assert len(search(kind, 60.0).story) == events
+    monkeypatch.setattr(kind, 'EVENTS', [
+        event for event in kind.EVENTS if event[1] in deeds.split()])
+    assert len(search(kind, 60.0).story) == number

@@ -99,19 +99,14 @@ SLOW = PadConfig(dead_zone=0.0, linear_scale=0.1, angular_scale=1.0)
     (PadConfig(), (1.0, 0.0), BURGER_FULL), (PadConfig(), (-1.0, 0.0), (-0.2108, 0.0)),
     (PadConfig(), (0.0, 1.0), (0.0, 2.635)), (SLOW, (0.5, 0.0), (0.05, 0.0)),
     (SLOW, (1.0, 0.0), (0.1, 0.0)), (SLOW, (0.0, -0.5), (0.0, -0.5)),
-    (SLOW, (0.0, 1.0), (0.0, 1.0))])
+    (SLOW, (0.0, 1.0), (0.0, 1.0)),
+    (PadConfig(), (1.0, 1.0), (0.1054, 1.3175))])    # each wheel within its limit
 def test_full_stick_is_the_robots_own_limit_or_the_scale_that_is_set(config, sticks, speed):
     pad = Pad(config)
     pad.sticks = sticks
-    assert pad.run(0.3)[-1] == pytest.approx(Twist2(*speed))
+    assert pad.run(0.3)[-1] == pytest.approx(Twist2(*speed), rel=1e-4)
     pad.sticks = (0.0, 0.0)
     assert set(pad.run(0.3)[1:]) == {None}
-
-
-def test_both_sticks_together_keep_each_wheel_within_its_limit(pad):
-    pad.sticks = (1.0, 1.0)
-    both = pad.run(0.3)[-1]
-    assert both.linear + 0.08 * both.angular <= 0.21085
 
 
 def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
@@ -215,17 +210,6 @@ def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stamped, s
 
 # Other nodes --------------------------------------------------------------------------------------
 
-def test_what_another_one_takes_is_not_renewed_and_a_gives_it_again(pad):
-    pad.press(A)
-    pad.said()
-    pad.controller.on_taken(pad.now)
-    assert not pad.controller.messages.gives and pad.controller.messages.take() == [False]
-    pad.run(1.0)
-    assert pad.holder is GAMEPAD and not pad.controller.messages.gives
-    pad.press(A)
-    assert pad.said() == [True] and pad.controller.messages.gives
-
-
 def test_a_stop_of_another_node_reaches_a_stick_that_is_held(pad):
     """One zero; the stick counts again once it was in its middle."""
     assert pad.rest_and_push()
@@ -266,25 +250,6 @@ def test_what_somebody_else_gave_silences_the_sticks(pad):
     assert set(pad.run(1.0)) == {None}              # still pushed
 
 
-def test_what_somebody_else_gave_is_not_taken_by_a_pad_that_is_not_there(pad):
-    pad.controller.on_control(True, pad.now)
-    pad.said()
-    pad.plugged = False
-    pad.run(10.0)
-    assert pad.said() == [] and pad.holder is GOAL
-
-
-def test_rising_edges_only(pad):
-    pad.pressed = (A,)
-    pad.run(1.0)
-    pad.pressed = (A, B)
-    pad.run(1.0)
-    assert pad.holder is GAMEPAD            # B was pressed, A only held
-    pad.pressed = (A,)
-    pad.run(1.0)
-    assert pad.holder is GAMEPAD
-
-
 @pytest.mark.parametrize('repeats', [True, False])
 def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
     pad = Pad(repeats=repeats)
@@ -305,13 +270,19 @@ def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
     assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
 
 
-@pytest.mark.parametrize('allowed', [False, True])
-def test_a_pad_lost_while_move_to_goal_drives(allowed):
+@pytest.mark.parametrize('by_hand, allowed, stays', [
+    (False, False, False), (False, True, True), (True, False, True)])
+def test_a_pad_lost_while_move_to_goal_drives(by_hand, allowed, stays):
+    """What somebody else gave is not taken by a pad that is not there."""
     pad = Pad(PadConfig(drive_without_pad=allowed))
-    pad.press(A)
+    pad.controller.on_control(True, pad.now) if by_hand else pad.press(A)
+    pad.said()
     pad.plugged = False
-    pad.run(PAD_TIMEOUT + 0.05)
-    assert pad.controller.messages.gives is allowed
+    for seconds in PAD_TIMEOUT + 0.05, 10.0:
+        pad.run(seconds)
+        assert (pad.holder is GOAL) is stays and pad.controller.messages.gives is (
+            stays and not by_hand)
+    assert pad.said() == [False] * (not stays)
 
 
 def test_hold_to_drive():

@@ -97,62 +97,56 @@ def test_backwards_is_told_by_the_part_of_a_displacement_along_the_heading():
     assert (seen.pose.x, seen.pose.y) == pytest.approx((-0.010, 0.006))
 
 
-def two_messages(before, after, seconds, imu=IMU, imu_after=IMU, **details):
-    """(odometry without its jumps, Jump) after two messages with these poses, `seconds` apart."""
-    steady = JumpFilter()
-    steady.take(sample(*before), 10.0, imu)
-    return steady.take(sample(*after, stamp=seconds), 10.0 + seconds, imu_after, **details)
-
-
 def numbers(pose):
     return pose.x, pose.y, pose.yaw
 
 
-@pytest.mark.parametrize('after, words', [
-    (Pose2(0.0, 0.0, 0.0), 'set to zero'),
-    (Pose2(5.0, -1.0, 2.5), 'jumped by 3.00 m'),
-    (Pose2(2.0, -1.0, -2.0), '102 degrees'),
-])
-def test_a_jump_is_noticed_and_the_robot_keeps_its_pose(after, words):
-    steady = JumpFilter()
-    steady.take(sample(2.0, -1.0, 2.5), 0.0, IMU)
-    seen, jump = steady.take(sample(*numbers(after), 0.03), 0.03, IMU)
-    assert words in jump.text and jump.outcome == POSE_KEPT and jump.imu_turn == 0.0
-    assert numbers(seen.pose) == pytest.approx((2.0, -1.0, 2.5))
-    ahead = after @ Pose2(0.1, 0.0, 0.0)
-    seen, jump = steady.take(sample(*numbers(ahead), 0.4), 0.4, IMU)
-    assert jump is None
-    assert (seen.pose.x, seen.pose.y) == pytest.approx(
-        (2.0 + 0.1 * math.cos(2.5), -1.0 + 0.1 * math.sin(2.5)))
+ZERO, HERE, THERE = (0.0, 0.0, 0.0), (2.0, 1.0, 0.5), (2.0, -1.0, 2.5)
 
 
-@pytest.mark.parametrize('before, after, gap', [
-    ((0.02, 0.0, 0.0), (0.0, 0.0, 0.0), 4.0),
-    ((0.0, 0.0, 1.5), (0.0, 0.0, 0.0), 0.03),       # it only turned before
-    ((0.5, 0.0, 0.0), (0.002, 0.0, -0.02), 2.6),    # the first message after it is lost
-    ((0.0, 0.0, 2.0), (0.002, 0.0, -0.02), 2.6)])
-def test_set_to_zero_is_noticed(before, after, gap):
-    seen, jump = two_messages(before, after, gap)
-    assert 'zero' in jump.text
-    assert numbers(seen.pose) == pytest.approx(before)
-
-
-@pytest.mark.parametrize('before, after, gap', [
-    ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 3.0),                # it stands where it began,
-    ((0.01, 0.0, 0.03), (0.01, 0.0, 0.031), 3.0)] + [       # or near there
-    ((1.0, 0.0, 0.0), (1.0 + 0.26 * gap, 0.0, min(2.84 * gap, 3.0)), gap)    # at full speed
-    for gap in (0.03, 0.5, 3.0)])
-def test_what_a_robot_can_do_in_a_silence_is_no_jump(before, after, gap):
-    assert two_messages(before, after, gap)[1] is None
-
-
-@pytest.mark.parametrize('stamped, arrived', [(1.0 / 30.0, 1.5), (3600.0, 1.0 / 30.0)])
-def test_a_network_that_holds_messages_up_and_a_clock_that_is_set_are_no_reset(stamped, arrived):
-    """A robot that turns at the origin, its IMU heard a moment ago."""
-    steady, imu = JumpFilter(), ImuSample(0.0, 1.0, 1.5)
-    steady.take(sample(0.0, 0.0, -0.4, stamp=1.0, angular=1.5), 1.0, imu)
-    _, jump = steady.take(sample(0.0, 0.0, -0.05, 1.0 + stamped, angular=1.5), 1.0 + arrived, imu)
-    assert jump is None
+@pytest.mark.parametrize('before, after, gap, how, outcome, words', [
+    # what a robot can do in a silence: stand where it began, or near there, or drive at full speed
+    (ZERO, ZERO, 3.0, {}, None, ''), ((0.01, 0.0, 0.03), (0.01, 0.0, 0.031), 3.0, {}, None, ''),
+    *[((1.0, 0.0, 0.0), (1.0 + 0.26 * gap, 0.0, min(2.84 * gap, 3.0)), gap, {}, None, '')
+      for gap in (0.03, 0.5, 3.0)],
+    # a network that holds messages up, a clock that is set, while a robot turns at the origin
+    *[((0.0, 0.0, -0.4), (0.0, 0.0, -0.05), gap, {'rate': 1.5, 'arrived': arrived}, None, '')
+      for gap, arrived in ((1.0 / 30.0, 1.5), (3600.0, 1.0 / 30.0))],
+    (THERE, ZERO, 0.03, {}, POSE_KEPT, 'set to zero'),
+    (THERE, (5.0, -1.0, 2.5), 0.03, {}, POSE_KEPT, 'jumped by 3.00 m'),
+    (THERE, (2.0, -1.0, -2.0), 0.03, {}, POSE_KEPT, '102 degrees'),
+    ((0.02, 0.0, 0.0), ZERO, 4.0, {}, POSE_KEPT, 'zero'),
+    ((0.0, 0.0, 1.5), ZERO, 0.03, {}, POSE_KEPT, 'zero'),                 # it only turned before
+    ((0.5, 0.0, 0.0), (0.002, 0.0, -0.02), 2.6, {}, POSE_KEPT, 'zero'),   # the first message of
+    ((0.0, 0.0, 2.0), (0.002, 0.0, -0.02), 2.6, {}, POSE_KEPT, 'zero'),   # it is lost
+    (HERE, ZERO, 4.0, {'turned': -1.0}, POSE_LOST, 'zero'),               # a board restarts
+    (HERE, ZERO, 2.6, {'driven_at': 9.9}, POSE_LOST, 'zero'),             # told to move before
+    (HERE, (0.0, 0.0, 0.066), 11.7, {}, POSE_LOST, 'zero'),               # it may be carried
+    # at 1 rad/s it comes to rest within half a second, and what a robot at rest may turn: 0.6 rad
+    *[(HERE, ZERO, 0.6, {'rate': rate, 'turned': 0.5 * rate}, POSE_KEPT, 'zero')
+      for rate in (1.0, -1.0)],
+    (HERE, ZERO, 0.6, {'rate': 1.0, 'turned': 0.7}, POSE_LOST, 'zero')])
+def test_two_messages_show_a_jump_or_none(before, after, gap, how, outcome, words):
+    """A pose is kept, but for the turn of the IMU; from there the robot drives on."""
+    turned, arrived = how.get('turned', 0.0), 10.0 + how.get('arrived', gap)
+    imu = ImuSample(0.0, 1.0, how.get('rate', 0.0))
+    imu_after, steady = imu._replace(yaw=1.0 + turned), JumpFilter()
+    steady.take(sample(*before), 10.0, imu)
+    seen, jump = steady.take(sample(*after, stamp=gap), arrived, imu_after,
+                             how.get('driven_at', -math.inf))
+    if outcome is None:
+        assert jump is None and numbers(seen.pose) == after
+        return
+    assert jump.outcome == outcome and words in jump.text and jump.imu_turn == 0.0
+    if outcome == POSE_LOST:
+        assert numbers(seen.pose) == after
+    else:
+        x, y, yaw = before[:2] + (before[2] + turned,)
+        assert numbers(seen.pose) == pytest.approx((x, y, yaw))
+        ahead = numbers(Pose2(*after) @ Pose2(0.1, 0.0, 0.0))
+        seen, jump = steady.take(sample(*ahead, stamp=gap + 0.4), arrived + 0.4, imu_after)
+        assert jump is None and (seen.pose.x, seen.pose.y) == pytest.approx(
+            (x + 0.1 * math.cos(yaw), y + 0.1 * math.sin(yaw)))
 
 
 def test_a_robot_at_the_origin_may_turn_through_zero():
@@ -160,27 +154,6 @@ def test_a_robot_at_the_origin_may_turn_through_zero():
     for k in range(100):
         _, jump = steady.take(sample(0.0, 0.0, 0.09 * (k - 50), k / 30.0), k / 30.0, IMU)
         assert jump is None
-
-
-@pytest.mark.parametrize('after, gap, yaws, details', [
-    ((0.0, 0.0, 0.0), 4.0, (1.0, 0.0), {}),                       # a board restarts
-    ((0.0, 0.0, 0.0), 2.6, (1.0, 1.0), {'driven_at': 9.9}),       # it was told to move before
-    ((0.0, 0.0, 0.066), 11.7, (1.0, 1.0), {})])     # a board reset: it may have been carried
-def test_a_robot_that_may_have_moved_in_a_silence_loses_its_pose(after, gap, yaws, details):
-    imu, imu_after = (IMU._replace(yaw=yaw) for yaw in yaws)
-    seen, jump = two_messages((2.0, 1.0, 0.5), after, gap, imu, imu_after, **details)
-    assert jump.outcome == POSE_LOST and numbers(seen.pose) == after
-
-
-@pytest.mark.parametrize('turned, kept', [(0.5, True), (-0.5, True), (0.7, False)])
-def test_a_robot_that_turns_at_1_rad_per_s_comes_to_rest_within_0_6_rad(turned, kept):
-    """Half a second, and what a robot at rest may turn. Its pose is kept, but for that turn."""
-    imu = ImuSample(0.0, 1.0, math.copysign(1.0, turned))
-    seen, jump = two_messages((2.0, 1.0, 0.5), (0.0, 0.0, 0.0), 0.6, imu,
-                              imu._replace(yaw=1.0 + turned))
-    assert jump.outcome == (POSE_KEPT if kept else POSE_LOST)
-    assert numbers(seen.pose) == pytest.approx(
-        (2.0, 1.0, 0.5 + turned) if kept else (0.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize('speed, turn', [(0.2, 0.0), (0.2, 1.2), (0.0, 0.0)])

@@ -72,11 +72,10 @@ def set_by(command):
     for name, parameter, value in re.findall(r'dynparam set /(\w+) (\w+) (\S+)', command):
         assert dict((item.name, live) for item, live in nodes[name].settings)[parameter], command
         yield nodes[name], {parameter: yaml.safe_load(value)}
-    file = re.search(r'tb3_labs (\w+\.launch)', command)
+    file, = re.findall(r'tb3_labs (\w+\.launch)', command) or ['fake_robot.launch']
     for robot, text in re.findall(r'\b(robot_)?set:="([^"]*)"', command):
-        own = [node for node in NODES if file and node.launch_file == file.group(1)]
-        if robot or own:
-            yield nodes['turtlebot3'] if robot else own[0], yaml.safe_load(text)
+        own = [node for node in NODES if node.launch_file == file]
+        yield nodes['turtlebot3'] if robot else own[0], yaml.safe_load(text)
 
 
 @by_name(PAGES)

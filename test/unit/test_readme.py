@@ -2,10 +2,9 @@
 import fnmatch
 import re
 
-import yaml
 from pages import (
-    FOLDERS, LAUNCHABLE, OTHERS, OWN_FILE, PAGES, PLACEHOLDER, ROOT, SET, SKELETONS, anchors,
-    arguments_of, by_name, commands, given, in_backticks, own_paths, settings_of, words_of)
+    FOLDERS, LAUNCHABLE, OTHERS, OWN_FILE, PAGES, PLACEHOLDER, ROOT, SKELETONS, anchors,
+    arguments_of, by_name, commands, in_backticks, own_paths, words_of)
 
 
 def test_the_readme_is_short():
@@ -51,18 +50,8 @@ def test_launch_files_and_their_arguments_exist(page):
             kinds = (LAUNCHABLE,) if 'tb3_labs' in words else (LAUNCHABLE, SKELETONS)
             paths = [kind[name] for kind in kinds if name in kind]
             assert paths, command
-            assert set(given(words)) <= set().union(*map(arguments_of, paths)), command
-
-
-@by_name(PAGES)
-def test_parameters_that_are_set_exist(page):
-    for command in commands(page):
-        words = words_of(command)
-        file, = [word for word in words if word.endswith('.launch')][:1] or ['fake_robot.launch']
-        for argument, node in (('robot_set', 'turtlebot3'), ('set', SET.get(file[:-7]))):
-            value = given(words).get(argument, '')
-            if value.startswith('{') and not PLACEHOLDER.search(value):
-                assert set(yaml.safe_load(value)) <= settings_of(node), command
+            names = {word.split(':=')[0] for word in words if ':=' in word}
+            assert names <= set().union(*map(arguments_of, paths)), command
 
 
 @by_name(PAGES)
