@@ -18,6 +18,7 @@ from tb3_labs.report.ros_bag import read_run
 
 from costs import free_port
 from node_case import Program, run_as_node
+from rosunit_internals import needs_setup
 
 SCRIPT = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')
 #: A row of its table: the true error, and whether that is good.
@@ -36,6 +37,7 @@ def demo(*arguments, **options):
                    environment=environment, **options), uri
 
 
+@needs_setup
 class DemoTest(unittest.TestCase):
 
     def test_both_drives_are_good_and_the_report_says_the_same(self):

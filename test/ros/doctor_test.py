@@ -221,7 +221,7 @@ class DoctorTest(NodeCase):
         if cls.hosts:
             call('bad computer', prefix=['unshare', '-n', '-m', 'sh', '-c', BAD_COMPUTER.format(
                 cls.folder.name), 'sh'], environment={
-                    'ROS_MASTER_URI': 'http://10.1.1.1:11311'})
+                    'ROS_MASTER_URI': 'http://10.1.1.1:11311', 'ROS_HOSTNAME': 'localhost'})
             cls.hosts.connect(False)
             call('cut', 'robot1', **cls.on('robot'))
         cls.doctors.wait()

@@ -23,7 +23,7 @@ from costs import free_port, start_master
 from drive_case import DriveCase
 from node_case import SILENCE, STARTING, Program
 from panel_page import Page, address_of
-from rosunit_internals import rosrun
+from rosunit_internals import needs_setup, rosrun
 from tb3_labs.geometry.se2 import Pose2
 from two_hosts import TwoHosts
 
@@ -229,6 +229,7 @@ class NetworkTest(unittest.TestCase):
             self.skipTest(self.no_hosts)
         self.check('network_cut_and_back')
 
+    @needs_setup
     def test_the_demonstration_on_a_full_disk_listens_on_the_loopback_only(self):
         """From the README's own shell. The drive goes on although the disk is full, and the
         recorder reports that the recording does not."""

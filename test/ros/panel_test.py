@@ -333,8 +333,8 @@ class PanelTest(PanelCase):
         address = address_of(shows)    # the next port is taken: this one is in use
         self.seen.wait_for('/rosout', lambda line: line[0] == '/shows')
         # The name that this computer's nodes bear: in a container the host's browser finds it, too.
-        place, token = re.match(r'(http://localhost:{}/)\?token=(\S{{10,}})$'.format(PORT + 1),
-                                address).groups()
+        place, token = re.match(r'(http://{}:{}/)\?token=(\S{{10,}})$'.format(
+            re.escape(rosgraph.network.get_local_address()), PORT + 1), address).groups()
         for wrong in '', '?token=' + token[:-1], '?token=%C3%A9':
             with self.assertRaises(ConnectionRefusedError, msg=wrong):
                 Page(place + wrong)

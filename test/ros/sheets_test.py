@@ -22,7 +22,7 @@ import rospy
 
 from costs import free_port
 from node_case import Program, plain_node
-from rosunit_internals import rosrun
+from rosunit_internals import needs_setup, rosrun
 from sheets_steps import promised, steps_of
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
@@ -201,6 +201,7 @@ class Student:
             assert not BAD_END.search(program.text), 'after Ctrl+C:\n' + program.text
 
 
+@needs_setup
 class SheetsTest(unittest.TestCase):
     """One student's term."""
 
