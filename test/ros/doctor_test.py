@@ -55,7 +55,7 @@ FOUND = (
 FOUND_ON_HOSTS = (
     ('laptop', 'imu', '(warning|FAULT)', 'silent for [0-9.]+ s: .*rostopic delay /robot1/imu'),
     ('laptop', 'Way back', 'ok', 'is connected to /driver_of_robot1'),
-    ('laptop', 'Address', 'ok', '10.77.2.2 is an address'),
+    ('laptop', 'Address', 'ok', 'it goes before ROS_IP=10.77.2.2. is an address'),
     ('bad laptop', 'Way back', 'FAULT',
      'cannot reach /driver_of_robot2 at http://ann.invalid:.*ROS_IP=10.77.2.2'),
     ('bad laptop', 'Address', 'FAULT', '10.77.9.9 is not an address .*10.77.2.2'),
