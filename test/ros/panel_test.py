@@ -211,20 +211,6 @@ class PanelTest(PanelCase):
             self.assertIn('the robot was stopped meanwhile: let go, and ask again', self.page.notes)
             self.page.let_go()
 
-    def test_one_page_drives_and_another_is_told_so(self):
-        other = self.open()
-        self.drive_by_stick()
-        other.wait_for(page='other')
-        other.hold(pad={})
-        other.wait_until(lambda: any('another page drives' in note for note in other.notes), 5.0,
-                         'the reason')
-        other.let_go()
-        self.assertEqual(self.page.picture['page'], 'this')
-        self.page.let_go()
-        self.rest()
-        other.hold(pad={})
-        other.wait_for(page='this')
-
     def test_a_stop_that_move_to_goal_cannot_hear_is_not_shown_as_done(self):
         self.drive_to_goal()
         mover = rosnode.get_api_uri(rosgraph.Master('/panel_test'), '/move_to_goal')

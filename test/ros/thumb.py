@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A pad for tests: it publishes `joy` as joy_node does with autorepeat_rate; and a mouse."""
+"""A pad for tests: it publishes `joy` as joy_node does with autorepeat_rate."""
 import functools
 import threading
 import time
@@ -7,9 +7,6 @@ from collections import deque
 
 import rospy
 from sensor_msgs.msg import Joy
-from std_msgs.msg import Bool
-
-from tb3_labs.msg import MouseController
 
 A, B, Y = 0, 1, 2
 #: Between two messages of a pad that repeats itself [s], and for how long a button is held.
@@ -63,22 +60,6 @@ class Thumb:
         sent = [entry for entry in list(self._sent) if entry[0] >= since]
         return max([then - now for (now, plugged), (then, _) in zip(sent, sent[1:]) if plugged],
                    default=0.0)
-
-
-class Mouse:
-    """A mouse that repeats itself as often, as mouse_client.py does."""
-
-    def __init__(self):
-        self.plugged, self.state = False, (False, 0.0, 0.0)    # active, x, y
-        self.publisher = rospy.Publisher('mouse_info', MouseController, queue_size=20)
-        threading.Thread(target=self._repeat, daemon=True).start()
-
-    def _repeat(self):
-        while not rospy.is_shutdown():
-            if self.plugged:
-                active, x, y = self.state
-                self.publisher.publish(status=Bool(active), xPos=x, yPos=y)
-            rospy.rostime.wallsleep(PERIOD)
 
 
 def repeated(case, excuse):

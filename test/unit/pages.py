@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ET
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCRIPTS = ROOT / 'scripts'
 PAGES = [ROOT / 'README.md', *sorted((ROOT / 'doc').glob('*.md')),
          *sorted((ROOT / 'doc' / 'instructor').glob('*.md'))]
 #: Placeholders for the reader's own names, in paths and commands.

@@ -5,7 +5,8 @@ import shutil
 import subprocess
 import zipfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+from pages import ROOT
+
 PAGE = ROOT / 'doc' / 'instructor' / 'teaching.md'
 LIST = ROOT / 'doc' / 'instructor' / 'students.txt'
 EXCLUDE = ':(exclude)'

@@ -6,9 +6,9 @@ import pty
 import subprocess
 
 import pytest
+from pages import ROOT, SCRIPTS
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-SETUP = REPOSITORY / 'scripts' / 'setup.sh'
+SETUP = SCRIPTS / 'setup.sh'
 #: bash does this for the Tab key: the words of the line, and the function that `complete -p` names.
 TAB = '''
 tab() {
@@ -21,7 +21,7 @@ tab() {
 
 @pytest.fixture(scope='module')
 def printed(tmp_path_factory):
-    if not (REPOSITORY / 'build' / '.ws' / 'build.stamp').exists():
+    if not (ROOT / 'build' / '.ws' / 'build.stamp').exists():
         pytest.skip('scripts/setup.sh has not set this repository up')
     home = tmp_path_factory.mktemp('home')
     # Noetic's hook sources rosbash anew each time; on Debian the line in the middle does.
@@ -39,14 +39,14 @@ roscd tb3_labs && pwd -P | sed 's/^/at: /'
 
 
 def test_programs_launch_files_and_tests_are_completed(printed):
-    tests = sorted(path.name for path in (REPOSITORY / 'test' / 'marking').glob('check_*.test'))
+    tests = sorted(path.name for path in (ROOT / 'test' / 'marking').glob('check_*.test'))
     assert printed[:5] == ['rosrun: tb3_labs', 'rosrun: skeleton.py', 'rosrun: ',
                            'roslaunch: fake_robot.launch', 'rostest: ' + ' '.join(tests)]
 
 
 def test_roscd_leads_to_the_package(printed):
     assert printed[5].startswith('roscd: tb3_labs')
-    assert (pathlib.Path(printed[6].split(': ')[1]) / 'package.xml').samefile(REPOSITORY / 'package.xml')
+    assert (pathlib.Path(printed[6].split(': ')[1]) / 'package.xml').samefile(ROOT / 'package.xml')
 
 
 @pytest.mark.parametrize('command, said', [

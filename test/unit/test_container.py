@@ -1,11 +1,10 @@
 """.devcontainer/: what its two files and .dockerignore say fits together. No container is made here."""
 import json
-import pathlib
 import re
 
 import pytest
+from pages import ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = ROOT / '.devcontainer'
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason='this copy has no container')
 

@@ -1,15 +1,14 @@
 """The demonstration's judgement, and its table word for word."""
 import math
-import pathlib
 import runpy
 import threading
 
 import pytest
 
+from pages import SCRIPTS
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.demo import DemoConfig, DemoDrive, table
 
-SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / 'scripts'
 GOAL = Pose2(-0.61, 0.61, 0.0)
 
 

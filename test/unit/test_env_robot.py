@@ -1,7 +1,6 @@
 """launch/env_robot.sh, as roslaunch calls it on the robot: the values it sets, and its one line if
 something is missing."""
 import os
-import pathlib
 import shutil
 import socket
 import subprocess
@@ -9,7 +8,9 @@ import sys
 
 import pytest
 
-LOADER = pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'env_robot.sh'
+from pages import ROOT
+
+LOADER = ROOT / 'launch' / 'env_robot.sh'
 #: of an SSH connection: the laptop's address and port, the robot's address and port
 FROM_HERE = '127.0.0.1 40000 127.0.0.1 22'
 FROM_ELSEWHERE = '192.0.2.5 40000 192.0.2.9 22'

@@ -1,5 +1,4 @@
 """The launch files can be loaded, have few arguments, and refuse arguments that they do not have."""
-import pathlib
 import subprocess
 import xml.etree.ElementTree as ET
 
@@ -9,9 +8,9 @@ from roslaunch.config import ROSLaunchConfig
 from roslaunch.rlutil import check_roslaunch
 from roslaunch.xmlloader import XmlLoader
 
+from pages import ROOT
 from tb3_labs.ros import launch
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 LAUNCH = ROOT / 'launch'
 #: Packages that need not be installed are named in these files; robot.test runs robot.launch.
 ELSEWHERE = ('robot', 'gamepad', 'view')

@@ -5,9 +5,10 @@ actionlib with its own lock held, both threads could wait for each other for eve
 for a wait for tf: a thread that waits must not keep the node from driving.
 """
 import ast
-import pathlib
 
-SCRIPT = pathlib.Path(__file__).resolve().parents[2] / 'scripts' / 'move2goal_tf.py'
+from pages import SCRIPTS
+
+SCRIPT = SCRIPTS / 'move2goal_tf.py'
 LOCK = '_changed'
 #: The objects whose calls take actionlib's lock, or wait for tf.
 NEVER_UNDER_IT = {'_goals', '_frames'}

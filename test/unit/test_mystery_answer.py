@@ -1,18 +1,17 @@
 """The verdict on an answer to a mystery robot, and the command."""
 import importlib.util
-import pathlib
 
 import pytest
 
+from pages import SCRIPTS
 from tb3_labs.simulation.mystery import KINDS, LAST, draw, fault_called, judge
 
-SCRIPT = pathlib.Path(__file__).resolve().parents[2] / 'scripts' / 'mystery.py'
 # Of the key: 4 is an imu offset of 115 deg, 15 a wheel mismatch of -3.5 %, 7 a command latency.
 
 
 def command(capsys, *words):
     """(exit status, output, errors) of the script's main."""
-    spec = importlib.util.spec_from_file_location('mystery', str(SCRIPT))
+    spec = importlib.util.spec_from_file_location('mystery', str(SCRIPTS / 'mystery.py'))
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
     status = script.main(list(words))

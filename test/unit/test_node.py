@@ -1,6 +1,5 @@
 """A node's signals and end, in processes of their own; its waits, its log lines and commands."""
 import os
-import pathlib
 import re
 import signal
 import subprocess
@@ -12,10 +11,13 @@ import pytest
 
 pytest.importorskip('rospy')    # the processes below need it
 
+from pages import SCRIPTS    # noqa: E402
 from tb3_labs.control.speed_laws import Twist2    # noqa: E402
 from tb3_labs.news import News    # noqa: E402
 from tb3_labs.ros import cmd_vel, node    # noqa: E402
+from rospy.impl.registration import RegManager    # noqa: E402
 from tb3_labs.ros.clocks import wait_until    # noqa: E402
+from tb3_labs.ros.rospy_internals import join_updates    # noqa: E402
 
 BEGIN = '''
 import os, signal, threading, time
@@ -159,7 +161,6 @@ def test_it_waits_until_the_condition_holds_or_gives_up_and_says_so():
 
 # ----- Ctrl+C while a node imports its modules
 
-SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / 'scripts'
 RUNS = re.compile(r'^from tb3_labs\.ros\.node import .*\brun\b', re.MULTILINE)
 NODES = sorted(path.name for path in SCRIPTS.glob('*.py') if RUNS.search(path.read_text()))
 
@@ -191,3 +192,14 @@ def test_a_speed_that_turns_no_motor_is_sent_as_zero(monkeypatch, command, sent)
     monkeypatch.setattr(cmd_vel, 'ClockWatch', lambda stop: SimpleNamespace(runs=True))
     cmd_vel.CmdVel().send(Twist2(*command))
     assert [(twist.linear.x, twist.angular.z) for twist in published] == ([sent] if sent else [])
+
+
+def test_an_answer_without_a_publisher_does_not_hide_one_of_its_topic_that_was_told_before():
+    """The private part of rospy that is changed: no publisher is overlooked that registers with a
+    subscriber."""
+    manager = RegManager(None)
+    join_updates(manager)
+    one, two = ['http://robot:1/'], ['http://robot:2/', 'http://robot:3/']
+    for topic, given, kept in ('/odom', one, one), ('/odom', [], one), ('/imu', two, two):
+        manager.publisher_update(topic, given)
+        assert manager.updates[-1] == (topic, kept)

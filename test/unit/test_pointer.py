@@ -1,14 +1,12 @@
 """The place of the mouse on the screen, whatever the size of the screen."""
-import pathlib
 import runpy
 
 import pytest
 
 pytest.importorskip('rospy')
+from pages import SCRIPTS    # noqa: E402
 
-
-SCRIPT = pathlib.Path(__file__).resolve().parents[2] / 'scripts' / 'mouse_client.py'
-screen_position = runpy.run_path(str(SCRIPT))['screen_position']
+screen_position = runpy.run_path(str(SCRIPTS / 'mouse_client.py'))['screen_position']
 
 
 @pytest.mark.parametrize('pixel, position', [

@@ -1,6 +1,7 @@
 """The README and doc/: all that they name exists, and takes the arguments that they give."""
 import fnmatch
 import re
+import xml.etree.ElementTree as ET
 
 from pages import (
     FOLDERS, LAUNCHABLE, OTHERS, OWN_FILE, PAGES, PLACEHOLDER, ROOT, SKELETONS, anchors,
@@ -62,3 +63,14 @@ def test_what_rosrun_starts_exists_with_its_options(page):
             assert path.exists(), command
             for option in re.findall(r'\s(--\w+)', rest):
                 assert repr(option) in path.read_text(encoding='utf-8'), command
+
+
+def test_the_changelogs_newest_version_is_the_packages():
+    """As catkin's release tools read them."""
+    lines = (ROOT / 'CHANGELOG.rst').read_text(encoding='utf-8').splitlines()
+    headings = [text for text, rule in zip(lines, lines[1:]) if rule and rule == '-' * len(text)]
+    assert 'Forthcoming' not in headings[1:]
+    released = [re.match(r'(\d+\.\d+\.\d+) \(\d{4}-\d\d-\d\d\)$', text)
+                for text in headings if text != 'Forthcoming']
+    assert released and all(released)    # a malformed heading would be lost to catkin's tools
+    assert ET.parse(str(ROOT / 'package.xml')).getroot().findtext('version') == released[0].group(1)

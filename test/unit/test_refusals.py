@@ -1,6 +1,5 @@
 """What the tools say to typos and bad values: one line, with the reason and what is valid, at once."""
 import os
-import pathlib
 import runpy
 import sys
 import threading
@@ -8,7 +7,8 @@ import time
 
 import pytest
 
-SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / 'scripts'
+from pages import SCRIPTS
+
 DYNPARAM = '../src/tb3_labs/ros/dynparam.py'
 NO_MASTER = 'http://localhost:1'
 AT_ONCE = 2.0       # [s]

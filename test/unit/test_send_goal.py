@@ -1,5 +1,4 @@
 """An answer to a goal counts also if it comes before send_goal() has returned."""
-import pathlib
 import runpy
 
 import pytest
@@ -9,9 +8,8 @@ pytest.importorskip('actionlib')
 from actionlib import CommState    # noqa: E402 (ROS may be missing)
 from actionlib_msgs.msg import GoalStatus    # noqa: E402
 
+from pages import SCRIPTS    # noqa: E402
 from tb3_labs.geometry.se2 import Pose2    # noqa: E402
-
-SCRIPT = pathlib.Path(__file__).resolve().parents[2] / 'scripts' / 'send_goal.py'
 
 
 class Client:
@@ -41,7 +39,7 @@ class Client:
 
 @pytest.mark.parametrize('status, ends_with', [(GoalStatus.REJECTED, 1), (GoalStatus.SUCCEEDED, 0)])
 def test_an_answer_at_once(status, ends_with, monkeypatch, capsys):
-    drive = runpy.run_path(str(SCRIPT))['drive']
+    drive = runpy.run_path(str(SCRIPTS / 'send_goal.py'))['drive']
     monkeypatch.setattr(Client, 'status', status)
     monkeypatch.setattr('actionlib.ActionClient', Client)
     monkeypatch.setitem(drive.__globals__, 'Progress', lambda: None)

@@ -1,11 +1,10 @@
 """What the figures of the lab sheets and of doc/instructor/teaching.md show."""
 import math
-import pathlib
 import sys
 
 import pytest
+from pages import ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'doc' / 'instructor'))
 
 import make_figures  # noqa: E402

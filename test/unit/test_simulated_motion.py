@@ -136,14 +136,3 @@ def test_the_stamp_of_the_last_odometry_is_known_whether_or_not_it_has_arrived()
     robot = Simulator(replace(STIFF, sensor_latency=3.0))
     assert robot.sensors.odometry_stamp == 0.0
     assert robot.step(1.01) == [] and robot.sensors.odometry_stamp == pytest.approx(1.0)
-
-
-def test_a_command_holds_for_half_a_second_to_the_tick():
-    """It arrived at 0.1 s, is obeyed at the tick of 0.6 s, and not at that of 0.6333 s."""
-    robot = Simulator(STIFF)
-    robot.step(0.1001)
-    robot.command(0.1, 0.0)
-    robot.step(0.5999 + 0.03 - 0.1001)
-    assert robot.true_velocity[0] > 0.09
-    robot.step(0.005)
-    assert robot.true_velocity == (0.0, 0.0)

@@ -20,15 +20,6 @@ def test_a_long_step_gives_every_sample_that_is_due():
     assert [s.stamp for s in samples] == sorted(s.stamp for s in samples)
 
 
-def test_ten_steps_are_one_also_where_they_add_up_to_less():
-    config = SimulatorConfig(sensor_latency=0.1)
-    robot, samples = Simulator(config), []
-    for _ in range(10):
-        samples += robot.step(0.1)
-    assert robot.now < 1.0      # the sample of 0.9 s arrives nevertheless
-    assert samples == Simulator(config).step(1.0) and samples[-1].stamp == pytest.approx(0.9)
-
-
 def numbers(sample):
     """All numbers in a sample, in order."""
     return np.hstack(astuple(sample) if is_dataclass(sample) else sample)

@@ -1,19 +1,18 @@
 """The examples by numbers in the lab sheets, computed by another way than the sheets'."""
 import cmath
 import math
-import pathlib
 import re
 
 import pytest
+from pages import ROOT
 from squaternion import Quaternion
 
-DOC = pathlib.Path(__file__).resolve().parents[2] / 'doc'
 NUMBER = r'(-?\d+(?:\.\d+)?)'
 
 
 def text_of(sheet):
     """A sheet on one line."""
-    return ' '.join((DOC / sheet).read_text(encoding='utf-8').split())
+    return ' '.join((ROOT / 'doc' / sheet).read_text(encoding='utf-8').split())
 
 
 def numbers(sheet, *words):

@@ -61,7 +61,7 @@ def hear_all_publishers():
     comes last, and drops the other: the two never connect, and a stop is not heard (1 of 1200 pairs
     that registered within 4 ms, on a busy computer). Here lists that wait are joined. A publisher
     that has ended refuses the connection, which is harmless (RegManager's `updates` and
-    `publisher_update`; test/unit/test_rospy_internals.py).
+    `publisher_update`; test/unit/test_node.py).
     """
     for manager in registration.get_registration_listeners().listeners:
         if isinstance(manager, registration.RegManager):
