@@ -1,8 +1,10 @@
-"""Turns, mouse and keyboard together, on the simulated robot; judged by its true heading."""
+"""Turns, mouse and keyboard together, with a law that says what it is told, and an IMU in closed
+form; then on the simulated robot, judged by its true heading."""
 import math
 
 import pytest
 
+from rollout import control, run
 from tb3_labs.control.pace import LONGEST_IDLE
 from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
@@ -15,242 +17,9 @@ from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.supervision.arbitration import Driver
 
-TICK = 0.005
+BURGER = robot_model('burger')
 MOUSE_PERIOD = 0.05
 
-
-class Bench:
-    """A robot, its controller, and a mouse that repeats itself while it is held."""
-
-    def __init__(self, config=SimulatorConfig(start_yaw_deg=170.0, imu_offset_deg=-47.7),
-                 turn=TurnConfig()):
-        self.robot = Simulator(config)
-        self.controller = ControllerCore(make_turn(turn, robot_model(config.model)))
-        self.mouse = None            # (active, x, y), or None: no messages
-        self.news = []
-        self.imu_is_heard = True
-        self.imu_error = 0.0         # [rad]
-        self.sent = []               # the commands
-        self.yaw = self.robot.truth.yaw
-        self._next_mouse = 0.0
-        self.controller.on_mouse(False, 0.0, 0.0, self.now)
-        self.run(0.2)
-
-    def run(self, seconds):
-        """Let time pass; the commands of that time, None for a silent one."""
-        since = len(self.sent)
-        for _ in range(round(seconds / TICK)):
-            self._step()
-        return self.sent[since:]
-
-    def _step(self):
-        for sample in self.robot.step(TICK):
-            if isinstance(sample, ImuSample) and self.imu_is_heard:
-                yaw = math.remainder(sample.yaw + self.imu_error, 2.0 * math.pi)
-                self.controller.on_imu(ImuSample(sample.stamp, yaw, sample.yaw_rate), self.now)
-        if self.mouse and self.now >= self._next_mouse:
-            self._next_mouse = self.now + MOUSE_PERIOD
-            self.controller.on_mouse(*self.mouse, self.now)
-        self.controller.update(self.now)
-        if self.controller.due(self.now):
-            command = self.controller.command(self.now)
-            self.sent.append(command)
-            self.robot.command(*(command or Twist2()))
-        self.yaw = continuous(self.robot.truth.yaw, self.yaw)
-        self.news += self.controller.take_news()
-
-    @property
-    def now(self):
-        return self.robot.now
-
-    @property
-    def report(self):
-        """The only one of a turn: (its words, the angle that it tells [deg])."""
-        report, = [news.text for news in self.news if news.text.startswith('Turned')]
-        return report, float(report.split()[1])
-
-    def hold(self, active, x=0.0, y=0.0):
-        """Hold the mouse there from now on."""
-        self.mouse, self._next_mouse = (active, x, y), 0.0
-
-    def ask(self, degrees):
-        self.controller.ask(degrees, self.now)
-
-    def told(self, words):
-        """Was the user told this, once?"""
-        return sum(words in news.text for news in self.news) == 1
-
-    def turned(self, degrees):
-        """Ask for a turn and let it end; the true angle turned [deg]."""
-        before = self.yaw
-        self.ask(degrees)
-        self.run(abs(degrees) / 60.0 + 2.0)
-        assert self.controller.driver is Driver.NOBODY
-        return math.degrees(self.yaw - before)
-
-
-@pytest.fixture
-def bench():
-    return Bench()
-
-
-@pytest.mark.parametrize('law, degrees, off', [('precise', 90.0, 0.0), ('lab', -90.0, 1.0)])
-def test_turns_and_reports_the_error_it_measured_at_rest(law, degrees, off):
-    bench = Bench(SimulatorConfig(command_latency=0.05), TurnConfig(law=law))
-    turned = bench.turned(degrees)
-    words, said = bench.report
-    assert said == pytest.approx(turned, abs=0.1) and abs(turned - degrees) >= off
-    assert law == 'precise' or ('short' in words) == (turned > -90.0)
-    assert bench.run(1.0) == []        # silence
-
-
-@pytest.mark.parametrize('second, total', [(90.0, 180.0), (-90.0, 0.0), (-180.0, -90.0)])
-def test_a_turn_during_a_turn_moves_its_goal(bench, second, total):
-    before = bench.yaw
-    bench.ask(90.0)
-    bench.run(0.4)
-    bench.ask(second)
-    bench.run(4.0)
-    assert math.degrees(bench.yaw - before) == pytest.approx(total, abs=0.5)
-    assert bench.told('Turned')
-
-
-@pytest.mark.parametrize('law, good, bad, reason', [
-    ('precise', None, (math.nan, math.inf, 40000.0), 'from -36000 to 36000'),
-    ('precise', 36000.0, (90.0,), 'from -36000 to 36000'),     # nor is a goal moved farther away
-    ('lab', None, (270.0,), 'short way round, at most 180'), ('lab', 180.0, (-181.0,), '180')])
-def test_what_is_no_turn_is_refused(law, good, bad, reason):
-    bench = Bench(turn=TurnConfig(law=law))
-    if good:
-        bench.ask(good)
-    for degrees in bad:
-        with pytest.raises(ValueError, match=reason):
-            bench.ask(degrees)
-    assert bool(bench.run(0.5)) is bool(good)
-
-
-def test_no_turn_without_the_imu():
-    controller = ControllerCore(make_turn(TurnConfig(), robot_model('burger')))
-    with pytest.raises(ValueError, match='no imu yet'):
-        controller.ask(90.0, 1.0)
-    controller.on_imu(ImuSample(0.0, 0.0, 0.0), 1.0)
-    with pytest.raises(ValueError, match='no imu for 1.0 s'):
-        controller.ask(90.0, 2.0)
-
-
-# -- the mouse
-
-def test_the_mouse_drives_outside_the_middle_while_it_is_active(bench):
-    bench.hold(True, 0.0, 1.0)
-    assert set(bench.run(0.5)) == {Twist2(0.5, 0.0)}
-    bench.hold(True, 0.1, 0.1)
-    assert set(bench.run(0.5)) == {None}
-    bench.hold(True, -1.0, 0.0)
-    assert set(bench.run(0.5)) == {Twist2(0.0, 0.5)}
-    bench.hold(False, -1.0, 0.0)
-    assert bench.run(0.5) == [] and bench.controller.driver is Driver.NOBODY
-    assert bench.told('The mouse is active') and bench.told('The mouse was deactivated')
-
-
-def test_the_mouse_pre_empts_a_turn_at_once(bench):
-    bench.hold(True)
-    bench.ask(180.0)
-    bench.run(0.5)
-    assert bench.controller.driver is Driver.TURN
-    bench.hold(True, 0.0, -0.6)
-    bench.run(TICK)
-    assert bench.sent[-1] == Twist2(-0.3, 0.0)
-    bench.run(0.5)
-    assert bench.told('the mouse took over')
-    with pytest.raises(ValueError, match='the mouse is driving'):
-        bench.ask(90.0)
-    bench.hold(True)
-    bench.run(0.5)
-    assert bench.turned(-90.0) == pytest.approx(-90.0, abs=0.5)
-
-
-def test_another_mouse_that_is_deactivated_stops_a_turn_after_a_mouse_was_lost(bench):
-    bench.hold(True, 1.0, 0.0)
-    bench.run(0.3)
-    bench.mouse = None
-    bench.run(0.5)
-    bench.ask(180.0)
-    bench.run(0.5)
-    for active in (True, False):     # as a page's STOP
-        bench.controller.on_mouse(active, 0.0, 0.0, bench.now, 'page')
-    assert bench.controller.driver is Driver.NOBODY
-    assert set(bench.run(1.0)) <= {None} and bench.told('the mouse was deactivated')
-
-
-@pytest.mark.parametrize('x', [0.0, 1.0])
-def test_a_silent_mouse_is_lost_and_stops_the_robot(bench, x):
-    bench.hold(True, x, 0.0)
-    bench.run(0.3)
-    if not x:
-        bench.ask(180.0)
-    bench.run(0.3)
-    bench.mouse = None
-    assert bench.run(MOUSE_TIMEOUT + TICK)[-1] is None
-    assert bench.run(1.0) == []
-    assert bench.told('No mouse for 0.2 s')
-
-
-def test_a_bad_position_is_refused_and_does_not_keep_the_mouse_alive(bench):
-    bench.hold(True, 0.0, 1.0)
-    bench.run(0.3)
-    bench.mouse = None
-    for _ in range(5):
-        for position in ((math.nan, 1.0), (1.0, -math.inf)):
-            with pytest.raises(ValueError, match='not finite'):
-                bench.controller.on_mouse(True, *position, bench.now)
-            bench.run(0.05)
-    assert bench.controller.driver is Driver.NOBODY
-
-
-# -- lost sensors, and a robot that does not turn
-
-def test_a_heading_that_jumped_while_the_imu_was_silent_ends_the_turn(bench):
-    bench.ask(180.0)
-    bench.run(0.5)
-    bench.imu_is_heard, bench.imu_error = False, 2.0
-    bench.run(0.5)
-    bench.imu_is_heard = True
-    commands = bench.run(1.0)
-    assert set(commands) <= {None} and bench.told("the IMU's heading jumped by")
-
-
-# -- another law, and turns that follow each other
-
-def test_a_lower_limit_in_mid_turn_holds_from_the_next_command_on(bench):
-    before = bench.yaw
-    bench.ask(180.0)
-    bench.run(0.5)
-    bench.controller.set_law(make_turn(TurnConfig(max_ang_z=0.6, min_ang_z=0.2),
-                                       robot_model('burger')))
-    commands = [command for command in bench.run(6.0) if command is not None]
-    assert max(abs(command.angular) for command in commands) <= 0.6 + 1e-9
-    assert math.degrees(bench.yaw - before) == pytest.approx(180.0, abs=0.5)
-
-
-def test_another_law_has_its_own_time_to_get_nearer_and_its_own_period(desk):
-    desk.ask()
-    desk.run(1.0)
-    desk.core.set_law(Told(period=0.2))
-    commands = desk.run(1.0)
-    assert None not in commands and len(commands) == pytest.approx(5, abs=1)
-
-
-def test_a_second_turn_before_rest_reports_both(desk):
-    desk.ask()
-    desk.rate = 0.05                      # it is not judged yet
-    desk.finish(0.0)
-    desk.ask(-90.0)
-    desk.rate = 0.0
-    desk.finish(0.0)
-    assert sum('Turned' in news.text for news in desk.news) == 2
-
-
-# -- a law that says what it is told, and an IMU in closed form
 
 class Told:
     """A law that says what is left; a turn is finished at 0."""
@@ -275,37 +44,54 @@ class Told:
 
 
 class Desk:
-    """A controller with such a law. The IMU is heard each 50 ms; it trembles, as real ones do."""
+    """A controller with such a law. The IMU is heard in each step; it trembles, as real ones do. A
+    mouse repeats itself while it is held."""
 
-    def __init__(self, law=None):
+    def __init__(self, law=None, step=0.05):
         self.law = law or Told()
         self.core = ControllerCore(self.law)
+        self.step = step             # [s]
         self.now, self.yaw, self.rate, self.tremble = 100.0, 0.0, 0.0, 1e-6
+        self.mouse = None            # (active, x, y), or None: no messages
         self.news = []
+        self._next_mouse = 0.0
         self.core.on_mouse(False, 0.0, 0.0, self.now)
-        self.run(0.1)
+        self.run(0.2)
 
     def run(self, seconds, imu=True):
-        """The commands of that time."""
+        """The commands of that time, None for a silent one."""
         commands = []
-        for _ in range(round(seconds / 0.05)):
-            self.now += 0.05
+        for _ in range(round(seconds / self.step)):
+            self.now += self.step
             self.tremble = -self.tremble
             self.core.update(self.now)
             if imu:
                 self.core.on_imu(ImuSample(self.now, self.yaw + self.tremble, self.rate), self.now)
+            if self.mouse and self.now >= self._next_mouse:
+                self._next_mouse = self.now + MOUSE_PERIOD - 1e-6
+                self.core.on_mouse(*self.mouse, self.now)
             if self.core.due(self.now):
                 commands.append(self.core.command(self.now))
             self.news += self.core.take_news()
         return commands
 
+    def hold(self, active, x=0.0, y=0.0):
+        """Hold the mouse there from now on."""
+        self.mouse, self._next_mouse = (active, x, y), 0.0
+
     def ask(self, degrees=90.0):
         self.core.ask(degrees, self.now)
 
+    @property
+    def asked_for(self):
+        """The angle with which the law began last [deg]."""
+        return math.degrees(self.law.asked[-1])
+
     def told(self, words, warning=False):
+        """Was the user told this, once?"""
         return [news.warning for news in self.news if words in news.text] == [warning]
 
-    def finish(self, left):
+    def finish(self, left=0.0):
         """The turn ends, and the robot rests: the law knows what is left [rad]."""
         self.law.left, self.law.ends_with = 0.0, left
         self.run(0.4)
@@ -327,7 +113,7 @@ def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_ac
     assert not desk.core.watched and desk.core.problem(desk.now) == ''
     desk.ask()
     assert desk.core.watched and desk.core.idle_for(desk.now) < LONGEST_IDLE
-    desk.finish(0.0)
+    desk.finish()
     assert not desk.core.watched
     for active in (True, False):
         desk.core.on_mouse(active, 0.0, 0.0, desk.now)
@@ -338,7 +124,7 @@ def test_a_turn_begins_at_the_mean_heading_of_the_resting_robot(desk):
     desk.tremble = math.radians(0.2)
     desk.run(1.5)
     desk.ask()
-    assert math.degrees(desk.law.asked[-1] + desk.tremble) == pytest.approx(90.0, abs=0.05)
+    assert desk.asked_for + math.degrees(desk.tremble) == pytest.approx(90.0, abs=0.05)
 
 
 def test_each_turn_is_announced_and_begins_from_standing(desk):
@@ -347,27 +133,21 @@ def test_each_turn_is_announced_and_begins_from_standing(desk):
         desk.ask()
         desk.run(0.2)
         assert desk.told('Turning 90 degrees') and desk.law.times[0] == 0.1
-        desk.finish(0.0)
+        desk.finish()
         desk.run(5.0)
 
 
-def test_what_the_law_knows_to_be_left_is_reported_and_made_up_for(desk):
+@pytest.mark.parametrize('carries, asked_for', [(True, 92.0), (False, 90.0)])
+def test_what_the_law_knows_to_be_left_is_reported_and_made_up_for(carries, asked_for):
+    desk = Desk(Told(carries_error=carries))
     desk.ask()
     desk.run(0.2)
     desk.yaw = 0.8                       # one sample says something else
     desk.finish(math.radians(2.0))
-    assert desk.told('2.00 degrees short of')
+    assert desk.told('2.00 degrees short of') is carries    # else the IMU tells it
     desk.run(1.0)
     desk.ask()
-    assert math.degrees(desk.law.asked[-1]) == pytest.approx(92.0, abs=0.01)
-
-
-def test_a_law_that_carries_no_error_is_asked_for_no_more():
-    desk = Desk(Told(carries_error=False))
-    desk.ask()
-    desk.finish(0.5)
-    desk.ask()
-    assert math.degrees(desk.law.asked[-1]) == pytest.approx(90.0, abs=0.01)
+    assert desk.asked_for == pytest.approx(asked_for, abs=0.01)
 
 
 @pytest.mark.parametrize('between', ['mouse', 'given up', 'stuck', 'another node'])
@@ -388,7 +168,7 @@ def test_an_error_is_forgotten_when_the_robot_was_in_other_hands(desk, between):
     desk.run(1.0)
     assert sum('Turned' in news.text for news in desk.news) == 1     # not the one given up
     desk.ask()
-    assert math.degrees(desk.law.asked[-1]) == pytest.approx(90.0, abs=0.01)
+    assert desk.asked_for == pytest.approx(90.0, abs=0.01)
 
 
 def test_a_turn_begins_anew_from_where_the_robot_looks_after_a_short_silence(desk):
@@ -401,28 +181,27 @@ def test_a_turn_begins_anew_from_where_the_robot_looks_after_a_short_silence(des
     assert desk.told('Stopped: no imu', warning=True) and desk.told('Going on')
 
 
-def test_the_user_of_a_mouse_that_was_active_before_is_told_what_to_do_once(bench):
-    core = ControllerCore(Told())
-    for k in range(5):
-        core.on_mouse(True, 0.0, 1.0, 100.0 + 0.1 * k)
-        assert core.command(100.0 + 0.1 * k) is None
-    told = [news.text for news in core.take_news()]
-    assert told == ['The mouse was active before: move it to the middle of the screen to use it']
+def test_a_heading_that_jumped_while_the_imu_was_silent_ends_the_turn(desk):
+    desk.ask(180.0)
+    desk.run(0.5)
+    desk.run(0.5, imu=False)
+    desk.yaw = 2.0
+    assert set(desk.run(1.0)) <= {None} and desk.told("the IMU's heading jumped by", warning=True)
 
 
 @pytest.mark.parametrize('slept, refused', [(0.9, False), (1.1, True), (5.0, True)])
-def test_a_turn_that_may_have_been_asked_for_during_a_sleep_is_refused(bench, slept, refused):
+def test_a_turn_that_may_have_been_asked_for_during_a_sleep_is_refused(desk, slept, refused):
     """The mouse may have been deactivated since."""
-    woke = bench.now + slept
-    bench.controller.imu.heard(woke)
-    bench.controller.update(woke)
+    core, woke = desk.core, desk.now + slept
+    core.imu.heard(woke)
+    core.update(woke)
     if refused:
         with pytest.raises(ValueError, match='while this node did not run'):
-            bench.controller.ask(90.0, woke)
-        bench.controller.imu.heard(woke + 0.31)
-        bench.controller.update(woke + 0.31)
+            core.ask(90.0, woke)
         woke += 0.31
-    bench.controller.ask(90.0, woke)
+        core.imu.heard(woke)
+        core.update(woke)
+    core.ask(90.0, woke)
 
 
 def test_a_turn_in_which_this_process_slept_is_given_up(desk):
@@ -437,20 +216,61 @@ def test_a_frozen_imu_ends_a_turn_and_the_time_before_does_not_count(desk):
     desk.ask()
     desk.tremble = 0.0
     assert None not in desk.run(0.5)
-    desk.finish(0.0)
+    desk.finish()
     desk.law.left = 1.0
     desk.ask()
     assert None not in desk.run(0.5)
     assert desk.run(0.5)[-1] is None and desk.told('imu repeats one reading', warning=True)
 
 
+def test_another_law_has_its_own_time_to_get_nearer_and_its_own_period(desk):
+    desk.ask()
+    desk.run(1.0)
+    desk.core.set_law(Told(period=0.2))
+    commands = desk.run(1.0)
+    assert None not in commands and len(commands) == pytest.approx(5, abs=1)
+
+
+def test_a_second_turn_before_rest_reports_both(desk):
+    desk.ask()
+    desk.rate = 0.05                      # it is not judged yet
+    desk.finish()
+    desk.ask(-90.0)
+    desk.rate = 0.0
+    desk.finish()
+    assert sum('Turned' in news.text for news in desk.news) == 2
+
+
 def test_another_law_does_not_begin_a_turn_that_is_over(desk):
     desk.ask()
     desk.rate = 0.05                      # it is not judged yet
-    desk.finish(0.0)
+    desk.finish()
     law = Told()
     desk.core.set_law(law)
     assert law.asked == []
+
+
+@pytest.mark.parametrize('law, good, bad, reason', [
+    ('precise', None, (math.nan, math.inf, 40000.0), 'from -36000 to 36000'),
+    ('precise', 36000.0, (90.0,), 'from -36000 to 36000'),     # nor is a goal moved farther away
+    ('lab', None, (270.0,), 'short way round, at most 180'), ('lab', 180.0, (-181.0,), '180')])
+def test_what_is_no_turn_is_refused(law, good, bad, reason):
+    desk = Desk(make_turn(TurnConfig(law=law), BURGER))
+    if good:
+        desk.ask(good)
+    for degrees in bad:
+        with pytest.raises(ValueError, match=reason):
+            desk.ask(degrees)
+    assert bool(desk.run(0.5)) is bool(good)
+
+
+def test_no_turn_without_the_imu():
+    controller = ControllerCore(Told())
+    with pytest.raises(ValueError, match='no imu yet'):
+        controller.ask(90.0, 1.0)
+    controller.on_imu(ImuSample(0.0, 0.0, 0.0), 1.0)
+    with pytest.raises(ValueError, match='no imu for 1.0 s'):
+        controller.ask(90.0, 2.0)
 
 
 @pytest.mark.parametrize('asked, carried, turned, words', [
@@ -461,3 +281,145 @@ def test_another_law_does_not_begin_a_turn_that_is_over(desk):
 def test_the_result_of_a_turn(asked, carried, turned, words):
     turn = Turn(math.radians(asked), 0.2, math.radians(carried), 5.0)
     assert turn.result(0.2 + math.radians(turned), 7.5) == 'Turned ' + words
+
+
+# -- the mouse
+
+def test_the_mouse_drives_outside_the_middle_while_it_is_active(desk):
+    desk.hold(True, 0.0, 1.0)
+    assert set(desk.run(0.5)) == {Twist2(0.5, 0.0)}
+    desk.hold(True, 0.1, 0.1)
+    assert set(desk.run(0.5)) == {None}
+    desk.hold(True, -1.0, 0.0)
+    assert set(desk.run(0.5)) == {Twist2(0.0, 0.5)}
+    desk.hold(False, -1.0, 0.0)
+    assert desk.run(0.5) == [] and desk.core.driver is Driver.NOBODY
+    assert desk.told('The mouse is active') and desk.told('The mouse was deactivated')
+
+
+def test_the_mouse_pre_empts_a_turn_at_once(desk):
+    desk.hold(True)
+    desk.ask(180.0)
+    desk.run(0.5)
+    assert desk.core.driver is Driver.TURN
+    desk.hold(True, 0.0, -0.6)
+    assert desk.run(desk.step) == [Twist2(-0.3, 0.0)]
+    desk.run(0.5)
+    assert desk.told('the mouse took over', warning=True)
+    with pytest.raises(ValueError, match='the mouse is driving'):
+        desk.ask()
+    desk.hold(True)
+    desk.run(0.5)
+    desk.ask(-90.0)
+    desk.finish()
+    assert desk.asked_for == pytest.approx(-90.0, abs=0.01) and desk.told('Turned')
+
+
+def test_another_mouse_that_is_deactivated_stops_a_turn_after_a_mouse_was_lost(desk):
+    desk.hold(True, 1.0, 0.0)
+    desk.run(0.3)
+    desk.mouse = None
+    desk.run(0.5)
+    desk.ask(180.0)
+    desk.run(0.5)
+    for active in (True, False):     # as a page's STOP
+        desk.core.on_mouse(active, 0.0, 0.0, desk.now, 'page')
+    assert desk.core.driver is Driver.NOBODY and set(desk.run(1.0)) <= {None}
+    assert desk.told('the mouse was deactivated', warning=True)
+
+
+@pytest.mark.parametrize('x', [0.0, 1.0])
+def test_a_silent_mouse_is_lost_and_stops_the_robot(x):
+    desk = Desk(step=0.005)
+    desk.hold(True, x)
+    desk.run(0.3)
+    if not x:
+        desk.ask(180.0)
+    desk.run(0.3)
+    desk.mouse = None
+    assert desk.run(MOUSE_TIMEOUT + desk.step)[-1] is None
+    assert desk.run(1.0) == []
+    assert desk.told('No mouse for 0.2 s')
+
+
+def test_a_bad_position_is_refused_and_does_not_keep_the_mouse_alive(desk):
+    desk.hold(True, 0.0, 1.0)
+    desk.run(0.3)
+    desk.mouse = None
+    for _ in range(5):
+        for position in ((math.nan, 1.0), (1.0, -math.inf)):
+            with pytest.raises(ValueError, match='not finite'):
+                desk.core.on_mouse(True, *position, desk.now)
+            desk.run(0.05)
+    assert desk.core.driver is Driver.NOBODY
+
+
+def test_the_user_of_a_mouse_that_was_active_before_is_told_what_to_do_once():
+    core = ControllerCore(Told())
+    for k in range(5):
+        core.on_mouse(True, 0.0, 1.0, 100.0 + 0.1 * k)
+        assert core.command(100.0 + 0.1 * k) is None
+    told = [news.text for news in core.take_news()]
+    assert told == ['The mouse was active before: move it to the middle of the screen to use it']
+
+
+# -- on the simulated robot
+
+class Bench:
+    """A robot and its controller, which asks for a turn [deg]."""
+
+    def __init__(self, degrees, **turn):
+        self.robot = Simulator(SimulatorConfig(
+            start_yaw_deg=170.0, imu_offset_deg=-47.7, command_latency=0.05))
+        self.core = ControllerCore(make_turn(TurnConfig(**turn), BURGER))
+        self._hear = control(self.robot, self.core)
+        self._start = self._yaw = self.robot.truth.yaw
+        self.run(0.2)
+        self.ask(degrees)
+
+    def ask(self, degrees):
+        self.core.ask(degrees, self.robot.now)
+
+    def run(self, seconds):
+        """The commands of that time."""
+        commands = []
+        for _ in range(round(seconds / 0.05)):
+            commands += run(self.robot, self.core, self._hear, 0.05)
+            self._yaw = continuous(self.robot.truth.yaw, self._yaw)
+        return commands
+
+    @property
+    def turned(self):
+        """True angle since the start [deg]."""
+        return math.degrees(self._yaw - self._start)
+
+    def reports(self):
+        return [news.text for news in self.core.take_news() if news.text.startswith('Turned')]
+
+
+@pytest.mark.parametrize('law, degrees, off', [('precise', 90.0, 0.0), ('lab', -90.0, 1.0)])
+def test_turns_and_reports_the_error_it_measured_at_rest(law, degrees, off):
+    bench = Bench(degrees, law=law)
+    bench.run(3.5)
+    words, = bench.reports()
+    assert float(words.split()[1]) == pytest.approx(bench.turned, abs=0.1)
+    assert abs(bench.turned - degrees) >= off
+    assert law == 'precise' or ('short' in words) == (bench.turned > -90.0)
+    assert bench.run(1.0) == []        # silence
+
+
+@pytest.mark.parametrize('second, total', [(90.0, 180.0), (-90.0, 0.0), (-180.0, -90.0)])
+def test_a_turn_during_a_turn_moves_its_goal(second, total):
+    bench = Bench(90.0)
+    bench.run(0.4)
+    bench.ask(second)
+    bench.run(4.0)
+    assert bench.turned == pytest.approx(total, abs=0.5) and len(bench.reports()) == 1
+
+
+def test_a_lower_limit_in_mid_turn_holds_from_the_next_command_on():
+    bench = Bench(180.0)
+    bench.run(0.5)
+    bench.core.set_law(make_turn(TurnConfig(max_ang_z=0.6, min_ang_z=0.2), BURGER))
+    assert max(abs(command.angular) for command in bench.run(6.0)) <= 0.6 + 1e-9
+    assert bench.turned == pytest.approx(180.0, abs=0.5)
