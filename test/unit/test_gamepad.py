@@ -11,6 +11,7 @@ from tb3_labs.supervision.arbitration import Holder
 NOBODY, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL
 BURGER = robot_model('burger')
 PERIOD = 0.05      # of a pad that repeats itself
+REST, PUSHED = (0.0, 0.0), (1.0, 0.0)      # its sticks
 
 
 class Pad:
@@ -21,13 +22,14 @@ class Pad:
         self.now = 0.0
         self.sent = []                    # (time, command)
         self.words = []                   # said on ctrl_relinq
-        self.sticks, self.pressed = (0.0, 0.0), ()
+        self.sticks, self.pressed = REST, ()
         self.plugged, self.repeats = True, repeats
         self._next, self._said = 0.0, None
         self.run(0.5)
 
-    def run(self, seconds):
-        """Let time pass; the commands of that time."""
+    def run(self, seconds, **state):
+        """Let time pass, with this state of the pad from now on; the commands of that time."""
+        vars(self).update(state)
         since = len(self.sent)
         for _ in range(round(seconds / 0.01)):
             self.now += 0.01
@@ -55,21 +57,23 @@ class Pad:
 
     def press(self, *buttons):
         """Press and let go."""
-        self.pressed = buttons
-        self.run(0.02)
-        self.pressed = ()
-        self.run(0.02)
+        for self.pressed in (buttons, ()):
+            self.run(0.02)
 
     def rest_and_push(self):
         """The command for a stick that is pushed after it was in its middle."""
-        self.sticks = (0.0, 0.0)
-        self.run(0.2)
-        self.sticks = (1.0, 0.0)
-        return self.run(0.2)[-1]
+        self.run(0.2, sticks=REST)
+        return self.run(0.2, sticks=PUSHED)[-1]
 
     @property
     def holder(self):
         return self.controller.holder
+
+
+def hear(controller, now, stamp, *pressed, forward=0.0):
+    """A message of a pad with a clock of its own."""
+    buttons = [int(button in pressed) for button in range(8)]
+    controller.on_joy([0.0, forward] + [0.0] * 4, buttons, now, stamp)
 
 
 def look(controller, since, until):
@@ -103,10 +107,8 @@ SLOW = PadConfig(dead_zone=0.0, linear_scale=0.1, angular_scale=1.0)
     (PadConfig(), (1.0, 1.0), (0.1054, 1.3175))])    # each wheel within its limit
 def test_full_stick_is_the_robots_own_limit_or_the_scale_that_is_set(config, sticks, speed):
     pad = Pad(config)
-    pad.sticks = sticks
-    assert pad.run(0.3)[-1] == pytest.approx(Twist2(*speed), rel=1e-4)
-    pad.sticks = (0.0, 0.0)
-    assert set(pad.run(0.3)[1:]) == {None}
+    assert pad.run(0.3, sticks=sticks)[-1] == pytest.approx(Twist2(*speed), rel=1e-4)
+    assert set(pad.run(0.3, sticks=REST)[1:]) == {None}
 
 
 def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
@@ -114,25 +116,20 @@ def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
     assert not pad.controller.take_reset()
     pad.press(A)
     assert pad.holder is GOAL and pad.controller.messages.gives and pad.said() == [True]
-    pad.sticks = (1.0, 1.0)
-    assert set(pad.run(1.0)) == {None}
-    pad.sticks = (0.0, 0.0)
+    assert set(pad.run(1.0, sticks=(1.0, 1.0))) == {None}
+    pad.sticks = REST
     pad.press(B)
     assert pad.holder is GAMEPAD and pad.said() == [False]
     taken = pad.now
-    pad.sticks = (1.0, 1.0)
-    assert BURGER_FULL.linear > pad.run(0.5)[-1].linear > 0.0
+    assert BURGER_FULL.linear > pad.run(0.5, sticks=(1.0, 1.0))[-1].linear > 0.0
     first = [time for time, command in pad.sent if command is not None][0]
     assert first - taken >= HAND_BACK - 0.06
 
 
 @pytest.mark.parametrize('silence, drives', [(0.2, True), (0.3, False)])
 def test_a_pad_that_was_silent_at_rest_must_be_seen_at_rest_again(pad, silence, drives):
-    pad.plugged = False
-    pad.run(silence)
-    pad.plugged = True
-    pad.sticks = (1.0, 0.0)
-    assert any(pad.run(1.0)) is drives
+    pad.run(silence, plugged=False)
+    assert any(pad.run(1.0, plugged=True, sticks=PUSHED)) is drives
     assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
 
 
@@ -145,8 +142,7 @@ def test_b_says_false_whoever_holds_the_robot(pad, given, is_lost):
         pad.press(A)
     elif given:
         pad.controller.on_control(True, pad.now)
-    pad.plugged = not is_lost
-    pad.run(3.0)
+    pad.run(3.0, plugged=not is_lost)
     pad.plugged = True
     pad.said()
     for _ in range(3):
@@ -159,9 +155,8 @@ def test_each_press_counts_though_the_messages_come_all_at_once(pad):
     """B tapped between two messages that the network releases together."""
     pad.press(A)
     pad.said()
-    for buttons in ([0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0], [1, 0, 0], [0, 0, 0],
-                    [0, 1, 0], [0, 0, 0]):
-        pad.controller.on_joy([0.0] * 6, buttons + [0] * 5, pad.now)
+    for pressed in (), (B,), (B, Y), (Y,), (), (A,), (), (B,), ():
+        hear(pad.controller, pad.now, 0.0, *pressed)
     assert pad.controller.messages.take() == [False, True, False]
     assert pad.controller.take_reset() and not pad.controller.take_reset()
     assert pad.holder is GAMEPAD
@@ -172,7 +167,7 @@ def stamped():
     """A core that heard a resting pad for 1 s, up to 101.0 s; the pad's own clock says 8.0 s."""
     controller = GamepadCore(PadConfig(), BURGER)
     for tick in range(20):
-        controller.on_joy([0.0] * 6, [0] * 8, 100.05 + 0.05 * tick, 7.05 + 0.05 * tick)
+        hear(controller, 100.05 + 0.05 * tick, 7.05 + 0.05 * tick)
     controller.messages.take()
     return controller
 
@@ -180,20 +175,20 @@ def stamped():
 @pytest.mark.parametrize('late, counts', [(0.0, True), (1.5, True), (2.5, False), (60.0, False)])
 def test_an_a_that_the_network_held_up_for_long_does_not_count(stamped, late, counts):
     look(stamped, 101.0, 101.04 + late)
-    stamped.on_joy([0.0] * 6, [0] * 8, 101.04 + late, 8.04)
-    stamped.on_joy([0.0] * 6, [1] + [0] * 7, 101.05 + late, 8.05)
+    hear(stamped, 101.04 + late, 8.04)
+    hear(stamped, 101.05 + late, 8.05, A)
     words = stamped.messages.take()
     # with the renewals that were due since, so that they show the age of the giving
     assert words == [True] * (counts * (1 + round(late / 0.1)))
     assert warned(stamped, 'press it again') is not counts
-    stamped.on_joy([0.0] * 6, [0, 1] + [0] * 6, 101.06 + late, 8.06)
+    hear(stamped, 101.06 + late, 8.06, B)
     assert stamped.messages.take() == [False]       # a stop is never too late
 
 
 @pytest.mark.parametrize('stop', ['lost', 'taken', 'B'])
 def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stamped, stop):
     if stop == 'lost':
-        stamped.on_joy([0.0, 1.0] + [0.0] * 4, [0] * 8, 101.0, 8.0)
+        hear(stamped, 101.0, 8.0, forward=1.0)
         assert stamped.command(101.3) is None
     look(stamped, 101.0, 101.3)
     if stop == 'taken':
@@ -201,11 +196,9 @@ def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stamped, s
     stamped.messages.take()
     look(stamped, 101.3, 101.5)
     # released at 101.5: rest, A pressed at 101.1; or B before it
-    for buttons, stamp in (([0, 0], 8.05), ([0, int(stop == 'B')], 8.07), ([1, 0], 8.1),
-                           ([0, 0], 8.2)):
-        stamped.on_joy([0.0] * 6, buttons + [0] * 6, 101.5, stamp)
-    words = stamped.messages.take()
-    assert words[:2] == ([False, True] if stop == 'B' else [])
+    for stamp, *pressed in ((8.05,), (8.07, *[B] * (stop == 'B')), (8.1, A), (8.2,)):
+        hear(stamped, 101.5, stamp, *pressed)
+    assert stamped.messages.take()[:2] == ([False, True] if stop == 'B' else [])
 
 
 # Other nodes --------------------------------------------------------------------------------------
@@ -221,9 +214,9 @@ def test_a_stop_of_another_node_reaches_a_stick_that_is_held(pad):
 @pytest.mark.parametrize('pushed_at, drives', [(8.15, False), (8.25, True)])
 def test_a_stick_that_was_pushed_before_the_stop_of_another_node_does_not_drive(
         stamped, pushed_at, drives):
-    stamped.on_joy([0.0] * 6, [0] * 8, 101.1, 8.1)
+    hear(stamped, 101.1, 8.1)
     stamped.on_taken(101.2)
-    stamped.on_joy([0.0, 1.0] + [0.0] * 4, [0] * 8, 101.25, pushed_at)
+    hear(stamped, 101.25, pushed_at, forward=1.0)
     assert (stamped.command(101.25) is not None) is drives
 
 
@@ -239,8 +232,7 @@ def test_that_move_to_goal_has_no_control_may_cross_with_an_a(pad, after, is_bel
 
 
 def test_what_somebody_else_gave_silences_the_sticks(pad):
-    pad.sticks = (1.0, 0.0)
-    assert any(pad.run(0.3)) and not pad.controller.due(pad.now)
+    assert any(pad.run(0.3, sticks=PUSHED)) and not pad.controller.due(pad.now)
     pad.controller.on_control(True, pad.now)
     assert pad.holder is GOAL and not pad.controller.messages.gives
     assert pad.controller.due(pad.now)              # without waiting for the pad
@@ -253,20 +245,14 @@ def test_what_somebody_else_gave_silences_the_sticks(pad):
 @pytest.mark.parametrize('repeats', [True, False])
 def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
     pad = Pad(repeats=repeats)
-    pad.plugged = repeats      # a silent pad in its middle is not lost
-    pad.run(10.0)
+    pad.run(10.0, plugged=repeats)      # a silent pad in its middle is not lost
     assert pad.holder is GAMEPAD
-    pad.plugged, pad.sticks = True, (1.0, 0.0)
-    pad.run(0.1)
-    pad.plugged = False
-    commands = pad.run(0.31)
-    assert commands[-1] is None and pad.holder is NOBODY
+    pad.run(0.1, plugged=True, sticks=PUSHED)
+    assert pad.run(0.31, plugged=False)[-1] is None and pad.holder is NOBODY
     assert pad.run(5.0) == []
     assert warned(pad.controller, 'autorepeat_rate') is not repeats
     # back: only after a rest
-    pad.plugged = True
-    pad.sticks = (0.9, 0.0)
-    assert set(pad.run(0.5)) == {None}
+    assert set(pad.run(0.5, plugged=True, sticks=(0.9, 0.0))) == {None}
     assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
 
 
@@ -288,22 +274,14 @@ def test_a_pad_lost_while_move_to_goal_drives(by_hand, allowed, stays):
 def test_hold_to_drive():
     pad = Pad(PadConfig(hold_button=HOLD))
     assert pad.holder is NOBODY             # its sticks are at rest
-    pad.sticks = (1.0, 0.0)
-    assert set(pad.run(0.5)) == {None}
-    pad.pressed = (HOLD,)
-    assert pad.run(0.5)[-1] == pytest.approx(BURGER_FULL)
-    pad.pressed = ()
-    assert pad.run(0.5)[-1] is None
-    pad.pressed = (HOLD,)
-    pad.run(0.2)
-    pad.plugged = False
-    pad.run(0.5)
-    pad.plugged = True
-    assert set(pad.run(0.5)) == {None}          # held since before the loss
-    pad.pressed = ()
-    pad.run(0.2)
-    pad.pressed = (HOLD,)
-    assert pad.run(0.2)[-1] == pytest.approx(BURGER_FULL)
+    assert set(pad.run(0.5, sticks=PUSHED)) == {None}
+    assert pad.run(0.5, pressed=(HOLD,))[-1] == pytest.approx(BURGER_FULL)
+    assert pad.run(0.5, pressed=())[-1] is None
+    pad.run(0.2, pressed=(HOLD,))
+    pad.run(0.5, plugged=False)
+    assert set(pad.run(0.5, plugged=True)) == {None}          # held since before the loss
+    pad.run(0.2, pressed=())
+    assert pad.run(0.2, pressed=(HOLD,))[-1] == pytest.approx(BURGER_FULL)
 
 
 @pytest.mark.parametrize('after, counts', [(0.1, False), (0.4, True)])
@@ -311,8 +289,8 @@ def test_hold_to_drive():
 def test_an_a_of_a_pad_that_was_heard_for_a_moment_only_does_not_count(after, counts, stamped):
     """It may have waited with the first message, for an unknown time."""
     controller = GamepadCore(PadConfig(), BURGER)
-    for now, buttons in ((100.0, [0]), (100.0 + after, [1])):
-        controller.on_joy([0.0] * 6, buttons + [0] * 7, now, now - 90.0 if stamped else 0.0)
+    for now, *pressed in (100.0,), (100.0 + after, A):
+        hear(controller, now, now - 90.0 if stamped else 0.0, *pressed)
     assert (True in controller.messages.take()) is counts
     assert warned(controller, 'the moment the pad was first heard') is not counts
 
@@ -321,8 +299,7 @@ def test_an_a_of_a_pad_that_was_heard_for_a_moment_only_does_not_count(after, co
 def test_a_stick_that_is_pushed_as_a_long_sleep_ends_must_be_let_go(slept, drives):
     pad = Pad(repeats=False)
     pad.now += slept
-    pad.sticks, pad.repeats = (1.0, 0.0), True
-    last = pad.run(0.5)[-1]
+    last = pad.run(0.5, sticks=PUSHED, repeats=True)[-1]
     assert last == pytest.approx(BURGER_FULL) if drives else last is None
     assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
 
@@ -356,26 +333,20 @@ def test_a_node_that_slept_does_not_go_on_giving(slept, gives):
 @pytest.mark.parametrize('held', [A, B, Y])
 def test_a_button_that_is_held_through_a_loss_is_not_pressed_by_the_return(pad, held):
     pad.press(A)
-    pad.pressed = (held,)
-    pad.run(0.05)
-    pad.plugged = False
-    pad.run(1.0)
+    pad.run(0.05, pressed=(held,))
+    pad.run(1.0, plugged=False)
     pad.said(), pad.controller.take_reset()
-    pad.plugged = True
-    pad.run(1.0)
+    pad.run(1.0, plugged=True)
     assert pad.holder is not GOAL and not pad.controller.messages.gives
     assert True not in pad.said() and not pad.controller.take_reset()
 
 
 def test_a_pad_without_repetition_that_returns_with_a_pressed_gives_nothing():
     pad = Pad(repeats=False)
-    pad.sticks = (1.0, 0.0)
-    pad.run(0.1)
-    pad.plugged = False              # with its stick off the middle: lost
-    pad.run(1.0)
+    pad.run(0.1, sticks=PUSHED)
+    pad.run(1.0, plugged=False)         # with its stick off the middle: lost
     pad.said()
-    pad.plugged, pad.sticks, pad.pressed = True, (0.0, 0.0), (A,)
-    pad.run(0.5)
+    pad.run(0.5, plugged=True, sticks=REST, pressed=(A,))
     assert pad.holder is not GOAL and True not in pad.said()
 
 
@@ -394,7 +365,7 @@ def test_the_operator_is_told_of_each_change_of_hands_once(pad):
 
 
 def test_somebody_must_look_at_the_clock_while_the_robot_depends_on_the_pad(pad):
-    def watched(sticks=(0.0, 0.0), *buttons):
+    def watched(sticks=REST, *buttons):
         pad.sticks = sticks
         pad.press(*buttons)
         pad.run(0.1)
@@ -402,10 +373,10 @@ def test_somebody_must_look_at_the_clock_while_the_robot_depends_on_the_pad(pad)
 
     assert not GamepadCore(PadConfig(), BURGER).watched      # nothing was heard
     assert not watched()
-    assert watched((1.0, 0.0))                # it drives
+    assert watched(PUSHED)                # it drives
     assert not watched()
-    assert watched((0.0, 0.0), A)             # it gives
-    assert watched((1.0, 0.0), B)             # it waits for its sticks to come to rest
+    assert watched(REST, A)             # it gives
+    assert watched(PUSHED, B)             # it waits for its sticks to come to rest
     assert pad.holder is NOBODY
     pad.controller.on_control(True, pad.now)
     assert not watched()                      # another one gives
