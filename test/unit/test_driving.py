@@ -16,7 +16,7 @@ from tb3_labs.robot.turtlebot3 import robot_model
 
 BURGER = robot_model('burger')
 GOAL = Pose2(-0.61, 0.61, 0.0)
-LAB = DriveConfig(law='lab', max_angular=2.635)    # the robot's own limit
+LOW = {'max_linear': 0.1, 'max_angular': 0.2}
 
 
 def at(x, y, yaw, linear=0.0, angular=0.0):
@@ -35,38 +35,33 @@ def moves(law, move, motion, goal, times=10):
     return [move(motion, goal, law.period) for _ in range(times)][-1]
 
 
-def test_handout_rotates_to_the_goal_at_0_3_of_the_error():
-    # the goal lies at 135 deg; 0.3 x 135 deg in rad
-    step = LabLaw(LAB, BURGER).rotate_to_goal(at(0.0, 0.0, 0.0), GOAL, 0.1)
-    assert step.command == pytest.approx((0.0, 0.3 * 0.75 * math.pi))
-    assert not step.finished
+THERE = GOAL.x, GOAL.y
 
 
-@pytest.mark.parametrize('error, finished', [(0.0499, True), (0.0501, False), (-0.0501, False)])
-def test_handout_tolerance_is_0_05_rad(error, finished):
-    law = LabLaw(LAB, BURGER)
-    assert law.rotate_to_goal(at(0.0, 0.0, 0.75 * math.pi - error), GOAL, 0.1).finished is finished
-    assert law.rotate_to_final(at(-0.61, 0.61, -error), GOAL, 0.1).finished is finished
-
-
-@pytest.mark.parametrize('distance, finished', [(0.151, False), (0.149, True)])
-def test_handout_drives_at_0_15_until_0_15_m_away(distance, finished):
-    step = LabLaw(LAB, BURGER).move_forward(at(-0.61 + distance, 0.61, math.pi), GOAL, 0.1)
-    assert step.command == (0.15, 0.0)
-    assert step.finished is finished
-
-
-def test_handout_turns_to_the_final_heading_at_half_the_error_the_short_way():
-    step = LabLaw(LAB, BURGER).rotate_to_final(at(-0.61, 0.61, math.radians(-170.0)),
-                                          Pose2(-0.61, 0.61, math.radians(170.0)), 0.1)
-    assert step.command == pytest.approx((0.0, 0.5 * math.radians(-20.0)))
-
-
-def test_the_handouts_law_keeps_the_limits_that_are_set():
-    law = LabLaw(DriveConfig(law='lab', max_linear=0.1, max_angular=0.2), BURGER)
-    assert law.rotate_to_goal(at(0.0, 0.0, 0.0), GOAL, 0.1).command == (0.0, 0.2)
-    assert law.move_forward(at(1.0, 0.61, math.pi), GOAL, 0.1).command == (0.1, 0.0)
-    assert law.rotate_to_final(at(-0.61, 0.61, 1.0), GOAL, 0.1).command == (0.0, -0.2)
+@pytest.mark.parametrize('limits, move, pose, goal, command, finished', [
+    # the goal lies at 135 deg: 0.3 of the error in rad/s, to 0.05 rad
+    ({}, 'rotate_to_goal', (0.0, 0.0, 0.0), GOAL, (0.0, 0.3 * 0.75 * math.pi), False),
+    *[({}, 'rotate_to_goal', (0.0, 0.0, 0.75 * math.pi - error), GOAL, (0.0, 0.3 * error),
+       abs(error) < 0.05) for error in (0.0499, 0.0501, -0.0501)],
+    ({}, 'rotate_to_goal', (-0.61, 0.60, 0.0), GOAL, (0.0, 0.0), True),    # no matter the bearing
+    # 0.15 m/s until 0.15 m away
+    ({}, 'move_forward', (-0.61 + 0.151, 0.61, math.pi), GOAL, (0.15, 0.0), False),
+    ({}, 'move_forward', (-0.61 + 0.149, 0.61, math.pi), GOAL, (0.15, 0.0), True),
+    # half the error, the short way
+    ({}, 'rotate_to_final', (*THERE, math.radians(-170.0)), Pose2(*THERE, math.radians(170.0)),
+     (0.0, 0.5 * math.radians(-20.0)), False),
+    *[({}, 'rotate_to_final', (*THERE, -error), GOAL, (0.0, 0.5 * error), abs(error) < 0.05)
+      for error in (0.0499, 0.0501, -0.0501)],
+    # the limits that are set
+    (LOW, 'rotate_to_goal', (0.0, 0.0, 0.0), GOAL, (0.0, 0.2), False),
+    (LOW, 'move_forward', (1.0, 0.61, math.pi), GOAL, (0.1, 0.0), False),
+    (LOW, 'rotate_to_final', (*THERE, 1.0), GOAL, (0.0, -0.2), False)])
+def test_the_handouts_law(limits, move, pose, goal, command, finished):
+    law = LabLaw(DriveConfig(**dict(dict(law='lab', max_angular=2.635), **limits)), BURGER)
+    step = getattr(law, move)(at(*pose), goal, 0.1)
+    assert step.command == pytest.approx(command) and step.finished is finished
+    assert law.shortfall(Pose2(), goal) == ''
+    assert law.resume(GoalState.MOVE_FORWARD, Pose2(), goal) is GoalState.MOVE_FORWARD
 
 
 yaws = st.floats(-math.pi, math.pi)
@@ -124,14 +119,6 @@ def test_a_precise_drive_brakes_with_a_fifth_of_what_it_speeds_up_with():
 
 SLOWLY = dict(angular_acceleration=3.0, linear_acceleration=0.6, allow_reverse=True)
 EITHER_WAY = [(Pose2(3.0, 0.0, 0.0), 1.0), (Pose2(-3.0, 0.0, 0.0), -1.0)]
-
-
-def test_the_handouts_law_is_content_and_remembers_nothing():
-    law = LabLaw(LAB, BURGER)
-    assert law.resume(GoalState.MOVE_FORWARD, Pose2(), GOAL) is GoalState.MOVE_FORWARD
-    assert law.shortfall(Pose2(), GOAL) == ''
-    step = law.rotate_to_goal(at(-0.61, 0.60, 0.0), GOAL, 0.1)     # there: no matter the bearing
-    assert step.finished and step.command == (0.0, 0.0)
 
 
 @pytest.mark.parametrize('goal, forwards', EITHER_WAY)
