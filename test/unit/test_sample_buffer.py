@@ -3,8 +3,6 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import example, given
-from hypothesis import strategies as st
 
 from known_motion import SteadyRobot, Truth, angle_between, assert_pose, held_back
 from tb3_labs.geometry.se2 import Pose2
@@ -150,26 +148,6 @@ def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
     pose, imu_yaw = history.at(10.4)
     assert angle_between(imu_yaw, 3.4) < 1e-9
     assert pose.yaw == pytest.approx(0.36)
-
-
-# Both at one instant ------------------------------------------------------------------------------
-
-def test_an_instant_is_known_once_both_have_passed_it():
-    history = SampleBuffer()
-    assert instant_at(history, 0.0) is None and history.take_pair() is None
-    for time in (0.0, 0.3):
-        add(history, time, SPINNING.imu(time))
-        assert instant_at(history, 0.8 * time) is None and history.take_pair() is None
-        add(history, time, SPINNING.odometry(time))
-        assert_instant(instant_at(history, 0.8 * time), SPINNING, 0.8 * time)
-        assert history.take_pair() is not None
-
-
-@given(st.floats(0.0, 1e6), st.floats(1.1, 2.0))
-@example(0.775, 1.5)
-def test_the_senders_clock_may_be_off_by_anything(ahead, now):
-    robot = replace(SPINNING, clock_ahead=ahead)
-    assert_instant(instant_at(filled(robot.messages(0.5, 2.05, 50.0)), now), robot, now)
 
 
 # Stamps that cannot be used -----------------------------------------------------------------------
