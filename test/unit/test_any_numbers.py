@@ -129,11 +129,3 @@ def test_no_number_makes_a_wild_command(law, steps):
     for what, numbers in steps:
         driven.take(what, numbers)
         driven.run()
-
-
-@pytest.mark.parametrize('owner, command', [
-    (MoveToGoalCore, (math.nan, 0.0)), (MoveToGoalCore, (0.0, 1.6)), (ControllerCore, (0.3, 0.0))])
-def test_a_wild_command_would_be_seen(monkeypatch, owner, command):
-    monkeypatch.setattr(owner, 'command', lambda self, now: command)
-    with pytest.raises(AssertionError):
-        Driven('precise')

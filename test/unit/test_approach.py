@@ -71,16 +71,6 @@ def test_learns_how_long_commands_are_under_way(delay):
     assert learned.lag == pytest.approx(FIRST_LAG, abs=1e-6)      # believed
 
 
-@pytest.mark.parametrize('delay', [0.04, 0.1])
-@pytest.mark.parametrize('lag', [0.0, 0.02, 0.1])
-def test_a_gyro_tells_the_delay_from_the_lag_of_the_motors(delay, lag):
-    learned = Response()
-    for _ in range(8):
-        approach_to(3.0, delay, lag=lag, learned=learned, prompt=True)
-    assert learned.lag == pytest.approx(lag, abs=0.002)
-    assert learned.delay + learned.lag == pytest.approx(delay + lag, abs=0.002)
-
-
 @pytest.mark.parametrize('wrong', [Response(0.12, 0.0), Response(0.0, 0.15), Response(0.3, 0.05)])
 @pytest.mark.parametrize('lag', [0.0, 0.05, 0.1])
 @pytest.mark.parametrize('lost', [0, 5, 10])

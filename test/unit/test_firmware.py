@@ -74,21 +74,6 @@ def test_one_spike_where_the_imu_crosses_half_a_turn(direction, offset):
 
 # The start, stamps --------------------------------------------------------------------------------
 
-def test_a_cold_start_is_that_of_the_board():
-    robot = Simulator(replace(STIFF, cold_start=True, start_x=2.0))
-    robot.command(0.1, 0.0)         # lost
-    assert robot.step(6.1) == [] and robot.truth.x == 2.0
-    assert robot.step(1.0) == [] and robot.truth.x == 2.0
-    samples = robot.step(2.9)
-    assert 48 <= len(imu_of(samples)) - 1 <= 49   # one before the calibration, 0.24 s of them after
-    assert imu_of(samples)[-1].yaw_rate == pytest.approx(0.0)
-    here = robot.sensors.origin @ odom_of(samples)[-1].pose
-    assert (here.x, here.y, here.yaw) == pytest.approx((robot.truth.x, robot.truth.y, 0.0))
-    assert robot.true_velocity == (0.0, 0.0)
-    drive(robot, 0.5, 0.1, 0.0)
-    assert robot.true_velocity[0] > 0.09
-
-
 @pytest.mark.parametrize('number, pause', [(1, 2.6), (0, 2.6), (2, 5.848), (3, 3.456), (4, 0.0)])
 def test_a_sound_blocks_the_board_while_the_motors_run_on(number, pause):
     """As `reset` does, but nothing is calibrated or set to zero."""

@@ -15,6 +15,8 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 BURGER = robot_model('burger')
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
+
+
 def random_drive(number):
     """(bound [s], Drive) of one drive with everything drawn at random, `number` being the seed."""
     rng = random.Random(number)
@@ -122,12 +124,3 @@ def test_drives_over_a_network_arrive_and_are_never_said_to_have_arrived_falsely
         assert d.rested and d.distance_error <= 0.01 and abs(math.degrees(d.angle_error)) <= 0.5
         assert d.max_linear <= 0.2108 + 1e-9 and d.max_angular <= 1.5 + 1e-9
         assert d.max_wheel <= 0.2109
-
-
-def test_where_it_is_declared_and_where_it_truly_starts_do_not_matter():
-    """The goal is a metre ahead of the declared pose, for any such pose and any start."""
-    declared = Pose2(3.0, -2.0, 2.0)
-    result = drive(declared @ Pose2(1.0, 0.0, 0.0), SimulatorConfig(start_x=-4.0, start_y=1.0, slip=0.2),
-                   declared=declared)
-    assert result.distance_error == pytest.approx(0.2, abs=0.015)
-    assert result.overrun == pytest.approx(-0.2, abs=0.015)

@@ -1,13 +1,11 @@
-"""Parts of the simulated sensors alone: the IMU in closed form, the moments of samples, the faults."""
+"""Parts of the simulated sensors alone: the IMU in closed form, the moments of samples."""
 import math
 import statistics
 
 import pytest
 
-from tb3_labs.robot.samples import ImuSample
 from tb3_labs.simulation.body import ImuModel
-from tb3_labs.simulation.network import Interruptions
-from tb3_labs.simulation.sensors import DROPOUT, Rhythm, SensorFaults
+from tb3_labs.simulation.sensors import Rhythm
 
 
 def imu(offset=0.0, **how):
@@ -113,14 +111,3 @@ def test_no_rounding_adds_up():
     rhythm = Rhythm(30.0)
     assert rhythm.take_until(1000.0)[-1] == pytest.approx(29999 / 30.0, abs=1e-12)
     assert rhythm.due == 1000.0
-
-
-# Faults -------------------------------------------------------------------------------------------
-
-def test_a_frozen_sensor_has_its_dropouts_too():
-    dropouts, same = (Interruptions(2.0, DROPOUT, 0.0, seed=3) for _ in range(2))
-    samples = [ImuSample(0.1 * k, 0.001 * k, 0.0) for k in range(200)]
-    outcome = SensorFaults(False, True, dropouts).outcome(samples)
-    assert [sample.stamp for sample in outcome] == [
-        sample.stamp for sample in samples if same.release(sample.stamp) == sample.stamp]
-    assert 0 < len(outcome) < 200 and {sample.yaw for sample in outcome} == {0.0}

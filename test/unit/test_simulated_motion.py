@@ -33,17 +33,6 @@ def test_pose_while_the_speed_changes():
     assert close(before.inverse() @ robot.truth, Pose2(x, y, yaw), metres=1e-5, radians=1e-8)
 
 
-def test_commands_are_applied_at_30_hz_and_the_newest_wins():
-    robot = Simulator(STIFF)
-    robot.step(1 / 30 + 0.001)
-    robot.command(0.1, 0.0)
-    robot.command(-0.1, 0.0)
-    robot.step(0.03)
-    assert robot.true_velocity == (0.0, 0.0)
-    robot.step(0.003)
-    assert robot.true_velocity[0] == pytest.approx(-0.1, abs=MOTOR_STEP)
-
-
 @settings(max_examples=25, deadline=None)
 @given(st.floats(-100, 100), st.floats(-100, 100), st.floats(-360, 360))
 def test_the_start_only_moves_the_whole_drive(x, y, yaw_deg):

@@ -2,7 +2,7 @@
 import math
 
 import pytest
-from stops import PATIENCE, ROBOT, setting, stop_of_a_drive, stop_of_a_turn
+from stops import ROBOT, setting, stop_of_a_drive, stop_of_a_turn
 
 from tb3_labs.control.goal import DRIVING, DriveConfig, GoalState
 from tb3_labs.control.turning import TurnConfig
@@ -82,15 +82,3 @@ def test_a_robot_without_noise_is_not_taken_for_frozen():
         assert stop_of_a_drive(GoalState[state], lambda robot: None, exact).reason == ''
     stop = stop_of_a_turn(lambda robot: None, exact, degrees=300.0)
     assert stop.reason == '' and math.degrees(stop.turn) < 300.0
-
-
-# The figures themselves are large without a fault.
-
-@pytest.mark.parametrize('law', ['precise', 'lab'])
-def test_without_a_fault_it_drives_on_and_is_not_at_zero(law):
-    stop = stop_of_a_drive(GoalState.MOVE_FORWARD, lambda robot: None,
-                           drive_config=DriveConfig(law=law))
-    assert stop.reason == '' and stop.to_zero == math.inf
-    assert stop.to_rest == pytest.approx(PATIENCE, abs=0.01)
-    # The lab's law slows down with the remaining distance.
-    assert stop.way == pytest.approx(FASTEST * PATIENCE, rel=0.05 if law == 'precise' else 0.6)
