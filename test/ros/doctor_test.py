@@ -11,15 +11,16 @@ import sys
 import tempfile
 import time
 import xmlrpc.client
+from concurrent.futures import ThreadPoolExecutor
 
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-
 from node_case import STARTING, Hiccups, Node, NodeCase, Program, path_of
 from rosunit_internals import rosrun
+from tb3_labs.ros.clocks import wait_until
 from two_hosts import PREFIX, TwoHosts
 
 #: The simulated robot, with less to send.
@@ -69,34 +70,31 @@ class Doctors:
     """The doctors that were called. `ended` is {patient: (exit status, output, seconds)}.
 
     The seconds count from the first line: what was before is the start of Python and the import of
-    the packages, which takes long on a busy machine.
+    the packages, which takes long on a busy machine. Its delays are not the doctor's time.
     """
 
     def __init__(self, hiccups):
-        self._hiccups = hiccups    # of this machine: they are not the doctor's time
-        self._called, self._first_line, self.ended = {}, {}, {}
+        self._hiccups, self._called, self.ended = hiccups, {}, {}
+        self._pool = ThreadPoolExecutor(20)
 
     def call(self, patient, *arguments, prefix=(), environment=None):
-        command = list(prefix) + [sys.executable, path_of('doctor.py')] + list(arguments)
-        self._called[patient] = time.time(), Program(command, environment=environment)
-        return self._called[patient][1]
+        program = Program([*prefix, sys.executable, path_of('doctor.py'), *arguments],
+                          environment=environment)
+        self._called[patient] = self._pool.submit(self._watch, program)
+        return program
+
+    def _watch(self, program):
+        wait_until(lambda: program.printed[1] or program.status is not None, STARTING)
+        begun = time.time()
+        try:
+            status = program.wait(STARTING)
+        finally:
+            program.kill()
+        return status, program.text, time.time() - begun - self._hiccups.since(begun)
 
     def wait(self):
         """Wait for all."""
-        waiting = {patient: called for patient, called in self._called.items()
-                   if patient not in self.ended}
-        while waiting:
-            for patient, (begun, program) in list(waiting.items()):
-                if patient not in self._first_line and program.printed[1]:
-                    self._first_line[patient] = time.time()
-                if program.status is not None:
-                    begun = self._first_line.get(patient, begun)
-                    took = time.time() - begun - self._hiccups.since(begun)
-                    self.ended[patient] = program.wait(), program.text, took
-                    del waiting[patient]
-                elif time.time() - begun > STARTING:
-                    program.kill()
-            time.sleep(0.05)
+        self.ended = {patient: watch.result() for patient, watch in self._called.items()}
 
 
 class DoctorTest(NodeCase):

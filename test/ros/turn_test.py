@@ -61,12 +61,27 @@ class TurnTest(NodeCase):
     def scroll(self, down):
         self.xdotool('click', 5 if down else 4)
 
+    def activate_mouse(self, node):
+        """Scroll down while the pointer is in the middle: elsewhere a lost mouse does not drive."""
+        times = node.text.count('The mouse is active')
+        self.point(0.0, 0.0)
+        self.scroll(down=True)
+        node.wait_for('The mouse is active', times=times + 1)
+
+    def wait_for_command(self, *command):
+        self.seen.wait_for('cmd_vel', lambda sent: sent == command)
+
     def stopped(self):
         """The robot was stopped by one zero; two zeros never followed each other."""
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        self.wait_for_command(*ZERO)
         commands = [command for _, command in self.seen.all('cmd_vel')]
-        pairs = list(zip(commands, commands[1:]))
-        return (ZERO, ZERO) not in pairs
+        self.assertNotIn((ZERO, ZERO), list(zip(commands, commands[1:])))
+
+    def stands(self):
+        """It was stopped, rests, and no command follows."""
+        self.stopped()
+        self.rest()
+        self.assert_silence()
 
     def heading(self):
         return math.degrees(self.seen.latest('ground_truth').yaw)
@@ -95,7 +110,7 @@ class TurnTest(NodeCase):
             self.assertLess(abs(math.remainder(self.turned_since(start) - total, 360.0)), 0.5)
             said = float(re.findall(r'Turned (-?[\d.]+) degrees', node.text)[-1])
             self.assertLess(abs(math.remainder(said - self.turned_since(before), 360.0)), 0.2)
-            self.assertTrue(self.stopped())
+            self.stopped()
             self.assertTrue(all(linear == 0.0 for _, (linear, _) in self.seen.all('cmd_vel')))
         self.assert_silence()
 
@@ -113,7 +128,7 @@ class TurnTest(NodeCase):
         asked = rospy.get_time()
         self.assertEqual(node.end(signal.SIGINT), 0)
         self.assertIn('Controller exiting. Halting robot.', node.text)
-        self.assertTrue(self.stopped())
+        self.stopped()
         zero = self.seen.all('cmd_vel')[-1][0]
         self.assertLess(zero - asked, 0.2 + self.hiccups.since(asked, zero))
         self.assertNotIn('Traceback', node.text)
@@ -148,76 +163,59 @@ class TurnTest(NodeCase):
         self.addCleanup(screen.close)
         self.display = screen.display
         node, client = self.controller(terminal=True), self.mouse()
-        self.point(0.0, 0.0)
         # active: up is forward, left is left, the middle stops, by one zero each
+        self.activate_mouse(node)
         start = self.seen.latest('ground_truth')
-        self.scroll(down=True)
-        node.wait_for('The mouse is active')
         self.seen.forget('cmd_vel')
         self.point(0.0, 1.0)
         self.seen.wait_for('ground_truth', lambda pose: (start.inverse() @ pose).x > 0.02)
         self.assertEqual(self.seen.latest('cmd_vel'), (0.5, 0.0))
         self.point(0.1, -0.1)
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
-        self.rest()
-        self.assert_silence()
-        self.assertTrue(self.stopped())
+        self.stands()
         before = self.heading()
         self.point(-1.0, 0.0)
         self.seen.wait_for('ground_truth', lambda pose: self.turned_since(before) > 5.0)
         self.point(0.0, 0.0)
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
-        self.assertTrue(self.stopped())
+        self.stopped()
 
         # beside a mouse in the middle the robot turns; then the mouse takes the turn over
         self.rest()
         self.turn_half_round(node)
         self.point(0.0, -1.0)
-        self.seen.wait_for('cmd_vel', lambda command: command == (-0.5, 0.0))
+        self.wait_for_command(-0.5, 0.0)
         node.wait_for('the mouse took over')
 
         # scrolling up stops at once, a turn too
         self.scroll(down=False)
         node.wait_for('The mouse was deactivated')
-        self.assertTrue(self.stopped())
-        self.assert_silence()
-        self.point(0.0, 0.0)
-        self.scroll(down=True)
-        node.wait_for('The mouse is active', times=2)
+        self.stands()
+        self.activate_mouse(node)
         self.turn_half_round(node)
         self.scroll(down=False)
         node.wait_for('given up', times=2)
-        self.assertTrue(self.stopped())
-        self.rest()
-        self.assert_silence()
+        self.stands()
 
         # a mouse that dies stops the robot
-        self.point(0.0, 0.0)
-        self.scroll(down=True)
-        node.wait_for('The mouse is active', times=3)
+        self.activate_mouse(node)
         self.point(0.0, 1.0)
-        self.seen.wait_for('cmd_vel', lambda command: command == (0.5, 0.0))
+        self.wait_for_command(0.5, 0.0)
         client.kill()
         node.wait_for('No mouse for')
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        self.stopped()
         last_heard, zero = self.seen.all('mouse_info')[-1][0], self.seen.all('cmd_vel')[-1][0]
         # required are 0.3 s, which the core's tests check; the time of the nodes is added
         self.assertLess(zero - last_heard, 0.4 + self.hiccups.since(last_heard, zero))
-        self.rest()
-        self.assert_silence()
+        self.stands()
 
         # a display that dies stops it, too, in one line
         client, deactivated = self.mouse(), node.text.count('The mouse was deactivated')
-        # in the middle: a mouse whose first message is late drives only from there
-        self.point(0.0, 0.0)
-        self.scroll(down=True)
-        node.wait_for('The mouse is active', times=4)
+        self.activate_mouse(node)
         self.point(1.0, 0.0)
-        self.seen.wait_for('cmd_vel', lambda command: command == (0.0, -0.5))
+        self.wait_for_command(0.0, -0.5)
         screen.close()
         self.assertEqual(client.wait(10.0), 1)
         node.wait_for('The mouse was deactivated', times=deactivated + 1)
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        self.stopped()
         self.assertIn('lost the display of the mouse', client.lines[-1])
         self.assertNotIn('Traceback', client.text)
 
@@ -228,7 +226,7 @@ class TurnTest(NodeCase):
         node.type('q')
         self.assertEqual(node.wait(), 0)
         self.assertIn('Controller exiting. Halting robot.', node.text)
-        self.assertTrue(self.stopped())
+        self.stopped()
 
     def test_a_mouse_that_cannot_be_read_is_one_line(self):
         cases = [({'DISPLAY': ''}, 'DISPLAY is not set'),

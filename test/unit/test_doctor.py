@@ -58,178 +58,116 @@ def test_the_last_line_is_the_sum(lines, words):
     assert summary(lines) == words
 
 
-# ----- this computer
+# ----- judgements
 
-def test_python():
-    check(judge_python('3.8.10', '/usr/bin/python3', {}), OK, '3.8.10')
-    check(judge_python('3.9.1', '/opt/conda/bin/python3', {'rospy': 'why', 'numpy': '', 'yaml': ''}),
-          FAULT, '/opt/conda', 'import rospy (why), nor numpy, yaml. Do:', 'source scripts/setup.sh')
-
-
-# ----- the network
-
+CORE, HERE, AFAR = '/turtlebot3_core', 'http://localhost:40001/', 'http://robot3:40001/'
 LAN = dict(own=('192.168.0.5', '10.8.0.2'), way_out='192.168.0.5', master_here=False)
+GOOD = Address(ros_ip='192.168.0.5', resolved='192.168.0.5', **LAN)
+NAMED = Address(ros_hostname='ann', resolved='192.168.0.5', **LAN)
+WRONG = Address(ros_hostname='localhost', resolved='127.0.0.1', **LAN)
+DRIVERS = {'/move_to_goal': 'http://ann:40002/', '/pad': 'http://ann:40003/'}
 
 
-@pytest.mark.parametrize('here, verdict, words', [
-    (dict(ros_hostname='localhost', resolved='127.0.0.1'), OK, 'this computer alone'),
-    (dict(hostname='ann', resolved='127.0.1.1'), OK, 'neither'),
-    (dict(LAN, ros_ip='192.168.0.5', resolved='192.168.0.5'), OK, 'ROS_IP=192.168.0.5'),
-    (dict(LAN, ros_hostname='ann', resolved='192.168.0.5'), OK, 'ROS_HOSTNAME=ann (192.168.0.5)'),
-    (dict(LAN, master_here=True, ros_ip='192.168.0.5', resolved='192.168.0.5'), OK, 'ROS_IP'),
-    (dict(LAN, hostname='ann', resolved='127.0.1.1'), WARNING, 'the name ann'),
-    (dict(LAN, ros_ip='192.168.0.77', resolved='192.168.0.77'), FAULT,
-     'not an address of this computer (it has 192.168.0.5, 10.8.0.2)'),
-    (dict(LAN, ros_hostname='nn', resolved=''), FAULT, 'ROS_HOSTNAME=nn does not resolve'),
-    (dict(LAN, ros_hostname='localhost', resolved='127.0.0.1'), FAULT, 'the robot itself'),
-    # rospy tells others ROS_HOSTNAME if both are set
-    (dict(LAN, ros_ip='192.168.0.5', ros_hostname='nn', resolved=''), FAULT,
-     'ROS_HOSTNAME=nn (it goes before ROS_IP=192.168.0.5) does not')])
-def test_address(here, verdict, words):
-    check(judge_address(Address(**here)), verdict, words)
+def address(**here):
+    return judge_address(Address(**here))
 
 
-def test_the_advice_is_the_address_towards_the_robot():
-    line = judge_address(Address(ros_ip='1.2.3.4', resolved='1.2.3.4', **LAN))
-    assert line.remedy.startswith('export ROS_IP=192.168.0.5,')
-    line = judge_address(Address(ros_hostname='nn', own=('10.8.0.2',), way_out='127.0.0.1'))
-    assert line.remedy.startswith('unset ROS_HOSTNAME; export ROS_IP=10.8.0.2,')
-
-
-@pytest.mark.parametrize('kind, way, elsewhere, verdict', [
-    ('', '172.20.0.5', True, OK), ('WSL', '192.168.0.5', True, OK), ('WSL', '', True, OK),
-    ('WSL', '172.20.0.5', False, OK), ('WSL', '172.20.0.5', True, FAULT),
-    ('WSL', '172.32.0.1', True, OK), ('a container', '172.17.0.2', True, FAULT)])
-def test_nat(kind, way, elsewhere, verdict):
-    check(judge_nat(kind, way, elsewhere), verdict, kind)
-
-
-def test_a_kernel_of_wsl_is_known(monkeypatch):
-    monkeypatch.setattr(computer, 'open', lambda path: io.StringIO(
-        {'/proc/version': 'Linux version 5.15 microsoft-standard-WSL2'}[path]), raising=False)
-    assert computer.nat_kind() == 'WSL'
-
-
-def test_master():
-    check(judge_master(Peer('http://robot3:11311', '', '192.168.0.9', 0.004)), OK,
-          'robot3:11311 (192.168.0.9) answers in 4 ms')
-    for problem in PROBLEMS:
-        check(judge_master(Peer('http://robot3:11311', problem, '192.168.0.9')), FAULT,
-              'robot3', PROBLEMS[problem])
-    check(judge_master(Peer('http://localhost:11311', 'refused')), FAULT, 'start roscore')
-    check(judge_master(Peer('', 'malformed')), FAULT, '(empty)')
-
-
-# ----- the robot
-
-CORE = '/turtlebot3_core'
-
-
-def graph_of(namespace='/', hearers=(CORE,), others=(), **sensors):
-    """The RobotGraph of a robot; `sensors`: {name: nodes that publish it}."""
-    return RobotGraph(namespace, [
+def robot_of(namespace='/', hearers=(CORE,), others=(), **sensors):
+    """The judgement of a robot; `sensors`: {name: nodes that publish it}."""
+    return judge_robot(RobotGraph(namespace, [
         [[namespace + name, nodes] for name, nodes in sensors.items()]
         + [[name + 'odom', ['/other']] for name in others],
-        [[namespace + 'cmd_vel', list(hearers)]], []])
+        [[namespace + 'cmd_vel', list(hearers)]], []]))
 
 
-def test_robot():
-    check(judge_robot(graph_of(hearers=())), FAULT, 'nobody publishes /imu or /odom', 'bringup')
-    check(judge_robot(graph_of('/robot9/', others=['/robot3/'])), FAULT,
-          'rosrun tb3_labs doctor.py robot3')
-    check(judge_robot(graph_of('/robot9/', others=['/'])), FAULT, 'bringup')
-    check(judge_robot(graph_of(odom=[CORE])), FAULT, 'nobody publishes /imu')
-    check(judge_robot(graph_of(imu=[CORE])), FAULT, 'nobody publishes /odom')
-    check(judge_robot(graph_of(hearers=(), imu=[CORE], odom=[CORE])), FAULT, 'cannot be driven')
+def node_at(*peer):
+    return judge_nodes({CORE: Peer(*peer)})
 
 
-@pytest.mark.parametrize('namespace, heard, words', [
-    ('/', '/imu_data', '/lab1 listens to /imu_data, which nobody publishes; /imu is published by '
-     + CORE), ('/', '/imu/data', '/imu/data'), ('/robot3/', '/imu', '/robot3/imu is published by'),
-    ('/robot3/', '/robot3/imu', ''), ('/', '/reset', ''), ('/', '/imus', ''),
-    ('/robot3/', '/robot4/imu', ''), ('/', '/odom_combined', '')])
-def test_a_node_that_listens_to_a_wrong_name(namespace, heard, words):
-    line = judge_hearers(RobotGraph(namespace, [
-        [[namespace + 'imu', [CORE]]], [[heard, ['/lab1']]], []]))
-    if words:
-        check(line, WARNING, words)
-    else:    # published, not of a sensor, of another robot, of a sensor that is silent itself
-        assert line is None
-
-
-def test_nodes():
-    check(judge_nodes({CORE: Peer('http://localhost:40001/', 'refused', '127.0.0.1')}),
-          FAULT, 'others cannot reach that', 'on the robot')
-    check(judge_nodes({CORE: Peer('http://localhost:40001/', 'refused', '127.0.0.1')}),
-          FAULT, 'rosnode cleanup', 'on the robot')
-    check(judge_nodes({CORE: Peer('http://robot3:40001/', 'refused', '192.168.0.8')}),
-          FAULT, 'refuses', 'is robot3 really 192.168.0.8?')
-    check(judge_nodes({CORE: Peer('http://robot3:40001/', 'unresolved')}), FAULT,
-          'cannot resolve', 'add "ITS_ADDRESS robot3" to /etc/hosts')
-    check(judge_nodes({CORE: Peer('http://robot3:40001/', 'silent', '192.168.0.8')}),
-          FAULT, 'does not answer', 'ping 192.168.0.8')
-
-
-@pytest.mark.parametrize('uri, problem', [
-    ('', 'malformed'), ('localhost:11311', 'malformed'), ('http://localhost', 'malformed'),
-    ('http://localhost:1', 'refused'), ('http://robot3.invalid:11311/', 'unresolved')])
-def test_a_peer_that_cannot_be_asked_says_why(uri, problem):
-    peer = Peer(uri)
-    assert peer.ask('getPid') is None and peer.problem == problem
-
-
-def test_the_nodes_around_a_robot():
-    graph = RobotGraph('/robot3/', [
-        [['/robot3/odom', [CORE]], ['/robot9/odom', ['/other']], ['/robot3/cmd_vel', ['/pad']],
-         ['/rosout', ['/robot3/panel']]], [['/robot3/cmd_vel', ['/recorder', CORE]]], []])
-    assert (graph.others, graph.hearers, graph.drivers) == (['/robot9/'], [CORE], ['/pad'])
-    assert graph.robot_nodes == [CORE]
-
-
-def test_way_back():
-    good = Address(ros_ip='192.168.0.5', resolved='192.168.0.5', **LAN)
-    named = Address(ros_hostname='ann', resolved='192.168.0.5', **LAN)
-    wrong = Address(ros_hostname='localhost', resolved='127.0.0.1', **LAN)
-    drivers = {'/move_to_goal': 'http://ann:40002/', '/pad': 'http://ann:40003/'}
-    check(judge_way_back(drivers, {'http://ann:40002'}, CORE, named, True),
-          FAULT, CORE, '/pad at http://ann:40003:', 'commands do not arrive', 'ROS_IP=192.168.0.5')
-    check(judge_way_back(drivers, {'http://ann:40002', 'http://ann:40003'}, CORE, named, True), OK,
-          'connected to /move_to_goal, /pad')
-    check(judge_way_back({}, (), CORE, wrong, False), OK, 'on this computer')
-    check(judge_way_back({}, (), CORE, good, True), OK, '192.168.0.5')
-    check(judge_way_back({}, (), CORE, named, True), WARNING, 'must resolve the name ann')
-    check(judge_way_back({}, (), CORE, wrong, True), FAULT, 'cannot reach localhost')
-
-
-# ----- messages
-
-def test_drivers():
-    check(judge_drivers({}), OK, 'no node drives', 'if it jerks')
-    check(judge_drivers({'/a': 50}), OK, '/a drives')
-    check(judge_drivers({'/b': 5, '/a': 50}), FAULT, '/a (10/s) and /b (1/s)')
-
-
-def every(period, *silences):
-    """Times of arrival in 5 s: one in each period, none in a silence (begin, end)."""
+def stream(*silences, period=0.005):
+    """The judgement of arrivals in 5 s: one in each period, none in a silence (begin, end)."""
     times = [round(period * k, 3) for k in range(round(5.0 / period) + 1)]
-    return [at for at in times if not any(begin < at < end for begin, end in silences)]
+    return judge_stream('/imu', [at for at in times if not any(
+        begin < at < end for begin, end in silences)], 5.0, CORE)
 
 
-@pytest.mark.parametrize('arrivals, verdict, words', [
-    (every(0.005), OK, '200/s'), (every(SENSOR_TIMEOUT / 7.0), OK, '32/s'),
-    (every(0.1), OK, '10/s'),
-    (every(0.005, (1.0, 1.3)), WARNING, 'silent for 0.3 s: the robot will pause'),
-    (every(0.005, (4.7, 9.9)), WARNING, 'silent for 0.3 s'),    # until the doctor stops to listen
-    (every(0.005, (-1.0, 1.3)), OK, '200/s'),    # it was connected late
-    (every(0.005, (1.0, 1.3)), WARNING, 'rostopic delay /imu'),
-    (every(0.005, (1.0, 3.5)), FAULT, 'silent for 2.5 s: a drive is given up'),
-    ([], FAULT, 'nothing came on /imu for 5.0 s')])
-def test_stream(arrivals, verdict, words):
-    check(judge_stream('/imu', arrivals, 5.0, CORE), verdict, 'imu', words)
+JUDGEMENTS = [
+    (judge_python('3.8.10', '/usr/bin/python3', {}), OK, '3.8.10'),
+    (judge_python('3.9.1', '/opt/conda/bin/python3', {'rospy': 'why', 'numpy': '', 'yaml': ''}),
+     FAULT, '/opt/conda', 'import rospy (why), nor numpy, yaml. Do:', 'source scripts/setup.sh'),
+    # the network; the advice is the address towards the robot
+    (address(ros_hostname='localhost', resolved='127.0.0.1'), OK, 'this computer alone'),
+    (address(hostname='ann', resolved='127.0.1.1'), OK, 'neither'),
+    (judge_address(GOOD), OK, 'ROS_IP=192.168.0.5'),
+    (judge_address(NAMED), OK, 'ROS_HOSTNAME=ann (192.168.0.5)'),
+    (address(**dict(LAN, master_here=True), ros_ip='192.168.0.5', resolved='192.168.0.5'), OK,
+     'ROS_IP'),
+    (address(**LAN, hostname='ann', resolved='127.0.1.1'), WARNING, 'the name ann'),
+    (address(**LAN, ros_ip='192.168.0.77', resolved='192.168.0.77'), FAULT,
+     'not an address of this computer (it has 192.168.0.5, 10.8.0.2)',
+     'Do: export ROS_IP=192.168.0.5,'),
+    (address(**LAN, ros_hostname='nn', resolved=''), FAULT, 'ROS_HOSTNAME=nn does not resolve'),
+    (address(ros_hostname='nn', own=('10.8.0.2',), way_out='127.0.0.1'), FAULT,
+     'Do: unset ROS_HOSTNAME; export ROS_IP=10.8.0.2,'),
+    (judge_address(WRONG), FAULT, 'the robot itself'),
+    # rospy tells others ROS_HOSTNAME if both are set
+    (address(**LAN, ros_ip='192.168.0.5', ros_hostname='nn', resolved=''), FAULT,
+     'ROS_HOSTNAME=nn (it goes before ROS_IP=192.168.0.5) does not'),
+    *[(judge_nat(kind, way, elsewhere), verdict, kind) for kind, way, elsewhere, verdict in (
+        ('', '172.20.0.5', True, OK), ('WSL', '192.168.0.5', True, OK), ('WSL', '', True, OK),
+        ('WSL', '172.20.0.5', False, OK), ('WSL', '172.20.0.5', True, FAULT),
+        ('WSL', '172.32.0.1', True, OK), ('a container', '172.17.0.2', True, FAULT))],
+    (judge_master(Peer('http://robot3:11311', '', '192.168.0.9', 0.004)), OK,
+     'robot3:11311 (192.168.0.9) answers in 4 ms'),
+    *[(judge_master(Peer('http://robot3:11311', problem, '192.168.0.9')), FAULT, 'robot3',
+       PROBLEMS[problem]) for problem in PROBLEMS],
+    (judge_master(Peer('http://localhost:11311', 'refused')), FAULT, 'start roscore'),
+    (judge_master(Peer('', 'malformed')), FAULT, '(empty)'),
+    # the robot
+    (robot_of(hearers=()), FAULT, 'nobody publishes /imu or /odom', 'bringup'),
+    (robot_of('/robot9/', others=['/robot3/']), FAULT, 'rosrun tb3_labs doctor.py robot3'),
+    (robot_of('/robot9/', others=['/']), FAULT, 'bringup'),
+    (robot_of(odom=[CORE]), FAULT, 'nobody publishes /imu'),
+    (robot_of(imu=[CORE]), FAULT, 'nobody publishes /odom'),
+    (robot_of(hearers=(), imu=[CORE], odom=[CORE]), FAULT, 'cannot be driven'),
+    (node_at(HERE, 'refused', '127.0.0.1'), FAULT, 'others cannot reach that', 'rosnode cleanup',
+     'on the robot'),
+    (node_at(AFAR, 'refused', '192.168.0.8'), FAULT, 'refuses', 'is robot3 really 192.168.0.8?'),
+    (node_at(AFAR, 'unresolved'), FAULT, 'cannot resolve',
+     'add "ITS_ADDRESS robot3" to /etc/hosts'),
+    (node_at(AFAR, 'silent', '192.168.0.8'), FAULT, 'does not answer', 'ping 192.168.0.8'),
+    # the way back
+    (judge_way_back(DRIVERS, {'http://ann:40002'}, CORE, NAMED, True), FAULT, CORE,
+     '/pad at http://ann:40003:', 'commands do not arrive', 'ROS_IP=192.168.0.5'),
+    (judge_way_back(DRIVERS, {'http://ann:40002', 'http://ann:40003'}, CORE, NAMED, True), OK,
+     'connected to /move_to_goal, /pad'),
+    (judge_way_back({}, (), CORE, WRONG, False), OK, 'on this computer'),
+    (judge_way_back({}, (), CORE, GOOD, True), OK, '192.168.0.5'),
+    (judge_way_back({}, (), CORE, NAMED, True), WARNING, 'must resolve the name ann'),
+    (judge_way_back({}, (), CORE, WRONG, True), FAULT, 'cannot reach localhost'),
+    # messages
+    (judge_drivers({}), OK, 'no node drives', 'if it jerks'),
+    (judge_drivers({'/a': 50}), OK, '/a drives'),
+    (judge_drivers({'/b': 5, '/a': 50}), FAULT, '/a (10/s) and /b (1/s)'),
+    (stream(), OK, 'imu', '200/s'), (stream(period=SENSOR_TIMEOUT / 7.0), OK, '32/s'),
+    (stream(period=0.1), OK, '10/s'),
+    (stream((1.0, 1.3)), WARNING, 'silent for 0.3 s: the robot will pause', 'rostopic delay /imu'),
+    (stream((4.7, 9.9)), WARNING, 'silent for 0.3 s'),    # until the doctor stops to listen
+    (stream((-1.0, 1.3)), OK, '200/s'),                   # it was connected late
+    (stream((1.0, 3.5)), FAULT, 'silent for 2.5 s: a drive is given up'),
+    (stream((-1.0, 9.9)), FAULT, 'nothing came on /imu for 5.0 s'),
+    (judge_stream('/robot3/joint_states'), FAULT, 'joint_states nobody publishes /robot3/joint'),
+    (judge_gyro('it lies', 'let it rest', True), FAULT, 'it lies', 'let it rest'),
+    (judge_gyro('', '', False), WARNING, 'cannot be compared'),
+    (judge_gyro('', '', True), OK, 'agrees'),
+    (judge_drift(1.9, '/robot3/'), OK, '+1.9 deg/min'),
+    (judge_drift(-2.1, '/robot3/'), WARNING, '-2.1 deg/min'),
+    (judge_drift(2.1, '/robot3/'), WARNING, 'rostopic pub -1 /robot3/reset')]
 
 
-def test_a_stream_that_is_not_there():
-    check(judge_stream('/robot3/joint_states'), FAULT, 'joint_states nobody publishes /robot3/joint')
+@pytest.mark.parametrize('judgement', JUDGEMENTS, ids=lambda judgement: judgement[0].subject)
+def test_a_judgement(judgement):
+    check(*judgement)
 
 
 @pytest.mark.parametrize('clock, verdict, words', [
@@ -248,19 +186,6 @@ def test_clock(clock, verdict, words):
     assert ("robot's clock" in line.text) is ('stamps' not in words) is ('date' in line.remedy or verdict == OK)
 
 
-def test_gyro():
-    check(judge_gyro('it lies', 'let it rest', True), FAULT, 'it lies', 'let it rest')
-    check(judge_gyro('', '', False), WARNING, 'cannot be compared')
-    check(judge_gyro('', '', True), OK, 'agrees')
-
-
-@pytest.mark.parametrize('drift, verdict, words', [
-    (1.9, OK, '+1.9 deg/min'), (-2.1, WARNING, '-2.1 deg/min'),
-    (2.1, WARNING, 'rostopic pub -1 /robot3/reset')])
-def test_drift(drift, verdict, words):
-    check(judge_drift(drift, '/robot3/'), verdict, words)
-
-
 @pytest.mark.parametrize('start', [0.0, math.pi - 0.001, -math.pi])
 def test_the_drift_of_a_standing_robot_is_the_slope_of_its_yaw(start):
     rate, chance = math.radians(6.0) / 60.0, random.Random(1)
@@ -274,6 +199,42 @@ def test_the_drift_of_a_standing_robot_is_the_slope_of_its_yaw(start):
     # 0.1 deg of noise in 500 samples of 5 s: 0.1 / (sqrt(500) x 5 s / sqrt(12)), three times
     assert abs(drift_of(noisy, still) - 6.0) < 0.6
     assert abs(drift_of(noisy[:20], still)) < 1.0    # 0.2 s are too short
+
+
+def test_a_kernel_of_wsl_is_known(monkeypatch):
+    monkeypatch.setattr(computer, 'open', lambda path: io.StringIO(
+        {'/proc/version': 'Linux version 5.15 microsoft-standard-WSL2'}[path]), raising=False)
+    assert computer.nat_kind() == 'WSL'
+
+
+@pytest.mark.parametrize('namespace, heard, words', [
+    ('/', '/imu_data', '/lab1 listens to /imu_data, which nobody publishes; /imu is published by '
+     + CORE), ('/', '/imu/data', '/imu/data'), ('/robot3/', '/imu', '/robot3/imu is published by'),
+    ('/robot3/', '/robot3/imu', ''), ('/', '/reset', ''), ('/', '/imus', ''),
+    ('/robot3/', '/robot4/imu', ''), ('/', '/odom_combined', '')])
+def test_a_node_that_listens_to_a_wrong_name(namespace, heard, words):
+    line = judge_hearers(RobotGraph(namespace, [
+        [[namespace + 'imu', [CORE]]], [[heard, ['/lab1']]], []]))
+    if words:
+        check(line, WARNING, words)
+    else:    # published, not of a sensor, of another robot, of a sensor that is silent itself
+        assert line is None
+
+
+@pytest.mark.parametrize('uri, problem', [
+    ('', 'malformed'), ('localhost:11311', 'malformed'), ('http://localhost', 'malformed'),
+    ('http://localhost:1', 'refused'), ('http://robot3.invalid:11311/', 'unresolved')])
+def test_a_peer_that_cannot_be_asked_says_why(uri, problem):
+    peer = Peer(uri)
+    assert peer.ask('getPid') is None and peer.problem == problem
+
+
+def test_the_nodes_around_a_robot():
+    graph = RobotGraph('/robot3/', [
+        [['/robot3/odom', [CORE]], ['/robot9/odom', ['/other']], ['/robot3/cmd_vel', ['/pad']],
+         ['/rosout', ['/robot3/panel']]], [['/robot3/cmd_vel', ['/recorder', CORE]]], []])
+    assert (graph.others, graph.hearers, graph.drivers) == (['/robot9/'], [CORE], ['/pad'])
+    assert graph.robot_nodes == [CORE]
 
 
 # ----- the looks themselves, at a robot of this process
