@@ -269,6 +269,7 @@ def test_a_robot_that_was_never_turned_or_driven_is_not_within_limits():
 
 @pytest.mark.parametrize('runs, misses_start, words', [
     ([], True, 'never started'), ([Run(0.0)], True, 'never listened'),
+    ([Run(0.0, unheard=['/imu_data'])], True, 'listens to /imu_data, which nobody publishes'),
     ([Run(0.0, end=1.0, ended_by_itself=True, printed='x\nEnd\n\n')], True, "at once: 'End'"),
     ([Run(0.0, ready=0.5, end=9.0, ended_by_itself=True)], False, 'printed nothing'),
     ([Run(0.0), Run(1.0, ready=1.5)], True, 'the time was up'),
