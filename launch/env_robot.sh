@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs a command in the robot's ROS environment. It is the env loader of robot.launch, which calls it over SSH. (The
 # robot's .bashrc does not set up ROS there: it returns early in a shell without a terminal.) Copy it to the robot's home
-# folder, set the two values below, and try it from the laptop:
+# folder, set the three values below, and try it from the laptop:
 #     scp env_robot.sh pi@robot3:
 #     ssh pi@robot3 chmod +x env_robot.sh
 #     ssh pi@robot3 ./env_robot.sh rosversion -d
@@ -9,6 +9,7 @@
 #     ssh -t pi@robot3 ./env_robot.sh roslaunch turtlebot3_bringup turtlebot3_robot.launch
 setup=~/catkin_ws/devel/setup.bash    # of the workspace with turtlebot3_bringup; or /opt/ros/noetic/setup.bash
 model=burger                          # burger, waffle or waffle_pi
+lidar=LDS-02                          # or LDS-01, the older one: the whole bringup asks for it
 
 fail() { echo "$HOSTNAME: $0: $*" >&2; exit 1; }
 
@@ -21,7 +22,8 @@ command -v roslaunch >/dev/null || fail "$setup does not lead to roslaunch: set 
 
 # roslaunch hands over the laptop's master. By hand, it is taken to run where the login comes from.
 laptop=${SSH_CONNECTION%% *}
-export TURTLEBOT3_MODEL=$model ROS_MASTER_URI=${ROS_MASTER_URI:-http://${laptop:-localhost}:11311}
+export TURTLEBOT3_MODEL=$model LDS_MODEL=$lidar
+export ROS_MASTER_URI=${ROS_MASTER_URI:-http://${laptop:-localhost}:11311}
 
 # The robot's address, as seen on the way to the master (connecting a datagram socket sends nothing).
 ROS_IP=$(python3 - "$ROS_MASTER_URI" 2>/dev/null <<'PYTHON'

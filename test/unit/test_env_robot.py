@@ -14,7 +14,7 @@ LOADER = ROOT / 'launch' / 'env_robot.sh'
 #: of an SSH connection: the laptop's address and port, the robot's address and port
 FROM_HERE = '127.0.0.1 40000 127.0.0.1 22'
 FROM_ELSEWHERE = '192.0.2.5 40000 192.0.2.9 22'
-SHOW = 'echo $TURTLEBOT3_MODEL $ROS_MASTER_URI $ROS_IP ${ROS_HOSTNAME-none} $WORKSPACE'
+SHOW = 'echo $TURTLEBOT3_MODEL $LDS_MODEL $ROS_MASTER_URI $ROS_IP ${ROS_HOSTNAME-none} $WORKSPACE'
 
 
 @pytest.fixture
@@ -48,11 +48,11 @@ def robot(tmp_path):
 def test_the_command_finds_the_robots_environment(robot):
     assert robot('bash', '-c', SHOW, model='waffle_pi', ROS_HOSTNAME='wrong',
                  ROS_MASTER_URI='http://127.0.0.1:11399') == (
-        0, 'waffle_pi http://127.0.0.1:11399 127.0.0.1 none mine\n', '')
+        0, 'waffle_pi LDS-02 http://127.0.0.1:11399 127.0.0.1 none mine\n', '')
 
 
 def test_by_hand_the_master_is_where_the_login_comes_from(robot):
-    assert robot('bash', '-c', SHOW)[1].split()[1] == 'http://127.0.0.1:11311'
+    assert robot('bash', '-c', SHOW)[1].split()[2] == 'http://127.0.0.1:11311'
 
 
 def test_the_commands_words_and_exit_status_stay_as_they_are(robot):

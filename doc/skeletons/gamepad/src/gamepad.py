@@ -19,7 +19,7 @@ import threading
 from concurrent.futures import Future
 
 import rospy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 
@@ -62,6 +62,7 @@ class Gamepad:
             rospy.logwarn("Service 'reset_pose' not available.")
             return
         request = SetInitialPoseRequest()
+        request.pose = PoseWithCovarianceStamped()
         request.pose.header.frame_id = 'map'
         request.pose.header.stamp = rospy.Time.now()
         # TODO 2: write x and y into the position of the request's pose. `rossrv show SetInitialPose`
@@ -82,7 +83,7 @@ class Gamepad:
         def call():
             try:
                 future.set_result(self.reset_pose_client(request))
-            except rospy.ServiceException as error:
+            except Exception as error:
                 future.set_exception(error)
         threading.Thread(target=call, daemon=True).start()
         return future
@@ -93,8 +94,8 @@ class Gamepad:
                 rospy.loginfo('Pose reset successfully.')
             else:
                 rospy.logerr('Pose reset failed.')
-        except rospy.ServiceException as error:
-            rospy.logerr('Service call failed: %s', error)
+        except Exception as error:
+            rospy.logerr(f'Service call failed: {error}')
 
 
 if __name__ == '__main__':
