@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import pytest
 
-from known_motion import angle_between
 from real_recordings import NAMES, arrays_of
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal import DriveConfig
@@ -21,7 +20,6 @@ from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
-from tb3_labs.supervision.arbitration import Driver
 
 BURGER = robot_model('burger')
 #: (forward speed, rate of turn, seconds): rest, spins, curves, full speed, and all of it at once.
@@ -297,30 +295,6 @@ def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
     watched.run(6.0)
     assert watched.robot.truth.distance_to(Pose2(0.3, 0.0)) < 0.01
     assert drives.status(watched.robot.now).words == 'GOAL_REACHED'
-
-
-@pytest.mark.parametrize('bias_deg', [40.0, -40.0])
-def test_a_gyro_that_begins_to_lie_stops_a_drive_and_a_turn(bias_deg):
-    drives = navigator()
-    watched = Watched(drives)
-    watched.run(0.5)
-    drives.set_goal(Pose2(2.0, 0.0, 0.0))
-    watched.run(1.5)
-    watched.set(gyro_bias_deg=bias_deg)
-    watched.run(1.0)
-    assert 'the gyro contradicts the wheels' in drives.status(watched.robot.now).failure
-    assert watched.robot.true_velocity == pytest.approx((0.0, 0.0), abs=1e-3)
-    assert angle_between(watched.robot.truth.yaw, 0.0) < math.radians(5.0)
-
-    turns = controller()
-    watched = Watched(turns)
-    watched.run(1.5)
-    turns.ask(180.0, watched.robot.now)
-    watched.run(1.0)
-    watched.set(gyro_bias_deg=bias_deg)
-    watched.run(1.0)
-    assert turns.driver is Driver.NOBODY
-    assert any('contradicts the wheels' in news.text for news in turns.take_news())
 
 
 def accused(rate, said_first, said, sign):

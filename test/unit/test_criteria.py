@@ -93,7 +93,7 @@ GOOD = {
         'A': scene(**{'relinquished': True, 'heard late': True}),
         'left stick up after A': scene(), 'B': scene(relinquished=False),
         'left stick up after B': scene((0.1, 0.2, 0.0)),
-        'Y': scene(printed='pose reset SUCCESSFULLY', calls=1, origin=True),
+        'Y': scene(printed='pose reset SUCCESSFULLY', calls=1, origin=True, unit=True),
         'Y without a service': scene((0.69, 0.2, 0.0), printed='no service'),
         'pad silent': stopped(0.99, was_moving=True), 'Ctrl+C': ctrl_c()}}
 
@@ -230,10 +230,13 @@ CHANGES = [
     ('gamepad', {'left stick up after A': scene((0.1, 0.0, 0.0))}, 'silent_meanwhile'),
     ('gamepad', {'B': scene(relinquished=True)}, 'regains'),
     ('gamepad', {'left stick up after B': scene((0.1, 0.0, 0.0))}, 'regains'),
-    ('gamepad', {'Y': scene(printed='Pose reset successfully', calls=0, origin=False)},
+    ('gamepad', {'Y': scene(printed='Pose reset successfully', calls=0, origin=True, unit=True)},
      'resets once'),
-    ('gamepad', {'Y': scene(printed='Pose reset successfully', calls=2, origin=True)}, 'once'),
-    ('gamepad', {'Y': scene(printed='Done', calls=1, origin=False)}, 'resets says_success'),
+    ('gamepad', {'Y': scene(printed='Pose reset successfully', calls=2, origin=True, unit=True)},
+     'once'),
+    ('gamepad', {'Y': scene(printed='Pose reset successfully', calls=1, origin=True, unit=False)},
+     'resets'),
+    ('gamepad', {'Y': scene(printed='Done', calls=1, origin=False, unit=True)}, 'resets says_success'),
     ('gamepad', {'Y without a service': scene((0.71, 0.2, 0.0), printed='no')}, 'not_blocked'),
     ('gamepad', {'Y without a service': scene((0.1, 0.0, 0.0), printed='no')}, 'not_blocked'),
     ('gamepad', {'Y without a service': scene((0.1, 0.2, 0.0), printed=' \n')}, 'says_why_not'),
@@ -269,6 +272,7 @@ def test_a_robot_that_was_never_turned_or_driven_is_not_within_limits():
 
 @pytest.mark.parametrize('runs, misses_start, words', [
     ([], True, 'never started'), ([Run(0.0)], True, 'never listened'),
+    ([Run(0.0, unheard=['/imu_data'])], True, 'listens to /imu_data, which nobody publishes'),
     ([Run(0.0, end=1.0, ended_by_itself=True, printed='x\nEnd\n\n')], True, "at once: 'End'"),
     ([Run(0.0, ready=0.5, end=9.0, ended_by_itself=True)], False, 'printed nothing'),
     ([Run(0.0), Run(1.0, ready=1.5)], True, 'the time was up'),

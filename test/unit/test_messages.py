@@ -129,7 +129,7 @@ def test_the_line_of_a_reset(line, pose):
 
 
 @pytest.mark.parametrize('line', ['x=1' + ' ' * 50000, 'x=' + '1' * 50000, 'x=1 y=2' + ' ' * 50000 + 'z',
-                                  'x=1 y=2 yaw=' + '3' * 50000 + 'e'], ids=range(4))
+                                  'x=1 y=2 yaw=' + '3' * 50000 + 'e'], ids=list('abcd'))
 def test_a_long_line_of_a_stranger_holds_nobody_up(line):
     begun = time.monotonic()
     declared_by('Local pose set to ' + line)

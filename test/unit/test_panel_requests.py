@@ -155,29 +155,24 @@ def test_a_message_as_deep_as_its_length_allows(text):
 
 # -- its pad, as the node gamepad was started
 
-def test_with_the_handouts_numbers():
-    """Axis 1 drives, axis 3 turns; A, B and Y are the buttons 0, 1 and 2."""
-    axes, buttons = Pad(0.5, -0.25, a=True, y=True).as_joy(PadConfig())
-    assert axes == [0.0, 0.5, 0.0, -0.25, 0.0, 0.0, 0.0, 0.0]
-    assert buttons == [1, 0, 1] + [0] * 8
-    assert set(map(type, buttons)) == {int}        # as sensor_msgs/Joy has them
-    assert Pad(hold=True).as_joy(PadConfig()) == Pad().as_joy(PadConfig())    # no button of its own
+OWN = dict(relinquish_button=4, regain_button=9, reset_button=0, hold_button=7)
 
 
-@pytest.mark.parametrize('button, number', [('a', 4), ('b', 9), ('y', 0), ('hold', 7)])
-def test_each_button_has_the_number_of_its_function(button, number):
-    config = PadConfig(relinquish_button=4, regain_button=9, reset_button=0, hold_button=7)
-    _, buttons = Pad(**{button: True}).as_joy(config)
-    assert [number for number, state in enumerate(buttons) if state] == [number]
-
-
-@pytest.mark.parametrize('linear, angular, button', [(31, 0, 10), (7, 8, 11)])
-def test_axes_and_buttons_of_any_number(linear, angular, button):
-    config = PadConfig(linear_axis=linear, angular_axis=angular, regain_button=button)
-    axes, buttons = Pad(0.5, -0.25, b=True).as_joy(config)
-    assert len(axes) == max(linear, angular) + 1 and len(buttons) == max(11, button + 1)
-    assert (axes[linear], axes[angular], sum(axes)) == (0.5, -0.25, 0.25)
-    assert buttons.index(1) == button and sum(buttons) == 1
+@pytest.mark.parametrize('pad, config, axes, buttons, sizes', [
+    # with the handout's numbers; there no button is held
+    (Pad(0.5, -0.25, a=True, y=True), {}, {1: 0.5, 3: -0.25}, {0, 2}, (8, 11)),
+    (Pad(hold=True), {}, {}, set(), (8, 11)),
+    *[(Pad(**{button: True}), OWN, {}, {number}, (8, 11))
+      for button, number in (('a', 4), ('b', 9), ('y', 0), ('hold', 7))],
+    (Pad(0.5, -0.25, b=True), dict(linear_axis=31, angular_axis=0, regain_button=10),
+     {31: 0.5, 0: -0.25}, {10}, (32, 11)),
+    (Pad(0.5, -0.25, b=True), dict(linear_axis=7, angular_axis=8, regain_button=11),
+     {7: 0.5, 8: -0.25}, {11}, (9, 12))])
+def test_a_pad_is_a_joy_with_the_numbers_of_its_functions(pad, config, axes, buttons, sizes):
+    shown, states = pad.as_joy(PadConfig(**config))
+    assert {number: value for number, value in enumerate(shown) if value} == axes
+    assert {number for number, state in enumerate(states) if state} == buttons
+    assert (len(shown), len(states)) == sizes and set(map(type, states)) == {int}    # as in Joy
 
 
 # -- what is sent to a page

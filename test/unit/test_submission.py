@@ -18,7 +18,7 @@ from tb3_labs.marking.intake import Submission
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.packages import imports_of
 from tb3_labs.marking.processes import forget_overlays
-from tb3_labs.marking.ros_interface import fill_pose, is_origin
+from tb3_labs.marking.ros_interface import fill_pose, is_origin, is_unit
 from tb3_labs.marking.sandbox import NoSandbox
 from tb3_labs.marking.workspace import prepare
 from tb3_labs.msg import MouseController
@@ -481,3 +481,13 @@ def test_a_request_that_declares_the_origin():
     assert is_origin(SetInitialPoseRequest(pose))
     pose.pose.pose.orientation = Quaternion(0.0, 0.0, 1.0, 0.0)
     assert not is_origin(SetInitialPoseRequest(pose))
+
+
+@pytest.mark.parametrize('z, w, unit', [
+    (0.0, 1.0, True), (0.0, -1.0, True), (0.6, 0.8, True), (0.0, 0.999996, True),
+    (0.0, 0.0, False), (0.0, 2.0, False), (1.0, 1.0, False), (0.0, math.nan, False)])
+def test_a_quaternion_is_a_rotation_if_its_length_is_1(z, w, unit):
+    pose = PoseWithCovarianceStamped()
+    pose.pose.pose.orientation = Quaternion(0.0, 0.0, z, w)
+    assert is_unit(SetInitialPoseRequest(pose)) is unit
+    assert is_unit(message(x=0.0, yaw=0.0))    # it has no quaternion

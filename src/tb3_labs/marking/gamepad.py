@@ -24,11 +24,12 @@ RESET_WITHOUT_SERVICE = 'Y without a service'
 PAD_SILENT = 'pad silent'
 #: Keys of the buttons' facts. RELINQUISHED (A, B): the latest value on ctrl_relinq, None if there
 #: was none. LATCHED (A): did a late subscriber hear it? CALLS (Y): the number of calls. ORIGIN (Y):
-#: did each call declare (0, 0, 0)?
+#: did each call declare (0, 0, 0)? UNIT (Y): was the quaternion of each call of length 1?
 RELINQUISHED = 'relinquished'
 LATCHED = 'heard late'
 CALLS = 'calls'
 ORIGIN = 'origin'
+UNIT = 'unit'
 
 #: FULL_SPEED [m/s] and FULL_TURN [rad/s] are the gamepad lab's. FORWARD and TURN: the least and the
 #: greatest command of a full stick.
@@ -107,8 +108,10 @@ def _resets(seen: Observation) -> str:
     facts = seen.during(RESET).facts
     if not facts[CALLS]:
         return 'after Y no reset service was called (reset_pose, set_pose, reset, ... were there)'
-    return '' if facts[ORIGIN] else \
-        'after Y the reset was called with another pose than (0, 0, 0)'
+    if not facts[ORIGIN]:
+        return 'after Y the reset was called with another pose than (0, 0, 0)'
+    return '' if facts[UNIT] else \
+        'after Y the orientation of the call was not a rotation: its quaternion is not of length 1'
 
 
 def _says_success(seen: Observation) -> str:
@@ -161,7 +164,7 @@ CRITERIA = [
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
               THUMB, _regains, limits='within {:g} s; the stick within {:g} s'.format(SAYS, HELD)),
     Criterion('resets', BUTTONS, 'Y calls the reset with (0, 0, 0)', THUMB, _resets,
-              limits=IN_RESET_TIME),
+              limits=IN_RESET_TIME + ', by a quaternion of length 1'),
     Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SUCCESS), THUMB, _says_success,
               limits=IN_RESET_TIME),
     ends_cleanly(BUTTONS, THUMB),

@@ -63,6 +63,7 @@ class Run:
     end: Optional[float] = None     # None: it still runs
     ended_by_itself: bool = False
     printed: str = ''               # head and tail
+    unheard: List[str] = field(default_factory=list)    # it listened to them, nobody published them
 
 
 @dataclass
@@ -142,8 +143,11 @@ class Observation:
         if run.ended_by_itself:
             return 'it {}: {}'.format('ended at once' if run.ready is None else 'had ended',
                                       last_words(run.printed))
-        return 'it ran, but never listened to the robot' if run.ready is None else \
-            'the time was up before this was tried'
+        if run.ready is not None:
+            return 'the time was up before this was tried'
+        return 'it ran, but never listened to the robot' + (
+            ': it listens to {}, which nobody publishes'.format(' and '.join(run.unheard))
+            if run.unheard else '')
 
 
 class Scene:

@@ -116,7 +116,8 @@ def buttons(stage):
                 wait_until(lambda: service.calls, RESET_TIME - HOLD)
                 time.sleep(UNDER_WAY)
                 record.facts.update({asked.CALLS: len(service.calls),
-                                     asked.ORIGIN: all(service.calls)})
+                                     asked.ORIGIN: all(origin for origin, _ in service.calls),
+                                     asked.UNIT: all(unit for _, unit in service.calls)})
             stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
 
 

@@ -74,6 +74,19 @@ def is_origin(request):
     return True
 
 
+def is_unit(request):
+    """Is every quaternion of a request a rotation, of length 1?"""
+    for name, kind in zip(request.__slots__, request._slot_types):
+        value = getattr(request, name)
+        if kind == 'geometry_msgs/Quaternion':
+            length = math.sqrt(value.x ** 2 + value.y ** 2 + value.z ** 2 + value.w ** 2)
+            if not abs(length - 1.0) < 0.01:
+                return False
+        elif hasattr(value, '_slot_types') and not is_unit(value):
+            return False
+    return True
+
+
 class ResetCaller:
     """The reset service of the node of a Graph; `found` is its name, '' if there is none."""
 
@@ -120,7 +133,8 @@ class AnyService:
         """`own`: classes of the student's services."""
         self._types = service_types()
         self._types.update({kind._md5sum: kind for kind in own})
-        #: For each call so far: did it declare (0, 0, 0)? True also if its type is unknown.
+        #: For each call so far: did it declare (0, 0, 0), and is its quaternion a rotation? Both are
+        #: True also if its type is unknown.
         self.calls = []
         self._services = [offer_any_service(name, self._on_call) for name in NAMES]
 
@@ -131,11 +145,11 @@ class AnyService:
     def _on_call(self, checksum, data):
         kind = self._types.get(checksum)
         if kind is None:
-            self.calls.append(True)
+            self.calls.append((True, True))
             raise rospy.ServiceException('the type of this request is not known here')
         request = kind._request_class()
         request.deserialize(data)
-        self.calls.append(is_origin(request))
+        self.calls.append((is_origin(request), is_unit(request)))
         response = kind._response_class()
         for name, value in (('success', True), ('message', 'reset')):
             if name in response.__slots__:

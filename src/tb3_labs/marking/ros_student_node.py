@@ -28,7 +28,9 @@ from tb3_labs.marking.sandbox import OWN_FOLDERS, NoSandbox
 from tb3_labs.ros.clocks import wait_until
 
 #: Roles that a node can have at a topic or a service: the place in the master's system state.
-LISTENS, OFFERS = 1, 2
+PUBLISHES, LISTENS, OFFERS = 0, 1, 2
+#: The marker publishes these topics later, if the node listens to them.
+OFFERED_LATER = 'mouse_info', 'joy', 'ctrl_relinq'
 #: The environment variable with the path of a file that holds a Launch. mark.py writes the file;
 #: another process, the check, reads it and starts the node.
 VARIABLE = 'TB3_LABS_LAUNCH'
@@ -131,6 +133,8 @@ class StudentNode:
                 time.monotonic() - since >= QUIET)
         ready = wait_until(lambda: not self.alive or is_ready(), START_TIME, LOOK)
         self.graph.names = set(new)
+        if self.alive and not ready:
+            self.runs[-1].unheard = self.graph.unheard()
         return ready and self.alive
 
     def stop(self):
@@ -211,6 +215,13 @@ class Graph:
         """
         groups = self._master.getSystemState()[role]
         return {topic for topic, names in groups if self.names.intersection(names)}
+
+    def unheard(self):
+        """The topics to which the student's node listens, though nobody publishes them."""
+        published = {topic for registered in self.nodes().values()
+                     for role, topic in registered if role == PUBLISHES}
+        offered = {rospy.resolve_name(name) for name in OFFERED_LATER}
+        return sorted(self.of_node(LISTENS) - published - offered)
 
     def kind_of(self, topic):
         """The message class that the node uses on `topic`; None if it is not known."""
