@@ -25,6 +25,7 @@ def test_travel_under_way_is_the_sum_of_the_commands_within_the_delay():
     assert history.travel_under_way(0.05) == pytest.approx(0.02 * 0.3 + 0.02 * 0.2 + 0.01 * 0.1)
     assert history.travel_under_way(0.0) == 0.0
     assert history.travel_under_way(10.0) == pytest.approx(0.012)
+    assert history.first == 0.1
 
 
 def test_nothing_is_under_way_before_the_first_command():
@@ -47,7 +48,6 @@ def test_all_that_was_commanded_is_counted():
     assert history.commanded(history.now) == pytest.approx(0.5 * 9.9 * PERIOD)
     assert history.commanded(history.begin) == pytest.approx(0.5 * 10.0 * PERIOD)
     assert history.unchanged_for == pytest.approx(9.9 * PERIOD)
-    assert history.first == 0.5
     assert CommandHistory(PERIOD).commanded(PERIOD) == 0.0
 
 
