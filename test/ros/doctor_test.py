@@ -3,6 +3,7 @@
 
 All patients are examined at the same time; each test then reads what the doctor printed of one.
 """
+import contextlib
 import os
 import re
 import signal
@@ -181,15 +182,11 @@ class DoctorTest(NodeCase):
 
     @classmethod
     def wait_for(cls, question):
-        deadline = time.monotonic() + STARTING
-        while time.monotonic() < deadline:
-            try:
-                if question():
-                    return
-            except OSError:
-                pass
-            time.sleep(0.1)
-        raise RuntimeError('the patients do not start')
+        def is_so():
+            with contextlib.suppress(OSError):
+                return question()
+        if not wait_until(is_so, STARTING, 0.1):
+            raise RuntimeError('the patients do not start')
 
     @classmethod
     def wait_for_publisher(cls, *topics):

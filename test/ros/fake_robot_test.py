@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """The simulated robot's node on simulated time: topics, frames, firmware, faults."""
 import math
-import time
 import unittest
 
 import rospy
@@ -13,6 +12,7 @@ from std_msgs.msg import UInt8
 from tf2_msgs.msg import TFMessage
 
 from node_case import run_as_node
+from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_twist, yaw_of
 
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'ground_truth': PoseStamped,
@@ -38,10 +38,7 @@ class FakeRobotTest(unittest.TestCase):
         self.wait_for_rest()
 
     def wait(self, what, condition):
-        deadline = time.monotonic() + DEADLINE
-        while not condition():
-            self.assertLess(time.monotonic(), deadline, 'waited in vain for: ' + what)
-            time.sleep(0.005)
+        self.assertTrue(wait_until(condition, DEADLINE, 0.005), 'waited in vain for: ' + what)
 
     def wait_for_rest(self):
         self.wait('rest', lambda: abs(self.last('odom').twist.twist.linear.x) < 1e-6

@@ -194,7 +194,9 @@ class HostileTest(unittest.TestCase):
 
     def test_it_earns_what_its_node_does_and_no_more(self):
         # the forks at its end may cost the orderly end; nothing else counts for it or against it
-        self.assertRegex(self.done.stdout, 'mallory: (9|10) of 10 points')
+        self.assertIn('mallory: ', self.done.stdout)
+        points, full = self.done.stdout.split('mallory: ')[1].split(' points')[0].split(' of ')
+        self.assertIn(int(full) - int(points), (0, 1))
 
     def test_it_finds_nothing_of_the_instructors(self):
         self.assertEqual((self.home / 'thesis.txt').read_text(), 'years of work')
@@ -211,7 +213,7 @@ class HostileTest(unittest.TestCase):
             processes.PROCESSES))
 
     def test_it_cannot_fill_the_memory_of_the_master(self):
-        self.assertIn('whale: 0 of 10 points', self.done.stdout)
+        self.assertRegex(self.done.stdout, r'whale: 0 of \d+ points')
         self.assertIn('since it used more than {:g} MB of the memory of master, robot and check'.format(
             processes.OF_OTHERS / 1e6), (self.marks / 'whale.html').read_text(encoding='utf-8'))
         sizes = [path.stat().st_size for path in self.marks.rglob('*') if path.is_file()]

@@ -183,15 +183,6 @@ class PanelTest(PanelCase):
         self.page.close()
         self.assert_stopped(since)
 
-    def test_y_resets(self):
-        self.page.hold(pad={})
-        self.page.wait_for(pad='ready')
-        self.assertTrue(self.page.ask('reset', x=5, y=5, yaw_deg=5)[0])
-        self.page.wait_until(lambda: self.page.picture['local'][0] > 4.9, 5.0, 'the reset')
-        self.press('y')
-        self.page.wait_until(lambda: abs(self.page.picture['local'][0]) < 0.01, 5.0, 'reset by Y')
-        self.page.let_go()
-
     def test_a_stop_ends_a_turn_and_is_shown_as_done_when_the_robot_stands(self):
         start = self.rest()
         self.page.ask('turn', degrees=180)

@@ -114,15 +114,6 @@ class TurnTest(NodeCase):
             self.assertTrue(all(linear == 0.0 for _, (linear, _) in self.seen.all('cmd_vel')))
         self.assert_silence()
 
-        # nonsense is answered with what is valid
-        self.seen.forget('cmd_vel')
-        for number, text in enumerate(['nonsense', '', 'nan', 'l r', '\x1b[A', '1e9'], 1):
-            node.type(text)
-            node.wait_for('WARN', times=number)
-        self.assertEqual(node.text.count('l (90 degrees left)'), 4)
-        self.assertEqual(node.text.count('a number from -36000 to 36000'), 2)
-        self.assertEqual(self.seen.all('cmd_vel'), [])
-
         # Ctrl+C in the middle of a turn
         self.turn_half_round(node)
         asked = rospy.get_time()
@@ -178,21 +169,11 @@ class TurnTest(NodeCase):
         self.point(0.0, 0.0)
         self.stopped()
 
-        # beside a mouse in the middle the robot turns; then the mouse takes the turn over
+        # beside a mouse in the middle the robot turns; scrolling up stops that, too
         self.rest()
         self.turn_half_round(node)
-        self.point(0.0, -1.0)
-        self.wait_for_command(-0.5, 0.0)
-        node.wait_for('the mouse took over')
-
-        # scrolling up stops at once, a turn too
         self.scroll(down=False)
-        node.wait_for('The mouse was deactivated')
-        self.stands()
-        self.activate_mouse(node)
-        self.turn_half_round(node)
-        self.scroll(down=False)
-        node.wait_for('given up', times=2)
+        node.wait_for('given up')
         self.stands()
 
         # a mouse that dies stops the robot

@@ -69,10 +69,6 @@ class SteadyRobot:
         chord = self.linear * seconds * (math.sin(half) / half if half else 1.0)
         return cmath.rect(chord, half), turn
 
-    def motion_between(self, begin, end):
-        """(place, yaw) at `end`, relative to the pose at `begin`."""
-        return self.moved(end - begin)
-
     def odometry(self, time):
         pose = as_pose2(self.odometry_start.then(*self.moved(time)))
         return OdometrySample(time + self.clock_ahead, pose, self.linear, self.angular)

@@ -48,38 +48,20 @@ def edited(text: str, edits: Edits) -> str:
 
 # The turn -----------------------------------------------------------------------------------------
 
-GOAL_LOW = '''            if self.goal_yaw < 0:
-                self.goal_yaw = self.goal_yaw + 360
-            elif self.goal_yaw > 360:
-'''
-NO_GOAL_LOW = '            if self.goal_yaw > 360:\n'
-GOAL_HIGH = '''            elif self.goal_yaw > 360:
-                self.goal_yaw = self.goal_yaw - 360
-'''
-GOAL_BOTH = GOAL_LOW + GOAL_HIGH.split('\n', 1)[1]
-ERROR_HIGH = '''            if yaw_err > 180:
-                yaw_err = yaw_err - 360
-            elif yaw_err < -180:
-'''
-NO_ERROR_HIGH = '            if yaw_err < -180:\n'
-ERROR_LOW = '''            elif yaw_err < -180:
-                yaw_err = yaw_err + 360
-'''
-ERROR_BOTH = ERROR_HIGH + ERROR_LOW.split('\n', 1)[1]
-POSITIVE = '''            if 0 < ang_z < self.MIN_ANG_Z:
-                ang_z = self.MIN_ANG_Z
-            elif ang_z > self.MAX_ANG_Z:
-                ang_z = self.MAX_ANG_Z
-'''
-NEGATIVE = '''            elif -self.MIN_ANG_Z < ang_z < 0:
-                ang_z = -self.MIN_ANG_Z
-            elif ang_z < -self.MAX_ANG_Z:
-                ang_z = -self.MAX_ANG_Z
-'''
+def lines(first: str, number: int) -> str:
+    """So many lines of the right node, from the one that begins with `first`."""
+    text = text_of('turtlebot_controller').splitlines(True)
+    begin = [line.strip().startswith(first) for line in text].index(True)
+    return ''.join(text[begin:begin + number])
+
+
+GOAL_LOW, GOAL_HIGH = lines('if self.goal_yaw < 0', 3), lines('elif self.goal_yaw > 360', 2)
+GOAL_BOTH = lines('if self.goal_yaw < 0', 4)
+ERROR_HIGH, ERROR_LOW = lines('if yaw_err > 180', 3), lines('elif yaw_err < -180', 2)
+ERROR_BOTH = lines('if yaw_err > 180', 4)
+POSITIVE, NEGATIVE = lines('if 0 < ang_z', 4), lines('elif -self.MIN_ANG_Z', 4)
 TURN_OVER = '                self.turning = False\n                ang_z = 0\n'
-TURN_QUATERNION = '''Quaternion(imu.orientation.w, imu.orientation.x, imu.orientation.y,
-                           imu.orientation.z)'''
-O_XYZW = 'Quaternion(imu.orientation.x, imu.orientation.y, imu.orientation.z, imu.orientation.w)'
+TURN_QUATERNION = lines('q = Quaternion', 2)
 CONVERT = 'return 360 + yaw if yaw < 0 else yaw'
 MATH = ('import rospy\n', 'import math\n\nimport rospy\n')
 #: The letter decides the side, so the error needs no wrap.
@@ -123,14 +105,15 @@ def turn_constants(source: random.Random) -> Edits:
 # these two mistakes are seen only where the letter decides the side.
 #: {mistake: (edits, edits that its right text has as well)}.
 TURN_MISTAKES: Dict[str, Tuple[Edits, Edits]] = {
-    'goal_not_wrapped_low': ([(GOAL_LOW, NO_GOAL_LOW)], BY_LETTER),
+    'goal_not_wrapped_low': ([(GOAL_LOW, '            if self.goal_yaw > 360:\n')], BY_LETTER),
     'goal_not_wrapped_high': ([(GOAL_HIGH, '')], BY_LETTER),
     'error_not_wrapped_low': ([(ERROR_LOW, '')], []),
-    'error_not_wrapped_high': ([(ERROR_HIGH, NO_ERROR_HIGH)], []),
+    'error_not_wrapped_high': ([(ERROR_HIGH, '            if yaw_err < -180:\n')], []),
     'error_not_wrapped': ([(ERROR_BOTH, '')], []),
     'nothing_wrapped': ([(GOAL_BOTH, ''), (ERROR_BOTH, '')], []),
     'no_negative_clamp': ([(NEGATIVE, '')], []),
-    'quaternion_order': ([(TURN_QUATERNION, O_XYZW)], []),
+    'quaternion_order': ([(TURN_QUATERNION, '            q = Quaternion(imu.orientation.x, '
+         'imu.orientation.y, imu.orientation.z, imu.orientation.w)\n')], []),
     'radians': ([('to_euler(degrees=True)', 'to_euler()')], []),
     'no_stop': ([(TURN_OVER, '                self.turning = False\n')], []),
 }

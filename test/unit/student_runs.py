@@ -14,19 +14,17 @@ import itertools
 import math
 import random
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple, Tuple
 
 import genpy
-import numpy as np
-import tb3_labs.msg
-import tb3_labs.srv
-from tb3_labs.msg import MouseController
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, Joy
 from std_msgs.msg import Bool, Header
+from tb3_labs.msg import MouseController
+from tb3_labs.srv import SetInitialPoseRequest
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.messages import LEVELS, make_collectors, samples_of
@@ -45,11 +43,13 @@ EPOCH = 1.7e9           # the world's time 0 [s since 1970]
 #: The robot's steady state: slower than this it rests [m/s], [rad/s].
 REST = 0.002, 0.004
 NEVER = math.inf
-PARTS = 'imu', 'odometry', 'commands', 'control', 'ground_truth', 'log', 'presses'
+#: What is recorded: {part of the RunData: its topic}.
+TOPICS = dict(imu='/imu', odometry='/odom', commands='/cmd_vel', control='/ctrl_relinq',
+              ground_truth='/ground_truth', log='/rosout', presses='/joy')
 
 
 def text_of(node: str) -> str:
-    """The text of a right node: turtlebot_controller, move2goal_tf or gamepad, as in its handout."""
+    """The text of a right node (turtlebot_controller, move2goal_tf, gamepad) as in its handout."""
     text = (NODES / 'plain_{}.py'.format(node)).read_text(encoding='utf-8')
     return re.sub('.* # added\n', '', text)
 
@@ -102,10 +102,9 @@ def _robot(source: random.Random) -> SimulatorConfig:
 
 def turn_scene(source: random.Random) -> Scene:
     """The IMU lab: 3 to 6 letters, each of them when the last turn is over or lasts too long."""
-    steps = [Step('wait', None, NEVER, source.uniform(1.0, 2.0))]
-    for _ in range(source.randint(3, 6)):
-        steps.append(Step('type', source.choice('lr'), source.uniform(1.2, 3.0),
-                          source.uniform(8.0, 12.0)))
+    steps = [Step('wait', None, NEVER, source.uniform(1.0, 2.0))] + [
+        Step('type', source.choice('lr'), source.uniform(1.2, 3.0), source.uniform(8.0, 12.0))
+        for _ in range(source.randint(3, 6))]
     return Scene('controller', tuple(steps), _robot(source),
                  ('mouse_info',) if source.random() < 0.3 else (),
                  clock_offset=source.uniform(-0.8, 0.8), mouse=source.random() < 0.2)
@@ -121,8 +120,10 @@ def drive_scene(source: random.Random, zero: bool) -> Scene:
         steps.append(Step('control', True, source.uniform(1.5, 3.0),
                           source.uniform(4.0, 12.0) if cut else 60.0))
         if drive < drives - 1:
-            steps += [Step('control', False, 0.5, 2.0), *_by_hand(source),
-                      Step('declare', _declared(source, zero), NEVER, source.uniform(0.5, 2.0))]
+            steps += [Step('control', False, 0.5, 2.0), *_by_hand(source)]
+            declared = (0.0, 0.0, 0.0) if zero or source.random() < 0.3 else tuple(
+                source.uniform(-most, most) for most in (0.5, 0.5, math.pi))
+            steps.append(Step('declare', declared, NEVER, source.uniform(0.5, 2.0)))
     return Scene('move_to_goal', tuple(steps), _robot(source), ('joy',),
                  clock_offset=source.uniform(-0.8, 0.8))
 
@@ -135,13 +136,6 @@ def _by_hand(source):
     yield Step('drive', (0.0, 0.0), 0.5, 2.0)
     if source.random() < 0.5:
         yield Step('drive', None, NEVER, 0.2)
-
-
-def _declared(source, zero):
-    if zero or source.random() < 0.3:
-        return 0.0, 0.0, 0.0
-    return (source.uniform(-0.5, 0.5), source.uniform(-0.5, 0.5),
-            source.uniform(-math.pi, math.pi))
 
 
 A, B, Y, X = 0, 1, 2, 3
@@ -178,14 +172,9 @@ class _End(BaseException):
     """The scene is over: Ctrl+C."""
 
 
-@dataclass(order=True)
-class _Callback:
+def _callback(call, due=0.0, period=NEVER):
     """A thread of the node: it is not called while it waits. `due`, `period`: of a timer."""
-
-    due: float
-    call: Any = field(compare=False)
-    period: float = field(default=NEVER, compare=False)
-    busy: bool = field(default=False, compare=False)
+    return SimpleNamespace(call=call, due=due, period=period, busy=False)
 
 
 class _World:
@@ -193,14 +182,13 @@ class _World:
         self._scene, self._robot = scene, Simulator(scene.robot)
         self._jitter = random.Random('recorder {}'.format(seed))
         self.now, self._count, self._ended, self._last_arrival = 0.0, 0, False, 0.0
-        self.subscribers = {}       # topic: list of _Callback
-        self.services = {}          # name: (handler, type)
+        self.subscribers, self.services = {}, {}    # topic: callbacks; name: handler
         self.timers, self.hooks, self._later = [], [], []
         self._numbers = itertools.count()
         self.typed, self._hand, self._joy = [], None, None
         self._mouse = MouseController() if scene.mouse else None
         self._step, self._step_began, self._rest_since = -1, 0.0, 0.0
-        self._recorded = make_collectors(PARTS, '/')
+        self._recorded = make_collectors(TOPICS, '/')
         self._imu, self._odometry = Imu(), Odometry()
 
     # Time -----------------------------------------------------------------------------------------
@@ -209,8 +197,8 @@ class _World:
         try:
             self.advance(self._scene.late)
             if self._scene.other:
-                _execute(text_of(self._scene.other), _Rospy(self, '/move_to_goal'), False)
-            _execute(text, _Rospy(self, '/' + self._scene.node), True)
+                _execute(text_of(self._scene.other), _Rospy(self, '/move_to_goal', False))
+            _execute(text, _Rospy(self, '/' + self._scene.node))
             self.advance(NEVER)     # the main thread ended, others go on
         except _End:
             pass
@@ -219,7 +207,11 @@ class _World:
         self._ended = True
         self.timers, self.subscribers, self._later = [], {}, []
         self.advance(self.now + self._scene.after)
-        return self._run_data()
+        samples = samples_of({part: collector for part, collector in self._recorded.items()
+                              if len(collector.arrival)})
+        return RunData('run.bag', EPOCH, self.now, devices=self._scene.devices,
+                       topics={part: TOPICS[part] for part in samples if part in TOPICS},
+                       dropped={part: 0 for part in samples}, **samples)
 
     def advance(self, until):
         """Let time pass; this is where a waiting thread waits."""
@@ -246,12 +238,11 @@ class _World:
         self.now = self._count * STEP
         samples = self._robot.step(STEP)
         for sample in samples:
-            self._record_sample(sample)
+            self._record(sample)
         if self._count % TRUTH_EVERY == 0:
-            self._record_truth()
+            self._keep('ground_truth', _place(self._robot.truth), self.now)
         for sample in samples:
-            topic = 'imu' if isinstance(sample, ImuSample) else 'odom'
-            self.send(topic, sample)
+            self.send('imu' if isinstance(sample, ImuSample) else 'odom', sample)
         while self._later and self._later[0][0] <= self.now + 1e-9:
             heapq.heappop(self._later)[2]()
         for timer in list(self.timers):
@@ -267,12 +258,11 @@ class _World:
     # The person -----------------------------------------------------------------------------------
 
     def _person(self):
-        linear, angular = map(abs, self._robot.true_velocity)
-        if linear > REST[0] or angular > REST[1]:
+        if any(abs(speed) > rest for speed, rest in zip(self._robot.true_velocity, REST)):
             self._rest_since = self.now
         steps, began = self._scene.steps, self._step_began
         pause, patience = steps[self._step][2:] if self._step >= 0 else (NEVER, 0.0)
-        if (self.now - max(self._rest_since, began) >= pause or self.now - began >= patience):
+        if self.now - max(self._rest_since, began) >= pause or self.now - began >= patience:
             self._step, self._step_began = self._step + 1, self.now
             if self._step == len(steps):
                 raise _End
@@ -305,22 +295,21 @@ class _World:
         elif what == 'reset':
             self._robot.reset()
         elif what == 'declare':
-            request = tb3_labs.srv.SetInitialPoseRequest()
+            request = SetInitialPoseRequest()
             request.pose.pose.pose = to_pose_stamped(Pose2(*value), '', 0.0).pose
-            self.later(0.02, lambda: self.run(_Callback(0.0, self.serve), 'set_pose', request))
+            self.later(0.02, lambda: self.run(_callback(self.serve), 'set_pose', request))
 
-    # The graph ------------------------------------------------------------------------------------
+    # The graph, and the recording -----------------------------------------------------------------
 
     def serve(self, name, request):
         return self.services[name](request)
 
     def send(self, topic, thing):
         listeners = self.subscribers.get(topic)
-        if not listeners:
-            return
-        message = self._message(thing) if topic in ('imu', 'odom') else thing
-        for listener in listeners:
-            self.run(listener, message)
+        if listeners:
+            message = self._message(thing) if topic in ('imu', 'odom') else thing
+            for listener in listeners:
+                self.run(listener, message)
 
     def _message(self, sample):
         """The node keeps no message, so one object serves for all."""
@@ -353,35 +342,17 @@ class _World:
     def log(self, level, node, line):
         self._keep('log', (LEVELS[level], node, line), self.now)
 
-    # The recording --------------------------------------------------------------------------------
-
-    def _arrival(self):
-        self._last_arrival = max(self._last_arrival, self.now + self._jitter.uniform(0.0, 0.003))
-        return self._last_arrival
-
-    def _keep(self, part, row, stamp=None):
-        arrival = self._arrival()
-        self._recorded[part].keep(row, arrival, arrival if stamp is None else stamp)
-
-    def _record_sample(self, sample):
+    def _record(self, sample):
         stamp = sample.stamp + self._scene.clock_offset
         if isinstance(sample, ImuSample):
             self._keep('imu', (sample.yaw, sample.yaw_rate), stamp)
         else:
             self._keep('odometry', (*_place(sample.pose), sample.linear, sample.angular), stamp)
 
-    def _record_truth(self):
-        self._keep('ground_truth', _place(self._robot.truth), self.now)
-
-    def _run_data(self):
-        samples = samples_of({part: collector for part, collector in self._recorded.items()
-                              if len(collector.arrival)})
-        topics = dict(imu='/imu', odometry='/odom', commands='/cmd_vel', control='/ctrl_relinq',
-                      ground_truth='/ground_truth', log='/rosout',
-                      presses='/joy')
-        return RunData('run.bag', EPOCH, self.now, devices=self._scene.devices,
-                       topics={part: topics[part] for part in samples if part in topics},
-                       dropped={part: 0 for part in samples}, **samples)
+    def _keep(self, part, row, stamp=None):
+        arrival = max(self._last_arrival, self.now + self._jitter.uniform(0.0, 0.003))
+        self._last_arrival = arrival
+        self._recorded[part].keep(row, arrival, arrival if stamp is None else stamp)
 
 
 def _place(pose):
@@ -392,28 +363,23 @@ def _turn(orientation, yaw):
     orientation.z, orientation.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
 
 
-# rospy --------------------------------------------------------------------------------------------
-
 class _Rospy:
-    """The module `rospy` of one node."""
+    """The module `rospy` of one node. Unless it `waits`, its spin() comes back at once."""
 
     ROSException = type('ROSException', (Exception,), {})
     ServiceException = type('ServiceException', (Exception,), {})
     Duration = genpy.Duration
 
-    def __init__(self, world, node):
-        self.world, self.node, self.waits = world, node, True
+    def __init__(self, world, node, waits=True):
+        self.world, self.node, self.waits = world, node, waits
         for name, level in dict(loginfo=2, logwarn=4, logerr=8).items():
             setattr(self, name, self._logger(level))
-        self.Time = SimpleNamespace(now=lambda: genpy.Time.from_sec(self.get_time()))
+        self.Time = SimpleNamespace(now=lambda: genpy.Time.from_sec(EPOCH + world.now))
 
     def _logger(self, level):
         def log(line, *values):
             self.world.log(level, self.node, str(line) % values if values else str(line))
         return log
-
-    def get_time(self):
-        return EPOCH + self.world.now
 
     def init_node(self, *_, **__):
         pass
@@ -426,11 +392,11 @@ class _Rospy:
             self.world.advance(NEVER)
 
     def Timer(self, period, call):
-        timer = _Callback(self.world.now + period.to_sec(), call, period.to_sec())
-        self.world.timers.append(timer)
+        self.world.timers.append(
+            _callback(call, self.world.now + period.to_sec(), period.to_sec()))
 
     def Subscriber(self, topic, _kind, call, **_):
-        self.world.subscribers.setdefault(topic.lstrip('/'), []).append(_Callback(0.0, call))
+        self.world.subscribers.setdefault(topic.lstrip('/'), []).append(_callback(call))
 
     def Publisher(self, topic, kind, **_):
         def publish(*values):
@@ -442,37 +408,31 @@ class _Rospy:
         self.world.services[name.lstrip('/')] = call
 
     def ServiceProxy(self, name, _kind):
-        return _Proxy(self, name)
+        world, name = self.world, name.lstrip('/')
+
+        def wait_for_service(timeout=1.0):
+            if name not in world.services:
+                world.advance(world.now + timeout)
+                raise self.ROSException('timeout')
+
+        def call(request):
+            return world.serve(name, request)
+        call.wait_for_service = wait_for_service
+        return call
 
 
-class _Proxy:
-    def __init__(self, rospy, name):
-        self._rospy, self._name = rospy, name.lstrip('/')
-
-    def wait_for_service(self, timeout=1.0):
-        world = self._rospy.world
-        if self._name not in world.services:
-            world.advance(world.now + timeout)
-            raise self._rospy.ROSException('timeout')
-
-    def __call__(self, request):
-        return self._rospy.world.serve(self._name, request)
-
-
-def _execute(text, rospy, waits):
-    """Run the text of a node. Unless it `waits`, its spin() comes back at once."""
-    world, rospy.waits = rospy.world, waits
+def _execute(text, rospy):
+    """Run the text of a node."""
+    world = rospy.world
 
     def thread(target, args=(), daemon=None):
         return SimpleNamespace(start=lambda: world.later(0.003, lambda: target(*args)))
 
-    fakes = {'rospy': rospy,
-             'threading': SimpleNamespace(Thread=thread)}
+    fakes = {'rospy': rospy, 'threading': SimpleNamespace(Thread=thread)}
 
     def imported(name, globals_=None, locals_=None, wanted=(), level=0):
-        if name not in fakes:
-            return __import__(name, globals_, locals_, wanted, level)
-        return fakes[name] if wanted else fakes[name.split('.')[0]]
+        return fakes[name] if name in fakes else __import__(
+            name, globals_, locals_, wanted, level)
 
     def answer(*_):
         while not world.typed:

@@ -63,14 +63,6 @@ def test_comes_to_rest_at_zero_from_either_side(size, sign, delay, prompt):
     assert greatest <= 1.5
 
 
-@pytest.mark.parametrize('delay', [0.0, 0.04, 0.1, 0.2])
-def test_learns_how_long_commands_are_under_way(delay):
-    learned = Response()
-    approach_to(3.0, delay, learned=learned)
-    assert learned.delay == pytest.approx(delay, abs=0.002)
-    assert learned.lag == pytest.approx(FIRST_LAG, abs=1e-6)      # believed
-
-
 @pytest.mark.parametrize('wrong', [Response(0.12, 0.0), Response(0.0, 0.15), Response(0.3, 0.05)])
 @pytest.mark.parametrize('lag', [0.0, 0.05, 0.1])
 @pytest.mark.parametrize('lost', [0, 5, 10])
@@ -80,20 +72,6 @@ def test_comes_to_rest_in_time_although_it_knows_the_robot_badly(wrong, lag, los
     left, _, time, _ = approach_to(1.57, 0.04, lag, learned=learned, prompt=prompt, lost=lost)
     assert abs(left) <= 0.006
     assert time < 1.57 / 1.5 + lost * TICK + 1.45      # sooner than a stall is suspected
-
-
-def test_a_goal_that_moves_on_the_way_confuses_neither_the_stop_nor_what_is_learned():
-    learned = Response()
-    approach = make_approach(24.0, learned, speed_is_prompt=True)
-    remaining, speed = 1.5, 0.0
-    for tick in range(200):
-        if tick == 30:
-            remaining += 1.0
-            approach.extend(1.0)
-        command = approach.step(remaining, speed, 1.5, TICK)
-        remaining, speed = moved(remaining, speed, command)
-    assert abs(remaining) <= 0.006 and abs(speed) < 1e-3
-    assert learned.delay + learned.lag == pytest.approx(0.05, abs=0.002)
 
 
 def test_acceleration_is_bounded_and_a_dt_of_zero_changes_nothing():
@@ -125,14 +103,10 @@ def test_each_command_is_obeyed_for_a_period_although_some_come_late_or_early(la
 def test_what_is_learned_stays_within_bounds():
     response = Response()
     assert (response.delay, response.lag) == (pytest.approx(FIRST_DELAY), FIRST_LAG)
-    for _ in range(1000):
-        response.measured(Response(5.0, 5.0))
-    assert response.delay == pytest.approx(MAX_DELAY)
-    assert response.lag == pytest.approx(MAX_LAG)
-    for _ in range(200):
-        response.measured(Response(-1.0, -1.0))
-    assert response.delay == pytest.approx(0.0, abs=1e-6)
-    assert response.lag == pytest.approx(0.0, abs=1e-6)
+    for measured, bounds in ((5.0, (MAX_DELAY, MAX_LAG)), (-1.0, (0.0, 0.0))):
+        for _ in range(1000):
+            response.measured(Response(measured, measured))
+        assert (response.delay, response.lag) == pytest.approx(bounds, abs=1e-6)
 
 
 @pytest.mark.parametrize('stall, backs_up', [(0.0, False), (0.2, True)])
@@ -173,24 +147,6 @@ def test_an_approach_that_waits_at_its_goal_identifies_the_robot_once_the_goal_m
         remaining, speed = moved(remaining, speed, command, 0.1)
     assert learned.lag == pytest.approx(0.1, abs=0.003)
     assert learned.delay == pytest.approx(0.0, abs=0.003)
-
-
-@pytest.mark.parametrize('dropped', [0, 1])
-def test_a_first_command_that_just_misses_a_period_of_the_robot_costs_little_time(dropped):
-    """The next one, given a little earlier, takes its place: the robot starts a period late, and
-    obeys all other commands a period sooner than its start has shown."""
-    approach = make_approach(80.0, speed_is_prompt=True, leave_alone=0.003)
-    remaining, speed, sent, arrived, least = 1.57, 0.0, [], 0.0, 1.57
-    for tick in range(100):
-        sent.append(approach.step(remaining, speed, 1.5, TICK))
-        command = sent[tick - 2] if tick - 2 >= dropped else 0.0
-        remaining, speed = moved(remaining, speed, command)
-        if abs(remaining) > 0.006:
-            arrived = tick * TICK
-        least = min(least, remaining)
-    assert abs(remaining) <= 0.004 and least >= -0.006
-    # at full speed, two periods late, two for braking, five for a dropped one, coasting to 6 mrad
-    assert arrived <= 1.57 / 1.5 + (4 + 5 * dropped) * TICK + 0.05 * math.log(0.075 / 0.006)
 
 
 def test_reversals_and_nudges_lower_the_gain_and_a_nudge_is_held():

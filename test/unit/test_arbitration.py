@@ -3,6 +3,7 @@ import pytest
 
 from tb3_labs.supervision.arbitration import (DRIVERS, HOLDERS, Arrival, Arrivals, Driver,
                                                DriverEvent, Holder, HolderEvent, after)
+from tb3_labs.supervision.grip import PAGE_TIMEOUT, Grip
 
 NOBODY, TURN, MOUSE = Driver.NOBODY, Driver.TURN, Driver.MOUSE
 FREE, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL
@@ -16,13 +17,6 @@ DRIVER_AFTER = {
     DriverEvent.MOUSE_RELEASED: (NOBODY, NOBODY, NOBODY),
 }
 
-
-@pytest.mark.parametrize('event', DriverEvent)
-def test_who_drives_after_each_event(event):
-    drivers = tuple(after(DRIVERS, driver, event) for driver in (NOBODY, TURN, MOUSE))
-    assert drivers == DRIVER_AFTER[event]
-
-
 HOLDER_AFTER = {
     # event:                 nobody   gamepad  move_to_goal   was holding
     HolderEvent.READY:      (GAMEPAD, GAMEPAD, GOAL),
@@ -35,10 +29,12 @@ HOLDER_AFTER = {
 }
 
 
-@pytest.mark.parametrize('event', HolderEvent)
-def test_who_holds_after_each_event(event):
-    holders = tuple(after(HOLDERS, holder, event) for holder in (FREE, GAMEPAD, GOAL))
-    assert holders == HOLDER_AFTER[event]
+@pytest.mark.parametrize('event', [*DriverEvent, *HolderEvent])
+def test_who_drives_and_who_holds_after_each_event(event):
+    for rule, before, now in ((DRIVERS, (NOBODY, TURN, MOUSE), DRIVER_AFTER),
+                              (HOLDERS, (FREE, GAMEPAD, GOAL), HOLDER_AFTER)):
+        if event in now:
+            assert tuple(after(rule, who, event) for who in before) == now[event]
 
 
 @pytest.mark.parametrize('cancel, ended', [
@@ -58,3 +54,52 @@ def test_a_cancel_ends_what_arrived_before_it_wherever_it_waits(cancel, ended):
     assert not late.objection(7.0) and 'it waited for 2.5 s' in late.objection(7.6)
     arrivals.accept(late)
     assert arrivals.present is late and all(goals[name].objection(5.0) for name in 'abc')
+
+
+# Which page drives: the one that gripped first; after a stop, a person must grip anew -------------
+
+A, B = 'page a', 'page b'
+
+
+@pytest.fixture
+def grip():
+    """Page a drives; it was heard at 100.0 s."""
+    grip = Grip()
+    assert grip.hold(A, 0, 100.0, 0.0, True)
+    return grip
+
+
+def test_one_page_drives_until_it_lets_go(grip):
+    with pytest.raises(ValueError, match='another page drives'):
+        grip.hold(B, 0, 100.1, 0.0, True)
+    assert not grip.let_go(B) and grip.page is A
+    assert grip.let_go(A) and grip.page is None
+    assert grip.hold(B, 0, 100.2, 0.0, True) and grip.page is B
+
+
+def test_after_a_stop_nothing_counts_that_a_person_did_before(grip):
+    grip.stop()
+    assert grip.page is None and grip.stops == 1
+    for known, first, reason in ((0, False, 'stopped'), (0, True, 'stopped'), (None, True, 'stopped'),
+                                 (1, False, 'came late')):
+        with pytest.raises(ValueError, match=reason):
+            grip.hold(A, known, 100.1, 0.0, first)
+    with pytest.raises(ValueError, match='stopped'):
+        grip.check(0)
+    grip.check(1)
+    assert grip.hold(A, 1, 100.1, 0.0, True)
+
+
+@pytest.mark.parametrize('late', [False, True])
+def test_a_page_that_is_silent_or_late_is_lost(grip, late):
+    if late:
+        assert not grip.hold(A, 0, 100.2, PAGE_TIMEOUT + 1e-9, False)    # as if it had not come
+    assert grip.silence(100.0 + PAGE_TIMEOUT) == 0.0
+    assert grip.silence(100.3) == pytest.approx(0.3)
+
+
+def test_a_page_that_is_heard_in_time_is_not_lost_and_nobody_is_no_page(grip):
+    assert grip.hold(A, 0, 100.2, PAGE_TIMEOUT, False)
+    assert grip.silence(100.4) == 0.0
+    grip.let_go(A)
+    assert grip.silence(200.0) == 0.0

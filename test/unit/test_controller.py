@@ -120,13 +120,6 @@ def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_ac
         assert desk.core.watched is desk.core.mouse.active is active
 
 
-def test_a_turn_begins_at_the_mean_heading_of_the_resting_robot(desk):
-    desk.tremble = math.radians(0.2)
-    desk.run(1.5)
-    desk.ask()
-    assert desk.asked_for + math.degrees(desk.tremble) == pytest.approx(90.0, abs=0.05)
-
-
 def test_each_turn_is_announced_and_begins_from_standing(desk):
     for _ in range(2):
         desk.law.left, desk.law.times, desk.news = 1.0, [], []

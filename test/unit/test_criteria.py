@@ -254,6 +254,13 @@ def test_a_change_misses_these_criteria_and_no_others(lab, change, misses):
     assert missed(lab, observed(lab, **dict(GOOD[lab], **change))) == set(misses.split())
 
 
+def test_each_criterion_is_missed_by_a_change():
+    """But for those of a node that does not start, or ends badly: they have tests of their own."""
+    for lab in LABS:
+        missing = {name for row in CHANGES if row[0] == lab for name in row[2].split()}
+        assert {c.name for c in LABS[lab].criteria} - missing <= {'starts', 'clean_exit', 'stops_robot'}
+
+
 def test_one_drive_is_enough_to_see_its_speeds():
     """The second one was not reached in time."""
     parts = {name: said for name, said in GOOD['move2goal'].items() if name != 'second drive'}

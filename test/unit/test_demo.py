@@ -7,20 +7,13 @@ import pytest
 
 from pages import SCRIPTS
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.demo import DemoConfig, DemoDrive, table
+from tb3_labs.nodes.demo import DemoDrive, table
 
 GOAL = Pose2(-0.61, 0.61, 0.0)
 
 
 def drive(reached=GOAL, believed=GOAL, state='GOAL_REACHED', goal=GOAL):
     return DemoDrive(state, goal, believed, reached, 7.834, 7.226)
-
-
-def test_without_settings_it_waits_for_no_other_node_and_ends_after_two_drives():
-    assert DemoConfig() == DemoConfig(drives=2, stay=False, record=False, pad=False)
-    assert DemoConfig(drives=1).drives == 1
-    with pytest.raises(ValueError, match='drives'):
-        DemoConfig(drives=0)
 
 
 def test_the_table_is_the_readmes():

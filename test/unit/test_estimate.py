@@ -13,20 +13,17 @@ def estimate_of(*samples, noise=0.1):
     return estimate
 
 
-def test_nothing_is_known_before_the_first_sample():
+def test_nothing_is_known_before_the_first_sample_and_one_without_noise_is_believed():
     assert Estimate().uncertainty == math.inf
     assert estimate_of(7.0).value == 7.0
+    estimate = estimate_of(1.0, 2.0, noise=0.0)
+    assert (estimate.value, estimate.uncertainty) == (2.0, 0.0)
 
 
 def test_of_a_number_that_does_not_change_it_is_the_mean():
     estimate = estimate_of(0.1, 0.2, 0.3, 0.4)
     assert estimate.value == pytest.approx(0.25)
     assert estimate.uncertainty == pytest.approx(0.1)       # 2 x 0.1 / sqrt(4)
-
-
-def test_a_sample_without_noise_is_believed():
-    estimate = estimate_of(1.0, 2.0, noise=0.0)
-    assert (estimate.value, estimate.uncertainty) == (2.0, 0.0)
 
 
 def test_a_change_is_taken_over_and_its_doubt_added():

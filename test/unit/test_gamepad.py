@@ -135,22 +135,6 @@ def test_a_pad_that_was_silent_at_rest_must_be_seen_at_rest_again(pad, silence, 
 
 # B, for any holder of the robot -------------------------------------------------------------------
 
-@pytest.mark.parametrize('given, is_lost', [
-    (None, False), ('by hand', False), (None, True), ('A', False), ('A', True)])
-def test_b_says_false_whoever_holds_the_robot(pad, given, is_lost):
-    if given == 'A':
-        pad.press(A)
-    elif given:
-        pad.controller.on_control(True, pad.now)
-    pad.run(3.0, plugged=not is_lost)
-    pad.plugged = True
-    pad.said()
-    for _ in range(3):
-        pad.press(B)        # after a loss the first message
-        assert pad.said()[-1:] == [False]
-        assert pad.holder is not GOAL
-
-
 def test_each_press_counts_though_the_messages_come_all_at_once(pad):
     """B tapped between two messages that the network releases together."""
     pad.press(A)

@@ -61,14 +61,6 @@ def last_of(machine, motion=STANDING, seconds=1.0):
     return answers[-1]
 
 
-def test_without_a_goal_there_is_no_command():
-    machine = GoalMachine(Told())
-    assert not machine.active
-    assert machine.step(STANDING, 0.1) is None
-    machine.restart()
-    assert machine.step(STANDING, 0.1) is None
-
-
 def test_states_follow_in_order_and_the_end_is_silence():
     law = Told()
     machine = machine_with(law)
@@ -91,39 +83,18 @@ def test_finished_states_are_passed_through_within_one_step():
     assert law.times == [0.1, 0.0, 0.0]      # the time passed once
 
 
-@pytest.mark.parametrize('finished', range(4))
-def test_restart_goes_back_to_the_first_state_from_everywhere(finished):
-    law = Told()
-    machine = machine_with(law)
-    law.left.update(dict.fromkeys(STATES[:finished], 0.0))
-    machine.step(STANDING, 0.1)
-    machine.restart()
-    assert machine.state is GoalState.ROTATE_TO_GOAL
-    assert machine.active
-    law.left.update(rotate_to_goal=1.0)
-    assert machine.step(STANDING, 0.1) is not None
-    assert law.starts == 2
-
-
-@pytest.mark.parametrize('motion, reason', [(STANDING, 'does not move'), (MOVING, 'missed it')])
-def test_a_drive_that_does_not_get_on_is_given_up_in_time(motion, reason):
-    machine = machine_with(Told())
-    steps = 0
-    while machine.step(motion, 0.05) is not None and steps < 100:
-        steps += 1
-    assert reason in machine.failure
-    assert STALL_TIME <= 0.05 * steps <= 2.0
-
-
-def test_the_last_failure_stays_known():
+def test_the_last_failure_stays_known_and_a_cancelled_drive_does_not_begin_anew():
     machine = GoalMachine(Told())
-    assert machine.last_failure == '' and not machine.begun
-    for reason in ('it slipped', 'canceled'):
+    machine.cancel()
+    machine.restart()       # without a goal
+    assert (machine.last_failure, machine.begun, machine.step(STANDING, 0.1)) == ('', False, None)
+    for reason, after in (('it slipped', ''), ('canceled', 'canceled')):
         machine.set_goal(GOAL)
-        machine.give_up(reason)
+        machine.cancel() if after else machine.give_up(reason)
         assert machine.failure == machine.last_failure == reason
-        machine.set_goal(GOAL)
         machine.restart()
+        assert (machine.failure, machine.last_failure) == (after, reason)
+        machine.set_goal(GOAL)
         assert (machine.failure, machine.last_failure) == ('', reason)
 
 
@@ -182,17 +153,6 @@ def test_one_sample_at_rest_is_not_enough_however_often_it_is_looked_at(ages):
     assert machine.state is GoalState.ROTATE_TO_FINAL
 
 
-def test_a_goal_that_was_cancelled_does_not_come_back():
-    machine = machine_with(Told())
-    machine.step(STANDING, 0.1)
-    machine.cancel()
-    assert machine.failure == 'canceled' and machine.step(STANDING, 0.1) is None
-    machine.restart()
-    assert machine.failure == 'canceled' and machine.step(STANDING, 0.1) is None
-    machine.set_goal(GOAL)
-    assert machine.failure == '' and machine.step(STANDING, 0.1) is not None
-
-
 @pytest.mark.parametrize('finished, state', enumerate(STATES))
 def test_an_interrupted_drive_goes_on_where_its_law_says(finished, state):
     law = Told()
@@ -205,16 +165,22 @@ def test_an_interrupted_drive_goes_on_where_its_law_says(finished, state):
     assert law.starts == 1 and machine.attempt == 1
     machine.step(STANDING, 0.1)
     assert law.resumes == 1
+    machine.interrupt()
+    machine.restart()       # a new drive, from wherever it was
+    assert machine.active and machine.state is GoalState.ROTATE_TO_GOAL
+    machine.step(STANDING, 0.1)
+    assert (law.starts, law.resumes, machine.attempt) == (2, 1, 2)
 
 
-def test_a_stuck_robot_is_given_up_however_often_its_drive_is_interrupted():
+@pytest.mark.parametrize('motion, reason', [(STANDING, 'does not move'), (MOVING, 'missed it')])
+def test_a_drive_that_does_not_get_on_is_given_up_however_often_it_is_interrupted(motion, reason):
     machine = machine_with(Told())
     driven = 0.0
-    while machine.step(STANDING, 0.033) is not None and driven < 10.0:
+    while machine.step(motion, 0.033) is not None and driven < 10.0:
         driven += 0.033
         if round(driven / 0.033) % 10 == 0:    # every third of a second
             machine.interrupt()
-    assert 'does not move' in machine.failure
+    assert reason in machine.failure
     assert STALL_TIME <= driven <= STALL_TIME + 0.1
 
 

@@ -9,22 +9,6 @@ from tb3_labs.localization.heading import Heading, YawNoise
 from tb3_labs.robot.samples import ImuSample
 
 
-def test_before_the_first_sample_there_is_no_heading_and_no_jump():
-    heading = Heading()
-    assert heading.yaw is None and heading.rate == heading.noise == 0.0
-    assert heading.jump_to(ImuSample(1.0, 3.0, 0.0)) == ''
-
-
-@pytest.mark.parametrize('sign', [1.0, -1.0])
-def test_the_yaw_goes_on_over_whole_turns(sign):
-    heading = Heading()
-    for step in range(101):    # 10 rad, in steps of 0.1
-        yaw = math.remainder(sign * 0.1 * step, 2.0 * math.pi)
-        heading.on_imu(ImuSample(0.01 * step, yaw, sign * 10.0), 0.01 * step)
-    assert heading.yaw == pytest.approx(sign * 10.0)
-    assert heading.rate == sign * 10.0
-
-
 @pytest.mark.parametrize('turned, said', [
     (0.98, ''), (-0.98, ''), (1.02, '58 degrees'), (-1.02, '58 degrees'), (2.0 * math.pi, '')])
 def test_more_than_a_radian_at_once_is_a_jump(turned, said):

@@ -54,7 +54,7 @@ def assert_fixes(fixes, robot, declared, since, metres=1e-4, radians=1e-6):
     assert fixes
     for fix in fixes:
         time = fix.stamp - robot.clock_ahead
-        assert_pose(fix.local_T_base, declared.then(*robot.motion_between(since, time)),
+        assert_pose(fix.local_T_base, declared.then(*robot.moved(time - since)),
                     metres, radians)
 
 
@@ -86,14 +86,6 @@ def test_any_robot_and_whichever_message_comes_first(robot, imu_first):
     fixes, _ = feed(Localizer(), messages)
     assert len(fixes) >= 50
     assert_fixes(fixes, robot, ZERO, since=fixes[0].stamp - robot.clock_ahead, radians=1e-5)
-
-
-def test_nothing_is_known_before_the_first_fix():
-    localizer = Localizer()
-    localizer.on_imu(SPINNING.imu(0.0), 0.0)
-    localizer.on_odometry(SPINNING.odometry(0.0), 0.0)
-    assert localizer.motion(0.0) is None
-    assert localizer.take_fix() and localizer.motion(0.0)
 
 
 @pytest.mark.parametrize('silent', [ImuSample, object])
@@ -128,18 +120,6 @@ def test_a_reset_in_motion_is_as_exact_as_at_rest(robot, seed):
     # Place and heading were taken at one and the same instant.
     frame = localizer.frame
     assert angle_between(frame.imu_yaw_of_x - frame.odom_T_local.yaw, robot.imu_offset) < 1e-7
-
-
-@pytest.mark.parametrize('imu_first', [True, False])
-def test_a_reset_is_carried_out_once_as_soon_as_both_have_passed_it(imu_first):
-    localizer = Localizer()
-    feed(localizer, SPINNING.messages(0.0, 1.0, 20.0, 20.0))
-    reset = localizer.reset(Pose2(), 1.01)
-    messages = [(1.05, SPINNING.odometry(1.05)), (1.05, SPINNING.imu(1.05))]
-    first, second = reversed(messages) if imu_first else messages
-    assert feed(localizer, [first])[1] == [] and not reset.done
-    assert feed(localizer, [second])[1] == [reset] and reset.done
-    assert localizer.take_resets() == []
 
 
 @pytest.mark.parametrize('sample_delay', [0.0135, 0.08])
@@ -220,7 +200,7 @@ def test_motion_carries_the_newest_samples_on(robot, later):
     now = 3.02 + later
     localizer, _, _ = drive_with_a_reset(robot, 2.0, end=3.02)
     motion = localizer.motion(now)
-    assert_pose(motion.pose, DECLARED.then(*robot.motion_between(2.0, now)), radians=1e-6)
+    assert_pose(motion.pose, DECLARED.then(*robot.moved(now - 2.0)), radians=1e-6)
     assert (motion.linear, motion.angular) == (robot.linear, robot.angular)
 
 
@@ -264,7 +244,7 @@ def test_the_noise_of_the_imu_is_told_with_the_motion():
     assert localizer.motion(0.5).yaw_noise == pytest.approx(math.sqrt(2e-4))
 
 
-# The local frame: declared pose times true motion, for any zero of odometry and IMU ----------------
+# The local frame: declared pose times true motion, for any zero of odometry and IMU ---------------
 
 METRES, TURNS = st.floats(-10.0, 10.0), st.floats(-7.0, 7.0)
 TRUTHS = st.builds(Truth, st.builds(complex, METRES, METRES), TURNS)

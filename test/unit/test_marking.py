@@ -153,8 +153,8 @@ def test_the_sticks_and_buttons_of_every_pad_are_there():
 
 @pytest.mark.parametrize('name', ['xbocks', '../gamepad'])
 def test_an_unknown_pad_is_one_line_with_the_valid_ones(name):
-    with pytest.raises(ValueError, match=re.escape(
-            'there is no pad {!r}; valid: f310_d, f310_x, handout, '.format(name))):
+    with pytest.raises(ValueError, match='there is no pad .{}.; valid: .*f310_d, f310_x'.format(
+            re.escape(name))):
         pad_called(name)
 
 
@@ -289,11 +289,12 @@ def test_what_could_not_be_judged_is_no_zero():
     verdicts = marks_of('', Observation('turn', 'lab2/n.py')).verdicts
     bad = Marks('Bobby', 'lab2/n.py', verdicts, unjudged='The marking machine lacks cv2.')
     good = Marks('Ann', 'lab2/n.py', verdicts)
-    assert ' of 30 points' not in Strict(feedback(bad, 'IMU lab')).words
+    full = '{:g}'.format(good.worth)
+    assert ' of {} points'.format(full) not in Strict(feedback(bad, 'IMU lab')).words
     page = overview([bad, good, marks_of('Cy', turned(90.0))], 'IMU lab')
     every = Strict(page).words
-    assert '3 submissions, 1 not judged. Median 7 of 30 points.' in every
-    assert 'not judged' in every and '0 / 30' in every
+    assert '3 submissions, 1 not judged. Median 7 of {} points.'.format(full) in every
+    assert 'not judged' in every and '0 / ' + full in every
     # what is not judged is on top, and each 0 has its reason
     assert 'Not judged, look at it: Bobby (The marking machine lacks cv2.)' in every.split('3 sub')[0]
     rows = [re.findall('<td class="words">(.*?)</td>', row)[0] for row in page.split('<tr>')[2:]]

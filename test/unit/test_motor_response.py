@@ -59,17 +59,14 @@ def test_one_sample_of_a_robot_that_speeds_up_tells_delay_and_lag(delay, lag, si
             (delay, lag), abs=1e-9)
 
 
-def test_motors_that_are_at_speed_at_once_have_no_lag():
-    assert look_at_start(0.15, 1.0, 0.05, 1.0) == pytest.approx((0.1, 0.0))
-    assert look_at_start(0.15, 1.0, 0.05, 1.2) == pytest.approx((0.1, 0.0))
-
-
-@pytest.mark.parametrize('first, travelled, speed', [
-    (0.1, 0.001, 0.05),       # too slow to tell
-    (1.0, -0.01, -0.5),       # the other way
-    (1.0, 0.2, 0.3)])         # a lag beyond all motors
-def test_a_sample_that_says_too_little_is_not_used(first, travelled, speed):
-    assert look_at_start(0.1, first, travelled, speed) is None
+@pytest.mark.parametrize('since, first, travelled, speed, told', [
+    (0.15, 1.0, 0.05, 1.0, (0.1, 0.0)), (0.15, 1.0, 0.05, 1.2, (0.1, 0.0)),    # at speed at once
+    (0.1, 0.1, 0.001, 0.05, None),     # too slow to tell
+    (0.1, 1.0, -0.01, -0.5, None),     # the other way
+    (0.1, 1.0, 0.2, 0.3, None)])       # a lag beyond all motors
+def test_a_sample_of_motors_without_lag_and_one_that_says_too_little(
+        since, first, travelled, speed, told):
+    assert look_at_start(since, first, travelled, speed) == (told and pytest.approx(told))
 
 
 @pytest.mark.parametrize('gain, sign', [(0.97, -1.0), (1.03, 1.0)])
@@ -95,11 +92,6 @@ def test_noise_of_the_samples_averages_out(lag):
     estimate, _ = identified(0.05, lag, noise=math.radians(0.1))
     assert estimate.lag == pytest.approx(lag, abs=0.006)
     assert estimate.delay + estimate.lag == pytest.approx(0.05 + lag, abs=0.002)
-
-
-def test_the_age_of_a_sample_is_no_delay_of_the_commands():
-    estimate, _ = identified(0.05, 0.05, age=0.012)
-    assert (estimate.delay, estimate.lag) == pytest.approx((0.05, 0.05), abs=0.001)
 
 
 @pytest.mark.parametrize('share, tells', [
@@ -154,8 +146,9 @@ def test_what_exceeds_the_way_of_a_command_is_the_age_of_the_samples(delay, expe
     assert learned.sample_delay == pytest.approx(expected, abs=0.003)
 
 
-def test_the_age_that_is_known_is_not_counted_again():
-    _, learned = identified(0.1, 0.05, age=0.03)
+def test_the_age_of_a_sample_is_no_delay_of_the_commands_nor_is_it_counted_again():
+    estimate, learned = identified(0.1, 0.05, age=0.03)
+    assert (estimate.delay, estimate.lag) == pytest.approx((0.1, 0.05), abs=0.001)
     assert learned.sample_delay == pytest.approx(0.1 - 0.074 / 3.0, abs=0.003)
 
 

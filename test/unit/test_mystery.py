@@ -1,15 +1,18 @@
-"""Mystery robots: each fault can be found and measured from samples and commands alone."""
+"""Mystery robots: each fault can be found and measured from samples and commands alone; the verdict
+on an answer, and the command."""
 import math
+import runpy
 import statistics
 from collections import Counter
 from itertools import groupby
 
 import pytest
+from pages import SCRIPTS
 from simulated import imu_of, odom_of
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.robot.samples import ImuSample
-from tb3_labs.simulation.mystery import KINDS, LAST, PLAIN, HiddenFault, draw, judge
+from tb3_labs.simulation.mystery import KINDS, LAST, PLAIN, HiddenFault, draw, fault_called, judge
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
@@ -46,60 +49,52 @@ def turned(samples):
     return sum(wrap(b.yaw - a.yaw) for a, b in zip(samples, samples[1:]))
 
 
-def lengths_of_repetition(samples, content):
-    """Durations of all freezes: the same content again and again for a second or more [s]."""
-    runs = (list(run) for _, run in groupby(samples, content))
-    return [run[-1].stamp - run[0].stamp for run in runs if run[-1].stamp > run[0].stamp + 1.0]
-
-
 def gaps(moments):
     return [b - a for a, b in zip(moments, moments[1:])]
 
 
-def diagnose(seen):
-    """(fault, value): what a student finds step by step, without a look at the settings."""
+def usual(times):
+    """The median of those above a second, since the last one may be cut off; 0 without any [s]."""
+    long = [time for time in times if time > 1.0]
+    return statistics.median(long[:-1] or long or [0.0])
+
+
+def content(sample):
+    return sample.yaw if isinstance(sample, ImuSample) else sample.pose
+
+
+def symptoms(seen):
+    """(fault, value, limit): what a student measures step by step, without the settings."""
     samples = [sample for _, sample in seen]
     imu, odom = imu_of(samples), odom_of(samples)
     # 1. The streams: rostopic delay, rostopic hz, repeated samples.
-    delay = statistics.median(arrival - sample.stamp for arrival, sample in seen)
-    if delay > 0.1:
-        return 'sensor latency', delay
+    delays = [arrival - sample.stamp for arrival, sample in seen]
+    yield 'sensor latency', statistics.median(delays), 0.1
     for name, stream in ('imu', imu), ('odometry', odom):
-        silences = [gap for gap in gaps([sample.stamp for sample in stream]) if gap > 1.0]
-        if silences:
-            return 'silent ' + name, statistics.median(silences)
-        freezes = lengths_of_repetition(stream, lambda sample: (
-            sample.yaw if isinstance(sample, ImuSample) else sample.pose))
-        if freezes:
-            return 'frozen ' + name, statistics.median(freezes[:-1] or freezes)
-    held_up = max(gaps([arrival for arrival, _ in seen]))
-    if held_up > 0.3:
-        return 'network stalls', held_up
+        yield 'silent ' + name, usual(gaps([sample.stamp for sample in stream])), 1.0
+        repeated = [[sample.stamp for sample in same] for _, same in groupby(stream, content)]
+        yield 'frozen ' + name, usual(same[-1] - same[0] for same in repeated), 1.0
+    yield 'network stalls', max(gaps([arrival for arrival, _ in seen])), 0.3
     # 2. At rest.
-    offset = math.degrees(wrap(imu[0].yaw - odom[0].pose.yaw))
-    if abs(offset) > 5.0:
-        return 'imu offset', offset
-    drift = math.degrees(turned(between(imu, 0.0, 50.0))) / 50.0 * 60.0
-    if abs(drift) > 5.0:
-        return 'imu drift', drift
+    yield 'imu offset', math.degrees(wrap(imu[0].yaw - odom[0].pose.yaw)), 5.0
+    yield 'imu drift', math.degrees(turned(between(imu, 0.0, 50.0))) / 50.0 * 60.0, 5.0
     # 3. The end of a drive, a straight drive, a turn on the spot. A sound robot takes 0.07 s: the
     #    board's tick, the motors' lag, and the mean over an interval of the odometry.
-    stops = next(sample.stamp for sample in between(odom, LAST_COMMAND, 82.0)
-                 if sample.linear < 0.05) - LAST_COMMAND - COMMAND_TIMEOUT - 0.07
-    if stops > 0.15:
-        return 'command latency', stops
+    stops = next(sample.stamp - LAST_COMMAND for sample in between(odom, LAST_COMMAND, 82.0)
+                 if sample.linear < 0.05)
+    yield 'command latency', stops - COMMAND_TIMEOUT - 0.07, 0.15
     places = [sample.pose for sample in between(odom, *STRAIGHT)]
     path = sum(a.distance_to(b) for a, b in zip(places, places[1:]))
     bend = -turned(between(imu, *STRAIGHT)) * WHEEL_DISTANCE / path
-    if abs(bend) > 0.01:
-        return 'wheel mismatch', 100.0 * bend
+    yield 'wheel mismatch', 100.0 * bend, 1.0
     rate = statistics.mean(sample.yaw_rate for sample in between(imu, 86.0, 104.0))
-    return 'slip', 100.0 * (1.0 - rate / 1.0)
+    yield 'slip', 100.0 * (1.0 - rate / 1.0), 0.0
 
 
 @pytest.mark.parametrize('number', range(1, len(KINDS) + 1))
 def test_a_student_finds_fault_and_value_from_the_samples(number):
-    is_right, words = judge(number, *diagnose(record(number)))
+    is_right, words = judge(number, *next(
+        (fault, value) for fault, value, limit in symptoms(record(number)) if abs(value) > limit))
     assert is_right, words
 
 
@@ -111,18 +106,12 @@ KEPT = {1: ('network stalls', 0.65), 3: ('wheel mismatch', 7.7), 4: ('imu offset
         LAST: ('sensor latency', 0.5)}
 
 
-@pytest.mark.parametrize('number', KEPT)
-def test_a_number_is_the_same_robot_for_ever(number):
-    fault, value, _ = draw(number)
-    assert (fault.name, value) == KEPT[number]
-
-
-def test_no_range_changes_unnoticed():
-    assert sum(draw(number)[1] for number in range(1, 1001)) == pytest.approx(3841.06)
-
-
-def test_faults_are_evenly_spread_and_neighbours_differ():
-    names = [draw(number)[0].name for number in range(1, LAST + 1)]
+def test_a_number_is_the_same_robot_for_ever():
+    drawn = {number: draw(number)[:2] for number in range(1, LAST + 1)}
+    assert {number: (drawn[number][0].name, drawn[number][1]) for number in KEPT} == KEPT
+    assert sum(drawn[number][1] for number in range(1, 1001)) == pytest.approx(3841.06)
+    # faults are evenly spread, and neighbours differ
+    names = [fault.name for fault, _ in drawn.values()]
     assert set(Counter(names).values()) == {LAST // len(KINDS)}
     assert all(a != b for a, b in zip(names, names[1:]))
     for first in range(0, LAST, len(KINDS)):
@@ -168,4 +157,87 @@ def test_a_place_and_a_model_may_be_given():
     settings = HiddenFault(3, given).settings_at(0.0)
     assert {name: getattr(settings, name) for name in PLAIN} == {
         name: getattr(given, name) for name in PLAIN}
-    assert settings.wheel_mismatch == pytest.approx(0.077)
+
+
+# ----- the verdict on an answer; of the KEPT ones -----
+
+RIGHT, WRONG, SIGN = 'Right', 'The fault is right, its value is not', 'the sign is not'
+
+
+@pytest.mark.parametrize('number, name, value, off, verdict', [
+    (4, 'imu offset', 115.0, '0 deg', RIGHT), (4, 'IMU Offset', 118.0, '3 deg', RIGHT),
+    (4, 'imu_offset', 112.0, '3 deg', RIGHT), (4, 'offset  imu', 475.0, '0 deg', RIGHT),
+    (4, 'imu-offset', -246.0, '1 deg', RIGHT), (15, 'wheel mismatch', -4.0, '0.5 %', RIGHT),
+    (15, 'wheel mismatch', -3.0, '0.5 %', RIGHT), (7, 'command latency', 0.42, '0.1 s', RIGHT),
+    (4, 'imu offset', 118.2, '3.2 deg', WRONG), (4, 'imu offset', -65.0, '180 deg', WRONG),
+    (15, 'wheel mismatch', -4.1, '0.6 %', WRONG), (7, 'command latency', 0.0, '0.52 s', WRONG),
+    (4, 'imu offset', -116.0, '129 deg', SIGN), (15, 'wheel mismatch', 3.5, '7 %', SIGN)])
+def test_the_value_of_the_right_fault(number, name, value, off, verdict):
+    is_right, words = judge(number, name, value)
+    assert is_right is (verdict is RIGHT) and words.startswith(RIGHT if is_right else WRONG)
+    assert 'off by {}{}'.format(off, '.' if is_right else ';') in words
+    assert (SIGN in words) is (verdict is SIGN)
+
+
+@pytest.mark.parametrize('number', range(1, 12))
+def test_a_wrong_fault_tells_nothing_of_the_right_one(number):
+    hidden, value, _ = draw(number)
+    for kind in KINDS:
+        wrong = 'Wrong: mystery {} has another fault. If it were {!r}: {}'.format(
+            number, kind.name, kind.shows)
+        is_right, words = judge(number, kind.name, value)
+        assert is_right == (kind is hidden) == (words != wrong)
+
+
+@pytest.mark.parametrize('wrong, near', [
+    ('imu ofset', 'imu offset'), ('Wheel missmatch', 'wheel mismatch'), ('ghosts', None)])
+def test_an_unknown_fault_is_told_the_valid_ones(wrong, near):
+    with pytest.raises(ValueError) as problem:
+        fault_called(wrong)
+    assert all(kind.name in str(problem.value) for kind in KINDS)
+    assert ('Did you mean {!r}?'.format(near) in str(problem.value)) == bool(near)
+
+
+# ----- the command -----
+
+@pytest.fixture
+def command(capsys):
+    """Runs the script's main: (exit status, output, errors)."""
+    main = runpy.run_path(str(SCRIPTS / 'mystery.py'))['main']
+    return lambda *words: (main(list(words)), *capsys.readouterr())
+
+
+def test_the_command_ends_with_0_for_the_right_answer_alone(command):
+    assert command('--answer', '15', 'wheel mismatch', '-3.4')[0] == 0
+    assert command('--answer', '15', 'wheel', 'mismatch', '-3.4')[0] == 0
+    for words in (['15', 'wheel mismatch'], ['15', 'slip', '12'], ['15', 'wheel mismatch', '9']):
+        status, out, errors = command('--answer', *words)
+        assert (status, errors) == (1, '') and len(out.splitlines()) == 1
+
+
+@pytest.mark.parametrize('words, told', [
+    ('--answer x slip 3', '1 to 9999'), ('--answer 0 slip 3', '1 to 9999'),
+    ('--answer 10000 slip', '1 to 9999'), ('--answer -3 slip', '1 to 9999'),
+    ('--answer 7 slip nan', 'a number in %'), ('--answer 7 slip inf', 'a number in %'),
+    ('--answer 7', 'Valid: '), ('--answer 7 130', 'Valid: '), ('--answer 7 slip much', 'Valid: '),
+    *[('key ' + numbers, '') for numbers in (
+        '0', '1-10000', '5-1', 'x', '1-', '-3x', '1-2-3', '')], ('key', '')])
+def test_what_is_no_answer_and_no_number_is_one_line(command, words, told):
+    status, out, errors = command(*words.split(' '))
+    assert (status, out, len(errors.splitlines())) == (2, '', 1) and told in errors
+
+
+def test_the_list_describes_each_fault_and_tells_no_number(command):
+    status, out, _ = command('--list')
+    assert status == 0 and max(map(len, out.splitlines())) <= 100
+    for kind in KINDS:
+        assert '\n{}\n  value [{}]'.format(kind.name, kind.unit) in '\n' + out
+
+
+def test_the_key_agrees_with_the_judge(command):
+    status, out, _ = command('key', '1-30', '9999')
+    rows = [line.split() for line in out.splitlines()[1:]]
+    assert status == 0 and [int(row[0]) for row in rows] == list(range(1, 31)) + [9999]
+    for row in rows:
+        name = ' '.join(row[1:-4])
+        assert judge(int(row[0]), name, float(row[-4]))[1].endswith('off by 0 ' + row[-3] + '.')

@@ -1,46 +1,48 @@
 """The run report, from bag to page: pictures, tables, CSV files, the command and its refusals."""
 import base64
-import importlib.util
 import json
 import math
-import pathlib
 import re
+import runpy
+import shutil
 import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_motion import drive, driven, turn
-from made_run import rows_of, table_in, without_pictures
+from made_motion import drive, driven, turn, values
+from made_run import (
+    STATES, TIME, X, ZERO, goals, made, poses, rows_of, states, table_in, without_pictures)
+from pages import SCRIPTS
 from recorded_run import (  # noqa: F401
     BURGER, MISS, MISS_DEG, bag, odometry_jumps, rosbag, run, sensors, write_bag)
 from sensor_msgs.msg import Imu
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.ros_bag import read_run
+from tb3_labs.report.run_data import LEAP, Commands, ImuSamples, OdometrySamples, Poses, States
+from tb3_labs.report.tables import number, table
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.movements import completed  # noqa: E402
-from tb3_labs.report.page import write_report  # noqa: E402
+from tb3_labs.report.page import write_csv, write_report  # noqa: E402
 from tb3_labs.report.path_figures import paths  # noqa: E402
-from tb3_labs.report.run_data import LEAP  # noqa: E402
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-
-
-def script():
-    """The command as a module."""
-    spec = importlib.util.spec_from_file_location('lab_report', str(ROOT / 'scripts/lab_report.py'))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+UNKNOWN = '\u2013'
 
 
 def lab_report(*words):
     """The exit status of the command."""
-    return script().main([str(word) for word in words])
+    return runpy.run_path(str(SCRIPTS / 'lab_report.py'))['main']([str(word) for word in words])
 
+
+def words_of(run, folder):
+    with without_pictures():
+        return write_report(run, BURGER, folder).read_text(encoding='utf-8')
+
+
+# The command --------------------------------------------------------------------------------------
 
 def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
     (tmp_path / 'out').mkdir()                                   # a report may be written again
@@ -62,24 +64,57 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
     assert [(row['run'], row['drive'], row['distance_error_m'])
             for row in table_in(tmp_path / 'out' / 'drives.csv')] == [
         ('run.bag', '1', '0.0120'), ('run.bag', '2', '0.5000')]
-    table = table_in(tmp_path / 'out' / 'run.csv')
-    assert len(table) == 241 and table[-1]['state'] == 'gave up: it is stuck, alas'
+    rows = table_in(tmp_path / 'out' / 'run.csv')
+    assert len(rows) == 241 and rows[-1]['state'] == 'gave up: it is stuck, alas'
 
 
-@pytest.fixture
-def no_pictures():
-    with without_pictures():
-        yield
-
-
-def test_a_bag_of_sensors_only(tmp_path, no_pictures):
+def test_a_bag_of_sensors_only(tmp_path):
     path = write_bag(tmp_path / 'sensors.bag', sources=(sensors,))
-    poses = completed(read_run(path)).local_pose
-    assert (poses.x[-1], poses.y[-1], math.degrees(poses.yaw[-1])) == pytest.approx(
+    last = completed(read_run(path)).local_pose.pose(-1)
+    assert (last.x, last.y, math.degrees(last.yaw)) == pytest.approx(
         (1.0 - MISS, 0.0, MISS_DEG), abs=1e-6)
-    assert lab_report(path) == 0
+    with without_pictures():
+        assert lab_report(path) == 0
     page = (tmp_path / 'sensors_report' / 'report.html').read_text(encoding='utf-8')
     assert 'No drives are listed' in page and 'declared (0, 0, 0)' in page
+
+
+@pytest.fixture(scope='module')
+def odd_bags(bag, tmp_path_factory):
+    """A folder of bags that cannot be reported, and a good one."""
+    folder = tmp_path_factory.mktemp('odd')
+    shutil.copy(str(bag), str(folder))
+    (folder / 'text.bag').write_text('#ROSBAG V1.2')
+    (folder / 'short.bag').write_bytes(bag.read_bytes()[:len(bag.read_bytes()) // 2])
+    write_bag(folder / 'still.bag', keep=lambda name: name != 'odom')
+    with rosbag.Bag(str(folder / 'open.bag'), 'w', chunk_threshold=100) as growing:
+        growing.write('/imu', Imu())
+        growing.flush()
+        shutil.copy(str(folder / 'open.bag'), str(folder / 'unindexed.bag'))
+    return folder
+
+
+@pytest.mark.parametrize('words, said', [
+    ('none.bag', 'none.bag: there is no such file'), ('text.bag', 'not a bag of version 2'),
+    ('short.bag', 'bag'), ('unindexed.bag', 'rosbag reindex'),
+    ('still.bag', 'no nav_msgs/Odometry'), ('run.bag -o text.bag/report', 'choose another folder'),
+    ('run.bag -o out --turn 3', '--turn 3: run.bag has 0 turns')])
+def test_what_cannot_be_reported_is_one_line(words, said, odd_bags, monkeypatch, capsys):
+    monkeypatch.chdir(odd_bags)
+    assert lab_report(*words.split()) == 1
+    line, = capsys.readouterr().err.strip().splitlines()
+    assert said in line
+
+
+def test_without_matplotlib(bag, monkeypatch, capsys):
+    for name in [name for name in sys.modules if name.startswith(
+            ('matplotlib', 'tb3_labs.report'))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, 'matplotlib', None)
+    monkeypatch.delattr('tb3_labs.report', raising=False)
+    assert lab_report(bag) == 1
+    said, = capsys.readouterr().err.splitlines()
+    assert 'sudo apt install --no-install-recommends python3-matplotlib' in said
 
 
 def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
@@ -101,80 +136,81 @@ def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
     assert true_in_local.get_xydata()[-1] == pytest.approx((0.97, 0.04), abs=1e-3)
 
 
-def spoil(what, bag, folder):
-    """A command line with something invalid."""
-    path = folder / 'bad.bag'
-    if what == 'none':
-        return [folder / 'none.bag']
-    if what == 'text':
-        path.write_text('#ROSBAG V1.2')
-    elif what == 'short':
-        path.write_bytes(bag.read_bytes()[:len(bag.read_bytes()) // 2])
-    elif what == 'unindexed':
-        with rosbag.Bag(str(folder / 'open.bag'), 'w', chunk_threshold=100) as growing:
-            growing.write('/imu', Imu())
-            growing.flush()
-            path.write_bytes((folder / 'open.bag').read_bytes())
-    elif what == 'no odometry':
-        write_bag(path, keep=lambda name: name != 'odom')
-    elif what == 'no folder':
-        path.write_text('a file in the way')
-        return [bag, '-o', path / 'report']
-    return [path]
+# The tables as CSV --------------------------------------------------------------------------------
 
-
-@pytest.mark.parametrize('what, said', [
-    ('none', 'none.bag: there is no such file'), ('text', 'not a bag of version 2'), ('short', 'bag'),
-    ('unindexed', 'rosbag reindex'),
-    ('no odometry', 'no nav_msgs/Odometry'), ('no folder', 'choose another folder')])
-def test_a_bag_that_cannot_be_reported_is_one_line(what, said, bag, tmp_path, capsys):
-    assert lab_report(*spoil(what, bag, tmp_path)) == 1
-    line, = capsys.readouterr().err.strip().splitlines()
-    assert said in line
-
-
-def test_without_matplotlib(bag, monkeypatch, capsys):
-    for name in [name for name in sys.modules if name.startswith(
-            ('matplotlib', 'tb3_labs.report'))]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, 'matplotlib', None)
-    monkeypatch.delattr('tb3_labs.report', raising=False)
-    assert lab_report(bag) == 1
-    said = capsys.readouterr().err
-    assert said.count('\n') == 1
-    assert 'sudo apt install --no-install-recommends python3-matplotlib' in said
-
-
-def test_the_rows_of_two_runs_fit_into_one_spreadsheet(tmp_path, no_pictures):
+def test_the_rows_of_two_runs_fit_into_one_spreadsheet(tmp_path):
     """Turns beyond 90 deg; and drives, a turn to the left, 0.8 m, a turn back, each of which ends
     0.2 m beyond its goal."""
-    goal, rows = Pose2(0.0, 0.6, 0.0), {'turns': [], 'drives': []}
+    rows = {'turns': [], 'drives': []}
     for name, turned, last in (
             ('lab', (92.0, 94.0, 99.0), -90.0), ('precise', (90.5, -91.5), -80.0)):
         turns = [turn(2.0 + 4.0 * k, degrees) for k, degrees in enumerate(turned)]
         for word, moves in (('turns', turns), ('drives', drive(2.0, 90.0, 0.8, last))):
-            run = replace(completed(driven(moves), goal), name=name)
-            write_report(run, BURGER, tmp_path / name)
-            rows[word] += table_in(tmp_path / name / (word + '.csv'))
-    assert [(row['run'], row['turn']) for row in rows['turns']] == [
-        ('lab', '1'), ('lab', '2'), ('lab', '3'), ('precise', '1'), ('precise', '2')]
-    assert [float(row['turned_deg']) for row in rows['turns']] == pytest.approx(
-        [92.0, 94.0, 99.0, 90.5, -91.5], abs=0.15)
-    assert [float(row['asked_deg']) for row in rows['turns']] == [90.0] * 4 + [-90.0]
-    assert [float(row['error_deg']) for row in rows['turns']] == pytest.approx(
-        [2.0, 4.0, 9.0, 0.5, 1.5], abs=0.15)
-    assert [(row['run'], row['drive']) for row in rows['drives']] == [
-        ('lab', '1'), ('precise', '1')]
-    assert [float(row['distance_error_m']) for row in rows['drives']] == pytest.approx(
-        [0.2, 0.2], abs=0.5e-3)
-    assert [float(row['angle_error_deg']) for row in rows['drives']] == pytest.approx(
-        [0.0, -10.0], abs=0.5)
+            words_of(replace(completed(driven(moves), Pose2(0.0, 0.6, 0.0)), name=name), tmp_path)
+            rows[word] += table_in(tmp_path / (word + '.csv'))
+    assert [row['run'] + row['turn'] for row in rows['turns']] == [
+        'lab1', 'lab2', 'lab3', 'precise1', 'precise2']
+    assert [row['run'] + row['drive'] for row in rows['drives']] == ['lab1', 'precise1']
+    for word, column, expected, bound in (
+            ('turns', 'turned_deg', [92.0, 94.0, 99.0, 90.5, -91.5], 0.15),
+            ('turns', 'asked_deg', [90.0] * 4 + [-90.0], 0.0),
+            ('turns', 'error_deg', [2.0, 4.0, 9.0, 0.5, 1.5], 0.15),
+            ('drives', 'distance_error_m', [0.2, 0.2], 0.5e-3),
+            ('drives', 'angle_error_deg', [0.0, -10.0], 0.5)):
+        assert [float(row[column]) for row in rows[word]] == pytest.approx(expected, abs=bound)
 
 
-def test_movements_by_hand_are_marks(tmp_path, no_pictures):
+def csv_of(tmp_path, **parts):
+    """The rows of run.csv of a made run."""
+    write_csv(made(**parts), tmp_path / 'run.csv')
+    return table_in(tmp_path / 'run.csv')
+
+
+def test_a_row_has_what_was_recorded_at_its_time(tmp_path):
+    own = TIME[::2]
+    row = csv_of(
+        tmp_path, odometry=OdometrySamples(
+            own, own, 2.0 + 0.0 * own, 0.1 * own, 0.01 * own, 0.3 * own, 0.0 * own),
+        imu=ImuSamples(TIME, TIME, 0.02 * TIME, 0.5 * TIME), ground_truth=poses(5.0 + X),
+        local_pose=poses(X, 0.1 * ZERO, ZERO + 0.5, TIME))[30]                    # 3 s
+    expected = dict(
+        time_s=3.0, odom_x_m=2.0, odom_y_m=0.3, odom_yaw_deg=math.degrees(0.03), local_x_m=0.4,
+        local_y_m=0.0, local_yaw_deg=math.degrees(0.5), truth_x_m=5.4, truth_y_m=0.0,
+        truth_yaw_deg=0.0, imu_yaw_deg=math.degrees(0.06), distance_error_m=0.6,
+        angle_error_deg=math.degrees(-0.5), linear_m_s=0.9, angular_rad_s=1.5)
+    for name, value in expected.items():
+        assert float(row[name]) == pytest.approx(value, abs=6e-4 if 'deg' in name else 6e-5), name
+        assert len(row[name].split('.')[1]) == (3 if 'deg' in name else 4), name
+    assert row['state'] == 'MOVE_FORWARD' and row['linear_commanded_m_s'] == ''
+    assert list(row)[0] == 'time_s' and list(row)[-1] == 'state' and len(row) == 18
+
+
+@pytest.mark.parametrize('times, found', [
+    ([3.019], '1'), ([2.981], '1'), ([3.021], ''), ([2.985, 3.01, 3.019], '2')])
+def test_the_nearest_pose_within_twenty_milliseconds_is_of_the_same_instant(times, found, tmp_path):
+    time = np.array(times)
+    rows = csv_of(tmp_path, local_pose=Poses(time, time, 1.0 + np.arange(len(time)), *np.zeros(
+        (2, len(time)))))
+    assert [(row['time_s'], row['local_x_m']) for row in rows if row['local_x_m']] == [
+        ('3.0000', found + '.0000')][:len(found)]
+
+
+def test_a_command_holds_until_the_next_one_or_its_timeout(tmp_path):
+    sent = np.array([1.0, 1.2, 5.0])
+    rows = {float(row['time_s']): (row['linear_commanded_m_s'], row['angular_commanded_rad_s'])
+            for row in csv_of(tmp_path, commands=Commands(
+                sent, sent, np.array([0.1, 0.2, 0.3]), np.array([1.0, 2.0, 3.0])))}
+    assert rows[0.95] == rows[1.75] == ('', '')
+    assert rows[1.0] == rows[1.15] == ('0.1000', '1.0000')
+    assert rows[1.2] == rows[1.65] == ('0.2000', '2.0000')
+
+
+# The page -----------------------------------------------------------------------------------------
+
+def test_movements_by_hand_are_marks(tmp_path):
     """Beside a turn of the lab: a spin, and a line of 0.4 m without a turn."""
-    run = completed(driven([turn(1.0, 90.0), turn(4.0, -720.0), (15.0, 17.0, 0.2, 0.0)]))
-    text = write_report(run, BURGER, tmp_path).read_text(encoding='utf-8')
+    text = words_of(completed(driven(
+        [turn(1.0, 90.0), turn(4.0, -720.0), (15.0, 17.0, 0.2, 0.0)])), tmp_path)
     assert [row[:3] for row in rows_of(text) if len(row) == 9] == [['1', '1.00', '+90']]
     marks = json.loads(re.search(r'json">(.*?)</script>', text).group(1))['marks']
     spin, line = (mark for mark in marks if mark['kind'] == 'hand')
@@ -184,7 +220,78 @@ def test_movements_by_hand_are_marks(tmp_path, no_pictures):
     assert line['text'] == 'by hand: 0.39 m, turned +0.0 deg'
 
 
-def test_a_turn_that_the_run_does_not_have_is_one_line(bag, tmp_path, capsys):
-    assert lab_report(bag, '-o', tmp_path / 'out', '--turn', 3) == 1
-    line, = capsys.readouterr().err.splitlines()
-    assert line.endswith('run.bag has 0 turns') and '--turn 3' in line
+@pytest.fixture(scope='module')
+def page(tmp_path_factory):
+    """The odometry keeps 0. The IMU is at 0.5 rad until 1.3 s, then turns by 3 deg until 6 s."""
+    yaw = np.radians(np.interp(TIME, [1.3, 6.0], [0.0, 3.0]))
+    run = made(
+        start=1.7e9, goals=goals([0.5, 8.5], [1.03, 3.0], 0.04, 0.1), local_pose=poses(yaw=yaw),
+        states=states(*STATES[:3], (6.5, 'stopped: no imu'), (7.0, 'GOAL_REACHED'),
+                      (8.5, 'ROTATE_TO_GOAL')),
+        imu=ImuSamples(TIME, TIME, yaw + 0.5, ZERO).take((TIME < 8.01) | (TIME > 8.59)),
+        odometry=made().odometry, dropped={'imu': 7}, topics={'imu': '/robot3/imu'})
+    return words_of(run, str(tmp_path_factory.mktemp('page') / 'a' / 'b'))
+
+
+def test_the_page_says_what_was_driven_and_what_happened_along_the_way(page):
+    assert 'Burger on 2023-11-1' in page and '10.0 s, 1.00 m driven, no resets. ' in page
+    first, second = (row for row in rows_of(page) if len(row) == 11)
+    off, bearing, angle = math.hypot(0.03, 0.04), math.atan2(0.04, 1.03), math.degrees(0.1) - 3.0
+    assert first[:6] == ['1', '1.03', '0.04', '5.7', 'reached', '6.50']
+    assert first[7:] == ['{:.4f}'.format(off), '{:+.2f}'.format(angle), UNKNOWN, UNKNOWN]
+    assert second[:6] == ['2', '3.00', '0.04', '5.7', 'recording ended', '1.50']
+    least = float(first[6])
+    assert least == pytest.approx(1.03 / 0.2108 + (bearing + abs(0.1 - bearing)) / 1.5, abs=0.1)
+    for state in 'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL':
+        assert page.count('<th>{} [s]</th>'.format(state)) == 1
+    first, second = (row for row in rows_of(page) if len(row) == 8)
+    assert first[:5] == ['1', '0.50', '5.00', '0.50', '0.50']        # the stop is half a second
+    assert float(first[5]) == pytest.approx(6.5 / least, abs=0.01)
+    assert float(first[6]) == pytest.approx(2.97, abs=0.05) and first[6][0] == '+'
+    assert float(first[7]) == pytest.approx(2.97, abs=0.05)
+    assert second == ['2', '1.50', '0.00', '0.00', '0.00', second[5], UNKNOWN, UNKNOWN]
+
+
+def test_the_page_says_how_imu_and_odometry_differ_and_how_steadily_the_topics_came(page):
+    mean, drift = map(float, re.search(
+        r'mean ([+-][0-9.]+) deg, standard deviation [0-9.]+, .* ([+-][0-9.]+)\.',
+        page).groups())
+    assert mean == pytest.approx(math.degrees(0.5) + (4.7 * 1.5 + 4.0 * 3.0) / 10.0, abs=0.1)
+    assert drift == pytest.approx(3.0, abs=1e-3)
+    rows = {row[0]: row for row in rows_of(page) if len(row) == 7}
+    assert set(rows) == {'/robot3/imu', 'odometry', 'local_pose'}
+    assert rows['/robot3/imu'][1:] == ['190', '18.9', '0.600', '1', '0.600', '7']
+    assert rows['odometry'][1:] == ['201', '20.0', '0.050', '0', '0.050', '0']
+
+
+def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path):
+    text = words_of(made(goals=Poses.none()), tmp_path)
+    row, = (row for row in rows_of(text) if len(row) == 11)
+    assert row == ['1', UNKNOWN, UNKNOWN, UNKNOWN, 'reached', '6.50'] + [UNKNOWN] * 5
+    row, = (row for row in rows_of(text) if len(row) == 8)
+    assert row[1:6] == ['0.50', '5.00', '1.00', '0.00', UNKNOWN]
+
+
+def test_a_page_without_drives_says_where_local_stood(tmp_path):
+    text = words_of(made(states=States.none()), tmp_path)
+    assert 'the recorded one' in text and 'None' not in text and 'Along the way' not in text
+
+
+@pytest.mark.parametrize('parts, rule', [
+    (dict(control=values([0.5], [0.0])), 'By the commands and ctrl_relinq'),
+    (dict(devices=('joy',)), 'it never gave control'),
+    (dict(devices=('mouse_info',)), 'faster than any by the mouse (0.5 rad/s)'),
+    ({}, 'a drive is a turn, a straight line and a turn, with pauses under 1 s')])
+def test_a_page_without_drives_says_by_which_rule(parts, rule, tmp_path):
+    assert rule in words_of(completed(driven([(2.0, 6.0, 0.2, 0.0)], **parts)), tmp_path)
+
+
+@pytest.mark.parametrize('value, form, text', [
+    (-0.0004, '{:+.2f}', '+0.00'), (-0.0004, '{:.1f}', '0.0'), (-0.006, '{:+.2f}', '-0.01'),
+    (math.nan, '{:.2f}', UNKNOWN), (math.inf, '{:.2f}', UNKNOWN)])
+def test_a_number_is_never_minus_zero_and_an_unknown_one_is_a_dash(value, form, text):
+    assert number(value, form) == text
+
+
+def test_a_cell_of_plain_text_is_escaped():
+    assert '<td>&lt;x&gt;</td>' in table(['a'], [['<x>']])

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.geometry.se2 import Pose2, interpolate, rotation_matrix
+from tb3_labs.geometry.se2 import Pose2, interpolate
 
 PI = math.pi
 IDENTITY = Pose2()
@@ -51,13 +51,6 @@ def test_the_handouts_formulas():
     p_b, p_a = [[0.0, 0.0], [3.0, 0.0], [0.0, 3.0]], [[1.0, 2.0], [1.0, 5.0], [-2.0, 2.0]]
     np.testing.assert_allclose(a_T_b.act(p_b), p_a, atol=1e-12)
     np.testing.assert_allclose(a_T_b.inverse().act(p_a), p_b, atol=1e-12)
-
-
-@pytest.mark.parametrize('theta, image_of_x', [
-    (0.0, (1, 0)), (PI / 2, (0, 1)), (PI, (-1, 0)), (-PI / 2, (0, -1)),
-    (PI / 6, (3**0.5 / 2, 0.5))])
-def test_rotation_is_counter_clockwise(theta, image_of_x):
-    np.testing.assert_allclose(rotation_matrix(theta) @ (1.0, 0.0), image_of_x, atol=1e-12)
 
 
 @pytest.mark.parametrize('shape', [(2,), (0, 2), (3, 4, 2)])

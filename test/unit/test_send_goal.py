@@ -1,5 +1,6 @@
 """An answer to a goal counts also if it comes before send_goal() has returned."""
 import runpy
+from types import SimpleNamespace
 
 import pytest
 
@@ -12,36 +13,14 @@ from pages import SCRIPTS    # noqa: E402
 from tb3_labs.geometry.se2 import Pose2    # noqa: E402
 
 
-class Client:
-    """Stands in for the ActionClient; the goal is over at once."""
-
-    status = GoalStatus.REJECTED
-
-    def __init__(self, *_):
-        pass
-
-    def wait_for_server(self, _):
-        return True
-
-    def send_goal(self, goal, on_transition):
-        on_transition(self)
-        return self
-
-    def get_comm_state(self):
-        return CommState.DONE
-
-    def get_goal_status(self):
-        return self.status
-
-    def get_goal_status_text(self):
-        return 'the text'
-
-
 @pytest.mark.parametrize('status, ends_with', [(GoalStatus.REJECTED, 1), (GoalStatus.SUCCEEDED, 0)])
 def test_an_answer_at_once(status, ends_with, monkeypatch, capsys):
     drive = runpy.run_path(str(SCRIPTS / 'send_goal.py'))['drive']
-    monkeypatch.setattr(Client, 'status', status)
-    monkeypatch.setattr('actionlib.ActionClient', Client)
+    client = SimpleNamespace(    # the goal is over at once
+        wait_for_server=lambda _: True, get_comm_state=lambda: CommState.DONE,
+        get_goal_status=lambda: status, get_goal_status_text=lambda: 'the text',
+        send_goal=lambda goal, on_transition: on_transition(client) or client)
+    monkeypatch.setattr('actionlib.ActionClient', lambda *_: client)
     monkeypatch.setitem(drive.__globals__, 'Progress', lambda: None)
     for name in ('init_node', 'on_shutdown'):
         monkeypatch.setattr('rospy.' + name, lambda *_, **__: None)

@@ -1,4 +1,4 @@
-"""Speed laws and limits: the handouts' numbers, the physics of braking, the limits of a wheel."""
+"""Speed laws and limits: the physics of braking, the limits of a wheel."""
 import math
 
 import pytest
@@ -13,15 +13,6 @@ SPEEDS = st.floats(-10.0, 10.0)
 DECELERATIONS = st.floats(0.05, 40.0)
 GAINS = st.floats(0.1, 30.0)
 NAN = math.nan
-
-
-# The handouts' law --------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('gain, error, rate', [
-    (0.3, 1.0, 0.3), (0.3, -2.0, -0.6), (0.5, 0.06, 0.03), (0.5, -3.0, -1.5), (0.5, 0.0, 0.0),
-    (0.3, 1e-9, 3e-10)])
-def test_the_transformation_labs_law(gain, error, rate):
-    assert proportional(error, gain) == pytest.approx(rate, rel=1e-12, abs=0.0)
 
 
 # Braking ------------------------------------------------------------------------------------------

@@ -1,6 +1,4 @@
 """Every fault in every state of a drive, and in a turn: time and true place of the stop."""
-import math
-
 import pytest
 from stops import ROBOT, setting, stop_of_a_drive, stop_of_a_turn
 
@@ -74,11 +72,3 @@ def test_the_robots_own_reset_and_its_sound(law, fault):
     for motion, stop in stops(fault, law):
         assert stop.to_zero <= SILENCE
         assert ROBOT.reset_pause < stop.to_rest <= 2.6 + 1.0 / 30.0 + COASTING
-
-
-def test_a_robot_without_noise_is_not_taken_for_frozen():
-    exact = ROBOT.__class__(imu_noise_deg=0.0, gyro_noise=0.0, command_latency=0.07)
-    for state in DRIVING:
-        assert stop_of_a_drive(GoalState[state], lambda robot: None, exact).reason == ''
-    stop = stop_of_a_turn(lambda robot: None, exact, degrees=300.0)
-    assert stop.reason == '' and math.degrees(stop.turn) < 300.0

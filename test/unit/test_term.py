@@ -57,9 +57,11 @@ def test_what_a_person_wrote_stays():
 def test_a_persons_column_stays_wherever_it_was_put():
     ann = marks_of('Ann', turned(90.0))
     text = Table().renewed([ann]).replace('student,points,of', 'student,points,of,report (50)', 1)
-    renewed = Table(text.replace(',30,', ',30,41,', 1)).renewed([ann])
+    full = '{:g}'.format(ann.worth)
+    cells = ',{},'.format(full)
+    renewed = Table(text.replace(cells, cells + '41,', 1)).renewed([ann])
     assert rows_of(renewed)['Ann']['report (50)'] == '41'
-    assert rows_of(renewed)['Ann']['of'] == '30' and rows_of(renewed)['Ann']['starts'] == '1'
+    assert rows_of(renewed)['Ann']['of'] == full and rows_of(renewed)['Ann']['starts'] == '1'
 
 
 def test_columns_and_rows_of_a_person_stay_if_their_headings_are_equal():
@@ -87,7 +89,8 @@ def test_results_are_as_gradescope_reads_them():
     assert [test['number'] for test in found['tests']] == [
         str(1 + place) for place in range(len(found['tests']))]
     assert found['score'] == pytest.approx(sum(test['score'] for test in found['tests']), abs=0.01)
-    assert sum(test['max_score'] for test in found['tests']) == pytest.approx(30.0, abs=0.01)
+    assert sum(test['max_score'] for test in found['tests']) == pytest.approx(
+        marks.worth, abs=0.01)
     assert found['execution_time'] == 41 and 'It runs.' in found['output']
     first = {test['name']: test for test in found['tests']}['l turns 90 degrees left']
     assert first['status'] == 'passed' and first['score'] == first['max_score'] > 0
@@ -142,9 +145,9 @@ def test_new_points_reach_the_pages_without_another_try(tmp_path):
     assert note == 'With other points than before: Ann.'
     with pytest.raises(ValueError, match='was marked with other points .left: 13, not 3.: '):
         folder_of(tmp_path)
-    assert '{:g} of 40 points'.format(marks.points + 10) in page.read_text()
+    assert '{:g} of {:g} points'.format(marks.points + 10, marks.worth + 10) in page.read_text()
     assert 'id="timeline"' in page.read_text()
-    assert rows_of(table.read_text())['Ann']['of'] == '40'
+    assert rows_of(table.read_text())['Ann']['of'] == '{:g}'.format(marks.worth + 10)
 
 
 def test_marks_of_another_lab_are_not_mixed_in(tmp_path):

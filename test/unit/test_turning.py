@@ -14,6 +14,7 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 BURGER = robot_model('burger')
 LAB = TurnConfig(law='lab')
+SLOW, FAST = dict(min_ang_z=0.2, max_ang_z=0.7), dict(min_ang_z=4.0, max_ang_z=5.0)
 ROBOT = SimulatorConfig(imu_offset_deg=-105.5, imu_drift_deg_per_min=1.0, command_latency=0.05)
 STARTS = [0.0, 90.0, 179.0, -179.0]
 
@@ -34,12 +35,13 @@ def test_other_words_are_answered_with_what_is_valid(text):
 
 
 @pytest.mark.parametrize('side', [1.0, -1.0])
-@pytest.mark.parametrize('error_deg, rate', [
-    (179.0, 1.5), (15.0, 1.5), (12.0, 1.2), (10.01, 1.001), (9.99, 0.999), (7.0, 0.7), (4.0, 0.5),
-    (0.01, 0.5)])
-def test_the_handouts_law(error_deg, rate, side):
+@pytest.mark.parametrize('limits, error_deg, rate', [
+    ({}, 179.0, 1.5), ({}, 15.0, 1.5), ({}, 12.0, 1.2), ({}, 10.01, 1.001), ({}, 9.99, 0.999),
+    ({}, 7.0, 0.7), ({}, 4.0, 0.5), ({}, 0.01, 0.5), (SLOW, 1.0, 0.2), (SLOW, 90.0, 0.7),
+    (FAST, 1.0, 2.635), (FAST, 90.0, 2.635)])    # the robot's own limit
+def test_the_handouts_law(limits, error_deg, rate, side):
     """0.1 rad/s per degree, but 0.5 at least and 1.5 at most; over inside 10 degrees."""
-    turn = LabTurn(LAB, BURGER)
+    turn = LabTurn(replace(LAB, **limits), BURGER)
     turn.start(0.3, math.radians(side * error_deg))
     step = turn.step(0.3, 0.0, 0.1)
     assert step.command == (0.0, pytest.approx(side * rate))
@@ -127,16 +129,6 @@ def test_a_precise_turn_brakes_with_a_quarter_of_what_it_speeds_up_with():
     assert turning_approach(acceleration=40.0, tolerance=0.01) == ApproachConfig(
         period=1.0 / 30.0, acceleration=40.0, braking=10.0, gain=24.0, slowest=0.02,
         close_enough=0.0007, leave_alone=0.005, nudge_time=1.0 / 30.0, speed_is_prompt=True)
-
-
-@pytest.mark.parametrize('config, slowest, fastest', [
-    (replace(LAB, min_ang_z=4.0, max_ang_z=5.0), 2.635, 2.635),      # the robot's own limit
-    (replace(LAB, min_ang_z=0.2, max_ang_z=0.7), 0.2, 0.7)])
-def test_the_handouts_law_keeps_the_limits_that_are_set_and_the_robots(config, slowest, fastest):
-    turn = LabTurn(config, BURGER)
-    for angle, rate in ((math.radians(1.0), slowest), (-math.radians(90.0), -fastest)):
-        turn.start(0.0, angle)
-        assert turn.step(0.0, 0.0, 0.1).command == (0.0, pytest.approx(rate))
 
 
 def resting_turn(steps, noise=0.0, dt=0.035, age=0.0, left=0.0):

@@ -1,31 +1,101 @@
-"""Faults of the simulated robot, and the effects of its network."""
+"""The simulated robot's motion, its own reset, faults and network, against physics and firmware."""
+import math
 from dataclasses import replace
 
 import pytest
-from simulated import MOTOR_STEP, STIFF, drive, imu_of, odom_of, switch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from simulated import MOTOR_STEP, QUIET, STIFF, TICK, close, drive, imu_of, odom_of, switch
 
-from tb3_labs.robot.samples import ImuSample, OdometrySample, with_stamp
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.samples import with_stamp
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 
-def test_a_sample_arrives_later_but_is_as_old_as_it_is():
-    late, direct = Simulator(SimulatorConfig(sensor_latency=0.1)), Simulator()
-    samples = direct.step(1.0)
-    assert late.step(0.09) == []
-    assert late.step(0.91) == [s for s in samples if s.stamp <= 0.9 + 1e-9]
-    assert late.step(0.1) == [s for s in samples if s.stamp > 0.9 + 1e-9]
+def test_pose_while_the_speed_changes():
+    """From straight ahead into a curve, against the integral of the same exponentials in 30,000
+    steps."""
+    robot = Simulator(QUIET)
+    drive(robot, 1.0, 0.2, 0.0)
+    before = robot.truth
+    drive(robot, 0.5, 0.1, 1.3)
+    left, right = (int((0.1 + s * 0.104) / MOTOR_STEP) * MOTOR_STEP for s in (-1, 1))
+    straight = 252 * MOTOR_STEP
+    x, y, yaw = straight / 30, 0.0, 0.0   # up to the board's next tick
+    dt = (0.5 - 1 / 30) / 30000
+    for k in range(30000):
+        fading = math.exp(-(k + 0.5) * dt / 0.05)
+        turn = (right - left) / 0.16 * (1 - fading) * dt
+        way = ((left + right) / 2 * (1 - fading) + straight * fading) * dt
+        x += way * math.cos(yaw + turn / 2)
+        y += way * math.sin(yaw + turn / 2)
+        yaw += turn
+    assert close(before.inverse() @ robot.truth, Pose2(x, y, yaw), metres=1e-5, radians=1e-8)
 
 
-def test_a_command_under_way_has_no_effect_yet():
-    robot = Simulator(replace(STIFF, command_latency=0.3))
-    robot.command(0.1, 0.0)
-    robot.step(0.29)
-    assert robot.true_velocity == (0.0, 0.0)
-    robot.step(0.05)
-    assert robot.true_velocity[0] > 0.09
+@settings(max_examples=25, deadline=None)
+@given(st.floats(-100, 100), st.floats(-100, 100), st.floats(-360, 360))
+def test_the_start_only_moves_the_whole_drive(x, y, yaw_deg):
+    moved = Simulator(replace(QUIET, start_x=x, start_y=y, start_yaw_deg=yaw_deg))
+    plain = Simulator(QUIET)
+    for robot in moved, plain:
+        drive(robot, 2.0, 0.1, 0.7)
+    start = Pose2(x, y, math.radians(yaw_deg))
+    assert close(moved.truth, start @ plain.truth, metres=1e-9, radians=1e-9)
 
+
+# Reset --------------------------------------------------------------------------------------------
+
+def test_a_reset_in_the_pause_of_another_one_follows_it():
+    robot = Simulator(replace(STIFF, reset_pause=0.5))
+    for _ in range(2):
+        robot.reset()
+        robot.step(0.3)
+    assert robot.step(0.35) == [] and robot.step(0.1) != []
+
+
+def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
+    robot = Simulator(replace(STIFF, start_x=1.0, start_y=-2.0, start_yaw_deg=30.0,
+                              reset_pause=0.31))
+    assert robot.sensors.origin == Pose2()          # the odometry starts at the true pose
+    for linear, angular in ((0.1, 0.5), (-0.1, 0.3)):
+        drive(robot, 1.0, linear, angular)
+        robot.step(0.6)                 # the command has timed out: it stands
+        robot.reset()
+        sample = odom_of(robot.step(0.4))[-1]
+        assert close(robot.sensors.origin @ sample.pose, robot.truth)
+    drive(robot, 1.0, 0.1, 0.4)
+    sample = odom_of(robot.step(0.1))[-1]
+    here = robot.sensors.origin @ sample.pose
+    assert close(here, robot.truth, metres=3 * TICK + 0.1 / 30.0, radians=0.5 / 30.0)
+    drive(robot, 0.5, 0.1, 0.0)
+    robot.reset()                       # in motion
+    sample = odom_of(drive(robot, 1.0, 0.1, 0.0))[-1]
+    assert close(robot.sensors.origin @ sample.pose, robot.truth, metres=3 * TICK)
+
+
+def test_the_wheels_are_as_old_as_their_lag_says():
+    late = Simulator(replace(QUIET, wheel_lag=0.1))
+    direct = Simulator(replace(QUIET, odom_rate=10.0))
+    speeds = (0.1, 0.2, -0.1)
+    directly = [drive(direct, 0.5, speed, 0.0) for speed in speeds]
+    samples = [drive(late, 0.5, speed, 0.0) for speed in speeds]
+    way = {round(sample.stamp, 3): sample.pose.x for sample in odom_of(sum(directly, []))}
+    seen = {round(sample.stamp, 3): sample.pose.x for sample in odom_of(sum(samples, []))}
+    for stamp in way:
+        if stamp < 1.4:
+            assert seen[round(stamp + 0.1, 3)] == pytest.approx(way[stamp], abs=1e-12)
+
+
+def test_the_stamp_of_the_last_odometry_is_known_whether_or_not_it_has_arrived():
+    robot = Simulator(replace(STIFF, sensor_latency=3.0))
+    assert robot.sensors.odometry_stamp == 0.0
+    assert robot.step(1.01) == [] and robot.sensors.odometry_stamp == pytest.approx(1.0)
+
+
+# Network and faults -------------------------------------------------------------------------------
 
 def test_the_network_changes_what_arrives_when_but_not_what_is_measured():
     """The noise is the same, nothing is lost, and each sensor's samples keep their order."""
@@ -33,20 +103,6 @@ def test_the_network_changes_what_arrives_when_but_not_what_is_measured():
     late = Simulator(SimulatorConfig(**NETWORKS['bad'])).step(61.0)
     for kind in imu_of, odom_of:
         assert kind(late)[:len(kind(direct))] == kind(direct)
-
-
-def test_a_cut_holds_up_samples_and_they_come_in_one_burst():
-    robot, uncut = Simulator(), Simulator()
-    samples = robot.step(1.0)
-    switch(robot, network_cut=True)
-    assert robot.step(0.5) == [] and robot.step_in_bursts(0.25) == []
-    switch(robot, network_cut=False)
-    bursts = robot.step_in_bursts(0.1)
-    assert (len(imu_of(bursts[0])), len(odom_of(bursts[0]))) == (150, 22)
-    # from then on each arrives when it is measured: two together only where both sensors are due
-    assert all(len({sample.stamp for sample in burst}) == 1 for burst in bursts[1:])
-    assert sum(len(imu_of(burst)) for burst in bursts[1:]) == 20
-    assert samples + [sample for burst in bursts for sample in burst] == uncut.step(1.85)
 
 
 def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
@@ -71,18 +127,6 @@ def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     assert robot.true_velocity[0] > 0.19
     robot.step(0.01 + 1 / 30)
     assert robot.true_velocity == (0.0, 0.0)
-
-
-@pytest.mark.parametrize('fault, lost', [('imu_silent', ImuSample),
-                                         ('odom_silent', OdometrySample)])
-def test_silence_is_switched_on_and_off(fault, lost):
-    robot = Simulator()
-    count = len(robot.step(1.0))
-    switch(robot, **{fault: True})
-    samples = robot.step(1.0)
-    assert samples and not any(isinstance(s, lost) for s in samples)
-    switch(robot, **{fault: False})
-    assert len(robot.step(1.0)) == count
 
 
 @pytest.mark.parametrize('fault, frozen_of', [('imu_frozen', imu_of), ('odom_frozen', odom_of)])
