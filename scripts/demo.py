@@ -35,10 +35,11 @@ from tb3_labs.control.goal import DriveConfig, is_over, least_time
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.demo import BEGUN, LONGEST_DRIVE, DemoConfig, DemoDrive, table
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.control_and_reset import call_reset, hear_takers
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.node import end, guarded, read_config, read_model, run
+from tb3_labs.ros.node import end, guarded, run
 from tb3_labs.ros.observer import Observer
+from tb3_labs.ros.operator import call_reset, hear_takers
+from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.rospy_internals import heard_by
 
 #: Longest wait for the robot and the nodes at the start [s].

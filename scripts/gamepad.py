@@ -18,7 +18,7 @@ Calls
     reset_pose      tb3_labs/ResetPose, or, if no node offers that:
     set_pose        tb3_labs/SetInitialPose
 Parameters
-    ~linear_axis, ~angular_axis, ~relinquish_button, ...: see PadConfig in tb3_labs.nodes.pad_config
+    ~linear_axis, ~angular_axis, ~relinquish_button, ...: see PadConfig in tb3_labs.nodes.pad
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
@@ -30,13 +30,12 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
 from tb3_labs.nodes.gamepad import GamepadCore
-from tb3_labs.nodes.pad import PAD_TIMEOUT
-from tb3_labs.nodes.pad_config import PadConfig
+from tb3_labs.nodes.pad import PAD_TIMEOUT, PadConfig
 from tb3_labs.ros.clocks import remind, steady_time
-from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
-from tb3_labs.ros.control_and_reset import ControlGiver, call_reset, hear_takers
-from tb3_labs.ros.diagnostics import Diagnostics, values_of
-from tb3_labs.ros.node import guarded, log_news, read_config, read_model, run, when_stopped
+from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Rivals, Watchdog, values_of
+from tb3_labs.ros.node import guarded, log_news, run, when_stopped
+from tb3_labs.ros.operator import ControlGiver, call_reset, hear_takers
+from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.topics import sent_at, subscribe
 
 #: If no node publishes joy within this time, a warning is logged [s].

@@ -49,16 +49,16 @@ from tb3_labs.control.motor_response import Response
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
-from tb3_labs.ros.control_and_reset import ControlTaker
-from tb3_labs.ros.conversions import frame, to_imu_sample, to_odometry_sample
-from tb3_labs.ros.diagnostics import Diagnostics, values_of
+from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Rivals, Watchdog, values_of
+from tb3_labs.ros.control_and_reset import ControlTaker, Resets
+from tb3_labs.ros.conversions import frame
 from tb3_labs.ros.display import DriveStatusPublisher, LocalDisplay
 from tb3_labs.ros.goals import GoalInterfaces, PoseFrames
-from tb3_labs.ros.live_settings import LiveSettings
-from tb3_labs.ros.node import log_news, read_config, read_model, run
-from tb3_labs.ros.resets import Resets
-from tb3_labs.ros.topics import say_what_is_awaited, subscribe, subscribe_wheels
+from tb3_labs.ros.node import log_news, run
+from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
+from tb3_labs.ros.sensors import (
+    say_what_is_awaited, subscribe_wheels, to_imu_sample, to_odometry_sample)
+from tb3_labs.ros.topics import subscribe
 
 
 class MoveToGoal:

@@ -29,7 +29,8 @@ import sys
 import rospy
 
 from tb3_labs.panel.access import PanelConfig
-from tb3_labs.ros.node import read_config, read_model, run, when_stopped
+from tb3_labs.ros.node import run, when_stopped
+from tb3_labs.ros.parameters import read_config, read_model
 
 try:
     from tb3_labs.panel.ros_pages import Pages

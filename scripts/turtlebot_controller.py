@@ -35,15 +35,13 @@ from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.ros.clocks import steady_time, wait_until
-from tb3_labs.ros.cmd_vel import CmdVel, Rivals, Watchdog
-from tb3_labs.ros.conversions import to_imu_sample, to_mouse
-from tb3_labs.ros.diagnostics import Diagnostics, values_of
-from tb3_labs.ros.live_settings import LiveSettings
-from tb3_labs.ros.node import (
-    end, end_roslaunch, guarded, log_news, read_config, read_model, run)
+from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Rivals, Watchdog, values_of
+from tb3_labs.ros.conversions import to_mouse
+from tb3_labs.ros.node import end, end_roslaunch, guarded, log_news, run
+from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
 from tb3_labs.ros.rospy_internals import connection_of
-from tb3_labs.ros.topics import (
-    say_what_is_awaited, sent_at, subscribe, subscribe_news, subscribe_wheels)
+from tb3_labs.ros.sensors import say_what_is_awaited, subscribe_wheels, to_imu_sample
+from tb3_labs.ros.topics import sent_at, subscribe, subscribe_news
 from tb3_labs.supervision.arbitration import Driver
 
 #: A turn that is asked for before the robot is connected waits this long for the robot [s].

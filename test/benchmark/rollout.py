@@ -12,7 +12,6 @@ from typing import Callable, List, Sequence, Union
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal import DriveConfig, GoalState
 from tb3_labs.control.motor_response import Response
-from tb3_labs.control.pace import Listening
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous, difference
@@ -150,6 +149,20 @@ def _control(robot: Simulator, controller: ControllerCore, seconds: float) -> Li
     return run(robot, controller, control(robot, controller), seconds)
 
 
+class Listening:
+    """A stream of samples, left alone for `idle_for(now)` [s] after each sample that is read."""
+
+    def __init__(self, idle_for):
+        self._idle_for, self._until = idle_for, -math.inf
+
+    def reads(self, now):
+        """Is a sample that arrives now read?"""
+        if now < self._until:
+            return False
+        self._until = now + self._idle_for(now)
+        return True
+
+
 def navigation(robot: Simulator, navigator: MoveToGoalCore) -> Callable[[Sample], None]:
     """A function that passes a robot's samples to a MoveToGoalCore, as its node does."""
     listening = Listening(navigator.idle_for)
@@ -158,7 +171,6 @@ def navigation(robot: Simulator, navigator: MoveToGoalCore) -> Callable[[Sample]
         if not isinstance(sample, ImuSample):
             navigator.on_odometry(sample, robot.now)
         elif listening.reads(robot.now):
-            listening.rest(robot.now)
             navigator.on_imu(sample, robot.now)
         else:
             return
@@ -172,7 +184,6 @@ def control(robot: Simulator, controller: ControllerCore) -> Callable[[Sample], 
 
     def hear(sample):
         if isinstance(sample, ImuSample) and listening.reads(robot.now):
-            listening.rest(robot.now)
             controller.on_imu(sample, robot.now)
     return hear
 

@@ -5,10 +5,11 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.gamepad import GamepadCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
-from tb3_labs.nodes.pad_config import PadConfig
+from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.supervision.arbitration import Arrival, Arrivals, Driver
+from tb3_labs.supervision.arbitration import Driver
+from tb3_labs.supervision.permission import Arrival, Arrivals
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
 TICK = 0.05

@@ -24,8 +24,7 @@ from sensor_msgs.msg import Imu  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 
-from tb3_labs.ros.conversions import (  # noqa: E402
-    to_pose_stamped, to_quaternion, to_transform, to_twist)
+from tb3_labs.ros.conversions import to_pose_stamped, to_quaternion, to_transform, to_twist
 
 BURGER = robot_model('burger')
 BEGIN = 1.7e9                            # of the recording

@@ -1,9 +1,10 @@
 """The driver after every event: the rule as the handout and its users would state it."""
 import pytest
 
-from tb3_labs.supervision.arbitration import (DRIVERS, HOLDERS, Arrival, Arrivals, Driver,
-                                               DriverEvent, Holder, HolderEvent, after)
+from tb3_labs.supervision.arbitration import (
+    DRIVERS, HOLDERS, Driver, DriverEvent, Holder, HolderEvent, after)
 from tb3_labs.supervision.grip import PAGE_TIMEOUT, Grip
+from tb3_labs.supervision.permission import Arrival, Arrivals
 
 NOBODY, TURN, MOUSE = Driver.NOBODY, Driver.TURN, Driver.MOUSE
 FREE, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL

@@ -12,7 +12,7 @@ from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.contradiction import GyroWatch
-from tb3_labs.localization.encoders import EncoderWatch
+from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.nodes.controller import ControllerCore
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample

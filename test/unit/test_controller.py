@@ -5,8 +5,7 @@ import math
 import pytest
 
 from rollout import control, run
-from tb3_labs.control.pace import LONGEST_IDLE
-from tb3_labs.control.speed_laws import LawStep, Twist2
+from tb3_labs.control.speed_laws import LONGEST_IDLE, LawStep, Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.nodes.controller import ControllerCore, Turn

@@ -3,7 +3,7 @@ import pytest
 
 from real_recordings import NAMES, arrays_of
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.encoders import CAUSE, EncoderWatch
+from tb3_labs.localization.odometry_jumps import CAUSE, EncoderWatch
 from tb3_labs.robot.samples import OdometrySample, WheelSample
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator_config import HOSTS

@@ -5,8 +5,8 @@ import random
 import pytest
 
 from tb3_labs.geometry.angles import TURN
-from tb3_labs.localization.heading import Heading, YawNoise
-from tb3_labs.robot.samples import ImuSample
+from tb3_labs.localization.heading import Heading
+from tb3_labs.robot.samples import ImuSample, YawNoise
 
 
 @pytest.mark.parametrize('turned, said', [

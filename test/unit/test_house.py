@@ -23,9 +23,9 @@ ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 
 
 
 #: Floors within ros/, from the ground up.
-ROS_FLOORS = [{'rospy_internals', 'conversions', 'live_settings', 'launch', 'robot_description'},
-              {'clocks', 'dynparam'}, {'node'}, {'topics', 'diagnostics'},
-              {'cmd_vel', 'control_and_reset', 'goals', 'resets', 'display', 'observer'}]
+ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'launch', 'robot_description'},
+              {'clocks', 'dynparam'}, {'node'}, {'topics'},
+              {'cmd_vel', 'sensors', 'operator', 'goals', 'control_and_reset', 'display', 'observer'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: This file alone touches private parts of libraries.
 INTERNALS = 'rospy_internals.py'

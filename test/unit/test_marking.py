@@ -21,7 +21,7 @@ from tb3_labs.marking.observation import MOST_FINDINGS, NotOffered, Observation,
 from tb3_labs.marking.program import BoundedText
 from tb3_labs.marking.ros_gamepad import AXES, BUTTONS, pad_called, pad_in_words
 from tb3_labs.marking.ros_stage import SCRIPTS, changed
-from tb3_labs.nodes.pad_config import PadConfig
+from tb3_labs.nodes.pad import PadConfig
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 TABLE = yaml.safe_load(

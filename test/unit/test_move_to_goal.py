@@ -8,8 +8,7 @@ from played_nodes import Ahead
 from tb3_labs.control.driving import PreciseLaw, make_law
 from tb3_labs.control.goal import (
     DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
-from tb3_labs.control.pace import LONGEST_IDLE
-from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.control.speed_laws import LONGEST_IDLE, Twist2
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample

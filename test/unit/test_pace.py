@@ -1,7 +1,7 @@
 """The times of commands, and the length of steps."""
 import pytest
 
-from tb3_labs.control.pace import LONGEST_IDLE, Listening, Pace
+from tb3_labs.control.speed_laws import LONGEST_IDLE, Pace
 
 
 def test_the_first_step_counts_as_one_period_also_after_a_pause():
@@ -53,13 +53,3 @@ def test_steps_after_the_first_are_rather_early_than_late():
             assert -0.004 < now - begun - taken / 30.0 < 0.002
             taken += 1
     assert taken == pytest.approx(150, abs=1)
-
-
-def test_a_clock_that_goes_back_closes_no_stream_nor_does_a_driver_that_needs_every_sample():
-    listening = Listening(lambda now: 0.03)
-    assert listening.rest(100.0) == 0.03
-    assert not listening.reads(100.01)
-    assert listening.reads(50.0)
-    assert listening.reads(100.03)
-    every = Listening(lambda now: 0.0)
-    assert [(every.reads(now), every.rest(now)) for now in (1.0, 1.0, 1.001)] == 3 * [(True, 0.0)]

@@ -3,9 +3,8 @@ import math
 
 import pytest
 
-from tb3_labs.nodes.pad import (
-    LATENESS_SHOWS, ControlMessages, PadListener, PadState, read_pad)
-from tb3_labs.nodes.pad_config import PadConfig
+from tb3_labs.nodes.pad import LATENESS_SHOWS, PadConfig, PadListener, PadState, read_pad
+from tb3_labs.supervision.arbitration import ControlMessages
 
 AXES = [0.0] * 8
 BUTTONS = [0] * 11

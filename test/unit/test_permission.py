@@ -3,7 +3,8 @@ import itertools
 
 import pytest
 
-from tb3_labs.supervision.permission import LAPSE, RENEWAL, Permission, SleepWatch
+from tb3_labs.supervision.freshness import RENEWAL, SleepWatch
+from tb3_labs.supervision.permission import LAPSE, Permission
 
 #: A word that a sender repeats to a new connection.
 OLD = {'is_doubtful': True, 'is_old': True}

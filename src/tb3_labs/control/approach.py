@@ -16,7 +16,7 @@ from tb3_labs.control.dead_time import CommandHistory, followed, way_at_rest
 from tb3_labs.control.motor_response import TIME_DOUBT, Identification, Response
 from tb3_labs.control.speed_laws import braking_speed
 from tb3_labs.geometry.angles import clamp
-from tb3_labs.geometry.estimate import Estimate
+from tb3_labs.robot.samples import Estimate
 
 #: Two times that differ by less than this, as by rounding, belong to the same sample [s].
 SAME_MOMENT = 1e-6

@@ -19,7 +19,7 @@ from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion, is_slow
-from tb3_labs.supervision.stall import Settling, StallWatch
+from tb3_labs.supervision.motion_watch import Settling, StallWatch
 
 #: A drive that ends outside its tolerance, for instance by a stall of the network, goes on from
 #: there, at most this many times.

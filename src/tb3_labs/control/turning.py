@@ -17,7 +17,7 @@ from tb3_labs.control.speed_laws import LawStep, Twist2, proportional
 from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.robot.samples import REST_ANGULAR
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, RobotModel
-from tb3_labs.supervision.stall import Settling
+from tb3_labs.supervision.motion_watch import Settling
 
 #: The precise law gives one command in each control period of the firmware [s].
 PERIOD = 1.0 / CONTROL_RATE

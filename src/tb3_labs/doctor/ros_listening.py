@@ -10,10 +10,10 @@ from sensor_msgs.msg import Imu, JointState
 from tb3_labs.config import NOT_GIVEN
 from tb3_labs.doctor.streams import HEARING_TIME
 from tb3_labs.localization.contradiction import GyroWatch
-from tb3_labs.localization.encoders import EncoderWatch
+from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.robot.turtlebot3 import model_called
-from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample, to_wheel_sample
 from tb3_labs.ros.rospy_internals import connection_of
+from tb3_labs.ros.sensors import to_imu_sample, to_odometry_sample, to_wheel_sample
 
 #: The topics of a robot that the doctor hears, with their messages.
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'cmd_vel': rospy.AnyMsg}

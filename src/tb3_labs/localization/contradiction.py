@@ -9,7 +9,7 @@ uneven wheels do not explain is added up.
 Times are the sender's, so delays of the network do not matter. Cases:
 
 * Without stamps, or without samples of the wheels, no contradiction is found.
-* supervision.stall finds wheels that turn although the robot stands.
+* supervision.motion_watch finds wheels that turn although the robot stands.
 * supervision.freshness finds a gyro that repeats one reading.
 * After a silence the comparison begins anew. A contradiction is over when gyro and wheels agreed
   for `AGREED`, with the wheels at rest.

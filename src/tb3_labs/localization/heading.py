@@ -1,4 +1,4 @@
-"""The heading of the robot by its IMU alone, and the noise of this heading.
+"""The heading of the robot by its IMU alone.
 
 `Heading` serves a node that only turns. It knows the yaw, continuous over whole turns, and the rate
 of turn, the age of both, and the noise of the yaw.
@@ -7,53 +7,14 @@ Frame: the IMU's own, with an arbitrary zero direction. Units: radians, rad/s, s
 the receiver's clock; `time`, of a sample, is on the sender's clock.
 """
 import math
-from typing import Optional, Tuple
+from typing import Optional
 
-from tb3_labs.geometry.angles import continuous, difference
-from tb3_labs.geometry.estimate import Estimate
+from tb3_labs.geometry.angles import continuous
 from tb3_labs.localization.sender_clock import SenderClock
-from tb3_labs.robot.samples import ImuSample, heading_jump
+from tb3_labs.robot.samples import Estimate, ImuSample, YawNoise, heading_jump
 
 #: The yaw of a robot at rest may change by this from one sample to the next: it drifts [rad].
 STEADY_DOUBT = math.radians(0.02)
-#: A robot turns slowly if its rate is below this [rad/s].
-SLOW = 0.2
-#: A robot turns evenly if its rate changes by less than this between two samples [rad/s].
-EVEN = 0.03
-#: Samples farther apart than this are not compared [s].
-FARTHEST = 0.1
-#: Weight of each new sample in the variance, after the first ones.
-SHARE = 0.02
-
-
-class YawNoise:
-    """Learns the noise of one IMU.
-
-    The sample before and the gyro's rate predict the yaw of a sample. While the robot turns slowly
-    and evenly, the measured yaw differs from this prediction by noise alone.
-    """
-
-    def __init__(self) -> None:
-        #: Standard deviation of one sample's yaw [rad].
-        self.deviation = 0.0
-        self._count = 0
-        self._before: Optional[Tuple[ImuSample, float]] = None    # the last sample, and its time
-
-    def learn(self, sample: ImuSample, time: float) -> None:
-        """Take in an ImuSample that was measured at `time`."""
-        before, self._before = self._before, (sample, time)
-        if before is None or not 0.0 < time - before[1] < FARTHEST:
-            return
-        first, begin = before
-        if abs(sample.yaw_rate) > SLOW or abs(sample.yaw_rate - first.yaw_rate) > EVEN:
-            return
-        turned = 0.5 * (first.yaw_rate + sample.yaw_rate) * (time - begin)
-        # the difference of two samples has twice the variance of one
-        square = 0.5 * (difference(sample.yaw, first.yaw) - turned) ** 2
-        self._count += 1
-        variance = self.deviation ** 2
-        self.deviation = math.sqrt(
-            variance + max(SHARE, 1.0 / self._count) * (square - variance))
 
 
 class Heading:

@@ -19,12 +19,11 @@ from typing import Any, List, NamedTuple, Optional
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.heading import YawNoise
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import (
     POSE_LOST, RESET_SILENCE, Jump, JumpFilter)
 from tb3_labs.localization.sample_buffer import SampleBuffer
-from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, heading_jump
+from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, YawNoise, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 
 #: Motion is extrapolated from the latest samples for two control periods at most [s]. In this time

@@ -19,13 +19,10 @@ Units: seconds. Cases:
 Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
 """
 import math
-from collections import deque
-from typing import Deque, Dict, Optional, Tuple
+from typing import Dict, Optional, Tuple
 
-from tb3_labs.geometry.angles import clamp
+from tb3_labs.supervision.freshness import Least
 
-#: The least delay is taken over the messages of this time [s].
-WINDOW = 5.0
 #: A clock that goes back by less than this is being corrected [s].
 SMALL_STEP = 0.1
 #: A stamp that is this far ahead of its arrival belongs to a new clock [s].
@@ -38,8 +35,6 @@ MAX_REPEATS = 3
 MAX_OFF = 1.0
 #: A source whose stamps went back does not have a clock if they catch up later than this [s].
 MAX_BEHIND = 0.5
-#: A sender counts as heard for this long before each of its messages [s].
-HEARD_BEFORE = 0.1
 
 
 class SenderClock:
@@ -111,48 +106,7 @@ class SenderClock:
 
     def _new_epoch(self) -> None:
         self.epoch += 1
-        self._least = _Least()
+        self._least = Least()
         self._last: Dict[str, Tuple[float, float, float]] = {}    # by source: time, stamp, arrival
         self._off_since: Dict[str, float] = {}
         self._behind_since: Dict[str, float] = {}
-
-
-class Lateness:
-    """The delay of a single message beyond the usual delay of its sender. The usual delay is the
-    least one of the last `WINDOW` seconds in which the sender was heard. Messages that were held up
-    in a silence count as late. If the sender's clock was set, or runs faster, its new time is
-    believed after `WINDOW` seconds.
-    """
-
-    def __init__(self) -> None:
-        self._least = _Least()
-        self._heard_for = 0.0
-        self._last_arrival = math.inf    # before the first message
-
-    def of(self, stamp: float, arrival: float) -> float:
-        """The extra delay [s] of a message of this stamp [sender's clock] and arrival."""
-        self._heard_for += clamp(arrival - self._last_arrival, 0.0, HEARD_BEFORE)
-        self._last_arrival = arrival
-        self._least.add(self._heard_for, arrival - stamp)
-        assert self._least.value is not None
-        return arrival - stamp - self._least.value
-
-
-class _Least:
-    """The least of the values of the last `WINDOW` seconds."""
-
-    def __init__(self) -> None:
-        #: (time, value); each value is less than all after it.
-        self._candidates: Deque[Tuple[float, float]] = deque()
-        #: None before the first value.
-        self.value: Optional[float] = None
-
-    def add(self, time: float, value: float) -> None:
-        """Take in a value. A `time` before an earlier value's counts as that value's time."""
-        candidates = self._candidates
-        while candidates and candidates[-1][1] >= value:
-            candidates.pop()
-        candidates.append((time, value))
-        while candidates[0][0] < time - WINDOW:
-            candidates.popleft()
-        self.value = candidates[0][1]

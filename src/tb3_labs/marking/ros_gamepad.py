@@ -14,7 +14,7 @@ from tb3_labs.marking.gamepad import HELD, RESET_TIME, SAYS
 from tb3_labs.marking.observation import CTRL_RELINQ, JOY
 from tb3_labs.marking.ros_interface import AnyService
 from tb3_labs.marking.ros_robot import UNDER_WAY, Repeater
-from tb3_labs.nodes.pad_config import PadConfig
+from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.ros.clocks import wait_until
 
 #: A pad has this number of axes and of buttons; those without a function stay zero.

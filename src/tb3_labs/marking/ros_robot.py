@@ -19,7 +19,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, TRUTH
 from tb3_labs.marking.ros_interface import name_of_sender, sender_of
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.conversions import to_imu_sample, to_odometry_sample, to_pose2, to_twist
+from tb3_labs.ros.conversions import to_pose2, to_twist
+from tb3_labs.ros.sensors import to_imu_sample, to_odometry_sample
 from tb3_labs.ros.topics import subscribe
 
 #: The robot's name, by which its settings are found.

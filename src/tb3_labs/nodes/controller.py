@@ -6,8 +6,7 @@ Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked fo
 import math
 from typing import Any, List, Optional
 
-from tb3_labs.control.pace import LONGEST_IDLE, Pace
-from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.control.speed_laws import LONGEST_IDLE, Pace, Twist2
 from tb3_labs.control.turning import TurningLaw
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.heading import Heading
@@ -16,9 +15,8 @@ from tb3_labs.nodes.mouse import Mouse
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.arbitration import DRIVERS, Driver, DriverEvent, after
-from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, SensorWatch, Sight
-from tb3_labs.supervision.permission import SleepWatch
-from tb3_labs.supervision.stall import StallWatch
+from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, SleepWatch
+from tb3_labs.supervision.motion_watch import SensorWatch, Sight, StallWatch
 
 #: A robot that turns faster than this without commands from here is driven by another node [rad/s].
 DRIVEN_RATE = 0.1

@@ -15,11 +15,10 @@ from typing import List, Optional, Sequence
 
 from tb3_labs.control.speed_laws import Twist2, saturate
 from tb3_labs.news import News, NewsDesk
-from tb3_labs.nodes.pad import ControlMessages, PadListener, PadMessage
-from tb3_labs.nodes.pad_config import PadConfig
+from tb3_labs.nodes.pad import PadConfig, PadListener, PadMessage
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.supervision.arbitration import HOLDERS, Holder, HolderEvent, after
-from tb3_labs.supervision.permission import LONGEST_LAPSE, SleepWatch
+from tb3_labs.supervision.arbitration import HOLDERS, ControlMessages, Holder, HolderEvent, after
+from tb3_labs.supervision.freshness import LONGEST_LAPSE, SleepWatch
 
 #: After taking the robot back the pad waits until move_to_goal has stopped [s].
 HAND_BACK = 0.15

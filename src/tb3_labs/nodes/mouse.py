@@ -10,9 +10,7 @@ from typing import DefaultDict
 
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import clamp
-from tb3_labs.localization.sender_clock import Lateness
-from tb3_labs.supervision.freshness import Freshness
-from tb3_labs.supervision.permission import WAKING
+from tb3_labs.supervision.freshness import WAKING, Freshness, Lateness
 
 #: An active mouse that is silent for longer than this is lost [s].
 MOUSE_TIMEOUT = 0.2

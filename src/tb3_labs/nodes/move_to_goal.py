@@ -14,18 +14,16 @@ from tb3_labs.config import Config, setting
 from tb3_labs.control.goal import DriveStatus
 from tb3_labs.control.goal_machine import DrivingLaw, GoalMachine
 from tb3_labs.control.motor_response import Response
-from tb3_labs.control.pace import LONGEST_IDLE, Pace
-from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.control.speed_laws import LONGEST_IDLE, Pace, Twist2
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose, check_pose
 from tb3_labs.localization.contradiction import GyroWatch
-from tb3_labs.localization.encoders import EncoderWatch
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
-from tb3_labs.localization.odometry_jumps import POSE_LOST
+from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
-from tb3_labs.supervision.freshness import (
-    SURELY_DRIVES, SURELY_TURNS, Freshness, SensorWatch, Sight)
+from tb3_labs.supervision.freshness import Freshness
+from tb3_labs.supervision.motion_watch import SURELY_DRIVES, SURELY_TURNS, SensorWatch, Sight
 from tb3_labs.supervision.permission import Permission
 
 

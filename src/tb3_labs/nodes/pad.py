@@ -1,22 +1,46 @@
-"""One pad: the messages that are heard from it, and those that it sends on `ctrl_relinq`.
+"""One pad: its settings, and the messages that are heard from it. The default numbers of axes and buttons are those of the
+course's gamepad lab; the button Y comes from the handout.
 
 Units: axes from -1 to 1, forward and left positive (as joy_node sends them). Seconds on a clock
 that never stands still and never goes back (`now`); `stamp` is on the sender's clock.
 """
 import math
-from typing import List, NamedTuple, Optional, Sequence, Tuple
+from dataclasses import dataclass
+from typing import NamedTuple, Optional, Sequence, Tuple
 
-from tb3_labs.localization.sender_clock import Lateness
-from tb3_labs.nodes.pad_config import PadConfig
-from tb3_labs.supervision.freshness import Freshness
-from tb3_labs.supervision.permission import LONGEST_LAPSE, RENEWAL
+from tb3_labs.config import Config, setting
+from tb3_labs.supervision.freshness import Freshness, Lateness
 
 #: A pad that is silent for longer than this is lost [s].
 PAD_TIMEOUT = 0.25
 #: The lateness of a message is known after a pad has been heard for this long [s].
 LATENESS_SHOWS = 0.3
-#: A message of move_to_goal this soon after a press of A may be older than the press [s].
-CROSSING = 0.3
+#: The highest index of an axis or button. No pad has as many.
+MOST = 31
+
+
+@dataclass(frozen=True)
+class PadConfig(Config):
+    """The functions of axes and buttons. Indices count from 0, as in sensor_msgs/Joy."""
+
+    linear_axis: int = setting(1, 'axis that drives, forward positive', low=0, high=MOST)
+    angular_axis: int = setting(3, 'axis that turns, left positive', low=0, high=MOST)
+    relinquish_button: int = setting(0, 'gives the robot to move_to_goal: A', low=0, high=MOST)
+    regain_button: int = setting(1, 'takes it back: B', low=0, high=MOST)
+    reset_button: int = setting(2, 'declares the robot to be at (0, 0, 0): Y', low=0, high=MOST)
+    hold_button: int = setting(-1, 'drives only while it is held; -1: none', low=-1, high=MOST)
+    dead_zone: float = setting(0.08, 'sticks nearer to their middle are at rest', low=0.0, high=0.9)
+    linear_scale: float = setting(0.26, "full stick; the robot's own limit holds as well", 'm/s',
+                                  low=0.01, high=1.0)
+    angular_scale: float = setting(2.84, "full stick; the robot's own limit holds as well", 'rad/s',
+                                   low=0.05, high=5.0)
+    drive_without_pad: bool = setting(
+        False, 'move_to_goal may drive on when the pad is lost')
+
+    @property
+    def has_hold(self) -> bool:
+        """Does the pad drive only while a button is held?"""
+        return self.hold_button >= 0
 
 
 class PadState(NamedTuple):
@@ -118,54 +142,3 @@ def _outside(dead_zone: float, position: float) -> float:
     if size <= dead_zone:
         return 0.0
     return math.copysign((size - dead_zone) / (1.0 - dead_zone), position)
-
-
-class ControlMessages:
-    """The messages of one pad for `ctrl_relinq`: True gives the robot to move_to_goal, False takes
-    it. The first one is False: a pad that has just started gives nothing.
-    """
-
-    def __init__(self) -> None:
-        #: Does move_to_goal have control by this pad? Then the pad must renew its permission.
-        self.gives = False
-        self._waiting = [False]
-        self._given_at = -math.inf      # time of the last unanswered True
-        #: Time at which control was taken from move_to_goal, by anyone [s].
-        self.stopped_at = -math.inf
-
-    def take(self) -> List[bool]:
-        messages, self._waiting = self._waiting, []
-        return messages
-
-    def give(self, now: float, lateness: float) -> None:
-        """Queue a True, by a press that was delayed by `lateness` [s].
-
-        The renewals that were due since the press are added, so that they show its age.
-        """
-        self.gives, self._given_at = True, now
-        self._waiting += [True] * (1 + int(lateness / RENEWAL))
-
-    def stop(self, caused_at: float) -> None:
-        """Queue a False, for any holder: the operator's press at `caused_at`, or the pad's loss."""
-        self.gives = False
-        self.stopped_at = max(self.stopped_at, caused_at)    # a late B is older than a loss
-        self._waiting.append(False)
-
-    def end(self) -> None:
-        """Queue a False if this pad gave control, since another node took it."""
-        if self.gives:
-            self.gives = False
-            self._waiting.append(False)
-
-    def move_to_goal_has_control(self) -> None:
-        """move_to_goal says that it has control, so it has heard the True."""
-        self._given_at = -math.inf
-
-    def crossed(self, now: float) -> bool:
-        """Was the last True so recent that a "no control" of move_to_goal may be older?"""
-        return now - self._given_at < CROSSING
-
-    def too_late(self, now: float, lateness: float) -> bool:
-        """Is a press of A that was delayed by `lateness` [s] too old, or was control taken since?
-        """
-        return lateness > LONGEST_LAPSE or now - lateness < self.stopped_at

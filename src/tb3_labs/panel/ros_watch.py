@@ -12,10 +12,10 @@ from tf2_msgs.msg import TFMessage
 
 from tb3_labs.panel.picture import RobotView
 from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.control_and_reset import hear_takers
-from tb3_labs.ros.conversions import (
-    frame, to_imu_sample, to_odometry_sample, to_pose2, transform_to_pose2)
+from tb3_labs.ros.conversions import frame, to_pose2, transform_to_pose2
+from tb3_labs.ros.operator import hear_takers
 from tb3_labs.ros.rospy_internals import connection_of
+from tb3_labs.ros.sensors import to_imu_sample, to_odometry_sample
 from tb3_labs.ros.topics import subscribe
 
 #: The stream that moves the robot on the page is read once in this time [s]: local_pose, or odom if

@@ -1,10 +1,11 @@
-"""The one way in which this package drives and stops a robot.
+"""The one way in which this package drives and stops a robot, and what a driving node reports.
 
 When a node that drives stops, for any reason, it publishes exactly one zero and is then silent, so
 that another node may drive. The zero is also sent when the node shuts down (Ctrl+C, SIGTERM, a
 closed terminal, an exception that ended it), when the process is stopped by Ctrl+Z, and when the
 node's clock stands still. A process that ends, or is stopped, first gives rospy the time to write
-the zero to each subscriber.
+the zero to each subscriber. Once a second a driving node publishes `/diagnostics`, for
+rqt_robot_monitor and rostopic.
 """
 import math
 import threading
@@ -12,6 +13,8 @@ import time
 from collections import defaultdict, deque
 
 import rospy
+from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_updater import Updater
 from geometry_msgs.msg import Twist
 
 from tb3_labs.ros.clocks import ClockWatch, steady_time
@@ -42,6 +45,8 @@ FIRST_MOMENT = 0.3
 WARNING_PERIOD = 10.0
 #: A node hears its own commands, too. It reads them once in this time [s].
 OWN_PERIOD = 0.3
+#: Time between two reports [s, wall clock].
+REPORT_PERIOD = 1.0
 
 
 class CmdVel:
@@ -189,3 +194,37 @@ class Rivals:
     def _is_rival(times):
         return len(times) == FIGHT and time.monotonic() - times[0] <= 2.0 * FIGHT_TIME and (
             times[-1] - times[0] <= FIGHT_TIME)
+
+
+class Diagnostics:
+    """Publishes the answer of `report()`: ``(problem or '', {name: value})``.
+
+    `report` is called without a lock once a second, also without a subscriber.
+    """
+
+    def __init__(self, hardware, report):
+        self._report = report
+        self._updater = Updater()
+        self._updater.setHardwareID(hardware)
+        self._updater.add('state', self._fill)    # the Updater puts the node's name before it
+        self._ending = threading.Event()
+        rospy.on_shutdown(self._ending.set)
+        threading.Thread(target=guarded(self._run), name='diagnostics', daemon=True).start()
+
+    def _run(self):
+        while not self._ending.wait(REPORT_PERIOD):
+            self._updater.force_update()
+
+    def _fill(self, status):
+        problem, values = self._report()
+        status.summary(DiagnosticStatus.WARN if problem else DiagnosticStatus.OK, problem or 'OK')
+        for name, value in values.items():
+            status.add(name, str(value))
+        return status
+
+
+def values_of(source, now):
+    """Returns {'imu age [s]': '0.004', 'imu dropped': 0} of a freshness.Freshness: its age, and the
+    number of its invalid messages."""
+    return {source.name + ' age [s]': '{:.3f}'.format(source.age(now)),
+            source.name + ' dropped': source.dropped}

@@ -1,63 +1,23 @@
-"""The requests of other nodes to move_to_goal: control, and a reset.
+"""The requests that move_to_goal takes: control, and resets ("the robot is here, now").
 
-On `ctrl_relinq` (std_msgs/Bool) True gives control, False takes it. move_to_goal publishes on
-`has_control` whether it has control, so a sender learns whether its True counts.
-
-A reset is a call of a service. A node of this package offers `reset_pose`, which says why a reset
-is refused. A node as in the handout offers only `set_pose`.
+Control comes by `ctrl_relinq`. Resets come in three ways: the services `reset_pose` and `set_pose`,
+and `initialpose`, RViz's 2D Pose Estimate. The other side is :mod:`tb3_labs.ros.operator`.
 """
-import rosgraph
+import math
+import time
+
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from std_msgs.msg import Bool
 
 from tb3_labs.geometry.se2 import TypedPose
-from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.topics import subscribe_events
-from tb3_labs.srv import ResetPose, SetInitialPose
-from tb3_labs.supervision.permission import RENEWAL
+from tb3_labs.ros.node import guarded
+from tb3_labs.ros.topics import subscribe_events, subscribe_news
+from tb3_labs.srv import (
+    ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
 
-#: In the header of a sender that renews its permission: if it dies, the permission expires, even
-#: before the first renewal.
-RENEWS = {'renewed': '1'}
-#: Longest wait until a service is offered (WAIT), and for the connection to it (CONTACT) [s].
-WAIT, CONTACT = 1.0, 0.5
-#: The covariance in the handout. The service was AMCL's at first, and AMCL requires a covariance.
-COVARIANCE = 36 * [0.1]
-
-
-class ControlGiver:
-    """A sender's end: it gives control, renews it and takes it."""
-
-    def __init__(self):
-        self._publisher = rospy.Publisher('ctrl_relinq', Bool, queue_size=20, latch=True,
-                                          headers=RENEWS)
-        self._said_at = 0.0
-
-    def say(self, word, now):
-        """Publish `word`: True once, or False twice. `now` is the steady_time() [s].
-
-        A listener may take the first message on a connection for a latched one. A stop must count
-        there, too, so it is sent twice.
-        """
-        self._said_at = now
-        for _ in range(1 if word else 2):
-            self._publisher.publish(word)
-
-    def renew(self, now):
-        """Say True again if RENEWAL [s] has passed since the last message."""
-        if now - self._said_at >= RENEWAL:
-            self.say(True, now)
-
-
-def hear_takers(on_taken):
-    """Call `on_taken()` when another node publishes False."""
-    def hear(event):
-        if not event.value.data and event.sender != rospy.get_name():
-            on_taken()
-
-    subscribe_events('ctrl_relinq', Bool, hear)
+#: Longest time of a reset [s], so that every reset is answered within a second.
+ANSWER_WITHIN = 0.85
 
 
 class ControlTaker:
@@ -70,8 +30,8 @@ class ControlTaker:
     def hear(self, told):
         """Call `told(granted, **details)` for each message; see permission.Permission.told."""
         def hear(event):
-            told(event.value.data, sender=event.sender, is_doubtful=event.is_doubtful,
-                 is_old=event.is_old, renews=RENEWS.items() <= event.header.items())
+            told(event.value.data, sender=event.sender, renews=event.renews,
+                 is_doubtful=event.is_doubtful, is_old=event.is_old)
 
         subscribe_events('ctrl_relinq', Bool, hear)
 
@@ -82,49 +42,95 @@ class ControlTaker:
             self._publisher.publish(has_control)
 
 
-def call_reset(x, y, yaw_deg):
-    """Declare the robot to be at x, y [m], yaw [deg] in local. Returns the answer in words;
-    ``ValueError`` with the reason of a refusal."""
-    own, handout = (rospy.resolve_name(name) for name in ('reset_pose', 'set_pose'))
-    try:
-        if _first_offered(own, handout) == handout:
-            pose = TypedPose(x, y, yaw_deg).pose
-            rospy.ServiceProxy(handout, SetInitialPose)(_stamped(pose))
-            return '{} was called with {}'.format(handout, pose)
-        response = rospy.ServiceProxy(own, ResetPose)(x, y, yaw_deg)
-    except (rospy.ROSException, rospy.ServiceException) as problem:
-        raise ValueError(str(problem)) from None
-    if not response.success:
-        raise ValueError(response.message)
-    return response.message
+class Resets:
+    """Offers `reset_pose`, `set_pose` and `initialpose`, and carries them out by a MoveToGoalCore.
+
+    A reset waits in the core for samples of the moment at which it was asked for.
+    """
+
+    def __init__(self, core, changed, frames, forget_path):
+        """`changed`: the Condition that guards `core`. ``forget_path()`` is called with each new
+        frame."""
+        self._core = core
+        self._changed = changed
+        self._frames = frames
+        self._forget_path = forget_path
+        self._awaited = []    # resets that are not carried out yet; guarded by `changed`
+
+    def offer(self):
+        """Take resets from now on."""
+        rospy.Service('reset_pose', ResetPose, guarded(self._on_reset_pose))
+        rospy.Service('set_pose', SetInitialPose, self._on_set_pose)
+        subscribe_news('initialpose', PoseWithCovarianceStamped, self._on_initialpose, queue_size=1)
+
+    def look(self):
+        """Log the resets that the latest sample has carried out, and wake their callers; `changed`
+        is held."""
+        done = [reset for reset in self._awaited if reset.done]
+        for reset in done:
+            self._awaited.remove(reset)
+            self._forget_path()
+            rospy.loginfo('%s', self._told(reset))
+        if self._awaited or done:
+            self._changed.notify_all()
+
+    def _reset(self, declared, deadline):
+        """Reset to the Pose2 `declared` in local. Returns (localizer.Reset, answer in words);
+        ``ValueError`` if it is refused, or not carried out before `deadline` [time.monotonic()]."""
+        with self._changed:
+            reset = self._core.reset(declared, rospy.get_time())
+            self._awaited.append(reset)
+            self._changed.wait_for(lambda: reset.done or reset.problem,
+                                   max(0.0, deadline - time.monotonic()))
+            if not reset.done:
+                self._awaited.remove(reset)
+                self._core.give_up_reset(reset)
+                raise ValueError(reset.problem or 'no sample of imu and odom at that instant')
+            return reset, self._told(reset)
+
+    def _told(self, reset):
+        hint = '' if self._core.status(rospy.get_time()).active else '; no goal: send one'
+        return 'Local pose set to {}{}'.format(reset.declared, hint)
+
+    def _on_reset_pose(self, request):
+        response, deadline = ResetPoseResponse(), time.monotonic() + ANSWER_WITHIN
+        try:
+            reset, response.message = self._reset(
+                TypedPose(request.x, request.y, request.yaw_deg).pose, deadline)
+        except ValueError as problem:
+            rospy.logwarn('Reset refused, the old frame stays: %s', problem)
+            response.message = str(problem)
+            return response
+        response.success = True
+        if reset.before is not None:
+            response.before = _in_degrees(reset.before)
+        response.after = _in_degrees(reset.declared)
+        response.stamp = reset.stamp
+        return response
+
+    def _on_set_pose(self, request):
+        problem = self._on_initialpose(request.pose)
+        if problem:
+            raise rospy.ServiceException(str(problem))
+        return SetInitialPoseResponse()
+
+    def _on_initialpose(self, stamped):
+        """Reset to a stamped pose. The frame `map` means local here, since the handout's client
+        sends it so. Returns the reason of a refusal, or None."""
+        header, deadline = stamped.header, time.monotonic() + ANSWER_WITHIN
+        if header.frame_id.lstrip('/') == 'map':
+            header.frame_id = ''
+        self._frames.await_frame(header)
+        with self._changed:
+            odom_T_local = self._core.odom_T_local
+        try:
+            self._reset(self._frames.to_local(header, stamped.pose.pose, odom_T_local), deadline)
+        except ValueError as problem:
+            rospy.logwarn('Reset refused, the old frame stays: %s', problem)
+            return problem
+        return None
 
 
-def _first_offered(*services):
-    """Returns the first service that answers; ``ValueError`` if none answers within WAIT."""
-    found = ''
-
-    def look():
-        nonlocal found
-        found = next(filter(_answers, services), '')
-        return found
-    if not wait_until(look, WAIT):
-        raise ValueError('no node offers ' + ' or '.join(services))
-    return found
-
-
-def _answers(service):
-    try:
-        # wait_for_service() alone would sleep for 0.3 s if the master does not know the service
-        rosgraph.Master(rospy.get_name()).lookupService(service)
-        rospy.wait_for_service(service, CONTACT)
-    except (OSError, rosgraph.MasterException, rospy.ROSException):
-        return False
-    return True
-
-
-def _stamped(pose):
-    """The geometry_msgs/PoseWithCovarianceStamped of a Pose2, as the handout's gamepad sends it."""
-    plain = to_pose_stamped(pose, 'map', rospy.get_time())
-    message = PoseWithCovarianceStamped(header=plain.header)
-    message.pose.pose, message.pose.covariance = plain.pose, COVARIANCE
-    return message
+def _in_degrees(pose):
+    """Returns [x [m], y [m], yaw [deg]], rounded for people to read."""
+    return [round(value, 6) for value in (pose.x, pose.y, math.degrees(pose.yaw))]

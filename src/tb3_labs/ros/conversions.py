@@ -10,8 +10,6 @@ from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
 
 from tb3_labs.geometry.quaternions import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
-from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 
 
 def frame(name):
@@ -42,34 +40,10 @@ def transform_to_pose2(transform):
                               yaw_of(transform.rotation)))
 
 
-def to_imu_sample(message):
-    """The ImuSample of a sensor_msgs/Imu."""
-    return _finite(ImuSample(message.header.stamp.to_sec(), yaw_of(message.orientation),
-                             message.angular_velocity.z), message.angular_velocity.z)
-
-
-def to_odometry_sample(message):
-    """The OdometrySample of a nav_msgs/Odometry."""
-    twist = message.twist.twist
-    return _finite(OdometrySample(message.header.stamp.to_sec(), to_pose2(message.pose.pose),
-                                  twist.linear.x, twist.angular.z),
-                   twist.linear.x, twist.angular.z)
-
-
-def to_wheel_sample(message):
-    """The WheelSample of a TurtleBot3's sensor_msgs/JointState; ``ValueError`` without wheels."""
-    angles = dict(zip(message.name, message.position))
-    try:
-        left, right = (angles[joint] for joint in WHEEL_JOINTS)
-    except KeyError as missing:
-        raise ValueError('no angle of {}'.format(missing)) from None
-    return _finite(WheelSample(message.header.stamp.to_sec(), left, right), left, right)
-
-
 def to_mouse(message):
     """A tb3_labs/MouseController as (active, x, y)."""
     position = message.xPos, message.yPos
-    return (message.status.data,) + _finite(position, *position)
+    return (message.status.data,) + finite(position, *position)
 
 
 def to_pose_stamped(pose, frame, stamp):
@@ -104,10 +78,10 @@ def to_twist(linear, angular):
 
 
 def _finite_pose(pose):
-    return _finite(pose, pose.x, pose.y, pose.yaw)
+    return finite(pose, pose.x, pose.y, pose.yaw)
 
 
-def _finite(value, *numbers):
+def finite(value, *numbers):
     """`value`; ``ValueError`` unless all `numbers` in it are finite."""
     if not all(math.isfinite(number) for number in numbers):
         raise ValueError('a number is not finite: {}'.format(value))

@@ -15,7 +15,7 @@ from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, transform_to_pose2
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import only_news, subscribe, subscribe_news
-from tb3_labs.supervision.arbitration import Arrival, Arrivals
+from tb3_labs.supervision.permission import Arrival, Arrivals
 
 #: Longest wait for a transform [s], so that a reset in a frame of tf is answered within a second.
 TF_TIMEOUT = 0.5

@@ -1,9 +1,9 @@
-"""Start, parameters, signals, failure and end of every node of this package.
+"""Start, signals, failure and end of every node of this package.
 
-An unknown parameter or an invalid value ends the node with one fatal line and exit status 1; its
-roslaunch ends, too. An exception inside a callback ends the node as well: rospy alone would print a
-traceback and let the robot drive on with its last command. The shutdown hook of
-:mod:`tb3_labs.ros.cmd_vel` sends the last zero velocity.
+A ``ValueError`` at the start, such as that of an invalid parameter, ends the node with one fatal
+line and exit status 1; its roslaunch ends, too. An exception inside a callback ends the node as
+well: rospy alone would print a traceback and let the robot drive on with its last command. The
+shutdown hook of :mod:`tb3_labs.ros.cmd_vel` sends the last zero velocity.
 
 Ctrl+Z stops the robot before it stops the process. rospy's own signal handlers interrupt the main
 thread at any point to shut down, and hang if it holds one of rospy's locks. Here a signal is an
@@ -32,14 +32,11 @@ import sys
 import threading
 import time
 import traceback
-from dataclasses import fields
 from pathlib import Path
 
 import rosgraph
 import rospy
 
-from tb3_labs.config import NOT_GIVEN, from_parameters, nearest
-from tb3_labs.robot.turtlebot3 import model_called
 from tb3_labs.ros.clocks import say_if_no_clock_comes, wait_until
 from tb3_labs.ros.rospy_internals import hear_all_publishers
 
@@ -128,29 +125,6 @@ def _end_in_time():
     timer = threading.Timer(LONGEST_END, lambda: os._exit(1 if _failures else 0))
     timer.daemon = True
     timer.start()
-
-
-def read_config(*kinds, of=None):
-    """Returns an instance of each configuration class in `kinds`, from the node's ``~`` parameters.
-    ``ValueError`` for the first parameter that is unknown or not valid.
-
-    `of` names another node whose parameters are read instead; unknown ones of it are ignored.
-    """
-    given = rospy.get_param(of or '~', {})
-    known = {item.name for kind in kinds for item in fields(kind)} | {'model'}
-    for name in () if of else sorted(set(given) - known):
-        raise ValueError('parameter {}/{} is unknown; {}'.format(
-            rospy.get_name(), name, nearest(name, known)))
-    try:
-        configs = [from_parameters(kind, given) for kind in kinds]
-    except ValueError as problem:
-        raise ValueError('parameter {}/{}'.format(of or rospy.get_name(), problem)) from None
-    return configs[0] if len(configs) == 1 else configs
-
-
-def read_model():
-    """Returns the RobotModel called ``~model``, else the one that TURTLEBOT3_MODEL names."""
-    return model_called(rospy.get_param('~model', NOT_GIVEN), os.environ)
 
 
 def guarded(callback):

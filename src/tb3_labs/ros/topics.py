@@ -12,11 +12,7 @@ from typing import Any, NamedTuple
 import rosgraph
 import rospy
 
-from sensor_msgs.msg import JointState
-
-from tb3_labs.control.pace import Listening
-from tb3_labs.ros.clocks import remind, steady_time
-from tb3_labs.ros.conversions import to_wheel_sample
+from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
 
@@ -24,6 +20,9 @@ from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
 INVALID_TOLD = 1.0
 #: A message that was latched before a node began to listen arrives within this time [s].
 AT_ONCE = 0.3
+#: In the header of a sender that renews its permission: if it dies, the permission expires, even
+#: before the first renewal.
+RENEWS = {'renewed': '1'}
 
 
 def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_for=None):
@@ -34,12 +33,11 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
     message is dropped with one warning a second, and counted by `source`, the freshness.Freshness
     of this topic.
 
-    `idle_for(now)` [s], if given, lets the node read the topic in the rhythm of its steps, see
-    :mod:`tb3_labs.control.pace`. With simulated time, whose pace is unknown, every message is
-    read.
+    `idle_for(now)` [s], if given, leaves the topic alone for that long after each message, since
+    waking up for each message is the largest cost of a rospy node. With simulated time, whose pace
+    is unknown, every message is read.
     """
     in_rhythm = idle_for is not None and is_wall_time()
-    listening = Listening(idle_for) if in_rhythm else None
     warned_at = -math.inf    # rospy's own throttle would count all topics together
 
     def handle(message):
@@ -54,26 +52,11 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
                 source.dropped += 1
             return
         callback(value)
-        if listening is not None:
-            time.sleep(listening.rest(rospy.get_time()))
+        if in_rhythm:
+            time.sleep(idle_for(rospy.get_time()))
 
     return rospy.Subscriber(topic, kind, guarded(handle), queue_size=queue_size,
                             buff_size=65536, tcp_nodelay=True)
-
-
-def subscribe_wheels(callback):
-    """Hear every sample of the wheels on `joint_states`, but no message of other joints, such as an
-    arm's. Returns a function that answers whether anybody publishes there."""
-    def hear(message):
-        try:
-            sample = to_wheel_sample(message)
-        except ValueError:
-            return
-        callback(sample)
-
-    were_sent = bool(_publishers(rospy.resolve_name('joint_states')))
-    subscriber = subscribe('joint_states', JointState, hear, queue_size=None)
-    return lambda: were_sent or subscriber.get_num_connections() > 0
 
 
 def sent_at(message):
@@ -87,7 +70,7 @@ class Event(NamedTuple):
 
     value: Any
     sender: str
-    header: dict         # of the connection: rospy's own fields, and those the sender added
+    renews: bool         # the sender renews what it says, see RENEWS
     is_doubtful: bool    # latched, and perhaps sent before: it must not move a robot
     is_old: bool         # latched, and sent before this node started
 
@@ -101,7 +84,8 @@ def subscribe_events(topic, kind, callback, read=None):
         header = connection_of(message)
         is_doubtful, is_old = replays.judge(header)
         value = message if read is None else read(message)
-        return Event(value, header.get('callerid', ''), header, is_doubtful, is_old)
+        return Event(value, header.get('callerid', ''), RENEWS.items() <= header.items(),
+                     is_doubtful, is_old)
 
     return subscribe(topic, kind, callback, to_event, queue_size=None)
 
@@ -136,7 +120,7 @@ class _Replays:
 
     def __init__(self, topic):
         # what these have latched is older than this node, even if it takes long to connect
-        self._before, self._begun_at = _publishers(topic), steady_time()
+        self._before, self._begun_at = publishers_of(topic), steady_time()
         self._headers = {}    # {sender: header of its latest connection}
 
     def judge(self, header):
@@ -153,20 +137,7 @@ class _Replays:
         return was_there or known is not None, is_old
 
 
-def _publishers(topic):
+def publishers_of(topic):
     """Names of the nodes that publish `topic` now."""
     published, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
     return {node for name, nodes in published if name == topic for node in nodes}
-
-
-def say_what_is_awaited(heard):
-    """Remind of the topics without a message so far. `heard`: {topic: function that answers whether
-    a message was heard}."""
-    def tell():
-        missing = [rospy.resolve_name(topic) for topic, was_heard in heard.items()
-                   if not was_heard()]
-        if missing:
-            rospy.loginfo('Waiting for %s: is the robot running?', ' and '.join(missing))
-        return missing
-
-    remind(tell)

@@ -1,4 +1,4 @@
-"""Who drives, who holds the robot, and to which goal does it drive?
+"""Who drives, who holds the robot, and what does a pad tell move_to_goal?
 
 One rule for the first two: a table gives the driver or holder after an event.
 
@@ -6,14 +6,18 @@ One rule for the first two: a table gives the driver or holder after an event.
 hands it to move_to_goal (HOLDERS). An event that is not listed changes nothing: a turn that is
 asked for during a turn moves its goal, and is refused while the mouse drives. At each change of the
 driver the robot is stopped first, by one zero. A node that stops holding the robot sends one zero,
-and is silent. A goal may wait before it is driven to, but a cancel ends it, too (`Arrivals`).
+and is silent. A pad tells by ControlMessages whether move_to_goal may drive.
 
 Sources: the course's mouse and gamepad labs, and the failures of nodes without such a rule.
 """
+import math
 from enum import Enum
 from typing import Dict, List, Tuple, TypeVar
 
-from tb3_labs.supervision.freshness import RESUME_TIME
+from tb3_labs.supervision.freshness import LONGEST_LAPSE, RENEWAL
+
+#: A message of move_to_goal this soon after a press of A may be older than the press [s].
+CROSSING = 0.3
 
 
 class Driver(Enum):
@@ -92,54 +96,52 @@ def after(table: Dict[Tuple[State, Event], State], now: State, event: Event) -> 
     return table.get((now, event), now)
 
 
-class Arrival:
-    """A goal that has arrived at `now` [s]; it may wait, for instance for its frame.
-
-    `name` and `stamp` [ns, sender's clock] are those of its GoalID; '' and 0 if it has none.
+class ControlMessages:
+    """The messages of one pad for `ctrl_relinq`: True gives the robot to move_to_goal, False takes
+    it. The first one is False: a pad that has just started gives nothing.
     """
 
-    def __init__(self, now: float, name: str = '', stamp: int = 0) -> None:
-        self.arrived_at, self.name, self.stamp = now, name, stamp
-        self.refusal = ''
+    def __init__(self) -> None:
+        #: Does move_to_goal have control by this pad? Then the pad must renew its permission.
+        self.gives = False
+        self._waiting = [False]
+        self._given_at = -math.inf      # time of the last unanswered True
+        #: Time at which control was taken from move_to_goal, by anyone [s].
+        self.stopped_at = -math.inf
 
-    def objection(self, now: float) -> str:
-        """The reason why it must not be driven to; '' if there is none."""
-        if self.refusal or now - self.arrived_at <= RESUME_TIME:
-            return self.refusal
-        return 'it waited for {:.1f} s: send it again'.format(now - self.arrived_at)
+    def take(self) -> List[bool]:
+        messages, self._waiting = self._waiting, []
+        return messages
 
+    def give(self, now: float, lateness: float) -> None:
+        """Queue a True, by a press that was delayed by `lateness` [s].
 
-class Arrivals:
-    """The goal that is driven to, and those that have arrived but wait.
+        The renewals that were due since the press are added, so that they show its age.
+        """
+        self.gives, self._given_at = True, now
+        self._waiting += [True] * (1 + int(lateness / RENEWAL))
 
-    A cancel ends what arrived before it, wherever that waits: the goal that it names, the goals up
-    to its stamp, or each goal if it has neither. A newer goal replaces the older ones. A goal that
-    has waited for more than `RESUME_TIME` is void.
-    """
+    def stop(self, caused_at: float) -> None:
+        """Queue a False, for any holder: the operator's press at `caused_at`, or the pad's loss."""
+        self.gives = False
+        self.stopped_at = max(self.stopped_at, caused_at)    # a late B is older than a loss
+        self._waiting.append(False)
 
-    def __init__(self, present: Arrival) -> None:
-        self.present = present
-        self._waiting: List[Arrival] = []    # in the order of their arrival
+    def end(self) -> None:
+        """Queue a False if this pad gave control, since another node took it."""
+        if self.gives:
+            self.gives = False
+            self._waiting.append(False)
 
-    def add(self, goal: Arrival) -> None:
-        """`goal` has arrived; to be followed by :meth:`drop`."""
-        self._waiting.append(goal)
+    def move_to_goal_has_control(self) -> None:
+        """move_to_goal says that it has control, so it has heard the True."""
+        self._given_at = -math.inf
 
-    def cancel(self, name: str = '', stamp: int = 0) -> bool:
-        """A cancel has arrived. Returns True if it ends the present goal."""
-        def is_meant(goal: Arrival) -> bool:
-            return (goal.name == name if name else not stamp) or 0 < goal.stamp <= stamp
+    def crossed(self, now: float) -> bool:
+        """Was the last True so recent that a "no control" of move_to_goal may be older?"""
+        return now - self._given_at < CROSSING
 
-        for goal in filter(is_meant, self._waiting):
-            goal.refusal = 'it was cancelled while its frame was awaited'
-        return is_meant(self.present)
-
-    def accept(self, goal: Arrival) -> None:
-        """`goal` is driven to from now on."""
-        self.present = goal
-        for older in self._waiting[:self._waiting.index(goal)]:
-            older.refusal = older.refusal or 'replaced by a newer goal'
-
-    def drop(self, goal: Arrival) -> None:
-        """`goal` waits no longer: it was accepted or refused."""
-        self._waiting.remove(goal)
+    def too_late(self, now: float, lateness: float) -> bool:
+        """Is a press of A that was delayed by `lateness` [s] too old, or was control taken since?
+        """
+        return lateness > LONGEST_LAPSE or now - lateness < self.stopped_at

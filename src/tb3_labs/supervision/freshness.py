@@ -1,15 +1,19 @@
-"""Is a source alive? It is lost if it is silent, and frozen if it repeats one reading.
+"""How old is what a node hears? A source may be silent, a message late, the process asleep.
 
-The arrivals of the messages show a silence; their stamps do not. The readings of a working sensor
-always change while the robot moves; those of a driver that hangs do not.
+The arrivals of the messages show a silence of their source (:class:`Freshness`), and their stamps
+a delay (:class:`Lateness`). A process sleeps when it is stopped, swapped out, or its computer is
+suspended. Only the clock shows a sleep: the process looks at the clock repeatedly, and a long time
+between two looks is a sleep (:class:`SleepWatch`).
 
-Units: seconds on the receiver's clock (`now`), m/s, rad/s. Edge cases: a source that was never
-heard has an infinite age. If the clock goes back, the last message counts as just received;
-otherwise it would count as fresh for too long.
+Units: seconds on the receiver's clock (`now`). Edge cases: a source that was never heard has an
+infinite age. If the clock goes back, the last message counts as just received; otherwise it would
+count as fresh for too long.
 """
 import math
-from enum import Enum
-from typing import Any, Optional
+from collections import deque
+from typing import Any, Deque, Optional, Tuple
+
+from tb3_labs.geometry.angles import clamp
 
 #: A sensor that is silent for longer than this is lost [s]; a robot at full speed drives 5 cm in
 #: this time.
@@ -19,15 +23,20 @@ SENSOR_TIMEOUT = 0.22
 RESUME_TIME = 2.0
 #: or than this if the robot was never there: its board needs up to 14 s to start [s].
 ROBOT_START = 20.0
-#: The reason why a robot stands whose sensors are fresh.
-UNCHECKED = 'gyro and wheels are not compared yet: the robot must rest for a second'
-#: A sensor that repeats itself for longer than this, though the robot is told to move, is frozen
-#: [s]. A slow network and slow motors delay the motion by less.
-FROZEN_TIME = 0.6
-#: If the robot is told to drive faster than this, the readings must show a motion [m/s].
-SURELY_DRIVES = 0.02
-#: If the robot is told to turn faster than this, the readings must show a motion [rad/s].
-SURELY_TURNS = 0.1
+#: Time from one renewal of a permission to the next [s].
+RENEWAL = 0.1
+#: A grant expires after this silence [s]. A True that was delayed for longer does not count.
+LONGEST_LAPSE = 2.0
+#: A longer time than this between two looks at the clock is a sleep [s]. On a busy machine a
+#: process waits for less.
+LONGEST_GAP = 1.0
+#: Messages within this time after a sleep may be as old as the sleep [s]. Their order is not known,
+#: since each topic is read by its own thread.
+WAKING = 0.3
+#: The least delay is taken over the messages of this time [s].
+WINDOW = 5.0
+#: A sender counts as heard for this long before each of its messages [s].
+HEARD_BEFORE = 0.1
 
 
 class Freshness:
@@ -89,98 +98,76 @@ class Freshness:
         return self.silence if math.isinf(age) else '{} for {:.1f} s'.format(self.silence, age)
 
 
-class Sight(Enum):
-    """The state of the sensors of a robot that is being driven."""
+class SleepWatch:
+    """Did this process sleep? Looks at the clock for one node."""
 
-    FRESH = 'go on'
-    SILENT = 'stand'
-    BACK_SOON = 'fresh again after a short silence: go on, knowing that it stood'
-    LATE = 'silent for too long, or fresh again after that: give up, the robot may be anywhere'
+    def __init__(self) -> None:
+        #: Length of the sleep that the last update found [s]; 0 if it found none.
+        self.slept_for = 0.0
+        #: True if messages heard now may be as old as a sleep. Then only a stop counts.
+        self.is_waking = False
+        self._updated_at: Optional[float] = None
+        self._woke_at = -math.inf
+
+    def update(self, now: float) -> None:
+        """Look at the clock. To be called ten times a second, and before each message is used."""
+        gap = now - self._updated_at if self._updated_at else 0.0    # 0: the clock had not begun
+        self._updated_at = now
+        self.slept_for = gap if gap > LONGEST_GAP else 0.0
+        if self.slept_for:
+            self._woke_at = now
+        self.is_waking = now - self._woke_at < WAKING
+
+    def start(self, now: float) -> None:
+        """Begin to look now; the time before does not count."""
+        self.slept_for, self.is_waking = 0.0, False
+        self._updated_at, self._woke_at = now, -math.inf
+
+    def came_after(self, at: float) -> bool:
+        """Did the process sleep since `at`, or wake up just before?"""
+        return at - self._woke_at < WAKING
+
+    def in_words(self) -> str:
+        """The sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
+        return 'this node did not run for {:.1f} s'.format(self.slept_for) if self.slept_for else ''
 
 
-class SensorWatch:
-    """Watches all sensors that a motion needs: finds silent ones, and ones that repeat a reading.
-
-    The owner of the motion calls Freshness.look for the readings.
+class Lateness:
+    """The delay of a single message beyond the usual delay of its sender. The usual delay is the
+    least one of the last `WINDOW` seconds in which the sender was heard. Messages that were held up
+    in a silence count as late. If the sender's clock was set, or runs faster, its new time is
+    believed after `WINDOW` seconds.
     """
 
-    def __init__(self, *sources: Freshness) -> None:
-        self._sources = sources
-        #: The state at the last :meth:`update`. After a silence one update finds BACK_SOON or LATE.
-        self.sight = Sight.SILENT
-        #: The reason why the robot stands; '' while all sensors are fresh.
-        self.hold_reason = ''
-        #: Length of the last silence [s]. It begins anew when a motion is asked for.
-        self.silent_for = 0.0
-        self._patience = ROBOT_START    # longest time that a motion waits for the sensors [s]
-        self._since = math.nan          # beginning of the silence; NaN: the next update
-        self._were_fresh = False        # at the last update
+    def __init__(self) -> None:
+        self._least = Least()
+        self._heard_for = 0.0
+        self._last_arrival = math.inf    # before the first message
 
-    def ask(self) -> None:
-        """A person or program asks for a motion now."""
-        self._since = math.nan
+    def of(self, stamp: float, arrival: float) -> float:
+        """The extra delay [s] of a message of this stamp [sender's clock] and arrival."""
+        self._heard_for += clamp(arrival - self._last_arrival, 0.0, HEARD_BEFORE)
+        self._last_arrival = arrival
+        self._least.add(self._heard_for, arrival - stamp)
+        assert self._least.value is not None
+        return arrival - stamp - self._least.value
 
-    def update(self, now: float, is_checked: bool = True) -> None:
-        """To be called repeatedly, also at each step while the robot is being driven. `is_checked`:
-        False until gyro and wheels were compared. A motion waits for this, too, for as long again.
-        """
-        for source in self._sources:
-            source.clock_went_back(now)
-        self._since = now if math.isnan(self._since) else min(now, self._since)
-        silent_for = now - self._since
-        is_late = silent_for > self._patience
-        are_fresh = self.are_fresh(now) and self._have_begun
-        if are_fresh and (is_checked or not self._were_fresh):
-            self._since = now - max(source.age(now) for source in self._sources)
-            self._patience = RESUME_TIME
-        self._were_fresh = are_fresh
-        if not (are_fresh and is_checked):
-            # The first reason is kept, so that it does not change with each further lost source.
-            self.hold_reason = UNCHECKED if are_fresh else self.hold_reason or self.problem(now)
-            self.sight, self.silent_for = Sight.LATE if is_late else Sight.SILENT, silent_for
-            return
-        self.hold_reason = ''
-        gap = max(source.take_longest_gap() for source in self._sources)
-        if gap <= min(source.timeout for source in self._sources) and not is_late:
-            self.sight = Sight.FRESH
-            return
-        self.sight, self.silent_for = (
-            (Sight.LATE, silent_for) if is_late else (Sight.BACK_SOON, gap))
-        self.pause()
 
-    def pause(self) -> None:
-        """The robot stood until now: forget silences and repetitions."""
-        self.hold_reason = ''
-        for source in self._sources:
-            source.take_longest_gap()
-            source.repeated_for = 0.0
+class Least:
+    """The least of the values of the last `WINDOW` seconds."""
 
-    def problem(self, now: float, with_age: bool = False) -> str:
-        """The lost sensors, in words; '' while all sensors are fresh.
+    def __init__(self) -> None:
+        #: (time, value); each value is less than all after it.
+        self._candidates: Deque[Tuple[float, float]] = deque()
+        #: None before the first value.
+        self.value: Optional[float] = None
 
-        If one is lost, others that are silent for half their timeout count as lost, too.
-        """
-        if self.are_fresh(now):
-            return ''
-        return ', '.join(source.silence_with_age(now) if with_age else source.silence
-                         for source in self._sources if source.age(now) > 0.5 * source.timeout)
-
-    def frozen(self) -> str:
-        """The sensors that are frozen, in words; '' if none is."""
-        return ' and '.join(
-            '{} repeats one reading though the robot is told to move (its driver '
-            'hangs?)'.format(source.name)
-            for source in self._sources if source.repeated_for > FROZEN_TIME)
-
-    def are_fresh(self, now: float) -> bool:
-        """True while all sensors are fresh."""
-        return all(source.is_fresh(now) for source in self._sources)
-
-    @property
-    def _have_begun(self) -> bool:
-        """Has each sensor sent more than one message?
-
-        A TurtleBot3 that was just connected sends one message. Then it calibrates its gyro for
-        2.6 s, in which it must not move.
-        """
-        return all(source.count > 1 for source in self._sources)
+    def add(self, time: float, value: float) -> None:
+        """Take in a value. A `time` before an earlier value's counts as that value's time."""
+        candidates = self._candidates
+        while candidates and candidates[-1][1] >= value:
+            candidates.pop()
+        candidates.append((time, value))
+        while candidates[0][0] < time - WINDOW:
+            candidates.popleft()
+        self.value = candidates[0][1]

@@ -21,9 +21,7 @@ a person gives the machine anew):
   or before this node started or woke. If renewals of a sender that renews arrive faster than one in
   each `RENEWAL`, its True was delayed.
 
-A process sleeps when it is stopped, swapped out, or its computer is suspended. Only the clock shows
-a sleep: the process looks at the clock repeatedly, and a long time between two looks is a sleep
-(:class:`SleepWatch`, which other nodes use as well).
+A goal may wait before it is driven to, but a cancel ends it, too (:class:`Arrivals`).
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 :meth:`Permission.update` is to be called ten times a second.
@@ -31,60 +29,17 @@ Edge case: a sender that renews must do so once before the robot may move. So a 
 sender, or a delayed True, does not move the robot.
 """
 import math
-from typing import Dict, List, Optional, Set
+from typing import Dict, List, Set
 
 from tb3_labs.news import News, NewsDesk
-from tb3_labs.supervision.freshness import RESUME_TIME, ROBOT_START
+from tb3_labs.supervision.freshness import (
+    LONGEST_LAPSE, RENEWAL, RESUME_TIME, ROBOT_START, SleepWatch)
 
-#: Time from one renewal of a permission to the next [s].
-RENEWAL = 0.1
 #: A grant whose renewals stop is suspended after this silence [s].
 LAPSE = 0.5
-#: A grant expires after this silence [s]. A True that was delayed for longer does not count.
-LONGEST_LAPSE = 2.0
 #: A grant holds after a renewal that comes later than this [s]. Earlier renewals may have been
 #: delayed and arrived together with it; they do not show that the sender is alive.
 CONFIRMATION = 0.04
-#: A longer time than this between two looks at the clock is a sleep [s]. On a busy machine a
-#: process waits for less.
-LONGEST_GAP = 1.0
-#: Messages within this time after a sleep may be as old as the sleep [s]. Their order is not known,
-#: since each topic is read by its own thread.
-WAKING = 0.3
-
-
-class SleepWatch:
-    """Did this process sleep? Looks at the clock for one node."""
-
-    def __init__(self) -> None:
-        #: Length of the sleep that the last update found [s]; 0 if it found none.
-        self.slept_for = 0.0
-        #: True if messages heard now may be as old as a sleep. Then only a stop counts.
-        self.is_waking = False
-        self._updated_at: Optional[float] = None
-        self._woke_at = -math.inf
-
-    def update(self, now: float) -> None:
-        """Look at the clock. To be called ten times a second, and before each message is used."""
-        gap = now - self._updated_at if self._updated_at else 0.0    # 0: the clock had not begun
-        self._updated_at = now
-        self.slept_for = gap if gap > LONGEST_GAP else 0.0
-        if self.slept_for:
-            self._woke_at = now
-        self.is_waking = now - self._woke_at < WAKING
-
-    def start(self, now: float) -> None:
-        """Begin to look now; the time before does not count."""
-        self.slept_for, self.is_waking = 0.0, False
-        self._updated_at, self._woke_at = now, -math.inf
-
-    def came_after(self, at: float) -> bool:
-        """Did the process sleep since `at`, or wake up just before?"""
-        return at - self._woke_at < WAKING
-
-    def in_words(self) -> str:
-        """The sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
-        return 'this node did not run for {:.1f} s'.format(self.slept_for) if self.slept_for else ''
 
 
 class _Grant:
@@ -235,3 +190,56 @@ class Permission:
         if any(at > grant.sent_before for other, at in self._stops.items() if other != sender):
             return 'it was taken while the network delayed it'
         return ''
+
+
+class Arrival:
+    """A goal that has arrived at `now` [s]; it may wait, for instance for its frame.
+
+    `name` and `stamp` [ns, sender's clock] are those of its GoalID; '' and 0 if it has none.
+    """
+
+    def __init__(self, now: float, name: str = '', stamp: int = 0) -> None:
+        self.arrived_at, self.name, self.stamp = now, name, stamp
+        self.refusal = ''
+
+    def objection(self, now: float) -> str:
+        """The reason why it must not be driven to; '' if there is none."""
+        if self.refusal or now - self.arrived_at <= RESUME_TIME:
+            return self.refusal
+        return 'it waited for {:.1f} s: send it again'.format(now - self.arrived_at)
+
+
+class Arrivals:
+    """The goal that is driven to, and those that have arrived but wait.
+
+    A cancel ends what arrived before it, wherever that waits: the goal that it names, the goals up
+    to its stamp, or each goal if it has neither. A newer goal replaces the older ones. A goal that
+    has waited for more than `RESUME_TIME` is void.
+    """
+
+    def __init__(self, present: Arrival) -> None:
+        self.present = present
+        self._waiting: List[Arrival] = []    # in the order of their arrival
+
+    def add(self, goal: Arrival) -> None:
+        """`goal` has arrived; to be followed by :meth:`drop`."""
+        self._waiting.append(goal)
+
+    def cancel(self, name: str = '', stamp: int = 0) -> bool:
+        """A cancel has arrived. Returns True if it ends the present goal."""
+        def is_meant(goal: Arrival) -> bool:
+            return (goal.name == name if name else not stamp) or 0 < goal.stamp <= stamp
+
+        for goal in filter(is_meant, self._waiting):
+            goal.refusal = 'it was cancelled while its frame was awaited'
+        return is_meant(self.present)
+
+    def accept(self, goal: Arrival) -> None:
+        """`goal` is driven to from now on."""
+        self.present = goal
+        for older in self._waiting[:self._waiting.index(goal)]:
+            older.refusal = older.refusal or 'replaced by a newer goal'
+
+    def drop(self, goal: Arrival) -> None:
+        """`goal` waits no longer: it was accepted or refused."""
+        self._waiting.remove(goal)

@@ -1,15 +1,17 @@
-"""Settings that change while a node runs: any Config, by dynamic_reconfigure's messages.
+"""The parameters of a node: a Config, read at its start, and changed while it runs.
 
-A person changes them by the program :mod:`tb3_labs.ros.dynparam`, or in rqt_reconfigure.
+A person changes them by the program :mod:`tb3_labs.ros.dynparam`, or in rqt_reconfigure, through
+the messages of dynamic_reconfigure.
 
 dynamic_reconfigure 1.7.3 (Debian 12) has a Python server of its own. It is not used because of
-measured defects (test/ros/parameters_test.py shows that this file has none):
+measured defects (test/ros/parameters_test.py shows that LiveSettings has none):
 - It clips an invalid value to the nearest bound without a word, before its callback could refuse.
 - It writes each change to the parameter server. So a node that starts again begins with the faults
   that were switched on before.
 - Its import asks rosdep, which prints a line in every terminal if rosdep was not initialised.
 """
 import math
+import os
 import threading
 from dataclasses import asdict, fields, replace
 
@@ -20,13 +22,37 @@ from dynamic_reconfigure.msg import (
 from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
-from tb3_labs.config import bounds_in_words, nearest
+from tb3_labs.config import NOT_GIVEN, bounds_in_words, from_parameters, nearest
+from tb3_labs.robot.turtlebot3 import model_called
 
 _TYPES = {bool: 'bool', int: 'int', float: 'double', str: 'str'}
 _LOWEST = {bool: False, int: -2 ** 31, float: -math.inf, str: ''}
 _HIGHEST = {bool: True, int: 2 ** 31 - 1, float: math.inf, str: ''}
 #: The group that all settings are in.
 _GROUP = 'Default'
+
+
+def read_config(*kinds, of=None):
+    """Returns an instance of each configuration class in `kinds`, from the node's ``~`` parameters.
+    ``ValueError`` for the first parameter that is unknown or not valid.
+
+    `of` names another node whose parameters are read instead; unknown ones of it are ignored.
+    """
+    given = rospy.get_param(of or '~', {})
+    known = {item.name for kind in kinds for item in fields(kind)} | {'model'}
+    for name in () if of else sorted(set(given) - known):
+        raise ValueError('parameter {}/{} is unknown; {}'.format(
+            rospy.get_name(), name, nearest(name, known)))
+    try:
+        configs = [from_parameters(kind, given) for kind in kinds]
+    except ValueError as problem:
+        raise ValueError('parameter {}/{}'.format(of or rospy.get_name(), problem)) from None
+    return configs[0] if len(configs) == 1 else configs
+
+
+def read_model():
+    """Returns the RobotModel called ``~model``, else the one that TURTLEBOT3_MODEL names."""
+    return model_called(rospy.get_param('~model', NOT_GIVEN), os.environ)
 
 
 class LiveSettings:

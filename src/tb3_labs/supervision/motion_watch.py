@@ -1,0 +1,213 @@
+"""May a motion go on? Its sensors must be alive, and the robot must obey.
+
+A sensor is lost if it is silent, and frozen if it repeats one reading. The arrivals of the messages
+show a silence; their stamps do not. The readings of a working sensor always change while the robot
+moves; those of a driver that hangs do not. A robot is stalled if it is told to move and gets no
+nearer to its goal; it has settled when its samples show it at rest.
+
+Units: metres or radians for the remaining way, per second for speeds; seconds on one clock, that of
+the receiver (`now`).
+"""
+import math
+from enum import Enum
+from typing import Optional
+
+from tb3_labs.supervision.freshness import RESUME_TIME, ROBOT_START, Freshness
+
+#: The reason why a robot stands whose sensors are fresh.
+UNCHECKED = 'gyro and wheels are not compared yet: the robot must rest for a second'
+#: A sensor that repeats itself for longer than this, though the robot is told to move, is frozen
+#: [s]. A slow network and slow motors delay the motion by less.
+FROZEN_TIME = 0.6
+#: If the robot is told to drive faster than this, the readings must show a motion [m/s].
+SURELY_DRIVES = 0.02
+#: If the robot is told to turn faster than this, the readings must show a motion [rad/s].
+SURELY_TURNS = 0.1
+#: The robot counts as stalled when it got no nearer for this long while it was told to move [s].
+STALL_TIME = 1.3
+#: The robot got nearer if the remaining way is less by at least this much [m or rad].
+STALL_STEP = 0.004
+#: A drive waits for the robot to settle for at most this long, the sum of all its rests [s].
+LONGEST_REST = 4.0
+#: The goal counts as missed when the remaining way grows again by this much, half a second at full
+#: speed [m or rad]. A short stall of the network makes the robot overshoot by less.
+AWAY_LIMIT = 0.8
+#: A robot that is faster than this moves [m/s or rad/s].
+MOVING = 0.005
+#: Samples at rest must span this time, nearly one control period of the robot [s].
+SETTLING_TIME = 0.03
+
+
+class Sight(Enum):
+    """The state of the sensors of a robot that is being driven."""
+
+    FRESH = 'go on'
+    SILENT = 'stand'
+    BACK_SOON = 'fresh again after a short silence: go on, knowing that it stood'
+    LATE = 'silent for too long, or fresh again after that: give up, the robot may be anywhere'
+
+
+class SensorWatch:
+    """Watches all sensors that a motion needs: finds silent ones, and ones that repeat a reading.
+
+    The owner of the motion calls Freshness.look for the readings.
+    """
+
+    def __init__(self, *sources: Freshness) -> None:
+        self._sources = sources
+        #: The state at the last :meth:`update`. After a silence one update finds BACK_SOON or LATE.
+        self.sight = Sight.SILENT
+        #: The reason why the robot stands; '' while all sensors are fresh.
+        self.hold_reason = ''
+        #: Length of the last silence [s]. It begins anew when a motion is asked for.
+        self.silent_for = 0.0
+        self._patience = ROBOT_START    # longest time that a motion waits for the sensors [s]
+        self._since = math.nan          # beginning of the silence; NaN: the next update
+        self._were_fresh = False        # at the last update
+
+    def ask(self) -> None:
+        """A person or program asks for a motion now."""
+        self._since = math.nan
+
+    def update(self, now: float, is_checked: bool = True) -> None:
+        """To be called repeatedly, also at each step while the robot is being driven. `is_checked`:
+        False until gyro and wheels were compared. A motion waits for this, too, for as long again.
+        """
+        for source in self._sources:
+            source.clock_went_back(now)
+        self._since = now if math.isnan(self._since) else min(now, self._since)
+        silent_for = now - self._since
+        is_late = silent_for > self._patience
+        are_fresh = self.are_fresh(now) and self._have_begun
+        if are_fresh and (is_checked or not self._were_fresh):
+            self._since = now - max(source.age(now) for source in self._sources)
+            self._patience = RESUME_TIME
+        self._were_fresh = are_fresh
+        if not (are_fresh and is_checked):
+            # The first reason is kept, so that it does not change with each further lost source.
+            self.hold_reason = UNCHECKED if are_fresh else self.hold_reason or self.problem(now)
+            self.sight, self.silent_for = Sight.LATE if is_late else Sight.SILENT, silent_for
+            return
+        self.hold_reason = ''
+        gap = max(source.take_longest_gap() for source in self._sources)
+        if gap <= min(source.timeout for source in self._sources) and not is_late:
+            self.sight = Sight.FRESH
+            return
+        self.sight, self.silent_for = (
+            (Sight.LATE, silent_for) if is_late else (Sight.BACK_SOON, gap))
+        self.pause()
+
+    def pause(self) -> None:
+        """The robot stood until now: forget silences and repetitions."""
+        self.hold_reason = ''
+        for source in self._sources:
+            source.take_longest_gap()
+            source.repeated_for = 0.0
+
+    def problem(self, now: float, with_age: bool = False) -> str:
+        """The lost sensors, in words; '' while all sensors are fresh.
+
+        If one is lost, others that are silent for half their timeout count as lost, too.
+        """
+        if self.are_fresh(now):
+            return ''
+        return ', '.join(source.silence_with_age(now) if with_age else source.silence
+                         for source in self._sources if source.age(now) > 0.5 * source.timeout)
+
+    def frozen(self) -> str:
+        """The sensors that are frozen, in words; '' if none is."""
+        return ' and '.join(
+            '{} repeats one reading though the robot is told to move (its driver '
+            'hangs?)'.format(source.name)
+            for source in self._sources if source.repeated_for > FROZEN_TIME)
+
+    def are_fresh(self, now: float) -> bool:
+        """True while all sensors are fresh."""
+        return all(source.is_fresh(now) for source in self._sources)
+
+    @property
+    def _have_begun(self) -> bool:
+        """Has each sensor sent more than one message?
+
+        A TurtleBot3 that was just connected sends one message. Then it calibrates its gyro for
+        2.6 s, in which it must not move.
+        """
+        return all(source.count > 1 for source in self._sources)
+
+
+class StallWatch:
+    """Watches the remaining way of one state of a drive, or of one turn."""
+
+    def __init__(self) -> None:
+        self._least: Optional[float] = math.inf    # None: the next remaining way is the least
+        self._stalled_for = 0.0
+        self._rested_for = 0.0
+        self._problem = ''
+
+    def resume(self) -> None:
+        """The robot stood while its sensors were silent: its remaining way may have grown.
+
+        The time for which it got no nearer is kept. Otherwise a stalled robot on a bad network
+        would be driven for ever.
+        """
+        self._least = None
+
+    def update(self, remaining: float, linear: float, angular: float, dt: float,
+               told_to_move: bool = True) -> None:
+        """Take in the remaining way [m or rad], the measured speeds [m/s, rad/s], the time since
+        the last update [s], and whether the robot is told to move, or to rest.
+        """
+        if not told_to_move:
+            self._rested_for += dt
+            self._problem = '' if self._rested_for <= LONGEST_REST else (
+                'the robot does not settle although it is told to rest (a noisy IMU?)')
+            return
+        remaining = abs(remaining)
+        if self._least is None:
+            self._least = remaining
+        if remaining <= self._least - STALL_STEP:
+            self._least = remaining
+            self._stalled_for = 0.0
+        else:
+            self._stalled_for += dt
+        if remaining <= self._least + AWAY_LIMIT and self._stalled_for <= STALL_TIME:
+            self._problem = ''
+        elif abs(linear) > MOVING or abs(angular) > MOVING:
+            self._problem = 'the robot moves, but no longer nearer to its goal: it has missed it'
+        else:
+            self._problem = (
+                'the robot does not move although it is told to (stuck, or motors off?)')
+
+    def problem(self) -> str:
+        """The problem that the last update found; '' if it found none."""
+        return self._problem
+
+
+class Settling:
+    """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion?
+
+    Their times of measurement decide: a sample that is read again may be old.
+    """
+
+    def __init__(self) -> None:
+        #: Time of the first of the samples at rest [s]; None while the robot moves.
+        self.since: Optional[float] = None
+        self._last = 0.0      # time of the latest sample [s]
+
+    def look(self, at_rest: bool, measured_at: float) -> None:
+        """Take in the latest sample: does it show a robot at rest, and when was it measured?"""
+        if not at_rest:
+            self.since = None
+        elif self.since is None or measured_at < self.since:
+            self.since = measured_at
+        self._last = measured_at
+
+    @property
+    def rested_for(self) -> float:
+        """Time that the samples at rest span [s]; 0 while the robot moves."""
+        return self._last - self.since if self.since is not None else 0.0
+
+    @property
+    def rests(self) -> bool:
+        """Has the robot settled?"""
+        return self.rested_for >= SETTLING_TIME
