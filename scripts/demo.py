@@ -19,7 +19,7 @@ Calls
 Parameters: see DemoConfig in tb3_labs.nodes.demo, set by demo.launch; limits are those of
 move_to_goal.
 """
-import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import math
 import threading

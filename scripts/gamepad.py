@@ -21,7 +21,7 @@ Parameters
     ~linear_axis, ~angular_axis, ~relinquish_button, ...: see PadConfig in tb3_labs.nodes.pad
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
-import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import threading
 

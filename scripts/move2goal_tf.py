@@ -35,7 +35,7 @@ Parameters
     may change while it runs: dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
-import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import threading
 
@@ -56,7 +56,7 @@ from tb3_labs.ros.display import DriveStatusPublisher, LocalDisplay
 from tb3_labs.ros.goals import GoalInterfaces, PoseFrames
 from tb3_labs.ros.node import log_news, run
 from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
-from tb3_labs.ros.sensors import (
+from tb3_labs.ros.sensor_topics import (
     say_what_is_awaited, subscribe_wheels, to_imu_sample, to_odometry_sample)
 from tb3_labs.ros.topics import subscribe
 

@@ -17,7 +17,7 @@ Parameters
     it runs: dynparam set /controller max_ang_z 1.0
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
-import tb3_labs.ros.early_ctrl_c    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import contextlib
 import signal
@@ -40,9 +40,9 @@ from tb3_labs.ros.conversions import to_mouse
 from tb3_labs.ros.node import end, end_roslaunch, guarded, log_news, run
 from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
 from tb3_labs.ros.rospy_internals import connection_of
-from tb3_labs.ros.sensors import say_what_is_awaited, subscribe_wheels, to_imu_sample
+from tb3_labs.ros.sensor_topics import say_what_is_awaited, subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import sent_at, subscribe, subscribe_news
-from tb3_labs.supervision.arbitration import Driver
+from tb3_labs.supervision.driver import Driver
 
 #: A turn that is asked for before the robot is connected waits this long for the robot [s].
 ROBOT_WAIT = 5.0

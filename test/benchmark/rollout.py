@@ -22,7 +22,7 @@ from tb3_labs.robot.samples import REST_ANGULAR, REST_LINEAR, ImuSample, Sample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
-from tb3_labs.supervision.arbitration import Driver
+from tb3_labs.supervision.driver import Driver
 
 #: Time between two looks at the robot's true pose [s].
 LOOK_PERIOD = 0.02

@@ -8,7 +8,7 @@ from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.supervision.arbitration import Driver
+from tb3_labs.supervision.driver import Driver
 from tb3_labs.supervision.permission import Arrival, Arrivals
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.

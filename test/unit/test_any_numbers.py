@@ -18,7 +18,7 @@ from tb3_labs.nodes.move_to_goal import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.ros.conversions import to_mouse, to_pose2, to_quaternion
-from tb3_labs.ros.sensors import to_imu_sample, to_odometry_sample
+from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample
 
 BURGER = robot_model('burger')
 FINITE = st.floats(-3.0, 3.0) | st.floats(allow_nan=False, allow_infinity=False)

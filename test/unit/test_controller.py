@@ -14,7 +14,7 @@ from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
-from tb3_labs.supervision.arbitration import Driver
+from tb3_labs.supervision.driver import Driver
 
 BURGER = robot_model('burger')
 MOUSE_PERIOD = 0.05

@@ -7,7 +7,7 @@ from tb3_labs.localization.odometry_jumps import CAUSE, EncoderWatch
 from tb3_labs.robot.samples import OdometrySample, WheelSample
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator_config import HOSTS
-from tb3_labs.supervision.arbitration import Driver
+from tb3_labs.supervision.driver import Driver
 from test_contradiction import Watched, controller, navigator
 
 

@@ -5,7 +5,7 @@ from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.nodes.gamepad import HAND_BACK, GamepadCore
 from tb3_labs.nodes.pad import PAD_TIMEOUT, PadConfig
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.supervision.arbitration import Holder
+from tb3_labs.supervision.holder import Holder
 
 NOBODY, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL
 BURGER = robot_model('burger')

@@ -11,7 +11,8 @@ from known_motion import SteadyRobot, Truth, angle_between, as_pose2, assert_pos
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.localizer import Localizer
-from tb3_labs.robot.samples import ImuSample, with_stamp
+from tb3_labs.robot.samples import ImuSample
+from tb3_labs.simulation.sensors import with_stamp
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(4.8 - 0.3j, -1.8),
                        imu_offset=math.radians(140.6), clock_ahead=0.775)

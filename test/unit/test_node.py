@@ -1,6 +1,7 @@
 """A node's signals and end, in processes of their own; its waits, its log lines and commands."""
 import os
 import re
+import runpy
 import signal
 import subprocess
 import sys
@@ -14,7 +15,7 @@ pytest.importorskip('rospy')    # the processes below need it
 from pages import SCRIPTS    # noqa: E402
 from tb3_labs.control.speed_laws import Twist2    # noqa: E402
 from tb3_labs.news import News    # noqa: E402
-from tb3_labs.ros import cmd_vel, node    # noqa: E402
+from tb3_labs.ros import cmd_vel, node, start    # noqa: E402
 from rospy.impl.registration import RegManager    # noqa: E402
 from tb3_labs.ros.clocks import wait_until    # noqa: E402
 from tb3_labs.ros.rospy_internals import join_updates    # noqa: E402
@@ -203,3 +204,14 @@ def test_an_answer_without_a_publisher_does_not_hide_one_of_its_topic_that_was_t
     for topic, given, kept in ('/odom', one, one), ('/odom', [], one), ('/imu', two, two):
         manager.publisher_update(topic, given)
         assert manager.updates[-1] == (topic, kept)
+
+
+@pytest.mark.parametrize('name', ['squaternion', 'numpy'])
+def test_a_workspace_without_a_package_of_python_is_told_what_to_type(name, monkeypatch):
+    """The build runs this file, too."""
+    monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(start.__file__)
+    said = str(ended.value)
+    assert said.startswith('tb3_labs: {} has no package {}. '.format(sys.executable, name))
+    assert 'rosdep install --from-paths src --ignore-src -y.' in said and '\n' not in said

@@ -1,14 +1,11 @@
 """Quaternions of a robot on a floor, and the mistakes that squaternion does not notice."""
 import math
-import runpy
-import sys
 
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 from known_motion import angle_between
-from tb3_labs.geometry import quaternions as module
 from tb3_labs.geometry.quaternions import (
     quaternion_from_yaw, yaw_from_quaternion)
 
@@ -76,14 +73,3 @@ def test_a_robot_on_its_side_is_refused(yaw, tilt_deg, axis):
     # Over 130 deg of pitch is the same attitude as a roll over, so no tilt here is below 45 deg.
     with pytest.raises(ValueError, match='roll'):
         yaw_of(then_tilted(yaw, math.radians(tilt_deg), axis))
-
-
-@pytest.mark.parametrize('name', ['squaternion', 'numpy'])
-def test_a_workspace_without_a_package_of_python_is_told_what_to_type(name, monkeypatch):
-    """The build runs this file, too."""
-    monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(SystemExit) as ended:
-        runpy.run_path(module.__file__)
-    said = str(ended.value)
-    assert said.startswith('tb3_labs: {} has no package {}. '.format(sys.executable, name))
-    assert 'rosdep install --from-paths src --ignore-src -y.' in said and '\n' not in said

@@ -8,7 +8,8 @@ from known_motion import SteadyRobot, Truth, angle_between, assert_pose, held_ba
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.sample_buffer import MAX_GAP, MEMORY, SampleBuffer, Track
 from tb3_labs.localization.sender_clock import SenderClock
-from tb3_labs.robot.samples import ImuSample, OdometrySample, with_stamp
+from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.simulation.sensors import with_stamp
 from tb3_labs.supervision.freshness import Lateness
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offset=-1.8,

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from simulated import MOTOR_STEP, QUIET, STIFF, TICK, close, drive, imu_of, odom_of, switch
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import with_stamp
 from tb3_labs.simulation.network import NETWORKS
+from tb3_labs.simulation.sensors import with_stamp
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 

@@ -5,10 +5,9 @@ from dataclasses import replace
 import pytest
 from rollout import turns
 
-from tb3_labs.control.approach import ApproachConfig
+from tb3_labs.control.approach import ApproachConfig, PreciseTurn, turning_approach
 from tb3_labs.control.motor_response import Response
-from tb3_labs.control.turning import (
-    LabTurn, PreciseTurn, TurnConfig, degrees_of, turning_approach)
+from tb3_labs.control.turning import LabTurn, TurnConfig, degrees_of
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 

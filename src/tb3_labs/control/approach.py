@@ -4,7 +4,8 @@ From each sample `dead_time` predicts the *way at rest*: the way that would rema
 told to stop now. It uses the delay, lag and gain that `motor_response` identifies. An `Estimate`
 takes the noise out of these predictions: from one to the next, the way at rest changes by the
 command only. A braking profile gives the speed for the way at rest. *Nudges* correct the last bit:
-they are short commands to a robot that was told to stop before.
+they are short commands to a robot that was told to stop before. A `PreciseTurn` is an approach to
+a heading.
 
 Units: radians or metres for ways, per second for speeds; seconds. Works for either direction.
 Source: braking profile, see :func:`tb3_labs.control.speed_laws.braking_speed`.
@@ -14,9 +15,11 @@ from dataclasses import dataclass
 
 from tb3_labs.control.dead_time import CommandHistory, followed, way_at_rest
 from tb3_labs.control.motor_response import TIME_DOUBT, Identification, Response
-from tb3_labs.control.speed_laws import braking_speed
-from tb3_labs.geometry.angles import clamp
-from tb3_labs.robot.samples import Estimate
+from tb3_labs.control.speed_laws import LawStep, Twist2, braking_speed
+from tb3_labs.geometry.angles import clamp, continuous, difference
+from tb3_labs.robot.samples import REST_ANGULAR, Estimate
+from tb3_labs.robot.turtlebot3 import CONTROL_RATE
+from tb3_labs.supervision.motion_watch import Settling
 
 #: Two times that differ by less than this, as by rounding, belong to the same sample [s].
 SAME_MOMENT = 1e-6
@@ -157,3 +160,73 @@ class Approach:
         if self._nudges and self._history.unchanged_for < config.nudge_time:
             return self._history.command
         return 0.0
+
+
+def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
+    """The ApproachConfig of a precise turn, in [rad/s^2] and [rad]."""
+    period = PreciseTurn.period
+    return ApproachConfig(
+        period=period, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
+        slowest=0.02, close_enough=0.0007, leave_alone=0.5 * tolerance, nudge_time=period,
+        speed_is_prompt=True)
+
+
+class PreciseTurn:
+    """Turns as fast as the limits allow, in the direction asked for, and ends at rest."""
+
+    period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
+    MAX_ANGLE = 200.0 * math.pi
+    MAX_ANGLE_IN_WORDS = 'a number from -36000 to 36000'
+    extends = True
+    carries_error = True
+    #: With a noisy IMU the turn waits at rest for more samples, at most this long [s].
+    LONGEST_LOOK = 0.6
+
+    def __init__(self, fastest: float, acceleration: float, tolerance: float,
+                 response: Response) -> None:
+        """`fastest` [rad/s], `acceleration` [rad/s^2], `tolerance` [rad]; `response`: this robot's
+        delay and lag as far as known."""
+        self._fastest = fastest
+        self._tolerance = tolerance
+        self._approach = Approach(turning_approach(acceleration, tolerance), response)
+        self.start(0.0, 0.0)
+
+    def start(self, yaw: float, angle: float) -> None:
+        """Turn by `angle`, beginning at `yaw` [rad], with a robot that stands."""
+        self._face = yaw + angle
+        #: The remaining angle, not wrapped: it may be many whole turns.
+        self.remaining = angle
+        self._time = 0.0    # since the start [s]
+        self._settling = Settling()
+        self._approach.start()
+
+    def extend(self, angle: float) -> None:
+        self._face += angle
+        self.remaining += angle
+        self._approach.extend(angle)
+
+    def aim(self, face: float) -> None:
+        """Face another heading [rad] from now on, the short way from the last one."""
+        self._approach.extend(difference(face, self._face))
+        self._face = face
+
+    def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
+             noise: float = 0.0) -> LawStep:
+        """The command; finished if the robot rests inside the tolerance, as far as noise shows it.
+        """
+        self._time += dt
+        self.remaining = continuous(self._face - yaw, self.remaining)
+        command = self._approach.step(self.remaining, rate, self._fastest, dt, noise, age)
+        rests = abs(rate) <= REST_ANGULAR and self._approach.told_to_rest(age)
+        self._settling.look(rests, self._time - age)
+        if rests:
+            self.remaining = self._approach.at_rest.value
+        return LawStep(Twist2(0.0, command), self.remaining,
+                       self._settling.rests and self._is_near())
+
+    def _is_near(self) -> bool:
+        uncertainty = self._approach.at_rest.uncertainty
+        if uncertainty <= 0.35 * self._tolerance:
+            return abs(self.remaining) <= self._tolerance
+        return (self._settling.rested_for >= self.LONGEST_LOOK
+                and abs(self.remaining) <= self._tolerance + uncertainty)

@@ -6,12 +6,11 @@ first move-to-goal lab, number by number; PreciseLaw brakes by :mod:`tb3_labs.co
 import math
 from typing import Optional
 
-from tb3_labs.control.approach import Approach, ApproachConfig
+from tb3_labs.control.approach import Approach, ApproachConfig, PreciseTurn
 from tb3_labs.control.goal import DriveConfig, GoalState, turned
 from tb3_labs.control.goal_machine import DrivingLaw
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import LawStep, Twist2, proportional, saturate
-from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion

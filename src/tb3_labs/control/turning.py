@@ -1,26 +1,22 @@
-"""Two laws for a turn on the spot by the IMU: the IMU lab's own and a precise one.
+"""Turns on the spot by the IMU: their settings, and the IMU lab's own law. The other law is
+:class:`tb3_labs.control.approach.PreciseTurn`.
 
 Units: radians, counter-clockwise positive; the lab's own constants are in degrees, as in the
 handout. A turn is asked for as an angle, not as a heading: 180 and -180 are different turns, and
 360 is a full turn. The handout's law alone cannot tell them apart.
-Source: LabTurn is the IMU lab's handout, number by number; PreciseTurn brakes by
-:mod:`tb3_labs.control.approach`.
+Source: LabTurn is the IMU lab's handout, number by number.
 """
 import math
 from dataclasses import dataclass
 from typing import Optional, Protocol
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.approach import Approach, ApproachConfig
+from tb3_labs.control.approach import PreciseTurn
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import LawStep, Twist2, proportional
-from tb3_labs.geometry.angles import continuous, difference
-from tb3_labs.robot.samples import REST_ANGULAR
-from tb3_labs.robot.turtlebot3 import CONTROL_RATE, RobotModel
-from tb3_labs.supervision.motion_watch import Settling
+from tb3_labs.geometry.angles import difference
+from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: The precise law gives one command in each control period of the firmware [s].
-PERIOD = 1.0 / CONTROL_RATE
 #: Turns by the keys of the keyboard [deg].
 WORDS = {'l': 90.0, 'r': -90.0, 'b': 180.0}
 
@@ -124,72 +120,3 @@ class LabTurn:
         error = math.degrees(difference(self._goal, yaw))
         command = proportional(error, self._gain, self._slowest, self._fastest)
         return LawStep(Twist2(0.0, command), math.radians(error), abs(error) < self._tolerance)
-
-
-def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
-    """The ApproachConfig of a precise turn, in [rad/s^2] and [rad]."""
-    return ApproachConfig(
-        period=PERIOD, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
-        slowest=0.02, close_enough=0.0007, leave_alone=0.5 * tolerance, nudge_time=PERIOD,
-        speed_is_prompt=True)
-
-
-class PreciseTurn:
-    """Turns as fast as the limits allow, in the direction asked for, and ends at rest."""
-
-    period = PERIOD
-    MAX_ANGLE = 200.0 * math.pi
-    MAX_ANGLE_IN_WORDS = 'a number from -36000 to 36000'
-    extends = True
-    carries_error = True
-    #: With a noisy IMU the turn waits at rest for more samples, at most this long [s].
-    LONGEST_LOOK = 0.6
-
-    def __init__(self, fastest: float, acceleration: float, tolerance: float,
-                 response: Response) -> None:
-        """`fastest` [rad/s], `acceleration` [rad/s^2], `tolerance` [rad]; `response`: this robot's
-        delay and lag as far as known."""
-        self._fastest = fastest
-        self._tolerance = tolerance
-        self._approach = Approach(turning_approach(acceleration, tolerance), response)
-        self.start(0.0, 0.0)
-
-    def start(self, yaw: float, angle: float) -> None:
-        """Turn by `angle`, beginning at `yaw` [rad], with a robot that stands."""
-        self._face = yaw + angle
-        #: The remaining angle, not wrapped: it may be many whole turns.
-        self.remaining = angle
-        self._time = 0.0    # since the start [s]
-        self._settling = Settling()
-        self._approach.start()
-
-    def extend(self, angle: float) -> None:
-        self._face += angle
-        self.remaining += angle
-        self._approach.extend(angle)
-
-    def aim(self, face: float) -> None:
-        """Face another heading [rad] from now on, the short way from the last one."""
-        self._approach.extend(difference(face, self._face))
-        self._face = face
-
-    def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
-             noise: float = 0.0) -> LawStep:
-        """The command; finished if the robot rests inside the tolerance, as far as noise shows it.
-        """
-        self._time += dt
-        self.remaining = continuous(self._face - yaw, self.remaining)
-        command = self._approach.step(self.remaining, rate, self._fastest, dt, noise, age)
-        rests = abs(rate) <= REST_ANGULAR and self._approach.told_to_rest(age)
-        self._settling.look(rests, self._time - age)
-        if rests:
-            self.remaining = self._approach.at_rest.value
-        return LawStep(Twist2(0.0, command), self.remaining,
-                       self._settling.rests and self._is_near())
-
-    def _is_near(self) -> bool:
-        uncertainty = self._approach.at_rest.uncertainty
-        if uncertainty <= 0.35 * self._tolerance:
-            return abs(self.remaining) <= self._tolerance
-        return (self._settling.rested_for >= self.LONGEST_LOOK
-                and abs(self.remaining) <= self._tolerance + uncertainty)

@@ -13,7 +13,7 @@ from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.robot.turtlebot3 import model_called
 from tb3_labs.ros.rospy_internals import connection_of
-from tb3_labs.ros.sensors import to_imu_sample, to_odometry_sample, to_wheel_sample
+from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample, to_wheel_sample
 
 #: The topics of a robot that the doctor hears, with their messages.
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'cmd_vel': rospy.AnyMsg}

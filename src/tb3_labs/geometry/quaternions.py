@@ -7,17 +7,9 @@ robot on a floor can have is invalid.
 Units: radians. Edge case: a yaw is in (-pi, pi]. Source: squaternion (PyPI), REP-103 for the axes.
 """
 import math
-import sys
 from typing import Tuple
 
-try:
-    import numpy  # noqa: F401 - the other files of this package need it
-    from squaternion import Quaternion
-except ImportError as missing:    # rosdep was not run; the build imports this file
-    raise SystemExit(
-        'tb3_labs: {} has no package {}. On Noetic, in the workspace: rosdep install --from-paths '
-        'src --ignore-src -y. On Debian: source src/tb3_labs/scripts/setup.sh; rm -rf build devel; '
-        'catkin_make'.format(sys.executable, missing.name)) from None
+from squaternion import Quaternion
 
 #: A norm that differs from 1 by more than this is not a rounding error; a real TurtleBot3 sends
 #: 0.999996.

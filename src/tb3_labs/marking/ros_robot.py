@@ -20,7 +20,7 @@ from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, TRUTH
 from tb3_labs.marking.ros_interface import name_of_sender, sender_of
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2, to_twist
-from tb3_labs.ros.sensors import to_imu_sample, to_odometry_sample
+from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample
 from tb3_labs.ros.topics import subscribe
 
 #: The robot's name, by which its settings are found.

@@ -14,7 +14,7 @@ from tb3_labs.news import News, NewsDesk
 from tb3_labs.nodes.mouse import Mouse
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
-from tb3_labs.supervision.arbitration import DRIVERS, Driver, DriverEvent, after
+from tb3_labs.supervision.driver import DRIVERS, Driver, DriverEvent
 from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, SleepWatch
 from tb3_labs.supervision.motion_watch import SensorWatch, Sight, StallWatch
 
@@ -286,7 +286,7 @@ class ControllerCore:
 
     def _happens(self, event: DriverEvent, reason: str = '') -> None:
         """Apply the table of drivers. A turn that ends by it, with a `reason`, is given up."""
-        before, self.driver = self.driver, after(DRIVERS, self.driver, event)
+        before, self.driver = self.driver, DRIVERS.get((self.driver, event), self.driver)
         if self.driver is Driver.MOUSE:
             self._carried = 0.0
         is_over = before is Driver.TURN and self.driver is not Driver.TURN

@@ -17,8 +17,8 @@ from tb3_labs.control.speed_laws import Twist2, saturate
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.nodes.pad import PadConfig, PadListener, PadMessage
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.supervision.arbitration import HOLDERS, ControlMessages, Holder, HolderEvent, after
 from tb3_labs.supervision.freshness import LONGEST_LAPSE, SleepWatch
+from tb3_labs.supervision.holder import HOLDERS, ControlMessages, Holder, HolderEvent
 
 #: After taking the robot back the pad waits until move_to_goal has stopped [s].
 HAND_BACK = 0.15
@@ -170,7 +170,7 @@ class GamepadCore:
         self._happens(event, now)
 
     def _happens(self, event: HolderEvent, now: float) -> None:
-        before, self.holder = self.holder, after(HOLDERS, self.holder, event)
+        before, self.holder = self.holder, HOLDERS.get((self.holder, event), self.holder)
         self._is_new = self._is_new or self.holder is not before
         if before is Holder.MOVE_TO_GOAL is not self.holder:
             self._silent_until = now + HAND_BACK

@@ -15,7 +15,7 @@ from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame, to_pose2, transform_to_pose2
 from tb3_labs.ros.operator import hear_takers
 from tb3_labs.ros.rospy_internals import connection_of
-from tb3_labs.ros.sensors import to_imu_sample, to_odometry_sample
+from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample
 from tb3_labs.ros.topics import subscribe
 
 #: The stream that moves the robot on the page is read once in this time [s]: local_pose, or odom if

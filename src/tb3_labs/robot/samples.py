@@ -3,8 +3,8 @@
 Units: seconds, metres, radians. `stamp` is the sender's clock, which may be off by a second.
 """
 import math
-from dataclasses import dataclass, replace
-from typing import NamedTuple, Optional, Tuple, TypeVar, Union
+from dataclasses import dataclass
+from typing import NamedTuple, Optional, Tuple, Union
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
@@ -71,16 +71,6 @@ class Motion:
 
 #: A sample of either sensor.
 Sample = Union[ImuSample, OdometrySample]
-AnySample = TypeVar('AnySample', ImuSample, OdometrySample, Sample)
-
-
-def with_stamp(sample: AnySample, stamp: float) -> AnySample:
-    """The same sample with another stamp [s]."""
-    if isinstance(sample, ImuSample):
-        return sample._replace(stamp=stamp)
-    return replace(sample, stamp=stamp)
-
-
 def is_slow(linear: float, angular: float) -> bool:
     """Are these speeds [m/s, rad/s] those of a robot at rest?"""
     return abs(linear) <= REST_LINEAR and abs(angular) <= REST_ANGULAR

@@ -4,11 +4,12 @@ Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (dropo
 a driver that went on sending one sample with new stamps for half a minute).
 """
 import random
-from typing import List, Optional, Sequence
+from dataclasses import replace
+from typing import List, Optional, Sequence, TypeVar
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import Sample, with_stamp
+from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.body import Body
 from tb3_labs.simulation.firmware import Odometer, encoder
@@ -19,6 +20,7 @@ from tb3_labs.simulation.simulator_config import FAULTS, SimulatorConfig
 DROPOUT = (0.3, 4.3)
 #: Time from one time sync of the serial node to the next [s].
 SYNC_PERIOD = 5.0
+AnySample = TypeVar('AnySample', ImuSample, OdometrySample, Sample)
 
 
 class Rhythm:
@@ -156,3 +158,10 @@ class Sensors:
         """Returns the samples since the last call, oldest first; their stamps are true."""
         samples, self._samples = self._samples, []
         return samples
+
+
+def with_stamp(sample: AnySample, stamp: float) -> AnySample:
+    """The same sample with another stamp [s]."""
+    if isinstance(sample, ImuSample):
+        return sample._replace(stamp=stamp)
+    return replace(sample, stamp=stamp)

@@ -1,52 +1,18 @@
-"""Who drives, who holds the robot, and what does a pad tell move_to_goal?
+"""Who holds the robot: a pad or move_to_goal? A table gives the holder after an event.
 
-One rule for the first two: a table gives the driver or holder after an event.
-
-`controller` drives by a turn or by the mouse (DRIVERS); a `gamepad` holds the robot itself, or
-hands it to move_to_goal (HOLDERS). An event that is not listed changes nothing: a turn that is
-asked for during a turn moves its goal, and is refused while the mouse drives. At each change of the
-driver the robot is stopped first, by one zero. A node that stops holding the robot sends one zero,
-and is silent. A pad tells by ControlMessages whether move_to_goal may drive.
-
-Sources: the course's mouse and gamepad labs, and the failures of nodes without such a rule.
+A `gamepad` holds the robot itself, or hands it to move_to_goal. An event that is not in the table
+changes nothing. A node that stops holding the robot sends one zero, and is silent. A pad tells
+move_to_goal by ControlMessages whether it may drive. Sources: the course's gamepad lab, and the
+failures of nodes without such a rule.
 """
 import math
 from enum import Enum
-from typing import Dict, List, Tuple, TypeVar
+from typing import List
 
 from tb3_labs.supervision.freshness import LONGEST_LAPSE, RENEWAL
 
 #: A message of move_to_goal this soon after a press of A may be older than the press [s].
 CROSSING = 0.3
-
-
-class Driver(Enum):
-    """The driver of the robot, as `controller` decides."""
-
-    NOBODY = 'nobody'
-    TURN = 'turn'
-    MOUSE = 'mouse'
-
-
-class DriverEvent(Enum):
-    """An event that may change the driver. A message of an inactive mouse is not an event."""
-
-    TURN_ASKED = 'turn asked'
-    TURN_OVER = 'turn over'
-    MOUSE_MOVED = 'mouse moved'           # it is active, and outside its dead zone
-    MOUSE_CENTRED = 'mouse centred'       # it is active, and inside; a turn goes on
-    MOUSE_RELEASED = 'mouse released'     # once, when it is deactivated or lost
-
-
-DRIVERS = {
-    (Driver.NOBODY, DriverEvent.TURN_ASKED): Driver.TURN,
-    (Driver.NOBODY, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
-    (Driver.TURN, DriverEvent.TURN_OVER): Driver.NOBODY,
-    (Driver.TURN, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
-    (Driver.TURN, DriverEvent.MOUSE_RELEASED): Driver.NOBODY,
-    (Driver.MOUSE, DriverEvent.MOUSE_CENTRED): Driver.NOBODY,
-    (Driver.MOUSE, DriverEvent.MOUSE_RELEASED): Driver.NOBODY,
-}
 
 
 class Holder(Enum):
@@ -74,6 +40,7 @@ class HolderEvent(Enum):
     LOST = 'pad lost'
 
 
+#: {(holder, event): holder after it}
 HOLDERS = {
     (Holder.NOBODY, HolderEvent.READY): Holder.GAMEPAD,
     (Holder.NOBODY, HolderEvent.RELINQUISH): Holder.MOVE_TO_GOAL,
@@ -86,14 +53,6 @@ HOLDERS = {
     (Holder.MOVE_TO_GOAL, HolderEvent.TAKEN): Holder.NOBODY,
     (Holder.MOVE_TO_GOAL, HolderEvent.LOST): Holder.NOBODY,
 }
-
-State = TypeVar('State')
-Event = TypeVar('Event')
-
-
-def after(table: Dict[Tuple[State, Event], State], now: State, event: Event) -> State:
-    """The driver or holder after `event`, by `table` (DRIVERS or HOLDERS)."""
-    return table.get((now, event), now)
 
 
 class ControlMessages:

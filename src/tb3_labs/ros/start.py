@@ -3,8 +3,18 @@
 Python itself would raise KeyboardInterrupt in the middle of an import. Either Python prints a
 traceback, or a library catches the exception. In that case the node runs although it was told to
 end, and roslaunch waits 15 s. As soon as the node runs, :mod:`tb3_labs.ros.node` takes over.
+
+A missing package of Python is one line, too. The build runs this file to say so.
 """
 import signal
+import sys
 
 if signal.getsignal(signal.SIGINT) is signal.default_int_handler:    # `&` in a shell ignores SIGINT
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+try:
+    import numpy, squaternion    # noqa: E401, F401 (the other files of this package need them)
+except ImportError as missing:    # rosdep was not run
+    raise SystemExit(
+        'tb3_labs: {} has no package {}. On Noetic, in the workspace: rosdep install --from-paths '
+        'src --ignore-src -y. On Debian: source src/tb3_labs/scripts/setup.sh; rm -rf build devel; '
+        'catkin_make'.format(sys.executable, missing.name)) from None

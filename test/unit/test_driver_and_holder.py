@@ -1,9 +1,9 @@
 """The driver after every event: the rule as the handout and its users would state it."""
 import pytest
 
-from tb3_labs.supervision.arbitration import (
-    DRIVERS, HOLDERS, Driver, DriverEvent, Holder, HolderEvent, after)
+from tb3_labs.supervision.driver import DRIVERS, Driver, DriverEvent
 from tb3_labs.supervision.grip import PAGE_TIMEOUT, Grip
+from tb3_labs.supervision.holder import HOLDERS, Holder, HolderEvent
 from tb3_labs.supervision.permission import Arrival, Arrivals
 
 NOBODY, TURN, MOUSE = Driver.NOBODY, Driver.TURN, Driver.MOUSE
@@ -35,7 +35,7 @@ def test_who_drives_and_who_holds_after_each_event(event):
     for rule, before, now in ((DRIVERS, (NOBODY, TURN, MOUSE), DRIVER_AFTER),
                               (HOLDERS, (FREE, GAMEPAD, GOAL), HOLDER_AFTER)):
         if event in now:
-            assert tuple(after(rule, who, event) for who in before) == now[event]
+            assert tuple(rule.get((who, event), who) for who in before) == now[event]
 
 
 @pytest.mark.parametrize('cancel, ended', [
