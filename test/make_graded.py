@@ -15,14 +15,21 @@ from tb3_labs.marking.marks import LABS, points_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 POINTS = ROOT / 'test' / 'marking' / 'points.yaml'
-#: The line before the table of a lab, and the table.
-PLACE = re.compile(r'(<!-- (\w+): made by test/make_graded\.py -->\n\n)((?:\|.*\n)*)')
+#: The line before the table of a lab, or the list of its extras, and these. Without a list the extras
+#: are in the table.
+PLACE = re.compile(r'(<!-- (\w+)( extras)?: made by test/make_graded\.py -->\n\n)((?:[|*].*\n)*)')
 HEAD = '| criterion | what is asked | limits | points |\n|---|---|---|---|\n'
 
 
-def table(lab):
+def extras(lab):
+    """The list of the criteria beyond the handout, in Markdown."""
+    return ''.join('* `{}`: {}{}\n'.format(c.label, c.meaning, c.limits and ', ' + c.limits)
+                   for c in LABS[lab].criteria if c.extra)
+
+
+def table(lab, with_extras=True):
     """The table of a lab, in Markdown: first the handout's criteria, then those beyond it."""
-    criteria = LABS[lab].criteria
+    criteria = [c for c in LABS[lab].criteria if with_extras or not c.extra]
     worth = points_of(lab, yaml.safe_load(POINTS.read_text(encoding='utf-8')))
     rows = ['| `{}` | {} |{} | {:g} |\n'.format(
         c.label, c.meaning, ' ' + c.limits if c.limits else '', worth[c.name])
@@ -33,7 +40,10 @@ def table(lab):
 
 def with_tables(sheet):
     """The text of a sheet with its tables as they should be."""
-    return PLACE.sub(lambda found: found.group(1) + table(found.group(2)), sheet)
+    listed = {found.group(2) for found in PLACE.finditer(sheet) if found.group(3)}
+    return PLACE.sub(lambda found: found.group(1) + (
+        extras(found.group(2)) if found.group(3) else
+        table(found.group(2), found.group(2) not in listed)), sheet)
 
 
 def main():

@@ -15,7 +15,7 @@ PLACEHOLDER = re.compile(r'[A-Z]{2,}(?![a-z])')
 #: Names in backticks that are files of this package, in any folder.
 OWN_FILE = re.compile(r'[\w*./-]+\.(?:py|launch|test|rviz|sh|msg|srv)')
 #: Files of others, or of the reader, that the pages name.
-OTHERS = {'turtlebot3_robot.launch', 'turtlebot3_core.launch', 'move2goal.py'}
+OTHERS = {'turtlebot3_core.launch', 'turtlebot3_robot.launch', 'move2goal.py', 'move_to_goal.py'}
 #: Launch files and rostests, by name.
 LAUNCHABLE = {path.name: path for folder, kind in (
     ('launch', '*.launch'), ('test/ros', '*.test'), ('test/marking', '*.test'))

@@ -278,10 +278,10 @@ def test_a_page_without_drives_says_where_local_stood(tmp_path):
 
 
 @pytest.mark.parametrize('parts, rule', [
-    (dict(control=values([0.5], [0.0])), 'By the commands and ctrl_relinq'),
+    (dict(control=values([0.5], [0.0])), 'by the commands and ctrl_relinq'),
     (dict(devices=('joy',)), 'it never gave control'),
     (dict(devices=('mouse_info',)), 'faster than any by the mouse (0.5 rad/s)'),
-    ({}, 'a drive is a turn, a straight line and a turn, with pauses under 1 s')])
+    ({}, 'A drive is a turn, a straight line and a turn, with pauses under 1 s')])
 def test_a_page_without_drives_says_by_which_rule(parts, rule, tmp_path):
     assert rule in words_of(completed(driven([(2.0, 6.0, 0.2, 0.0)], **parts)), tmp_path)
 

@@ -39,6 +39,7 @@ class Place:
 IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
 HEADING_EXERCISE, TURN_LAB = '2. Exercise: the heading', '3. Lab: turn 90 and 180 degrees'
 #: The places to which the criteria of several labs point.
+IMU_EXTRAS = Place(IMU_SHEET, 'Beyond the handout')
 STATES = Place(TRANSFORMATION_SHEET, '2. The four states')
 THUMB = Place(TRANSFORMATION_SHEET, '4. By thumb')
 

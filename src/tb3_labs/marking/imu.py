@@ -3,7 +3,7 @@ import re
 from typing import List
 
 from tb3_labs.geometry.angles import difference_degrees
-from tb3_labs.marking.criteria import (CTRL_C, HEADING_EXERCISE, IMU_SHEET, IN_TIME,
+from tb3_labs.marking.criteria import (CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME,
                                        TRACEBACK, Criterion, Place, ends_cleanly, says, starts)
 from tb3_labs.marking.observation import NotSeen, Observation
 
@@ -110,8 +110,8 @@ CRITERIA = [
     Criterion('says_goodbye', HEADING, 'at Ctrl+C says "{}", then nothing'.format(GOODBYE),
               AT_CTRL_C, _says_goodbye, limits='{} more heading may follow'.format(LATE_HEADINGS)),
     ends_cleanly(HEADING, AT_CTRL_C),
-    Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', EXERCISE, _never_360,
+    Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', IMU_EXTRAS, _never_360,
               extra=True),
-    Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', EXERCISE,
+    Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', IMU_EXTRAS,
               _survives_nonsense, extra=True, limits='within {:g} s'.format(NEXT)),
 ]

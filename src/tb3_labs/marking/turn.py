@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from tb3_labs.marking import mouse
-from tb3_labs.marking.criteria import (IMU_SHEET, IN_TIME, ROUNDING, STOPS_AT_ONCE, STOPS_WHEN_LOST,
-                                       TURN_LAB, Criterion, Place, ends_cleanly, first_missed, says,
-                                       starts, stops_robot, stops_when_silent)
+from tb3_labs.marking.criteria import (IMU_EXTRAS, IMU_SHEET, IN_TIME, ROUNDING, STOPS_AT_ONCE,
+                                       STOPS_WHEN_LOST, TURN_LAB, Criterion, Place, ends_cleanly,
+                                       first_missed, says, starts, stops_robot, stops_when_silent)
 from tb3_labs.marking.observation import MOVED, RESTED, NotSeen, Observation
 
 #: The parts of the lab.
@@ -55,9 +55,10 @@ REACTION, TURN_TIME = 3.0, 8.0
 ANSWER, LEGIBLE = 1.0, 1000
 #: The tolerance of the criterion beyond the handout [deg].
 EXACT = 1.0
-#: The limits of a turn, in words.
-LIMITS = 'within {:g} degrees, and {:g} that a stopped robot goes on; begun within {:g} s, over ' \
-    'within {:g} s'.format(TOLERANCE, AFTER_STOP, REACTION, TURN_TIME)
+#: The limits of the first turn in words, and those of the other turns.
+LIMITS = 'within {:g} degrees, and {:g} for stopping; begun within {:g} s, over within {:g} s'.format(
+    TOLERANCE, AFTER_STOP, REACTION, TURN_TIME)
+AS_LEFT = 'as left'
 
 
 def turned(seen: Observation, name: str, turn: Turn,
@@ -136,17 +137,16 @@ CRITERIA = [
     Criterion('left', TURNS, 'l turns 90 degrees left', LAW,
               partial(turned, name=LEFT, turn=EACH_TURN[LEFT]), limits=LIMITS),
     Criterion('right', TURNS, 'r turns 90 degrees right', TO_THE_RIGHT,
-              partial(turned, name=RIGHT, turn=EACH_TURN[RIGHT]), limits=LIMITS),
-    Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees, where it jumps',
-              LAW, _short_way, limits=LIMITS),
+              partial(turned, name=RIGHT, turn=EACH_TURN[RIGHT]), limits=AS_LEFT),
+    Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees',
+              LAW, _short_way, limits=AS_LEFT),
     Criterion('clamped', TURNS, 'turns no faster than {:g} rad/s'.format(MAX_ANG_Z), LAW,
               _clamped, limits='and {:g} for rounding'.format(ROUNDING)),
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW,
               _on_the_spot, limits='less than {:g} m/s'.format(ROUNDING)),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
-              'ones', TO_THE_RIGHT, _answers_nonsense, limits='l and r, or left and right, within '
-              '{:g} s, in at most {} lines; the robot rests'.format(
-                  ANSWER, LEGIBLE)),
+              'ones', TO_THE_RIGHT, _answers_nonsense, limits='within {:g} s, in at most {} lines; '
+              'the robot rests'.format(ANSWER, LEGIBLE)),
     Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
               'edge'.format(mouse.FULL), AT_MOUSE, mouse.steers_robot, limits=mouse.DRIVES),
     Criterion('mouse_dead_zone', MOUSE, 'a mouse within {:g} of the middle moves nothing'.format(
@@ -155,7 +155,7 @@ CRITERIA = [
               AT_MOUSE, mouse.can_be_off, limits=STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
               AT_MOUSE, partial(turned, name=mouse.TURN_BESIDE, turn=EACH_TURN[LEFT]),
-              limits='as left'),
+              limits=AS_LEFT),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', AT_MOUSE,
               mouse.drives_after_turn, limits=mouse.DRIVES_AFTER_TURN),
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
@@ -165,12 +165,12 @@ CRITERIA = [
     Criterion('says_goodbye', SHUTDOWN, 'at Ctrl+C says "{}"'.format(GOODBYE), AT_CTRL_C,
               partial(says, words=GOODBYE)),
     ends_cleanly(SHUTDOWN, AT_CTRL_C),
-    Criterion('within_1_deg', TURNS, 'all turns are within {:g} degree'.format(EXACT), TO_THE_RIGHT,
+    Criterion('within_1_deg', TURNS, 'all turns are within {:g} degree'.format(EXACT), IMU_EXTRAS,
               _within_1_deg, extra=True),
-    Criterion('lost_imu', LOST, 'stops a turn after the IMU fell silent', AT_CTRL_C,
+    Criterion('lost_imu', LOST, 'stops a turn after the IMU fell silent', IMU_EXTRAS,
               partial(stops_when_silent, name=IMU_SILENT, what='the IMU'), extra=True,
               limits=STOPS_WHEN_LOST),
-    Criterion('lost_mouse', LOST, 'stops the robot after the mouse fell silent', AT_MOUSE,
+    Criterion('lost_mouse', LOST, 'stops the robot after the mouse fell silent', IMU_EXTRAS,
               partial(stops_when_silent, name=mouse.SILENT, what='the mouse'), extra=True,
               limits=STOPS_WHEN_LOST),
 ]

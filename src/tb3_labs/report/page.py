@@ -46,16 +46,17 @@ NOTHING = 'No drives are listed: {}. The local frame is {}.'
 NO_COMMANDS = 'the recording holds neither goal_state nor commands; record /cmd_vel too'
 NO_DRIVE = 'neither goal_state nor the commands show one'
 #: Sentences: how turns and drives are distinguished from movements by hand.
-BY_CONTROL = ('By the commands and ctrl_relinq: each movement while a node had control is a '
-              'drive, any other is by hand; so is a turn alone, unless it followed a reset or '
-              'control at once, or was cut off.')
+BY_CONTROL = ('Drives are found by the commands and ctrl_relinq. A movement while a node had control is '
+              'a drive; a turn alone is one only if it followed a reset or control at once, or was '
+              'cut off. All other movements are by hand.')
 PAD_ALONE = ('A gamepad (joy) was recorded, but it never gave control (ctrl_relinq): all movements '
              'count as by hand.')
-WITH_MOUSE = ('By the commands: a turn has no forward speed, from rest to rest, and is faster '
-              'than any by the mouse ({:g} rad/s); all else is by hand.'.format(FASTEST_BY_MOUSE))
-BY_SHAPE = ('By the commands: a turn has no forward speed, from rest to rest; a drive is a '
-            'turn, a straight line and a turn, with pauses under {:g} s; all else is by '
-            'hand.'.format(PAUSE))
+WITH_MOUSE = ('Turns are found by the commands. A turn begins and ends at rest, without forward '
+              'speed, and is faster than any by the mouse ({:g} rad/s). All other movements are '
+              'by hand.'.format(FASTEST_BY_MOUSE))
+BY_SHAPE = ('Turns and drives are found by the commands. A turn begins and ends at rest, without '
+            'forward speed. A drive is a turn, a straight line and a turn, with pauses under '
+            '{:g} s. All other movements are by hand.'.format(PAUSE))
 
 RATES = '''<section><h2>Sensor rates and gaps</h2>
 {}
