@@ -16,7 +16,7 @@ Publishes
     ctrl_relinq   std_msgs/Bool: False, then True, until move_to_goal has control
 Calls
     reset_pose    tb3_labs/ResetPose
-Parameters: see DemoConfig in tb3_labs.nodes.demo, set by demo.launch; limits are those of
+Parameters: see DemoConfig in tb3_labs.nodes.demonstration, set by demo.launch; limits are those of
 move_to_goal.
 """
 import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
@@ -33,7 +33,7 @@ from std_msgs.msg import Bool, String
 
 from tb3_labs.control.goal import DriveConfig, is_over, least_time
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.demo import BEGUN, LONGEST_DRIVE, DemoConfig, DemoDrive, table
+from tb3_labs.nodes.demonstration import BEGUN, LONGEST_DRIVE, DemoConfig, DemoDrive, table
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, run

@@ -22,7 +22,7 @@ Parameters
                   setting that is given by its own name takes precedence (quiet)
     ~host         default, laptop, pi: the same for the computer that the robot's board is connected
                   to: rates, lags, stamps (simulation/simulator_config.py)
-    ~mystery      1 to 9999: one hidden fault (simulation/mystery.py), the same for the same number.
+    ~mystery      1 to 9999: one hidden fault (simulation/mystery_robot.py), the same for the same number.
                   There is no ground_truth, no /tf_static, and no setting that may change.
                   0: none (0)
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
@@ -39,7 +39,7 @@ import rospy
 from tb3_labs.config import Config, setting
 from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
-from tb3_labs.simulation.mystery import LAST, HiddenFault
+from tb3_labs.simulation.mystery_robot import LAST, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.ros_robot import FakeRobot, Pacemaker
 from tb3_labs.simulation.simulator_config import HOSTS, STARTING, SimulatorConfig

@@ -29,7 +29,7 @@ import rospy
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
-from tb3_labs.nodes.gamepad import GamepadCore
+from tb3_labs.nodes.gamepad_core import GamepadCore
 from tb3_labs.nodes.pad import PAD_TIMEOUT, PadConfig
 from tb3_labs.ros.clocks import remind, steady_time
 from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Rivals, Watchdog, values_of
@@ -42,7 +42,7 @@ from tb3_labs.ros.topics import sent_at, subscribe
 PAD_WAIT = 3.0
 
 
-class Gamepad:
+class GamepadNode:
     """Connects ROS and the GamepadCore."""
 
     def __init__(self):
@@ -148,4 +148,4 @@ def _say_if_nobody_sends(pads):
 
 
 if __name__ == '__main__':
-    run('gamepad', Gamepad)
+    run('gamepad', GamepadNode)

@@ -26,7 +26,7 @@ from tb3_labs.ros.node import end, guarded, run
 PERIOD = 1.0 / 30.0
 
 
-class Mouse:
+class MouseNode:
     """Publishes the computer's mouse as `mouse_info`."""
 
     def __init__(self):
@@ -146,4 +146,4 @@ def _end_quietly(thread):
 
 
 if __name__ == '__main__':
-    run('mouse', Mouse)
+    run('mouse', MouseNode)

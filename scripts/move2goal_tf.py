@@ -30,7 +30,7 @@ Action
     move2goal              move_base_msgs/MoveBaseAction
 Parameters
     ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see MoveToGoalConfig in
-        tb3_labs.nodes.move_to_goal
+        tb3_labs.nodes.move_to_goal_core
     ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.goal; they
     may change while it runs: dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
@@ -47,7 +47,7 @@ from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal import DriveConfig
 from tb3_labs.control.motor_response import Response
 from tb3_labs.localization.contradiction import GyroWatch
-from tb3_labs.nodes.move_to_goal import MoveToGoalConfig, MoveToGoalCore
+from tb3_labs.nodes.move_to_goal_core import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Rivals, Watchdog, values_of
 from tb3_labs.ros.control_and_reset import ControlTaker, Resets
@@ -61,7 +61,7 @@ from tb3_labs.ros.sensor_topics import (
 from tb3_labs.ros.topics import subscribe
 
 
-class MoveToGoal:
+class MoveToGoalNode:
     """Connects ROS and the MoveToGoalCore.
 
     The order of locks: first actionlib's lock, which GoalInterfaces holds while it calls this
@@ -210,4 +210,4 @@ class MoveToGoal:
 
 
 if __name__ == '__main__':
-    run('move_to_goal', MoveToGoal)
+    run('move_to_goal', MoveToGoalNode)

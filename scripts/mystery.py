@@ -12,7 +12,7 @@ import textwrap
 from importlib.util import find_spec
 
 from tb3_labs.command_line import Parser
-from tb3_labs.simulation.mystery import KINDS, LAST, judge
+from tb3_labs.simulation.mystery_robot import KINDS, LAST, judge
 
 #: The instructor's part: `mystery.py key 1-12`. The students' archive does not have it.
 KEY = 'tb3_labs.simulation.mystery_key'

@@ -33,7 +33,7 @@ from tb3_labs.control.motor_response import Response
 from tb3_labs.control.turning import TurnConfig, degrees_of, make_turn
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.msg import MouseController
-from tb3_labs.nodes.controller import ControllerCore
+from tb3_labs.nodes.controller_core import ControllerCore
 from tb3_labs.ros.clocks import steady_time, wait_until
 from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Rivals, Watchdog, values_of
 from tb3_labs.ros.conversions import to_mouse
@@ -48,7 +48,7 @@ from tb3_labs.supervision.driver import Driver
 ROBOT_WAIT = 5.0
 
 
-class Controller:
+class ControllerNode:
     """Connects ROS, the keyboard and the ControllerCore."""
 
     def __init__(self):
@@ -192,4 +192,4 @@ class Keyboard:
 
 
 if __name__ == '__main__':
-    run('controller', Controller)
+    run('controller', ControllerNode)

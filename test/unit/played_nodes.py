@@ -2,9 +2,9 @@
 from oracle import GoalOracle, HandOracle
 from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.controller import ControllerCore
-from tb3_labs.nodes.gamepad import GamepadCore
-from tb3_labs.nodes.move_to_goal import MoveToGoalCore
+from tb3_labs.nodes.controller_core import ControllerCore
+from tb3_labs.nodes.gamepad_core import GamepadCore
+from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
 from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model

@@ -8,8 +8,8 @@ from rollout import control, run
 from tb3_labs.control.speed_laws import LONGEST_IDLE, LawStep, Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous
-from tb3_labs.nodes.controller import ControllerCore, Turn
-from tb3_labs.nodes.mouse import MOUSE_TIMEOUT
+from tb3_labs.nodes.controller_core import AskedTurn, ControllerCore
+from tb3_labs.nodes.mouse_reader import MOUSE_TIMEOUT
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
@@ -271,7 +271,7 @@ def test_no_turn_without_the_imu():
     (90.0, 0.21, 90.0, '90.00 degrees in 2.5 s: 0.21 degrees short of 90.21 '
                        '(asked: 90; left by the turn before: +0.21)')])
 def test_the_result_of_a_turn(asked, carried, turned, words):
-    turn = Turn(math.radians(asked), 0.2, math.radians(carried), 5.0)
+    turn = AskedTurn(math.radians(asked), 0.2, math.radians(carried), 5.0)
     assert turn.result(0.2 + math.radians(turned), 7.5) == 'Turned ' + words
 
 

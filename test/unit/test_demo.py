@@ -7,7 +7,7 @@ import pytest
 
 from pages import SCRIPTS
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.demo import DemoDrive, table
+from tb3_labs.nodes.demonstration import DemoDrive, table
 
 GOAL = Pose2(-0.61, 0.61, 0.0)
 

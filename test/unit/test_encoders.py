@@ -3,7 +3,7 @@ import pytest
 
 from real_recordings import NAMES, arrays_of
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.odometry_jumps import CAUSE, EncoderWatch
+from tb3_labs.localization.odometry_jumps import SERVOS_SILENT, EncoderWatch
 from tb3_labs.robot.samples import OdometrySample, WheelSample
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator_config import HOSTS
@@ -24,7 +24,7 @@ def test_a_drive_is_given_up_within_2_s_when_the_battery_is_cut(settings, way):
     watched.set(battery_cut=True)
     for goal in 2.0, 3.0:
         watched.run(2.0)
-        assert drives.status(watched.robot.now).failure == CAUSE
+        assert drives.status(watched.robot.now).failure == SERVOS_SILENT
         drives.set_goal(Pose2(goal, 0.0, 0.0))
 
 

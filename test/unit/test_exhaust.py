@@ -6,7 +6,7 @@ from played_pages import LatePages, TwoPages
 from played_worlds import (
     Goals, GoneRobot, LatePad, LateTurns, MouseAndTurns, OnePad, Senders, TwoMice, TwoPads)
 from tb3_labs.localization.contradiction import GyroWatch
-from tb3_labs.nodes.mouse import Mouse
+from tb3_labs.nodes.mouse_reader import Mouse
 from tb3_labs.supervision.freshness import Lateness, SleepWatch
 from tb3_labs.supervision.motion_watch import SensorWatch
 from tb3_labs.supervision.permission import Arrivals, Permission

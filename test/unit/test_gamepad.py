@@ -2,7 +2,7 @@
 import pytest
 
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.nodes.gamepad import HAND_BACK, GamepadCore
+from tb3_labs.nodes.gamepad_core import HAND_BACK, GamepadCore
 from tb3_labs.nodes.pad import PAD_TIMEOUT, PadConfig
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.holder import Holder

@@ -2,7 +2,7 @@
 import pytest
 
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.nodes.mouse import Mouse, mouse_twist
+from tb3_labs.nodes.mouse_reader import Mouse, mouse_twist
 
 
 def inactive_mouse(*names):

@@ -11,7 +11,7 @@ from recorded_run import BURGER, odometry_jumps
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.move2goal import GOAL
-from tb3_labs.nodes.move_to_goal import MoveToGoalConfig
+from tb3_labs.nodes.move_to_goal_core import MoveToGoalConfig
 from tb3_labs.report.drives import drives
 from tb3_labs.report.epochs import epochs
 from tb3_labs.report.movements import LAB_GOAL, RESTED, TAKEN, Kind, completed, movements

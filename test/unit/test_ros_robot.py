@@ -8,7 +8,7 @@ pytest.importorskip('rospy')
 
 from tb3_labs.robot.samples import OdometrySample    # noqa: E402
 from tb3_labs.simulation import ros_robot    # noqa: E402
-from tb3_labs.simulation.mystery import HiddenFault    # noqa: E402
+from tb3_labs.simulation.mystery_robot import HiddenFault    # noqa: E402
 from tb3_labs.simulation.simulator_config import SimulatorConfig    # noqa: E402
 
 #: Times of a computer that pauses after a second [s].

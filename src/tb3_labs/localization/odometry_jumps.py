@@ -61,7 +61,7 @@ STOPPING_TIME = 0.5
 #: The odometry contradicts the wheels if it runs on for this long while they stand [s].
 CONTRADICTS = 0.5
 #: The contradiction in words.
-CAUSE = ("the odometry runs on but the wheels stand: the servos do not answer (battery empty? a "
+SERVOS_SILENT = ("the odometry runs on but the wheels stand: the servos do not answer (battery empty? a "
          "cable out?); switch the robot off and on")
 
 
@@ -199,7 +199,7 @@ def _is_backwards(before: Pose2, sample: OdometrySample) -> bool:
     return abs(sample.angular) > SPIKE and forward * sample.linear < 0.0
 
 
-class Span:
+class _Span:
     """The time for which something has been true, by the stamps of its samples."""
 
     def __init__(self) -> None:
@@ -228,7 +228,7 @@ class EncoderWatch:
     def __init__(self) -> None:
         self._wheels: Optional[WheelSample] = None           # the latest
         self._odometry: Optional[OdometrySample] = None
-        self._stand, self._rolls = Span(), Span()
+        self._stand, self._rolls = _Span(), _Span()
 
     def on_wheels(self, sample: WheelSample) -> None:
         """Take in a sample of the wheels."""
@@ -247,4 +247,4 @@ class EncoderWatch:
         """The contradiction in words; '' if there is none."""
         together = (min(self._stand.end, self._rolls.end)
                     - max(self._stand.begin, self._rolls.begin))
-        return CAUSE if together > CONTRADICTS else ''
+        return SERVOS_SILENT if together > CONTRADICTS else ''

@@ -2,7 +2,7 @@
 
 Messages of a page are listed in :mod:`tb3_labs.panel.requests`, messages to it in
 :mod:`tb3_labs.panel.picture`. A person's act, such as A, goes from ``page/pad.js`` through
-:mod:`tb3_labs.panel.ros_robot`, as a `joy`, to the node `gamepad`.
+:mod:`tb3_labs.panel.ros_control`, as a `joy`, to the node `gamepad`.
 
 Threads: `server` is the web server's, with an event loop. Only this thread uses the pages and the
 Grip, so they need no lock. rospy's threads write the messages that they hear into a RobotView,

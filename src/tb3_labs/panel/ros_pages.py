@@ -7,7 +7,7 @@ import rospy
 from rosgraph_msgs.msg import Log
 
 from tb3_labs.panel.requests import Viewer, read_request
-from tb3_labs.panel.ros_robot import PanelRobot
+from tb3_labs.panel.ros_control import PanelRobot
 from tb3_labs.panel.ros_server import Server, Timer
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.topics import subscribe

@@ -2,7 +2,7 @@
 """
 from typing import List, Sequence
 
-from tb3_labs.simulation.mystery import draw, shown
+from tb3_labs.simulation.mystery_robot import draw, shown
 
 
 def key(words: Sequence[str]) -> List[str]:

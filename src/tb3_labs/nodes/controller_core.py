@@ -11,7 +11,7 @@ from tb3_labs.control.turning import TurningLaw
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.heading import Heading
 from tb3_labs.news import News, NewsDesk
-from tb3_labs.nodes.mouse import Mouse
+from tb3_labs.nodes.mouse_reader import Mouse
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.driver import DRIVERS, Driver, DriverEvent
@@ -24,7 +24,7 @@ DRIVEN_RATE = 0.1
 JUDGING_RATE = 0.01
 
 
-class Turn:
+class AskedTurn:
     """One turn, from the request until it is judged at rest.
 
     Angles are yaws that do not jump at +/-pi [rad], counter-clockwise positive.
@@ -80,7 +80,7 @@ class ControllerCore:
         self._sensors = SensorWatch(self.imu)
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sleep = SleepWatch()
-        self._turn: Optional[Turn] = None        # driven, or to be judged at rest
+        self._turn: Optional[AskedTurn] = None        # driven, or to be judged at rest
         self._carried = 0.0                      # error of the turn before, to be corrected [rad]
         self.mouse = Mouse()
         self._mouse_is_new = False               # True: a command is due
@@ -229,12 +229,12 @@ class ControllerCore:
     def _begin_turn(self, angle: float, now: float) -> None:
         if self._turn is not None and self.driver is not Driver.TURN:
             self._judge_turn(self._turn, now)
-        self._turn = Turn(angle, self._heading.steady_yaw, self._carried, now)
+        self._turn = AskedTurn(angle, self._heading.steady_yaw, self._carried, now)
         self._sensors.ask()
         self._sensors.pause()
         self._start_law(self._turn)
 
-    def _start_law(self, turn: Turn) -> None:
+    def _start_law(self, turn: AskedTurn) -> None:
         """Begin the turn, or go on after a stop, from the present heading."""
         self._law.start(self._yaw, turn.left(self._yaw))
         self._pace.pause()
@@ -273,7 +273,7 @@ class ControllerCore:
         self._happens(DriverEvent.TURN_OVER, problem)
         return None
 
-    def _judge_turn(self, turn: Turn, now: float) -> None:
+    def _judge_turn(self, turn: AskedTurn, now: float) -> None:
         self._news.tell(turn.result(self._yaw, now))
         self._carried = turn.error(self._yaw) if self._law.carries_error else 0.0
         self._turn = None
