@@ -127,7 +127,7 @@ class MoveToGoalNode:
 
     def _on_wheels(self, sample):
         with self._changed:
-            self._core.on_wheels(sample, rospy.get_time())
+            self._core.on_wheels(sample)
 
     def _heard_command(self, twist):
         with self._changed:

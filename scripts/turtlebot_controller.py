@@ -88,7 +88,7 @@ class ControllerNode:
 
     def _on_wheels(self, sample):
         with self._lock:
-            self._core.on_wheels(sample, rospy.get_time())
+            self._core.on_wheels(sample)
 
     def _idle_for(self, now):
         with self._lock:

@@ -73,7 +73,7 @@ class Process:
             self.core.on_imu(ImuSample(now, self.tremble, self.tremble + robot.gyro_error), now,
                              robot.sends_wheels)
             if robot.sends_wheels:
-                self.core.on_wheels(WheelSample(now, self.tremble, self.tremble), now)
+                self.core.on_wheels(WheelSample(now, self.tremble, self.tremble))
         return robot.is_on
 
     def at(self, at):

@@ -73,7 +73,7 @@ class Watched:
             if isinstance(sample, ImuSample):
                 ear.on_imu(sample._replace(stamp=stamp), self.robot.now)
                 continue
-            ear.on_wheels(WheelSample(stamp, *self._wheels[sample.stamp]), self.robot.now)
+            ear.on_wheels(WheelSample(stamp, *self._wheels[sample.stamp]))
             if hasattr(ear, 'on_odometry'):
                 ear.on_odometry(sample, self.robot.now)
                 ear.take_fix()
@@ -186,7 +186,7 @@ def test_a_recorded_robot_is_accused_only_if_its_gyro_is_made_to_lie(name, bias_
     heard = sorted(
         [(arrival, watch.on_imu, ImuSample(stamp, yaw, rate + math.radians(bias_deg)))
          for arrival, stamp, yaw, rate in imu.tolist()]
-        + [(row[0], watch.on_wheels, WheelSample(*row[1:])) for row in wheels.tolist()],
+        + [(row[0], lambda wheels, _: watch.on_wheels(wheels), WheelSample(*row[1:])) for row in wheels.tolist()],
         key=lambda entry: entry[0])
     accused = math.inf
     for arrival, hear, sample in heard:
@@ -225,7 +225,7 @@ def test_without_wheels_or_stamps_nothing_is_said():
         for watch, stamp in ((deaf, now), (stampless, 0.0)):
             watch.on_imu(ImuSample(stamp, math.remainder(0.01 * k, math.tau), 2.0), now)
         if k % 6 == 0:
-            stampless.on_wheels(WheelSample(0.0, 0.0, 0.0), now)
+            stampless.on_wheels(WheelSample(0.0, 0.0, 0.0))
     assert deaf.problem() == stampless.problem() == ''
     assert not deaf.has_compared and not stampless.has_compared
     assert len(deaf._readings) < 200      # those of the last 0.6 s
@@ -272,7 +272,7 @@ def test_wheels_that_cannot_be_compared_are_awaited_for_a_second_at_most(sends):
         stamp = 0.0 if sends == 'no stamps' else now
         watch.on_imu(ImuSample(stamp, 0.0, 0.0), now, sends != 'nothing')
         if sends == 'no stamps' and k % 3 == 0 or sends == 'rarely' and k % 50 == 0:
-            watch.on_wheels(WheelSample(stamp, 0.0, 0.0), now)
+            watch.on_wheels(WheelSample(stamp, 0.0, 0.0))
         if sends == 'nothing' or k > 105:
             assert watch.is_checked
         elif k < 90:
@@ -305,7 +305,7 @@ def accused(rate, said_first, said, sign):
         now = 50.0 + 0.01 * tick
         turning = 0.0 if tick < 150 else rate
         if tick % 3 == 0:
-            watch.on_wheels(WheelSample(now, -wheel, wheel), now)
+            watch.on_wheels(WheelSample(now, -wheel, wheel))
         shown = 0.0 if tick < 150 else sign * (said_first if tick < 200 else said)
         watch.on_imu(ImuSample(now, yaw, shown), now)
         assert tick > 200 or not watch.problem()

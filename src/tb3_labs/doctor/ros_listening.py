@@ -48,7 +48,7 @@ def compared(heard, reset_topic):
     imu, wheels = [], []
 
     def on_wheels(sample, at):
-        watch.on_wheels(sample, at)
+        watch.on_wheels(sample)
         encoders.on_wheels(sample)
 
     streams = [(at, read, message, take_in, samples) for topic, read, take_in, samples in (

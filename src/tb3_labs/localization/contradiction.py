@@ -6,7 +6,7 @@ that is carried looks the same, since its wheels rest. So each rate of the gyro 
 rates at which the wheels turned the robot a little earlier and later. The turn that delay, slip and
 uneven wheels do not explain is added up.
 
-Times are the sender's, so delays of the network do not matter. Cases:
+Times are the samples' stamps, so delays of the network do not matter. Cases:
 
 * Without stamps, or without samples of the wheels, no contradiction is found.
 * supervision.motion_watch finds wheels that turn although the robot stands.
@@ -23,10 +23,9 @@ Units: seconds, radians; `now` on the receiver's clock. Sources: the firmware's 
 a recorded drive of a Burger: at most 0.5 deg of its turns are unexplained.
 """
 from collections import deque
-from typing import Deque, NamedTuple, Optional, Tuple, Union
+from typing import Deque, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import clamp
-from tb3_labs.localization.sender_clock import SenderClock
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.freshness import RESUME_TIME
@@ -61,6 +60,8 @@ AGREED = 1.0
 AT_REST = 1.2 * DRIFT
 #: A robot that turns more slowly than this stands [rad/s].
 STANDING_RATE = 0.03
+#: A sender's clock that goes back by more than this was set [s]; by less it is being corrected.
+CLOCK_SET = 0.1
 #: If two samples of the gyro are farther apart than this, the motion between them is unknown [s].
 GYRO_GAP = 0.15
 #: If two samples of the wheels are farther apart than this, the motion between them is unknown [s].
@@ -105,10 +106,9 @@ class GyroWatch:
         self._rested_for = 0.0       # time of all that was compared at rest [s]
         self._alone_for = 0.0        # time of the gyro since anything was compared [s]
         self._heard_at = 0.0         # arrival of the latest sample of the IMU
-        self._clock = SenderClock()
         self._contradicts = False
-        self._imu: Optional[Tuple[ImuSample, float]] = None         # the latest, and its time
-        self._wheels: Optional[Tuple[WheelSample, float]] = None
+        self._imu: Optional[ImuSample] = None        # the latest
+        self._wheels: Optional[WheelSample] = None
         self._readings: Deque[_Reading] = deque()    # not compared yet
         self._turns: Deque[_Turn] = deque()
         self._is_calibrated = False  # did the gyro agree with resting wheels?
@@ -119,32 +119,33 @@ class GyroWatch:
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         """Take in a sample of the IMU. `sends_wheels`: does the robot send its wheels, too?"""
-        time, silent_for = self._time_of('imu', sample, now), now - self._heard_at
+        silent_for, self._heard_at = now - self._heard_at, now
         self._sends_wheels = self._sends_wheels or sends_wheels
-        self._heard_at = now
         if silent_for > RESUME_TIME:
             self._rested_for = self._alone_for = 0.0
         elif self._alone_for < AGREED:
             self._alone_for += max(0.0, silent_for)
-        if self._imu is not None:
-            (last, begin), is_repeated = self._imu, sample[1:] == self._imu[0][1:]
-            if 0.0 < time - begin <= GYRO_GAP:
-                self._readings.append(_Reading(begin, time, last.yaw_rate, is_repeated))
+        last, time = self._imu, sample.stamp
+        if last is not None:
+            if time < last.stamp - CLOCK_SET:
+                self._begin()
+            elif 0.0 < time - last.stamp <= GYRO_GAP:
+                self._readings.append(_Reading(last.stamp, time, last.yaw_rate,
+                                               sample[1:] == last[1:]))
             if self._readings and self._readings[0].end < time - WHEEL_MEMORY:
                 self._readings.popleft()    # the wheels are not heard
-        self._imu = sample, time
+        self._imu = sample
 
-    def on_wheels(self, sample: WheelSample, now: float) -> None:
+    def on_wheels(self, sample: WheelSample) -> None:
         """Take in a sample of the wheels."""
-        time = self._time_of('wheels', sample, now)
         self._sends_wheels = True
-        if self._wheels is not None:
-            last, begin = self._wheels
-            if time - begin > WHEEL_GAP:
+        last, time = self._wheels, sample.stamp
+        if last is not None:
+            if not -CLOCK_SET <= time - last.stamp <= WHEEL_GAP:
                 self._begin()
-            elif time > begin:
-                self._add_turn(sample.left - last.left, sample.right - last.right, begin, time)
-        self._wheels = sample, time
+            elif time > last.stamp:
+                self._add_turn(last, sample)
+        self._wheels = sample
         while self._readings and self._readings[0].end + LEAD <= time:
             self._compare(self._readings.popleft())
 
@@ -165,15 +166,9 @@ class GyroWatch:
         self._is_calibrated, self._turned_for = False, 0.0
         self._unexplained = self._agreed_for = 0.0
 
-    def _time_of(self, source: str, sample: Union[ImuSample, WheelSample], now: float) -> float:
-        """Time of a sample on the sender's clock. If that clock was set, compare anew."""
-        epoch = self._clock.epoch
-        time = self._clock.time_of(source, sample.stamp, now)
-        if self._clock.epoch != epoch:
-            self._begin()
-        return time
-
-    def _add_turn(self, left: float, right: float, begin: float, end: float) -> None:
+    def _add_turn(self, last: WheelSample, sample: WheelSample) -> None:
+        begin, end = last.stamp, sample.stamp
+        left, right = sample.left - last.left, sample.right - last.right
         per_track = self._model.wheel_radius / self._model.wheel_separation / (end - begin)
         self._turns.append(_Turn(begin, end, (right - left) * per_track,
                                  max(abs(left), abs(right)) * per_track))
@@ -183,7 +178,7 @@ class GyroWatch:
     def _compare(self, reading: _Reading) -> None:
         begin, end = reading.begin - LAG, reading.end + LEAD
         turns = [turn for turn in self._turns if turn.end > begin and turn.begin < end]
-        if not (self._clock.uses_stamps and turns and turns[0].begin <= begin):
+        if not (turns and turns[0].begin <= begin):
             return
         if any(turn.end - turn.begin > MEAN_ONLY and turn.one_wheel for turn in turns):
             return

@@ -105,9 +105,9 @@ class ControllerCore:
         elif self._turn is None and rate > DRIVEN_RATE:
             self._carried = 0.0
 
-    def on_wheels(self, sample: WheelSample, now: float) -> None:
+    def on_wheels(self, sample: WheelSample) -> None:
         """Take in a sample of the wheels, if the robot sends them: they only check the gyro."""
-        self._gyro.on_wheels(sample, now)
+        self._gyro.on_wheels(sample)
 
     def on_mouse(self, active: bool, x: float, y: float, now: float, *details: Any) -> None:
         """Take in a message of the mouse; ``ValueError`` for a position that is not finite.

@@ -85,9 +85,9 @@ class MoveToGoalCore:
         self._localizer.on_odometry(sample, now)
         self._look_at_localizer()
 
-    def on_wheels(self, sample: WheelSample, now: float) -> None:
+    def on_wheels(self, sample: WheelSample) -> None:
         """Take in a sample of the wheels, if the robot sends them: they only check the others."""
-        self._gyro.on_wheels(sample, now)
+        self._gyro.on_wheels(sample)
         self._encoders.on_wheels(sample)
 
     def heard_command(self, linear: float, angular: float, now: float) -> None:
