@@ -42,7 +42,7 @@ def parse(words):
     parser.add_argument('--only', metavar='NAME', action='append', default=[],
                         help='try this student again, and no other; more than once for several')
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
-                        'default: test/marking/points.yaml of this package, if MARKS has no others')
+                        'default: launch/checks/points.yaml of this package, if MARKS has no others')
     parser.add_argument('--package', default='', metavar='NAME',
                         help="the node's package, if it has an unusual name")
     parser.add_argument('--type', default='', metavar='NAME',

@@ -118,7 +118,7 @@ build_stamp() {
     echo "$ws $(readlink -f /usr/bin/python3) tests=$tests"
     cat CMakeLists.txt package.xml setup.py scripts/setup.sh scripts/setup/* msg/*.msg srv/*.srv
     ls
-    { find scripts launch test/marking test/ros test/unit -maxdepth 1 \( -name '*.py' -o -name '*.launch' -o -name '*.test' \) 2>/dev/null || true; } | sort
+    { find scripts launch launch/checks test/ros test/unit -maxdepth 1 \( -name '*.py' -o -name '*.launch' -o -name '*.test' \) 2>/dev/null || true; } | sort
   } | sha256sum
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs the file of a rostest: <test type=".run_test.py" args="ros/turn_test.py" .../>
+"""Runs the file of a rostest: <test type=".run_test.py" args="test/ros/turn_test.py" .../>
 
 It alone is a program of the package, and hidden: the completion of rosrun lists programs for users.
 It is relayed as the nodes are, so the tests run with the workspace's Python.
@@ -11,6 +11,6 @@ import sys
 import rospkg
 
 if __name__ == '__main__':
-    PATH = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'test', sys.argv.pop(1))
+    PATH = os.path.join(rospkg.RosPack().get_path('tb3_labs'), sys.argv.pop(1))
     sys.path.insert(0, os.path.dirname(PATH))
     runpy.run_path(PATH, run_name='__main__')

@@ -1,2 +1,2 @@
 """pytest alone runs the unit tests: those with real nodes run by rostest."""
-collect_ignore = ['.run_test.py', 'ros', 'marking', 'benchmark']
+collect_ignore = ['.run_test.py', 'ros', 'benchmark']

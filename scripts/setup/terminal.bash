@@ -59,7 +59,7 @@ _tb3_labs_completion() {
     folder=$(rospack find "$2" 2>/dev/null)
     case $folder:${COMP_WORDS[0]} in
       */.ws/src/tb3_labs:roslaunch) names=("$folder"/launch/*.launch) ;;
-      */.ws/src/tb3_labs:rostest) names=("$folder"/test/*/*.test) ;;
+      */.ws/src/tb3_labs:rostest) names=("$folder"/launch/checks/*.test "$folder"/test/ros/*.test) ;;
       */.ws/src/tb3_labs:rosrun) names=("$folder"/scripts/*.py) ;;    # the workspace has the tests' programs, too
       *) _tb3_labs_roscomplete_find "$@"; return ;;
     esac

@@ -18,7 +18,7 @@ OWN_FILE = re.compile(r'[\w*./-]+\.(?:py|launch|test|rviz|sh|msg|srv)')
 OTHERS = {'turtlebot3_core.launch', 'turtlebot3_robot.launch', 'move2goal.py', 'move_to_goal.py'}
 #: Launch files and rostests, by name.
 LAUNCHABLE = {path.name: path for folder, kind in (
-    ('launch', '*.launch'), ('test/ros', '*.test'), ('test/marking', '*.test'))
+    ('launch', '*.launch'), ('test/ros', '*.test'), ('launch/checks', '*.test'))
     for path in (ROOT / folder).glob(kind)}
 #: Launch files of the students' packages, as the skeletons write them: a name may be in both.
 SKELETONS = {path.name[:-len('.in')]: path

@@ -11,7 +11,7 @@ import rosunit
 from tb3_labs.marking.criteria import Criterion, Outcome, Place, Verdict
 from tb3_labs.marking.marks import Marks
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'marking'))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'checks'))
 from check_lab import checks_of, place_of, total    # noqa: E402 (it is beside this folder)
 
 

@@ -39,7 +39,7 @@ roscd tb3_labs && pwd -P | sed 's/^/at: /'
 
 
 def test_programs_launch_files_and_tests_are_completed(printed):
-    tests = sorted(path.name for path in (ROOT / 'test' / 'marking').glob('check_*.test'))
+    tests = sorted(path.name for path in (ROOT / 'launch' / 'checks').glob('check_*.test'))
     assert printed[:5] == ['rosrun: tb3_labs', 'rosrun: skeleton.py', 'rosrun: ',
                            'roslaunch: fake_robot.launch', 'rostest: ' + ' '.join(tests)]
 

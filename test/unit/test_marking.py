@@ -25,7 +25,7 @@ from tb3_labs.nodes.pad import PadConfig
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 TABLE = yaml.safe_load(
-    (REPOSITORY / 'test' / 'marking' / 'points.yaml').read_text(encoding='utf-8'))
+    (REPOSITORY / 'launch' / 'checks' / 'points.yaml').read_text(encoding='utf-8'))
 
 
 def stimulus(name, begin=0.0, end=2.0, **more):

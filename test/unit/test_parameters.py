@@ -9,7 +9,7 @@ import yaml
 
 from pages import PAGES, ROOT, by_name, commands
 
-sys.path.insert(0, str(ROOT / 'test'))
+sys.path.insert(0, str(ROOT / 'doc' / 'instructor'))
 
 import make_parameters  # noqa: E402
 
@@ -20,7 +20,7 @@ every_node = pytest.mark.parametrize('node', NODES, ids=lambda node: node.name)
 def test_the_files_are_as_the_command_makes_them():
     for path, text in make_parameters.made().items():
         assert (ROOT / path).read_text(encoding='utf-8') == text, \
-            path + ' is old: python3 test/make_parameters.py'
+            path + ' is old: python3 doc/instructor/make_parameters.py'
 
 
 def test_each_script_that_reads_settings_is_among_the_nodes():

@@ -62,7 +62,7 @@ def test_a_pad_and_criteria_are_added_as_the_page_says(tmp_path):
     for lab in LABS:
         with (copy / 'src' / 'tb3_labs' / 'marking' / (lab + '.py')).open('a') as file:
             file.write(CRITERION)
-        edit(copy / 'test' / 'marking' / 'points.yaml', '\n{}:\n'.format(lab),
+        edit(copy / 'launch' / 'checks' / 'points.yaml', '\n{}:\n'.format(lab),
              '\n{}:\n  polite: 2\n'.format(lab))
     run(copy, *re.findall(r'`python3 (\S+)`', criterion))
     edit(copy / 'test' / 'unit' / 'test_criteria.py', 'CHANGES = [\n', CHANGES)

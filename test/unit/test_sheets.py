@@ -6,7 +6,7 @@ import sys
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / 'test'))
+sys.path.insert(0, str(ROOT / 'doc' / 'instructor'))
 
 import make_graded  # noqa: E402
 from tb3_labs.marking.marks import LABS  # noqa: E402

@@ -65,7 +65,7 @@ def test_each_line_of_the_list_leaves_something_out():
 def test_the_solutions_are_left_out_and_what_students_need_is_there(archive, folder):
     assert not set(archive) & set(SOLUTIONS + PLAIN)
     assert not [path for path in archive if path.startswith(('doc/instructor/', 'test/ros/'))]
-    assert {'launch/fake_robot.launch', 'test/marking/check_turn.test', 'scripts/lab_report.py',
+    assert {'launch/fake_robot.launch', 'launch/checks/check_turn.test', 'scripts/lab_report.py',
             'scripts/mark.py', 'scripts/setup.sh', 'msg/MouseController.msg',
             'srv/ResetPose.srv', 'doc/imu_lab.md', 'CMakeLists.txt', 'LICENSE', '.gitignore',
             'src/tb3_labs/geometry/se2.py', 'README.md', 'doc/report.png'} <= set(archive)

@@ -169,7 +169,7 @@ def read_points(path: Optional[Path]) -> Any:
     ``ValueError`` with the reason if it cannot be read.
     """
     path = path or (
-        Path(rospkg.RosPack().get_path('tb3_labs')) / 'test' / 'marking' / 'points.yaml')
+        Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'checks' / 'points.yaml')
     try:
         with open(str(path), encoding='utf-8') as file:
             return yaml.safe_load(file)

@@ -225,7 +225,7 @@ def offer_any_service(name, on_call):
 
     A gamepad's call of its own service type fails if rospy no longer compares a client's checksum
     with `_md5sum`, or no longer passes on the header and the bytes of an AnyMsg.
-    test/marking/check_gamepad.test and test/ros/mark.test show it.
+    launch/checks/check_gamepad.test and test/ros/mark.test show it.
     """
     def answer(raw):
         response = on_call(connection_of(raw)['md5sum'], raw._buff)

@@ -1,6 +1,6 @@
 """Writes the files made from the nodes' settings: `doc/instructor/parameters.md`, `launch/params/NODE.yaml`.
 
-    python3 test/make_parameters.py
+    python3 doc/instructor/make_parameters.py
 
 A setting's default, unit, bounds and meaning stand in one place, the dataclass made of
 `tb3_labs.config.setting` that the node reads. A new node is one more line in `NODES`.
@@ -18,7 +18,7 @@ from tb3_labs.config import NOT_GIVEN, Config, bounds_in_words, setting
 from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.simulation.simulator_config import STARTING
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: The nodes with settings: (name, script, launch file, classes that the script reads).
 NODES = (
     ('controller', 'turtlebot_controller.py', 'turn.launch', ('TurnConfig',)),
@@ -42,7 +42,7 @@ class ModelConfig(Config):
 HEAD = """\
 # Parameters of all nodes
 
-`python3 test/make_parameters.py` makes this page from the settings in the code. Edit the settings.
+`python3 doc/instructor/make_parameters.py` makes this page from the settings in the code. Edit the settings.
 
 Each parameter can be given in several ways. If two of them differ, the lower one holds.
 
@@ -139,7 +139,7 @@ def annotated_yaml(node):
     """launch/params/NODE.yaml: each default, and beside it the valid values and the meaning."""
     lines = ['# {} ({}): all parameters: default, valid values, meaning. (live): dynparam sets it.'
              .format(node.name, node.script),
-             '# Made by `python3 test/make_parameters.py`. Copy lines that you change to a file of',
+             '# Made by `python3 doc/instructor/make_parameters.py`. Copy lines that you change to a file of',
              '# your own: roslaunch tb3_labs {} params:=my.yaml'.format(node.launch_file),
              '# A line with # in front is an argument of the launch file; your file goes before it.']
     for item, live in node.settings:

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Writes the tables of the lab sheets' sections "What is graded".
 
-    python3 test/make_graded.py
+    python3 doc/instructor/make_graded.py
 
 A criterion and its numbers stand in `src/tb3_labs/marking/LAB.py`, its points in
-`test/marking/points.yaml`. `test/unit/test_sheets.py` compares the sheets with this command.
+`launch/checks/points.yaml`. `test/unit/test_sheets.py` compares the sheets with this command.
 """
 import pathlib
 import re
@@ -13,11 +13,11 @@ import yaml
 
 from tb3_labs.marking.marks import LABS, points_of
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
-POINTS = ROOT / 'test' / 'marking' / 'points.yaml'
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+POINTS = ROOT / 'launch' / 'checks' / 'points.yaml'
 #: The line before the table of a lab, or the list of its extras, and these. Without a list the extras
 #: are in the table.
-PLACE = re.compile(r'(<!-- (\w+)( extras)?: made by test/make_graded\.py -->\n\n)((?:[|*].*\n)*)')
+PLACE = re.compile(r'(<!-- (\w+)( extras)?: made by make_graded\.py -->\n\n)((?:[|*].*\n)*)')
 HEAD = '| criterion | what is asked | limits | points |\n|---|---|---|---|\n'
 
 
