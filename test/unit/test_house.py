@@ -120,6 +120,35 @@ def test_one_file_alone_touches_the_private_parts_of_rospy():
     assert {path.name for path in files if list(private_parts(tree_of(path)))} == {INTERNALS}
 
 
+# ----- what must be read for one node -----
+
+def closure(script):
+    """The script and each module of the package that it imports, and what those import."""
+    read, waiting = set(), [script]
+    while waiting:
+        path = waiting.pop()
+        read.add(path)
+        for node in ast.walk(tree_of(path)):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else (
+                [node.module] + [node.module + '.' + alias.name for alias in node.names]
+                if isinstance(node, ast.ImportFrom) else [])
+            files = {SOURCES.parent / (name.replace('.', '/') + '.py') for name in names}
+            waiting += [file for file in files - read if file.is_file()]
+    return read
+
+
+BOUNDS = re.findall(r'^\| (`.*\.py`) \| (\d+) \| ([\d,]+) \|$',
+                    (ROOT / 'doc' / 'instructor' / 'design.md').read_text(encoding='utf-8'), re.MULTILINE)
+
+
+@pytest.mark.parametrize('node, files, lines', [
+    (node, int(files), int(lines.replace(',', '')))
+    for nodes, files, lines in BOUNDS for node in re.findall('`(.*?)`', nodes)])
+def test_a_node_is_read_in_one_sitting(node, files, lines):
+    read = closure(ROOT / 'scripts' / node)
+    assert len(read) <= files and sum(len(path.read_text(encoding='utf-8').splitlines()) for path in read) <= lines
+
+
 # ----- scripts/ -----
 
 #: What a person chooses from after `rosrun tb3_labs <Tab>`.
