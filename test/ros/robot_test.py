@@ -66,7 +66,7 @@ class RobotTest(NodeCase):
 
     @classmethod
     def make_robot(cls):
-        """Make the robot's files: a workspace, and env_robot.sh with its two values set."""
+        """Make the robot's files: a workspace, and env_robot.sh with its values set."""
         here = os.environ['CMAKE_PREFIX_PATH'].split(':')[0]
         packages = cls.folder / 'packages'
         write(packages / 'rosserial_python' / 'package.xml', MANIFEST)

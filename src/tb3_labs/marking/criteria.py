@@ -42,6 +42,7 @@ HEADING_EXERCISE, TURN_LAB = '2. Exercise: the heading', '3. Lab: turn 90 and 18
 IMU_EXTRAS = Place(IMU_SHEET, 'Beyond the handout')
 STATES = Place(TRANSFORMATION_SHEET, '2. The four states')
 THUMB = Place(TRANSFORMATION_SHEET, '4. By thumb')
+BEYOND = Place(TRANSFORMATION_SHEET, 'Beyond the handout')
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """All criteria of the Transformation lab's gamepad: driving, handing the robot over, resetting."""
 from functools import partial
 
-from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, IN_TIME, LINEAR, NEAR, ROUNDING,
+from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING,
                                        STOPS_AT_ONCE, STOPS_WHEN_LOST, THUMB, TRACEBACK, Criterion,
                                        ends_cleanly, opposite, starts, steers, stops_robot,
                                        stops_when_silent)
@@ -170,14 +170,14 @@ CRITERIA = [
     ends_cleanly(BUTTONS, THUMB),
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', THUMB,
               _says_why_not, limits=IN_RESET_TIME),
-    Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', THUMB,
+    Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', BEYOND,
               stops_robot, extra=True, limits=STOPS_AT_ONCE),
-    Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', THUMB,
+    Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', BEYOND,
               _not_blocked, extra=True, limits='the stick drives within {:g} s'.format(PROMPT)),
-    Criterion('once', BUTTONS, 'Y, held, is one call', THUMB, _once, extra=True),
-    Criterion('latched', BUTTONS, 'ctrl_relinq is latched', THUMB, _latched, extra=True,
+    Criterion('once', BUTTONS, 'Y, held, is one call', BEYOND, _once, extra=True),
+    Criterion('latched', BUTTONS, 'ctrl_relinq is latched', BEYOND, _latched, extra=True,
               limits='heard within {:g} s'.format(SAYS)),
-    Criterion('lost_pad', LOST, 'stops the robot after the pad fell silent', THUMB,
+    Criterion('lost_pad', LOST, 'stops the robot after the pad fell silent', BEYOND,
               partial(stops_when_silent, name=PAD_SILENT, what='the pad'), extra=True,
               limits=STOPS_WHEN_LOST),
 ]
