@@ -45,7 +45,7 @@ def test_the_open_todos_that_the_sheets_show_are_those_of_the_skeletons():
         (ROOT / 'doc' / 'skeletons').glob('*/src/*')))
     shown = [line.strip() for sheet in ('imu_lab.md', 'transformation_lab.md')
              for line in read(sheet).splitlines() if re.match(r' *TODO \d+ is open', line)]
-    assert len(shown) > 3 and [line for line in shown if line not in skeletons] == []
+    assert len(shown) > 2 and [line for line in shown if line not in skeletons] == []
 
 
 def test_every_question_has_an_answer():
