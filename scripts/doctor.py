@@ -21,7 +21,7 @@ except ImportError:
 
 from tb3_labs.command_line import Parser    # noqa: E402
 from tb3_labs.doctor.examination import examine    # noqa: E402
-from tb3_labs.doctor.line import printed, summary    # noqa: E402
+from tb3_labs.doctor import printed, summary    # noqa: E402
 
 
 def namespace(word):

@@ -20,7 +20,8 @@ from tb3_labs.doctor.examination import examine
 from tb3_labs.doctor.graph import (
     PROBLEMS, Peer, RobotGraph, judge_hearers, judge_master, judge_nodes, judge_robot,
     judge_way_back)
-from tb3_labs.doctor.line import fault, ok, printed, summary, warning
+from tb3_labs.doctor import fault, ok, printed, summary, warning
+from tb3_labs.doctor.ros_listening import Heard
 from tb3_labs.doctor.streams import (
     drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
 from tb3_labs.supervision.freshness import SENSOR_TIMEOUT
@@ -259,14 +260,13 @@ def robot():
 def heard_of_a_robot_at_rest(namespace, address):
     """As listen() returns it: messages that were just sent, 0.6 s long."""
     times = [time.time() - 0.6 + 0.01 * number for number in range(60)]
-    heard = {name: [(at, '/pad', kind(header=Header(stamp=rospy.Time.from_sec(at)), **data))
-                    for at in times]
-             for name, kind, data in (
-                 ('imu', Imu, dict(orientation=Quaternion(z=math.sin(0.3), w=math.cos(0.3)))),
-                 ('odom', Odometry, {}),
-                 ('joint_states', JointState, dict(
-                     name=['wheel_left_joint', 'wheel_right_joint'], position=[-1.5, 2.5])))}
-    return dict(heard, cmd_vel=heard['odom']), times[-1]
+    return [Heard(name, at, '/pad', kind(header=Header(stamp=rospy.Time.from_sec(at)), **data))
+            for at in times for name, kind, data in (
+                ('imu', Imu, dict(orientation=Quaternion(z=math.sin(0.3), w=math.cos(0.3)))),
+                ('odom', Odometry, {}), ('cmd_vel', Odometry, {}),
+                ('joint_states', JointState, dict(
+                    name=['wheel_left_joint', 'wheel_right_joint'], position=[-1.5, 2.5])))
+            ], times[-1]
 
 
 def examined(robot, monkeypatch, listen):
@@ -284,11 +284,12 @@ def examined(robot, monkeypatch, listen):
 def test_wheels_that_are_missing_or_stand_have_a_line_of_their_own(robot, monkeypatch, names, words):
     def listen(*where):
         heard, ended = heard_of_a_robot_at_rest(*where)
-        for number, (_, _, message) in enumerate(heard['odom']):
-            message.pose.pose.position.x, message.pose.pose.orientation.w = 0.002 * number, 1.0
-            message.twist.twist.linear.x = 0.2
-        for _, _, message in heard['joint_states']:
-            message.name = names
+        for number, (topic, _, _, message) in enumerate(heard):
+            if topic == 'odom':
+                message.pose.pose.position.x, message.pose.pose.orientation.w = 0.0005 * number, 1.0
+                message.twist.twist.linear.x = 0.2
+            elif topic == 'joint_states':
+                message.name = names
         return heard, ended
     check(examined(robot, monkeypatch, listen)['Wheels'], FAULT, words)
 

@@ -1,8 +1,41 @@
 """What is wrong with this computer, its network or a robot? Each finding is a line.
 
-A function ``judge_*`` turns numbers and names into one line: ok, warning or fault, the reason, and
-what to do. `examination` measures, and has the order.
+A function ``judge_*`` turns numbers and names into one Line: its severity, the reason, and what to
+do. `examination` measures, and has the order.
 
 Up to the way back the doctor needs neither rospy nor a node of its own: a question is an XML-RPC
 call that only reads. Then it listens to the robot, as an ordinary node that publishes nothing.
 """
+from functools import partial
+from typing import NamedTuple, Sequence
+
+
+class Line(NamedTuple):
+    """`severity`: 'ok', 'warning' or 'FAULT'. `text`: the reason. `remedy`: the thing to do; '' if
+    nothing is to be done."""
+
+    severity: str
+    subject: str
+    text: str
+    remedy: str = ''
+
+
+#: ok(subject, text): the thing is right. warning(subject, text, remedy): it may cause a problem.
+#: fault(subject, text, remedy): it keeps a lab from working.
+ok, warning, fault = (partial(Line, severity) for severity in ('ok', 'warning', 'FAULT'))
+
+
+def printed(line: Line) -> str:
+    """Returns the line as a single line of text. Texts of other programs may contain line ends, or
+    codes that a terminal obeys: these become spaces."""
+    text = '{:<7} {:<8} {}{}'.format(line.severity, line.subject, line.text,
+                                     line.remedy and '. Do: ' + line.remedy)
+    return ''.join(sign if sign.isprintable() else ' ' for sign in text)
+
+
+def summary(lines: Sequence[Line]) -> str:
+    """Returns the last line: how many faults there are."""
+    faults = sum(line.severity == 'FAULT' for line in lines)
+    if faults > 1:
+        return '{} faults: begin with the first fault'.format(faults)
+    return '1 fault' if faults else 'no fault found'

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Mapping, Tuple
 
-from tb3_labs.doctor.line import Line, fault, ok, warning
+from tb3_labs.doctor import Line, fault, ok, warning
 
 #: The packages that the labs' nodes import.
 PACKAGES = ('rospy', 'numpy', 'squaternion', 'geometry_msgs.msg', 'nav_msgs.msg',

@@ -1,17 +1,13 @@
 """The doctor's examinations, in order; each yields its lines as soon as it knows them."""
 import os
 import time
-from collections import Counter
 from dataclasses import replace
 
 from tb3_labs.doctor.computer import (
     address_here, is_own, judge_address, judge_nat, look_at_python, nat_kind, way_out)
 from tb3_labs.doctor.graph import (
-    SENSORS, Peer, RobotGraph, judge_hearers, judge_master, judge_nodes, judge_robot,
-    judge_way_back, peers_of)
-from tb3_labs.doctor.line import fault
-from tb3_labs.doctor.streams import (
-    drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream, judge_wheels)
+    Peer, RobotGraph, judge_hearers, judge_master, judge_nodes, judge_robot, judge_way_back,
+    peers_of)
 
 
 def examine(namespace):
@@ -38,7 +34,10 @@ def examine(namespace):
         return    # no node is left that could be asked or heard
     yield from _look_at_way_back(here, graph, alive, drivers)
     if not python.remedy:
-        yield from _listen(here, graph, alive, Peer(master.uri))
+        from tb3_labs.doctor.ros_listening import examine_messages    # needs all packages
+        yield from examine_messages(
+            graph, here.way_out, min(peer.round_trip for peer in alive.values()),
+            not Peer(master.uri).ask('getParam', '/use_sim_time'))
 
 
 def _look_at_way_back(here, graph, alive, drivers):
@@ -56,26 +55,3 @@ def _look_at_way_back(here, graph, alive, drivers):
         heard = {str(row[1]).rstrip('/') for row in connections if row[2] == 'i'}
         yield judge_way_back(mine, heard, hearer, replace(here, way_out=way_out(address)),
                              not is_own(address))
-
-
-def _listen(here, graph, alive, master):
-    """Yields the lines on drivers, sensors, clock and gyro."""
-    from tb3_labs.doctor.ros_listening import compared, listen    # needs all packages
-    heard, ended = listen(graph.namespace, here.way_out)
-    yield judge_drivers(Counter(sender for _, sender, _ in heard['cmd_vel']))
-    for name in SENSORS:
-        yield judge_stream(graph.namespace + name, [at for at, _, _ in heard[name]], ended,
-                           next(iter(graph.sensors[name]), ''))
-    watch, encoders, imu, wheels = compared(heard, graph.namespace + 'reset')
-    if heard['joint_states'] and not wheels:
-        yield judge_wheels(graph.namespace + 'joint_states', heard['joint_states'][0][1])
-    if encoders.problem():
-        yield fault('Wheels', *encoders.problem().split('; '))
-    delays = [at - message.header.stamp.to_sec() for name in SENSORS
-              for at, _, message in heard[name] if message.header.stamp]
-    if delays and not master.ask('getParam', '/use_sim_time'):
-        yield judge_clock(min(delays), min(peer.round_trip for peer in alive.values()))
-    yield judge_gyro(watch.cause if watch.problem() else '', watch.remedy, watch.has_compared)
-    drift = drift_of([sample[:2] for sample in imu], [sample[1:] for sample in wheels])
-    if drift is not None and watch.has_compared and not watch.problem():
-        yield judge_drift(drift, graph.namespace)

@@ -10,8 +10,8 @@ import xmlrpc.client
 from dataclasses import dataclass
 from typing import Collection, Mapping, Optional
 
-from tb3_labs.doctor.line import Line, fault, ok, warning
-from tb3_labs.doctor.computer import Address, is_loopback, is_own, resolved
+from tb3_labs.doctor import Line, fault, ok, warning
+from tb3_labs.doctor.computer import Address, is_loopback, resolved
 
 #: The name under which the doctor asks; it is registered nowhere.
 CALLER = '/doctor_{}'.format(os.getpid())

@@ -1,34 +1,76 @@
-"""Listens to the robot's messages as an ordinary node, which is gone when the doctor ends."""
+"""Listens to the robot's messages as an ordinary node, which is gone when the doctor ends: the lines
+on drivers, sensors, clock and gyro."""
 import os
 import time
-from operator import itemgetter
+from collections import Counter
+from typing import Any, NamedTuple
 
 import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 
 from tb3_labs.config import NOT_GIVEN
-from tb3_labs.doctor.streams import HEARING_TIME
+from tb3_labs.doctor import fault
+from tb3_labs.doctor.graph import SENSORS
+from tb3_labs.doctor.streams import (
+    HEARING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream,
+    judge_wheels)
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.odometry_jumps import EncoderWatch
+from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import model_called
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample, to_wheel_sample
 
 #: The topics of a robot that the doctor hears, with their messages.
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'cmd_vel': rospy.AnyMsg}
+READERS = {'imu': to_imu_sample, 'odom': to_odometry_sample, 'joint_states': to_wheel_sample}
+
+
+class Heard(NamedTuple):
+    """A message, and its arrival [s]."""
+
+    topic: str
+    at: float
+    sender: str
+    message: Any
+
+
+def examine_messages(graph, address, round_trip, is_wall_time):
+    """Yields the lines on the robot of a RobotGraph. `round_trip`: least time of a question to it
+    [s]; `is_wall_time`: its stamps are those of a real clock. `address` as in :func:`listen`."""
+    heard, ended = listen(graph.namespace, address)
+    yield judge_drivers(Counter(each.sender for each in heard if each.topic == 'cmd_vel'))
+    for name in SENSORS:
+        yield judge_stream(graph.namespace + name, [each.at for each in heard if each.topic == name],
+                           ended, next(iter(graph.sensors[name]), ''))
+    watch, encoders, samples = compared(heard, graph.namespace + 'reset')
+    wheels = [sample for sample in samples if isinstance(sample, WheelSample)]
+    joints = [each.sender for each in heard if each.topic == 'joint_states']
+    if joints and not wheels:
+        yield judge_wheels(graph.namespace + 'joint_states', joints[0])
+    if encoders.problem():
+        yield fault('Wheels', *encoders.problem().split('; '))
+    delays = [each.at - each.message.header.stamp.to_sec() for each in heard
+              if each.topic in SENSORS and each.message.header.stamp]
+    if delays and is_wall_time:
+        yield judge_clock(min(delays), round_trip)
+    yield judge_gyro(watch.cause if watch.problem() else '', watch.remedy, watch.has_compared)
+    drift = drift_of([sample[:2] for sample in samples if isinstance(sample, ImuSample)],
+                     [sample[1:] for sample in wheels])
+    if drift is not None and watch.has_compared and not watch.problem():
+        yield judge_drift(drift, graph.namespace)
 
 
 def listen(namespace, address):
-    """Returns {name: [(time of arrival [s], sender, message)]} of a robot's topics, and the time of
-    the end [s]. `address`: of this computer, on the way to the master; this node works also if the
-    terminal's ROS_IP is wrong."""
+    """Returns all Heard of a robot's topics, and the time of the end [s]. `address`: of this
+    computer, on the way to the master; this node works also if the terminal's ROS_IP is wrong."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
-    heard = {name: [] for name in TOPICS}
+    heard = []
 
     def hear(message, name):
-        heard[name].append((time.time(), connection_of(message)['callerid'], message))
+        heard.append(Heard(name, time.time(), connection_of(message)['callerid'], message))
 
     try:
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,
@@ -36,29 +78,26 @@ def listen(namespace, address):
         for name, kind in TOPICS.items():
             rospy.Subscriber(namespace + name, kind, hear, name)
         time.sleep(HEARING_TIME)
-        return {name: list(messages) for name, messages in heard.items()}, time.time()
+        return list(heard), time.time()
     finally:
         rospy.signal_shutdown('the doctor has heard enough')
 
 
 def compared(heard, reset_topic):
-    """Returns a GyroWatch and an EncoderWatch, and the samples of the IMU and of the wheels that they
-    took in."""
+    """Returns a GyroWatch and an EncoderWatch, and the samples that they took in."""
     watch, encoders = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), EncoderWatch()
-    imu, wheels = [], []
-
-    def on_wheels(sample, at):
-        watch.on_wheels(sample)
-        encoders.on_wheels(sample)
-
-    streams = [(at, read, message, take_in, samples) for topic, read, take_in, samples in (
-        ('imu', to_imu_sample, watch.on_imu, imu), ('joint_states', to_wheel_sample, on_wheels, wheels),
-        ('odom', to_odometry_sample, lambda sample, at: encoders.on_odometry(sample), []))
-        for at, _, message in heard[topic]]
-    for at, read, message, take_in, samples in sorted(streams, key=itemgetter(0)):
+    samples = []
+    for topic, at, _, message in heard:
         try:
-            samples.append(read(message))
+            sample = READERS[topic](message) if topic in READERS else None
         except ValueError:
             continue    # invalid, or of other joints
-        take_in(samples[-1], at)
-    return watch, encoders, imu, wheels
+        if isinstance(sample, ImuSample):
+            watch.on_imu(sample, at)
+        elif isinstance(sample, WheelSample):
+            watch.on_wheels(sample)
+            encoders.on_wheels(sample)
+        elif isinstance(sample, OdometrySample):
+            encoders.on_odometry(sample)
+        samples.append(sample)
+    return watch, encoders, samples

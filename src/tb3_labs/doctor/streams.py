@@ -6,7 +6,7 @@ import math
 from statistics import mean
 from typing import Mapping, Optional, Sequence, Tuple
 
-from tb3_labs.doctor.line import Line, fault, ok, warning
+from tb3_labs.doctor import Line, fault, ok, warning
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.supervision.freshness import RESUME_TIME, SENSOR_TIMEOUT
 
