@@ -59,7 +59,7 @@ source scripts/setup.sh:
   rosrun tb3_labs send_goal.py 1 1 90         another goal
   rostopic echo /local_pose/pose              where it believes to be
 Ctrl+C here ends everything."""
-TAKEN = 'Control was taken from the demonstration: it drives no more'
+CONTROL_TAKEN = 'Control was taken from the demonstration: it drives no more'
 
 
 class Taken(Exception):
@@ -94,10 +94,10 @@ class Demo:
             self._tell(drives)
         except Taken:
             if self._config.stay:
-                rospy.logwarn(TAKEN)
+                rospy.logwarn(CONTROL_TAKEN)
                 print(WHAT_NEXT)
             else:
-                end(TAKEN)
+                end(CONTROL_TAKEN)
 
     def _wait_for_everybody(self):
         for topic in ('local_pose', 'ground_truth'):

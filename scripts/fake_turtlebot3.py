@@ -39,7 +39,7 @@ import rospy
 from tb3_labs.config import Config, setting
 from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
-from tb3_labs.simulation.mystery_robot import LAST, HiddenFault
+from tb3_labs.simulation.mystery_robot import LAST_NUMBER, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.ros_robot import FakeRobot, Pacemaker
 from tb3_labs.simulation.simulator_config import HOSTS, STARTING, SimulatorConfig
@@ -56,7 +56,7 @@ class FakeTurtlebot3Config(Config):
     host: str = setting('default', "named computer that the robot's board is connected to",
                         choices=tuple(HOSTS))
     mystery: int = setting(0, 'number of a hidden fault to find by measuring; 0: none',
-                           low=0, high=LAST)
+                           low=0, high=LAST_NUMBER)
 
 
 class FakeTurtlebot3:

@@ -23,7 +23,7 @@ from tb3_labs.msg import MouseController
 from tb3_labs.ros.node import end, guarded, run
 
 #: Time between two messages while the mouse is active [s].
-PERIOD = 1.0 / 30.0
+SEND_PERIOD = 1.0 / 30.0
 
 
 class MouseNode:
@@ -68,8 +68,8 @@ class MouseNode:
                 if not self._closed:
                     self._publish(self._active, *position)
             if not self._active:
-                time.sleep(PERIOD)    # limits the rate of messages if the mouse moves fast
-            self._stirred.wait(PERIOD if self._active else None)
+                time.sleep(SEND_PERIOD)    # limits the rate of messages if the mouse moves fast
+            self._stirred.wait(SEND_PERIOD if self._active else None)
             self._stirred.clear()
 
     def _publish(self, active, x, y):

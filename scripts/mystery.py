@@ -12,10 +12,10 @@ import textwrap
 from importlib.util import find_spec
 
 from tb3_labs.command_line import Parser
-from tb3_labs.simulation.mystery_robot import KINDS, LAST, judge
+from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, judge
 
 #: The instructor's part: `mystery.py key 1-12`. The students' archive does not have it.
-KEY = 'tb3_labs.simulation.mystery_key'
+KEY_MODULE = 'tb3_labs.simulation.mystery_key'
 
 
 def parse(words):
@@ -23,7 +23,7 @@ def parse(words):
     parser = Parser(
         prog='mystery.py', epilog='example: mystery.py --answer 7 "imu offset" 130',
         description='Judges an answer to a mystery robot: roslaunch tb3_labs fake_robot.launch '
-        'mystery:=NUMBER hides one fault, NUMBER is from 1 to {}.'.format(LAST))
+        'mystery:=NUMBER hides one fault, NUMBER is from 1 to {}.'.format(LAST_NUMBER))
     choice = parser.add_mutually_exclusive_group(required=True)
     choice.add_argument('--answer', nargs='+', metavar=('NUMBER', 'FAULT [VALUE]'),
                         help='judge this fault, and its value in the unit that --list shows')
@@ -35,12 +35,12 @@ def parse(words):
 def main(words):
     """Print the verdict, the list or the key. Returns the exit status."""
     try:
-        if words[:1] == ['key'] and find_spec(KEY):
-            print('\n'.join(importlib.import_module(KEY).key(words[1:])))
+        if words[:1] == ['key'] and find_spec(KEY_MODULE):
+            print('\n'.join(importlib.import_module(KEY_MODULE).key(words[1:])))
             return 0
         given = parse(words)
         if given.list:
-            print('\n\n'.join(_described(fault) for fault in KINDS))
+            print('\n\n'.join(_described(fault) for fault in FAULT_KINDS))
             return 0
         is_right, verdict = judge(*_parts(given.answer))
     except ValueError as problem:
@@ -56,7 +56,7 @@ def _parts(words):
     number, *name = words
     if not number.isdecimal():
         raise ValueError('number = {!r} is not valid: a whole number from 1 to {}'.format(
-            number, LAST))
+            number, LAST_NUMBER))
     value = None
     try:
         value = float(name[-1])

@@ -30,10 +30,10 @@ from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.node import Interrupted, pause, take_signals
 from tb3_labs.ros.topics import subscribe
 
-USAGE = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with blanks between ' \
+HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with blanks between ' \
     'them, such as: 1 1 90'
-#: Longest wait for move_to_goal (ANSWER), time between two lines of progress (PROGRESS) [s].
-ANSWER, PROGRESS = 2.0, 2.0
+#: Longest wait for move_to_goal, and time between two lines of progress [s].
+ANSWERED_WITHIN, PROGRESS = 2.0, 2.0
 
 
 class Progress:
@@ -70,7 +70,7 @@ def drive(goal):
     """Send the goal, and wait for its end. Returns the exit status. A signal cancels the goal."""
     rospy.init_node('send_goal', anonymous=True, disable_signals=True)
     client = actionlib.ActionClient('move2goal', MoveBaseAction)
-    if not client.wait_for_server(rospy.Duration(ANSWER)):
+    if not client.wait_for_server(rospy.Duration(ANSWERED_WITHIN)):
         print('send_goal: {} does not answer: is move_to_goal running?'.format(
             rospy.resolve_name('move2goal')), file=sys.stderr)
         return 1
@@ -95,7 +95,7 @@ def drive(goal):
                 progress.tell()
     except Interrupted:
         sent.cancel()
-        over.wait(ANSWER)    # move_to_goal reports the canceled goal
+        over.wait(ANSWERED_WITHIN)    # move_to_goal reports the canceled goal
         raise
     print(sent.get_goal_status_text())
     return 0 if sent.get_goal_status() == GoalStatus.SUCCEEDED else 1
@@ -109,7 +109,7 @@ def main(words):
     numbers = [number_or_text(word) for word in words if word != '--']
     try:
         if len(numbers) != 3:
-            raise ValueError(USAGE)
+            raise ValueError(HELP)
         goal = TypedPose(*numbers).pose
     except ValueError as problem:
         print('send_goal: {}'.format(problem), file=sys.stderr)

@@ -17,7 +17,7 @@ PLACEHOLDER = '@PACKAGE@'
 SUFFIX = '.in'
 MANIFEST = 'package.xml'
 #: A package's name, as catkin wants it.
-NAME = re.compile(r'[a-z][a-z0-9_]*')
+PACKAGE_NAME = re.compile(r'[a-z][a-z0-9_]*')
 PROGRAM = '#!'
 LEFTOVER = re.compile(r'(^|/)(\.|__pycache__/)|~$')
 
@@ -27,7 +27,7 @@ def checked_name(name: str, taken: Sequence[str]) -> str:
 
     `taken`: names of Python modules that a package of this name would hide, or be hidden by.
     """
-    if not NAME.fullmatch(name):
+    if not PACKAGE_NAME.fullmatch(name):
         raise ValueError('{!r} is not a name for a package: it takes lower-case letters, digits '
                          'and underscores, a letter first, such as lab2'.format(name))
     if name in taken or keyword.iskeyword(name):

@@ -22,7 +22,7 @@ from tf2_ros import StaticTransformBroadcaster
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.topics import AT_ONCE
+from tb3_labs.ros.topics import LATCHED_WITHIN
 
 from drive_case import DriveCase
 from node_case import STARTING, ZERO, path_of, run_as_node
@@ -154,7 +154,7 @@ class StopsTest(DriveCase):
         student = self.student()
         node = self.move_to_goal()
         self.let_it_drive(self.by_hand)
-        self.let_pass(AT_ONCE)
+        self.let_pass(LATCHED_WITHIN)
         said = rospy.get_time()
         student.type('False')
         self.is_stopped(said)

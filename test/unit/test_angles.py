@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from known_motion import angle_between
 from tb3_labs.geometry.angles import (
-    TURN, clamp, continuous, continuous_at, difference, difference_degrees, wrap, wrap_all)
+    WHOLE_TURN, clamp, continuous, continuous_at, difference, difference_degrees, wrap, wrap_all)
 
 PI = math.pi
 ANGLES = st.floats(-1e4, 1e4)
@@ -16,8 +16,8 @@ ANGLES = st.floats(-1e4, 1e4)
 
 @pytest.mark.parametrize('angle, expected', [
     (0.0, 0.0), (1.0, 1.0), (PI, PI), (-PI, PI), (PI / 2, PI / 2), (-PI / 2, -PI / 2),
-    (1.5 * PI, -PI / 2), (-1.5 * PI, PI / 2), (TURN, 0.0), (-TURN, 0.0), (4 * TURN, 0.0),
-    (PI + 1e-9, -PI + 1e-9), (-PI - 1e-9, PI - 1e-9), (100 * TURN + 1.0, 1.0)])
+    (1.5 * PI, -PI / 2), (-1.5 * PI, PI / 2), (WHOLE_TURN, 0.0), (-WHOLE_TURN, 0.0), (4 * WHOLE_TURN, 0.0),
+    (PI + 1e-9, -PI + 1e-9), (-PI - 1e-9, PI - 1e-9), (100 * WHOLE_TURN + 1.0, 1.0)])
 def test_wrap(angle, expected):
     assert wrap(angle) == pytest.approx(expected, abs=1e-12)
 
@@ -59,7 +59,7 @@ def test_continuous_follows_any_turning_with_less_than_half_a_turn_between_sampl
 
 
 @given(st.lists(ANGLES, max_size=20))
-@example([PI, -PI, TURN, -TURN, 3 * PI, -3 * PI, 5 * PI, 0.0, 1e4])
+@example([PI, -PI, WHOLE_TURN, -WHOLE_TURN, 3 * PI, -3 * PI, 5 * PI, 0.0, 1e4])
 def test_an_array_is_wrapped_as_its_numbers_are(angles):
     wrapped = wrap_all(angles)
     assert np.all((wrapped > -PI) & (wrapped <= PI))
@@ -77,8 +77,8 @@ def test_an_array_keeps_its_shape_and_what_is_no_angle_does_not_hide_the_others(
 def test_samples_are_interpolated_across_half_a_turn():
     times, angles = np.array([0.0, 1.0, 2.0]), np.array([3.0, -3.0, -2.0])
     assert continuous_at([0.5, 1.0, 2.0], times, angles) == pytest.approx(
-        [PI, TURN - 3.0, TURN - 2.0])
-    assert continuous_at([-5.0, 9.0], times, angles) == pytest.approx([3.0, TURN - 2.0])
+        [PI, WHOLE_TURN - 3.0, WHOLE_TURN - 2.0])
+    assert continuous_at([-5.0, 9.0], times, angles) == pytest.approx([3.0, WHOLE_TURN - 2.0])
 
 
 @pytest.mark.parametrize('value, expected', [

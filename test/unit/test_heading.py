@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from tb3_labs.geometry.angles import TURN
+from tb3_labs.geometry.angles import WHOLE_TURN
 from tb3_labs.localization.heading import Heading
 from tb3_labs.robot.samples import ImuSample, YawNoise
 
@@ -15,7 +15,7 @@ def test_more_than_a_radian_at_once_is_a_jump(turned, said):
     """A node that does not see it drives on by a heading that is not the robot's."""
     heading = Heading()
     heading.on_imu(ImuSample(1.0, 3.0, 0.0), 1.0)
-    jump = heading.jump_to(ImuSample(1.1, math.remainder(3.0 + turned, TURN), 0.0))
+    jump = heading.jump_to(ImuSample(1.1, math.remainder(3.0 + turned, WHOLE_TURN), 0.0))
     assert said in jump and bool(said) == bool(jump)
     assert heading.yaw == 3.0      # it is told before the sample is taken in
 

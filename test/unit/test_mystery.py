@@ -12,7 +12,7 @@ from simulated import imu_of, odom_of
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.robot.samples import ImuSample
-from tb3_labs.simulation.mystery_robot import KINDS, LAST, PLAIN, HiddenFault, draw, fault_called, judge
+from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, PLAIN, HiddenFault, draw, fault_called, judge
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
@@ -91,7 +91,7 @@ def symptoms(seen):
     yield 'slip', 100.0 * (1.0 - rate / 1.0), 0.0
 
 
-@pytest.mark.parametrize('number', range(1, len(KINDS) + 1))
+@pytest.mark.parametrize('number', range(1, len(FAULT_KINDS) + 1))
 def test_a_student_finds_fault_and_value_from_the_samples(number):
     is_right, words = judge(number, *next(
         (fault, value) for fault, value, limit in symptoms(record(number)) if abs(value) > limit))
@@ -103,22 +103,22 @@ def test_a_student_finds_fault_and_value_from_the_samples(number):
 #: Answers that are in somebody's key. They hold for each Python, and for each later version.
 KEPT = {1: ('network stalls', 0.65), 3: ('wheel mismatch', 7.7), 4: ('imu offset', 115.0),
         7: ('command latency', 0.52), 15: ('wheel mismatch', -3.5), 19: ('imu drift', -25.0),
-        LAST: ('sensor latency', 0.5)}
+        LAST_NUMBER: ('sensor latency', 0.5)}
 
 
 def test_a_number_is_the_same_robot_for_ever():
-    drawn = {number: draw(number)[:2] for number in range(1, LAST + 1)}
+    drawn = {number: draw(number)[:2] for number in range(1, LAST_NUMBER + 1)}
     assert {number: (drawn[number][0].name, drawn[number][1]) for number in KEPT} == KEPT
     assert sum(drawn[number][1] for number in range(1, 1001)) == pytest.approx(3841.06)
     # faults are evenly spread, and neighbours differ
     names = [fault.name for fault, _ in drawn.values()]
-    assert set(Counter(names).values()) == {LAST // len(KINDS)}
+    assert set(Counter(names).values()) == {LAST_NUMBER // len(FAULT_KINDS)}
     assert all(a != b for a, b in zip(names, names[1:]))
-    for first in range(0, LAST, len(KINDS)):
-        assert len(set(names[first:first + len(KINDS)])) == len(KINDS)
+    for first in range(0, LAST_NUMBER, len(FAULT_KINDS)):
+        assert len(set(names[first:first + len(FAULT_KINDS)])) == len(FAULT_KINDS)
 
 
-@pytest.mark.parametrize('kind', KINDS, ids=lambda kind: kind.name)
+@pytest.mark.parametrize('kind', FAULT_KINDS, ids=lambda kind: kind.name)
 def test_values_fill_their_range_and_no_guess_is_right_for_a_third_of_it(kind):
     drawn = [value for fault, value, _ in map(draw, range(1, 2001)) if fault is kind]
     low, high = kind.size
@@ -182,7 +182,7 @@ def test_the_value_of_the_right_fault(number, name, value, off, verdict):
 @pytest.mark.parametrize('number', range(1, 12))
 def test_a_wrong_fault_tells_nothing_of_the_right_one(number):
     hidden, value, _ = draw(number)
-    for kind in KINDS:
+    for kind in FAULT_KINDS:
         wrong = 'Wrong: mystery {} has another fault. If it were {!r}: {}'.format(
             number, kind.name, kind.shows)
         is_right, words = judge(number, kind.name, value)
@@ -194,7 +194,7 @@ def test_a_wrong_fault_tells_nothing_of_the_right_one(number):
 def test_an_unknown_fault_is_told_the_valid_ones(wrong, near):
     with pytest.raises(ValueError) as problem:
         fault_called(wrong)
-    assert all(kind.name in str(problem.value) for kind in KINDS)
+    assert all(kind.name in str(problem.value) for kind in FAULT_KINDS)
     assert ('Did you mean {!r}?'.format(near) in str(problem.value)) == bool(near)
 
 
@@ -230,7 +230,7 @@ def test_what_is_no_answer_and_no_number_is_one_line(command, words, told):
 def test_the_list_describes_each_fault_and_tells_no_number(command):
     status, out, _ = command('--list')
     assert status == 0 and max(map(len, out.splitlines())) <= 100
-    for kind in KINDS:
+    for kind in FAULT_KINDS:
         assert '\n{}\n  value [{}]'.format(kind.name, kind.unit) in '\n' + out
 
 

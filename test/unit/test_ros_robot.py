@@ -92,7 +92,7 @@ def test_a_pause(clock, speed, made_up, monkeypatch):
     pace._clock, pace._speed = clock, speed
     pace._run()
     at_once = max(robot.steps.count(now) for now in robot.steps)
-    assert at_once * ros_robot.STEP == pytest.approx(made_up, abs=3.0 * ros_robot.STEP)
+    assert at_once * ros_robot.SIMULATION_STEP == pytest.approx(made_up, abs=3.0 * ros_robot.SIMULATION_STEP)
     # it goes on at its own pace
-    assert (len(robot.steps) - at_once) * ros_robot.STEP == pytest.approx(
+    assert (len(robot.steps) - at_once) * ros_robot.SIMULATION_STEP == pytest.approx(
         speed * (END - PAUSE), rel=0.03)

@@ -6,7 +6,7 @@ import pytest
 
 from known_motion import SteadyRobot, Truth, angle_between, assert_pose, held_back
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.sample_buffer import MAX_GAP, MEMORY, SampleBuffer, Track
+from tb3_labs.localization.sample_buffer import MAX_GAP, SAMPLE_MEMORY, SampleBuffer, Track
 from tb3_labs.localization.sender_clock import SenderClock
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.simulation.sensors import with_stamp
@@ -93,8 +93,8 @@ def test_nothing_is_interpolated_over_a_dropout(gap, known):
 
 def test_a_track_forgets_what_is_old():
     track = straight_track(*(k / 10 for k in range(100)))
-    assert track.at(9.9 - MEMORY - 0.11) is None
-    assert track.at(9.9 - MEMORY + 0.11) == pytest.approx(10.0 * (9.9 - MEMORY + 0.11))
+    assert track.at(9.9 - SAMPLE_MEMORY - 0.11) is None
+    assert track.at(9.9 - SAMPLE_MEMORY + 0.11) == pytest.approx(10.0 * (9.9 - SAMPLE_MEMORY + 0.11))
 
 
 # Pairs: order of arrival --------------------------------------------------------------------------

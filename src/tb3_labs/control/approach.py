@@ -22,7 +22,7 @@ from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.motion_watch import Settling
 
 #: Two times that differ by less than this, as by rounding, belong to the same sample [s].
-SAME_MOMENT = 1e-6
+SAME_SAMPLE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class Approach:
         self._identification.look(
             self._history, self._start_remaining - remaining, speed, fastest, age)
         self._motor_speed = self._speed_of_motors(speed, dt)
-        if self._now - age > self._measured_at + SAME_MOMENT:
+        if self._now - age > self._measured_at + SAME_SAMPLE:
             self._measured_at = self._now - age
             estimate = self._identification.estimate
             self.at_rest.add(way_at_rest(remaining, self._motor_speed, self._history,

@@ -85,7 +85,7 @@ LONGEST_AGE = 0.1
 #: A first command slower than this says too little about the motors [rad/s].
 TELLING = 0.2
 #: The lag of motors that exceed this share of the command at the first look counts as zero.
-PROMPT = 0.98
+PROMPT_SHARE = 0.98
 
 
 class Response:
@@ -131,7 +131,7 @@ def look_at_start(time: float, first: float, travelled: float,
     if abs(first) < TELLING or not 0.0 < speed * first:
         return None
     reached, way = speed / first, travelled / first
-    lag = 0.0 if reached > PROMPT else way / (-math.log1p(-reached) - reached)
+    lag = 0.0 if reached > PROMPT_SHARE else way / (-math.log1p(-reached) - reached)
     if not 0.0 <= lag <= MAX_LAG:
         return None
     return clamp(time - way - lag * reached, 0.0, MAX_DELAY), lag

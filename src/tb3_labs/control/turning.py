@@ -18,13 +18,13 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: Turns by the keys of the keyboard [deg].
-WORDS = {'l': 90.0, 'r': -90.0, 'b': 180.0}
+TURN_KEYS = {'l': 90.0, 'r': -90.0, 'b': 180.0}
 
 
 def degrees_of(text: str) -> float:
     """The turn that `text` asks for [deg]: a key, or a number; else ``ValueError``."""
     try:
-        return WORDS[text] if text in WORDS else float(text)
+        return TURN_KEYS[text] if text in TURN_KEYS else float(text)
     except ValueError:
         raise ValueError('{!r} is not valid: l (90 degrees left), r (90 right), b (180, about '
                          'turn), a number of degrees (left positive), q (quit)'.format(

@@ -10,7 +10,7 @@ from typing import Sequence, Union
 
 import numpy as np
 
-TURN = 2.0 * math.pi
+WHOLE_TURN = 2.0 * math.pi
 #: One number or many, in any form that numpy takes.
 Numbers = Union[float, Sequence[float], np.ndarray]
 
@@ -22,7 +22,7 @@ def clamp(value: float, low: float, high: float) -> float:
 
 def wrap(angle: float) -> float:
     """The same direction as `angle`, in (-pi, pi]."""
-    wrapped = math.remainder(angle, TURN)
+    wrapped = math.remainder(angle, WHOLE_TURN)
     return math.pi if wrapped <= -math.pi else wrapped
 
 
@@ -30,7 +30,7 @@ def wrap_all(angles: Numbers) -> np.ndarray:
     """:func:`wrap` for an array of any shape."""
     angles = np.asarray(angles, dtype=float)
     with np.errstate(invalid='ignore'):
-        wrapped = np.minimum(angles - TURN * np.round(angles / TURN), math.pi)
+        wrapped = np.minimum(angles - WHOLE_TURN * np.round(angles / WHOLE_TURN), math.pi)
         return np.where(wrapped <= -math.pi, math.pi, wrapped)
 
 

@@ -57,7 +57,7 @@ UNEXPLAINED = 0.015
 #: The contradiction is over when gyro and wheels agreed for this long, with the wheels at rest [s].
 AGREED = 1.0
 #: Wheels rest while the margin around their rates, see _plausible, is below this [rad/s].
-AT_REST = 1.2 * DRIFT
+RESTING_MARGIN = 1.2 * DRIFT
 #: A robot that turns more slowly than this stands [rad/s].
 STANDING_RATE = 0.03
 #: A sender's clock that goes back by more than this was set [s]; by less it is being corrected.
@@ -189,7 +189,7 @@ class GyroWatch:
         nearest = clamp(reading.rate, least - margin, most + margin)
         stands = abs(reading.rate) < min(STANDING_RATE, abs(nearest))
         excess = 0.0 if stands else reading.rate - nearest
-        seconds, rests = reading.end - reading.begin, margin < AT_REST
+        seconds, rests = reading.end - reading.begin, margin < RESTING_MARGIN
         self._rested_for += seconds * rests
         if self._alone_for < AGREED:
             self._alone_for = 0.0

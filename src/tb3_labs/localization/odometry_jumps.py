@@ -28,9 +28,9 @@ from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample, is_sl
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: No TurtleBot3 drives faster than this [m/s].
-FASTEST = 0.5
+SPEED_BOUND = 0.5
 #: No TurtleBot3 turns faster than this [rad/s].
-FASTEST_TURN = 4.0
+TURN_BOUND = 4.0
 #: Messages that arrive unevenly may show a step that is longer by this [m].
 SLACK = 0.05
 #: Messages that arrive unevenly may show a turn that is larger by this [rad].
@@ -184,9 +184,9 @@ def _jump(before: Pose2, after: Pose2, seconds: float) -> str:
     """The step between two poses that no robot can have made, in words; '' if none."""
     moved, turned = before.distance_to(after), abs(difference(after.yaw, before.yaw))
     at_zero = after.x == after.y == 0.0 and abs(after.yaw) < ZERO_YAW
-    if at_zero and (moved > ZERO_PLACE or turned > FASTEST_TURN * seconds + SLACK_TURN):
+    if at_zero and (moved > ZERO_PLACE or turned > TURN_BOUND * seconds + SLACK_TURN):
         return SET_TO_ZERO
-    if moved > FASTEST * seconds + SLACK or turned > FASTEST_TURN * seconds + SLACK_TURN:
+    if moved > SPEED_BOUND * seconds + SLACK or turned > TURN_BOUND * seconds + SLACK_TURN:
         return 'the odometry jumped by {:.2f} m and {:.0f} degrees'.format(
             moved, math.degrees(turned))
     return ''

@@ -19,7 +19,7 @@ from tb3_labs.localization.sender_clock import SenderClock
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 
 #: Samples are remembered for this long [s].
-MEMORY = 1.5
+SAMPLE_MEMORY = 1.5
 #: Longest gap in which motion is taken to be uniform [s].
 MAX_GAP = 0.3
 #: Longest gap of the IMU that the odometry bridges: shorter than half a turn of the robot [s].
@@ -40,7 +40,7 @@ class Track:
         if time == self.newest:
             self._samples.pop()
         self._samples.append((time, value))
-        while self._samples[0][0] < time - MEMORY:
+        while self._samples[0][0] < time - SAMPLE_MEMORY:
             self._samples.popleft()
 
     @property
@@ -96,7 +96,7 @@ class SampleBuffer:
         time = self._time_of('odometry', sample, arrival)
         self._odometry.add(time, sample.pose)
         self._unpaired.append((time, sample))
-        while self._unpaired[0][0] < time - MEMORY:
+        while self._unpaired[0][0] < time - SAMPLE_MEMORY:
             self._unpaired.popleft()
         return time
 

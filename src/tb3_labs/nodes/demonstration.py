@@ -9,12 +9,12 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
 #: The state of a drive that has reached its goal.
-REACHED = GoalState.GOAL_REACHED.name
+AT_GOAL = GoalState.GOAL_REACHED.name
 #: The first state of a drive.
 BEGUN = GoalState.ROTATE_TO_GOAL.name
 
-ROW = '{:7} {:>17} {:>17} {:>16} {:>14}  {}'  # fits a terminal of 80 columns
-HEADER = ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by',
+TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>14}  {}'  # fits a terminal of 80 columns
+HEADER = TABLE_ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by',
                     'time, at best', '').rstrip()
 
 
@@ -55,7 +55,7 @@ class DemoDrive:
     def is_good(self) -> bool:
         """Did the drive end at its goal, truly within the tolerances (bounds included)?"""
         distance, angle = self.truly_off
-        return self.state == REACHED and distance <= TRULY_OFF and angle <= TRULY_OFF_DEG
+        return self.state == AT_GOAL and distance <= TRULY_OFF and angle <= TRULY_OFF_DEG
 
 
 def table(drives: Sequence[DemoDrive]) -> str:
@@ -65,10 +65,11 @@ def table(drives: Sequence[DemoDrive]) -> str:
 
 def _row(number, drive):
     distance, angle = drive.truly_off
-    return ROW.format('drive {}'.format(number), _in_short(drive.goal), _in_short(drive.believed),
-                      '{:.1f} mm {:.2f} deg'.format(1000.0 * distance, angle),
-                      '{:.2f}, {:.2f} s'.format(drive.time, drive.bound),
-                      'ok' if drive.is_good else 'NOT GOOD: ' + drive.state)
+    return TABLE_ROW.format(
+        'drive {}'.format(number), _in_short(drive.goal), _in_short(drive.believed),
+        '{:.1f} mm {:.2f} deg'.format(1000.0 * distance, angle),
+        '{:.2f}, {:.2f} s'.format(drive.time, drive.bound),
+        'ok' if drive.is_good else 'NOT GOOD: ' + drive.state)
 
 
 def _in_short(pose):

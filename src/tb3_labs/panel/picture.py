@@ -45,7 +45,7 @@ ODOMETRY_JUMP = 0.2, math.radians(60.0)
 #: between two messages.
 LOCAL_JUMP = 0.1, math.radians(30.0)
 #: Truth and odometry that are farther apart in time than this are not compared [s].
-SAME_MOMENT = 0.3
+SAME_PICTURE = 0.3
 #: Ages below this are shown as 0 [s]: streams are read only a few times a second, so a small age
 #: says nothing about the robot.
 READ_WITHIN = 0.3
@@ -225,7 +225,7 @@ class RobotView:
         if origin is None or truth is None:
             return None
         (pose, stamp), odom = truth, self.latest('odom')
-        if odom is not None and shown is not None and abs(stamp - shown) < SAME_MOMENT:
+        if odom is not None and shown is not None and abs(stamp - shown) < SAME_PICTURE:
             ahead = stamp - shown
             pose = pose @ Pose2(ahead * odom.linear, 0.0, ahead * odom.angular).inverse()
         return origin.inverse() @ pose

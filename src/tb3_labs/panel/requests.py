@@ -26,13 +26,13 @@ from tb3_labs.nodes.pad import PadConfig
 
 #: A message with more characters is refused; the longest valid one has about 250. JSON of this
 #: length is not nested too deeply for Python.
-LONGEST = 500
+LONGEST_REQUEST = 500
 #: The latest time of a clock [s].
 LATEST = 1e12
 #: A turn is at most this [deg].
 MOST_DEGREES = 360.0
 #: Numbers of axes and buttons of the most common pad: students' nodes may read any of them.
-AXES, BUTTONS = 8, 11
+PAD_AXES, PAD_BUTTONS = 8, 11
 
 
 class Pad(NamedTuple):
@@ -49,14 +49,14 @@ class Pad(NamedTuple):
     def as_joy(self, config: PadConfig) -> Tuple[List[float], List[int]]:
         """Returns (axes, buttons) of a sensor_msgs/Joy, numbered as the node `gamepad` reads them.
         Axes are from -1 to 1, forward and left positive. A page need not know any numbers."""
-        axes = [0.0] * max(AXES, 1 + config.linear_axis, 1 + config.angular_axis)
+        axes = [0.0] * max(PAD_AXES, 1 + config.linear_axis, 1 + config.angular_axis)
         axes[config.linear_axis] = self.forward
         axes[config.angular_axis] = self.left
         functions = {config.relinquish_button: self.a, config.regain_button: self.b,
                      config.reset_button: self.y}
         if config.has_hold:
             functions[config.hold_button] = self.hold
-        buttons = [0] * max(BUTTONS, 1 + max(functions))
+        buttons = [0] * max(PAD_BUTTONS, 1 + max(functions))
         for number, pressed in functions.items():
             buttons[number] = int(pressed)
         return axes, buttons
@@ -103,9 +103,9 @@ class Viewer:
 
 def read_request(text: Union[str, bytes]) -> Request:
     """Returns the Request in a message. ``ValueError``, with the reason, if it is invalid."""
-    if len(text) > LONGEST:
+    if len(text) > LONGEST_REQUEST:
         raise ValueError('a message of {} characters is refused: at most {} are valid'.format(
-            len(text), LONGEST))
+            len(text), LONGEST_REQUEST))
     try:
         message = json.loads(text)
     except ValueError as problem:

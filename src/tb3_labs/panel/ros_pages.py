@@ -20,7 +20,7 @@ RELEASE_TIME = 0.5
 LINES_KEPT = 200
 #: A log line is cut after this number of characters.
 LONGEST_LINE = 500
-LEVELS = ((Log.ERROR, 'error'), (Log.WARN, 'warn'), (Log.INFO, 'info'))
+LOG_LEVELS = ((Log.ERROR, 'error'), (Log.WARN, 'warn'), (Log.INFO, 'info'))
 
 
 class Pages:
@@ -89,7 +89,7 @@ class Pages:
 
     def _on_line(self, message):
         """Keep a line of /rosout. The lines of each node come in a thread of their own."""
-        level = next((name for least, name in LEVELS if message.level >= least), None)
+        level = next((name for least, name in LOG_LEVELS if message.level >= least), None)
         if level is not None and message.name.startswith(rospy.get_namespace()):
             line = {'time': time.strftime('%H:%M:%S'), 'level': level, 'node': message.name,
                     'text': message.msg[:LONGEST_LINE]}

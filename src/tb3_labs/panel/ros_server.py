@@ -14,13 +14,13 @@ from tornado import httpserver, ioloop, netutil, web, websocket
 
 from tb3_labs import drawing
 from tb3_labs.panel.access import LOOPBACK, Access
-from tb3_labs.panel.requests import LONGEST
+from tb3_labs.panel.requests import LONGEST_REQUEST
 from tb3_labs.ros.node import guarded
 
 #: The style and the program need no token; the page itself and its socket do.
 PUBLIC = ('.css', '.js', '.svg')
 #: The page: HTML, style and program, as they are.
-FILES = Path(__file__).resolve().parent / 'page'
+PAGE_FILES = Path(__file__).resolve().parent / 'page'
 #: The names of the files that draw a robot, as a regular expression.
 DRAWN = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir() if path.suffix in PUBLIC)
 #: Each page is asked once in this time whether it is there [s].
@@ -78,9 +78,9 @@ class Server:
         application = web.Application([
             (r'/socket', _Socket, {'access': self._access, 'open_page': self._open_page}),
             ('/({})'.format(DRAWN), _File, {'access': self._access, 'path': str(drawing.FILES)}),
-            (r'/(.*)', _File, {'access': self._access, 'path': str(FILES),
+            (r'/(.*)', _File, {'access': self._access, 'path': str(PAGE_FILES),
                                'default_filename': 'index.html'})],
-            log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST,
+            log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST_REQUEST,
             websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_WITHIN)
         # a body would be read before Access is asked; the page sends none
         server = httpserver.HTTPServer(application, max_body_size=0)

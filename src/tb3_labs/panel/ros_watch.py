@@ -22,7 +22,7 @@ from tb3_labs.ros.topics import subscribe
 #: no node publishes local_pose.
 POSES = 0.045
 #: All other streams are read once in this time [s]: each reading costs computing time.
-NUMBERS = 0.2
+NUMBERS_PERIOD = 0.2
 #: A local_pose that is older than this does not move the robot [s].
 LOCAL_AGE = 0.5
 
@@ -74,14 +74,14 @@ class Watch:
         for topic, rest, *how in (    # the latest sample is read, then none for `rest` [s]
                 ('odom', POSES, Odometry, self._write(RobotView.hear_odometry), to_odometry_sample),
                 ('local_pose', POSES, PoseStamped, self._write(_local), _stamped_pose),
-                ('distance_error', NUMBERS, Float32, self._hear('distance'), _data),
-                ('angle_error_deg', NUMBERS, Float32, self._hear('angle'), _data),
-                ('ground_truth', NUMBERS, PoseStamped, self._hear('truth'), _stamped_pose),
-                ('imu', NUMBERS, Imu, self._hear('imu'), _yaw),
-                ('cmd_vel', NUMBERS, Twist, self._write(_command)),
-                ('/tf', NUMBERS, *transforms)):
+                ('distance_error', NUMBERS_PERIOD, Float32, self._hear('distance'), _data),
+                ('angle_error_deg', NUMBERS_PERIOD, Float32, self._hear('angle'), _data),
+                ('ground_truth', NUMBERS_PERIOD, PoseStamped, self._hear('truth'), _stamped_pose),
+                ('imu', NUMBERS_PERIOD, Imu, self._hear('imu'), _yaw),
+                ('cmd_vel', NUMBERS_PERIOD, Twist, self._write(_command)),
+                ('/tf', NUMBERS_PERIOD, *transforms)):
             subscribe(topic, *how, idle_for=partial(self._idle_for, topic, rest))
-        self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS)
+        self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
 
     def read(self, question):
         """Returns ``question(view)``; any thread may call it."""
@@ -95,7 +95,7 @@ class Watch:
 
     def _idle_for(self, topic, rest, _now):
         """Returns for how long a stream is not read after a sample [s]."""
-        return NUMBERS if topic == 'odom' and self._has_local() else rest
+        return NUMBERS_PERIOD if topic == 'odom' and self._has_local() else rest
 
     def _has_local(self):
         age = self.read(lambda view: view.age('local', steady_time()))

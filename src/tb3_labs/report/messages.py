@@ -14,7 +14,7 @@ from typing import Optional
 
 import numpy as np
 
-from tb3_labs.geometry.angles import TURN, wrap
+from tb3_labs.geometry.angles import WHOLE_TURN, wrap
 from tb3_labs.geometry.quaternions import yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import (
@@ -96,7 +96,7 @@ def declared_by(line: str) -> Optional[Pose2]:
     x, y, yaw = (float(word) for word in found.groups()[:3])
     if not math.isfinite(x + y + yaw):      # 1e999
         return None
-    in_degrees = found.group(4) is not None or abs(yaw) > TURN
+    in_degrees = found.group(4) is not None or abs(yaw) > WHOLE_TURN
     return Pose2(x, y, wrap(math.radians(yaw) if in_degrees else yaw))
 
 

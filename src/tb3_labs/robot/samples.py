@@ -17,11 +17,11 @@ REST_LINEAR = 0.005
 #: A robot at rest has at most this rate of turn in its samples [rad/s].
 REST_ANGULAR = 0.03
 #: A robot turns slowly if its rate is below this [rad/s].
-SLOW = 0.2
+SLOW_TURN = 0.2
 #: A robot turns evenly if its rate changes by less than this between two samples [rad/s].
 EVEN = 0.03
 #: Samples farther apart than this are not compared [s].
-FARTHEST = 0.1
+FARTHEST_SAMPLES = 0.1
 #: Weight of each new sample in the variance, after the first ones.
 SHARE = 0.02
 #: In 95 of 100 cases the true value is within two standard deviations of the estimate.
@@ -100,10 +100,10 @@ class YawNoise:
     def learn(self, sample: ImuSample, time: float) -> None:
         """Take in an ImuSample that was measured at `time`."""
         before, self._before = self._before, (sample, time)
-        if before is None or not 0.0 < time - before[1] < FARTHEST:
+        if before is None or not 0.0 < time - before[1] < FARTHEST_SAMPLES:
             return
         first, begin = before
-        if abs(sample.yaw_rate) > SLOW or abs(sample.yaw_rate - first.yaw_rate) > EVEN:
+        if abs(sample.yaw_rate) > SLOW_TURN or abs(sample.yaw_rate - first.yaw_rate) > EVEN:
             return
         turned = 0.5 * (first.yaw_rate + sample.yaw_rate) * (time - begin)
         # the difference of two samples has twice the variance of one

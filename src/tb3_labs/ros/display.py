@@ -34,7 +34,7 @@ PLOT_PERIOD = 0.1
 #: Markers are sent again after this time [s].
 REPEAT_PERIOD = 1.0
 
-ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
+MARKER_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
 PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
 WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
@@ -178,7 +178,8 @@ class GoalMarker:
 
     def show(self, goal, tolerance, words):
         """Draw the Pose2 `goal` with its tolerance [m], and a line of text above the robot."""
-        arrow = _marker('goal', 0, self._frame, goal, Marker.ARROW, ORANGE, (0.20, 0.03, 0.03))
+        arrow = _marker('goal', 0, self._frame, goal, Marker.ARROW, MARKER_ORANGE,
+                        (0.20, 0.03, 0.03))
         disc = _marker('goal', 1, self._frame, goal, Marker.CYLINDER, PALE_YELLOW,
                        (2.0 * tolerance, 2.0 * tolerance, 0.005))
         text = _marker('words', 2, self._robot, Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
@@ -199,7 +200,8 @@ class WayMarker:
     """Publishes `way_marker`: the straight line from the robot to its goal."""
 
     def __init__(self, frame):
-        self._line = _marker('way', 0, frame, Pose2(), Marker.LINE_STRIP, ORANGE, (0.012, 0.0, 0.0))
+        self._line = _marker('way', 0, frame, Pose2(), Marker.LINE_STRIP, MARKER_ORANGE,
+                             (0.012, 0.0, 0.0))
         self._publisher = rospy.Publisher('way_marker', Marker, queue_size=1)
 
     def show(self, pose, goal_of_drive):

@@ -27,7 +27,7 @@ from tb3_labs.ros.parameters import decoded, encoded
 
 SERVICE = '/set_parameters'
 #: Longest wait for a node's answer [s].
-ANSWER = 2.0
+LONGEST_ANSWER = 2.0
 #: rospy puts these words around the reason that a node gives for a refusal.
 REASON = re.compile(r'^.*responded with an error: b([\'"])'
                     r'(?:service cannot process request: )?(.*)\1$', re.DOTALL)
@@ -44,7 +44,7 @@ def nodes():
 
 def call(node, config):
     """Change settings of `node`, and return {name: value} of all. ``ValueError`` if it refuses."""
-    rospy.wait_for_service(node + SERVICE, ANSWER)
+    rospy.wait_for_service(node + SERVICE, LONGEST_ANSWER)
     try:
         return decoded(rospy.ServiceProxy(node + SERVICE, Reconfigure)(config).config)
     except rospy.ServiceException as problem:

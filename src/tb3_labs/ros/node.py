@@ -47,13 +47,13 @@ END_PERIOD = 0.2
 #: A node that ends, after its last zero, waits no longer than this for its master's answer [s].
 LONGEST_END = 4.0
 #: These end a node: Ctrl+C, `kill`, a closed terminal.
-ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 #: rospy asks the master for this parameter with each log line, as long as it is not set. So a
 #: thread that logs would wait for a master that does not answer.
 ROSOUT_PARAMETER = '/rosout_disable_topics_generation'
 
 _failures = []
-_signals = []     # numbers of the signals of ENDING so far
+_signals = []     # numbers of the signals of END_SIGNALS so far
 _sleepers = []    # (function to call before the process is stopped, function to call after)
 _end_has_begun = threading.Event()    # rospy.is_shutdown() is true only after the hooks
 
@@ -174,12 +174,12 @@ def log_news(news):
 # ----- signals -----
 
 class Interrupted(BaseException):
-    """A signal of ENDING; a BaseException, so that no ``except Exception`` catches it."""
+    """A signal of END_SIGNALS; a BaseException, so that no ``except Exception`` catches it."""
 
 
 def take_signals():
-    """From now on the first signal of ENDING raises Interrupted in the main thread."""
-    for number in ENDING:
+    """From now on the first signal of END_SIGNALS raises Interrupted in the main thread."""
+    for number in END_SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:    # nohup ignores SIGHUP
             signal.signal(number, _interrupt)
 
@@ -193,7 +193,7 @@ def _interrupt(number, _frame):
 def ignore_signals():
     """Ignore further signals: a second one must not interrupt the shutdown, and Ctrl+Z would wait
     for ever for a lock that the main thread holds."""
-    for number in ENDING + (signal.SIGTSTP,):
+    for number in END_SIGNALS + (signal.SIGTSTP,):
         signal.signal(number, signal.SIG_IGN)
 
 

@@ -12,12 +12,12 @@ from tb3_labs.ros.topics import subscribe
 
 #: Number of messages kept of each topic: enough for minutes, not for hours.
 KEPT_MESSAGES = 20000
-#: A pose that rests moves by less than this in REST_TIME [m].
-REST_WAY = 1e-5
-#: A pose that rests turns by less than this in REST_TIME [rad].
-REST_TURN = 1e-5
+#: A pose that rests moves by less than this in STILL_TIME [m].
+STILL_WAY = 1e-5
+#: A pose that rests turns by less than this in STILL_TIME [rad].
+STILL_TURN = 1e-5
 #: Time over which a pose is compared with itself [s].
-REST_TIME = 0.3
+STILL_TIME = 0.3
 
 
 class Observer:
@@ -70,9 +70,9 @@ class Observer:
     def wait_for_rest(self, topic, pose_of=lambda value: value, seconds=20.0):
         """Wait until the poses on `topic` rest; `pose_of` reads a Pose2 from a value."""
         def rests():
-            recent = [pose_of(value) for _, value in self.all(topic, rospy.get_time() - REST_TIME)]
-            return len(recent) > 5 and recent[0].distance_to(recent[-1]) < REST_WAY and abs(
-                difference(recent[-1].yaw, recent[0].yaw)) < REST_TURN
+            recent = [pose_of(value) for _, value in self.all(topic, rospy.get_time() - STILL_TIME)]
+            return len(recent) > 5 and recent[0].distance_to(recent[-1]) < STILL_WAY and abs(
+                difference(recent[-1].yaw, recent[0].yaw)) < STILL_TURN
         self.wait_until(rests, seconds, 'rest on ' + topic)
 
     def wait_until(self, condition, seconds=20.0, what='a condition'):

@@ -19,7 +19,7 @@ from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
 #: Time between two warnings of invalid messages on one topic [s].
 INVALID_TOLD = 1.0
 #: A message that was latched before a node began to listen arrives within this time [s].
-AT_ONCE = 0.3
+LATCHED_WITHIN = 0.3
 #: In the header of a sender that renews its permission: if it dies, the permission expires, even
 #: before the first renewal.
 RENEWS = {'renewed': '1'}
@@ -133,7 +133,7 @@ class _Replays:
         was_there = known is None and sender in self._before
         # A sender repeats its latched message as soon as it is connected. If it has not sent
         # anything before, its first message comes later, and is new.
-        is_old = was_there and steady_time() - self._begun_at < AT_ONCE
+        is_old = was_there and steady_time() - self._begun_at < LATCHED_WITHIN
         return was_there or known is not None, is_old
 
 

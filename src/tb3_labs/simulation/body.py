@@ -22,7 +22,7 @@ from typing import Any, Deque, Iterator, List, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.angles import TURN, wrap
+from tb3_labs.geometry.angles import WHOLE_TURN, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import RobotModel
@@ -30,13 +30,13 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 #: Longest arc while the speed changes [s].
 LONGEST_ARC = 1.0 / 60.0
 #: A motor this near to its goal speed has reached it [rad/s].
-STEADY = 1e-6
+STEADY_SPEED = 1e-6
 #: Bias of a gyro that is not calibrated; one gyro was measured [rad/s].
 RAW_BIAS = math.radians(0.71)
 #: One step of the gyro's reading: 2000 deg/s over 16 bit with a sign [rad/s].
 GYRO_STEP = math.radians(2000.0 / 2 ** 15)
 #: The firmware shows a rate of at most this as 0 [rad/s].
-DEAD_ZONE = 3.0 * GYRO_STEP
+GYRO_DEAD_ZONE = 3.0 * GYRO_STEP
 
 
 class Drivetrain:
@@ -67,7 +67,8 @@ class Drivetrain:
         """Compute what stays constant until speeds or goals change."""
         left_excess = self._left_speed - self._left_goal
         right_excess = self._right_speed - self._right_goal
-        self._steady = not self._lag or (abs(left_excess) < STEADY and abs(right_excess) < STEADY)
+        self._steady = not self._lag or (
+            max(abs(left_excess), abs(right_excess)) < STEADY_SPEED)
         if self._steady:
             self._left_speed, self._right_speed = self._left_goal, self._right_goal
             left_excess = right_excess = 0.0
@@ -157,7 +158,7 @@ class ImuModel:
         """
         self._yaw_noise, self._rate_noise = yaw_noise, rate_noise
         self._drift, self._lag = drift, lag
-        self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else DEAD_ZONE
+        self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else GYRO_DEAD_ZONE
 
     def follow(self, now: float, motion: Tuple[float, float, float, float]) -> None:
         """From `now` [s] on the robot turns as `motion`, the Drivetrain's `turning`, says."""
@@ -190,7 +191,7 @@ class ImuModel:
                 fading = fading_rate * exp(-dt / lag)
                 yaw += lag * (fading_rate - fading)
                 rate += fading
-            yaw = remainder(yaw + yaw_noise * first, TURN)
+            yaw = remainder(yaw + yaw_noise * first, WHOLE_TURN)
             rate = rate + rate_noise * second if abs(rate) > dead_zone else 0.0
             samples.append(ImuSample(stamp, yaw if yaw > -math.pi else math.pi, rate))
         return samples

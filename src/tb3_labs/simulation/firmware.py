@@ -41,7 +41,7 @@ from tb3_labs.simulation.network import Arrival
 #: Angle of a wheel from one encoder step to the next [rad].
 TICK = 2.0 * math.pi / TICKS_PER_TURN
 #: A reset is sent to the board as this value, in place of a command; a sound as its length [s].
-RESET = 'reset'
+RESET_COMMAND = 'reset'
 #: The length of each sound that is not 2.6 s long [s], by its number: low battery, error, buttons.
 SOUNDS, USUAL_SOUND = {2: 5.848, 3: 3.456, 4: 0.0, 5: 0.0}, 2.6
 NO_COMMAND = -math.inf, 0.0, 0.0
@@ -169,8 +169,8 @@ class Board:
         return (self._yaw_before - yaw) / self._pause if self._pause else 0.0
 
     def read(self, arrivals: Sequence[Arrival]) -> Union[None, str, float]:
-        """Read the messages that have arrived. Returns RESET, or the length of a sound [s], if it is
-        next; the messages behind it wait."""
+        """Read the messages that have arrived. Returns RESET_COMMAND, or the length of a sound
+        [s], if it is next; the messages behind it wait."""
         self._waiting.extend(arrivals)
         while self._waiting and not self.is_busy:
             arrival, message = self._waiting.popleft()

@@ -1,7 +1,7 @@
 """Mystery robots: the simulated robot with one hidden fault, to be found by measuring.
 
-A number from 1 to LAST always gives the same robot. In each block of numbers (1 to 11, 12 to 22,
-...) each of the KINDS occurs once, in a random order, and neighbours differ. Only
+A number from 1 to LAST_NUMBER always gives the same robot. In each block of numbers (1 to 11, 12 to
+22, ...) each of the FAULT_KINDS occurs once, in a random order, and neighbours differ. Only
 ``random.Random(text).random()`` is used, since Python promises its sequence for all versions.
 
 Nothing here is secret: a reader of this file can compute the answer, and so can a patient user of
@@ -21,9 +21,9 @@ from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: The last number; the first one is 1.
-LAST = 9999
+LAST_NUMBER = 9999
 #: Time without a fault before each occurrence of a fault that comes and goes [s].
-PAUSE = 12.0
+BETWEEN_FAULTS = 12.0
 #: Settings that may be given to a mystery robot: they are not faults.
 PLAIN = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate')
 
@@ -48,9 +48,9 @@ class Fault:
 
 
 #: Added to the tolerance, so that rounding does not make a value at the limit wrong.
-ROUNDING = 1e-9
+START_ROUNDING = 1e-9
 #: All kinds of faults, by the names of the answers. A further kind would change all robots.
-KINDS = (
+FAULT_KINDS = (
     Fault('imu offset', (20.0, 160.0), True, 0, 'deg', 3.0,
           "the IMU's heading minus the odometry's, from -180 to 180",
           'The headings of /imu and /odom differ by a constant, also at rest.',
@@ -128,17 +128,17 @@ class HiddenFault:
     def settings_at(self, now: float) -> SimulatorConfig:
         """Returns the robot's settings at `now` [s] after its start: the same object until they
         change."""
-        is_sound = not self.fault.setting and now % (PAUSE + self.value) < PAUSE
+        is_sound = not self.fault.setting and now % (BETWEEN_FAULTS + self.value) < BETWEEN_FAULTS
         return self._sound if is_sound else self._faulty
 
 
 def draw(number: int) -> Tuple[Fault, float, int]:
     """(fault, its value, seed of the noise) of mystery `number`."""
-    if not 1 <= number <= LAST:
+    if not 1 <= number <= LAST_NUMBER:
         raise ValueError('mystery = {} is not valid: a whole number from 1 to {}'.format(
-            number, LAST))
-    block, place = divmod(number - 1, len(KINDS))
-    fault = KINDS[_order(block)[place]]
+            number, LAST_NUMBER))
+    block, place = divmod(number - 1, len(FAULT_KINDS))
+    fault = FAULT_KINDS[_order(block)[place]]
     source = random.Random('mystery {}'.format(number))
     low, high = fault.size
     value = round(low + (high - low) * source.random(), fault.digits)
@@ -157,16 +157,16 @@ def _order(block: int) -> List[int]:
 
 def _shuffled(block: int) -> List[int]:
     source = random.Random('order of block {}'.format(block))
-    return sorted(range(len(KINDS)), key=lambda _: source.random())
+    return sorted(range(len(FAULT_KINDS)), key=lambda _: source.random())
 
 
 def fault_called(name: str) -> Fault:
     """Returns the fault called `name`; capitals and the order of the words do not matter. Raises
     ``ValueError`` for an unknown name."""
-    for fault in KINDS:
+    for fault in FAULT_KINDS:
         if _words(fault.name) == _words(name):
             return fault
-    names = [fault.name for fault in KINDS]
+    names = [fault.name for fault in FAULT_KINDS]
     near = difflib.get_close_matches(name.lower(), names, n=1)
     raise ValueError('{!r} is not a fault. {}Valid: {}'.format(
         name, 'Did you mean {!r}? '.format(near[0]) if near else '', ', '.join(names)))
@@ -190,12 +190,13 @@ def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, 
         return False, 'The fault is right. Now measure its value in {}: {}.'.format(
             hidden.unit, hidden.value)
     off = abs(_difference(hidden, value, truth))
-    if off <= hidden.tolerance + ROUNDING:
+    if off <= hidden.tolerance + START_ROUNDING:
         return True, 'Right: mystery {} is {!r}, {}. Your {} is off by {}.'.format(
             number, hidden.name, shown(hidden, truth), _given(hidden, value), _given(hidden, off))
     words = 'The fault is right, its value is not: {} is off by {}; right is within {}.'.format(
         _given(hidden, value), _given(hidden, off), _given(hidden, hidden.tolerance))
-    if hidden.signed and abs(_difference(hidden, -value, truth)) <= hidden.tolerance + ROUNDING:
+    mirrored = abs(_difference(hidden, -value, truth))
+    if hidden.signed and mirrored <= hidden.tolerance + START_ROUNDING:
         words += ' The size is right, the sign is not: the value is {}.'.format(hidden.value)
     return False, words
 

@@ -24,7 +24,7 @@ from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import publish_together
 from tb3_labs.simulation.simulator import Simulator
 
-STEP = 1.0 / 200.0     # of the simulation [s]
+SIMULATION_STEP = 1.0 / 200.0     # of the simulation [s]
 TRUTH_EVERY = 4        # steps between two messages of the ground truth
 #: If the computer pauses for up to this time, the robot catches up [s].
 CATCH_UP = 0.5
@@ -51,7 +51,7 @@ ANGULAR_VELOCITY_COVARIANCE = _diagonal(0.02)
 LINEAR_ACCELERATION_COVARIANCE = _diagonal(0.04)
 MAGNETIC_FIELD_COVARIANCE = _diagonal(0.0048)
 #: What the accelerometer shows at rest [m/s^2].
-UP = (-GRAVITY * math.sin(PITCH), GRAVITY * math.sin(ROLL) * math.cos(PITCH),
+UPWARDS = (-GRAVITY * math.sin(PITCH), GRAVITY * math.sin(ROLL) * math.cos(PITCH),
       GRAVITY * math.cos(ROLL) * math.cos(PITCH))
 
 
@@ -86,12 +86,12 @@ class FakeRobot:
         return self._sensors.are_heard
 
     def tick(self, step, epoch):
-        """Let one STEP pass, and send what is due; `epoch`: the robot's time 0 [s]."""
+        """Let one SIMULATION_STEP pass, and send what is due; `epoch`: the robot's time 0 [s]."""
         truth_is_due = (step % TRUTH_EVERY == 0 and self._truth
                         and self._truth.get_num_connections())
         with self._lock:
             self._use_hidden_settings()
-            bursts = self._robot.step_in_bursts(STEP)
+            bursts = self._robot.step_in_bursts(SIMULATION_STEP)
             now = epoch + self._robot.now
             origin = self._robot.sensors.origin
             truth = self._robot.truth if truth_is_due else None
@@ -153,12 +153,12 @@ class Pacemaker:
             if self._ending.is_set():
                 return
             if self._clock:
-                now = self._epoch + (step + 1) * STEP
+                now = self._epoch + (step + 1) * SIMULATION_STEP
                 self._clock.publish(Clock(rospy.Time.from_sec(now)))
             self._robot.tick(step, self._epoch)
             if speed != self._speed and self._robot.is_heard:
                 speed = self._speed
-            due += STEP / speed
+            due += SIMULATION_STEP / speed
             late = time.monotonic() - due
             if late < 0.0:
                 time.sleep(-late)
@@ -242,7 +242,7 @@ def imu_message(sample, stamp, frame):
     return Imu(_header(stamp, frame), to_quaternion(sample.yaw, ROLL, PITCH),
                ORIENTATION_COVARIANCE,
                Vector3(0.0, 0.0, sample.yaw_rate), ANGULAR_VELOCITY_COVARIANCE,
-               Vector3(*UP), LINEAR_ACCELERATION_COVARIANCE)
+               Vector3(*UPWARDS), LINEAR_ACCELERATION_COVARIANCE)
 
 
 def magnetic_message(sample, stamp, frame):

@@ -23,14 +23,14 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
 from tb3_labs.simulation.body import RAW_BIAS, Body
-from tb3_labs.simulation.firmware import RESET, SOUNDS, USUAL_SOUND, Board, motor_speeds
+from tb3_labs.simulation.firmware import RESET_COMMAND, SOUNDS, USUAL_SOUND, Board, motor_speeds
 from tb3_labs.simulation.network import Link, LinkSettings
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
 
 #: An event up to this long after the end of a step belongs to the step [s], since many small steps
 #: do not add up to exactly one large step.
-ROUNDING = 1e-9
+TIME_ROUNDING = 1e-9
 
 
 class Simulator:
@@ -101,7 +101,7 @@ class Simulator:
         sample, reads nothing, and the motors keep their speed. The gyro is raw, and takes the mean
         rate of turn for its bias. Then the odometry is zero, plus the turn that the IMU saw.
         """
-        self._command_link.send((RESET,), (self.now,))
+        self._command_link.send((RESET_COMMAND,), (self.now,))
         self._read(self.now)
 
     def sound(self, number: int) -> None:
@@ -123,14 +123,14 @@ class Simulator:
         self._pass(dt)
         sent = self.sensors.take()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
-        arrived = self.sensors.clock.stamped(self._sensor_link.take(self.now + ROUNDING))
+        arrived = self.sensors.clock.stamped(self._sensor_link.take(self.now + TIME_ROUNDING))
         return [[sample for _, sample in burst] for _, burst in groupby(arrived, itemgetter(0))]
 
     def _pass(self, dt: float) -> None:
         if not 0.0 <= dt < math.inf:
             raise ValueError('a step of {} s'.format(dt))
         self.now += dt
-        horizon = self.now + ROUNDING
+        horizon = self.now + TIME_ROUNDING
         board, sensors, control = self._board, self.sensors, self._control_rhythm
         imu, odom = sensors.imu_rhythm, sensors.odom_rhythm
         while True:
@@ -161,7 +161,7 @@ class Simulator:
         """The board reads what has arrived."""
         arrivals = self._command_link.take(stamp)
         asked = self._board.read([] if self._board.is_starting else arrivals)
-        if asked == RESET:
+        if asked == RESET_COMMAND:
             self._calibrate(stamp)
         elif isinstance(asked, float):
             self._board.play(stamp, asked)
