@@ -90,6 +90,12 @@ def test_a_turn_alone_that_follows_control_at_once_is_the_nodes(given, kind):
     assert kinds([turn(2.0, 90.0, 1.5)], control=values([0.1, given], [0.0, 1.0])) == [kind]
 
 
+@pytest.mark.parametrize('heard, found', [(2.15, [Kind.DRIVE]), (2.9, [Kind.DRIVE]),
+                                          (3.1, [Kind.BY_HAND, Kind.DRIVE])])
+def test_a_recorder_that_hears_true_after_the_node_began_splits_no_drive(heard, found):
+    assert kinds(DRIVE, control=values([0.1, heard], [0.0, 1.0])) == found
+
+
 @pytest.mark.parametrize('switch, kind', [(0.0, Kind.DRIVE), (1.0, Kind.BY_HAND)])
 def test_before_its_first_message_control_was_the_other_way(switch, kind):
     assert kinds(DRIVE, control=values([15.0], [switch])) == [kind]

@@ -83,7 +83,7 @@ HINTS = {
         'set_pose_callback and TODO 3'),
     (DRIVE, 'declared_lost'): Hint(
         'forgets the pose that a reset declares', 'Reset to x: 0.2, y: 0.3. Which numbers does '
-        'your node have a second later?', RESET, 3, 'beyond the handout'),
+        'your node have a second later?', 'Beyond the handout', 0, 'TODO 2 and 4, as an extra'),
     (DRIVE, 'no_local_frame'): Hint(
         'drives by odom in place of local', 'Which variables does control_loop read, and in which '
         'frame is the goal?', STATES, 0, 'TODO 5'),
@@ -93,7 +93,7 @@ HINTS = {
     (DRIVE, 'quaternion_order'): Hint(
         'reads the numbers of a quaternion in another order', PRINT_YAW, POSE, 2, 'TODO 2'),
     (DRIVE, 'degrees'): Hint('mixes degrees and radians', PRINT_YAW, POSE, 2, 'TODO 2'),
-    (DRIVE, 'no_stop'): Hint('sends no zero at the end', LAST_MESSAGE, STATES, 4, 'TODO 6'),
+    (DRIVE, 'no_stop'): Hint('sends no zero at the end', LAST_MESSAGE, STATES, 1, 'control_loop'),
     (PAD, 'two_senders'): Hint(
         'goes on sending while another node has control', 'rostopic echo /cmd_vel after A: do '
         'zeros come between the commands?', THUMB, 1, 'has_control'),

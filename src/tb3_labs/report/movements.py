@@ -105,9 +105,15 @@ def movements(run: RunData) -> List[Movement]:
 
 
 def cuts(run: RunData) -> np.ndarray:
-    """The times of resets, and of changes of control, in order [s]: they end a movement."""
+    """The times of resets, and of changes of control, in order [s]: they end a movement. A True does
+    not if it came within PAUSE after the movement's begin: the node heard it before the recorder."""
     changes = np.flatnonzero(np.diff(run.control.value)) + 1
-    return np.sort(np.concatenate([run.resets.time, run.control.time[changes]]))
+    times, given = run.control.time[changes], run.control.value[changes] == 1.0
+    moves = run.commands.time[moving(run.commands)]
+    begins = moves[np.diff(moves, prepend=-np.inf) >= PAUSE]
+    since = times[:, np.newaxis] - begins
+    is_late = given & ((since > 0.0) & (since < PAUSE)).any(axis=1)
+    return np.sort(np.concatenate([run.resets.time, times[~is_late]]))
 
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarray) -> Movement:
