@@ -32,7 +32,7 @@ from std_msgs.msg import Bool, String
 from tb3_labs.nodes.gamepad_core import GamepadCore
 from tb3_labs.nodes.pad import PAD_TIMEOUT, PadConfig
 from tb3_labs.ros.clocks import remind, steady_time
-from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Rivals, Watchdog, values_of
+from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Watchdog, values_of
 from tb3_labs.ros.node import guarded, log_news, run, when_stopped
 from tb3_labs.ros.operator import ControlGiver, call_reset, hear_takers
 from tb3_labs.ros.parameters import read_config, read_model
@@ -54,7 +54,6 @@ class GamepadNode:
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
         self._resets = ResetClient()
         self._cmd_vel = CmdVel()
-        self._rivals = Rivals(self._cmd_vel)
         self._watchdog = Watchdog(self._tick, quiet_time=0.8 * PAD_TIMEOUT)
         rospy.on_shutdown(self._leave)
         when_stopped(self._leave, lambda: None)
@@ -108,7 +107,7 @@ class GamepadNode:
 
     def _diagnose(self):
         with self._lock:
-            problem = self._rivals.complaint or ('' if self._core.joy.count else 'no joy yet')
+            problem = '' if self._core.joy.count else 'no joy yet'
             return problem, dict(values_of(self._core.joy, steady_time()),
                                  holder=self._core.holder.value)
 

@@ -49,7 +49,7 @@ from tb3_labs.control.motor_response import Response
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Rivals, Watchdog, values_of
+from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Watchdog, hear_other_drivers, values_of
 from tb3_labs.ros.control_and_reset import ControlTaker, Resets
 from tb3_labs.ros.conversions import frame
 from tb3_labs.ros.display import DriveStatusPublisher, LocalDisplay
@@ -90,7 +90,7 @@ class MoveToGoalNode:
         self._watchdog = Watchdog(self._tick)
         self._goals = GoalInterfaces(self._set_goal, self._cancel, self._frames)
         self._resets.offer()
-        self._rivals = Rivals(self._cmd_vel, self._heard_command)
+        hear_other_drivers(self._heard_command)
         LiveSettings(drive, self._on_settings)
         with self._changed:
             self._update_control()
@@ -205,7 +205,7 @@ class MoveToGoalNode:
             self._update_control()    # also if no sensor wakes this node
             now = rospy.get_time()
             problem, values = self._status.report(now)
-            return self._rivals.complaint or problem, dict(
+            return problem, dict(
                 values_of(self._core.imu, now), **values_of(self._core.odometry, now), **values)
 
 

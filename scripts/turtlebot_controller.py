@@ -35,7 +35,7 @@ from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller_core import ControllerCore
 from tb3_labs.ros.clocks import steady_time, wait_until
-from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Rivals, Watchdog, values_of
+from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Watchdog, values_of
 from tb3_labs.ros.conversions import to_mouse
 from tb3_labs.ros.node import end, end_roslaunch, guarded, log_news, run
 from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
@@ -62,7 +62,6 @@ class ControllerNode:
         self._robot_wait = time.monotonic() + ROBOT_WAIT
         self._cmd_vel = CmdVel()
         rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
-        self._rivals = Rivals(self._cmd_vel)
         self._watchdog = Watchdog(self._tick)
         self._sends_wheels = subscribe_wheels(self._on_wheels)
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
@@ -158,7 +157,7 @@ class ControllerNode:
 
     def _diagnose(self):
         with self._lock:
-            problem = self._rivals.complaint or self._core.problem(rospy.get_time())
+            problem = self._core.problem(rospy.get_time())
             return problem, dict(values_of(self._core.imu, rospy.get_time()),
                                  **values_of(self._core.mouse.source, steady_time()),
                                  driver=self._core.driver.value,

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.panel.access import Access, PanelConfig
+from tb3_labs.panel.access import Access
 
 HOST, ORIGIN = 'localhost:8080', 'http://localhost:8080'
 TOKEN = 'Wq3-right_token'

@@ -10,7 +10,6 @@ rqt_robot_monitor and rostopic.
 import math
 import threading
 import time
-from collections import defaultdict, deque
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -35,14 +34,6 @@ QUIET_TIME = 0.1
 CHECK_PERIOD = 0.02
 #: A node that does not drive looks at the clock with this period, so that it notices a sleep [s].
 IDLE_PERIOD = 0.1
-#: Another node is a rival if it sends this many commands in FIGHT_TIME while this one drives.
-FIGHT = 3
-#: Time in which these commands are counted [s].
-FIGHT_TIME = 1.0
-#: Commands in the first moment of driving [s] do not count: another node may just have stopped.
-FIRST_MOMENT = 0.3
-#: Time between two warnings of the same rival [s].
-WARNING_PERIOD = 10.0
 #: A node hears its own commands, too. It reads them once in this time [s].
 OWN_PERIOD = 0.3
 #: Time between two reports [s, wall clock].
@@ -54,7 +45,7 @@ class CmdVel:
 
     def __init__(self):
         self._lock = threading.Lock()  # guards the next two, and the order of publications
-        self._driving_since = None     # [s, monotonic]; None while this node does not drive
+        self._drives = False
         self._closed = False           # True at the end, and while Ctrl+Z has stopped the process
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         self._clock = ClockWatch(self.stop)
@@ -65,12 +56,6 @@ class CmdVel:
     def is_heard(self):
         """Does a robot (or any node) listen?"""
         return self._publisher.get_num_connections() > 0
-
-    @property
-    def driving_for(self):
-        """Time for which this node has been driving without a stop [s]; 0 while it is not."""
-        since = self._driving_since
-        return time.monotonic() - since if since is not None else 0.0
 
     def send(self, command):
         """Send `command`, a Twist2; speeds below LEAST_SPEED are zero. None, zero, and every command
@@ -85,7 +70,7 @@ class CmdVel:
             if linear == angular == 0.0 or not self._clock.runs:
                 self._stop()
             elif not self._closed:
-                self._driving_since = self._driving_since or time.monotonic()
+                self._drives = True
                 self._publisher.publish(to_twist(linear, angular))
 
     def stop(self):
@@ -95,11 +80,10 @@ class CmdVel:
 
     def _stop(self):
         """As :meth:`stop`; the caller holds the lock. Returns True if a zero was sent."""
-        was_driving = self._driving_since is not None
-        if was_driving:
-            self._driving_since = None
+        drove, self._drives = self._drives, False
+        if drove:
             self._publisher.publish(to_twist(0.0, 0.0))
-        return was_driving
+        return drove
 
     def _close(self):
         with self._lock:
@@ -151,49 +135,15 @@ class Watchdog:
                     time.sleep(CHECK_PERIOD)
 
 
-class Rivals:
-    """Finds other nodes that publish on `cmd_vel`. This node drives by its own CmdVel."""
-
-    def __init__(self, cmd_vel, heard=lambda command: None):
-        """`heard(Twist)` is called with each command of another node."""
-        self._cmd_vel = cmd_vel
-        self._heard = heard
-        self._lock = threading.Lock()    # guards the next two; each rival has a thread of its own
-        self._seen = defaultdict(lambda: deque(maxlen=FIGHT))   # times of each node's commands
-        self._warned = {}
-        subscribe('cmd_vel', Twist, self._on_command)
-
-    @property
-    def complaint(self):
-        """'also driven by' and the names of the rivals; '' if there are none."""
-        with self._lock:
-            rivals = [name for name, times in self._seen.items() if self._is_rival(times)]
-        return 'also driven by ' + ', '.join(sorted(rivals)) if rivals else ''
-
-    def _on_command(self, message):
-        sender = connection_of(message)['callerid']
-        if sender == rospy.get_name():
+def hear_other_drivers(heard):
+    """Call ``heard(Twist)`` with each command that another node gives the robot."""
+    def hear(message):
+        if connection_of(message)['callerid'] == rospy.get_name():
             time.sleep(OWN_PERIOD)    # in the thread of that connection, which drops the others
-            return
-        self._heard(message)
-        if self._cmd_vel.driving_for >= FIRST_MOMENT and self._is_to_be_named(sender):
-            rospy.logwarn('%s sends commands while %s drives: stop one of them', sender,
-                          rospy.get_name())
+        else:
+            heard(message)
 
-    def _is_to_be_named(self, sender):
-        now = time.monotonic()
-        with self._lock:
-            self._seen[sender].append(now)
-            if not self._is_rival(self._seen[sender]) or (
-                    now - self._warned.get(sender, -WARNING_PERIOD) < WARNING_PERIOD):
-                return False
-            self._warned[sender] = now
-            return True
-
-    @staticmethod
-    def _is_rival(times):
-        return len(times) == FIGHT and time.monotonic() - times[0] <= 2.0 * FIGHT_TIME and (
-            times[-1] - times[0] <= FIGHT_TIME)
+    subscribe('cmd_vel', Twist, hear)
 
 
 class Diagnostics:

@@ -18,7 +18,7 @@ Threads and locks
     1  locks of all that calls a node back: the shutdown and its hooks, dynamic settings,
        diagnostics, actionlib. A node that calls them, or :func:`end`, holds no lock.
     2  the lock of the node, which guards its core
-    3  locks of CmdVel and of Rivals: they guard their own numbers, and call nothing back
+    3  the lock of CmdVel, which calls nothing back
     4  locks of rospy's topics, and of its log
     A thread that holds a node's lock does not wait for a service or a message. Its longest wait is
     in CmdVel, for the last zero, when the node does not drive any more. If the terminal takes no
