@@ -30,7 +30,7 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
 from tb3_labs.nodes.gamepad_core import GamepadCore
-from tb3_labs.nodes.pad import PAD_TIMEOUT, PadConfig
+from tb3_labs.nodes.pad import PAD_TIMEOUT, PadConfig, read_pad
 from tb3_labs.ros.clocks import remind, steady_time
 from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Watchdog, values_of
 from tb3_labs.ros.node import guarded, log_news, run, when_stopped
@@ -47,7 +47,8 @@ class GamepadNode:
 
     def __init__(self):
         model = read_model()
-        self._core = GamepadCore(read_config(PadConfig), model)
+        self._config = read_config(PadConfig)
+        self._core = GamepadCore(self._config, model)
         self._lock = threading.RLock()    # guards the core, and the order of publications
         self._holder = None
         self._control = ControlGiver()
@@ -59,18 +60,19 @@ class GamepadNode:
         when_stopped(self._leave, lambda: None)
         self._tick()
         # every message is read: a press counts even if many messages arrive at once
-        pads = subscribe('joy', Joy, self._on_joy, self._read_joy, self._core.joy, queue_size=None)
+        pads = subscribe('joy', Joy, self._on_joy, self._to_pad, self._core.joy, queue_size=None)
         remind(lambda: _say_if_nobody_sends(pads), PAD_WAIT)
         hear_takers(self._on_taken)
         subscribe('has_control', Bool, self._on_control, queue_size=None)
         Diagnostics(model.name, self._diagnose)
 
-    def _read_joy(self, message):
-        with self._lock:
-            self._core.on_joy(message.axes, message.buttons, steady_time(), sent_at(message))
-            self._tick()
+    def _to_pad(self, message):
+        return read_pad(message.axes, message.buttons, self._config), sent_at(message)
 
-    def _on_joy(self, _):
+    def _on_joy(self, heard):
+        with self._lock:
+            self._core.on_joy(heard[0], steady_time(), heard[1])
+            self._tick()
         self._watchdog.feed()
         if self._core.take_reset():
             self._resets.reset()

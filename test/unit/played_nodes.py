@@ -5,7 +5,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.controller_core import ControllerCore
 from tb3_labs.nodes.gamepad_core import GamepadCore
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.pad import PadConfig, read_pad
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.driver import Driver
@@ -249,7 +249,7 @@ class Pad(Process):
         if button is not None:
             buttons[button] = 1
         self.oracle.hear(self.world.now, stick != 0.0, self.at(at))
-        self.core.on_joy(axes, buttons, self.world.now, stamp)
+        self.core.on_joy(read_pad(axes, buttons, PadConfig()), self.world.now, stamp)
         self.say(at)
 
     def on_control(self, granted):

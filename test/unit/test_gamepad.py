@@ -3,7 +3,7 @@ import pytest
 
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.nodes.gamepad_core import HAND_BACK, GamepadCore
-from tb3_labs.nodes.pad import PAD_TIMEOUT, PadConfig
+from tb3_labs.nodes.pad import PAD_TIMEOUT, PadConfig, read_pad
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.holder import Holder
 
@@ -17,7 +17,7 @@ class Pad:
     """A pad that repeats its state until it is unplugged."""
 
     def __init__(self, config=PadConfig(), repeats=True):
-        self.controller = GamepadCore(config, BURGER)
+        self.controller, self._config = GamepadCore(config, BURGER), config
         self.now = 0.0
         self.sent = []                    # (time, command)
         self.words = []                   # said on ctrl_relinq
@@ -43,7 +43,7 @@ class Pad:
         changed = (axes, buttons) != self._said
         if self.plugged and (changed or (self.repeats and self.now >= self._next)):
             self._said, self._next = (axes, buttons), self.now + PERIOD
-            self.controller.on_joy(axes, buttons, self.now)
+            self.controller.on_joy(read_pad(axes, buttons, self._config), self.now)
         self.controller.update(self.now)
         if self.controller.due(self.now):
             self.sent.append((self.now, self.controller.command(self.now)))
@@ -72,7 +72,7 @@ class Pad:
 def hear(controller, now, stamp, *pressed, forward=0.0):
     """A message of a pad with a clock of its own."""
     buttons = [int(button in pressed) for button in range(8)]
-    controller.on_joy([0.0, forward] + [0.0] * 4, buttons, now, stamp)
+    controller.on_joy(read_pad([0.0, forward] + [0.0] * 4, buttons, PadConfig()), now, stamp)
 
 
 def look(controller, since, until):

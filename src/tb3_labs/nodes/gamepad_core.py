@@ -11,11 +11,11 @@ set. Without that rate, a stick that is held still looks like a lost pad, and bo
 
 Units: seconds on a clock that never stands still and never goes back (`now`), m/s, rad/s.
 """
-from typing import List, Optional, Sequence
+from typing import List, Optional
 
 from tb3_labs.control.speed_laws import Twist2, saturate
 from tb3_labs.news import News, NewsDesk
-from tb3_labs.nodes.pad import PadConfig, PadListener, PadMessage
+from tb3_labs.nodes.pad import PadConfig, PadListener, PadMessage, PadState
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.freshness import LONGEST_LAPSE, SleepWatch
 from tb3_labs.supervision.holder import HOLDERS, ControlMessages, Holder, HolderEvent
@@ -31,7 +31,7 @@ class GamepadCore:
         self.holder = Holder.NOBODY
         self._config = config
         self._model = model
-        self._pad = PadListener(config)
+        self._pad = PadListener()
         self.joy = self._pad.source
         self.messages = ControlMessages()
         self._sleep = SleepWatch()
@@ -42,12 +42,11 @@ class GamepadCore:
 
     # -- what comes in
 
-    def on_joy(self, axes: Sequence[float], buttons: Sequence[int], now: float,
-               stamp: float = 0.0) -> None:
-        """Take in a message, sent at `stamp` (0: unknown)."""
+    def on_joy(self, state: PadState, now: float, stamp: float = 0.0) -> None:
+        """Take in the state of the pad, sent at `stamp` (0: unknown)."""
         self._look_at_clock(now)
-        message = self._pad.hear(axes, buttons, now, stamp)
-        state, before = message.state, message.before
+        message = self._pad.hear(state, now, stamp)
+        before = message.before
         self._is_new = True
         if state.regain and not before.regain:
             self._stop(HolderEvent.REGAIN, now, now - message.lateness)

@@ -52,6 +52,7 @@ class PadState(NamedTuple):
     regain: bool = False
     reset: bool = False
     hold: bool = False
+    sent: Tuple[Sequence[float], Sequence[int]] = (), ()    # axes and buttons of the message
 
     @property
     def at_rest(self) -> bool:
@@ -69,34 +70,31 @@ class PadMessage(NamedTuple):
 
 
 class PadListener:
-    """Reads the sticks and buttons of one pad, and says whether they are current.
+    """Hears one pad, and says whether its sticks and buttons are current.
 
     joy_node sends only changes unless its autorepeat_rate is set: the silence of a pad that has
     never repeated itself does not show a loss.
     """
 
-    def __init__(self, config: PadConfig) -> None:
+    def __init__(self) -> None:
         self.source = Freshness('joy', PAD_TIMEOUT)
         #: The latest state; None before the first message, and after a loss.
         self.state: Optional[PadState] = None
         #: Does the pad repeat an unchanged state?
         self.repeats = False
-        self._config = config
         self._lateness = Lateness()
         self._heard_since = math.inf     # from then on the lateness of messages is learned
         self._is_late = False
-        self._last: Optional[Tuple[Sequence[float], Sequence[int]]] = None    # its axes and buttons
+        self._last: Optional[PadState] = None
 
-    def hear(self, axes: Sequence[float], buttons: Sequence[int], now: float,
-             stamp: float) -> PadMessage:
-        """Take in a message, sent at `stamp` (0: unknown); ``ValueError`` for another kind of pad.
+    def hear(self, state: PadState, now: float, stamp: float) -> PadMessage:
+        """Take in the state in a message, sent at `stamp` (0: unknown).
 
         A button that is down in the first message may have been pressed long ago, and counts as
         pressed now only if it is a stop.
         """
-        state = read_pad(axes, buttons, self._config)
-        self.repeats = self.repeats or (axes, buttons) == self._last
-        self._last = axes, buttons
+        self.repeats = self.repeats or self._last is not None and state.sent == self._last.sent
+        self._last = state
         lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
         came_after_loss = self.repeats and not self.source.is_fresh(now)
         self.source.heard(now)
@@ -133,7 +131,7 @@ def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -
         _outside(config.dead_zone, forward), _outside(config.dead_zone, left),
         relinquish=bool(buttons[config.relinquish_button]),
         regain=bool(buttons[config.regain_button]), reset=bool(buttons[config.reset_button]),
-        hold=config.has_hold and bool(buttons[config.hold_button]))
+        hold=config.has_hold and bool(buttons[config.hold_button]), sent=(axes, buttons))
 
 
 def _outside(dead_zone: float, position: float) -> float:
