@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.report import figures, hints, path_figures, tables, timeline
-from tb3_labs.report.diagnosis import Diagnosis, diagnose
+from tb3_labs.report.diagnosis import diagnose
 from tb3_labs.report.drives import DriveReport, drives, goal_errors, spans
 from tb3_labs.report.epochs import epochs
 from tb3_labs.report.movements import FASTEST_BY_MOUSE, PAUSE
@@ -79,7 +79,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
     tables.write_reports(folder, name, turned, driven)
     page = folder / 'report.html'
     shown = _figures(run, model, folder, turn)
-    found = diagnose(run) if hints.is_students(run) else Diagnosis('')
+    found = diagnose(run)
     page.write_text(document('Run report: ' + name, [
         '<p>{}</p>'.format(escape(_summary(run, model))),
         timeline.section(timeline.timeline(
