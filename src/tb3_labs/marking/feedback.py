@@ -9,7 +9,6 @@ Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.
 """
 from dataclasses import replace
 from html import escape
-from string import Template
 from typing import Any, Dict, List, Optional, Sequence
 from urllib.parse import quote
 
@@ -18,7 +17,7 @@ from tb3_labs.marking.marks import NOT_JUDGED, Marks
 from tb3_labs.marking.observation import GOAL_POSE, Observation
 from tb3_labs.report import hints
 from tb3_labs.report.diagnosis import Diagnosis, diagnose
-from tb3_labs.report.tables import STYLE, Markup, table
+from tb3_labs.report.tables import Markup, document, table
 from tb3_labs.report.timeline import Mark, mark, section, timeline
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
@@ -33,21 +32,14 @@ SEEN, WHY, REMARKS = 'what was seen, and where to look', 'why no points', 'remar
 #: When a student sees the tests in Gradescope.
 VISIBILITY = 'after_published'
 
-PAGE = Template('''<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>$title</title><style>
-$style
+STUDENTS = '''
 td.words { min-width: 20em; }
 pre { font-size: 8pt; background: #f3f3f3; padding: 4px; white-space: pre-wrap;
       overflow-wrap: anywhere; }
-.verdict { padding: 0 4px; }
-$more
-</style></head><body>
-<h1>$title</h1>
-$body
-</body></html>
-''')
+'''
 #: An overview has a column for each criterion: their names are upright, the page is in landscape.
-WIDE = '''@page { size: A4 landscape; }
+WIDE = '''
+@page { size: A4 landscape; }
 body { max-width: 269mm; }
 th, td { padding: 1px 2px; text-align: center; }
 td:first-child { min-width: 7em; overflow-wrap: anywhere; } td:nth-child(2) { white-space: nowrap; }
@@ -71,7 +63,7 @@ def feedback(marks: Marks, lab: str) -> str:
         parts += [section(moments(marks.observation, marks.verdicts, found)), hints.section(found)]
     if marks.observation is not None:
         parts += _printed(marks.observation)
-    return _page('{}: {}'.format(lab, marks.student), parts)
+    return document('{}: {}'.format(lab, marks.student), parts, STUDENTS)
 
 
 def _verdicts(verdicts):
@@ -123,7 +115,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
             len(all_marks) - len(totals), NOT_JUDGED),
         'Median {:g} of {:g} points. '.format(totals[len(totals) // 2], some.worth)
         if totals else '', len(some.extra))
-    return _page('{}: overview'.format(lab), look * (len(totals) < len(all_marks))
+    return document('{}: overview'.format(lab), look * (len(totals) < len(all_marks))
                  + ['<p>{}</p>'.format(escape(summary)), table(heads, rows, words=(WHY, REMARKS))]
                  + (['<h2>For the instructor alone</h2>'] if notes else [])
                  + ['<p>{}</p>'.format(escape(note)) for note in notes], WIDE)
@@ -137,10 +129,6 @@ def _link(marks):
 def _folded(remarks):
     return Markup('<details><summary>{}</summary>{}</details>'.format(
         len(remarks), escape(' '.join(remarks))) if remarks else '')
-
-
-def _page(title, parts, more=''):
-    return PAGE.substitute(title=escape(title), style=STYLE, more=more, body='\n'.join(parts))
 
 
 # -- Gradescope
