@@ -13,7 +13,8 @@ from make_figures import DOC, GOAL, NEAR, mark_goal, new_figure, plain, robot, w
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.figures import BLUE, GREY, ORANGE
-from tb3_labs.report.mistakes import WAYS, Declared, Law
+from tb3_labs.report.diagnosed_turns import Law
+from tb3_labs.report.mistakes import WAYS, Declared
 
 #: Time between two commands, and a picture's longest drive and turn [s].
 TICK, LONGEST_DRIVE, LONGEST_TURN = 0.1, 60.0, 8.0
@@ -30,26 +31,26 @@ FASTEST_TURN = 2.635
 
 
 def drive(way, declared):
-    """(true path, believed path) in the frame that was declared: lists of Pose2."""
+    """(true path, believed path) in the frame that was declared: lists of Pose2, of Believed."""
     odom, state = AT_RESET, 'ROTATE_TO_GOAL'
     last = Declared(AT_RESET, AT_RESET.yaw + OFFSET, declared)
     start = Declared(POWER_ON, POWER_ON.yaw + OFFSET)
     local_T_odom = declared @ AT_RESET.inverse()
     true, believed = [], []
     for _ in range(int(LONGEST_DRIVE / TICK)):
-        here = way.pose(odom, odom.yaw + OFFSET, last, start)
+        here = way.believes(odom, odom.yaw + OFFSET, last, start)
         true.append(local_T_odom @ odom)
         believed.append(here)
         linear = angular = 0.0
         if state == 'ROTATE_TO_GOAL':
-            error = wrap(here.bearing_to(GOAL) - here.yaw)
+            error = wrap(here.bearing_to(GOAL) - here.course)
             angular, state = 0.3 * error, state if abs(error) > 0.05 else 'MOVE_FORWARD'
         elif state == 'MOVE_FORWARD':
             linear = 0.15
-            if here.distance_to(GOAL) < NEAR:
+            if math.hypot(here.x - GOAL.x, here.y - GOAL.y) < NEAR:
                 state = 'ROTATE_TO_FINAL'
         else:
-            error = wrap(GOAL.yaw - here.yaw)
+            error = wrap(GOAL.yaw - here.final)
             angular = 0.5 * error
             if abs(error) < 0.05:
                 break

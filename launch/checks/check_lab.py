@@ -28,10 +28,12 @@ import rosunit
 from roslib.packages import find_node
 
 from tb3_labs.marking.criteria import Outcome, judge
+from tb3_labs.marking.feedback import diagnosis
 from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
 from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_stage import try_out
 from tb3_labs.marking.ros_student_node import Launch
+from tb3_labs.report import hints
 
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
 #: rostest names the file for the results by this word.
@@ -67,7 +69,8 @@ def marked():
             os.replace(record + '.part', record)
     observation = try_out(name, package, executable, parts, keep, pad, tell)
     remarks = observation.remarks + [observation.unfair] * bool(observation.unfair)
-    return Marks('', observation.node, judge(lab.criteria, observation, worth, parts), remarks)
+    return Marks('', observation.node, judge(lab.criteria, observation, worth, parts), remarks,
+                 observation)
 
 
 def tell(line):
@@ -174,7 +177,9 @@ def main():
     except (OSError, ValueError) as problem:
         tell('check_lab.py: nothing was judged: {}'.format(problem))
         return report([Check('test_runs', 'nothing was judged: {}'.format(problem))])
-    for line in [verdict.line for verdict in marks.verdicts] + marks.remarks + [total(marks)]:
+    hint = hints.in_a_line(diagnosis(marks.observation, marks.verdicts))
+    for line in [verdict.line for verdict in marks.verdicts] + marks.remarks + [
+            hint] * bool(hint) + [total(marks)]:
         tell(line)
     return report(checks_of(marks, rospy.get_param('~strict')))
 

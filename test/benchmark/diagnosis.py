@@ -43,7 +43,7 @@ def made(number, seed):
         scene, recorder = scene_of(node, source), source.randrange(2 ** 31)
         run = played(node.text, scene, recorder)
         if not agree(run, played(node.right, scene, recorder)):
-            return lab, mistake, '', diagnose(run).mistake
+            return lab, mistake.split('/')[0], '', diagnose(run).mistake
     return None
 
 

@@ -10,15 +10,16 @@ import rosbag
 import rospy
 from recorded_run import (  # noqa: F401
     BEGIN, BURGER, DELAY, MISS, MISS_DEG, in_degrees, run, sensors, write_bag)
-from geometry_msgs.msg import PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, Float64
 
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.drives import drives
 from tb3_labs.report.ros_bag import BagProblem, read_run
-from tb3_labs.ros.conversions import to_pose_stamped
+from tb3_labs.ros.conversions import to_pose_stamped, to_twist
 
 
 def test_topics_that_were_recorded_by_relative_names(tmp_path):
@@ -114,3 +115,21 @@ def test_a_definition_in_a_bag_is_never_run(tmp_path, topic, kind, checksum, lef
             [] if left_out else [90.0] * (2 if listed_as else 1))
     assert sorted(os.listdir(str(tmp_path))) == ['evil.bag']
     assert left_out in ' '.join(told) and len(told) == bool(left_out)
+
+
+@pytest.mark.parametrize('senders, is_known', [
+    (['/rostopic_12_1700000'], False), (['/rostopic_12_1700000', '/controller'], True)])
+def test_what_a_person_drove_by_rostopic_is_not_diagnosed(tmp_path, senders, is_known):
+    """An endless turn to the left at one rate, then a zero."""
+    path = write_bag(tmp_path / 'by_hand.bag', sources=(sensors,))
+    with rosbag.Bag(str(path), 'a') as bag:
+        for number, sender in enumerate(senders):
+            header = {'topic': '/cmd_vel', 'type': Twist._type, 'md5sum': Twist._md5sum,
+                      'message_definition': Twist._full_text, 'callerid': sender}
+            bag._topic_connections.pop('/cmd_vel', None)    # rosbag record: one for each sender
+            for time, rate in ((1.0, 0.5), (1.4, 0.4), (1.8, 0.0)):
+                bag.write('/cmd_vel', to_twist(0.0, rate), rospy.Time(BEGIN + time + 3 * number),
+                          connection_header=header)
+    run = read_run(path)
+    assert list(run.senders) == sorted(senders)
+    assert (diagnose(run) != Diagnosis('')) is is_known

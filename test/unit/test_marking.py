@@ -42,7 +42,8 @@ def turned(degrees, typed='l', moved=True, rested=True, forward=0.0, rate=1.5):
     """A robot that turned by so much, from 3 rad on, within two seconds."""
     angle = math.radians(degrees)
     return observation(
-        stimuli=[stimulus(typed, facts={'moved': moved, 'rested': rested})],
+        stimuli=[stimulus(typed, facts=dict({'moved': moved, 'rested': rested}, **(
+            {'asked_deg': 90.0 if typed == 'l' else -90.0} if typed in 'lr' else {})))],
         truth=[[0.02 * k, 0.0, 0.0, 3.0 + angle * k / 100.0] for k in range(101)],
         commands=[[0.1, forward, math.copysign(rate, degrees)], [1.9, 0.0, 0.0]])
 
@@ -226,6 +227,9 @@ def test_pages_show_what_students_write_as_text():
     assert '<i>Bobby</i>' in page.words and 'A "remark", <b>.' in page.words
     whole = Strict(overview([marks_of('<i>Bobby</i>', seen)], 'IMU lab'))
     assert '<i>Bobby</i>' in whole.words and 'i' not in whole.tags
+    for text, head in ((feedback(marks_of('Bobby', seen), 'IMU lab'), 'points'),
+                       (overview([marks_of('Bobby', seen)], 'IMU lab'), 'short way')):
+        assert 'content="width=device-width' in text and '<td data-head="%s">' % head in text
 
 
 def test_a_crash_is_told_once_in_each_table():
@@ -297,7 +301,7 @@ def test_what_could_not_be_judged_is_no_zero():
     assert 'not judged' in every and '0 / ' + full in every
     # what is not judged is on top, and each 0 has its reason
     assert 'Not judged, look at it: Bobby (The marking machine lacks cv2.)' in every.split('3 sub')[0]
-    rows = [re.findall('<td class="words">(.*?)</td>', row)[0] for row in page.split('<tr>')[2:]]
+    rows = [re.findall('<td class="words"[^>]*>(.*?)</td>', row)[0] for row in page.split('<tr>')[2:]]
     assert rows == ['The marking machine lacks cv2.', 'it was never started', '']
     alone = Strict(overview([bad], 'IMU lab')).words
     assert '1 submission, 1 not judged. The last' in alone

@@ -294,4 +294,4 @@ def test_a_number_is_never_minus_zero_and_an_unknown_one_is_a_dash(value, form, 
 
 
 def test_a_cell_of_plain_text_is_escaped():
-    assert '<td>&lt;x&gt;</td>' in table(['a'], [['<x>']])
+    assert '<td data-head="&lt;a&gt;">&lt;x&gt;</td>' in table(['<a>'], [['<x>']])

@@ -8,6 +8,7 @@ import {
 export const FRAMES = ['odom', 'local'];
 const AXIS = 0.35;           // [m] length of a frame's axes, if that can be seen
 const AXIS_PIXELS = [34, 90];
+const LEAST_SIZE = 13;       // [px] radius of the robot
 const MOST = 2000;           // points kept; beyond it every other one is dropped
 const STEP = 0.004;          // [m] a nearer point adds nothing to the picture
 const JUMP = 0.5;            // [m] between two pictures: the robot was put elsewhere
@@ -230,7 +231,7 @@ export class RobotMap {
     const pose = this.shown('odom', place);
     if (!pose) return;
     const [px, py] = this.view.pixel(pose[0], pose[1]);
-    const size = Math.max(this.radius * this.view.scale, 9);
+    const size = Math.max(this.radius * this.view.scale, LEAST_SIZE);
     c.lineWidth = 2;
     c.setLineDash([3, 3]);
     circle(c, px, py, size, colour);
@@ -246,13 +247,13 @@ export class RobotMap {
     const pose = this.shown('odom', this.picture.odom) || this.shown('local', this.picture.local);
     if (!pose) return;
     const [px, py] = this.view.pixel(pose[0], pose[1]);
-    const size = this.radius * this.view.scale;
+    const size = Math.max(this.radius * this.view.scale, LEAST_SIZE);    // seen on any map
     c.lineWidth = 2;
     disc(c, px, py, size, colours.ink, 0.25);
     circle(c, px, py, size, colours.ink);
-    heading(c, px, py, pose[2], Math.max(size * 0.85, 11), colours.ink, colours.paper);
-    labels.avoid(px, py, Math.max(size, 9) * 0.72);
-    labels.add('robot', px, py, colours.ink, {away: Math.max(size, 9) * 0.72 + 5});
+    heading(c, px, py, pose[2], size * 0.85, colours.ink, colours.paper);
+    labels.avoid(px, py, size);
+    labels.add('robot', px, py, colours.ink, {away: size * 0.72 + 5});
   }
 }
 

@@ -43,7 +43,7 @@ class Lab(NamedTuple):
     files: Tuple[str, ...]     # usual names of the node's file, that of this package first
     class_name: str            # the handout's name of the class
     node_name: str             # the handout's name of the node
-    listens: str               # the topic that a node must listen to before it is ready
+    sensors: Tuple[str, ...]   # topics that a node needs; it is ready if it listens to the first
 
     @property
     def parts(self) -> List[str]:
@@ -60,15 +60,15 @@ class Lab(NamedTuple):
 
 LABS = {
     IMU: Lab('IMU exercise', imu.CRITERIA, ('ice6',), ('imu_sub.py',), 'IMU', 'imu_sub',
-             observation.IMU),
+             (observation.IMU,)),
     TURN: Lab('IMU lab', turn.CRITERIA, ('lab2',), ('turtlebot_controller.py',), 'Controller',
-              'controller', observation.IMU),
+              'controller', (observation.IMU,)),
     MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA, ('lab7_tf', 'lab7'),
                     ('move2goal_tf.py', 'move2goal.py'), 'MoveToGoal', 'move_to_goal',
-                    observation.ODOM),
+                    (observation.ODOM, observation.IMU)),
     GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA,
                  ('lab4_gamepad', 'lab7_tf', 'lab7'), ('gamepad.py',), 'Gamepad', GAMEPAD,
-                 observation.JOY),
+                 (observation.JOY,)),
 }
 
 

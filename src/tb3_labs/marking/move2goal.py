@@ -10,7 +10,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.criteria import (AT_ONCE, BEYOND, IN_TIME, ROUNDING, STATES, STOPS_AT_ONCE,
                                        STOPS_WHEN_LOST, TRANSFORMATION_SHEET, Criterion, Place,
                                        ends_cleanly, starts, stops_robot, stops_when_silent)
-from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene
+from tb3_labs.marking.observation import (
+    GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
 
 #: The parts of the lab.
 DRIVE, RESET, CONTROL, DECLARED, OFFSET, LOST = (
@@ -42,13 +43,6 @@ TURNED = 100.0
 REACHED = re.compile(r'goal reached', re.IGNORECASE)
 SET = re.compile(r'local pose set', re.IGNORECASE)
 
-#: Keys of a drive's facts. GOAL_POSE: the goal in the local frame, [x, y, yaw] in [m], [rad].
-#: LOCAL_T_WORLD: the transform from the robot's true frame to the local frame, [x, y, yaw] as well.
-GOAL_POSE = 'goal'
-LOCAL_T_WORLD = 'local_T_world'
-#: SENSED: the pose by the odometry and the IMU's yaw at the start, [x, y, yaw, yaw]; None if one is
-#: unknown.
-SENSED = 'sensed'
 #: The handout's goal: x, y [m], heading [rad]. Edit it for another goal of a class.
 GOAL = (-0.61, 0.61, 0.0)
 #: DISTANCE [m], ANGLE_RAD [rad] and ANGLE [deg] are the lab's tolerances. A robot may go on by

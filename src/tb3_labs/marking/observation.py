@@ -2,7 +2,8 @@
 
 Units: seconds since the observation began, m/s, rad/s, metres, radians. The yaw of the true poses
 is continuous over whole turns. The commands are those of the node that is judged; those of other
-nodes are left out.
+nodes are left out. :meth:`Observation.run` is the same as a recorded run, for the report's
+diagnosis and timeline.
 """
 import json
 import math
@@ -10,6 +11,11 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Dict, List, Optional
 
 import numpy as np
+
+from tb3_labs.geometry.angles import wrap_all
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.run_data import (
+    Commands, ImuSamples, LogLines, OdometrySamples, Poses, RunData, States, Values)
 
 #: The topics that the labs are about, as the handouts call them; all names are relative.
 IMU = 'imu'
@@ -26,6 +32,11 @@ TRUTH = 'ground_truth'
 #: Keys of `facts` that several labs use. MOVED: did the node command a movement after it was asked
 #: to? RESTED: did the robot come to rest? WAS_MOVING: did the robot move when the stimulus began?
 MOVED, RESTED, WAS_MOVING = 'moved', 'rested', 'was_moving'
+#: Key of the facts of a turn: the angle that was asked for [deg].
+ASKED_DEG = 'asked_deg'
+#: Keys of the facts of a drive. GOAL_POSE: the goal in the local frame. LOCAL_T_WORLD: the transform
+#: from the robot's true frame to the local frame. Both are [x, y, yaw] in [m], [rad].
+GOAL_POSE, LOCAL_T_WORLD = 'goal', 'local_T_world'
 #: If the machine held up the robot for longer than this, the node was not judged fairly [s].
 HELD_UP = 0.15
 #: At most MOST_FINDINGS findings are kept of a node. Each of them, and each remark, has at most
@@ -63,7 +74,7 @@ class Run:
     end: Optional[float] = None     # None: it still runs
     ended_by_itself: bool = False
     printed: str = ''               # head and tail
-    unheard: List[str] = field(default_factory=list)    # it listened to them, nobody published them
+    unheard: List[str] = field(default_factory=list)    # in place of a sensor; nobody published them
 
 
 @dataclass
@@ -74,6 +85,9 @@ class Observation:
     node: str                                                    # package/file
     commands: List[List[float]] = field(default_factory=list)    # [time, linear, angular]
     truth: List[List[float]] = field(default_factory=list)       # [time, x, y, yaw]
+    #: [time, x, y, yaw, speed] by the odometry, [yaw, rate] by the IMU
+    sensed: List[List[float]] = field(default_factory=list)
+    log: List[List[Any]] = field(default_factory=list)           # [time, level, node, text]
     stimuli: List[Stimulus] = field(default_factory=list)
     runs: List[Run] = field(default_factory=list)
     missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none
@@ -114,6 +128,43 @@ class Observation:
         return ('The machine held the robot up for {:.2f} s (up to {:g} s are fair): the marks may '
                 'be unfair.'.format(self.longest_gap, HELD_UP))
 
+    @property
+    def deaf(self) -> str:
+        """A clause if the node listens to a topic that nobody publishes in place of a sensor, or
+        ''."""
+        topics = sorted({topic for run in self.runs for topic in run.unheard})
+        return 'it listens to {}, which nobody publishes'.format(
+            ' and '.join(topics)) if topics else ''
+
+    def run(self) -> RunData:
+        """Returns the observation as a recorded run. Its poses in ``local`` are the true ones; its
+        resets are the poses at which a drive began; its states are the names of the stimuli."""
+        true = Poses(*(np.array(self.truth, dtype=float).T[[0, 0, 1, 2, 3]]))
+        rows = self.sensed or [[*row, 0.0, row[3], 0.0] for row in self.truth]
+        time, x, y, yaw, speed, imu_yaw, rate = np.array(rows, dtype=float).T
+        commands = np.array(self.commands, dtype=float).reshape(-1, 3).T
+        drives = [stimulus for stimulus in self.stimuli if GOAL_POSE in stimulus.facts]
+        frames = [Pose2(*drive.facts[LOCAL_T_WORLD]) for drive in drives]
+        ends = [drive.begin for drive in drives[1:]] + [math.inf]
+        resets = [(drive.begin, frame @ true.at(drive.begin))
+                  for drive, frame in zip(drives, frames)]
+        return RunData(
+            self.node, 0.0, float(true.time[-1]), ImuSamples(time, time, wrap_all(imu_yaw), rate),
+            OdometrySamples(time, time, x, y, wrap_all(yaw), speed, rate),
+            Commands(commands[0], *commands), Poses.joined(
+                [true.between(drive.begin, end).seen_from(frame)
+                 for drive, end, frame in zip(drives, ends, frames)]) if drives else true, true,
+            goals=_rows(Poses, [[drive.begin, *drive.facts[GOAL_POSE]] for drive in drives]),
+            states=_rows(States, [[each.begin, each.name] for each in self.stimuli]),
+            resets=_rows(Poses, [[at, pose.x, pose.y, pose.yaw] for at, pose in resets]),
+            control=_rows(Values, [row for drive in drives for row in (
+                [drive.begin, 1.0], [drive.end, 0.0])]),
+            log=_rows(LogLines, self.log), derived=('states',),
+            starts=tuple(run.begin for run in self.runs),
+            letters=_rows(Values, [row for each in self.stimuli if ASKED_DEG in each.facts
+                                   for row in ([each.begin, np.sign(each.facts[ASKED_DEG])],
+                                               [each.end, 0.0])]))
+
     def has(self, name: str) -> bool:
         """Was there a stimulus of this name?"""
         return any(stimulus.name == name for stimulus in self.stimuli)
@@ -145,9 +196,7 @@ class Observation:
                                       last_words(run.printed))
         if run.ready is not None:
             return 'the time was up before this was tried'
-        return 'it ran, but never listened to the robot' + (
-            ': it listens to {}, which nobody publishes'.format(' and '.join(run.unheard))
-            if run.unheard else '')
+        return ': '.join(filter(None, ['it ran, but never listened to the robot', self.deaf]))
 
 
 class Scene:
@@ -175,6 +224,13 @@ class Scene:
     def turned_deg(self) -> float:
         """The angle by which the robot truly turned, left positive [deg]; 0 without a pose."""
         return math.degrees(self.truth[-1, 3] - self.truth[0, 3]) if len(self.truth) else 0.0
+
+
+def _rows(kind, rows):
+    """The Samples of these rows: time, and the other columns."""
+    columns = list(zip(*rows))
+    return kind(*(np.array(column, dtype=object if isinstance(column[0], str) else float)
+                  for column in columns[:1] + columns)) if rows else kind.none()
 
 
 def _between(rows, columns, begin, end):

@@ -9,10 +9,11 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import move2goal as asked
 from tb3_labs.marking.move2goal import (
     ASTRAY, DRIVE_TIME, PROBLEM, REACTION, TAKES_EFFECT, TURNED, WATCHED)
-from tb3_labs.marking.observation import CTRL_RELINQ, LONGEST, MOVED, RESTED, WAS_MOVING
+from tb3_labs.marking.observation import (
+    CTRL_RELINQ, GOAL_POSE, LOCAL_T_WORLD, LONGEST, MOVED, RESTED, WAS_MOVING)
 from tb3_labs.marking.observation import RESET as ROBOTS_RESET
 from tb3_labs.marking.ros_interface import ALL, UNIT, ResetCaller
-from tb3_labs.marking.ros_robot import ODOM_SWITCH, RESTS, sensed
+from tb3_labs.marking.ros_robot import ODOM_SWITCH, RESTS
 from tb3_labs.ros.clocks import wait_until
 
 #: A robot has arrived if it rests and had no command to move for this time [s].
@@ -49,9 +50,8 @@ class Control:
         node, recorder = self._stage.node, self._stage.recorder
         start = start or recorder.pose
         local_T_world = local_T_base @ start.inverse()
-        facts = {asked.GOAL_POSE: asked.GOAL, MOVED: False, RESTED: False,
-                 asked.LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw],
-                 asked.SENSED: sensed()}
+        facts = {GOAL_POSE: asked.GOAL, MOVED: False, RESTED: False,
+                 LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]}
         with self._stage.stimulus(name, facts) as record:
             record.facts[MOVED] = self._stage.moves_after(lambda: self.give(True), REACTION)
             if record.facts[MOVED]:

@@ -12,12 +12,14 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu
 
 from tb3_labs.geometry.angles import clamp, continuous, difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, TRUTH
 from tb3_labs.marking.ros_interface import name_of_sender, sender_of
+from tb3_labs.report.messages import LEVELS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2, to_twist
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample
@@ -31,10 +33,11 @@ SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 START_TIME = 15.0
 #: Equal commands in a row are recorded at most once in this time [s].
 SAME_COMMAND = 0.04
-#: A sensor is silent after this time without a message [s].
-SILENT = 1.0
-#: At most this many commands of a node are recorded.
-MOST_COMMANDS = 40000
+#: At most this many commands and log lines of a node are recorded, of each line at most LINE
+#: characters.
+MOST_COMMANDS, MOST_LINES, LINE = 40000, 1000, 300
+#: What the sensors say is rounded to so many digits.
+DIGITS = 5
 #: A robot rests if it moves less than REST_WAY [m] and turns less than REST_TURN [rad] within
 #: REST_TIME [s].
 REST_WAY, REST_TURN, REST_TIME = 0.002, 0.005, 0.4
@@ -57,18 +60,9 @@ REPEATED = 0.05
 CONNECTING, SETTLED = 1.0, 0.45
 
 
-def sensed():
-    """Returns [x, y, yaw, the IMU's yaw] by the robot's sensors; None if one of them is silent."""
-    try:
-        odom = to_odometry_sample(rospy.wait_for_message(ODOM, Odometry, SILENT)).pose
-        imu = to_imu_sample(rospy.wait_for_message(IMU, Imu, SILENT))
-        return [odom.x, odom.y, odom.yaw, imu.yaw]
-    except (rospy.ROSException, ValueError):
-        return None
-
-
 class Recorder:
-    """Writes the robot's poses and the node's commands into an Observation, from other threads.
+    """Writes into an Observation, from other threads: the robot's true poses and its sensors, the
+    node's commands and log lines.
 
     Times are seconds since the recorder was made. RuntimeError if the robot does not run.
     """
@@ -78,9 +72,12 @@ class Recorder:
         self._zero, self._lock = rospy.get_time(), threading.Lock()
         #: The address of the robot: the sender of the first true pose.
         self.robot = ''
-        self._poses = self._commands = None
+        self._poses = self._commands = self._imu = None
         self._poses = subscribe(TRUTH, PoseStamped, self._on_truth)
         self._commands = subscribe(CMD_VEL, Twist, self._on_command)
+        subscribe(IMU, Imu, self._on_imu, to_imu_sample)
+        subscribe(ODOM, Odometry, self._on_odometry, to_odometry_sample)
+        subscribe('/rosout', Log, self._on_log, queue_size=None)
         if not wait_until(lambda: observation.truth, START_TIME):
             raise RuntimeError('the simulated robot does not run')
 
@@ -110,6 +107,22 @@ class Recorder:
             if len(commands) < MOST_COMMANDS and not (
                     same and entry[0] - commands[-1][0] < SAME_COMMAND):
                 commands.append(entry)
+
+    def _on_imu(self, sample):
+        self._imu = sample
+
+    def _on_odometry(self, sample):
+        pose, imu = sample.pose, self._imu
+        if imu is not None:
+            with self._lock:
+                self._observation.sensed.append([round(number, DIGITS) for number in (
+                    self.now, pose.x, pose.y, pose.yaw, sample.linear, imu.yaw, imu.yaw_rate)])
+
+    def _on_log(self, line):
+        log = self._observation.log
+        if line.name not in (rospy.get_name(), '/' + ROBOT) and len(log) < MOST_LINES:
+            with self._lock:
+                log.append([self.now, LEVELS.get(line.level, ''), line.name, line.msg[:LINE]])
 
     @property
     def now(self):

@@ -47,7 +47,7 @@ class Stage:
         self.robot, self.pad = RobotHand(self.recorder), pad
         self.witness = Witness(self.observation, self.recorder.robot,
                                lambda: self.recorder.hand_to(keep))
-        self.node = StudentNode(package, executable, LABS[lab].listens, lambda: self.recorder.now)
+        self.node = StudentNode(package, executable, LABS[lab].sensors, lambda: self.recorder.now)
         self._keep, self._tell, self._part = keep, tell, ''
         self.observation.runs, self.node.on_end = self.node.runs, self.keep
 
@@ -69,7 +69,8 @@ class Stage:
         record.lines = self.node.printed[1] - lines
         record.died = not self.node.alive
         self.observation.stimuli.append(record)
-        self.remark(tracebacks_before_the_end(record))
+        self.remark(tracebacks_before_the_end(record) + [
+            'Note that {}.'.format(self.observation.deaf)] * bool(self.observation.deaf))
         self.keep()
 
     def not_offered(self, names, reason):

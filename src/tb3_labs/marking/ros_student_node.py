@@ -71,9 +71,10 @@ class Launch:
 class StudentNode:
     """Runs one process of the node at a time; `runs` is a list of Run, the latest last."""
 
-    def __init__(self, package, executable, listens, now):
-        """`listens`: topic that a ready node listens to; `now()`: the observation's time [s]."""
-        self._what, self._listens, self._now = (package, executable), listens, now
+    def __init__(self, package, executable, sensors, now):
+        """`sensors`: topics that the node needs, the first of them before it is ready; `now()`: the
+        observation's time [s]."""
+        self._what, self._sensors, self._now = (package, executable), sensors, now
         self._launch = Launch.given()
         #: This function is called after each run.
         self.on_end = lambda: None
@@ -99,7 +100,8 @@ class StudentNode:
 
         If its first run was never ready, the node is not started again.
         """
-        topic = rospy.resolve_name(listens or self._listens)
+        needed = [rospy.resolve_name(name) for name in (
+            self._sensors if listens is None else [listens])]
         self.stop()
         if self.runs and self.runs[0].ready is None:
             return False
@@ -114,13 +116,13 @@ class StudentNode:
                                 clean=environment is not None)
         if self._launch.isolated:
             self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS, os.getppid())
-        if self._is_ready_in_time(topic, known):
+        if self._is_ready_in_time(needed, known):
             run.ready = self._now()
             return True
         self.stop()
         return False
 
-    def _is_ready_in_time(self, topic, known):
+    def _is_ready_in_time(self, needed, known):
         new, since = {}, time.monotonic()
 
         def is_ready():
@@ -129,12 +131,12 @@ class StudentNode:
                     if name not in known}
             if seen != new:
                 new, since = seen, time.monotonic()
-            return any((LISTENS, topic) in registered for registered in new.values()) and (
+            return any((LISTENS, needed[0]) in registered for registered in new.values()) and (
                 time.monotonic() - since >= QUIET)
         ready = wait_until(lambda: not self.alive or is_ready(), START_TIME, LOOK)
         self.graph.names = set(new)
-        if self.alive and not ready:
-            self.runs[-1].unheard = self.graph.unheard()
+        if self.alive:
+            self.runs[-1].unheard = self.graph.unheard(needed)
         return ready and self.alive
 
     def stop(self):
@@ -216,12 +218,14 @@ class Graph:
         groups = self._master.getSystemState()[role]
         return {topic for topic, names in groups if self.names.intersection(names)}
 
-    def unheard(self):
-        """The topics to which the student's node listens, though nobody publishes them."""
+    def unheard(self, needed):
+        """The topics to which the student's node listens, though nobody publishes them, if it does
+        not listen to all topics that it needs; else []."""
+        listens = self.of_node(LISTENS)
         published = {topic for registered in self.nodes().values()
                      for role, topic in registered if role == PUBLISHES}
         offered = {rospy.resolve_name(name) for name in OFFERED_LATER}
-        return sorted(self.of_node(LISTENS) - published - offered)
+        return [] if listens.issuperset(needed) else sorted(listens - published - offered)
 
     def kind_of(self, topic):
         """The message class that the node uses on `topic`; None if it is not known."""

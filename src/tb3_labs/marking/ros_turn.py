@@ -10,7 +10,7 @@ from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking import imu as asked_imu
 from tb3_labs.marking import mouse as asked_mouse
 from tb3_labs.marking import turn as asked
-from tb3_labs.marking.observation import MOUSE_INFO, MOVED, RESTED, WAS_MOVING
+from tb3_labs.marking.observation import ASKED_DEG, MOUSE_INFO, MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.ros_robot import IMU_SWITCH, WELL_UNDER_WAY, Repeater
 from tb3_labs.marking.ros_student_node import LISTENS
 from tb3_labs.marking.turn import LEFT
@@ -118,7 +118,7 @@ def turns(stage):
     for name, turn in asked.EACH_TURN.items():
         if not _begin_at(stage, turn.begins_deg):
             return
-        _try_turn(stage, name, turn.typed)
+        _try_turn(stage, name, turn.typed, {ASKED_DEG: turn.asked_deg})
     if _begin_at(stage, LAST_HEADING):
         with stage.stimulus(asked.NONSENSE):
             stage.node.type(asked.TYPED_NONSENSE)
@@ -139,9 +139,9 @@ def _begin_at(stage, heading):
     return stage.node.start()
 
 
-def _try_turn(stage, name, typed):
-    """Try a turn by the letter `typed`, and record it as the stimulus `name`."""
-    with stage.stimulus(name, {MOVED: False, RESTED: False}) as record:
+def _try_turn(stage, name, typed, facts=()):
+    """Try a turn by the letter `typed`, and record it as the stimulus `name` with these `facts`."""
+    with stage.stimulus(name, {MOVED: False, RESTED: False, **dict(facts)}) as record:
         moved = stage.moves_after(lambda: stage.node.type(typed), asked.REACTION)
         record.facts[MOVED] = moved
         record.facts[RESTED] = wait_until(

@@ -38,7 +38,7 @@ def mark_line(data: Dict[str, Any]) -> Iterator[str]:
 def curves(data: Dict[str, Any]) -> Iterator[str]:
     """The HTML of each curve of which something was recorded."""
     for name, caption, measured, least in (
-            ('heading', data['heading_of'] + ' [&deg;]', data['heading'], 10.0),
+            ('heading', 'heading by the IMU [&deg;]', data['heading'], 10.0),
             ('distance', 'distance to the goal [m]', data['distance'], 0.1),
             ('angle', "angle off the goal's heading [&deg;]", data['angle'], 10.0)):
         yield _curve(data, name, caption, measured, ([], []), least)

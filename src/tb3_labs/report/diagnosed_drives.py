@@ -53,15 +53,13 @@ PARTS = 20
 
 
 class Seen(NamedTuple):
-    """A recorded drive. `ended`: the part that was cut off, first, way or last; '' for none.
-    `shown_T_odom`: the pose of ``odom`` in the frame in which ghosts are shown."""
+    """A recorded drive. `ended`: the part that was cut off, first, way or last; '' for none."""
 
     times: Tuple[float, float, float, float]    # start, start and end of the way, end
     start: Pose2
     drive: Drive
     ended: str
     end: Pose2
-    shown_T_odom: Pose2 = Pose2()
 
 
 #: A drive from a known state: the drive, the last reset before it, the node's start.
@@ -79,13 +77,16 @@ class Fit(NamedTuple):
 
 def compared(fresh: Sequence[Fresh], goal: Pose2, way: Way) -> Fit:
     """Returns the Fit of the drives and a `way`, in metres; `goal`: in ``local``."""
-    far, ideals = [], []
+    far: List[float] = []
+    ideals: List[Drive] = []
     for seen, last, first in fresh:
         tried = [way.drive(seen.start, last, first, goal, near) for near in (NEAR, CLOSE * NEAR)]
         distance, ideal = min(((apart(seen, drive), drive) for drive in tried),
                               key=lambda pair: pair[0])
         far.append(0.0 if not way.mistake and _arrived(seen, last, goal) else distance)
         ideals.append(ideal)
+    if any(way.leaps and not apart for apart in far):   # in another drive it may begin by chance
+        far = [0.0 if math.isnan(ideal.way) else apart for apart, ideal in zip(far, ideals)]
     return Fit(way.mistake, far, ideals)
 
 
@@ -105,7 +106,7 @@ def ghost(seen: Sequence[Seen], ideals: Sequence[Drive]) -> Poses:
                         y + share * ahead * math.sin(yaw), yaw + share * turn)
             x, y, yaw = rows[-1][1:]
         time, *pose = np.array(rows).T
-        paths.append(Poses(time, time, *pose).seen_from(each.shown_T_odom))
+        paths.append(Poses(time, time, *pose))
     return Poses.joined(paths)
 
 
@@ -116,17 +117,23 @@ def fresh_drives(run: RunData, found: Sequence[Movement]) -> Iterator[Fresh]:
     ends = np.concatenate([cuts(run), [run.duration], [
         movement.end for movement in found
         if len(run.log) and not (np.abs(said - movement.end) < SAID).any()]])
-    first = _declared(run, float(run.odometry.time[0]), Pose2())
-    declared = [first] + [_declared(run, float(time), run.resets.pose(k))
-                          for k, time in enumerate(run.resets.time)]
+    starts = [(time, _declared(run, time, Pose2()))
+              for time in run.starts or [float(run.odometry.time[0])]]
+    declared = [(float(time), _declared(run, float(time), run.resets.pose(k)))
+                for k, time in enumerate(run.resets.time)]
     for movement in found:
         if not has_control(run, (movement.begin + movement.end) / 2.0):
             continue
-        number = int(np.searchsorted(run.resets.time, movement.begin, side='right'))
-        since = [float(run.odometry.time[0]), *run.resets.time][number]
+        _, first = _latest(starts, movement.begin)
+        since, last = _latest(sorted(starts + declared), movement.begin)
         if _stood(run, since, movement.begin) and not any(
                 was_lost(sensor, since, movement.end) for sensor in (run.imu, run.odometry)):
-            yield seen_drive(run, movement, ends), declared[number], first
+            yield seen_drive(run, movement, ends), last, first
+
+
+def _latest(pairs: Sequence[Tuple[float, Declared]], time: float) -> Tuple[float, Declared]:
+    """The last of these pairs (time, Declared) until a time [s]; the first one if there is none."""
+    return ([*pairs[:1]] + [pair for pair in pairs if pair[0] <= time])[-1]
 
 
 def said_reached(run: RunData) -> np.ndarray:
@@ -214,11 +221,11 @@ def _arrived(seen: Seen, last: Declared, goal: Pose2) -> bool:
 def apart(seen: Seen, ideal: Drive) -> float:
     """The distance of a drive from an ideal one [m]."""
     was = seen.drive
+    if math.isnan(ideal.way):
+        return 0.0 if math.isnan(was.first_turn) else UNLIKE
     if not was.way:
         return _only_turned_apart(seen, ideal)
-    if math.isnan(was.first_turn) or math.isnan(ideal.way):
-        return 0.0 if math.isnan(was.first_turn) and math.isnan(ideal.way) else UNLIKE
-    if not math.isfinite(ideal.first_turn):
+    if math.isnan(was.first_turn) or not math.isfinite(ideal.first_turn):
         return UNLIKE
     course = abs(was.first_turn - ideal.first_turn)
     far = (2.0 * math.sin(min(course, math.pi) / 2.0) * min(max(abs(was.way), LEVER), FARTHEST)
@@ -241,7 +248,7 @@ def _only_turned_apart(seen: Seen, ideal: Drive) -> float:
     if was.last_turn and ideal.way == 0.0 and math.isfinite(ideal.first_turn):
         return LEVER * max(abs(was.first_turn - ideal.first_turn),
                            turn_apart(was.last_turn, ideal.last_turn, was_cut))
-    if was.last_turn or math.isnan(ideal.way) or (
+    if was.last_turn or (
             ideal.way and math.isfinite(ideal.first_turn) and not was_cut):
         return UNLIKE
     angle = ideal.first_turn + (ideal.last_turn if ideal.way == 0.0 else 0.0)

@@ -1,22 +1,26 @@
 """The turns of a recorded run of the IMU lab, compared with those of mistaken robots.
 
-A bag does not have the letters: for each turn the letter is taken that fits better. A turn ends at a
+A `Law` is one way in which a node computes the error of a turn; several may be the same mistake. A
+bag does not have the letters: for each turn the letter is taken that fits better. A turn ends at a
 zero on ``cmd_vel``.
 
 Units: radians, left positive; rad/s; seconds since the recording's start.
 """
 import math
-from typing import List, NamedTuple, Sequence, Tuple
+from dataclasses import dataclass
+from typing import Callable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.angles import difference_degrees, wrap
 from tb3_labs.report.diagnosed_drives import CLOSE, SETTLED, Fit, swings, turn_apart, was_lost
-from tb3_labs.report.mistakes import NEAR_TURN, Law
+from tb3_labs.report.mistakes import turned, unwrapped
 from tb3_labs.report.movements import FASTEST_BY_MOUSE, NO_SPEED
 from tb3_labs.report.run_data import RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
+#: A turn ends within NEAR_TURN of its goal [rad].
+NEAR_TURN = math.radians(10.0)
 #: A robot goes on after the end of its turn, and may fall short of it a little [rad].
 GOES_ON, FALLS_SHORT = math.radians(22.0), math.radians(4.0)
 #: A shorter turn is a zero of another sender, not the end of a turn [s].
@@ -30,8 +34,8 @@ SLOW, START = 0.7, 0.5
 
 class Turn(NamedTuple):
     """A recorded turn. `turned` is NaN if it went left and right; `peak`: of the commands. A
-    person may have ended the last one. `is_persons`: one rate, without a zero at its end. `sides`:
-    1.0 for l, -1.0 for r; both if the letter is not known."""
+    person may have ended the last one of a node. `is_persons`: one rate, without a letter before it
+    and a zero at its end. `sides`: 1.0 for l, -1.0 for r; both if the letter is not known."""
 
     begin: float
     heading: float
@@ -41,6 +45,71 @@ class Turn(NamedTuple):
     is_stopped: bool = True
     is_persons: bool = False
     sides: Tuple[float, ...] = (1.0, -1.0)
+
+
+@dataclass(frozen=True)
+class Law:
+    """The error of a turn by the IMU's heading, in degrees as the handout has it.
+
+    `goal_wraps`, `error_wraps`: does the node wrap a value below the range, and one above it?
+    `reading`: the heading that the node reads [deg], by the true one. `quarter`: the angle that it
+    adds for a turn to the left. `command`: the error that it turns by, of (error, side).
+    """
+
+    mistake: str = ''
+    goal_wraps: Tuple[bool, bool] = (True, True)
+    error_wraps: Tuple[bool, bool] = (True, True)
+    reading: Callable[[float], float] = unwrapped
+    quarter: float = 90.0
+    command: Callable[[float, float], float] = lambda error, side: error
+
+    def goal(self, heading: float, side: float) -> float:
+        """The goal of a turn from `heading`, both [deg]; `side`: 1 left, -1 right."""
+        goal = self.reading(heading) + side * self.quarter
+        goal += 360.0 * (self.goal_wraps[0] and goal < 0.0)
+        return goal - 360.0 * (self.goal_wraps[1] and goal > 360.0)
+
+    def error(self, goal: float, heading: float, side: float) -> float:
+        """The error at a heading from 0 to 360, all [deg]."""
+        error = goal - self.reading(heading)
+        error += 360.0 * (self.error_wraps[0] and error < -180.0)
+        error -= 360.0 * (self.error_wraps[1] and error > 180.0)
+        return self.command(error, side)
+
+    def turned(self, heading: float, side: float, near: float = NEAR_TURN) -> float:
+        """The angle by which the robot turns from `heading`, both [rad]."""
+        goal = self.goal(math.degrees(heading) % 360.0, side)
+        return turned(lambda yaw: math.radians(self.error(goal, math.degrees(yaw) % 360.0, side)),
+                      heading, near)
+
+
+def signed(heading: float) -> float:
+    """The heading from -180 to 180 [deg]."""
+    return difference_degrees(heading, 0.0)
+
+
+def by_letter(error: float, side: float) -> float:
+    """The error of a node that turns to the letter's side, whatever the error's sign."""
+    return abs(error) * side
+
+
+LAWS = (
+    Law(),
+    Law(quarter=180.0),    # the lab is also given with half turns
+    Law('error_not_wrapped', error_wraps=(False, False)),
+    Law('error_not_wrapped_low', error_wraps=(False, True)),
+    Law('error_not_wrapped_high', error_wraps=(True, False)),
+    Law('nothing_wrapped', (False, False), (False, False)),
+    Law('nothing_wrapped', (False, False), (False, False), reading=signed),
+    Law('goal_not_wrapped_low', (False, True), (False, False), command=by_letter),
+    Law('goal_not_wrapped_high', (True, False), (False, False), command=by_letter),
+    Law('no_negative_clamp', command=lambda error, side: abs(error)),
+    # not read, in radians, or by numbers in another order, which may also mirror it
+    Law('heading_kept', reading=lambda heading: 0.0),
+    Law('heading_kept', reading=lambda heading: math.radians(signed(heading)) % 360.0),
+    Law('radians', quarter=math.pi / 2.0),
+    Law('swapped', quarter=-90.0),
+    Law('quaternion_order', reading=lambda heading: (180.0 - heading) % 360.0))
 
 
 def compared(seen: Sequence[Turn], law: Law) -> Fit:
@@ -68,8 +137,9 @@ def begin_slowly(run: RunData, seen: Sequence[Turn]) -> bool:
 
 
 def turns_of(run: RunData) -> List[Turn]:
-    """The turns of a run, in order; those by the mouse, and those in which the IMU was lost, are
-    left out."""
+    """The turns of a run, in order; those by the mouse, those in which the IMU was lost, and, if the
+    letters are known, those without one are left out. One that goes on when the next letter is
+    typed was cut; without letters the last one may have been."""
     commands = run.commands
     turning = (np.abs(commands.angular) > NO_SPEED) & (np.abs(commands.linear) <= NO_SPEED)
     found = []
@@ -90,9 +160,16 @@ def turns_of(run: RunData) -> List[Turn]:
             continue
         before, then = run.imu.yaw_at((begin, end))
         angle = math.nan if swings(run, begin, end) else float(then - before)
-        found.append(Turn(begin, wrap(float(before)), angle, peak, False, is_stopped,
-                          not is_stopped and np.ptp(rates) == 0.0))
-    return found[:-1] + [found[-1]._replace(may_be_cut=True)] if found else []
+        typed = int(np.searchsorted(run.letters.time, begin, side='right'))
+        sides = tuple(run.letters.value[:typed][-1:])
+        if len(run.letters) and not any(sides):
+            continue
+        found.append(Turn(begin, wrap(float(before)), angle, peak,
+                          bool((run.letters.time[typed:] < following).any()), is_stopped,
+                          not (sides or is_stopped or np.ptp(rates)), sides or (1.0, -1.0)))
+    if found and not len(run.letters):
+        found[-1] = found[-1]._replace(may_be_cut=True)
+    return found
 
 
 def stretches(moves: np.ndarray, time: np.ndarray) -> List[Tuple[int, int]]:

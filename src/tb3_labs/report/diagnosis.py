@@ -4,11 +4,14 @@ Each turn and each drive is compared with what a robot would have done there who
 mistake. A mistake fits if all movements are as it says; a run is right if all are as the handouts
 say. Mistakes that do not show in the way that a robot takes are found by the commands. Nothing is
 known of the node's text, of its start and its end, of the numbers of a pad's buttons, and of
-persons who drive: a mistake needs evidence that no right node gives, whatever they do.
+persons who drive: a mistake needs evidence that no right node gives, whatever they do. The marking
+makes such a run of what it saw (see :mod:`tb3_labs.marking.observation`), so that a mark, a check
+and a report say the same.
 
 Units: metres, radians, seconds since the recording's start.
 """
 import math
+import re
 from dataclasses import dataclass, replace
 from typing import Dict, Iterable, Optional, Sequence, Tuple
 
@@ -17,14 +20,16 @@ import numpy as np
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report import diagnosed_drives, diagnosed_turns
 from tb3_labs.report.diagnosed_drives import Fit, Fresh, fresh_drives, ghost, said_reached
-from tb3_labs.report.diagnosed_turns import TOO_FAST, Turn, turns_of
-from tb3_labs.report.mistakes import LAWS, WAYS, Way, lost
+from tb3_labs.report.diagnosed_turns import LAWS, TOO_FAST, Turn, turns_of
+from tb3_labs.report.mistakes import WAYS, Way, lost
 from tb3_labs.report.movements import LAB_GOAL, cuts, has_control, movements, moving
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: The labs whose nodes are diagnosed.
 TURN, DRIVE, PAD = 'turn', 'drive', 'pad'
+#: Programs by which a person drives.
+BY_HAND = re.compile(r'/(\w+/)*(rostopic_|rqt_|\w*teleop)\w*')
 #: A mistake fits if the run is nearer to it than this [m], [rad]. Others that are farther from the
 #: run by less than ALIKE are told as well.
 FITS, ALIKE = 0.12, 0.03
@@ -60,25 +65,35 @@ class Diagnosis:
 
 
 def diagnose(run: RunData) -> Diagnosis:
-    """Returns the Diagnosis of a run. A run in which nothing can be judged is right. The goal is
-    the first of the run, else the lab's."""
+    """Returns the Diagnosis of a run. A run in which nothing can be judged, or which is not that of
+    a student's node, is right. The goal is the first of the run, else the lab's."""
+    if not is_students(run):
+        return Diagnosis('')
     goal = run.goals.pose(0) if len(run.goals) else LAB_GOAL
     two = _two_senders(run)
     if two is not None:
         return Diagnosis('two_senders', PAD, moment=two)
     if len(run.control):
-        by_way, unstopped = of_drives(list(fresh_drives(run, movements(run))), goal), [
+        by_way, unstopped = _by_drives(list(fresh_drives(run, movements(run))), goal), [
             time for time in said_reached(run) if _drives_on(run, time)]
     else:
         turns = [turn for turn in turns_of(run) if not (turn.is_persons or 'joy' in run.devices)]
-        by_way, unstopped = of_turns(run, turns), [
-            turn.begin for turn in turns[:-1] if not any(each.is_stopped for each in turns[:-1])]
+        whole = [turn for turn in turns if not turn.may_be_cut]
+        by_way, unstopped = _by_turns(run, turns), [
+            turn.begin for turn in whole if not any(each.is_stopped for each in whole)]
     if by_way.mistake == '' and unstopped:
         return Diagnosis('no_stop', DRIVE if len(run.control) else TURN, moment=unstopped[0])
     return by_way
 
 
-def of_drives(fresh: Sequence[Fresh], goal: Pose2) -> Diagnosis:
+def is_students(run: RunData) -> bool:
+    """Did a student's node drive? The finished nodes publish their states and turns; a person
+    drives by other programs."""
+    is_finished = len(run.asked) or len(run.states) and 'states' not in run.derived
+    return not is_finished and not (run.senders and all(map(BY_HAND.match, run.senders)))
+
+
+def _by_drives(fresh: Sequence[Fresh], goal: Pose2) -> Diagnosis:
     """Returns the Diagnosis of these drives, without mistakes that the commands show."""
     if not fresh:
         return Diagnosis('')
@@ -101,7 +116,7 @@ def _of_drives(fresh: Sequence[Fresh], goal: Pose2, ways: Sequence[Way]) -> Diag
         ghost(seen, fits[result.mistake].ideals) if result.mistake else Poses.none()))
 
 
-def of_turns(run: RunData, seen: Sequence[Turn]) -> Diagnosis:
+def _by_turns(run: RunData, seen: Sequence[Turn]) -> Diagnosis:
     """Returns the Diagnosis of these turns of a run, without mistakes that the commands show."""
     if not seen:
         return Diagnosis('', TURN)

@@ -33,6 +33,7 @@ AFTER_RESET = 'Print local_x, local_y and local_yaw a second after a reset, at r
     'numbers do you expect?'
 PRINT_YAW = 'Print the yaw that your node has, and turn the robot once around by hand. Over ' \
     'which range shall the number run, and which way?'
+HEARD = 'rosnode info NODE: does it listen to imu, and who publishes that topic? '
 LAST_MESSAGE = 'rostopic echo /cmd_vel: which message shall be the last one of a movement?'
 #: The hints, by lab and mistake.
 HINTS = {
@@ -58,7 +59,8 @@ HINTS = {
         'limits positive commands only', 'An error of -90 gives a command of -9. What do both '
         'limits make of it?', TURNS, 6, 'TODO 7'),
     (TURN, 'heading_kept'): Hint(
-        'turns by a heading that hardly changes', PRINT_YAW, TURNS, 4, 'TODO 6'),
+        'turns by a heading that hardly changes', HEARD + PRINT_YAW, TURNS, 4,
+        'the subscriber, and TODO 6'),
     (TURN, 'swapped'): Hint(
         'turns right for l, and left for r', 'The heading is 100. Which goal has l, if the heading '
         'grows to the left?', TURNS, 5, 'TODO 7'),
@@ -85,14 +87,18 @@ HINTS = {
         'forgets the pose that a reset declares', 'Reset to x: 0.2, y: 0.3. Which numbers does '
         'your node have a second later?', 'Beyond the handout', 0, 'TODO 2 and 4, as an extra'),
     (DRIVE, 'no_local_frame'): Hint(
-        'drives by odom in place of local', 'Which variables does control_loop read, and in which '
-        'frame is the goal?', STATES, 0, 'TODO 5'),
+        'drives by odom in place of local, in one line or in all', 'Which variables does '
+        'control_loop read in each line, and in which frame is the goal?', STATES, 0, 'TODO 5'),
     (DRIVE, 'error_not_wrapped'): Hint(
         'does not wrap the angle', 'The goal is at 170 degrees, the heading is -170. What is the '
         'error, and which way is the shorter one?', STATES, 0, 'TODO 2 and 5'),
     (DRIVE, 'quaternion_order'): Hint(
         'reads the numbers of a quaternion in another order', PRINT_YAW, POSE, 2, 'TODO 2'),
-    (DRIVE, 'degrees'): Hint('mixes degrees and radians', PRINT_YAW, POSE, 2, 'TODO 2'),
+    (DRIVE, 'heading_kept'): Hint(
+        'turns by a heading that hardly changes', HEARD + PRINT_YAW, POSE, 2,
+        'the subscriber, and TODO 2'),
+    (DRIVE, 'degrees'): Hint(
+        'mixes degrees and radians', PRINT_YAW, POSE, 2, 'the callbacks, and TODO 2'),
     (DRIVE, 'no_stop'): Hint('sends no zero at the end', LAST_MESSAGE, STATES, 1, 'control_loop'),
     (PAD, 'two_senders'): Hint(
         'goes on sending while another node has control', 'rostopic echo /cmd_vel after A: do '
@@ -103,11 +109,6 @@ SECTION = '''<section id="hints"><h2>What went wrong</h2>
 FOLDED = '<details{}><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
 NONE_FITS = '<p>Some movements differ from those of the handout. No known mistake explains them: was ' \
     'the node ended in one of them, or started anew?</p>\n'
-
-
-def is_students(run: RunData) -> bool:
-    """Is it the run of a student's node? The finished nodes publish their states and turns."""
-    return not len(run.asked) and not (len(run.states) and 'states' not in run.derived)
 
 
 def section(found: Diagnosis, run: Optional[RunData] = None) -> str:
@@ -121,17 +122,29 @@ def section(found: Diagnosis, run: Optional[RunData] = None) -> str:
     if found.mistake is None:
         return SECTION.format(NONE_FITS + goal)
     hint = HINTS[found.lab, found.mistake]
-    place = '{}, section "{}"{}.'.format(
-        SHEETS[found.lab], hint.heading, ', step {}'.format(hint.step) if hint.step else '')
     evidence = ' '.join(map(escape, sentences(found)))
     link = ' <a href="#t={:.1f}">Watch it</a>'.format(found.moment)
     folded = FOLDED.format(' id="mistake"', 'The mistake', evidence + link, '')
     for title, words in reversed([('Hint 1: what to look at', hint.look),
-                                  ('Hint 2: where it is explained', place),
+                                  ('Hint 2: where it is explained', _place(found.lab, hint)),
                                   ('Hint 3: where to change it', hint.todo + '.')]):
         folded = FOLDED.format('', title, escape(words), folded)
     return SECTION.format(
         '<p>Open one hint, then try again before you open the next.</p>\n' + goal + folded)
+
+
+def in_a_line(found: Diagnosis) -> str:
+    """The first two hints in a line; '' if no mistake is known."""
+    if not found.mistake:
+        return ''
+    hint = HINTS[found.lab, found.mistake]
+    return 'A known mistake moves a robot so. {} See: {}'.format(
+        hint.look, _place(found.lab, hint))
+
+
+def _place(lab: str, hint: Hint) -> str:
+    return '{}, section "{}"{}.'.format(
+        SHEETS[lab], hint.heading, ', step {}'.format(hint.step) if hint.step else '')
 
 
 def sentences(found: Diagnosis) -> List[str]:

@@ -1,25 +1,24 @@
-"""The known mistakes of students' nodes, and how a robot moves whose node makes one.
+"""The known mistakes of students' nodes that drive, and how a robot moves whose node makes one.
 
 Such a robot follows the handouts' laws without delays: it turns until the error that its node
 believes is small, then drives straight until the believed distance is small, then turns again. So
 its movement is known in closed form, but the headings where a turn ends are searched.
 
-A `Way` is one way in which a node computes its pose in ``local``; a `Law` is one in which it
-computes the error of a turn. Several of them may be the same mistake.
+A `Way` is one way in which a node computes its pose in ``local``. Several may be the same mistake.
 
 Units: metres, radians. Angles turned are continuous, left positive; infinite if a turn never ends,
 NaN if it goes left and right without an end.
 """
 import math
 from dataclasses import dataclass
+from itertools import product
 from typing import Callable, NamedTuple, Tuple
 
-from tb3_labs.geometry.angles import difference_degrees, wrap
+from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, rotation_matrix
 
-#: A turn ends within NEAR of its goal in the Transformation lab, NEAR_TURN in the IMU lab [rad]; a
-#: straight line NEAR_PLACE from the goal [m].
-NEAR, NEAR_TURN, NEAR_PLACE = 0.05, math.radians(10.0), 0.15
+#: A turn ends within NEAR of its goal [rad], a straight line NEAR_PLACE from the goal [m].
+NEAR, NEAR_PLACE = 0.05, 0.15
 #: The end of a turn is searched in steps of at most STEP [rad], up to ENDLESS [rad]. If the turn
 #: goes left and right, MOST_STEPS steps are searched.
 STEP, ENDLESS, MOST_STEPS = 0.04, 3.0 * math.pi, 600
@@ -44,75 +43,6 @@ def turned(error_at: Callable[[float], float], yaw: float, near: float) -> float
         angle += side * min(STEP, abs(error) - near + 1e-6)
     return math.nan
 
-
-# The IMU lab ----------------------------------------------------------------------------------
-
-@dataclass(frozen=True)
-class Law:
-    """The error of a turn by the IMU's heading, in degrees as the handout has it.
-
-    `goal_wraps`, `error_wraps`: does the node wrap a value below the range, and one above it?
-    `reading`: the heading that the node reads [deg], by the true one. `quarter`: the angle that it
-    adds for a turn to the left. `command`: the error that it turns by, of (error, side).
-    """
-
-    mistake: str = ''
-    goal_wraps: Tuple[bool, bool] = (True, True)
-    error_wraps: Tuple[bool, bool] = (True, True)
-    reading: Callable[[float], float] = unwrapped
-    quarter: float = 90.0
-    command: Callable[[float, float], float] = lambda error, side: error
-
-    def goal(self, heading: float, side: float) -> float:
-        """The goal of a turn from `heading`, both [deg]; `side`: 1 left, -1 right."""
-        goal = self.reading(heading) + side * self.quarter
-        goal += 360.0 * (self.goal_wraps[0] and goal < 0.0)
-        return goal - 360.0 * (self.goal_wraps[1] and goal > 360.0)
-
-    def error(self, goal: float, heading: float, side: float) -> float:
-        """The error at a heading from 0 to 360, all [deg]."""
-        error = goal - self.reading(heading)
-        error += 360.0 * (self.error_wraps[0] and error < -180.0)
-        error -= 360.0 * (self.error_wraps[1] and error > 180.0)
-        return self.command(error, side)
-
-    def turned(self, heading: float, side: float, near: float = NEAR_TURN) -> float:
-        """The angle by which the robot turns from `heading`, both [rad]."""
-        goal = self.goal(math.degrees(heading) % 360.0, side)
-        return turned(lambda yaw: math.radians(self.error(goal, math.degrees(yaw) % 360.0, side)),
-                      heading, near)
-
-
-def signed(heading: float) -> float:
-    """The heading from -180 to 180 [deg]."""
-    return difference_degrees(heading, 0.0)
-
-
-def by_letter(error: float, side: float) -> float:
-    """The error of a node that turns to the letter's side, whatever the error's sign."""
-    return abs(error) * side
-
-
-LAWS = (
-    Law(),
-    Law(quarter=180.0),    # the lab is also given with half turns
-    Law('error_not_wrapped', error_wraps=(False, False)),
-    Law('error_not_wrapped_low', error_wraps=(False, True)),
-    Law('error_not_wrapped_high', error_wraps=(True, False)),
-    Law('nothing_wrapped', (False, False), (False, False)),
-    Law('nothing_wrapped', (False, False), (False, False), reading=signed),
-    Law('goal_not_wrapped_low', (False, True), (False, False), command=by_letter),
-    Law('goal_not_wrapped_high', (True, False), (False, False), command=by_letter),
-    Law('no_negative_clamp', command=lambda error, side: abs(error)),
-    # not read, in radians, or by numbers in another order, which may also mirror it
-    Law('heading_kept', reading=lambda heading: 0.0),
-    Law('heading_kept', reading=lambda heading: math.radians(signed(heading)) % 360.0),
-    Law('radians', quarter=math.pi / 2.0),
-    Law('swapped', quarter=-90.0),
-    Law('quaternion_order', reading=lambda heading: (180.0 - heading) % 360.0))
-
-
-# The Transformation lab -----------------------------------------------------------------------
 
 def in_radians(yaw: float) -> float:
     """The yaw of a node that has degrees where it needs radians."""
@@ -156,51 +86,85 @@ def not_rotated(declared: Pose2, since: Pose2) -> Pose2:
     return Pose2(declared.x + since.x, declared.y + since.y, declared.yaw + since.yaw)
 
 
+class Believed(NamedTuple):
+    """What a node drives by: a place, the heading of its first turn, the heading of its last turn.
+    The handout's node has a line for each of the four."""
+
+    x: float
+    y: float
+    course: float
+    final: float
+
+    def bearing_to(self, goal: Pose2) -> float:
+        """The direction of the goal [rad]."""
+        return math.atan2(goal.y - self.y, goal.x - self.x)
+
+
+#: (last reset, the node's start as a reset) -> the references of place, rotation and heading.
+References = Callable[[Declared, Declared], Tuple[Declared, Declared, Declared]]
+
+
+def by_local(odom: Pose2, imu: float, local: Pose2) -> Believed:
+    """A right node drives by its pose in ``local``."""
+    return Believed(local.x, local.y, local.yaw, local.yaw)
+
+
+def in_global(*lines: bool) -> Callable[[Pose2, float, Pose2], Believed]:
+    """A node with these lines (see Believed) still in global coordinates, the heading the IMU's."""
+    return lambda odom, imu, local: Believed(*(
+        far if is_global else near for is_global, far, near in zip(
+            lines, (odom.x, odom.y, imu, imu), by_local(odom, imu, local))))
+
+
 @dataclass(frozen=True)
 class Way:
     """One way in which a node computes its pose in ``local``.
 
-    `theta`: the angle of R(theta)^-1, by the reference for it. `kept`: the references that a reset
-    does not forget (place, rotation, heading). `declared`: the pose in ``local``, of (the declared
-    one, the pose since). `believed`: the pose that the node drives by, of (the odometry's pose, the
-    IMU's yaw, the pose in ``local``). `reading`: see Law; in [rad] here.
+    `theta`: the angle of R(theta)^-1, by the reference for it. `references`: see References.
+    `declared`: the pose in ``local``, of (the declared one, the pose since). `believed`: of (the
+    odometry's pose, the IMU's yaw, the pose in ``local``). `reading`: the yaw that the node reads, by the true one.
+    `leaps`: does the heading leap, so that it is chance when a turn that goes left and right ends?
     """
 
     mistake: str = ''
     theta: Callable[[Declared], float] = lambda reference: reference.odom.yaw
-    kept: Tuple[str, ...] = ()
+    references: References = lambda last, start: (last, last, last)
     declared: Callable[[Pose2, Pose2], Pose2] = after
-    believed: Callable[[Pose2, float, Pose2], Pose2] = lambda odom, imu, local: local
+    believed: Callable[[Pose2, float, Pose2], Believed] = by_local
     reading: Callable[[float], float] = unwrapped
     wraps: Callable[[float], float] = wrap
     wraps_heading: Callable[[float], float] = wrap
+    leaps: bool = False
 
     def pose(self, odom: Pose2, imu: float, last: Declared, start: Declared) -> Pose2:
-        """The believed pose, by the pose in ``odom`` and the IMU's yaw. `last`: the last reset;
-        `start`: the references at the node's start, as a reset."""
-        place, rotation, heading = (start if part in self.kept else last
-                                    for part in ('place', 'rotation', 'heading'))
+        """The node's pose in ``local``, by the pose in ``odom`` and the IMU's yaw. `last`: the last
+        reset; `start`: the references at the node's start, as a reset."""
+        place, rotation, heading = self.references(last, start)
         x, y = rotation_matrix(-self.theta(rotation)) @ (
             odom.x - place.odom.x, odom.y - place.odom.y)
         yaw = self.wraps_heading(self.reading(imu) - self.reading(heading.imu))
         local = self.declared(last.pose, Pose2(float(x), float(y), yaw))
-        return self.believed(odom, imu, Pose2(local.x, local.y, self.wraps_heading(local.yaw)))
+        return Pose2(local.x, local.y, self.wraps_heading(local.yaw))
+
+    def believes(self, odom: Pose2, imu: float, last: Declared, start: Declared) -> Believed:
+        """What the node drives by; see `pose`."""
+        return self.believed(odom, imu, self.pose(odom, imu, last, start))
 
     def drive(self, begin: Pose2, last: Declared, start: Declared, goal: Pose2,
               near: float = NEAR) -> Drive:
         """The Drive from `begin` in ``odom`` to `goal` in ``local``; `last`, `start`: see `pose`.
         The difference of the IMU's yaw and the odometry's is that of the last reset."""
         def here(place, yaw):
-            return self.pose(Pose2(*place, yaw), wrap(yaw + last.imu - last.odom.yaw), last, start)
+            return self.believes(
+                Pose2(*place, yaw), wrap(yaw + last.imu - last.odom.yaw), last, start)
 
         def off_course(yaw):
-            pose = here((begin.x, begin.y), yaw)
-            return self.wraps(pose.bearing_to(goal) - pose.yaw)
+            seen = here((begin.x, begin.y), yaw)
+            return self.wraps(seen.bearing_to(goal) - seen.course)
 
         first = turned(off_course, begin.yaw, near)
         if not math.isfinite(first):
-            leaps = math.isnan(first) and self.reading is in_radians
-            return Drive(first, math.nan if leaps else 0.0, 0.0)
+            return Drive(first, math.nan if self.leaps and math.isnan(first) else 0.0, 0.0)
         yaw = begin.yaw + first
         faced = here((begin.x, begin.y), yaw)
         one_on = here((begin.x + math.cos(yaw), begin.y + math.sin(yaw)), yaw)
@@ -209,17 +173,23 @@ class Way:
             return Drive(first, way, 0.0)
         end = begin.x + way * math.cos(yaw), begin.y + way * math.sin(yaw)
         return Drive(first, way, turned(
-            lambda angle: self.wraps(goal.yaw - here(end, angle).yaw), yaw, near))
+            lambda angle: self.wraps(goal.yaw - here(end, angle).final), yaw, near))
 
 
 def reach(goal: Tuple[float, float], step: Tuple[float, float]) -> float:
     """The way [m] after which a robot that moves by `step` in each metre is NEAR_PLACE from `goal`;
-    infinite if it passes by. Closed form: the first zero of a polynomial of degree 2."""
-    along = goal[0] * step[0] + goal[1] * step[1]
-    inside = along ** 2 - (goal[0] ** 2 + goal[1] ** 2 - NEAR_PLACE ** 2)
+    infinite if it passes by. Closed form: the first zero of a polynomial of degree 2. A step is
+    not of length 1 if its parts are those of two frames."""
+    along, square = goal[0] * step[0] + goal[1] * step[1], step[0] ** 2 + step[1] ** 2
+    inside = along ** 2 - square * (goal[0] ** 2 + goal[1] ** 2 - NEAR_PLACE ** 2)
     if math.hypot(*goal) <= NEAR_PLACE:
         return 0.0
-    return along - math.sqrt(inside) if inside >= 0.0 and along > 0.0 else math.inf
+    return (along - math.sqrt(inside)) / square if inside >= 0.0 and along > 0.0 else math.inf
+
+
+def in_degrees(reference: Declared) -> float:
+    """The rotation of a node whose odometry's yaw is in degrees."""
+    return in_radians(reference.odom.yaw)
 
 
 WAYS = (
@@ -227,26 +197,27 @@ WAYS = (
     Way('inverse_missing', lambda reference: -reference.odom.yaw),
     Way('not_rotated', lambda reference: 0.0),
     Way('imu_rotates', lambda reference: reference.imu),
-    Way('reference_kept', kept=('place', 'rotation', 'heading')),
-    Way('yaw_kept', kept=('rotation', 'heading')),
-    Way('yaw_kept', kept=('rotation',)),
-    Way('yaw_kept', kept=('heading',)),
-    Way('place_kept', kept=('place',)),
-    Way('place_kept', kept=('place', 'rotation')),
+    Way('reference_kept', references=lambda last, start: (start, start, start)),
+    Way('yaw_kept', references=lambda last, start: (last, start, start)),
+    Way('yaw_kept', references=lambda last, start: (last, start, last)),
+    Way('yaw_kept', references=lambda last, start: (last, last, start)),
+    Way('place_kept', references=lambda last, start: (start, last, last)),
+    Way('place_kept', references=lambda last, start: (start, start, last)),
     Way('declared_lost', declared=lost),
     Way('declared_lost', declared=not_rotated),
-    Way('no_local_frame', believed=lambda odom, imu, local: Pose2(odom.x, odom.y, wrap(odom.yaw))),
-    Way('no_local_frame', believed=lambda odom, imu, local: Pose2(odom.x, odom.y, imu)),
-    Way('no_local_frame', believed=lambda odom, imu, local: Pose2(odom.x, odom.y, local.yaw)),
-    Way('no_local_frame', believed=lambda odom, imu, local: Pose2(local.x, local.y, imu)),
-    Way('no_local_frame', believed=lambda odom, imu, local: Pose2(
-        local.x, local.y, wrap(odom.yaw))),
+    *(Way('no_local_frame', believed=in_global(*lines))
+      for lines in product((True, False), repeat=4) if any(lines)),
+    Way('no_local_frame', believed=lambda odom, imu, local: by_local(odom, imu, odom)),
+    Way('no_local_frame', believed=lambda odom, imu, local: by_local(
+        odom, imu, Pose2(local.x, local.y, odom.yaw))),
     Way('error_not_wrapped', wraps=unwrapped),
     Way('error_not_wrapped', wraps=unwrapped, wraps_heading=unwrapped),
-    Way('quaternion_order', reading=lambda yaw: 0.0),
+    Way('heading_kept', reading=lambda yaw: 0.0),
     Way('quaternion_order', reading=mirrored),
     Way('quaternion_order', lambda reference: mirrored(reference.odom.yaw), reading=mirrored),
     Way('quaternion_order', lambda reference: 0.0, reading=mirrored),
     Way('quaternion_order', lambda reference: mirrored(reference.odom.yaw)),
     Way('quaternion_order', lambda reference: math.pi),
-    Way('degrees', reading=in_radians))
+    Way('degrees', reading=in_radians, leaps=True),
+    Way('degrees', in_degrees, reading=in_radians, leaps=True),
+    Way('degrees', in_degrees))

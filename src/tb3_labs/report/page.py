@@ -15,23 +15,15 @@ from matplotlib.figure import Figure
 
 from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.report import figures, hints, path_figures, tables, timeline
-from tb3_labs.report.diagnosis import Diagnosis, diagnose
+from tb3_labs.report.diagnosis import diagnose
 from tb3_labs.report.drives import DriveReport, drives, goal_errors, spans
 from tb3_labs.report.epochs import epochs
 from tb3_labs.report.movements import FASTEST_BY_MOUSE, PAUSE
 from tb3_labs.report.run_data import Poses, RunData, yaw_offset
-from tb3_labs.report.tables import STYLE, degrees, number
+from tb3_labs.report.tables import degrees, number
 from tb3_labs.report.turns import TurnReport, turns
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-PAGE = '''<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{0}</title><style>
-{1}
-</style></head><body>
-<h1>{0}</h1>
-{2}
-</body></html>
-'''
 #: A pose belongs to an odometry message if their times differ by at most this [s].
 SAME_INSTANT = 0.02
 #: A path shorter than this is not drawn [m].
@@ -79,8 +71,8 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
     tables.write_reports(folder, name, turned, driven)
     page = folder / 'report.html'
     shown = _figures(run, model, folder, turn)
-    found = diagnose(run) if hints.is_students(run) else Diagnosis('')
-    page.write_text(document('Run report: ' + name, [
+    found = diagnose(run)
+    page.write_text(tables.document('Run report: ' + name, [
         '<p>{}</p>'.format(escape(_summary(run, model))),
         timeline.section(timeline.timeline(
             run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)),
@@ -100,11 +92,6 @@ def _figures(run: RunData, model: RobotModel, folder: Path, turn: int) -> Dict[s
         drawn['paths'] = path_figures.paths(run, model)
     return {name: write_figure(figure, folder / (name + '.png'), CAPTIONS[name])
             for name, figure in drawn.items()}
-
-
-def document(title: str, parts: Sequence[str]) -> str:
-    """Returns an HTML page of these parts, which are HTML too."""
-    return PAGE.format(escape(title), STYLE, '\n'.join(parts))
 
 
 def picture(png: bytes, name: str, caption: str) -> str:

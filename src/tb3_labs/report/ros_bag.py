@@ -79,16 +79,19 @@ def _is_installed(topic, kind, checksum, *header):
 
 
 def _sorted_out(bag):
-    """Returns ({topic: its installed class}, ['topic (type)', ...] of all others)."""
-    classes, others = {}, []
+    """Returns ({topic: its installed class}, {topic: names of its senders}, ['topic (type)', ...]
+    of all others)."""
+    classes, senders, others = {}, {}, []
 
-    def sort(topic, kind, checksum, *header):
+    def sort(topic, kind, checksum, definition, header):
         if _is_installed(topic, kind, checksum):
             classes[topic] = CLASSES[kind, checksum]
+            senders.setdefault(topic, set()).update(
+                [header['callerid'].decode(errors='replace')] if 'callerid' in header else [])
         else:
             others.append('{} ({})'.format(topic, kind))
     list(bag.read_messages(connection_filter=sort))     # reads no message
-    return classes, sorted(set(others))
+    return classes, senders, sorted(set(others))
 
 
 def _one_line(problem):
@@ -100,7 +103,7 @@ def _read(path, namespace, tell):
         if file.read(len(VERSION)) != VERSION:     # to reindex an older one runs its code
             raise BagProblem('{}: not a bag of version 2'.format(path))
     with rosbag.Bag(str(path)) as bag:
-        classes, others = _sorted_out(bag)
+        classes, senders, others = _sorted_out(bag)
         if others:
             tell('{}: not read, since these types are not installed here, or not as they are in '
                  'the bag: {}'.format(path, ', '.join(others[:NAMED] + ['{} more'.format(
@@ -122,6 +125,7 @@ def _read(path, namespace, tell):
                 path, topics[part]))
     absolute = {_absolute(topic) for topic in types}
     return RunData(str(path), start, duration, topics=topics,
+                   senders=tuple(sorted(senders.get(topics.get('commands'), ()))),
                    devices=tuple(name for name in DEVICES if prefix + name in absolute),
                    dropped={part: collector.bad for part, collector in collectors.items()},
                    **samples_of(collectors))

@@ -200,6 +200,9 @@ class RunData:
     presses: Values = field(default_factory=Values.none)       # numbers of a pad's buttons
     log: LogLines = field(default_factory=LogLines.none)       # of the robot's namespace
     devices: Tuple[str, ...] = ()                              # recorded ones of joy, mouse_info
+    senders: Tuple[str, ...] = ()                              # of the commands; (): unknown
+    starts: Tuple[float, ...] = ()                             # of the node [s]; (): unknown
+    letters: Values = field(default_factory=Values.none)       # typed: 1 for l, -1 for r, 0
     derived: Tuple[str, ...] = ()                              # fields that were not recorded
     topics: Dict[str, str] = field(default_factory=dict)       # field's name: topic
     dropped: Dict[str, int] = field(default_factory=dict)      # field's name: invalid messages

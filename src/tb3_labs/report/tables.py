@@ -32,12 +32,30 @@ details { margin: 0.3em 0; } details details { margin-left: 1.2em; }
 summary { cursor: pointer; font-weight: bold; }
 section { break-inside: avoid; } .next { break-before: page; }
 @media screen { body { padding: 0 8px; } pre { white-space: pre-wrap; overflow-wrap: anywhere; } }
-@media screen and (max-width: 760px) { table { display: block; overflow-x: auto; } }
 @media print { body { margin: 0; } figure img { max-height: 84mm; } }'''
+#: On a narrow screen a row is a paragraph, so that no column is cut off.
+NARROW = '''
+@media screen and (max-width: 760px) {
+  table, tbody, tr { display: block; } thead { display: none; }
+  tr { border-bottom: 1px solid #999; padding: 3px 0; }
+  td { display: inline-block; border: 0; padding: 0 10px 0 0; text-align: left; }
+  td.words { display: block; } td::before { content: attr(data-head) ' '; color: #666; }
+  td:empty { display: none; }
+}'''
+PAGE = '''<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{0}</title>
+<meta name="viewport" content="width=device-width, initial-scale=1"><style>
+{1}
+</style></head><body>
+<h1>{0}</h1>
+{2}
+</body></html>
+'''
 #: An unknown number on a page.
 DASH = '\N{EN DASH}'
 #: Fields that are sent only on a change, so that they have no rate.
 ON_CHANGE = 'frames', 'goals', 'states', 'resets', 'asked', 'control', 'presses', 'log'
+TAG = re.compile('<[^>]*>')
 #: A spreadsheet would begin a formula here, in cells separated by commas or by semicolons.
 FORMULA = re.compile(r'(^|;)(?=["\s]*[=+\-@])|^(?=[\t\r])')
 
@@ -59,15 +77,25 @@ def degrees(angle: float, form: str) -> str:
     return number(math.degrees(angle), form)
 
 
+def document(title: str, parts: Sequence[str], style: str = '') -> str:
+    """Returns an HTML page of these parts, which are HTML too; `style`: more CSS."""
+    return PAGE.format(escape(title), STYLE + style + NARROW, '\n'.join(parts))
+
+
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[str] = ()) -> str:
     """Returns an HTML table. Plain texts are escaped; Markup stays as it is.
 
-    The first column, and each column with its head in `words`, are aligned left.
+    The first column, and each column with its head in `words`, are aligned left. On a narrow screen
+    each cell has its head beside it.
     """
     def row(cells: Sequence[str], tag: str) -> str:
-        return '<tr>{}</tr>'.format(''.join('<{0}{2}>{1}</{0}>'.format(
-            tag, cell if isinstance(cell, Markup) else escape(cell),
-            ' class="words"' if heads[k] in words else '') for k, cell in enumerate(cells)))
+        return '<tr>{}</tr>'.format(''.join('<{0}{2}{3}>{1}</{0}>'.format(
+            tag, html(cell), ' class="words"' if heads[k] in words else '',
+            ' data-head="{}"'.format(TAG.sub('', html(heads[k]))) if tag == 'td' else '')
+            for k, cell in enumerate(cells)))
+
+    def html(text: str) -> str:
+        return text if isinstance(text, Markup) else escape(text)
     return '<table>\n<thead>{}</thead>\n<tbody>\n{}\n</tbody></table>'.format(
         row(heads, 'th'), '\n'.join(row(cells, 'td') for cells in rows))
 

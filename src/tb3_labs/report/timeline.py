@@ -91,7 +91,6 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
     local_resets, goal_resets = (_resets(frames, at) for at in (local.time, time))
     return {
         'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
-        'heading_of': 'heading by the IMU',
         'odom': _poses(odometry), 'local': _poses(local, local_resets),
         'truth': _poses(_truth_in_odom(run, frames)),
         'asked': _poses(asked), 'mistaken': _poses(mistaken),
@@ -206,7 +205,7 @@ def section(data: Dict[str, Any]) -> str:
     return '<style>\n{}</style>\n{}'.format(
         ''.join(path.read_text(encoding='utf-8') for path in styles),
         PAGE.read_text(encoding='utf-8').format(
-            heading_of=data['heading_of'], curves='\n'.join(curves(data)),
+            curves='\n'.join(curves(data)),
             marks=''.join(mark_line(data)), data=text,
             mark_list=''.join('<a href="#t={}">{:.1f} s&ensp;{}</a>'.format(
                 each['begin'], each['begin'], escape(each['text'])) for each in data['marks']),
