@@ -145,7 +145,7 @@ class Demo:
 
     def _first(self, condition, seconds):
         """Wait for the first goal_state that fulfils `condition`. Returns (its time [s], words).
-        RuntimeError after `seconds` of wall time, Taken if control was taken."""
+        Raises RuntimeError after `seconds` of wall time, Taken if control was taken."""
         def found():
             if self._taken.is_set():
                 raise Taken

@@ -86,8 +86,8 @@ class MouseNode:
 
 
 class Pointer:
-    """Reads the mouse by pynput, on X: its position, its moves and its wheel. ``ValueError`` with
-    one sentence if the mouse cannot be read, or the display is lost."""
+    """Reads the mouse by pynput, on X: its position, its moves and its wheel. Raises ``ValueError``
+    with one sentence if the mouse cannot be read, or the display is lost."""
 
     def __init__(self, on_scroll, on_move):
         """`on_scroll(up)` and `on_move()` are called in a thread of pynput's."""

@@ -3,8 +3,9 @@
 
     python3 doc/instructor/make_figures.py
 
-The numbers of the two frames are those of the sheets' worked example; `test/unit/test_worked_examples.py`
-computes them by another way. The drives are those of the simulated robot.
+The numbers of the two frames are those of the sheets' worked example;
+`test/unit/test_worked_examples.py` computes them by another way. The drives are those of the
+simulated robot.
 
 Units: metres, degrees on labels; radians inside.
 """
@@ -32,7 +33,8 @@ sys.path.insert(0, str(ROOT / 'test' / 'benchmark'))
 from rollout import navigation, run    # noqa: E402
 
 DOC = ROOT / 'doc'
-#: The worked example: the pose of B in A, and the robot in A. cos and sin of its angle are 0.6, 0.8.
+#: The worked example: the pose of B in A, and the robot in A. cos and sin of its angle are 0.6,
+#: 0.8.
 A_T_B = Pose2(2.0, 1.0, math.atan2(0.8, 0.6))
 A_T_ROBOT = Pose2(1.0, 3.0, A_T_B.yaw + math.pi / 2.0)
 #: The lab's goal in local, and the distance at which the lab's own law stops [m].
@@ -44,20 +46,20 @@ LOOK = 0.05
 
 
 def new_figure(width, height):
-    """An empty figure [inch]."""
+    """An empty figure of this size [inch]."""
     figure = Figure(figsize=(width, height), constrained_layout=True)
     FigureCanvasSVG(figure)
     return figure
 
 
 def blank(axes, x, y):
-    """No axes, of these limits."""
+    """Hide the axes, and show these limits."""
     axes.axis('off')
     axes.set(xlim=x, ylim=y)
 
 
 def plain(axes, x, y):
-    """Equal scales, a faint grid, named axes."""
+    """Give the axes equal scales, a faint grid, and names."""
     axes.set(aspect='equal', xlim=x, ylim=y, axisbelow=True, xlabel='x [m]', ylabel='y [m]')
     axes.grid(color='#e4e4e4', linewidth=0.6)
 

@@ -1,4 +1,5 @@
-"""Writes the files made from the nodes' settings: `doc/instructor/parameters.md`, `launch/params/NODE.yaml`.
+"""Writes the files made from the nodes' settings: `doc/instructor/parameters.md`,
+`launch/params/NODE.yaml`.
 
     python3 doc/instructor/make_parameters.py
 
@@ -34,7 +35,7 @@ LIVE = {'DriveConfig': (), 'TurnConfig': (), 'SimulatorConfig': STARTING}
 
 @dataclass(frozen=True)
 class ModelConfig(Config):
-    """The parameter of tb3_labs.ros.node.read_model."""
+    """The parameter that tb3_labs.ros.parameters.read_model reads."""
 
     model: str = setting(NOT_GIVEN, 'kind of TurtleBot3', choices=(NOT_GIVEN,) + tuple(MODELS))
 
@@ -141,7 +142,7 @@ def annotated_yaml(node):
              .format(node.name, node.script),
              '# Made by `python3 doc/instructor/make_parameters.py`. Copy lines that you change to a file of',
              '# your own: roslaunch tb3_labs {} params:=my.yaml'.format(node.launch_file),
-             '# A line with # in front is an argument of the launch file; your file goes before it.']
+             '# A line with # in front is an argument of the launch file; your file overrides it.']
     for item, live in node.settings:
         value = yaml.safe_dump({item.name: item.default}, default_flow_style=False).strip()
         given = item.name in node.arguments + node.pad

@@ -22,7 +22,7 @@ TICK, LONGEST_DRIVE, LONGEST_TURN = 0.1, 60.0, 8.0
 FAR = 1.9
 #: Where the robot stood in odom when the frame was declared, and the pose before that.
 AT_RESET, POWER_ON = Pose2(0.8, 0.5, math.radians(100.0)), Pose2()
-#: The pose that a reset declares which is lost.
+#: The declared pose that one of the wrong nodes loses.
 ELSEWHERE = Pose2(0.2, 0.3, math.pi / 2.0)
 #: Yaw of the IMU minus the odometry's [rad].
 OFFSET = math.radians(-34.6)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Checks a node by the criteria of its lab, as a rostest: one test for each criterion, and the total.
+"""Checks a node by the criteria of its lab, as a rostest: one test for each criterion, and the
+total.
 
 The stimuli, the verdicts and the points come to the terminal while rostest waits for the end. A
 criterion beyond the handout that is not met is not a test, unless `~strict` says so.
@@ -93,7 +94,7 @@ def whose(package, executable):
 def place_of(package, executable):
     """The path of the file that ``rosrun PACKAGE FILE`` would start.
 
-    ``ValueError`` with the reason, and what to type, if there is none.
+    Raises ``ValueError`` with the reason, and what to type, if there is none.
     """
     packs = rospkg.RosPack()
     try:
@@ -122,7 +123,7 @@ def _near(name, known):
 
 
 class Check(unittest.TestCase):
-    """One result; a failure is a sentence, without the stack of a program."""
+    """One result. A failure has one sentence, without a stack trace."""
 
     def __init__(self, name, failure=''):
         super().__init__()

@@ -24,7 +24,8 @@ class Parser(argparse.ArgumentParser):
 
 
 def number_or_text(word: str) -> Union[float, str]:
-    """Returns the typed number; another text as it is, which a Config then refuses."""
+    """Returns the number that was typed. Any other text stays as it is; a Config then refuses
+    it."""
     try:
         return float(word)
     except ValueError:

@@ -39,7 +39,8 @@ class Config:
 def from_parameters(kind: Type[Kind], given: Mapping[str, Any]) -> Kind:
     """A configuration of class `kind` by the parameters `given`; NOT_GIVEN counts as not given.
 
-    Parameters that it does not know are left out. ``ValueError`` for the first invalid value.
+    Parameters that it does not know are left out. Raises ``ValueError`` for the first invalid
+    value.
     """
     return kind(**{item.name: given[item.name] for item in fields(kind)
                    if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})

@@ -40,7 +40,7 @@ def skeleton(templates: Path, package: str) -> Dict[str, str]:
     """Returns {path in the package: text} of all files of a package with this name.
 
     `templates`: the folder doc/skeletons/LAB. Files that an editor or Python left are skipped.
-    ``OSError`` if a template cannot be read, ``ValueError`` if there is no such skeleton.
+    Raises ``OSError`` if a template cannot be read, ``ValueError`` if there is no such skeleton.
     """
     files = {}
     for path in sorted(templates.rglob('*')):
@@ -73,8 +73,8 @@ def checked_place(folder: Path) -> Path:
 def write(files: Dict[str, str], target: Path) -> None:
     """Write a package into the new folder `target`; programs become executable.
 
-    ``FileExistsError`` if `target` exists. ``OSError`` if it cannot be written; then `target` is
-    removed again.
+    Raises ``FileExistsError`` if `target` exists. Raises ``OSError`` if it cannot be written; then
+    `target` is removed again.
     """
     target.mkdir()
     try:

@@ -52,7 +52,8 @@ def imports_of(text):
             if re.match(r'tb3_labs\.(?!(msg|srv)\b)', name):
                 place = 'src/' + name.replace('.', '/')     # a module, or a name in a module
                 yield name, {place + '.py', place + '/__init__.py',
-                             place.rpartition('/')[0] + '.py'}
+                             place.rpartition('/')[0] + '.py',
+                             place.rpartition('/')[0] + '/__init__.py'}
 
 
 def test_each_line_of_the_list_leaves_something_out():

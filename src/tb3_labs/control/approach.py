@@ -43,13 +43,13 @@ class ApproachConfig:
     #: If the predicted rest is this near to zero, the command is a stop. Otherwise the robot
     #: would swing about zero at the lowest speed.
     close_enough: float
-    #: A robot that was already told to stop is left alone this near to zero. If `close_enough` is
-    #: larger, it counts.
+    #: A robot that was already told to stop is left alone this near to zero, or within
+    #: `close_enough`, if that is larger.
     leave_alone: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
-    #: The gain is divided by 1 + this x the number of reversals: an approach that reverses
-    #: repeatedly has a wrong model of the robot.
+    #: The gain is divided by 1 + (this value) * (the number of reversals): an approach that
+    #: reverses repeatedly has a wrong model of the robot.
     reversal_caution: float = 1.0
     #: The divisor of the gain grows by this for a nudge, which the robot may obey for two periods.
     nudge_caution: float = 0.5

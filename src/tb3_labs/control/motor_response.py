@@ -84,7 +84,7 @@ SPEEDING_UP = 0.1, 1.5
 LONGEST_AGE = 0.1
 #: A first command slower than this says too little about the motors [rad/s].
 TELLING = 0.2
-#: The lag of motors that exceed this share of the command at the first look counts as zero.
+#: If the motors have more than this share of the command at the first look, their lag counts as 0.
 PROMPT_SHARE = 0.98
 
 

@@ -15,8 +15,8 @@ from typing import NamedTuple, Optional
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: Steps after the first one are planned earlier by this [s], since the sample for a step may come
-#: 5 ms late, and until a late command arrives, the robot obeys the command before.
+#: Steps after the first one are planned earlier by this [s]. The sample for a step may come 5 ms
+#: late, and the robot obeys the command before until a late command arrives.
 EARLY = 0.0035
 #: A stream of samples is left alone for this long at most [s]: a little more than a control period.
 LONGEST_IDLE = 0.036

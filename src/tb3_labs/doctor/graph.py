@@ -198,10 +198,10 @@ def judge_way_back(drivers: Mapping[str, str], heard: Collection[str], robot: st
     if not robot_elsewhere:
         return ok('Way back', 'the robot is on this computer')
     if here.resolved != here.way_out:
-        return fault('Way back', 'the robot cannot reach {}: this computer is {} to it'.format(
+        return fault('Way back', 'the robot cannot reach {}: it needs the address {}'.format(
             here.told, here.way_out or 'nowhere'), here.advice)
     if here.told != here.way_out:
-        return warning('Way back', 'the robot must resolve the name {}; that shows when a lab '
-                       'runs here'.format(here.told), here.advice)
-    return ok('Way back', '{} is the address towards the robot; start a lab, then a firewall would '
-              'show'.format(here.told))
+        return warning('Way back', 'the robot must resolve the name {}; start a lab, then this line '
+                       'shows it'.format(here.told), here.advice)
+    return ok('Way back', '{} is the address towards the robot; start a lab, then this line shows '
+              'a firewall'.format(here.told))

@@ -93,5 +93,5 @@ class TypedPose(Config):
 
 
 def check_pose(pose: Pose2) -> None:
-    """``ValueError``, in the words of a TypedPose, if a Pose2 is too far away."""
+    """Raises ``ValueError``, in the words of a TypedPose, if a Pose2 is too far away."""
     TypedPose(float(pose.x), float(pose.y))     # numpy's numbers are not Python's

@@ -222,7 +222,8 @@ class EncoderWatch:
     Both have the stamps of one clock, so delays of the network do not matter. Without stamps, or
     without samples of the wheels, nothing is found. In a turn on the spot the odometry has no
     forward speed; motion_watch finds a robot that does not turn. Source: OpenCR firmware 1.2.6
-    (turtlebot3_core.ino): without an answer, updateMotorInfo() is not called, but calcOdometry() is.
+    (turtlebot3_core.ino): without an answer, updateMotorInfo() is not called, but calcOdometry()
+    is.
     """
 
     def __init__(self) -> None:
@@ -237,7 +238,7 @@ class EncoderWatch:
         self._wheels = sample
 
     def on_odometry(self, sample: OdometrySample) -> None:
-        """Take in a sample of the odometry. One that repeats a pose does not roll."""
+        """Take in a sample of the odometry. A repeated pose is not a motion."""
         rolls = (self._odometry is not None and self._odometry.pose != sample.pose
                  and not is_slow(sample.linear, 0.0))
         self._rolls.look(rolls, sample.stamp)

@@ -1,6 +1,6 @@
 """What does each node decide? Each node of `scripts/` that decides something has its core here, in
-a file with the node's name. The files `pad` and `mouse` read the actions of a person;
-the numbers of a pad's buttons are in launch/params/pad_*.yaml.
+NODE_core.py. `pad` and `mouse_reader` read the actions of a person; the numbers of a pad's buttons
+are in launch/params/pad_*.yaml. `demonstration` is the table of demo.py.
 
 How every core is used:
 

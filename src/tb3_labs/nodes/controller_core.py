@@ -113,7 +113,7 @@ class ControllerCore:
         """Take in a message of the mouse; ``ValueError`` for a position that is not finite.
 
         `now` is on a clock that never stands still and never goes back, since a person moves the
-        mouse; `details`: further arguments of mouse.Mouse.heard.
+        mouse; `details`: further arguments of mouse_reader.Mouse.heard.
         """
         self.update(now)
         was_active = self.mouse.active
@@ -210,7 +210,7 @@ class ControllerCore:
         return self._heading.yaw
 
     def _check(self, angle: float, now: float) -> None:
-        """``ValueError`` if the robot cannot turn by `angle` now."""
+        """Raises ``ValueError`` if the robot cannot turn by `angle` now."""
         if not abs(angle) <= self._law.MAX_ANGLE + 1e-9:    # "not <=" also catches NaN
             raise ValueError('cannot turn by {:g} degrees: {}'.format(
                 math.degrees(angle), self._law.MAX_ANGLE_IN_WORDS))
@@ -285,7 +285,7 @@ class ControllerCore:
         self._happens(DriverEvent.MOUSE_RELEASED, reason)
 
     def _happens(self, event: DriverEvent, reason: str = '') -> None:
-        """Apply the table of drivers. A turn that ends by it, with a `reason`, is given up."""
+        """Apply the table of drivers. If this ends a turn for a `reason`, the turn is given up."""
         before, self.driver = self.driver, DRIVERS.get((self.driver, event), self.driver)
         if self.driver is Driver.MOUSE:
             self._carried = 0.0

@@ -86,7 +86,7 @@ class Mouse:
         """A message of the mouse `name` arrived, sent at `stamp` [s, sender's clock; 0: unknown].
         Returns True if it deactivates a mouse, also a lost one. This is a stop.
 
-        ``ValueError`` for a position that is not finite.
+        Raises ``ValueError`` for a position that is not finite.
         """
         twist, sender = mouse_twist(x, y), self._senders[name]
         was_active, deactivated = sender.active, not active and sender.says_active
@@ -106,7 +106,8 @@ class Mouse:
                      if sender.active and not sender.source.is_fresh(now)), '')
 
     def lose(self, now: float) -> None:
-        """Every mouse is lost: one that is not active may have been activated since it was heard."""
+        """Every mouse is lost: one that is not active may have been activated since it was
+        heard."""
         for sender in self._senders.values():
             sender.lose(now)
 

@@ -86,7 +86,8 @@ class MoveToGoalCore:
         self._look_at_localizer()
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels, if the robot sends them: they only check the others."""
+        """Take in a sample of the wheels, if the robot sends them: they only check IMU
+        and odometry."""
         self._gyro.on_wheels(sample)
         self._encoders.on_wheels(sample)
 
@@ -103,8 +104,9 @@ class MoveToGoalCore:
             self._machine.restart()
 
     def set_goal(self, goal: Pose2, arrived_at: float = math.inf) -> None:
-        """Replace the goal, which has waited since `arrived_at`, as in permission.Permission, if
-        that is finite. ``ValueError`` if it is too far, or may be older than a cancel."""
+        """Replace the goal. `arrived_at`: when a goal that had to wait arrived, on the clock of
+        permission.Permission; infinite for a goal that did not wait. Raises ``ValueError`` if it is
+        too far, or may be older than a cancel."""
         check_pose(goal)
         if self._permission.sleep.is_waking or self._permission.sleep.came_after(arrived_at):
             raise ValueError('it may have been sent while this node did not run: send it again')
@@ -119,7 +121,7 @@ class MoveToGoalCore:
     def reset(self, declared: Pose2, now: float) -> Reset:
         """Declare that the robot is at `declared` now. The Reset shows when this is done.
 
-        ``ValueError`` if `declared` is too far, or a sensor is not fresh.
+        Raises ``ValueError`` if `declared` is too far, or a sensor is not fresh.
         """
         check_pose(declared)
         problem = self._sensors.problem(now, with_age=True)

@@ -152,7 +152,7 @@ class RobotView:
 
     @property
     def phase(self) -> str:
-        """The kind of the words of `goal_state`; '' for words that no kind has."""
+        """The kind of the words of `goal_state`; '' if they are not known."""
         state = self.latest('state') or ''
         if state in DRIVING:
             return 'driving'
@@ -161,7 +161,7 @@ class RobotView:
         return next((word for word in (WAITING, STOPPED, GAVE_UP) if state.startswith(word)), '')
 
     def unstopped(self, since: float) -> str:
-        """Returns what does not show yet that the robot was stopped at `since` [s]; '' if it
+        """Returns why the stop at `since` [s] is not confirmed yet, in words; '' if the robot
         stands, and move_to_goal has no control."""
         odom = self.latest('odom')
         if self.latest('has_control'):

@@ -1,4 +1,4 @@
-"""The messages of one page: its requests, read into the types below, and what is sent to it.
+"""The messages of one page: requests of the page, read into the types below, and answers to it.
 
 A request is a JSON object:
 
@@ -102,7 +102,8 @@ class Viewer:
 
 
 def read_request(text: Union[str, bytes]) -> Request:
-    """Returns the Request in a message. ``ValueError``, with the reason, if it is invalid."""
+    """Returns the Request in a message. Raises ``ValueError``, with the reason, if it is
+    invalid."""
     if len(text) > LONGEST_REQUEST:
         raise ValueError('a message of {} characters is refused: at most {} are valid'.format(
             len(text), LONGEST_REQUEST))

@@ -52,7 +52,7 @@ class PanelRobot:
     def picture(self, now):
         """The picture, with the requests that have a listener, and the state of a page's pad."""
         goal, joy = heard_by(self._goal), heard_by(self._joy) - {rospy.get_name()}
-        # a node of the handout, which hears no goals, hears this
+        # a node of the handout hears ctrl_relinq, but no goals
         control = heard_by(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
         return dict(self.watch.read(lambda view: view.picture(now)), stops=self.grip.stops,
                     can={'goal': bool(goal), 'reset': bool(goal or control), 'pad': bool(joy),
@@ -74,7 +74,7 @@ class PanelRobot:
 
     def carry_out(self, page, request):
         """Do what `page` asks for. Returns the answer in words, or None if it comes later.
-        ``ValueError`` with the reason if the request is rejected."""
+        Raises ``ValueError`` with the reason if the request is rejected."""
         return self._ACTIONS[request.kind](self, page, request)
 
     def _hold(self, page, request):
@@ -132,7 +132,7 @@ class PanelRobot:
     _ACTIONS = {'joy': _hold, 'stop': _stop, 'turn': _ask_turn, 'goal': _send_goal, 'reset': _reset}
 
     def _check(self, request):
-        """``ValueError`` if a request that moves the robot is old."""
+        """Raises ``ValueError`` if a request that moves the robot is old."""
         self.grip.check(request.stops)
         lateness = steady_time() - request.sent_at
         if lateness > LONGEST_DELAY:

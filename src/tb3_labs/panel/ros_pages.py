@@ -42,8 +42,8 @@ class Pages:
         self._server.start()
 
     def release(self):
-        """Stop the robot if a page drives, as the node ends or stands still; any thread may call
-        it."""
+        """Stop the robot if a page drives, since this node ends or stands still. Any thread may
+        call it."""
         released = threading.Event()
 
         def release():

@@ -44,7 +44,7 @@ class Server:
 
     `open_page(send)` is called for each page that connects; `send(text)` sends a message to it. It
     returns two functions: the first is called with each message (a str) of the page, the second at
-    the page's end. ``ValueError`` if the address cannot be used.
+    the page's end. Raises ``ValueError`` if the address cannot be used.
     """
 
     def __init__(self, config, open_page):

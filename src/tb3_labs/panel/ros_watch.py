@@ -90,7 +90,8 @@ class Watch:
 
     @property
     def hears_another_pad(self):
-        """Does another node publish `joy`? One connection is that to this node's own publisher."""
+        """Does another node publish `joy`? One of the connections leads to this node's own
+        publisher."""
         return self._joy.get_num_connections() > 1
 
     def _idle_for(self, topic, rest, _now):

@@ -115,7 +115,8 @@ class YawNoise:
 
 
 class Estimate:
-    """The mean of the samples if the number stays; if it changes, later samples count more."""
+    """An estimate of a number by samples: their mean, unless the number changes. Then later samples
+    count more."""
 
     def __init__(self) -> None:
         #: The estimate; 0 before the first sample.

@@ -60,7 +60,8 @@ MODEL_VARIABLE = 'TURTLEBOT3_MODEL'
 
 
 def robot_model(name: str, said_by: str = 'model') -> RobotModel:
-    """The model called `name`; ``ValueError`` if it is unknown. `said_by` gave the name."""
+    """The model called `name`; ``ValueError`` if it is unknown. `said_by`: the parameter
+    or variable that has the name."""
     try:
         return MODELS[name]
     except KeyError:

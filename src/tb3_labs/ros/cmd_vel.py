@@ -58,9 +58,9 @@ class CmdVel:
         return self._publisher.get_num_connections() > 0
 
     def send(self, command):
-        """Send `command`, a Twist2; speeds below LEAST_SPEED are zero. None, zero, and every command
-        while the clock stands still are a :meth:`stop`. ``ValueError`` if a number is not
-        finite."""
+        """Send `command`, a Twist2; speeds below LEAST_SPEED are zero. None, zero, and every
+        command while the clock stands still are a :meth:`stop`. Raises ``ValueError`` if a number
+        is not finite."""
         linear, angular = (command.linear, command.angular) if command is not None else (0.0, 0.0)
         if not (math.isfinite(linear) and math.isfinite(angular)):
             raise ValueError('command ({}, {}) is not finite'.format(linear, angular))

@@ -21,7 +21,7 @@ ANSWER_WITHIN = 0.85
 
 
 class ControlTaker:
-    """move_to_goal's end: hears all senders, and says whether it has control."""
+    """move_to_goal's side of `ctrl_relinq`: hears all senders, and says whether it has control."""
 
     def __init__(self):
         self._has_control = None

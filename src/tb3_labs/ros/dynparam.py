@@ -43,7 +43,8 @@ def nodes():
 
 
 def call(node, config):
-    """Change settings of `node`, and return {name: value} of all. ``ValueError`` if it refuses."""
+    """Change settings of `node`, and return {name: value} of all. Raises ``ValueError`` if it
+    refuses."""
     rospy.wait_for_service(node + SERVICE, LONGEST_ANSWER)
     try:
         return decoded(rospy.ServiceProxy(node + SERVICE, Reconfigure)(config).config)

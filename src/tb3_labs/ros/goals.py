@@ -50,8 +50,8 @@ class GoalInterfaces:
     returns the object by which its end is reported here, or raises ``ValueError`` with the reason
     of a refusal. `cancel()` gives up the present goal.
     Both are called with this object's lock held, and must not wait, since a cancel needs that lock.
-    Report only while you hold no lock of your own. A goal whose frame `frames`, the PoseFrames,
-    must wait for waits in a thread of its own, without the lock.
+    Report only while you hold no lock of your own. If `frames` (the PoseFrames) must wait for a
+    goal's frame, the goal waits in a thread of its own, without the lock.
 
     A message on `move2goal/cancel` also ends goals that actionlib does not know: a goal of the
     other source, a goal that waits, and an ended goal that is driven to again after a reset.
@@ -139,7 +139,7 @@ class GoalInterfaces:
         self._end(self._goal, 'set_canceled', 'replaced by a newer goal')
         if handle is not None:
             handle.set_accepted('driving')
-            coming.name = handle.get_goal_id().id    # actionlib gives one to a goal without
+            coming.name = handle.get_goal_id().id    # actionlib gives a goal an id if it has none
         self._goal, self._handle = goal, handle
         self._arrivals.accept(coming)
 
@@ -204,7 +204,7 @@ class PoseFrames:
 
     def to_local(self, header, pose, odom_T_local):
         """Returns the Pose2 in local of a geometry_msgs/Pose in the frame of `header`; an empty one
-        means local. ``ValueError`` with the reason of a refusal."""
+        means local. Raises ``ValueError`` with the reason of a refusal."""
         frame = header.frame_id.lstrip('/')
         pose2 = to_pose2(pose)
         if self._is_local(frame):

@@ -15,8 +15,8 @@ Threads and locks
     rospy's  one for each connection of a topic, and for each call of a service
     daemons  watchdog, keyboard, diagnostics and others, by their names
     Locks are taken in this order, each only before those below it:
-    1  locks of all that calls a node back: the shutdown and its hooks, dynamic settings,
-       diagnostics, actionlib. A node that calls them, or :func:`end`, holds no lock.
+    1  locks of the parts that call a node back: the shutdown and its hooks, dynamic settings,
+       diagnostics, actionlib. A node that calls these parts, or :func:`end`, holds no lock.
     2  the lock of the node, which guards its core
     3  the lock of CmdVel, which calls nothing back
     4  locks of rospy's topics, and of its log

@@ -43,8 +43,8 @@ class Observer:
         subscribe(topic, kind, keep, read, queue_size=KEPT_MESSAGES)
 
     def all(self, topic, since=float('-inf')):
-        """Returns [(time, value)] of the messages since then; after a clock's jump back, only of
-        those after the jump."""
+        """Returns [(time, value)] of the messages from the time `since` on. If the clock jumped
+        back, the messages before the jump are left out."""
         with self._changed:
             # search from the end: a wait asks often for the last few of thousands of messages
             recent = list(takewhile(lambda entry: entry[0] >= since, reversed(self._seen[topic])))
@@ -61,8 +61,8 @@ class Observer:
             self._seen[topic].clear()
 
     def wait_for(self, topic, condition=lambda value: True, seconds=20.0):
-        """Returns the latest value of `topic` as soon as it fulfils `condition`. RuntimeError after
-        `seconds` of wall time."""
+        """Returns the latest value of `topic` as soon as it fulfils `condition`. Raises
+        RuntimeError after `seconds` of wall time."""
         return self.wait_until(
             lambda: self._seen[topic] and condition(self._seen[topic][-1][1]),
             seconds, topic) and self.latest(topic)

@@ -26,7 +26,7 @@ COVARIANCE = 36 * [0.1]
 
 
 class ControlGiver:
-    """A sender's end: it gives control, renews it and takes it."""
+    """A sender's side of `ctrl_relinq`: it gives control, renews it and takes it."""
 
     def __init__(self):
         self._publisher = rospy.Publisher('ctrl_relinq', Bool, queue_size=20, latch=True,

@@ -34,9 +34,9 @@ _GROUP = 'Default'
 
 def read_config(*kinds, of=None):
     """Returns an instance of each configuration class in `kinds`, from the node's ``~`` parameters.
-    ``ValueError`` for the first parameter that is unknown or not valid.
+    Raises ``ValueError`` for the first parameter that is unknown or not valid.
 
-    `of` names another node whose parameters are read instead; unknown ones of it are ignored.
+    `of`: another node, whose parameters are read instead; its unknown parameters are ignored.
     """
     given = rospy.get_param(of or '~', {})
     known = {item.name for kind in kinds for item in fields(kind)} | {'model'}

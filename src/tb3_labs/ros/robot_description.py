@@ -78,7 +78,7 @@ def simple_urdf(model: RobotModel) -> str:
 
 def with_prefix(urdf: str, prefix: str) -> str:
     """Returns `urdf` with `prefix`, such as ``robot3/``, before the names of its links: tf has one
-    tree for all robots. ``ValueError`` if `urdf` is not valid."""
+    tree for all robots. Raises ``ValueError`` if `urdf` is not valid."""
     try:
         robot = ElementTree.fromstring(urdf)
     except ElementTree.ParseError as problem:

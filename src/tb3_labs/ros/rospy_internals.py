@@ -53,7 +53,7 @@ def publish_together(publisher, messages):
 
 
 def hear_all_publishers():
-    """Let no publisher be overlooked that registers just after a subscriber; to be called after
+    """Make subscribers find publishers that register just after them; to be called after
     init_node().
 
     The subscriber gets two lists of publishers: the answer to its own registration, without that

@@ -1,6 +1,6 @@
 """What would a robot do? The simulated TurtleBot3, part by part, its network, and its topics.
 
 `firmware` is the board, `body` the motors and wheels, `sensors` makes the samples, `network` delays
-and stalls messages, `mystery` hides a fault. `simulator` joins these parts; `simulator_config` has
-their numbers, such as the firmware's delays; `ros_robot` puts it on the topics of a real robot.
+and stalls messages, `mystery_robot` hides a fault. `simulator` joins these parts;
+`simulator_config` has their numbers, such as the firmware's delays; `ros_robot` puts it on the topics of a real robot.
 """

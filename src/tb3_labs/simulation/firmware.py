@@ -136,7 +136,7 @@ class Board:
         self._free_since = -math.inf
         self._yaw_before: Optional[float] = None    # None: it does not calibrate
         self._pause = 0.0
-        #: Does the board start? Then commands to it are lost.
+        #: Is the board starting? Then commands to it are lost.
         self.is_starting = False
         #: Is the board busy? Then it does not read and does not send.
         self.is_busy = False
@@ -145,7 +145,7 @@ class Board:
         self._command = NO_COMMAND      # time of reading [s], forward speed, rate of turn
 
     def start(self, now: float, seconds: float) -> None:
-        """The board starts. The start ends at `due`."""
+        """The board starts, for `seconds`."""
         self.is_starting = self.is_busy = True
         self.due = now + seconds
 

@@ -30,9 +30,9 @@ PLAIN = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate'
 
 @dataclass(frozen=True)
 class Fault:
-    """A kind of fault. It is made by `settings` of the SimulatorConfig, and by the one called
-    `setting`, which is the value times `scale`. A fault without `setting` comes and goes; its value
-    is the time that it lasts."""
+    """A kind of fault. It changes the `settings` of the SimulatorConfig, and sets the one called
+    `setting` to the value times `scale`. A fault without `setting` comes and goes; its value is the
+    time that it lasts."""
 
     name: str
     size: Tuple[float, float]       # range of the value, without sign
@@ -49,7 +49,8 @@ class Fault:
 
 #: Added to the tolerance, so that rounding does not make a value at the limit wrong.
 START_ROUNDING = 1e-9
-#: All kinds of faults, by the names of the answers. A further kind would change all robots.
+#: All kinds of faults, by the names of the answers. If another kind were added, each
+#: number would mean another robot.
 FAULT_KINDS = (
     Fault('imu offset', (20.0, 160.0), True, 0, 'deg', 3.0,
           "the IMU's heading minus the odometry's, from -180 to 180",
@@ -106,8 +107,8 @@ FAULT_KINDS = (
 class HiddenFault:
     """The fault of mystery `number` in a robot that is `plain` otherwise.
 
-    ``ValueError`` if there is no such number, or if a setting of `plain` that is not in PLAIN
-    differs from its default.
+    Raises ``ValueError`` if there is no such number, or if a setting of `plain` that is not in
+    PLAIN differs from its default.
     """
 
     def __init__(self, number: int, plain: SimulatorConfig) -> None:

@@ -92,7 +92,7 @@ class TimeSyncs:
         return self._error
 
     def stamped(self, arrivals: List[Arrival]) -> List[Arrival]:
-        """Returns the samples with the stamps of the board's clock; theirs are the true ones."""
+        """Returns `arrivals` with the stamps of the board's clock in place of the true stamps."""
         if not self._largest:
             return arrivals
         return [(moment, with_stamp(sample, sample.stamp + self.error(sample.stamp)))

@@ -92,8 +92,8 @@ class Simulator:
                                         config.network_cut), self.now)
 
     def command(self, linear: float, angular: float) -> None:
-        """Send a command now: forward speed [m/s], rate of turn [rad/s]. A number that is not
-        finite is another one for the firmware."""
+        """Send a command now: forward speed [m/s], rate of turn [rad/s]. The firmware takes
+        a number that is not finite for another one."""
         self._command_link.send(((linear, angular),), (self.now,))
 
     def reset(self) -> None:
@@ -105,15 +105,15 @@ class Simulator:
         self._read(self.now)
 
     def sound(self, number: int) -> None:
-        """Send a sound now. While the board plays it, it sends and reads nothing, and the motors keep
-        their speed."""
+        """Send a sound now. While the board plays it, it sends and reads nothing, and the motors
+        keep their speed."""
         self._command_link.send((SOUNDS.get(number, USUAL_SOUND),), (self.now,))
         self._read(self.now)
 
     def step(self, dt: float) -> List[Sample]:
         """Let `dt` seconds pass. Returns the samples that arrive in that time, in order.
 
-        ``ValueError`` if `dt` is negative or not finite.
+        Raises ``ValueError`` if `dt` is negative or not finite.
         """
         return [sample for burst in self.step_in_bursts(dt) for sample in burst]
 

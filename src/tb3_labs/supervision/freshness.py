@@ -18,10 +18,10 @@ from tb3_labs.geometry.angles import clamp
 #: A sensor that is silent for longer than this is lost [s]; a robot at full speed drives 5 cm in
 #: this time.
 SENSOR_TIMEOUT = 0.22
-#: A motion goes on by itself after a silence of the sensors up to this long [s]. Whatever is asked
-#: for in a silence (a grant, a goal, a turn) is void if the silence goes on for longer than this,
+#: A motion goes on by itself after a silence of the sensors up to this long [s]. A grant, a goal or
+#: a turn that is asked for in a silence is void if the silence goes on for longer than this.
 RESUME_TIME = 2.0
-#: or than this if the robot was never there: its board needs up to 14 s to start [s].
+#: The same limit for a robot that was never heard: its board needs up to 14 s to start [s].
 ROBOT_START = 20.0
 #: Time from one renewal of a permission to the next [s].
 RENEWAL = 0.1

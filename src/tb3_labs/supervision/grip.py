@@ -25,13 +25,14 @@ class Grip:
         self._heard_at = 0.0
 
     def check(self, known_stops: Optional[int]) -> None:
-        """``ValueError`` if the robot was stopped since a person acted, who knew `known_stops`."""
+        """Raises ``ValueError`` if the robot was stopped since a person acted, who knew
+        `known_stops`."""
         if known_stops != self.stops:
             raise ValueError('the robot was stopped meanwhile: let go, and ask again')
 
     def hold(self, page: object, known_stops: Optional[int], now: float, lateness: float,
              is_first: bool) -> bool:
-        """A person holds something on `page`. ``ValueError`` if this page may not drive.
+        """A person holds something on `page`. Raises ``ValueError`` if this page may not drive.
 
         `lateness`: the delay of the message [s]. If it is more than `PAGE_TIMEOUT`, the message
         does not count (False): a page whose messages are late is as silent as one that sends none.

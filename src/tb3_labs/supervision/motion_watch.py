@@ -71,7 +71,8 @@ class SensorWatch:
 
     def update(self, now: float, is_checked: bool = True) -> None:
         """To be called repeatedly, also at each step while the robot is being driven. `is_checked`:
-        False until gyro and wheels were compared. A motion waits for this, too, for as long again.
+        False until gyro and wheels were compared. A motion waits for the sensors, and then for the
+        same time for this comparison.
         """
         for source in self._sources:
             source.clock_went_back(now)

@@ -52,7 +52,7 @@ export class Controls {
       for (const id of ids) setReason($(id), reasons[kind]);
     }
     for (const kind of ['goal', 'reset']) setReason($('tool-' + kind), reasons[kind] || drag);
-    // Without a connection the banner says it for all controls.
+    // Without a connection the banner gives the reason for all controls.
     const words = this._link.connected && picture ? join : () => '';
     setText($('drive-hint'), words(named('turns', reasons.turn), picture?.state ? ''
       : 'state, goal and frame: told by the finished move_to_goal alone'));

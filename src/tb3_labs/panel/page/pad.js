@@ -1,9 +1,9 @@
 // This page as a pad: what a person holds on it is sent ten times a second.
 //
-// The node `gamepad` decides what the sticks and A do, the panel (grip.py) which page drives. A
-// grip begins with sticks at rest, until that node is ready. If the robot is stopped, or the pad is
-// not ready for a while, everything must be let go and gripped again: the robot must not start at a
-// moment that nobody expects.
+// The node `gamepad` decides what the sticks and A do; the panel (grip.py) decides which page
+// drives. A grip begins with sticks at rest, until that node is ready. If the robot is stopped, or
+// the pad is not ready for a while, everything must be let go and gripped again: the robot must not
+// start at a moment that nobody expects.
 
 const PERIOD = 100;           // [ms] between two messages
 const READY_WITHIN = 1000;    // [ms] a grip of a pad that is not ready for this long is dropped
@@ -145,7 +145,7 @@ export class Pad {
     const isHeard = performance.now() - this._since >= HEARD;
     const pad = {forward: 0, left: 0, a: false, y: false, hold: false};
     for (const grip of this._grips.values()) {
-      // If a button must be held, the node waits for its press: a new pad must not have pressed it.
+      // The hold button comes later: it does not count if it is down when the pad is first heard.
       pad.hold = pad.hold || (grip.hold && isHeard);
       if (this._isOpen) { pad.forward += grip.forward; pad.left += grip.left; }
     }
