@@ -201,7 +201,7 @@ def judge_way_back(drivers: Mapping[str, str], heard: Collection[str], robot: st
         return fault('Way back', 'the robot cannot reach {}: it needs the address {}'.format(
             here.told, here.way_out or 'nowhere'), here.advice)
     if here.told != here.way_out:
-        return warning('Way back', 'the robot must resolve the name {}; start a lab, then this line '
-                       'shows it'.format(here.told), here.advice)
+        return warning('Way back', 'the robot must resolve the name {}; start a lab, then this '
+                       'line shows it'.format(here.told), here.advice)
     return ok('Way back', '{} is the address towards the robot; start a lab, then this line shows '
               'a firewall'.format(here.told))
