@@ -20,7 +20,6 @@ Publishes
                            final heading, for plots, ten times a second while they are heard
     current_goal           geometry_msgs/PoseStamped, frame local, latched
     goal_marker            visualization_msgs/MarkerArray
-    way_marker             visualization_msgs/Marker
     /tf                    odom -> local, ten times a second, and at each reset
     /diagnostics
 Services
@@ -171,13 +170,8 @@ class MoveToGoalNode:
             if fix is None:
                 return
             self._status.plot(fix)
-            self._display.show(fix, self._core.odom_T_local, self._frames.odom,
-                               self._goal_of_drive)
+            self._display.show(fix, self._core.odom_T_local, self._frames.odom)
         self._goals.feedback(fix, self._frames.local)
-
-    def _goal_of_drive(self):
-        status = self._core.status(rospy.get_time())
-        return status.goal if status.active else None
 
     def _set_goal(self, header, pose, arrived_at):
         with self._changed:

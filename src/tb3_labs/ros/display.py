@@ -7,7 +7,7 @@ import math
 
 import rospy
 import tf2_ros
-from geometry_msgs.msg import Point, PoseStamped
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from std_msgs.msg import ColorRGBA, Float32, String
 from visualization_msgs.msg import Marker, MarkerArray
@@ -48,13 +48,11 @@ class LocalDisplay:
         self._path = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
         self._tf = tf2_ros.TransformBroadcaster()
         self._shown = -math.inf, None           # the last stamp, and odom_T_local then
-        self._way = WayMarker(local_frame)
         self._points = []
         self._path_sent = -math.inf
 
-    def show(self, fix, odom_T_local, odom_frame, goal_of_drive):
-        """Publish one localizer.Fix. `goal_of_drive()` returns the goal, a Pose2 in local, or None
-        if there is no drive."""
+    def show(self, fix, odom_T_local, odom_frame):
+        """Publish one localizer.Fix."""
         if self._pose.get_num_connections():
             self._pose.publish(to_pose_stamped(fix.local_T_base, self._frame, fix.stamp))
         shown_at, declared = self._shown
@@ -62,7 +60,6 @@ class LocalDisplay:
             return
         self._shown = fix.stamp, odom_T_local
         self._tf.sendTransform(to_transform(odom_T_local, odom_frame, self._frame, fix.stamp))
-        self._way.show(fix.local_T_base, goal_of_drive)
         self._extend_path(fix)
 
     def forget_path(self):
@@ -194,26 +191,6 @@ class GoalMarker:
         if abs(stamp - self._repeated_at) >= REPEAT_PERIOD:
             self._repeated_at = stamp
             self._publisher.publish(self._shown)
-
-
-class WayMarker:
-    """Publishes `way_marker`: the straight line from the robot to its goal."""
-
-    def __init__(self, frame):
-        self._line = _marker('way', 0, frame, Pose2(), Marker.LINE_STRIP, MARKER_ORANGE,
-                             (0.012, 0.0, 0.0))
-        self._publisher = rospy.Publisher('way_marker', Marker, queue_size=1)
-
-    def show(self, pose, goal_of_drive):
-        """Draw the line from the Pose2 `pose`, if it is heard; `goal_of_drive` as in LocalDisplay.
-        """
-        if not self._publisher.get_num_connections():
-            return
-        goal = goal_of_drive()
-        self._line.action = Marker.DELETE if goal is None else Marker.ADD
-        if goal is not None:
-            self._line.points = [Point(place.x, place.y, 0.005) for place in (pose, goal)]
-        self._publisher.publish(self._line)
 
 
 def _marker(namespace, number, frame, pose, kind, color, scale):

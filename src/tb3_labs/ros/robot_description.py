@@ -2,18 +2,16 @@
 
     python3 -m tb3_labs.ros.robot_description MODEL [PREFIX]
 
-It is the URDF of turtlebot3_description if that is installed. Otherwise it is a simple shape of the
-same size, with the same names of links and joints. Its body and nose lie on the floor, so that they
-do not hide goal, path and true pose.
+It is a simple shape of the robot's size, with the names of links and joints of
+turtlebot3_description. Body and nose lie on the floor, so that they do not hide goal, path and true
+pose. PREFIX, such as ``robot3/``, stands before the names of the links: tf has one tree for all
+robots.
 
 Frames: ``base_footprint`` on the floor in the middle between the wheels, ``base_link`` above it at
 the height of their axle; x forward, y left. Joints turn by positive angles when the robot drives
 forward. Units: metres.
 """
-import os
-import subprocess
 import sys
-from xml.etree import ElementTree
 
 from tb3_labs.robot.turtlebot3 import WHEEL_WIDTH, RobotModel, robot_model
 
@@ -26,14 +24,14 @@ _ROBOT = """<?xml version="1.0"?>
   <material name="white"><color rgba="1 1 1 1"/></material>
   <material name="dark"><color rgba="0.1 0.1 0.1 1"/></material>
 
-  <link name="base_footprint"/>
+  <link name="{prefix}base_footprint"/>
   <joint name="base_joint" type="fixed">
-    <parent link="base_footprint"/>
-    <child link="base_link"/>
+    <parent link="{prefix}base_footprint"/>
+    <child link="{prefix}base_link"/>
     <origin xyz="0 0 {wheel_radius}"/>
   </joint>
 
-  <link name="base_link">
+  <link name="{prefix}base_link">
     <visual name="body">
       <origin xyz="0 0 {body_z}"/>
       <geometry><cylinder radius="{body_radius}" length="{thickness}"/></geometry>
@@ -50,12 +48,12 @@ _ROBOT = """<?xml version="1.0"?>
 
 _WHEEL = """
   <joint name="wheel_{side}_joint" type="continuous">
-    <parent link="base_link"/>
-    <child link="wheel_{side}_link"/>
+    <parent link="{prefix}base_link"/>
+    <child link="{prefix}wheel_{side}_link"/>
     <origin xyz="0 {y} 0"/>
     <axis xyz="0 1 0"/>
   </joint>
-  <link name="wheel_{side}_link">
+  <link name="{prefix}wheel_{side}_link">
     <visual>
       <origin rpy="1.5707963 0 0"/>
       <geometry><cylinder radius="{radius}" length="{width}"/></geometry>
@@ -65,55 +63,22 @@ _WHEEL = """
 """
 
 
-def simple_urdf(model: RobotModel) -> str:
-    """Returns the URDF of a simple shape as large as `model`."""
-    wheels = [_WHEEL.format(side=side, y=y, radius=model.wheel_radius, width=WHEEL_WIDTH)
+def urdf(model: RobotModel, prefix: str = '') -> str:
+    """Returns the URDF of a shape as large as `model`."""
+    wheels = [_WHEEL.format(prefix=prefix, side=side, y=y, radius=model.wheel_radius,
+                            width=WHEEL_WIDTH)
               for side, y in (('left', model.half_track), ('right', -model.half_track))]
     return _ROBOT.format(
-        name=model.name, wheel_radius=model.wheel_radius, body_radius=model.body_radius,
-        body_z=-model.wheel_radius - 2.0 * THICKNESS, nose_z=-model.wheel_radius - THICKNESS,
-        nose_x=model.body_radius / 2.0, nose_width=model.body_radius / 2.0, thickness=THICKNESS,
-        wheels=''.join(wheels))
-
-
-def with_prefix(urdf: str, prefix: str) -> str:
-    """Returns `urdf` with `prefix`, such as ``robot3/``, before the names of its links: tf has one
-    tree for all robots. Raises ``ValueError`` if `urdf` is not valid."""
-    try:
-        robot = ElementTree.fromstring(urdf)
-    except ElementTree.ParseError as problem:
-        raise ValueError('not a URDF: {}'.format(problem)) from None
-    for path, attribute in (('link', 'name'), ('joint/parent', 'link'), ('joint/child', 'link')):
-        for element in robot.findall('{}[@{}]'.format(path, attribute)):
-            element.set(attribute, prefix + element.attrib[attribute])
-    return ElementTree.tostring(robot, encoding='unicode')
-
-
-def urdf_of(model):
-    """Returns the URDF of a RobotModel; ``ValueError`` with one line if it cannot be made."""
-    found = _run('rospack', 'find', 'turtlebot3_description')
-    if found.returncode:
-        return simple_urdf(model)
-    path = os.path.join(found.stdout.strip(), 'urdf',
-                        'turtlebot3_{}.urdf.xacro'.format(model.name))
-    try:
-        xacro = _run('xacro', path)
-    except FileNotFoundError:
-        raise ValueError('xacro is missing: sudo apt install ros-noetic-xacro') from None
-    if xacro.returncode:
-        raise ValueError('xacro {}: {}'.format(path, ' '.join(xacro.stderr.split())))
-    return xacro.stdout
-
-
-def _run(*words):
-    return subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          universal_newlines=True)
+        prefix=prefix, name=model.name, wheel_radius=model.wheel_radius,
+        body_radius=model.body_radius, body_z=-model.wheel_radius - 2.0 * THICKNESS,
+        nose_z=-model.wheel_radius - THICKNESS, nose_x=model.body_radius / 2.0,
+        nose_width=model.body_radius / 2.0, thickness=THICKNESS, wheels=''.join(wheels))
 
 
 def main(model, prefix=''):
     """Print the URDF. Returns 0, or the reason why there is no URDF."""
     try:
-        print(with_prefix(urdf_of(robot_model(model)), prefix))
+        print(urdf(robot_model(model), prefix))
     except ValueError as problem:
         return 'robot_description: {}'.format(problem)
     return 0
