@@ -47,7 +47,7 @@ _tb3_labs_shell() {
   if [ ${#kept[@]} != 0 ]; then
     # shellcheck disable=SC1091
     for prefix in "${kept[@]}"; do source "$prefix/local_setup.bash"; done    # the last one comes first, as catkin has it
-    # Noetic's hook that makes ROS_PACKAGE_PATH is in /opt/ros/noetic, and a local_setup.bash runs its own folder's alone
+    # a local_setup.bash runs the hooks of its own folder alone; Noetic's hook that makes ROS_PACKAGE_PATH is in /opt/ros/noetic
     IFS=: read -ra prefixes <<<"$CMAKE_PREFIX_PATH"
     # shellcheck disable=SC1090
     for prefix in "${prefixes[@]}"; do if [ -r "$prefix/$hook" ]; then source "$prefix/$hook"; fi; done

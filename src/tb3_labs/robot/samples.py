@@ -87,8 +87,8 @@ def heading_jump(before: float, after: float) -> str:
 class YawNoise:
     """Learns the noise of one IMU.
 
-    The sample before and the gyro's rate predict the yaw of a sample. While the robot turns slowly
-    and evenly, the measured yaw differs from this prediction by noise alone.
+    The yaw of a sample is predicted from the sample before and the gyro's rate. While the robot
+    turns slowly and evenly, the measured yaw differs from this prediction by noise alone.
     """
 
     def __init__(self) -> None:

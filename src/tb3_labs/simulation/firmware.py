@@ -56,7 +56,7 @@ def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[floa
 
 
 def _received(speed: float) -> float:
-    """The speed as rosserial's float arrives; 0 for a NaN, with which no motor turns."""
+    """The speed that arrives by rosserial; 0 for a NaN, with which no motor turns."""
     if speed == 0.0 or 1e-37 < abs(speed) < 1e38:
         return speed
     bits, = struct.unpack('<Q', struct.pack('<d', speed))

@@ -207,7 +207,7 @@ def _difference(fault: Fault, value: float, truth: float) -> float:
 
 
 def shown(fault: Fault, value: float) -> str:
-    """A value as it was drawn, with its unit; a signed one shows + too."""
+    """A value as it was drawn, with its unit; a signed value shows its +, too."""
     return '{:{}.{}f} {}'.format(value, '+' if fault.signed else '', fault.digits, fault.unit)
 
 

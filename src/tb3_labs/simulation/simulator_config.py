@@ -45,7 +45,7 @@ class SimulatorConfig(Config):
         'deg/s', -180.0, 180.0)
     # The defaults: a fast computer and the real firmware.
     yaw_lag: float = setting(
-        0.0135, 'age of yaw and rate of turn at the stamp, of IMU and odometry', 's', 0.0, 1.0)
+        0.0135, 'age of yaw and rate of turn at the stamps of IMU and odometry', 's', 0.0, 1.0)
     wheel_lag: float = setting(
         0.0085, "age of the encoders' reading at the odometry's stamp", 's', 0.0, 1.0)
     stamp_step: float = setting(

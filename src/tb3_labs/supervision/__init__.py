@@ -11,6 +11,6 @@
 
 `driver` and `holder` have the tables of who drives and who holds the robot. `freshness` shows the
 age of what was heard. `motion_watch` finds sensors that are lost (also in a stall of the network)
-or frozen, and a robot that does not obey. `update(...)` tells a watch what happened; only this changes
-it. `problem()` returns the reason to stop, or ''.
+or frozen, and a robot that does not obey. `update(...)` tells a watch what happened; only this
+changes it. `problem()` returns the reason to stop, or ''.
 """

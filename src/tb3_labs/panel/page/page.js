@@ -39,7 +39,7 @@ export function setReason(element, reason) {
   element.setAttribute('aria-disabled', String(Boolean(reason)));
 }
 
-/** A number with so many digits; a dash if it is unknown. -0.0 is shown as 0.0. */
+/** A number with `digits` after the point; a dash if it is unknown. -0.0 is shown as 0.0. */
 function number(value, digits, unit = '') {
   if (value === null || value === undefined || !Number.isFinite(value)) return '\u2013';
   const text = value.toFixed(digits);
