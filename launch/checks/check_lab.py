@@ -30,7 +30,7 @@ from roslib.packages import find_node
 from tb3_labs.marking.criteria import Outcome, judge
 from tb3_labs.marking.feedback import diagnosis
 from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
-from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
+from tb3_labs.marking.gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_stage import try_out
 from tb3_labs.marking.ros_student_node import Launch
 from tb3_labs.report import hints

@@ -19,7 +19,8 @@ from tb3_labs.marking.marks import LABS, Marks, points_of
 from tb3_labs.marking.marks_folder import Table
 from tb3_labs.marking.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.program import BoundedText
-from tb3_labs.marking.ros_gamepad import AXES, BUTTONS, pad_called, pad_in_words
+from tb3_labs.marking.gamepad import pad_called, pad_in_words
+from tb3_labs.marking.ros_gamepad import AXES, BUTTONS
 from tb3_labs.marking.ros_stage import SCRIPTS, changed
 from tb3_labs.nodes.pad import PadConfig
 
