@@ -22,7 +22,7 @@ from tb3_labs.marking.marks import GAMEPAD, LABS, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder
 from tb3_labs.marking.names import chosen
 from tb3_labs.marking.processes import forget_overlays
-from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
+from tb3_labs.marking.gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_marker import MarkedClass, Marker, Options, tell
 
 #: Signals that end the marking: Ctrl+C, the command kill, a terminal that is closed.

@@ -31,7 +31,7 @@ from roslib.packages import find_node
 from tb3_labs.marking.criteria import Outcome, judge
 from tb3_labs.marking.feedback import diagnosis
 from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
-from tb3_labs.marking.ros_gamepad import HANDOUT, pad_called
+from tb3_labs.marking.gamepad import HANDOUT, pad_called
 from tb3_labs.marking.ros_stage import try_out
 from tb3_labs.marking.ros_student_node import Launch
 from tb3_labs.report import hints
@@ -69,9 +69,9 @@ def marked():
                 file.write(observation.to_json())
             os.replace(record + '.part', record)
     observation = try_out(name, package, executable, parts, keep, pad, tell)
+    verdicts = [] if of_a_class() else judge(lab.criteria, observation, worth, parts)
     remarks = observation.remarks + [observation.unfair] * bool(observation.unfair)
-    return Marks('', observation.node, judge(lab.criteria, observation, worth, parts), remarks,
-                 observation)
+    return Marks('', observation.node, verdicts, remarks, observation)
 
 
 def tell(line):
@@ -79,10 +79,15 @@ def tell(line):
     print(line, file=sys.stderr, flush=True)
 
 
+def of_a_class():
+    """Has mark.py prepared the node, in an environment of its own? It judges the record itself."""
+    return Launch.given().environment is not None
+
+
 def whose(package, executable):
     """Words on the file that is judged; ``ValueError`` if rosrun cannot start it."""
-    if Launch.given().environment is not None:
-        return ''       # mark.py has prepared it, in an environment of its own
+    if of_a_class():
+        return ''
     hint = '. For yours: pkg:=PACKAGE type:=FILE' * (package == OWN_PACKAGE)
     try:
         place = place_of(package, executable)
@@ -178,7 +183,9 @@ def main():
     except (OSError, ValueError) as problem:
         tell('check_lab.py: nothing was judged: {}'.format(problem))
         return report([Check('test_runs', 'nothing was judged: {}'.format(problem))])
-    hint = hints.in_a_line(diagnosis(marks.observation, marks.verdicts))
+    if not marks.verdicts:
+        return report([])
+    hint = hints.in_a_line(diagnosis(marks.observation.run(), marks))
     for line in [verdict.line for verdict in marks.verdicts] + marks.remarks + [
             hint] * bool(hint) + [total(marks)]:
         tell(line)

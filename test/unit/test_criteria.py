@@ -9,10 +9,9 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import gamepad, move2goal
 from tb3_labs.marking.criteria import Outcome, judge, tracebacks_before_the_end
 from tb3_labs.marking.marks import LABS
-from tb3_labs.marking.mouse import PLACES as MOUSE_PLACES
-from tb3_labs.marking.mouse import mouse_fields
 from tb3_labs.marking.observation import Observation, Run, Stimulus
-from tb3_labs.marking.turn import EACH_TURN
+from tb3_labs.marking.ros_types import mouse_fields
+from tb3_labs.marking.turn import EACH_TURN, MOUSE_PLACES
 
 #: Each stimulus begins at a multiple of this, and lasts nearly as long [s].
 SLOT, LASTS = 10.0, 8.0

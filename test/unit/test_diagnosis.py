@@ -14,6 +14,7 @@ from test_marking import turned as robot_that_turned
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.criteria import Outcome, Verdict
 from tb3_labs.marking.feedback import diagnosis
+from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, Observation, Run, Stimulus)
 from tb3_labs.report import hints
@@ -179,10 +180,11 @@ def test_a_mark_and_a_report_say_the_same_also_of_partial_mends(mistake):
 
 
 def test_a_node_that_never_heard_a_sensor_is_not_diagnosed():
-    seen, missed = robot_that_turned(200.0), [Verdict(None, Outcome.MISSED, 'it turned', 1.0)]
-    assert diagnosis(seen, missed) != Diagnosis('')
+    seen = robot_that_turned(200.0)
+    marks = Marks('', '', [Verdict(None, Outcome.MISSED, 'it turned', 1.0)], observation=seen)
+    assert diagnosis(seen.run(), marks) != Diagnosis('')
     seen.runs[0].unheard = ['/imu_data']
-    assert diagnosis(seen, missed) == Diagnosis('')
+    assert diagnosis(seen.run(), marks) == Diagnosis('')
     assert seen.deaf == 'it listens to /imu_data, which nobody publishes'
 
 

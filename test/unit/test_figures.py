@@ -6,6 +6,7 @@ import pytest
 from made_motion import driven, turn
 from made_run import TIME, X, ZERO, goals, made, poses, reset_lines
 
+from tb3_labs.report.drives import drives
 from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses
 from tb3_labs.robot.turtlebot3 import robot_model
 
@@ -87,7 +88,7 @@ def test_each_reset_is_named():
     named = [text for text in heading(run).axes[0].texts if text.get_text().startswith('reset')]
     assert [text.get_text() for text in named] == names
     assert [text.xy[0] for text in named] == pytest.approx(at, abs=0.06)
-    figure = paths(run, BURGER)
+    figure = paths(run, drives(run, BURGER))
     legend, = figure.legends
     assert [text.get_text() for text in legend.get_texts()][:7] == ['path'] + [
         'path after ' + name for name in names]
@@ -131,7 +132,7 @@ def test_both_panels_of_the_paths_have_one_scale_that_holds_all():
     run = completed(made(
         local_pose=Poses.none(), goals=goals([0.5], [1.0]), odometry=OdometrySamples(
             TIME, TIME, ZERO + 3.0, X - 2.0, ZERO + math.pi / 2.0, ZERO, ZERO)))
-    in_odom, in_local = paths(run, BURGER).axes
+    in_odom, in_local = paths(run, drives(run, BURGER)).axes
     assert lines(in_odom, 'path')[0][-1] == pytest.approx((3.0, -1.0))
     assert lines(in_local, 'path')[0][-1] == pytest.approx((1.0, 0.0), abs=1e-9)
     assert lines(in_odom, 'goal')[0][0] == pytest.approx((3.0, -1.0))

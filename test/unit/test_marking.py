@@ -19,7 +19,8 @@ from tb3_labs.marking.marks import LABS, Marks, points_of
 from tb3_labs.marking.marks_folder import Table
 from tb3_labs.marking.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.program import BoundedText
-from tb3_labs.marking.ros_gamepad import AXES, BUTTONS, pad_called, pad_in_words
+from tb3_labs.marking.gamepad import pad_called, pad_in_words
+from tb3_labs.marking.ros_gamepad import AXES, BUTTONS
 from tb3_labs.marking.ros_stage import SCRIPTS, changed
 from tb3_labs.nodes.pad import PadConfig
 
@@ -243,7 +244,7 @@ def test_a_criterion_that_is_not_met_leads_to_its_moment():
     seen = turned(81.0)
     seen.stimuli[0].begin = 0.4
     marks = marks_of('Bobby', seen)
-    lost = [mark for mark in moments(seen, marks.graded)['marks'] if mark['kind'] == 'lost']
+    lost = [mark for mark in moments(seen.run(), marks)['marks'] if mark['kind'] == 'lost']
     assert lost and {mark['begin'] for mark in lost} == {0.4}
     assert '<a href="#t=0.4">Watch it</a>' in feedback(marks, 'IMU lab')
 
@@ -257,7 +258,7 @@ def test_the_timeline_of_a_mark_shows_heading_commands_stimuli_and_starts():
     seen = turned(90.0)
     seen.stimuli.append(stimulus('x', 1.0, 1.5))
     seen.runs.append(Run(1.5))
-    data = moments(seen, [])
+    data = moments(seen.run(), Marks('', observation=seen))
     time, heading = numbers(data['heading'])
     true = np.array(seen.truth)
     assert np.interp(true[:, 0], time, heading) == pytest.approx(np.degrees(true[:, 3]), abs=0.2)
@@ -279,7 +280,7 @@ def test_the_drives_of_a_mark_are_in_their_local_frames():
                  stimulus('none', 0.6, 0.7),
                  stimulus('second', 1.6, 1.9, facts={'goal': [4.0, 5.0, 0.0],
                                                      'local_T_world': frames[1]})])
-    data = moments(seen, [])
+    data = moments(seen.run(), Marks('', observation=seen))
     time, x, y, yaw = numbers(data['local'])
     assert time == pytest.approx([0.0, 0.2, 0.4, 1.6, 1.8])
     assert x == pytest.approx([0.0, 0.1, 0.2, 0.0, 0.2], abs=0.002)

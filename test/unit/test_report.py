@@ -25,6 +25,7 @@ from tb3_labs.report.tables import number, table
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
+from tb3_labs.report.drives import drives  # noqa: E402
 from tb3_labs.report.movements import completed  # noqa: E402
 from tb3_labs.report.page import write_csv, write_report  # noqa: E402
 from tb3_labs.report.path_figures import paths  # noqa: E402
@@ -120,7 +121,7 @@ def test_without_matplotlib(bag, monkeypatch, capsys):
 def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
     here = run.odometry.pose(np.searchsorted(run.odometry.time, 3.99))
     run = odometry_jumps(run, 4.0, here.inverse())
-    in_odom, in_local = paths(run, BURGER).axes
+    in_odom, in_local = paths(run, drives(run, BURGER)).axes
     lines = [line for line in in_odom.get_lines() if len(line.get_xdata()) > 5]
     truth = [line for line in lines if line.get_color() == '#bbbbbb']
     star = [line for line in in_odom.get_lines() if line.get_marker() == '*'][0]

@@ -18,7 +18,8 @@ from tb3_labs.marking.intake import Submission
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.packages import imports_of
 from tb3_labs.marking.processes import forget_overlays
-from tb3_labs.marking.ros_interface import fill_pose, is_origin, is_unit
+from tb3_labs.marking.ros_gamepad import is_origin, is_unit
+from tb3_labs.marking.ros_move2goal import fill_pose
 from tb3_labs.marking.sandbox import NoSandbox
 from tb3_labs.marking.workspace import prepare
 from tb3_labs.msg import MouseController

@@ -219,7 +219,7 @@ def test_one_odd_submission_does_not_end_the_class(tmp_path, monkeypatch):
     odd.remarks = ['=1+1', '\x1b[2J' + ODD, 'x' * 200000]
     undrawn.observation.lab = ''
     monkeypatch.setattr(feedback, 'section', str)
-    monkeypatch.setattr(feedback, 'moments', lambda seen, verdicts, found: {'turn': {}}[seen.lab])
+    monkeypatch.setattr(feedback, 'moments', lambda run, marks, found: {'turn': {}}[marks.observation.lab])
     unjudged = {'bob': RecursionError('too deep'), 'eve': MemoryError(),
                 'cat': UnicodeEncodeError('utf-8', ODD, 1, 2, 'no')}
     acts = dict(unjudged, ann=None, dot=lambda: odd, fay=lambda: undrawn, **{ODD: None})

@@ -9,16 +9,17 @@ Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.
 """
 from dataclasses import replace
 from html import escape
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, Sequence
 from urllib.parse import quote
 
-from tb3_labs.marking.criteria import Outcome, Verdict
+from tb3_labs.marking.criteria import Outcome
 from tb3_labs.marking.marks import NOT_JUDGED, Marks
 from tb3_labs.marking.observation import GOAL_POSE, Observation
 from tb3_labs.report import hints
 from tb3_labs.report.diagnosis import Diagnosis, diagnose
+from tb3_labs.report.run_data import RunData
 from tb3_labs.report.tables import Markup, document, table
-from tb3_labs.report.timeline import Mark, mark, section, timeline
+from tb3_labs.report.timeline import mark, section, timeline
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
 #: A page shows the last LINES lines of each run, each with at most LINE_LENGTH characters.
@@ -59,8 +60,9 @@ def feedback(marks: Marks, lab: str) -> str:
     if marks.judged and marks.extra:
         parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra)]
     if marks.observation is not None and marks.observation.truth:
-        found = diagnosis(marks.observation, marks.verdicts)
-        parts += [section(moments(marks.observation, marks.verdicts, found)), hints.section(found)]
+        run = marks.observation.run()
+        found = diagnosis(run, marks)
+        parts += [section(moments(run, marks, found)), hints.section(found)]
     if marks.observation is not None:
         parts += _printed(marks.observation)
     return document('{}: {}'.format(lab, marks.student), parts, STUDENTS)
@@ -156,26 +158,22 @@ def results(marks: Marks) -> Dict[str, Any]:
 
 # -- the timeline, and the diagnosis
 
-def moments(observation: Observation, verdicts: Sequence[Verdict],
-            found: Diagnosis = Diagnosis('')) -> Dict[str, Any]:
-    """The timeline's data of an observation with true poses, the verdicts on it, its diagnosis."""
-    return timeline(observation.run(), MODELS[DEFAULT_MODEL], _marks(observation, verdicts),
-                    found.asked, found.ghost)
+def moments(run: RunData, marks: Marks, found: Diagnosis = Diagnosis('')) -> Dict[str, Any]:
+    """The timeline's data of a run, the observation of these marks, and its diagnosis."""
+    seen = marks.observation or Observation('', '')
+    shown = [mark('drive' if GOAL_POSE in stimulus.facts else 'hand', stimulus.begin, stimulus.name,
+                  stimulus.end) for stimulus in seen.stimuli]
+    shown += [mark('start', start.begin, 'the node is started') for start in seen.runs]
+    shown += [mark('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
+              for verdict in marks.verdicts
+              if verdict.outcome is Outcome.MISSED and verdict.moment is not None]
+    return timeline(run, MODELS[DEFAULT_MODEL], shown, found.asked, found.ghost)
 
 
-def diagnosis(observation: Optional[Observation], verdicts: Sequence[Verdict]) -> Diagnosis:
-    """Returns the Diagnosis of a node that missed a criterion. A node that never heard a sensor has
-    none: its remark says which."""
-    if observation is None or not observation.truth or observation.deaf or all(
-            verdict.outcome is not Outcome.MISSED for verdict in verdicts):
+def diagnosis(run: RunData, marks: Marks) -> Diagnosis:
+    """Returns the Diagnosis of a run, the observation of these marks, if a criterion was missed. A
+    node that never heard a sensor has none: its remark says which."""
+    is_missed = any(verdict.outcome is Outcome.MISSED for verdict in marks.verdicts)
+    if not is_missed or marks.observation is None or marks.observation.deaf:
         return Diagnosis('')
-    return diagnose(observation.run())
-
-
-def _marks(observation: Observation, verdicts: Sequence[Verdict]) -> List[Mark]:
-    return ([mark('drive' if GOAL_POSE in stimulus.facts else 'hand', stimulus.begin,
-                  stimulus.name, stimulus.end) for stimulus in observation.stimuli]
-            + [mark('start', run.begin, 'the node is started') for run in observation.runs]
-            + [mark('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
-               for verdict in verdicts
-               if verdict.outcome is Outcome.MISSED and verdict.moment is not None])
+    return diagnose(run)

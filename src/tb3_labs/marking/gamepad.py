@@ -1,11 +1,16 @@
 """All criteria of the Transformation lab's gamepad: driving, handing the robot over, resetting."""
 from functools import partial
+from pathlib import Path
+
+import rospkg
+import yaml
 
 from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING,
                                        STOPS_AT_ONCE, STOPS_WHEN_LOST, THUMB, TRACEBACK, Criterion,
                                        ends_cleanly, opposite, starts, steers, stops_robot,
                                        stops_when_silent)
 from tb3_labs.marking.observation import NotSeen, Observation
+from tb3_labs.nodes.pad import PadConfig
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE, LOST = 'sticks', 'buttons', 'no service', 'lost'
@@ -47,6 +52,26 @@ IN_RESET_TIME = 'within {:g} s'.format(RESET_TIME)
 #: The limits of full sticks, in words.
 STICK_LIMITS = '{:g} to {:g} {} within {:g} s, and at most {:g} of the other speed'
 SUCCESS = 'Pose reset successfully'
+#: The pad that is played if none is named.
+HANDOUT = 'handout'
+
+
+def pad_called(name: str) -> PadConfig:
+    """Returns the PadConfig of a pad; ``ValueError`` with the valid names if it is unknown."""
+    folder = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'params'
+    known = {path.stem[len('pad_'):]: path for path in folder.glob('pad_*.yaml')}
+    if name not in known:
+        raise ValueError('there is no pad {!r}; valid: {}'.format(name, ', '.join(sorted(known))))
+    return PadConfig(**yaml.safe_load(known[name].read_text(encoding='utf-8')))
+
+
+def pad_in_words(name: str) -> str:
+    """Returns a sentence on the pad and the numbers of its axes and buttons."""
+    pad = pad_called(name)
+    return ('The pad was "{}": axis {} drives, axis {} turns; button {} is A, {} is B, '
+            '{} is Y.').format(
+        name, pad.linear_axis, pad.angular_axis, pad.relinquish_button, pad.regain_button,
+        pad.reset_button)
 
 
 def _stick(seen, name, column, bounds):

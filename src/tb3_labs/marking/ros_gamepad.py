@@ -1,21 +1,28 @@
-"""The scripts for a gamepad node: the marker plays the pad, and offers the reset."""
+"""The scripts for a gamepad node: the marker plays the pad, and offers the reset.
+
+The private parts of rospy and genpy that the service of any type reads stand at the end. They are
+known from the sources of rospy 1.15.15 and genpy 0.6.16 (Debian 12).
+"""
+import importlib
+import math
 import time
 from contextlib import closing
+from io import BytesIO
 from pathlib import Path
 
 import rospkg
 import rospy
-import yaml
+from rospy.msg import AnyMsg
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 
 from tb3_labs.marking import gamepad as asked
 from tb3_labs.marking.gamepad import HELD, RESET_TIME, SAYS
 from tb3_labs.marking.observation import CTRL_RELINQ, JOY
-from tb3_labs.marking.ros_interface import AnyService
+from tb3_labs.marking.ros_move2goal import NAMES
 from tb3_labs.marking.ros_robot import UNDER_WAY, Repeater
-from tb3_labs.nodes.pad import PadConfig
 from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.rospy_internals import connection_of
 
 #: A pad has this number of axes and of buttons; those without a function stay zero.
 AXES, BUTTONS = 8, 11
@@ -23,26 +30,6 @@ AXES, BUTTONS = 8, 11
 PRESS, HOLD = 0.15, 0.6
 #: A node that will drive has begun to drive within this time [s].
 REACTION = 1.5
-#: The pad that is played if none is named.
-HANDOUT = 'handout'
-
-
-def pad_called(name):
-    """Returns the PadConfig of a pad; ``ValueError`` with the valid names if it is unknown."""
-    folder = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'params'
-    known = {path.stem[len('pad_'):]: path for path in folder.glob('pad_*.yaml')}
-    if name not in known:
-        raise ValueError('there is no pad {!r}; valid: {}'.format(name, ', '.join(sorted(known))))
-    return PadConfig(**yaml.safe_load(known[name].read_text(encoding='utf-8')))
-
-
-def pad_in_words(name):
-    """Returns a sentence on the pad and the numbers of its axes and buttons."""
-    pad = pad_called(name)
-    return ('The pad was "{}": axis {} drives, axis {} turns; button {} is A, {} is B, '
-            '{} is Y.').format(
-        name, pad.linear_axis, pad.angular_axis, pad.relinquish_button, pad.regain_button,
-        pad.reset_button)
 
 
 class HeldPad(Repeater):
@@ -167,3 +154,119 @@ def lost(stage):
 
 PARTS = {asked.STICKS: sticks, asked.BUTTONS: buttons, asked.NO_SERVICE: no_service,
          asked.LOST: lost}
+
+
+# -- a reset service of any type
+
+def _fields(message):
+    """(name, type, value) of each field of a message and of the messages in it, without headers."""
+    for name, kind in zip(message.__slots__, message._slot_types):
+        value = getattr(message, name)
+        if kind != 'std_msgs/Header':
+            yield name, kind, value
+            if hasattr(value, '_slot_types'):
+                yield from _fields(value)
+
+
+def is_origin(request):
+    """Does a request declare (0, 0, 0), or no pose at all?"""
+    return all(abs(value) <= 1e-6 for name, kind, value in _fields(request)
+               if kind in ('float32', 'float64') and name != 'w')
+
+
+def is_unit(request):
+    """Is every quaternion of a request a rotation, of length 1?"""
+    return all(abs(math.sqrt(q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2) - 1.0) < 0.01
+               for _, kind, q in _fields(request) if kind == 'geometry_msgs/Quaternion')
+
+
+class AnyService:
+    """Reset services with the names NAMES. They take calls of any type, and answer with success.
+
+    The client's checksum tells the type: a type of a ROS package, or one of the student's.
+    """
+
+    def __init__(self, own):
+        """`own`: classes of the student's services."""
+        self._types = service_types()
+        self._types.update({kind._md5sum: kind for kind in own})
+        #: For each call so far: did it declare (0, 0, 0), and is its quaternion a rotation? Both are
+        #: True also if its type is unknown.
+        self.calls = []
+        self._services = [offer_any_service(name, self._on_call) for name in NAMES]
+
+    def close(self):
+        for service in self._services:
+            service.shutdown()
+
+    def _on_call(self, checksum, data):
+        kind = self._types.get(checksum)
+        if kind is None:
+            self.calls.append((True, True))
+            raise rospy.ServiceException('the type of this request is not known here')
+        request = kind._request_class()
+        request.deserialize(data)
+        self.calls.append((is_origin(request), is_unit(request)))
+        response = kind._response_class()
+        for name, value in (('success', True), ('message', 'reset')):
+            if name in response.__slots__:
+                setattr(response, name, value)
+        return response
+
+
+def service_types():
+    """Returns {checksum: class} of std_srvs and of all services of ROS packages that are built.
+
+    std_srvs is named because Debian installs only its Python module. If genpy renames `_md5sum` or
+    `_request_class`, no type is found, and every call is refused.
+    """
+    types, packages = {}, rospkg.RosPack()
+    for package in ['std_srvs'] + [name for name in packages.list()
+                                   if (Path(packages.get_path(name)) / 'srv').is_dir()]:
+        try:
+            module = importlib.import_module(package + '.srv')
+        except ImportError:
+            continue    # not built
+        types.update({kind._md5sum: kind for kind in vars(module).values()
+                      if hasattr(kind, '_request_class')})
+    return types
+
+
+class _AnySum(str):
+    """Equal to the checksum of every type."""
+
+    def __eq__(self, other):
+        return True
+
+    def __ne__(self, other):
+        return False
+
+    __hash__ = str.__hash__
+
+
+class _AnyType:
+    """Given to rospy in place of the class of a service."""
+
+    _type = '*'
+    _md5sum = _AnySum('*')
+    _request_class = AnyMsg
+    _response_class = AnyMsg
+
+
+def offer_any_service(name, on_call):
+    """Returns a rospy.Service that takes requests of any type.
+
+    ``on_call(checksum, data)`` gets the checksum of the client's type and the bytes of its request,
+    and returns the response, a message.
+
+    A gamepad's call of its own service type fails if rospy no longer compares a client's checksum
+    with `_md5sum`, or no longer passes on the header and the bytes of an AnyMsg.
+    launch/checks/check_gamepad.test and test/ros/mark.test show it.
+    """
+    def answer(raw):
+        response = on_call(connection_of(raw)['md5sum'], raw._buff)
+        buffer, whole = BytesIO(), AnyMsg()
+        response.serialize(buffer)
+        whole.deserialize(buffer.getvalue())
+        return whole
+    return rospy.Service(name, _AnyType, answer)

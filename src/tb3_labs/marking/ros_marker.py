@@ -24,7 +24,7 @@ from tb3_labs.marking.marks import GAMEPAD, LABS, NOT_JUDGED, Marks
 from tb3_labs.marking.marks_folder import MarksFolder
 from tb3_labs.marking.observation import Observation
 from tb3_labs.marking.processes import IDENTITY, environment_in, sweep
-from tb3_labs.marking.ros_gamepad import HANDOUT, pad_in_words
+from tb3_labs.marking.gamepad import HANDOUT, pad_in_words
 from tb3_labs.marking.ros_student_node import ALWAYS, VARIABLE, Launch
 from tb3_labs.marking.sandbox import NoSandbox, Sandbox
 from tb3_labs.marking.workspace import prepare

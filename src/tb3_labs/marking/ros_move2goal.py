@@ -1,5 +1,10 @@
-"""The scripts for a node of the Transformation lab."""
+"""The scripts for a node of the Transformation lab, and the reset that it offers.
+
+A student may define the type of the reset. Its fields are filled by their names, such as x, pos_x,
+y, yaw, theta, heading, yaw_deg. A standard pose is possible too.
+"""
 import math
+import threading
 import time
 
 import rospy
@@ -8,13 +13,14 @@ from std_msgs.msg import Bool, Empty
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import move2goal as asked
 from tb3_labs.marking.move2goal import (
-    ASTRAY, DRIVE_TIME, PROBLEM, REACTION, TAKES_EFFECT, TURNED, WATCHED)
+    ANSWER_TIME, ASTRAY, DRIVE_TIME, PROBLEM, REACTION, TAKES_EFFECT, TURNED, WATCHED)
 from tb3_labs.marking.observation import (
     CTRL_RELINQ, GOAL_POSE, LOCAL_T_WORLD, LONGEST, MOVED, RESTED, WAS_MOVING)
 from tb3_labs.marking.observation import RESET as ROBOTS_RESET
-from tb3_labs.marking.ros_interface import ALL, UNIT, ResetCaller
 from tb3_labs.marking.ros_robot import ODOM_SWITCH, RESTS
+from tb3_labs.marking.ros_student_node import OFFERS
 from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.conversions import to_quaternion
 
 #: A robot has arrived if it rests and had no command to move for this time [s].
 ARRIVAL = 1.5
@@ -27,6 +33,80 @@ DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
 #: The robot's own `reset` is published only while it rests.
 MOVES = 'the robot did not come to rest, so that it could not be reset'
 NO_SERVICE = 'it offers no service whose name has "reset" or "pose" in it'
+
+#: Name of a field of a request -> the part of a pose that it takes.
+PLACES = {'x': 'x', 'pos_x': 'x', 'x_pos': 'x', 'x0': 'x', 'pose_x': 'x',
+          'y': 'y', 'pos_y': 'y', 'y_pos': 'y', 'y0': 'y', 'pose_y': 'y'}
+#: ALL: the parts of a pose that a request can take. UNIT: the unit of the request's yaw is known.
+ALL, UNIT = frozenset({'x', 'y', 'yaw'}), 'unit'
+ANGLES = ('yaw', 'theta', 'th', 'heading', 'angle', 'phi')
+#: The reset's usual names by the handouts, likeliest first. Any other name with one of WORDS in it
+#: comes after them.
+NAMES = ('reset_pose', 'reset', 'set_pose', 'reset_local_pose', 'set_local_pose')
+WORDS = ('reset', 'pose')
+
+
+def fill_pose(request, pose):
+    """Fill a Pose2 into the fields of a message that are meant for a pose.
+
+    Returns the parts that were filled, of ALL, and UNIT. A yaw is filled in rad if its name does
+    not end in '_deg'.
+    """
+    filled = set()
+    for name, kind in zip(request.__slots__, request._slot_types):
+        low, value = name.lower(), getattr(request, name)
+        bare = low[:-4] if low.endswith(('_deg', '_rad')) else low
+        if kind == 'geometry_msgs/Pose':
+            value.position.x, value.position.y = pose.x, pose.y
+            value.orientation = to_quaternion(pose.yaw)
+            filled |= ALL | {UNIT}
+        elif hasattr(value, '_slot_types') and kind not in ('std_msgs/Header', 'time', 'duration'):
+            filled |= fill_pose(value, pose)
+        elif not kind.startswith('float') or '[' in kind:
+            continue
+        elif low in PLACES:
+            setattr(request, name, getattr(pose, PLACES[low]))
+            filled.add(PLACES[low])
+        elif bare in ANGLES:
+            setattr(request, name, math.degrees(pose.yaw) if low.endswith('_deg') else pose.yaw)
+            filled |= {'yaw', UNIT} if bare != low else {'yaw'}
+    return filled
+
+
+class ResetCaller:
+    """The reset service of the node of a Graph; `found` is its name, '' if there is none."""
+
+    def __init__(self, graph):
+        bases = {name: name.rsplit('/', 1)[-1].lower() for name in graph.of_node(OFFERS)}
+        likely = [name for name, base in bases.items() if any(word in base for word in WORDS)]
+        usual = [name for wanted in NAMES for name in sorted(likely) if bases[name] == wanted]
+        self.found = (usual + sorted(likely) + [''])[0]
+        self._kind = graph.service(self.found) if self.found else None
+        #: The parts of a pose that its request takes, as fill_pose() returns them.
+        self.takes = set()
+        if self._kind is not None:      # if unknown, call() returns the reason
+            self.takes = fill_pose(self._kind._request_class(), Pose2())
+
+    def call(self, pose):
+        """Call the reset with a Pose2. Returns the reason why it failed, else ''."""
+        if self._kind is None:
+            return 'the type of {} cannot be loaded'.format(self.found)
+        request = self._kind._request_class()
+        fill_pose(request, pose)
+        answers = []
+
+        def ask():
+            try:
+                response = rospy.ServiceProxy(self.found, self._kind)(request)
+                refused = getattr(response, 'success', True) is False
+                answers.append('it was refused: {}'.format(getattr(response, 'message', ''))[:200]
+                               if refused else '')
+            except (rospy.ServiceException, rospy.ROSException, TypeError) as problem:
+                answers.append(str(problem)[:200])
+        threading.Thread(target=ask, daemon=True).start()
+        if not wait_until(lambda: answers, ANSWER_TIME):
+            return '{} did not answer within {:g} s'.format(self.found, ANSWER_TIME)
+        return answers[0]
 
 
 class Control:

@@ -18,11 +18,11 @@ from sensor_msgs.msg import Imu
 from tb3_labs.geometry.angles import clamp, continuous, difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, TRUTH
-from tb3_labs.marking.ros_interface import name_of_sender, sender_of
 from tb3_labs.report.messages import LEVELS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2, to_twist
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample
+from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import subscribe
 
 #: The robot's name, by which its settings are found.
@@ -166,6 +166,25 @@ class Recorder:
             return False
         _, x, y, yaw = (recent - recent[0]).T
         return bool(np.hypot(x, y).max() < REST_WAY and np.abs(yaw).max() < REST_TURN)
+
+
+def sender_of(subscriber, message):
+    """The URI of the program that sent a message; '' if the connection has ended.
+
+    The URI comes from the master, not from the sender. It is `endpoint_id` of the connection that
+    has the message's header. If rospy renames it, an AttributeError ends the marking of a node at
+    its first message.
+    """
+    header = connection_of(message)
+    for connection in list(subscriber.impl.connections):
+        if connection.header is header:
+            return connection.endpoint_id
+    return ''
+
+
+def name_of_sender(message):
+    """The name of a message's sender, as the sender says it."""
+    return connection_of(message).get('callerid') or 'an unknown program'
 
 
 class RobotHand:

@@ -8,11 +8,11 @@ from sensor_msgs.msg import Imu
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.marking import imu as asked_imu
-from tb3_labs.marking import mouse as asked_mouse
 from tb3_labs.marking import turn as asked
 from tb3_labs.marking.observation import ASKED_DEG, MOUSE_INFO, MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.ros_robot import IMU_SWITCH, WELL_UNDER_WAY, Repeater
 from tb3_labs.marking.ros_student_node import LISTENS
+from tb3_labs.marking.ros_types import mouse_fields
 from tb3_labs.marking.turn import LEFT
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
@@ -79,7 +79,7 @@ class HeldMouse(Repeater):
     def __init__(self, graph):
         self._kind = graph.kind_of(MOUSE_INFO) or MouseController
         empty = self._kind()
-        self._fields = asked_mouse.mouse_fields(empty.__slots__, empty._slot_types)
+        self._fields = mouse_fields(empty.__slots__, empty._slot_types)
         self.remarks = self._fields.remarks
         super().__init__(MOUSE_INFO, self._kind)
 
@@ -151,22 +151,22 @@ def _try_turn(stage, name, typed, facts=()):
 
 def mouse(stage):
     """The mouse alone, before any key was pressed."""
-    hand = mouse_of(stage, asked_mouse.ALONE) if stage.node.start() else None
+    hand = mouse_of(stage, asked.MOUSE_ALONE) if stage.node.start() else None
     if hand is None:
         return
     with hand:
-        with stage.stimulus(asked_mouse.NOT_ACTIVE):
+        with stage.stimulus(asked.NOT_ACTIVE):
             hand.at(0.0, 1.0, active=False)
-            time.sleep(asked_mouse.HELD)
+            time.sleep(asked.MOUSE_HELD)
         hand.at(0.0, 0.0)
         time.sleep(0.2)
-        for name, place in asked_mouse.PLACES.items():
+        for name, place in asked.MOUSE_PLACES.items():
             with stage.stimulus(name):
                 hand.at(*place)
-                time.sleep(asked_mouse.HELD)
+                time.sleep(asked.MOUSE_HELD)
         hand.at(0.0, 1.0)
         time.sleep(0.4)
-        with stage.stimulus(asked_mouse.DEACTIVATED):
+        with stage.stimulus(asked.DEACTIVATED):
             hand.at(0.0, 1.0, active=False)
             time.sleep(1.0)
 
@@ -174,24 +174,24 @@ def mouse(stage):
 def both(stage):
     """A turn while the mouse is active; then the mouse after a turn, and during a turn."""
     runs = _is_idle(stage) or stage.node.start()
-    hand = mouse_of(stage, asked_mouse.BESIDE_TURNS) if runs else None
+    hand = mouse_of(stage, asked.BESIDE_TURNS) if runs else None
     if hand is None:
         return
     with hand:
         hand.at(0.0, 0.0)
         time.sleep(0.3)
-        _try_turn(stage, asked_mouse.TURN_BESIDE, LEFT)
-        with stage.stimulus(asked_mouse.AFTER_TURN):
+        _try_turn(stage, asked.TURN_BESIDE, LEFT)
+        with stage.stimulus(asked.AFTER_TURN):
             hand.at(0.0, 1.0)
-            time.sleep(asked_mouse.HELD)
+            time.sleep(asked.MOUSE_HELD)
         hand.at(0.0, 0.0)
         wait_until(stage.recorder.rests, 2.0)
         moving = stage.moves_after(lambda: stage.node.type(LEFT), asked.REACTION)
         time.sleep(WELL_UNDER_WAY)
-        with stage.stimulus(asked_mouse.IN_TURN, {WAS_MOVING: moving}) as record:
+        with stage.stimulus(asked.IN_TURN, {WAS_MOVING: moving}) as record:
             hand.at(0.0, 1.0)
-            wait_until(lambda: asked_mouse.drives_forward(
-                stage.recorder.commands_since(record.begin)), asked_mouse.AT_LAST)
+            wait_until(lambda: asked.drives_forward(
+                stage.recorder.commands_since(record.begin)), asked.AT_LAST)
         hand.at(0.0, 0.0, active=False)
         time.sleep(0.2)
 
@@ -214,14 +214,14 @@ def lost(stage):
     """The mouse falls silent while it drives, the IMU in a turn."""
     if not stage.node.start():
         return
-    hand = mouse_of(stage, [asked_mouse.SILENT])
+    hand = mouse_of(stage, [asked.MOUSE_SILENT])
     if hand is not None:
         with hand:
             hand.at(0.0, 0.0)
             time.sleep(0.3)
             moving = stage.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
             time.sleep(WELL_UNDER_WAY)
-            stage.falls_silent(asked_mouse.SILENT, moving, lambda: hand.hold(None))
+            stage.falls_silent(asked.MOUSE_SILENT, moving, lambda: hand.hold(None))
             hand.at(0.0, 0.0, active=False)
             time.sleep(0.3)
     moving = _in_a_turn(stage)

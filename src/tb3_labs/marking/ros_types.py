@@ -4,6 +4,9 @@ Importing a student's modules would run the student's code in the marker. Code t
 from a student's messages may do so too. Therefore a sandbox reads the messages (see
 messages_in_sandbox). Here no code is generated: values are written and read, field by field.
 
+The message of the mouse is a student's own, too: its fields are found by name, else by type and
+position.
+
 Numbers are little-endian. A text, and an array of any length, begin with their length, a uint32.
 Source: https://wiki.ros.org/msg, "Fields".
 """
@@ -12,7 +15,7 @@ import re
 import struct
 from io import BytesIO
 from types import SimpleNamespace
-from typing import Any, BinaryIO, Dict, Iterator, List, Optional, Tuple
+from typing import Any, BinaryIO, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
 
@@ -196,3 +199,48 @@ def _is_field(field):
     found = KIND.fullmatch(kind)
     return bool(found) and is_name(name) and (
         found[1] in {*NUMBERS, *TIMES, TEXT} or is_type(found[1]))
+
+
+# -- the message of the mouse
+
+#: The mouse lab's names of the fields; FLAGS and NUMBERS are the types that they may have.
+STATUS, X, Y = 'status', 'xPos', 'yPos'
+FLAGS = ('bool', 'std_msgs/Bool')
+NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
+
+
+class MouseFields(NamedTuple):
+    """The names of the fields, the types of each, and sentences about names that differ."""
+
+    names: Tuple[str, str, str]     # of status, x and y
+    types: Tuple[str, str, str]
+    remarks: List[str]
+
+
+def mouse_fields(names: Sequence[str], types: Sequence[str]) -> MouseFields:
+    """The MouseFields of a message that has fields of these names and types, in this order.
+
+    ``ValueError`` with a clause if the message has no flag, or fewer than two numbers.
+    """
+    flags = [pair for pair in zip(names, types) if pair[1] in FLAGS]
+    numbers = [pair for pair in zip(names, types) if pair[1] in NUMBERS]
+    if not flags or len(numbers) < 2:
+        raise ValueError('its message has no flag and two numbers, but {}'.format(', '.join(
+            '{} {}'.format(kind, name) for name, kind in zip(names, types)) or 'no field'))
+    status = _named(STATUS, flags) or flags[0]
+    x, y = _named(X, numbers), _named(Y, numbers)
+    if not (x and y):
+        x, y = numbers[:2]
+    chosen = (status[0], x[0], y[0])
+    remarks = ['Your {} was taken for {}.'.format(name, usual)
+               for name, usual in zip(chosen, (STATUS, X, Y)) if name != usual]
+    return MouseFields(chosen, (status[1], x[1], y[1]), remarks)
+
+
+def _named(usual: str, fields: List[Tuple[str, str]]) -> Optional[Tuple[str, str]]:
+    """The field of this name, in any case, with or without `Pos`; None if there is none."""
+    for wanted in (usual.lower(), usual.lower().replace('pos', '')):
+        for name, kind in fields:
+            if name.lower().replace('_', '') == wanted:
+                return name, kind
+    return None

@@ -1,15 +1,15 @@
-"""The IMU lab: turns by keyboard, beside the mouse. Here are all its criteria."""
+"""The IMU lab: turns by keyboard, beside the mouse: what is done, and the criteria."""
 import re
 from functools import partial
-from typing import NamedTuple
+from typing import Iterable, NamedTuple, Sequence
 
 import numpy as np
 
-from tb3_labs.marking import mouse
-from tb3_labs.marking.criteria import (IMU_EXTRAS, IMU_SHEET, IN_TIME, ROUNDING, STOPS_AT_ONCE,
-                                       STOPS_WHEN_LOST, TURN_LAB, Criterion, Place, ends_cleanly,
-                                       first_missed, says, starts, stops_robot, stops_when_silent)
-from tb3_labs.marking.observation import MOVED, RESTED, NotSeen, Observation
+from tb3_labs.marking.criteria import (
+    ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE,
+    STOPS_WHEN_LOST, TURN_LAB, Criterion, Place, ends_cleanly, first_missed, opposite, says, starts,
+    steers, stops_robot, stops_when_silent)
+from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
 
 #: The parts of the lab.
 TURNS, MOUSE, BOTH, SHUTDOWN, LOST = 'turns', 'mouse', 'both', 'shutdown', 'lost'
@@ -55,6 +55,36 @@ REACTION, TURN_TIME = 3.0, 8.0
 ANSWER, LEGIBLE = 1.0, 1000
 #: The tolerance of the criterion beyond the handout [deg].
 EXACT = 1.0
+#: The stimuli of the mouse alone, in their order.
+NOT_ACTIVE = 'mouse not active'
+MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_RIGHT = (
+    'mouse up', 'mouse near the middle', 'mouse left', 'mouse half right')
+DEACTIVATED = 'mouse deactivated'
+#: The stimuli beside turns.
+TURN_BESIDE, AFTER_TURN, IN_TURN = 'l beside the mouse', 'mouse after a turn', 'mouse in a turn'
+#: The stimulus: the mouse stops sending.
+MOUSE_SILENT = 'mouse silent'
+MOUSE_ALONE = (NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_RIGHT, DEACTIVATED)
+BESIDE_TURNS = (TURN_BESIDE, AFTER_TURN, IN_TURN)
+#: The places of the active mouse: stimulus -> (x to the right, y up), each -1 to 1.
+MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
+                HALF_RIGHT: (0.6, 0.0)}
+#: The mouse lab's dead zone: in each direction, the mouse asks for zero within this distance of the
+#: middle.
+DEAD_ZONE = 0.25
+#: The full speed, at the edge of the screen [m/s], [rad/s].
+FULL = 0.5
+AT_EDGE = (FULL - NEAR, FULL + NEAR)
+#: The speeds at 0.6 of the way: a wide range, since the mouse lab does not fix the dead zone.
+HALF_WAY = (0.2 * FULL, 0.8 * FULL)
+#: The mouse is held at a place for MOUSE_HELD; moved during a turn, it must drive within AT_LAST [s].
+MOUSE_HELD, AT_LAST = 0.8, 4.0
+#: The limits of the criteria of the mouse, in words.
+DRIVES, DRIVES_AFTER_TURN, IN_DEAD_ZONE = (
+    'within {:g} s: {:.2f} to {:.2f} at the edge, {:.2f} to {:.2f} at {:g} to the right; the other '
+    'speed at most {:g}'.format(MOUSE_HELD, *AT_EDGE, *HALF_WAY, MOUSE_PLACES[HALF_RIGHT][0], NEAR),
+    'more than {:.2f} m/s within {:g} s'.format(AT_EDGE[0], MOUSE_HELD),
+    'at ({:g}, {:g}) from {:g} s on'.format(*MOUSE_PLACES[NEAR_MIDDLE], AT_ONCE))
 #: The limits of the first turn in words, and those of the other turns.
 LIMITS = 'within {:g} degrees, and {:g} for stopping; begun within {:g} s, over within {:g} s'.format(
     TOLERANCE, AFTER_STOP, REACTION, TURN_TIME)
@@ -132,6 +162,56 @@ def _answers_nonsense(seen: Observation) -> str:
     return ''
 
 
+def _mouse_drove(seen):
+    if not len(seen.during(MOUSE_UP).moving):
+        raise NotSeen('the mouse did not move the robot at all')
+
+
+def _steers_robot(seen: Observation) -> str:
+    for name, column, bounds in ((MOUSE_UP, LINEAR, AT_EDGE), (MOUSE_LEFT, ANGULAR, AT_EDGE),
+                                 (HALF_RIGHT, ANGULAR, opposite(HALF_WAY))):
+        missed = steers(seen.during(name).moving, name, column, bounds)
+        if missed:
+            return missed
+    return ''
+
+
+def _has_dead_zone(seen: Observation) -> str:
+    _mouse_drove(seen)
+    late = seen.during(NEAR_MIDDLE).moving_after(AT_ONCE)
+    return '' if not len(late) else \
+        'with the mouse at {} it commanded {:.2f} m/s and {:.2f} rad/s'.format(
+            MOUSE_PLACES[NEAR_MIDDLE], *late[-1, 1:])
+
+
+def _can_be_off(seen: Observation) -> str:
+    if len(seen.during(NOT_ACTIVE).moving):
+        return 'the mouse moved the robot before it was activated'
+    _mouse_drove(seen)
+    if len(seen.during(DEACTIVATED).moving_after(AT_ONCE)):
+        return 'the robot was still driven {:g} s after the mouse was deactivated'.format(AT_ONCE)
+    return ''
+
+
+def _drives_after_turn(seen: Observation) -> str:
+    return '' if drives_forward(seen.during(AFTER_TURN).commands) else \
+        'after a turn the mouse did not move the robot any more'
+
+
+def _drives_in_turn(seen: Observation) -> str:
+    scene = seen.during(IN_TURN)
+    if not scene.facts[WAS_MOVING]:
+        return 'there was no turn in the middle of which the mouse could be moved'
+    return '' if drives_forward(scene.commands) else \
+        'the mouse, moved in the middle of a turn, had not moved the robot {:.0f} s later'.format(
+            scene.end - scene.begin)
+
+
+def drives_forward(commands: Iterable[Sequence[float]]) -> bool:
+    """Does a mouse at the upper edge give one of these commands? Rows of time, linear, angular."""
+    return any(command[LINEAR] > AT_EDGE[0] for command in commands)
+
+
 CRITERIA = [
     Criterion('starts', TURNS, 'runs and listens to imu', START, starts, limits=IN_TIME),
     Criterion('left', TURNS, 'l turns 90 degrees left', LAW,
@@ -148,18 +228,18 @@ CRITERIA = [
               'ones', TO_THE_RIGHT, _answers_nonsense, limits='within {:g} s, in at most {} lines; '
               'the robot rests'.format(ANSWER, LEGIBLE)),
     Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
-              'edge'.format(mouse.FULL), AT_MOUSE, mouse.steers_robot, limits=mouse.DRIVES),
+              'edge'.format(FULL), AT_MOUSE, _steers_robot, limits=DRIVES),
     Criterion('mouse_dead_zone', MOUSE, 'a mouse within {:g} of the middle moves nothing'.format(
-        mouse.DEAD_ZONE), AT_MOUSE, mouse.has_dead_zone, limits=mouse.IN_DEAD_ZONE),
+        DEAD_ZONE), AT_MOUSE, _has_dead_zone, limits=IN_DEAD_ZONE),
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
-              AT_MOUSE, mouse.can_be_off, limits=STOPS_AT_ONCE),
+              AT_MOUSE, _can_be_off, limits=STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
-              AT_MOUSE, partial(turned, name=mouse.TURN_BESIDE, turn=EACH_TURN[LEFT]),
+              AT_MOUSE, partial(turned, name=TURN_BESIDE, turn=EACH_TURN[LEFT]),
               limits=AS_LEFT),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', AT_MOUSE,
-              mouse.drives_after_turn, limits=mouse.DRIVES_AFTER_TURN),
+              _drives_after_turn, limits=DRIVES_AFTER_TURN),
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
-              AT_MOUSE, mouse.drives_in_turn, limits='within {:g} s'.format(mouse.AT_LAST)),
+              AT_MOUSE, _drives_in_turn, limits='within {:g} s'.format(AT_LAST)),
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', AT_CTRL_C,
               stops_robot, limits=STOPS_AT_ONCE),
     Criterion('says_goodbye', SHUTDOWN, 'at Ctrl+C says "{}"'.format(GOODBYE), AT_CTRL_C,
@@ -171,6 +251,6 @@ CRITERIA = [
               partial(stops_when_silent, name=IMU_SILENT, what='the IMU'), extra=True,
               limits=STOPS_WHEN_LOST),
     Criterion('lost_mouse', LOST, 'stops the robot after the mouse fell silent', IMU_EXTRAS,
-              partial(stops_when_silent, name=mouse.SILENT, what='the mouse'), extra=True,
+              partial(stops_when_silent, name=MOUSE_SILENT, what='the mouse'), extra=True,
               limits=STOPS_WHEN_LOST),
 ]

@@ -18,7 +18,7 @@ from tb3_labs.control.goal import DRIVING, DriveConfig, GoalState, is_stopped, l
 from tb3_labs.geometry.angles import difference, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.epochs import Epoch, epoch_of, epochs
-from tb3_labs.report.run_data import GAP, Poses, RunData
+from tb3_labs.report.run_data import GAP, Poses, RunData, once
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: The errors of a drive are measured at rest, at most this long after its end [s].
@@ -72,6 +72,7 @@ class DriveReport:
         return self.time / self.least_time if self.least_time else math.nan
 
 
+@once
 def spans(run: RunData) -> List[Span]:
     """Returns the states of move_to_goal as Spans, in order.
 
@@ -104,6 +105,7 @@ def _goals_of_states(run: RunData) -> List[Optional[int]]:
     return indices
 
 
+@once
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (time, distance [m], angle [rad]) from the robot to the goal in force, by
     local_pose."""

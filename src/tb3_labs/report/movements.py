@@ -41,7 +41,7 @@ from tb3_labs.geometry.angles import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import POSE_LOST, RESET_SILENCE, JumpFilter
 from tb3_labs.report.epochs import robot_in_odom
-from tb3_labs.report.run_data import Commands, Poses, RunData, States
+from tb3_labs.report.run_data import Commands, Poses, RunData, States, once
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
@@ -90,6 +90,7 @@ def moving(commands: Commands) -> np.ndarray:
     return (np.abs(commands.linear) > NO_SPEED) | (np.abs(commands.angular) > NO_SPEED)
 
 
+@once
 def movements(run: RunData) -> List[Movement]:
     """All movements of a run, in order."""
     time = run.commands.time

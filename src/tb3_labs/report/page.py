@@ -70,7 +70,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
     write_csv(run, folder / 'run.csv')
     tables.write_reports(folder, name, turned, driven)
     page = folder / 'report.html'
-    shown = _figures(run, model, folder, turn)
+    shown = _figures(run, model, folder, turn, driven)
     found = diagnose(run)
     page.write_text(tables.document('Run report: ' + name, [
         '<p>{}</p>'.format(escape(_summary(run, model))),
@@ -83,13 +83,14 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
     return page
 
 
-def _figures(run: RunData, model: RobotModel, folder: Path, turn: int) -> Dict[str, str]:
+def _figures(run: RunData, model: RobotModel, folder: Path, turn: int,
+             driven: Sequence[DriveReport]) -> Dict[str, str]:
     """Returns {name: HTML} of the figures; '' for a figure that would show nothing."""
     drawn = {'turns': figures.turns(run, turn), 'errors': figures.errors(run),
              'heading': figures.heading(run), 'speeds': figures.speeds(run, model),
              'paths': None}
     if run.odometry.length >= SHORTEST_PATH:
-        drawn['paths'] = path_figures.paths(run, model)
+        drawn['paths'] = path_figures.paths(run, driven)
     return {name: write_figure(figure, folder / (name + '.png'), CAPTIONS[name])
             for name, figure in drawn.items()}
 

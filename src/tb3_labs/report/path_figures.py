@@ -11,11 +11,10 @@ from matplotlib.figure import Figure
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.drives import DriveReport, drives
+from tb3_labs.report.drives import DriveReport
 from tb3_labs.report.epochs import Epoch, epoch_of, epochs, local_in_odom
 from tb3_labs.report.figures import GREY, STYLES, legend_below, new_figure
 from tb3_labs.report.run_data import Poses, RunData
-from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: Width and height of a letter in a frame's name, as a part of a panel's width.
 LETTER, LINE = 0.028, 0.05
@@ -23,8 +22,9 @@ LETTER, LINE = 0.028, 0.05
 MOST_NAMED = 6
 
 
-def paths(run: RunData, model: RobotModel) -> Figure:
-    """The path in odom and in local, side by side at one scale, with the axes of both frames."""
+def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
+    """The path in odom and in local, side by side at one scale, with the axes of both frames, and
+    the goals of the drives."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = epochs(run), run.local_pose
@@ -43,7 +43,7 @@ def paths(run: RunData, model: RobotModel) -> Figure:
                          label=None if number else 'ground truth')
             draw_path(in_local, truth, **looks)
             draw_path(in_odom, local_in_odom(run, truth.time) @ truth, **looks)
-    goals = [(drive, drive.goal) for drive in drives(run, model) if drive.goal]
+    goals = [(drive, drive.goal) for drive in driven if drive.goal]
     _ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
     _ends(in_local, local, [goal for _, goal in goals])
     size = _same_scale((in_odom, [epoch.odom_T_local for epoch in frames]),

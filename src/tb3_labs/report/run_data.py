@@ -9,9 +9,10 @@ Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi] as the sender sent the
 Edge cases: a topic that was not recorded has samples of length 0; an invalid quaternion (see
 :mod:`tb3_labs.geometry.quaternions`) or a number that is not finite is counted, not kept.
 """
+import functools
 import math
 from dataclasses import dataclass, field, fields
-from typing import Any, Dict, Sequence, Tuple, Type, TypeVar
+from typing import Any, Callable, Dict, Sequence, Tuple, Type, TypeVar
 
 import numpy as np
 
@@ -214,6 +215,20 @@ class RunData:
                      and len(getattr(self, part.name)) and part.name not in self.derived)
 
 
+Result = TypeVar('Result')
+
+
+def once(find: Callable[[RunData], Result]) -> Callable[[RunData], Result]:
+    """Makes a function of a run that finds its result once: a page asks for it again and again."""
+    @functools.wraps(find)
+    def found(run: RunData) -> Result:
+        known = vars(run).setdefault('_found', {})
+        if find not in known:
+            known[find] = find(run)
+        return known[find]
+    return found
+
+
 @dataclass(frozen=True)
 class YawOffset:
     """The IMU's yaw minus the odometry's: its mean [rad], and its deviation from the mean at
@@ -227,6 +242,7 @@ class YawOffset:
     deviation: np.ndarray
 
 
+@once
 def yaw_offset(run: RunData) -> YawOffset:
     """Returns the YawOffset at the odometry messages that are not in a gap of the IMU. Its numbers
     are NaN if there are no such messages."""

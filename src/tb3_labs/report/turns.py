@@ -18,7 +18,7 @@ from tb3_labs.control.goal import DRIVING
 from tb3_labs.geometry.angles import continuous_at
 from tb3_labs.report.drives import spans
 from tb3_labs.report.movements import NO_SPEED, Kind, Movement, movements
-from tb3_labs.report.run_data import ImuSamples, RunData
+from tb3_labs.report.run_data import ImuSamples, RunData, once
 
 #: A robot rests if its mean rate of turn over REST_LOOK [s] is less than AT_REST [rad/s].
 AT_REST, REST_LOOK = 0.03, 0.15
@@ -66,6 +66,7 @@ class TurnReport:
         return math.copysign(1.0, self.asked) * turned - abs(self.asked)
 
 
+@once
 def turns(run: RunData) -> List[TurnReport]:
     """A TurnReport for each turn, in order."""
     driven = [(span.begin, span.end) for span in spans(run) if span.state in DRIVING]
