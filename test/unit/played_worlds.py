@@ -79,7 +79,7 @@ class World:
     def calm(self):
         """Everybody is awake and there, and heard for a while."""
         self.robot.is_on, self.robot.gyro_error = True, 0.0
-        self.wait(8.0)
+        self.wait(5.0)
 
     def switch(self, is_on, gyro_error=0.0):
         """A board that was off for long has calibrated its gyro anew."""

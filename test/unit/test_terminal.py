@@ -312,11 +312,13 @@ def test_a_second_copy_needs_no_network_and_makes_whole_what_failed_half_way(tmp
     (copy / 'scripts/setup/requirements.txt').write_text('squaternion==1.0.0 --hash=sha256:{}\n'.format(
         hashlib.sha256(wheel.read_bytes()).hexdigest()))
     listed = copy / 'scripts' / 'setup' / 'packages.sh'     # the mouse's package is not forged
-    listed.write_text(listed.read_text().replace('requirements+=(pynput)', ''))
+    text = listed.read_text().replace('requirements+=(pynput)', '')
+    listed.write_text(text + 'catkin_make() { :; }\n')
     offline = {'XDG_CACHE_HOME': str(cache.parent), 'PIP_INDEX_URL': 'http://127.0.0.1:9/simple',
                'PIP_RETRIES': '0'}
     _, errors = shell(tmp_path, str(copy / 'scripts' / 'setup.sh'), **offline)
     assert 'the network is missing: squaternion' in errors
+    listed.write_text(text)
     wheel.rename(cache / wheel.name)     # as an earlier set-up of this user leaves it
     _, errors = shell(tmp_path, str(copy / 'scripts' / 'setup.sh'), **offline)
     assert errors == ''
