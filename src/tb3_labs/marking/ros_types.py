@@ -203,10 +203,10 @@ def _is_field(field):
 
 # -- the message of the mouse
 
-#: The mouse lab's names of the fields; FLAGS and NUMBERS are the types that they may have.
+#: The mouse lab's names of the fields; MOUSE_FLAGS and MOUSE_NUMBERS are the types that they may have.
 STATUS, X, Y = 'status', 'xPos', 'yPos'
-FLAGS = ('bool', 'std_msgs/Bool')
-NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
+MOUSE_FLAGS = ('bool', 'std_msgs/Bool')
+MOUSE_NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
 
 
 class MouseFields(NamedTuple):
@@ -222,8 +222,8 @@ def mouse_fields(names: Sequence[str], types: Sequence[str]) -> MouseFields:
 
     ``ValueError`` with a clause if the message has no flag, or fewer than two numbers.
     """
-    flags = [pair for pair in zip(names, types) if pair[1] in FLAGS]
-    numbers = [pair for pair in zip(names, types) if pair[1] in NUMBERS]
+    flags = [pair for pair in zip(names, types) if pair[1] in MOUSE_FLAGS]
+    numbers = [pair for pair in zip(names, types) if pair[1] in MOUSE_NUMBERS]
     if not flags or len(numbers) < 2:
         raise ValueError('its message has no flag and two numbers, but {}'.format(', '.join(
             '{} {}'.format(kind, name) for name, kind in zip(names, types)) or 'no field'))
