@@ -47,7 +47,7 @@ START_TIMEOUT = 30.0
 #: Longest wait for the recorder, which may have ended because its disk was full [s].
 RECORDER_TIMEOUT = 10.0
 #: If move_to_goal does not take control in this time, control is given again [s, wall clock].
-GIVING_PERIOD = 1.0
+GRANT_PERIOD = 1.0
 #: Topics that a recording needs from its first moment on.
 RECORDED = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
             'ctrl_relinq', '/tf')
@@ -141,7 +141,7 @@ class Demo:
                 raise RuntimeError('move_to_goal does not take control')
             self._control.publish(False)
             self._control.publish(True)
-            wait_until(lambda: self._observer.latest('has_control'), GIVING_PERIOD)
+            wait_until(lambda: self._observer.latest('has_control'), GRANT_PERIOD)
 
     def _first(self, condition, seconds):
         """Wait for the first goal_state that fulfils `condition`. Returns (its time [s], words).

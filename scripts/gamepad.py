@@ -34,7 +34,7 @@ from tb3_labs.nodes.pad import PAD_TIMEOUT, PadConfig, read_pad
 from tb3_labs.ros.clocks import remind, steady_time
 from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Watchdog, values_of
 from tb3_labs.ros.node import guarded, log_news, run, when_stopped
-from tb3_labs.ros.operator import ControlGiver, call_reset, hear_takers
+from tb3_labs.ros.operator import ControlSender, call_reset, hear_takers
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.topics import sent_at, subscribe
 
@@ -51,7 +51,7 @@ class GamepadNode:
         self._core = GamepadCore(self._config, model)
         self._lock = threading.RLock()    # guards the core, and the order of publications
         self._holder = None
-        self._control = ControlGiver()
+        self._control = ControlSender()
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
         self._resets = ResetClient()
         self._cmd_vel = CmdVel()
@@ -104,7 +104,7 @@ class GamepadNode:
             self._holders.publish(self._holder.value)
         for word in self._core.messages.take():
             self._control.say(word, now)
-        if self._core.messages.gives:
+        if self._core.messages.grants:
             self._control.renew(now)
 
     def _diagnose(self):
@@ -116,7 +116,7 @@ class GamepadNode:
     def _leave(self):
         """Stop the robot and take control back: the operator leaves."""
         with self._lock:
-            if self._core.messages.gives:
+            if self._core.messages.grants:
                 self._core.on_taken(steady_time())
                 self._tick()
 

@@ -128,7 +128,7 @@ class StopsTest(DriveCase):
         self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
         self.rest()
 
-    # -- giving and taking
+    # -- grants, and control taken
 
     def test_b_takes_what_a_hand_gave_and_a_hand_what_a_gave(self):
         self.move_to_goal()

@@ -1,4 +1,4 @@
-"""Every story of stops and givings, to a depth: does the robot ever move against the rule?
+"""Every story of stops and grants, to a depth: does the robot ever move against the rule?
 
 A story is a sequence of events: what persons do with pads, terminals, a mouse; messages that the
 network holds up; nodes that sleep, wake, die and start; and times just below and above each limit

@@ -1,18 +1,18 @@
 """Who may move the robot? Judges that share no code with the nodes, and know what persons did.
 
-The rule: after a person's stop no command but zero, until a person's next giving. What repeats,
+The rule: after a person's stop no command but zero, until a person's next grant. What repeats,
 renews, arrives late, wakes up or restarts gives nothing.
 
 Units: seconds; `at` is the time of a person's action, `now` the time at which a node hears of it.
 """
 import math
 
-#: Actions that are nearer in time have no order [s]: a renewal tells its giving's age in tenths.
+#: Actions that are nearer in time have no order [s]: a renewal tells its grant's age in tenths.
 SAME_TIME = 0.15
-#: A giver that renews, and is silent for longer than the first, may not be driven by; after the
-#: second its giving is gone. A giving that took longer to arrive never counted [s].
+#: A sender that renews, and is silent for longer than the first, may not be driven by; after the
+#: second its grant is gone. A grant that took longer to arrive never counted [s].
 SUSPENDED, OVER = 0.6, 2.1
-#: A giving or goal is void if its robot is not there within the first; within the second while it was
+#: A grant or goal is void if its robot is not there within the first; within the second while it was
 #: never there. Before a motion, gyro and wheels must have been compared at rest for the third [s].
 ROBOT, FIRST_ROBOT, COMPARED = 2.1, 20.1, 0.9
 #: A mouse or pad that is silent for this long is lost [s].
@@ -23,27 +23,27 @@ class GoalOracle:
     """Judges move_to_goal. Its start is a stop."""
 
     def __init__(self, now):
-        self.givings = {}            # giver: when it renewed that last; None: it does not renew
+        self.grants = {}            # sender: when it renewed that last; None: it does not renew
         self.stopped_at = now        # the person's last stop
         self.cancelled_at = None     # None: the goal was not cancelled
-        # A giver, or 'goal': when it was asked for, or when the goal had its robot last. Missing: a
-        # giving that had its robot, or a goal that is void.
+        # A sender, or 'goal': when it was asked for, or when the goal had its robot last. Missing: a
+        # grant that had its robot, or a goal that is void.
         self.awaits = {'goal': now}
         self.robot_at = None         # when the robot was there; None: it was never there
 
-    def hear(self, now, giver, word, at=None, renews=False):
+    def hear(self, now, sender, word, at=None, renews=False):
         """A word arrives; `at` is None if no person said it."""
-        if now - (self.givings.get(giver) or now) > OVER:
-            del self.givings[giver]
+        if now - (self.grants.get(sender) or now) > OVER:
+            del self.grants[sender]
         if not word:
-            self.givings = {}
+            self.grants = {}
             self.stopped_at = max(self.stopped_at, now if at is None else at)
-        elif giver in self.givings or (
+        elif sender in self.grants or (
                 at is not None and at > self.stopped_at - SAME_TIME and now - at <= OVER):
-            if giver not in self.givings:
-                self.ask(now, giver)
+            if sender not in self.grants:
+                self.ask(now, sender)
                 self.ask(now, 'goal')
-            self.givings[giver] = now if renews else None
+            self.grants[sender] = now if renews else None
 
     def ask(self, now, what):
         """Something is asked for that needs the robot."""
@@ -55,7 +55,7 @@ class GoalOracle:
         patience = FIRST_ROBOT if self.robot_at is None else ROBOT
         for what in [what for what, since in self.awaits.items() if now - since > patience]:
             del self.awaits[what]
-            self.givings.pop(what, None)
+            self.grants.pop(what, None)
         if is_there:
             self.robot_at = now
             self.awaits = {'goal': now} if 'goal' in self.awaits else {}
@@ -71,7 +71,7 @@ class GoalOracle:
 
     def slept(self, now):
         """It did not run for too long: that is a stop."""
-        self.givings, self.stopped_at = {}, now
+        self.grants, self.stopped_at = {}, now
 
     def objection(self, now):
         """'' or the reason why the robot must not be driven."""
@@ -79,9 +79,9 @@ class GoalOracle:
             return 'its goal was cancelled'
         if 'goal' not in self.awaits:
             return 'the robot was not there for so long that its goal is void'
-        if not self.givings:
+        if not self.grants:
             return 'nobody gave it since the last stop'
-        if all(heard is not None and now - heard > SUSPENDED for heard in self.givings.values()):
+        if all(heard is not None and now - heard > SUSPENDED for heard in self.grants.values()):
             return 'all who gave it have fallen silent'
         return ''
 

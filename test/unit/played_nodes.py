@@ -280,7 +280,7 @@ class Pad(Process):
         if self.core.due(now):
             self.world.judge(self.core.command(now), self.oracle)
         self.say(now)
-        if self.core.messages.gives and now - self.said_at >= RENEWAL_PERIOD - 1e-6:
+        if self.core.messages.grants and now - self.said_at >= RENEWAL_PERIOD - 1e-6:
             self.say_word(True, None)
         self.core.take_news()
 
@@ -288,7 +288,7 @@ class Pad(Process):
         """Say the words of the core, which an action at `at` caused."""
         for word in self.core.messages.take():
             self.say_word(word, at)
-            at = at if not word else None    # the others of a giving are renewals
+            at = at if not word else None    # the others of a grant are renewals
 
     def say_word(self, word, at):
         self.said_at = self.world.now

@@ -36,9 +36,9 @@ class PagePad(Pad):
 
     def on_page(self, page, button, stick, at, stamp):
         self.oracle.page = self.world.panel.oracles.get(page)
-        gave = self.core.messages.gives
+        gave = self.core.messages.grants
         self.on_joy(button, stick, at, stamp)
-        if self.core.messages.gives and not gave:
+        if self.core.messages.grants and not gave:
             self.giver = page
             self.by_page.gave(self.world.now)
         elif page == self.giver:

@@ -23,7 +23,7 @@ HOLDER_AFTER = {
     HolderEvent.READY:      (GAMEPAD, GAMEPAD, GOAL),
     HolderEvent.RELINQUISH: (GOAL,    GOAL,    GOAL),
     HolderEvent.REGAIN:     (FREE,    GAMEPAD, FREE),
-    HolderEvent.GIVEN:      (GOAL,    GOAL,    GOAL),
+    HolderEvent.GRANTED:      (GOAL,    GOAL,    GOAL),
     HolderEvent.TAKEN:      (FREE,    GAMEPAD, FREE),
     HolderEvent.STOPPED:    (FREE,    FREE,    GOAL),
     HolderEvent.LOST:       (FREE,    FREE,    FREE),

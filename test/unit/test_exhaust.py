@@ -1,4 +1,4 @@
-"""All short stories of stops and givings. Longer ones: exhaust.py."""
+"""All short stories of stops and grants. Longer ones: exhaust.py."""
 import pytest
 
 from exhaust import search, told, walk

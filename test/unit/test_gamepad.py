@@ -111,10 +111,10 @@ def test_full_stick_is_the_robots_own_limit_or_the_scale_that_is_set(config, sti
 
 
 def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
-    assert pad.holder is GAMEPAD and not pad.controller.messages.gives and pad.said() == [False]
+    assert pad.holder is GAMEPAD and not pad.controller.messages.grants and pad.said() == [False]
     assert not pad.controller.take_reset()
     pad.press(A)
-    assert pad.holder is GOAL and pad.controller.messages.gives and pad.said() == [True]
+    assert pad.holder is GOAL and pad.controller.messages.grants and pad.said() == [True]
     assert set(pad.run(1.0, sticks=(1.0, 1.0))) == {None}
     pad.sticks = REST
     pad.press(B)
@@ -161,7 +161,7 @@ def test_an_a_that_the_network_held_up_for_long_does_not_count(stamped, late, co
     hear(stamped, 101.04 + late, 8.04)
     hear(stamped, 101.05 + late, 8.05, A)
     words = stamped.messages.take()
-    # with the renewals that were due since, so that they show the age of the giving
+    # with the renewals that were due since, so that they show the age of the grant
     assert words == [True] * (counts * (1 + round(late / 0.1)))
     assert warned(stamped, 'press it again') is not counts
     hear(stamped, 101.06 + late, 8.06, B)
@@ -208,16 +208,16 @@ def test_that_move_to_goal_has_no_control_may_cross_with_an_a(pad, after, is_bel
     pad.press(A)
     pad.run(after - 0.04)
     pad.controller.on_control(False, pad.now)
-    assert pad.controller.messages.gives is not is_believed
+    assert pad.controller.messages.grants is not is_believed
     pad.controller.on_control(True, pad.now)
     pad.controller.on_control(False, pad.now)       # it had it, and lost it
-    assert not pad.controller.messages.gives
+    assert not pad.controller.messages.grants
 
 
 def test_what_somebody_else_gave_silences_the_sticks(pad):
     assert any(pad.run(0.3, sticks=PUSHED)) and not pad.controller.due(pad.now)
     pad.controller.on_control(True, pad.now)
-    assert pad.holder is GOAL and not pad.controller.messages.gives
+    assert pad.holder is GOAL and not pad.controller.messages.grants
     assert pad.controller.due(pad.now)              # without waiting for the pad
     assert set(pad.run(1.0)) == {None}
     pad.controller.on_control(False, pad.now)
@@ -249,7 +249,7 @@ def test_a_pad_lost_while_move_to_goal_drives(by_hand, allowed, stays):
     pad.plugged = False
     for seconds in PAD_TIMEOUT + 0.05, 10.0:
         pad.run(seconds)
-        assert (pad.holder is GOAL) is stays and pad.controller.messages.gives is (
+        assert (pad.holder is GOAL) is stays and pad.controller.messages.grants is (
             stays and not by_hand)
     assert pad.said() == [False] * (not stays)
 
@@ -301,13 +301,13 @@ def test_an_a_that_waited_while_this_node_slept_does_not_count():
 
 
 @pytest.mark.parametrize('slept, gives', [(1.0, True), (3.0, False)])
-def test_a_node_that_slept_does_not_go_on_giving(slept, gives):
+def test_a_node_that_slept_does_not_go_on_renewing(slept, gives):
     pad = Pad(PadConfig(drive_without_pad=True))
     pad.press(A)
     pad.said()
     pad.now += slept
     pad.run(0.5)
-    assert pad.controller.messages.gives is gives and pad.said() == [False] * (not gives)
+    assert pad.controller.messages.grants is gives and pad.said() == [False] * (not gives)
     assert warned(pad.controller, 'This node did not run for') is not gives
 
 
@@ -320,7 +320,7 @@ def test_a_button_that_is_held_through_a_loss_is_not_pressed_by_the_return(pad, 
     pad.run(1.0, plugged=False)
     pad.said(), pad.controller.take_reset()
     pad.run(1.0, plugged=True)
-    assert pad.holder is not GOAL and not pad.controller.messages.gives
+    assert pad.holder is not GOAL and not pad.controller.messages.grants
     assert True not in pad.said() and not pad.controller.take_reset()
 
 

@@ -92,7 +92,7 @@ def test_a_false_of_anybody_takes_it_whoever_gave_it(senders, giver, taker):
     assert senders.give_anew(giver) and senders.granted
 
 
-def test_what_is_only_repeated_is_no_giving(senders):
+def test_what_is_only_repeated_is_no_grant(senders):
     senders.say('hand', True)
     senders.say('pad', False)
     for _ in range(20):
@@ -113,7 +113,7 @@ def test_renewed_it_is_suspended_when_the_giver_falls_silent(senders):
 
 
 @pytest.mark.parametrize('after, granted', [(0.03, False), (0.05, True)])
-def test_a_giving_holds_after_a_renewal_that_did_not_come_together_with_it(senders, after, granted):
+def test_a_grant_holds_after_a_renewal_that_did_not_come_together_with_it(senders, after, granted):
     senders.say('pad', True)
     senders.now += after
     senders.at_once(1)
@@ -168,7 +168,7 @@ def test_a_pad_that_renews_what_does_not_count_is_told_so_once(senders):
 
 
 @pytest.mark.parametrize('word', [True, False])
-def test_what_a_node_hears_as_it_wakes_is_no_giving_but_a_stop(senders, word):
+def test_what_a_node_hears_as_it_wakes_is_no_grant_but_a_stop(senders, word):
     senders.say('hand', True)
     senders.run(1.0)
     senders.now += 5.0
@@ -181,7 +181,7 @@ def test_what_a_node_hears_as_it_wakes_is_no_giving_but_a_stop(senders, word):
 
 @pytest.mark.parametrize('late, counts', [(0.0, True), (0.5, True), (1.8, True), (2.5, False),
                                           (10.0, False)])
-def test_a_giving_that_the_network_held_up_for_long_does_not_count(senders, late, counts):
+def test_a_grant_that_the_network_held_up_for_long_does_not_count(senders, late, counts):
     """It arrives together with the renewals that were sent since."""
     senders.say('pad', True)
     senders.at_once(int(late / RENEWAL))
@@ -199,7 +199,7 @@ def test_renewals_that_were_held_up_later_do_no_harm(senders):
         assert senders.granted
 
 
-def test_what_was_given_before_this_node_lived_is_no_giving(senders):
+def test_what_was_given_before_this_node_lived_is_no_grant(senders):
     senders.permission.told(True, senders.now, 'pad', True, **OLD)
     assert senders.warned('Control was given by pad before this node could hear it')
     senders.renewing.add('pad')
@@ -227,7 +227,7 @@ def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, com
     assert senders.give_anew('pad')
 
 
-def test_each_giving_is_counted(senders):
+def test_each_grant_is_counted(senders):
     for number in range(1, 4):
         senders.say('hand', True)
         senders.say('hand', True)
@@ -236,7 +236,7 @@ def test_each_giving_is_counted(senders):
 
 
 @pytest.mark.parametrize('slept', [True, False])
-def test_a_giving_that_is_older_than_this_node_or_its_waking_does_not_count(senders, slept):
+def test_a_grant_that_is_older_than_this_node_or_its_waking_does_not_count(senders, slept):
     """It arrives when this node has been awake for a while."""
     if slept:
         senders.now += 3.0               # no update meanwhile
@@ -250,7 +250,7 @@ def test_a_giving_that_is_older_than_this_node_or_its_waking_does_not_count(send
 
 @pytest.mark.parametrize('late, stopper, counts', [
     (0.0, 'hand', True), (1.5, 'hand', False), (1.5, 'pad 2', False), (1.5, 'pad', True)])
-def test_a_giving_that_was_under_way_when_somebody_else_stopped_the_robot(
+def test_a_grant_that_was_under_way_when_somebody_else_stopped_the_robot(
         senders, late, stopper, counts):
     """A False of the same sender came before it, in order."""
     senders.permission.told(False, senders.now, stopper)

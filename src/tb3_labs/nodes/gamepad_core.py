@@ -64,7 +64,7 @@ class GamepadCore:
         """move_to_goal says that it has control now, or that it has none."""
         if granted:
             self.messages.move_to_goal_has_control()
-            self._happens(HolderEvent.GIVEN, now)
+            self._happens(HolderEvent.GRANTED, now)
         elif not self.messages.crossed(now):
             self._happens(HolderEvent.TAKEN, now)
 
@@ -75,7 +75,7 @@ class GamepadCore:
         knows the order of both messages.
         """
         self.messages.stopped_at = now
-        if self.messages.gives:
+        if self.messages.grants:
             self._happens(HolderEvent.TAKEN, now)
         elif self._drives():
             self._happens(HolderEvent.STOPPED, now)
@@ -100,7 +100,7 @@ class GamepadCore:
 
     @property
     def watched(self) -> bool:
-        return self.messages.gives or self._drives() or (
+        return self.messages.grants or self._drives() or (
             self._pad.state is not None and self.holder is Holder.NOBODY)
 
     def due(self, now: float) -> bool:
@@ -132,7 +132,7 @@ class GamepadCore:
 
     def _is_lost(self, now: float) -> bool:
         return not self.joy.is_fresh(now) and (
-            self._drives() or (self.messages.gives and not self._config.drive_without_pad))
+            self._drives() or (self.messages.grants and not self._config.drive_without_pad))
 
     def _look_at_clock(self, now: float) -> None:
         """After a long sleep of this process, take back the permission that the pad gave. If the
@@ -140,7 +140,7 @@ class GamepadCore:
         self._sleep.update(now)
         if self._sleep.slept_for <= LONGEST_LAPSE:
             return
-        if self.messages.gives:
+        if self.messages.grants:
             self._news.tell('This node did not run for {:.1f} s: press A to let move_to_goal drive '
                             'again'.format(self._sleep.slept_for), warning=True)
             self.on_taken(now)
@@ -159,8 +159,8 @@ class GamepadCore:
         elif self.messages.too_late(now, lateness):
             self._news.tell('A was pressed {:.1f} s ago, before something took control: press it '
                             'again'.format(lateness), warning=True)
-        elif not self.messages.gives:
-            self.messages.give(now, lateness)
+        elif not self.messages.grants:
+            self.messages.grant(now, lateness)
             self._happens(HolderEvent.RELINQUISH, now)
 
     def _stop(self, event: HolderEvent, now: float, caused_at: float) -> None:

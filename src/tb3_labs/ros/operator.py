@@ -25,7 +25,7 @@ WAIT, CONTACT = 1.0, 0.5
 COVARIANCE = 36 * [0.1]
 
 
-class ControlGiver:
+class ControlSender:
     """A sender's side of `ctrl_relinq`: it gives control, renews it and takes it."""
 
     def __init__(self):

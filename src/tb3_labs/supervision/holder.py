@@ -34,7 +34,7 @@ class HolderEvent(Enum):
     READY = 'pad ready'
     RELINQUISH = 'relinquish'    # this button was pressed
     REGAIN = 'regain'            # this button was pressed
-    GIVEN = 'given'              # control was given by others: at a terminal, by another pad
+    GRANTED = 'granted'          # control was given by others: at a terminal, by another pad
     TAKEN = 'taken'              # control was taken by others, or by move_to_goal itself
     STOPPED = 'stopped'          # another node said False while a stick was pushed
     LOST = 'pad lost'
@@ -44,9 +44,9 @@ class HolderEvent(Enum):
 HOLDERS = {
     (Holder.NOBODY, HolderEvent.READY): Holder.GAMEPAD,
     (Holder.NOBODY, HolderEvent.RELINQUISH): Holder.MOVE_TO_GOAL,
-    (Holder.NOBODY, HolderEvent.GIVEN): Holder.MOVE_TO_GOAL,
+    (Holder.NOBODY, HolderEvent.GRANTED): Holder.MOVE_TO_GOAL,
     (Holder.GAMEPAD, HolderEvent.RELINQUISH): Holder.MOVE_TO_GOAL,
-    (Holder.GAMEPAD, HolderEvent.GIVEN): Holder.MOVE_TO_GOAL,
+    (Holder.GAMEPAD, HolderEvent.GRANTED): Holder.MOVE_TO_GOAL,
     (Holder.GAMEPAD, HolderEvent.STOPPED): Holder.NOBODY,
     (Holder.GAMEPAD, HolderEvent.LOST): Holder.NOBODY,
     (Holder.MOVE_TO_GOAL, HolderEvent.REGAIN): Holder.NOBODY,
@@ -62,7 +62,7 @@ class ControlMessages:
 
     def __init__(self) -> None:
         #: Does move_to_goal have control by this pad? Then the pad must renew its permission.
-        self.gives = False
+        self.grants = False
         self._waiting = [False]
         self._given_at = -math.inf      # time of the last unanswered True
         #: Time at which control was taken from move_to_goal, by anyone [s].
@@ -72,24 +72,24 @@ class ControlMessages:
         messages, self._waiting = self._waiting, []
         return messages
 
-    def give(self, now: float, lateness: float) -> None:
+    def grant(self, now: float, lateness: float) -> None:
         """Queue a True, by a press that was delayed by `lateness` [s].
 
         The renewals that were due since the press are added, so that they show its age.
         """
-        self.gives, self._given_at = True, now
+        self.grants, self._given_at = True, now
         self._waiting += [True] * (1 + int(lateness / RENEWAL))
 
     def stop(self, caused_at: float) -> None:
         """Queue a False, for any holder: the operator's press at `caused_at`, or the pad's loss."""
-        self.gives = False
+        self.grants = False
         self.stopped_at = max(self.stopped_at, caused_at)    # a late B is older than a loss
         self._waiting.append(False)
 
     def end(self) -> None:
         """Queue a False if this pad gave control, since another node took it."""
-        if self.gives:
-            self.gives = False
+        if self.grants:
+            self.grants = False
             self._waiting.append(False)
 
     def move_to_goal_has_control(self) -> None:
