@@ -6,6 +6,7 @@ import pathlib
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import unittest
@@ -22,7 +23,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from rosunit_internals import rosrun
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import interpolate
-from tb3_labs.marking import program
+from tb3_labs.marking import processes
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.observer import Observer
 
@@ -67,8 +68,20 @@ def watch_robot(seen, read_truth=lambda message: to_pose2(message.pose)):
     seen.watch('ground_truth', PoseStamped, read_truth)
 
 
-class Program(program.Program):
-    """A program whose output and end a test waits for."""
+class Program(processes.Program):
+    """A program whose output and end a test waits for. `environment` is added to that of this
+    process. Without a `terminal` its input is the text `typed`, and then ends."""
+
+    def __init__(self, command, terminal=False, typed='', environment=None):
+        environment = dict(os.environ, **environment or {})
+        if terminal:
+            super().__init__(command, environment)
+            return
+        source, printed = os.pipe()
+        with tempfile.TemporaryFile() as file:
+            file.write(typed.encode())
+            file.seek(0)
+            self._start(command, source, file, printed, environment)
 
     @property
     def lines(self):

@@ -5,9 +5,10 @@ import zipfile
 import pytest
 
 from tb3_labs.marking import intake
-from tb3_labs.marking.intake import (DEEPEST, Budget, Refused, Submission, digest, sort_out,
-                                     submissions_from, unpack)
-from tb3_labs.marking.names import HandedIn, by_student, file_name, read_name
+from tb3_labs.marking.intake import (
+    DEEPEST, Budget, HandedIn, Refused, Submission, by_student, read_name, sort_out,
+    submissions_from, unpack)
+from tb3_labs.marking.packages import digest, file_name
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
 

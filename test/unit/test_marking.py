@@ -14,11 +14,10 @@ import yaml
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import imu, intake, move2goal, processes, ros_move2goal, sandbox, turn
 from tb3_labs.marking.criteria import Criterion, Place, judge
-from tb3_labs.marking.feedback import feedback, moments, overview
+from tb3_labs.marking.feedback import Table, feedback, moments, overview
 from tb3_labs.marking.marks import LABS, Marks, points_of
-from tb3_labs.marking.marks_folder import Table
 from tb3_labs.marking.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
-from tb3_labs.marking.program import BoundedText
+from tb3_labs.marking.processes import BoundedText
 from tb3_labs.marking.gamepad import pad_called, pad_in_words
 from tb3_labs.marking.ros_gamepad import AXES, BUTTONS
 from tb3_labs.marking.ros_stage import SCRIPTS, changed

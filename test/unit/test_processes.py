@@ -8,7 +8,8 @@ import time
 import pytest
 
 from tb3_labs.marking import processes, sandbox
-from tb3_labs.marking.processes import IDENTITY, ResourceWatch, environment_in, sweep
+from tb3_labs.marking.processes import IDENTITY, ResourceWatch, sweep
+from tb3_labs.marking.ros_marker import environment_in
 from tb3_labs.marking.sandbox import (ADDRESS_SPACE, HOME, LARGEST_FILE, OWN_FOLDERS, ROOM, TASKS,
                                       USERS, NoSandbox, Sandbox)
 

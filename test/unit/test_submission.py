@@ -12,16 +12,15 @@ from types import SimpleNamespace
 import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import workspace
-from tb3_labs.marking.choice import NoNode, SourceFile, choose, find_node, source_of
+from tb3_labs.marking import interfaces
 from tb3_labs.marking.intake import Submission
 from tb3_labs.marking.marks import LABS
-from tb3_labs.marking.packages import imports_of
-from tb3_labs.marking.processes import forget_overlays
+from tb3_labs.marking.packages import NoNode, SourceFile, choose, find_node, source_of
 from tb3_labs.marking.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.ros_move2goal import fill_pose
+from tb3_labs.marking.ros_marker import forget_overlays
 from tb3_labs.marking.sandbox import NoSandbox
-from tb3_labs.marking.workspace import prepare
+from tb3_labs.marking.workspace import imports_of, prepare
 from tb3_labs.msg import MouseController
 from tb3_labs.srv import SetInitialPoseRequest
 
@@ -356,7 +355,7 @@ def test_messages_that_cannot_be_read_are_told(tmp_path):
             return ['false']
     remarks = []
     folder = hand_in(tmp_path / 'lab1', **{'msg__M.msg': 'int32 x\n'})
-    built = workspace.build({'lab1': folder}, tmp_path / 'python', {}, remarks, Fails())
+    built = interfaces.build({'lab1': folder}, tmp_path / 'python', {}, remarks, Fails())
     assert remarks == ['The messages and services could not be built.']
     assert built['fields'] == {}
 
@@ -397,13 +396,13 @@ def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(
                 half_way.set()
                 go_on.wait(5.0)
             return str(tmp_path / name)
-    monkeypatch.setattr(workspace.rospkg, 'RosPack', Packages)
-    workspace.system_messages.cache_clear()
-    request.addfinalizer(workspace.system_messages.cache_clear)
+    monkeypatch.setattr(interfaces.rospkg, 'RosPack', Packages)
+    interfaces.system_messages.cache_clear()
+    request.addfinalizer(interfaces.system_messages.cache_clear)
     with ThreadPoolExecutor(2) as pool:
-        first = pool.submit(lambda: sorted(workspace.system_messages()))
+        first = pool.submit(lambda: sorted(interfaces.system_messages()))
         assert half_way.wait(5.0)
-        second = pool.submit(lambda: sorted(workspace.system_messages()))
+        second = pool.submit(lambda: sorted(interfaces.system_messages()))
         wait([second], 0.05)
         go_on.set()
         assert first.result() == second.result() == ['one', 'two']

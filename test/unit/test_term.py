@@ -11,14 +11,14 @@ import pytest
 import yaml
 
 from test_marking import TABLE, marks_of, observation, turned
-from tb3_labs.marking import feedback, ros_marker, turn
+from tb3_labs.marking import feedback, marks_folder, turn
 from tb3_labs.marking.sandbox import UNPROTECTED
-from tb3_labs.marking.feedback import results
+from tb3_labs.marking.feedback import Table, results
 from tb3_labs.marking.intake import Copy, submissions_from
 from tb3_labs.marking.marks import Marks, from_record, points_of, to_record
-from tb3_labs.marking.marks_folder import MarksFolder, Table
-from tb3_labs.marking.names import chosen
-from tb3_labs.marking.ros_marker import MarkedClass, Marker
+from tb3_labs.marking.marks_folder import MarkedClass, MarksFolder
+from tb3_labs.marking.intake import chosen
+from tb3_labs.marking.ros_marker import Marker
 from tb3_labs.report.tables import safe
 
 WORTH = points_of('turn', TABLE)
@@ -251,7 +251,7 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
         go_on.set()
         raise KeyboardInterrupt
     marking, found = marked(tmp_path, {'ann': None, 'bob': slowly}, [])
-    monkeypatch.setattr(ros_marker, 'wait', interrupted)
+    monkeypatch.setattr(marks_folder, 'wait', interrupted)
     assert marking.mark_all(found, 2) is True
     assert list(marks_below(tmp_path / 'marks')) == ['ann', 'bob']
 

@@ -1,4 +1,4 @@
-"""Feedback: a page and a results.json for each student, an overview for the person who marks.
+"""Feedback: a page and a results.json for each student, an overview and a table of the class.
 
 A page needs no other file. It shows an observation in the report's timeline: the robot, the
 commands, the stimuli of the node, and the moments of criteria that were not met.
@@ -6,10 +6,17 @@ commands, the stimuli of the node, and the moments of criteria that were not met
 Gradescope reads results.json. In it each test has a score; the whole score is their sum. Nothing is
 shown before the instructor publishes the grades.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
+
+Columns of the table, marks.csv: student, points, of (full marks), the points for each criterion,
+node, remarks, and columns that a person has added. A criterion beyond the handout has 'extra_'
+before its name, and 'yes' or 'no' in its cell if it is worth nothing. The points of a submission
+that could not be judged are empty. A text from a submission is never written as a formula.
 """
+import csv
+import io
 from dataclasses import replace
 from html import escape
-from typing import Any, Dict, Sequence
+from typing import Any, Dict, List, Sequence
 from urllib.parse import quote
 
 from tb3_labs.marking.criteria import Outcome
@@ -18,7 +25,7 @@ from tb3_labs.marking.observation import GOAL_POSE, Observation
 from tb3_labs.report import hints
 from tb3_labs.report.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.run_data import RunData
-from tb3_labs.report.tables import Markup, document, table
+from tb3_labs.report.tables import Markup, document, safe, table
 from tb3_labs.report.timeline import mark, section, timeline
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
@@ -30,6 +37,9 @@ COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERE
 
 #: Headings of the wide columns, which have sentences.
 SEEN, WHY, REMARKS = 'what was seen, and where to look', 'why no points', 'remarks'
+#: Columns of the table, and the cells of a criterion without points.
+STUDENT, POINTS, OF, NODE = 'student', 'points', 'of', 'node'
+YES, NO = 'yes', 'no'
 #: When a student sees the tests in Gradescope.
 VISIBILITY = 'after_published'
 
@@ -177,3 +187,59 @@ def diagnosis(run: RunData, marks: Marks) -> Diagnosis:
     if not is_missed or marks.observation is None or marks.observation.deaf:
         return Diagnosis('')
     return diagnose(run)
+
+
+# -- the table
+
+class Table:
+    """The table of the last run, with the columns and rows that a person added; ``ValueError`` if
+    the text is not such a table. It is '' in the first run."""
+
+    def __init__(self, text: str = '') -> None:
+        text = text.lstrip('\ufeff')
+        heading = text.partition('\n')[0]
+        delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another one
+        try:
+            rows = list(filter(None, csv.reader(io.StringIO(text, newline=''),
+                                                delimiter=delimiter)))
+        except csv.Error as problem:
+            raise ValueError(str(problem)) from None
+        self._heads, self._rows = (rows[0], rows[1:]) if rows else ([], [])
+        if rows and self._heads[:3] != [STUDENT, POINTS, OF]:
+            raise ValueError('it does not begin with the columns {}, {}, {}'.format(
+                STUDENT, POINTS, OF))
+
+    def renewed(self, all_marks: Sequence[Marks]) -> str:
+        """The table with these marks. A person's columns stay, and others' rows, also if several
+        have one name."""
+        some = all_marks[0]
+        heads = [STUDENT, POINTS, OF] + [v.criterion.label for v in some.graded + some.extra] + [
+            NODE, REMARKS]
+        nowhere = max(map(len, [self._heads, *self._rows]))
+        places = [self._heads.index(head) if head in self._heads else nowhere for head in heads]
+        added = [place for place in range(nowhere) if place not in places]
+
+        def cells(row: List[str], of: Sequence[int]) -> List[str]:
+            return [row[place] if place < len(row) else '' for place in of]
+        out = io.StringIO(newline='')
+        writer = csv.writer(out, lineterminator='\n')
+        writer.writerow(heads + cells(self._heads, added))
+        others = list(self._rows)
+        for marks in all_marks:
+            old = next((row for row in others if row[0] == safe(marks.student)), None)
+            if old is not None:
+                others.remove(old)
+            writer.writerow(_cells(marks) + cells(old or [], added))
+        for row in others:
+            writer.writerow(cells(row, places + added))
+        return out.getvalue()
+
+
+def _cells(marks):
+    points = ['{:g}'.format(v.points) for v in marks.graded] + [
+        '{:g}'.format(v.points) if v.worth else YES if v.outcome is Outcome.MET else NO
+        for v in marks.extra]
+    return ([safe(marks.student), '{:g}'.format(marks.points) if marks.judged else '',
+             '{:g}'.format(marks.worth)]
+            + (points if marks.judged else [''] * len(points))
+            + [safe(marks.node), safe(' '.join(marks.sentences))])

@@ -1,10 +1,13 @@
 """The submissions as they come: folders and zip files, as learning platforms hand them out.
 
-The files that were handed in are neither changed nor run. They are copied into a new folder without
-links and devices, within a budget of files and bytes. All later steps look at this copy. A zip file
-may be a bomb, or have paths that lead out of its folder.
+Moodle: ``Ann Miller_12345_assignsubmission_file_`` (a folder), or the same with a file's name
+behind it. Canvas: ``millerann_12345_67890_lab2.zip``, with ``_LATE`` after the name of a late one,
+and ``lab2-1.zip`` for a file that was handed in again. Names may be any bytes: each is checked.
+
+The files that were handed in are neither changed nor run. A copy without links and devices is made,
+within a budget of files and bytes. A zip file may be a bomb, or have paths that lead out of it.
 """
-import hashlib
+import difflib
 import os
 import re
 import shutil
@@ -13,12 +16,16 @@ import zipfile
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Callable, List, NamedTuple, Tuple
+from typing import Callable, Dict, Iterable, List, NamedTuple, Tuple
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.names import ZIP, by_student, is_zip
-from tb3_labs.marking.packages import files_in
-
+from tb3_labs.marking.packages import file_name
+MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
+CANVAS = re.compile(r'(?P<student>[^_]+)(?:_late)?_(?P<number>\d+)_\d+_(?P<file>.+)',
+                    re.IGNORECASE)
+#: The number that Canvas adds to the name of a file that was handed in again.
+AGAIN = re.compile(r'-\d+(?=\.\w+$)')
+ZIP = '.zip'
 #: A submission, unpacked, has at most MOST_FILES files and MOST_BYTES bytes.
 MOST_FILES, MOST_BYTES = 5000, 200000000
 #: The zip file of a class may hold as much as this number of submissions.
@@ -28,8 +35,6 @@ DEEPEST = 50
 #: Folders and files that are not a student's work: they are neither unpacked nor copied.
 LEFT_OUT = re.compile(r'(^|/)(__MACOSX|\.git|\.svn|build|devel|install|logs|__pycache__|\.DS_Store|'
                       r'[^/]*\.bag)(/|$)', re.IGNORECASE)
-#: A zip file is read in pieces of this size [bytes].
-PIECE = 1 << 20
 ENCRYPTED = 1       # the bit for a password, in the flags of a file in a zip file
 #: Archives that are not unpacked; a zip file if it lies in another one.
 OTHER_ARCHIVES = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
@@ -38,6 +43,76 @@ LARGEST = 20000000
 #: A remark names at most this many of the files that were left out.
 NAMED = 3
 
+
+# -- names
+
+def is_zip(name: str) -> bool:
+    """Is this the name of a zip file?"""
+    return name.lower().endswith(ZIP)
+
+
+class HandedIn(NamedTuple):
+    """The parts of a name on a platform: `number` of the student, and the student's own name of the
+    `file`; '' if there is none."""
+
+    student: str
+    number: str
+    file: str
+
+
+def read_name(name: str, is_folder: bool) -> HandedIn:
+    """The parts of the name of a file or a folder."""
+    moodle = MOODLE.fullmatch(name)
+    if moodle:
+        return HandedIn(moodle['student'].strip(), moodle['number'],
+                        '' if is_folder else moodle['file'])
+    if is_folder:
+        return HandedIn(name, '', '')
+    canvas = CANVAS.fullmatch(name)
+    if canvas:
+        return HandedIn(canvas['student'].strip(), canvas['number'],
+                        AGAIN.sub('', canvas['file']))
+    return HandedIn(name[:-len(ZIP)] if is_zip(name) else name, '', name)
+
+
+def by_student(names: Iterable[Tuple[str, bool]]) -> Dict[str, List[Tuple[str, HandedIn]]]:
+    """Returns the names of each student, with their parts; `names`: (name, is it a folder?).
+
+    Several files of one student belong together. Two students of the same name are told apart by
+    their numbers, or, without a number, by the whole names of their files. Each key is a valid
+    name of a file.
+    """
+    groups: Dict[Tuple[str, str, str], List[Tuple[str, HandedIn]]] = {}
+    for name, is_folder in names:
+        said = read_name(name, is_folder)
+        alone = '' if said.number else name
+        groups.setdefault((file_name(said.student), said.number, alone), []).append((name, said))
+    times = Counter(student for student, _, _ in groups)
+    students: Dict[str, List[Tuple[str, HandedIn]]] = {}
+    for (student, number, alone), parts in groups.items():
+        if times[student] > 1:
+            student = file_name('{} ({})'.format(student, number or alone))
+        while student in students:      # the names differed only in characters that do not show
+            student += '_'
+        students[student] = parts
+    return students
+
+
+def chosen(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
+    """The students that are wanted, in any case of letters; ``ValueError`` for an unknown name,
+    with the names that are similar."""
+    known = {student.lower(): student for student in students}
+    for name in wanted:
+        if name.lower() not in known:
+            near = [key for key in known if name.lower() in key] or difflib.get_close_matches(
+                name.lower(), known)
+            raise ValueError('no submission is called {}; {}: {}'.format(
+                name, 'near it' if near else 'these are',
+                ', '.join(known[key] for key in (near or list(known))[:10])))
+    return [known[name.lower()] for name in wanted]
+
+
+# -- submissions
 
 class Copy(NamedTuple):
     """A copy of a submission, unpacked."""
@@ -86,40 +161,26 @@ def submissions_from(path: Path, work: Path, tell: Callable[[str], None]) -> Lis
     raise ValueError('{} is neither a folder nor a zip file'.format(path))
 
 
-def digest(folder: Path) -> str:
-    """Returns a hash of all files in the copy of a submission."""
-    whole = hashlib.sha256()
-    for path in files_in(folder):
-        whole.update('{} {}\n'.format(path.relative_to(folder), path.stat().st_size).encode(
-            errors='surrogateescape'))
-        whole.update(path.read_bytes())
-    return whole.hexdigest()
-
-
 def sort_out(folder: Path) -> Tuple[List[Path], List[Path]]:
     """(Files, others) below a folder, without those of LEFT_OUT.
 
     The others are links, devices, and folders that are too deep. A file that has a second name
     outside of the folder (a hard link) counts as a link: it may be another person's.
     """
-    files, others, top = {}, [], len(folder.parts)
+    found: Dict[Path, os.stat_result] = {}
+    others: List[Path] = []
     for root, folders, names in os.walk(str(folder)):
         folders[:] = sorted(name for name in folders if not LEFT_OUT.search(name))
         others += [path for path in map(Path(root).joinpath, folders) if path.is_symlink()]
-        if len(Path(root).parts) - top >= DEEPEST:
+        if len(Path(root).parts) - len(folder.parts) >= DEEPEST:
             others += [Path(root) / name for name in folders]
             folders.clear()
-        for path in (Path(root) / name for name in sorted(names) if not LEFT_OUT.search(name)):
-            about = path.lstat()
-            if stat.S_ISREG(about.st_mode):
-                files[path] = about
-            else:
-                others.append(path)
-    names_of = Counter((about.st_dev, about.st_ino) for about in files.values())
-    inside = {path: about.st_nlink <= names_of[about.st_dev, about.st_ino]
-              for path, about in files.items()}
-    return ([path for path in files if inside[path]],
-            others + [path for path in files if not inside[path]])
+        found.update((path, path.lstat()) for path in map(Path(root).joinpath, sorted(names))
+                     if not LEFT_OUT.search(path.name))
+    names_of = Counter((about.st_dev, about.st_ino) for about in found.values())
+    files = [path for path, about in found.items() if stat.S_ISREG(about.st_mode)
+             and about.st_nlink <= names_of[about.st_dev, about.st_ino]]
+    return files, others + sorted(set(found) - set(files))
 
 
 def _in_folder(folder, tell):
@@ -146,10 +207,9 @@ def _without_wrapping(folder):
     """The only folder in `folder` if it holds only folders and zip files, else `folder`: many
     programs that make zip files put such a folder around all others."""
     inside = list(folder.iterdir())
-    if len(inside) == 1 and inside[0].is_dir() and all(
-            path.is_dir() or is_zip(path.name) for path in inside[0].iterdir()):
-        return inside[0]
-    return folder
+    is_wrapped = len(inside) == 1 and inside[0].is_dir() and all(
+        path.is_dir() or is_zip(path.name) for path in inside[0].iterdir())
+    return inside[0] if is_wrapped else folder
 
 
 def _copy_folder(source, copy, budget):
@@ -194,7 +254,7 @@ def _unpack_all(copy, budget):
 # -- zip files
 
 class Refused(Exception):
-    """A zip file is not unpacked; the text is the reason, one sentence."""
+    """A zip file is not unpacked; the text says why."""
 
 
 class Budget:
@@ -202,70 +262,48 @@ class Budget:
 
     def __init__(self, submissions: int = 1) -> None:
         self._times = submissions
-        self.files, self.bytes = submissions * MOST_FILES, submissions * MOST_BYTES
+        self._files, self._bytes = submissions * MOST_FILES, submissions * MOST_BYTES
 
     def take(self, files: int, size: int) -> None:
         """Take room for `files` files of together `size` [bytes]; ``Refused`` if there is less."""
-        self.check(files, size)
-        self.files, self.bytes = self.files - files, self.bytes - size
-
-    def check(self, files: int, size: int) -> None:
-        """Raises ``Refused`` if there is less room for files or bytes than this."""
-        for wanted, left, most, unit in ((files, self.files, MOST_FILES, 'files'),
-                                         (size, self.bytes, MOST_BYTES / 1e6, 'MB')):
+        for wanted, left, most, unit in ((files, self._files, MOST_FILES, 'files'),
+                                         (size, self._bytes, MOST_BYTES / 1e6, 'MB')):
             if wanted > left:
                 raise Refused('More than {:g} {}: not all of it was unpacked.'.format(
                     self._times * most, unit))
+        self._files, self._bytes = self._files - files, self._bytes - size
 
 
 def unpack(path: Path, folder: Path, budget: Budget) -> None:
     """Unpack the zip file `path` into `folder`, which is made if it is missing.
 
-    ``Refused`` if it is not a zip file, or must not be unpacked. The sizes in a zip file may be
-    wrong, so the unpacked bytes are counted as well.
+    ``Refused`` if it is not a zip file, or must not be unpacked. No file becomes larger than the
+    zip file declares: zipfile reads no further.
     """
     try:
         with zipfile.ZipFile(str(path)) as archive:
-            wanted = _wanted(archive)
+            wanted = [info for info in archive.infolist() if _is_wanted(info)]
             if any(info.flag_bits & ENCRYPTED for info in wanted):
                 raise Refused('The zip file was not unpacked: it has a password.')
-            budget.check(len(wanted), sum(info.file_size for info in wanted))
+            budget.take(len(wanted), sum(info.file_size for info in wanted))
             for info in wanted:
-                _unpack_file(archive, info, folder / _path_of(info), budget)
+                target = archive.extract(info, str(folder))
+                if not info.is_dir():
+                    os.chmod(target, 0o755 if (info.external_attr >> 16) & 0o100 else 0o644)
     except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError,
             OSError) as problem:
         raise Refused('The zip file cannot be unpacked: {}.'.format(
             str(problem).rstrip('.') or type(problem).__name__)) from None
 
 
-def _wanted(archive):
-    """The entries of an archive that are unpacked; ``Refused`` as in _path_of()."""
-    return [info for info in archive.infolist() if _path_of(info)]
-
-
-def _path_of(info):
-    """The path of this file in the archive's folder; '' if the file is left out; ``Refused`` if it
-    leads out of the folder. Windows writes \\ for /."""
-    path = info.filename.replace('\\', '/')
+def _is_wanted(info):
+    """Is this file of an archive unpacked? ``Refused`` if its path leads out of the folder. Windows
+    writes \\ for /."""
+    path = info.filename = info.filename.replace('\\', '/')
     if path.count('/') > DEEPEST:
         raise Refused('The zip file was not unpacked: its folders are deeper than {}.'.format(
             DEEPEST))
     if path.startswith('/') or re.match('[A-Za-z]:', path) or '..' in path.split('/'):
         raise Refused('The zip file was not unpacked: its path {!r} leads out of it.'.format(
-            info.filename[:80]))
-    is_link = stat.S_ISLNK(info.external_attr >> 16)
-    return '' if is_link or LEFT_OUT.search(path) else path
-
-
-def _unpack_file(archive, info, target, budget):
-    budget.take(1, 0)
-    if info.is_dir():       # an empty one may be all that a student handed in
-        target.mkdir(parents=True, exist_ok=True)
-        return
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with archive.open(info) as source, open(str(target), 'wb') as file:
-        for piece in iter(lambda: source.read(PIECE), b''):
-            budget.take(0, len(piece))
-            file.write(piece)
-    if (info.external_attr >> 16) & 0o100:
-        os.chmod(str(target), 0o755)
+            path[:80]))
+    return not stat.S_ISLNK(info.external_attr >> 16) and not LEFT_OUT.search(path)

@@ -1,30 +1,28 @@
-"""The folder of the marks, which keeps them from one run to the next.
+"""The marks of a class, and the folder that keeps them from one run to the next.
 
     marks.csv, overview.html     all students
     STUDENT.html                 to hand back
     gradescope/STUDENT/          results.json
     logs/                        STUDENT.json (the observation), STUDENT.marks.json, output
-
-Columns of marks.csv: student, points, of (full marks), the points for each criterion, node,
-remarks, and columns that a person has added. A criterion beyond the handout has 'extra_' before its
-name, and 'yes' or 'no' in its cell if it is worth nothing. The points of a submission that could
-not be judged are empty. A text from a submission is never written as a formula.
 """
-import csv
 import hashlib
-import io
 import json
 import os
+import sys
+import tempfile
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
-from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
-from tb3_labs.command_line import printable
-from tb3_labs.marking.criteria import Outcome
-from tb3_labs.marking.feedback import feedback, overview, results
-from tb3_labs.marking.marks import KEY, LABS, Marks, from_record, to_record
+from tb3_labs.command_line import printable, reason
+from tb3_labs.marking.feedback import Table, feedback, overview, results
+from tb3_labs.marking.intake import Submission
+from tb3_labs.marking.marks import KEY, LABS, NOT_JUDGED, Marks, from_record, to_record
 from tb3_labs.marking.observation import LONGEST, Observation
+from tb3_labs.marking.packages import digest
 from tb3_labs.marking.sandbox import UNPROTECTED
-from tb3_labs.report.tables import safe
 
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
@@ -34,9 +32,6 @@ PAGE = 'page'
 MOST_SENTENCES = 100
 #: Keys of a record's KEY: two tries that agree in all of them end alike.
 LAB, PARTS, SUBMISSION, OPTIONS, VERSION = 'lab', 'parts', 'submission', 'options', 'version'
-#: Columns of the table, and the cells of a criterion without points.
-STUDENT, POINTS, OF, NODE, REMARKS = 'student', 'points', 'of', 'node', 'remarks'
-YES, NO = 'yes', 'no'
 
 
 class MarksFolder:
@@ -184,57 +179,92 @@ def _version():
     return whole.hexdigest()
 
 
-# -- the table
+# -- the class
 
-class Table:
-    """The table of the last run, with the columns and rows that a person added; ``ValueError`` if
-    the text is not such a table. It is '' in the first run."""
+class Interrupted(RuntimeError):
+    """A person has interrupted the marking."""
 
-    def __init__(self, text: str = '') -> None:
-        text = text.lstrip('\ufeff')
-        heading = text.partition('\n')[0]
-        delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another one
+
+def tell(line: str) -> None:
+    """Print a line of progress; several threads may do so."""
+    sys.stdout.write(printable(line) + '\n')
+    sys.stdout.flush()
+
+
+class MarkedClass:
+    """A class whose submissions are marked, and its folder of marks."""
+
+    def __init__(self, marker: Any, folder: MarksFolder, anew: bool,
+                 tell_problem: Callable[[str], None]) -> None:
+        """`marker`: a Marker. `anew`: try all submissions again, also those that were marked and have not changed."""
+        self._marker, self._folder, self._anew = marker, folder, anew
+        self._tell_problem = tell_problem
+        self._failed, self._unchanged = False, 0
+        self._writing = threading.Lock()
+
+    def mark_all(self, submissions: Sequence[Submission], jobs: int) -> bool:
+        """Mark the submissions, `jobs` at a time; write the marks of each as soon as it is marked.
+
+        Returns True if one of them was not judged.
+        """
+        tasks = []
+        with ThreadPoolExecutor(jobs) as pool:
+            try:
+                for number, submission in enumerate(submissions, 1):
+                    tasks.append(pool.submit(self._mark, submission, '[{}/{}] {}'.format(
+                        number, len(submissions), submission.student)))
+                wait(tasks)
+            except KeyboardInterrupt:
+                self._failed = True
+                self._marker.interrupted.set()
+                for task in tasks:
+                    task.cancel()
+                self._tell_problem('interrupted; the marks so far are written, and the same '
+                                   'command goes on from here')
+        for task in tasks:
+            problem = None if task.cancelled() else task.exception()
+            if problem is not None:
+                self._tell_problem(reason(problem))      # its marks cannot be written
+                self._failed = True
+        if self._unchanged:
+            tell('{} of {} had been marked and have not changed (--only NAME tries one again)'
+                 .format(self._unchanged, len(submissions)))
+        return self._failed
+
+    def _mark(self, submission, name):
         try:
-            rows = list(filter(None, csv.reader(io.StringIO(text, newline=''),
-                                                delimiter=delimiter)))
-        except csv.Error as problem:
-            raise ValueError(str(problem)) from None
-        self._heads, self._rows = (rows[0], rows[1:]) if rows else ([], [])
-        if rows and self._heads[:3] != [STUDENT, POINTS, OF]:
-            raise ValueError('it does not begin with the columns {}, {}, {}'.format(
-                STUDENT, POINTS, OF))
+            self._try(submission, name)
+        except Interrupted:
+            pass
+        except Exception as problem:    # any error: the other submissions are still marked
+            said = '{} ({})'.format(reason(problem), type(problem).__name__)
+            self._tell_problem('{}: {}: {}'.format(name, NOT_JUDGED, said))
+            self._write(self._marker.judged(Marks(
+                submission.student, unjudged='The marking of it failed: {}.'.format(said))), '')
 
-    def renewed(self, all_marks: Sequence[Marks]) -> str:
-        """The table with these marks. A person's columns stay, and others' rows, also if several
-        have one name."""
-        some = all_marks[0]
-        heads = [STUDENT, POINTS, OF] + [v.criterion.label for v in some.graded + some.extra] + [
-            NODE, REMARKS]
-        nowhere = max(map(len, [self._heads, *self._rows]))
-        places = [self._heads.index(head) if head in self._heads else nowhere for head in heads]
-        added = [place for place in range(nowhere) if place not in places]
+    def _try(self, submission, name):
+        """Mark one submission, unless it was marked before and has not changed."""
+        begun = time.monotonic()
+        with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
+            copy = submission.lay_out(work)
+            tried = digest(copy.folder)
+            kept = None if self._anew else self._folder.kept(submission.student, tried)
+            if kept is not None:
+                tell('{}: {:g} of {:g} points, marked before'.format(
+                    name, kept.points, kept.worth))
+                with self._writing:
+                    self._unchanged += 1
+                return
+            tell(name + ' ...')
+            marks = self._marker.mark(copy, lambda words: tell('{}: {}'.format(name, words)))
+        marks.seconds = time.monotonic() - begun
+        tell('{}: {}, {:.0f} s'.format(
+            name, '{:g} of {:g} points'.format(marks.points, marks.worth) if marks.judged
+            else NOT_JUDGED, marks.seconds))
+        self._write(marks, tried)
 
-        def cells(row: List[str], of: Sequence[int]) -> List[str]:
-            return [row[place] if place < len(row) else '' for place in of]
-        out = io.StringIO(newline='')
-        writer = csv.writer(out, lineterminator='\n')
-        writer.writerow(heads + cells(self._heads, added))
-        others = list(self._rows)
-        for marks in all_marks:
-            old = next((row for row in others if row[0] == safe(marks.student)), None)
-            if old is not None:
-                others.remove(old)
-            writer.writerow(_cells(marks) + cells(old or [], added))
-        for row in others:
-            writer.writerow(cells(row, places + added))
-        return out.getvalue()
-
-
-def _cells(marks):
-    points = ['{:g}'.format(v.points) for v in marks.graded] + [
-        '{:g}'.format(v.points) if v.worth else YES if v.outcome is Outcome.MET else NO
-        for v in marks.extra]
-    return ([safe(marks.student), '{:g}'.format(marks.points) if marks.judged else '',
-             '{:g}'.format(marks.worth)]
-            + (points if marks.judged else [''] * len(points))
-            + [safe(marks.node), safe(' '.join(marks.sentences))])
+    def _write(self, marks, tried):
+        """Write Marks; `tried`: the digest of the submission."""
+        with self._writing:
+            self._folder.write(marks, '' if marks.unfair or marks.unjudged else tried)
+            self._failed = self._failed or not marks.judged

@@ -1,30 +1,75 @@
-"""The packages of a submission, the imports of its programs, and the packages that a node needs.
+"""The packages of a submission, and the file in them that is the node of a lab.
 
-All files are only read, as texts.
+A repository of a whole course has several files with the same name. A file is chosen by its
+package, then by its name, then by what it does. Real submissions: see doc/instructor/marking.md.
+
+Here all files of a submission are only read, as texts.
 """
-import ast
+import hashlib
+import keyword
 import re
 import xml.etree.ElementTree as ElementTree
-from collections import Counter
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Set, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
-from tb3_labs.marking.names import NAME, is_name
+from tb3_labs.command_line import printable
+from tb3_labs.marking.marks import Lab
 
+#: A name of a package, a type or a field that ROS allows. `\\w` would allow more letters.
+NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 MANIFEST = 'package.xml'
 #: At most this much of a package.xml is read [bytes].
 LARGEST_MANIFEST = 1000000
+#: Names that a student's file cannot have: the folder of marks uses them, or no file can have them.
+TAKEN = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
+#: A name is at most this long, so that an ending fits behind it [bytes]. Linux allows 255.
+LONGEST = 180
 #: The folders of a package's messages, services and actions; also the endings of their files.
 INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
-#: A field of a type of another package, as in `geometry_msgs/Pose2D goal`.
-FIELD = re.compile(r'^[ \t]*([A-Za-z]\w*)/[A-Za-z]\w*(?:\[\d*\])?\s+\w', re.MULTILINE)
-#: If a program catches one of these errors around an import, it runs without the module.
-CAUGHT = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}
+#: The folders of a package where nodes usually are, likeliest first.
+FOLDERS = ('scripts', 'nodes', 'src')
+LISTENS_TO = 'listens to '
+#: A remark names at most this many files.
+NAMED = 6
+#: A larger file is not a program [bytes].
+LARGEST_PROGRAM = 1000000
+
+
+def is_name(text: str) -> bool:
+    """Does ROS allow this as the name of a package, a type or a field, and Python too?"""
+    return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
+
+
+def is_type(text: str) -> bool:
+    """Is this the name of a type, such as ``lab2/MouseController``?"""
+    return len(text.split('/')) == 2 and all(map(is_name, text.split('/')))
+
+
+def file_name(text: str) -> str:
+    """A valid name of a file, which a line can show; most names stay."""
+    name = printable(text.strip()).replace('/', '_')
+    if TAKEN.fullmatch(name):
+        name = '_{}_'.format(name)
+    data = name.encode()
+    if len(data) > LONGEST:
+        name = '{}-{}'.format(data[:LONGEST - 9].decode(errors='ignore'),
+                              hashlib.sha256(data).hexdigest()[:8])
+    return name
 
 
 def files_in(folder: Path) -> List[Path]:
     """Returns the paths of all files below `folder`, in order, without links."""
     return sorted(path for path in folder.rglob('*') if path.is_file() and not path.is_symlink())
+
+
+def digest(folder: Path) -> str:
+    """Returns a hash of all files in the copy of a submission."""
+    whole = hashlib.sha256()
+    for path in files_in(folder):
+        whole.update('{} {}\n'.format(path.relative_to(folder), path.stat().st_size).encode(
+            errors='surrogateescape'))
+        whole.update(path.read_bytes())
+    return whole.hexdigest()
 
 
 def package_folder(path: Path, folder: Path) -> Optional[Path]:
@@ -79,115 +124,155 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
     return {name: min(places, key=far) for name, places in found.items()}
 
 
-def interface_files(package: Path) -> Dict[str, List[str]]:
-    """Returns kind -> names of the files of this kind, in a package; the names may be invalid."""
-    return {kind: sorted(path.name for path in (package / kind).glob('*.' + kind) if path.is_file())
-            for kind in INTERFACES}
+# -- the node
+
+class NoNode(Exception):
+    """A submission has no node that could be run; the text is the reason, a sentence."""
 
 
-def types_used(package: Path) -> Set[str]:
-    """Returns the packages whose types are fields of the messages in a package's folder."""
-    texts = [(package / kind / name).read_text(encoding='utf-8', errors='replace')
-             for kind, names in interface_files(package).items() for name in names]
-    return set(FIELD.findall('\n'.join(texts)))
+class SourceFile(NamedTuple):
+    """A file of a submission that may be a node."""
+
+    path: str       # within the submission, with '/'
+    package: str    # the name in the nearest package.xml above it; '' if there is none
+    text: str
 
 
-# -- imports
+class _Candidate(NamedTuple):
+    """A file and its ranks, compared in this order: the file with the smallest is chosen."""
 
-class Import(NamedTuple):
-    """One import statement of a program."""
-
-    modules: Tuple[str, ...]    # with dots, as they are written
-    first: int                  # its lines, counted from 1
-    last: int
-    used: bool                  # is an imported name used, or is it not alone on its line?
-    guarded: bool               # does the program go on if the import fails?
-
-    @property
-    def packages(self) -> Set[str]:
-        """The modules up to their first dot."""
-        return {module.split('.')[0] for module in self.modules}
+    package: int            # 0: a usual package; 1: one that begins like it; 2: another one
+    name: int               # place among the usual names; len(names) if it has none
+    signs: int              # how many signs of the node are missing
+    folder: int             # place among the usual folders
+    depth: int
+    path: str
+    said: Tuple[str, ...]   # the signs that were found
 
 
-def _nodes_of(text):
-    """All nodes of a program's syntax tree; [] if its syntax is wrong, or too deep."""
-    try:
-        return list(ast.walk(ast.parse(text)))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return []
+def find_node(folder: Path, lab: Lab, package: str = '', name: str = '') -> Tuple[Path, List[str]]:
+    """The path of a Lab's node below `folder`, and remarks on the choice; see choose()."""
+    files = []
+    for path in filter(_is_program, files_in(folder)):
+        found = package_folder(path, folder)
+        files.append(SourceFile(str(path.relative_to(folder)),
+                                name_in(found / MANIFEST)[0] if found else '',
+                                path.read_bytes().decode(errors='replace')))
+    if not files:
+        others = [str(path.relative_to(folder)) for path in files_in(folder)]
+        raise NoNode('{} {}'.format(_nothing_found([], package, (name,) if name else lab.files), (
+            'Handed in: {}.'.format(_shortened(others)) if others else 'Nothing was handed in.')))
+    chosen, remarks = choose(lab, files, package, name)
+    return folder / chosen, remarks
 
 
-def _lines_of(node):
-    return range(node.lineno, (node.end_lineno or node.lineno) + 1)
+def source_of(node: Path, folder: Path) -> Path:
+    """Returns the folder to copy for a node: its package's; a guess if there is no package.xml."""
+    found = package_folder(node, folder)
+    if found is not None:
+        return found
+    in_usual = node.parent.name in FOLDERS and node.parent != folder
+    return node.parent.parent if in_usual else node.parent
 
 
-def imports_of(text: str) -> List[Import]:
-    """Returns the import statements of a program, in order; [] if it is not valid Python.
+def _is_program(path):
+    if path.stat().st_size > LARGEST_PROGRAM:
+        return False
+    return path.suffix == '.py' or not path.suffix and b'python' in path.read_bytes()[:80]
 
-    Imports of the program's own package (``from . import x``) are left out.
+
+def choose(lab: Lab, files: Sequence[SourceFile], package: str = '',
+           name: str = '') -> Tuple[str, List[str]]:
+    """The path of the file that is chosen as the node of a lab, and sentences about why.
+
+    A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
+    of class and node. Only files of `package` and called `name` count, if these are given.
+    ``NoNode`` if no file is left.
     """
-    nodes = _nodes_of(text)
-    used = {node.id for node in nodes if isinstance(node, ast.Name)}
-    guarded = {id(inner) for node in nodes if isinstance(node, ast.Try)
-               and any(_catches(handler) for handler in node.handlers)
-               for statement in node.body for inner in ast.walk(statement)}
-    on_line = Counter(line for node in nodes if isinstance(node, ast.stmt)
-                      and not hasattr(node, 'body') for line in _lines_of(node))
-    found = []
-    for node in nodes:
-        if isinstance(node, ast.Import):
-            modules = tuple(alias.name for alias in node.names)
-            bound = {alias.asname or alias.name.split('.')[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            modules = (node.module,)
-            bound = {alias.asname or alias.name for alias in node.names}
-        else:
-            continue
-        lines = _lines_of(node)
-        # an import beside another statement in one line cannot be taken out alone
-        alone = all(on_line[line] == 1 for line in lines)
-        found.append(Import(modules, lines[0], lines[-1], not alone or '*' in bound or bool(bound & used),
-                            id(node) in guarded))
-    return sorted(found, key=lambda item: item.first)
+    packages, names = (package,) if package else lab.packages, (name,) if name else lab.files
+    found = sorted(candidate for candidate in (
+        _candidate(lab, file, packages, names) for file in files)
+        if (not package or candidate.package == 0) and _can_be_the_node(candidate, names, name))
+    if not found:
+        raise NoNode(_nothing_found(files, package, names))
+    return found[0].path, _remarks(found, packages, names)
 
 
-def _catches(handler):
-    return handler.type is None or any(
-        isinstance(node, ast.Name) and node.id in CAUGHT for node in ast.walk(handler.type))
+def _candidate(lab, file, packages, names):
+    *folders, name = file.path.lower().split('/')
+    said = _signs(lab, file.text)
+    lower = [usual.lower() for usual in names]
+    return _Candidate(
+        min(_package_rank(usual, [file.package] + folders) for usual in packages),
+        lower.index(name) if name in lower else len(names), 3 - len(said),
+        FOLDERS.index(folders[-1]) if folders and folders[-1] in FOLDERS else len(FOLDERS),
+        len(folders), file.path, said)
 
 
-# -- what a node needs
-
-def needed_by(node: Path, packages: Dict[str, Path]) -> List[str]:
-    """The packages that must be built for a node; each one follows the packages it needs.
-
-    `packages`: name -> folder of all packages. Imports of modules beside the node count too.
-    """
-    order: List[str] = []
-    seen: Set[str] = set()
-
-    def visit(name: str) -> None:
-        if name in seen or name not in packages:
-            return
-        seen.add(name)
-        place = packages[name]
-        for other in sorted(types_used(place)):
-            visit(other)
-        for path in sorted(place.glob('src/{}/**/*.py'.format(name))):
-            for imported in sorted(_imported_by(path)):
-                visit(imported)
-        order.append(name)
-
-    programs = [node]
-    for program in programs:        # modules beside the node are added as they are found
-        for imported in sorted(_imported_by(program)):
-            visit(imported)
-            beside = node.parent / (imported + '.py')
-            if beside.is_file() and beside not in programs:
-                programs.append(beside)
-    return order
+def _package_rank(usual, called):
+    """Returns 0 if one of these names is the `usual` one, 1 if one begins like it, else 2."""
+    usual, called = usual.lower(), [name.lower() for name in called]
+    if usual in called:
+        return 0
+    # lab2_final and Lab2-main, but not lab20
+    return 1 if any(re.match(re.escape(usual) + r'(?![a-z0-9])', name) for name in called) else 2
 
 
-def _imported_by(path):
-    text = path.read_bytes().decode('utf-8-sig', errors='replace')    # Windows' first bytes
-    return {name for item in imports_of(text) for name in item.packages}
+def _signs(lab, text):
+    """Returns the signs of the lab's node in a program, as clauses such as 'listens to imu'."""
+    code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
+    return tuple(said for pattern, said in (
+        (r'Subscriber\(\s*(name\s*=\s*)?[\'"]/?(\w+/)*{}[\'"]'.format(lab.sensors[0]),
+         LISTENS_TO + lab.sensors[0]),
+        (r'^[ \t]*class\s+{}\b'.format(lab.class_name), 'has the class ' + lab.class_name),
+        (r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name),
+         'is the node ' + lab.node_name),
+    ) if re.search(pattern, code, re.MULTILINE))
+
+
+def _can_be_the_node(candidate, names, name):
+    if candidate.name < len(names):
+        return True
+    said = candidate.said
+    return not name and (len(said) >= 2 or any(clause.startswith(LISTENS_TO) for clause in said))
+
+
+def _remarks(found, packages, names):
+    best, others = found[0], found[1:]
+    if not others:
+        if best.name < len(names):
+            return []
+        return ['There is no {}; judged was {}, which {}.'.format(
+            ' or '.join(names), best.path, _listed(best.said))]
+    second = others[0]
+    if best.package != second.package:
+        why = 'it is in the package {}'.format(' or '.join(packages))
+    elif best.name != second.name:
+        why = 'it has the usual name'
+    elif best.signs != second.signs:
+        why = 'it {}'.format(_listed(best.said))
+    else:
+        why = 'it comes first'
+    if best.package == 2 and any(packages):
+        why += ' (there is no package {})'.format(' or '.join(packages))
+    named = _shortened([other.path for other in others])
+    return ['{} files can be the node; judged was {}, because {}. The others: {}.'.format(
+        len(found), best.path, why, named)]
+
+
+def _shortened(paths):
+    more = len(paths) - NAMED
+    return ', '.join(paths[:NAMED]) + ' and {} more'.format(more) * (more > 0)
+
+
+def _listed(clauses):
+    """`a`, `a and b`, `a, b and c`."""
+    return ' and '.join(filter(None, [', '.join(clauses[:-1]), clauses[-1]]))
+
+
+def _nothing_found(files, package, names):
+    there = sorted(file.path for file in files)
+    said = 'There is no {}{}, and no other file does what it should. '.format(
+        ' or '.join(names), ' in a package {}'.format(package) if package else '')
+    return said + ('Python files that were found (--package and --type choose another one): {}.'
+                   .format(_shortened(there)) if there else 'No Python file was found at all.')

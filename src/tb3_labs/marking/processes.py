@@ -1,45 +1,23 @@
-"""The processes of one submission: their environment, their end, the resources that they use.
+"""The processes of one submission: their output, their end, the resources that they use.
 
 Each process of a submission has the submission's identity in its environment, so that a process
 that left its group is found too. Linux limits the memory of single processes only, and old versions
 of bubblewrap cannot limit the size of a folder: this module adds up memory and sizes.
 """
 import os
+import pty
 import signal
-import sys
+import subprocess
 import threading
+import time
 from contextlib import suppress
 from pathlib import Path
-from typing import Dict, Iterable, List, MutableMapping, Optional
+from typing import Iterable, Optional
 
 #: The environment variable of the identity; each try of a submission has its own value.
 IDENTITY = 'TB3_LABS_SUBMISSION'
-#: Variables of the caller that would change the result.
-FORGOTTEN = ('ROS_MASTER_URI', 'ROS_IP', 'ROS_NAMESPACE', 'TURTLEBOT3_MODEL', 'ROSCONSOLE_FORMAT',
-             'DISPLAY', 'WAYLAND_DISPLAY')
+#: Variables that list the folders of workspaces, and of Python's modules.
 PREFIXES, MODULES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
-#: Variables that list folders of catkin's workspaces.
-LISTS = (PREFIXES, 'LD_LIBRARY_PATH', 'PATH', 'PKG_CONFIG_PATH', MODULES, 'ROS_PACKAGE_PATH')
-#: Starts the master without rosout: rosout would write all log lines into a file.
-ROSCORE = '<launch/>'
-#: Log lines go to the terminal as usual, but to no file.
-LOGGING = '''[loggers]
-keys=root,rosout
-[handlers]
-keys=stream
-[formatters]
-keys=
-[logger_root]
-handlers=
-[logger_rosout]
-level=INFO
-handlers=stream
-propagate=0
-qualname=rosout
-[handler_stream]
-class=rosgraph.roslogging.RosStreamHandler
-args=(True,)
-'''
 #: The most that the programs of a sandbox may use together: memory [bytes], files in their own
 #: folders [bytes], processes.
 MEMORY, OWN_DISK, PROCESSES = 2 * 10 ** 9, 300 * 10 ** 6, 100
@@ -49,50 +27,131 @@ OF_OTHERS = 600 * 10 ** 6
 #: The period of the watch [s].
 PERIOD = 0.25
 PAGE = os.sysconf('SC_PAGE_SIZE')
+#: Number of characters kept from the beginning of an output, and as many from its end.
+KEPT_CHARACTERS = 100000
+#: Highest speed of reading, so that a long output does not load the computer [characters/s].
+FASTEST_READING = 1e6
 
 
-# -- the environment
+# -- a program, observed from outside
 
-def environment_in(work: Path, environment: Dict[str, str]) -> Dict[str, str]:
-    """The environment of a separate ROS that writes only below `work`, an existing folder."""
-    settings = work / 'etc'
-    settings.mkdir(exist_ok=True)
-    (settings / 'logging.conf').write_text(LOGGING)
-    (settings / 'roscore.xml').write_text(ROSCORE)
-    given = {name: value for name, value in environment.items() if name not in FORGOTTEN}
-    return dict(given, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(work / 'ros'),
-                ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
-                ROS_PYTHON_LOG_CONFIG_FILE=str(settings / 'logging.conf'),
-                ROS_TEST_RESULTS_DIR=str(work / 'results'))
+class Program:
+    """Runs ``command`` (a list of words) in a process group and a pseudo-terminal of its own, as if
+    a person had started it.
 
-
-def forget_overlays(environment: MutableMapping[str, str] = os.environ,
-                    modules: List[str] = sys.path) -> None:
-    """Remove the catkin workspaces that come before this package's from `environment` and from
-    Python's search path `modules`.
-
-    An instructor's own nodes and messages must not replace those of a submission, nor be read.
+    Output and errors are one text; its beginning and its end are kept. `environment`: None for that
+    of this process.
     """
-    prefixes = [path for path in environment.get(PREFIXES, '').split(':') if path]
-    holders = [number for number, prefix in enumerate(prefixes)
-               if os.path.isdir(os.path.join(prefix, 'share', 'tb3_labs'))]
-    overlays = prefixes[:holders[0]] if holders else []
-    sources = {source for prefix in overlays for source in _sources_of(prefix)}
 
-    def stays(path: str) -> bool:
-        return path not in sources and not any(
-            (path + '/').startswith(prefix.rstrip('/') + '/') for prefix in overlays)
-    for name in LISTS:
-        if name in environment:
-            environment[name] = ':'.join(filter(stays, environment[name].split(':')))
-    modules[:] = filter(stays, modules)
+    def __init__(self, command, environment=None):
+        source, theirs = pty.openpty()
+        self._start(command, source, theirs, theirs, environment)
+
+    def _start(self, command, source, typed, printed, environment):
+        """Start the command; `source`: where its output is read; `typed`, `printed`: its ends."""
+        self._source = source
+        self._process = subprocess.Popen(
+            command, stdin=typed, stdout=printed, stderr=printed,
+            # otherwise text that is printed to a pipe is seen only at the end
+            env=dict(os.environ if environment is None else environment, PYTHONUNBUFFERED='1',
+                     PYTHON_COLORS='0'),
+            start_new_session=True)
+        os.close(printed)
+        self._changed = threading.Condition()    # guards the text
+        self._text = BoundedText()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self):
+        while True:
+            try:
+                chunk = os.read(self._source, 65536)
+            except OSError:    # the other side of a pseudo-terminal is closed
+                chunk = b''
+            with self._changed:
+                self._text.append(chunk.decode(errors='replace').replace('\r\n', '\n'))
+                self._changed.notify_all()
+            if not chunk:
+                return
+            time.sleep(len(chunk) / FASTEST_READING)
+
+    @property
+    def text(self):
+        """Everything printed so far."""
+        with self._changed:
+            return str(self._text)
+
+    @property
+    def printed(self):
+        """(number of characters, number of lines) printed so far."""
+        with self._changed:
+            return self._text.length, self._text.lines
+
+    def text_since(self, characters):
+        """The text printed after the first `characters`, as far as it is kept."""
+        with self._changed:
+            return self._text.since(characters)
+
+    @property
+    def pid(self):
+        """The number of the process."""
+        return self._process.pid
+
+    @property
+    def status(self):
+        """Exit status, or None while it runs."""
+        return self._process.poll()
+
+    def type(self, line):
+        """Type a line, and Enter."""
+        os.write(self._source, line.encode() + b'\n')
+
+    def send(self, number):
+        """Send a signal to the whole group."""
+        try:
+            os.killpg(self._process.pid, number)
+        except ProcessLookupError:
+            pass    # it has ended already
+
+    def kill(self):
+        """End it at once (SIGKILL)."""
+        self.send(signal.SIGKILL)
+        self._process.wait()
 
 
-def _sources_of(prefix):
-    try:
-        return Path(prefix, '.catkin').read_text().split(';')
-    except OSError:
-        return ()
+class BoundedText:
+    """The beginning and the end of an output, which may be endless."""
+
+    def __init__(self, kept=KEPT_CHARACTERS):
+        self._kept = kept
+        self._head = ''
+        self._tail = ''
+        #: Number of characters so far, also of dropped ones.
+        self.length = 0
+        #: Number of line ends so far, also of dropped ones.
+        self.lines = 0
+
+    def append(self, text):
+        """Add `text` at the end."""
+        self.length += len(text)
+        self.lines += text.count('\n')
+        room = self._kept - len(self._head)
+        self._head += text[:room]
+        self._tail += text[room:]
+        if len(self._tail) > 2 * self._kept:    # not at each call: it copies the text
+            self._tail = self._tail[-self._kept:]
+
+    def __str__(self):
+        dropped = self.length - len(self._head) - len(self._tail)
+        if not dropped:
+            return self._head + self._tail
+        return '{}\n... {} characters are left out here ...\n{}'.format(
+            self._head, dropped, self._tail)
+
+    def since(self, length):
+        """The text after the first `length` characters, as far as it is kept."""
+        tail_begins = self.length - len(self._tail)
+        return self._head[length:] + self._tail[max(0, length - tail_begins):]
 
 
 # -- the end

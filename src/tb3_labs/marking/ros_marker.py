@@ -1,4 +1,4 @@
-"""Marks the submissions of a class, each by the check_LAB.test of its lab.
+"""Marks the submissions of a class, each by the check_LAB.test of its lab: the way in for mark.py.
 
 Each submission has its own master, simulated robot, home and log folder, and a time limit. At the
 end none of its processes is left, whatever the submission did.
@@ -9,33 +9,53 @@ import subprocess
 import sys
 import tempfile
 import threading
-import time
 import uuid
-from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Callable, Mapping, Sequence
+from typing import Callable, Dict, List, Mapping, MutableMapping, Sequence
 
-from tb3_labs.command_line import printable, reason
-from tb3_labs.marking.choice import NoNode
+from tb3_labs.command_line import reason
 from tb3_labs.marking.criteria import judge
-from tb3_labs.marking.intake import Copy, Submission, digest
-from tb3_labs.marking.marks import GAMEPAD, LABS, NOT_JUDGED, Marks
-from tb3_labs.marking.marks_folder import MarksFolder
+from tb3_labs.marking.gamepad import HANDOUT, pad_called, pad_in_words
+from tb3_labs.marking.intake import Copy, Refused, chosen, submissions_from
+from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
+from tb3_labs.marking.marks_folder import Interrupted, MarkedClass, MarksFolder, tell
 from tb3_labs.marking.observation import Observation
-from tb3_labs.marking.processes import IDENTITY, environment_in, sweep
-from tb3_labs.marking.gamepad import HANDOUT, pad_in_words
+from tb3_labs.marking.packages import NoNode
+from tb3_labs.marking.processes import IDENTITY, MODULES, PREFIXES, sweep
 from tb3_labs.marking.ros_student_node import ALWAYS, VARIABLE, Launch
-from tb3_labs.marking.sandbox import NoSandbox, Sandbox
+from tb3_labs.marking.sandbox import UNPROTECTED, NoSandbox, Sandbox
+from tb3_labs.marking.sandbox import problem as sandbox_problem
 from tb3_labs.marking.workspace import prepare
 from tb3_labs.ros.clocks import wait_until
 
+#: Variables of the caller that would change the result.
+FORGOTTEN = ('ROS_MASTER_URI', 'ROS_IP', 'ROS_NAMESPACE', 'TURTLEBOT3_MODEL', 'ROSCONSOLE_FORMAT',
+             'DISPLAY', 'WAYLAND_DISPLAY')
+#: Variables that list folders of catkin's workspaces.
+LISTS = (PREFIXES, 'LD_LIBRARY_PATH', 'PATH', 'PKG_CONFIG_PATH', MODULES, 'ROS_PACKAGE_PATH')
+#: Starts the master without rosout: rosout would write all log lines into a file.
+ROSCORE = '<launch/>'
+#: Log lines go to the terminal as usual, but to no file.
+LOGGING = '''[loggers]
+keys=root,rosout
+[handlers]
+keys=stream
+[formatters]
+keys=
+[logger_root]
+handlers=
+[logger_rosout]
+level=INFO
+handlers=stream
+propagate=0
+qualname=rosout
+[handler_stream]
+class=rosgraph.roslogging.RosStreamHandler
+args=(True,)
+'''
 #: The time for one submission [s].
 LIMIT = 300.0
-
-
-class Interrupted(RuntimeError):
-    """A person has interrupted the marking."""
 
 
 @dataclass(frozen=True)
@@ -156,86 +176,112 @@ class Marker:
         return in_time
 
 
-def tell(line):
-    """Print a line of progress; several threads may do so."""
-    sys.stdout.write(printable(line) + '\n')
-    sys.stdout.flush()
+# -- the environment
+
+def environment_in(work: Path, environment: Dict[str, str]) -> Dict[str, str]:
+    """The environment of a separate ROS that writes only below `work`, an existing folder."""
+    settings = work / 'etc'
+    settings.mkdir(exist_ok=True)
+    (settings / 'logging.conf').write_text(LOGGING)
+    (settings / 'roscore.xml').write_text(ROSCORE)
+    given = {name: value for name, value in environment.items() if name not in FORGOTTEN}
+    return dict(given, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(work / 'ros'),
+                ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
+                ROS_PYTHON_LOG_CONFIG_FILE=str(settings / 'logging.conf'),
+                ROS_TEST_RESULTS_DIR=str(work / 'results'))
 
 
-class MarkedClass:
-    """A class whose submissions are marked, and its folder of marks."""
+def forget_overlays(environment: MutableMapping[str, str] = os.environ,
+                    modules: List[str] = sys.path) -> None:
+    """Remove the catkin workspaces that come before this package's from `environment` and from
+    Python's search path `modules`.
 
-    def __init__(self, marker: Marker, folder: MarksFolder, anew: bool,
-                 tell_problem: Callable[[str], None]) -> None:
-        """`anew`: try all submissions again, also those that were marked and have not changed."""
-        self._marker, self._folder, self._anew = marker, folder, anew
-        self._tell_problem = tell_problem
-        self._failed, self._unchanged = False, 0
-        self._writing = threading.Lock()
+    An instructor's own nodes and messages must not replace those of a submission, nor be read.
+    """
+    prefixes = [path for path in environment.get(PREFIXES, '').split(':') if path]
+    holders = [number for number, prefix in enumerate(prefixes)
+               if os.path.isdir(os.path.join(prefix, 'share', 'tb3_labs'))]
+    overlays = prefixes[:holders[0]] if holders else []
+    sources = {source for prefix in overlays for source in _sources_of(prefix)}
 
-    def mark_all(self, submissions: Sequence[Submission], jobs: int) -> bool:
-        """Mark the submissions, `jobs` at a time; write the marks of each as soon as it is marked.
+    def stays(path: str) -> bool:
+        return path not in sources and not any(
+            (path + '/').startswith(prefix.rstrip('/') + '/') for prefix in overlays)
+    for name in LISTS:
+        if name in environment:
+            environment[name] = ':'.join(filter(stays, environment[name].split(':')))
+    modules[:] = filter(stays, modules)
 
-        Returns True if one of them was not judged.
-        """
-        tasks = []
-        with ThreadPoolExecutor(jobs) as pool:
-            try:
-                for number, submission in enumerate(submissions, 1):
-                    tasks.append(pool.submit(self._mark, submission, '[{}/{}] {}'.format(
-                        number, len(submissions), submission.student)))
-                wait(tasks)
-            except KeyboardInterrupt:
-                self._failed = True
-                self._marker.interrupted.set()
-                for task in tasks:
-                    task.cancel()
-                self._tell_problem('interrupted; the marks so far are written, and the same '
-                                   'command goes on from here')
-        for task in tasks:
-            problem = None if task.cancelled() else task.exception()
-            if problem is not None:
-                self._tell_problem(reason(problem))      # its marks cannot be written
-                self._failed = True
-        if self._unchanged:
-            tell('{} of {} had been marked and have not changed (--only NAME tries one again)'
-                 .format(self._unchanged, len(submissions)))
-        return self._failed
 
-    def _mark(self, submission, name):
+def _sources_of(prefix):
+    try:
+        return Path(prefix, '.catkin').read_text().split(';')
+    except OSError:
+        return ()
+
+
+# -- a class
+
+def mark_class(given, tell_problem):
+    """Mark a class as the arguments of mark.py say. Returns the exit status.
+
+    ``tell_problem(words)`` is told why something was not done.
+    """
+    forget_overlays()
+    with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         try:
-            self._try(submission, name)
-        except Interrupted:
-            pass
-        except Exception as problem:    # any error: the other submissions are still marked
-            said = '{} ({})'.format(reason(problem), type(problem).__name__)
-            self._tell_problem('{}: {}: {}'.format(name, NOT_JUDGED, said))
-            self._write(self._marker.judged(Marks(
-                submission.student, unjudged='The marking of it failed: {}.'.format(said))), '')
+            lab = LABS[given.lab]
+            parts = lab.checked_parts(given.parts)
+            worth = points_of(given.lab, read_points(given.points))
+            _check_place(given.submissions, given.folder)
+            found = submissions_from(given.submissions, work, tell_problem)
+            if given.only:
+                names = chosen([submission.student for submission in found], given.only)
+                found = [submission for submission in found if submission.student in names]
+            _check_lab(given)
+            options = Options(given.package, given.type, given.pad, not given.unprotected)
+            _check_sandboxes(given.unprotected)
+            folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),
+                                 given.points is not None)
+        except (OSError, ValueError, Refused) as problem:
+            tell_problem(reason(problem))
+            return 2
+        marked = MarkedClass(Marker(given.lab, worth, folder.logs, parts, options), folder,
+                             bool(given.only), tell_problem)
+        failed = marked.mark_all(found, given.jobs)
+    try:
+        page, notes = folder.write_overview(given.unprotected)
+    except (OSError, ValueError) as problem:
+        tell_problem(reason(problem))
+        return 2
+    for note in notes[given.unprotected:]:      # the note on --unprotected was printed before
+        tell(note)
+    if page is not None:
+        tell('Overview: {}'.format(page))
+    return 1 if failed else 0
 
-    def _try(self, submission, name):
-        """Mark one submission, unless it was marked before and has not changed."""
-        begun = time.monotonic()
-        with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
-            copy = submission.lay_out(work)
-            tried = digest(copy.folder)
-            kept = None if self._anew else self._folder.kept(submission.student, tried)
-            if kept is not None:
-                tell('{}: {:g} of {:g} points, marked before'.format(
-                    name, kept.points, kept.worth))
-                with self._writing:
-                    self._unchanged += 1
-                return
-            tell(name + ' ...')
-            marks = self._marker.mark(copy, lambda words: tell('{}: {}'.format(name, words)))
-        marks.seconds = time.monotonic() - begun
-        tell('{}: {}, {:.0f} s'.format(
-            name, '{:g} of {:g} points'.format(marks.points, marks.worth) if marks.judged
-            else NOT_JUDGED, marks.seconds))
-        self._write(marks, tried)
 
-    def _write(self, marks, tried):
-        """Write Marks; `tried`: the digest of the submission."""
-        with self._writing:
-            self._folder.write(marks, '' if marks.unfair or marks.unjudged else tried)
-            self._failed = self._failed or not marks.judged
+def _check_lab(given):
+    """Raises ``ValueError`` for an unknown pad, and for an option of another lab."""
+    if given.pad != HANDOUT and given.lab != GAMEPAD:
+        raise ValueError('--pad is for --lab {} alone'.format(GAMEPAD))
+    pad_called(given.pad)
+
+
+def _check_place(submissions, marks):
+    """Raises ``ValueError`` if the marks would lie among the submissions, and be marked, too."""
+    inside, outside = marks.resolve(), submissions.resolve()
+    if outside.is_dir() and outside in (inside, *inside.parents):
+        raise ValueError('-o {}: the marks would lie among the submissions; give a folder beside '
+                         'them'.format(marks))
+
+
+def _check_sandboxes(unprotected):
+    """If `unprotected`, print that there is no protection. Otherwise raise ``ValueError`` if
+    sandboxes do not work here."""
+    if unprotected:
+        tell(UNPROTECTED)
+    elif sandbox_problem():
+        raise ValueError("{}: the submissions' programs cannot be kept in sandboxes here; nothing "
+                         'was started. --unprotected marks without: {}'.format(
+                             sandbox_problem(), UNPROTECTED))

@@ -21,8 +21,7 @@ import rosservice
 
 from tb3_labs.marking.criteria import START_TIME
 from tb3_labs.marking.observation import Run
-from tb3_labs.marking.processes import ResourceWatch
-from tb3_labs.marking.program import Program
+from tb3_labs.marking.processes import Program, ResourceWatch
 from tb3_labs.marking.ros_types import Types
 from tb3_labs.marking.sandbox import OWN_FOLDERS, NoSandbox
 from tb3_labs.ros.clocks import wait_until
@@ -57,7 +56,7 @@ class Launch:
 
     prefix: List[str] = field(default_factory=lambda: ALWAYS + NoSandbox().command([]))
     environment: Optional[Dict[str, str]] = None            # None: that of this process
-    types: Optional[Dict[str, Any]] = None      # of the student; see messages_in_sandbox
+    types: Optional[Dict[str, Any]] = None      # of the student; see interfaces.describe
     isolated: bool = False
 
     @classmethod
@@ -112,8 +111,7 @@ class StudentNode:
         if environment is not None:     # each submission has a master of its own
             environment = dict(environment, ROS_MASTER_URI=os.environ['ROS_MASTER_URI'])
         self._process = Program([*self._launch.prefix, 'rosrun', *self._what, *arguments],
-                                terminal=True, environment=environment,
-                                clean=environment is not None)
+                                environment)
         if self._launch.isolated:
             self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS, os.getppid())
         if self._is_ready_in_time(needed, known):

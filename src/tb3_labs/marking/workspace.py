@@ -9,41 +9,28 @@ A Python node needs nothing else of a build: messages, services, and the modules
 catkin is not run. A CMakeLists.txt often needs packages that the marking machine does not have, and
 it is a program of the submission.
 """
+import ast
 import codecs
 import importlib
-import json
 import os
-import re
 import shutil
-import subprocess
 import sys
-import tempfile
+from collections import Counter
 from dataclasses import dataclass, field
-from functools import lru_cache
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional
-
-import rospkg
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Set, Tuple
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking import messages_in_sandbox
-from tb3_labs.marking.choice import NoNode, find_node, source_of
+from tb3_labs.marking.interfaces import build, let_stand_in, offers_modules, types_used
 from tb3_labs.marking.marks import Lab
-from tb3_labs.marking.names import NAME, is_name
-from tb3_labs.marking.packages import (ACTIONS, INTERFACES, MANIFEST, MESSAGES, SERVICES, Import,
-                                       imports_of, interface_files, name_in, needed_by,
-                                       packages_in)
+from tb3_labs.marking.packages import (
+    MANIFEST, NAME, NoNode, find_node, name_in, packages_in, source_of)
 from tb3_labs.marking.processes import MODULES, PREFIXES
 from tb3_labs.marking.sandbox import OWN_PACKAGE, NoSandbox
 
-MODULE = re.compile(r'_[A-Za-z0-9_]+\.py')
-#: The import of the message that the course gives: the skeletons have it, and this package.
-GIVEN = 'MouseController'
-IMPORTS_GIVEN = re.compile(r'^[ \t]*from[ \t]+(\w+)\.msg[ \t]+import[ \t(]+{}\b'.format(GIVEN),
-                           re.MULTILINE)
-#: All messages of a submission are built within this time [s].
-BUILD_TIME = 30.0
+#: If a program catches one of these errors around an import, it runs without the module.
+CAUGHT = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}
 #: The name of a package in the copy if its own name cannot be used.
 SUBSTITUTE = 'submission'
 SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</version>
@@ -62,7 +49,7 @@ class Prepared:
     package: str
     executable: str
     environment: Dict[str, str]
-    types: Optional[Dict[str, Any]]     # see messages_in_sandbox; None without types
+    types: Optional[Dict[str, Any]]     # see interfaces.describe; None without types
     remarks: List[str] = field(default_factory=list)      # sentences
     lacking: List[str] = field(default_factory=list)      # modules that the node lacks
 
@@ -79,7 +66,7 @@ def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str
     node, remarks = find_node(folder, lab, package, name)
     source = source_of(node, folder)
     packages = packages_in(folder, node)
-    _let_stand_in(node, packages, workspace / 'given', remarks)
+    let_stand_in(node, packages, workspace / 'given', remarks)
     needed = [other for other in needed_by(node, packages) if other != OWN_PACKAGE]
     try:
         copies = {source: shutil.copytree(source, workspace / 'src' / 'package', symlinks=True)}
@@ -102,26 +89,9 @@ def prepare(folder: Path, lab: Lab, workspace: Path, variables: Mapping[str, str
     types = build({called if packages[other] == source else other: copies[packages[other]]
                    for other in needed}, modules, environment, remarks, sandbox)
     environment[MODULES] = ':'.join(filter(None, [str(modules), environment.get(MODULES)]))
-    offering = {name for name, folder in packages.items() if _offers_modules(folder)}
+    offering = {name for name, folder in packages.items() if offers_modules(folder)}
     lacking = _leave_out_lacking(copied, offering, modules, remarks)
     return Prepared(called, copied.name, environment, types, remarks, lacking)
-
-
-def _let_stand_in(node, packages, folder, remarks):
-    """Add to `packages` those whose GIVEN the node imports, if they were not handed in."""
-    for name in sorted(set(IMPORTS_GIVEN.findall(node.read_bytes().decode(errors='replace')))):
-        if is_name(name) and name not in packages and PathFinder.find_spec(name) is None:
-            packages[name] = folder / name
-            (folder / name / MESSAGES).mkdir(parents=True)
-            shutil.copy(os.path.join(rospkg.RosPack().get_path(OWN_PACKAGE), MESSAGES,
-                                     '{}.{}'.format(GIVEN, MESSAGES)), str(folder / name / MESSAGES))
-            remarks.append('The package {} was not handed in: the message {} of the skeleton stands '
-                           'in for its own.'.format(name, GIVEN))
-
-
-def _offers_modules(package):
-    """Does a package folder have anything that can be imported by the package's name?"""
-    return any((package / part).exists() for part in (*INTERFACES, 'setup.py'))
 
 
 def _leave_out_lacking(node, packages, modules, remarks):
@@ -185,6 +155,70 @@ def _repair(node, remarks):
     node.chmod(0o755)
 
 
+# -- imports
+
+class Import(NamedTuple):
+    """One import statement of a program."""
+
+    modules: Tuple[str, ...]    # with dots, as they are written
+    first: int                  # its lines, counted from 1
+    last: int
+    used: bool                  # is an imported name used, or is it not alone on its line?
+    guarded: bool               # does the program go on if the import fails?
+
+    @property
+    def packages(self) -> Set[str]:
+        """The modules up to their first dot."""
+        return {module.split('.')[0] for module in self.modules}
+
+
+def _nodes_of(text):
+    """All nodes of a program's syntax tree; [] if its syntax is wrong, or too deep."""
+    try:
+        return list(ast.walk(ast.parse(text)))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
+
+
+def _lines_of(node):
+    return range(node.lineno, (node.end_lineno or node.lineno) + 1)
+
+
+def imports_of(text: str) -> List[Import]:
+    """Returns the import statements of a program, in order; [] if it is not valid Python.
+
+    Imports of the program's own package (``from . import x``) are left out.
+    """
+    nodes = _nodes_of(text)
+    used = {node.id for node in nodes if isinstance(node, ast.Name)}
+    guarded = {id(inner) for node in nodes if isinstance(node, ast.Try)
+               and any(_catches(handler) for handler in node.handlers)
+               for statement in node.body for inner in ast.walk(statement)}
+    on_line = Counter(line for node in nodes if isinstance(node, ast.stmt)
+                      and not hasattr(node, 'body') for line in _lines_of(node))
+    found = []
+    for node in nodes:
+        if isinstance(node, ast.Import):
+            modules = tuple(alias.name for alias in node.names)
+            bound = {alias.asname or alias.name.split('.')[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            modules = (node.module,)
+            bound = {alias.asname or alias.name for alias in node.names}
+        else:
+            continue
+        lines = _lines_of(node)
+        # an import beside another statement in one line cannot be taken out alone
+        alone = all(on_line[line] == 1 for line in lines)
+        found.append(Import(modules, lines[0], lines[-1], not alone or '*' in bound or bool(
+            bound & used), id(node) in guarded))
+    return sorted(found, key=lambda item: item.first)
+
+
+def _catches(handler):
+    return handler.type is None or any(
+        isinstance(node, ast.Name) and node.id in CAUGHT for node in ast.walk(handler.type))
+
+
 def without(text: str, imports: List[Import]) -> str:
     """The program without these imports: they become comments, other lines keep their numbers."""
     lines = text.splitlines(True)
@@ -197,79 +231,38 @@ def without(text: str, imports: List[Import]) -> str:
     return ''.join(lines)
 
 
-# -- what is built for a node
+# -- what a node needs
 
-def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], remarks: List[str],
-          sandbox: NoSandbox) -> Optional[Dict[str, Any]]:
-    """Make the Python modules of `packages`, {name: folder}, below `folder`. Returns the
-    description of their types, see messages_in_sandbox; None if they define none.
+def needed_by(node: Path, packages: Dict[str, Path]) -> List[str]:
+    """The packages that must be built for a node; each one follows the packages it needs.
 
-    `environment`: for the sandbox that reads the messages. Sentences are added to `remarks`.
+    `packages`: name -> folder of all packages. Imports of modules beside the node count too.
     """
-    files: List[List[str]] = []
-    for name, package in packages.items():
-        own = package / 'src' / name
-        if (package / 'setup.py').exists() and own.is_dir():
-            shutil.copytree(str(own), str(folder / name))
-        files += _definitions(name, package, remarks)
-    if not files:
-        return None
-    done = _read({'search': system_messages(), 'definitions': files}, environment, sandbox)
-    if done is None:
-        remarks.append('The messages and services could not be built.')
-        done = {'modules': [], 'problems': {}, 'fields': {}, 'sums': {}}
-    for package_name, kind, name, text in done['modules']:
-        if not (package_name in packages and kind in (MESSAGES, SERVICES)
-                and MODULE.fullmatch(name)):
-            raise ValueError('a module is called {!r}'.format([package_name, kind, name]))
-        place = folder / package_name / kind
-        place.mkdir(parents=True, exist_ok=True)
-        (place / name).write_text(text, encoding='utf-8')
-        (folder / package_name / '__init__.py').touch()
-    for name, problem in sorted(done['problems'].items()):
-        remarks.append('{} cannot be built: {}.'.format(
-            name, ' '.join(problem.split()).rstrip('.')))
-    return done
+    order: List[str] = []
+    seen: Set[str] = set()
+
+    def visit(name: str) -> None:
+        if name in seen or name not in packages:
+            return
+        seen.add(name)
+        place = packages[name]
+        for other in sorted(types_used(place)):
+            visit(other)
+        for path in sorted(place.glob('src/{}/**/*.py'.format(name))):
+            for imported in sorted(_imported_by(path)):
+                visit(imported)
+        order.append(name)
+
+    programs = [node]
+    for program in programs:        # modules beside the node are added as they are found
+        for imported in sorted(_imported_by(program)):
+            visit(imported)
+            beside = node.parent / (imported + '.py')
+            if beside.is_file() and beside not in programs:
+                programs.append(beside)
+    return order
 
 
-def _definitions(name, package, remarks):
-    files = interface_files(package)
-    if files[ACTIONS]:
-        remarks.append('{} has actions: they were not built.'.format(name))
-    for kind in (MESSAGES, SERVICES):
-        for file in files[kind]:
-            stem = file[:-len(kind) - 1]
-            if is_name(stem):
-                text = (package / kind / file).read_text(encoding='utf-8', errors='replace')
-                yield [name, kind, stem, text]
-            else:
-                remarks.append('{}/{} was not built: ROS allows letters, digits and _ in the name '
-                               'of a type.'.format(name, printable(file)))
-
-
-def _read(request, environment, sandbox):
-    """Returns the answer of messages_in_sandbox; None if there is none.
-
-    The answer comes in a file, since a program in a sandbox cannot write a large file.
-    """
-    command = ['python3', '-c', Path(messages_in_sandbox.__file__).read_text()]
-    with tempfile.TemporaryFile('w+') as asked, tempfile.TemporaryFile('w+') as answer:
-        json.dump(request, asked)
-        asked.seek(0)
-        try:
-            subprocess.run(sandbox.own_network(sandbox.command(command)), stdin=asked,
-                           stdout=answer, stderr=subprocess.DEVNULL, timeout=BUILD_TIME,
-                           env=sandbox.environment(environment), check=True)
-            answer.seek(0)
-            return json.load(answer)
-        except (subprocess.SubprocessError, ValueError):
-            return None
-
-
-@lru_cache(maxsize=None)
-def system_messages() -> Dict[str, List[str]]:
-    """Returns name -> folders of its messages, for all ROS packages of this machine; cached."""
-    # A RosPack changes while it is asked: each thread that comes first has its own.
-    ros = rospkg.RosPack()
-    folders = {name: os.path.join(ros.get_path(name), MESSAGES) for name in ros.list()}
-    return {name: [folder] for name, folder in folders.items() if os.path.isdir(folder)}
+def _imported_by(path):
+    text = path.read_bytes().decode('utf-8-sig', errors='replace')    # Windows' first bytes
+    return {name for item in imports_of(text) for name in item.packages}
