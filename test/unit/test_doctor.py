@@ -50,7 +50,8 @@ def test_a_line_is_one_line_with_its_verdict_in_front():
 
 
 @pytest.mark.parametrize('lines, words', [
-    ([], 'no fault found'), ([OK], 'no fault found'), ([OK, WARNING], 'no fault found'),
+    ([], 'no fault found'), ([OK], 'no fault found'),
+    ([OK, WARNING], 'no fault found, but see the warnings'),
     ([FAULT], '1 fault'), ([FAULT, OK, FAULT], '2 faults: begin with the first fault'),
     ([WARNING, FAULT, WARNING, FAULT], '2 faults: begin with the first fault')])
 def test_the_last_line_is_the_sum(lines, words):

@@ -35,8 +35,11 @@ def printed(line: Line) -> str:
 
 
 def summary(lines: Sequence[Line]) -> str:
-    """Returns the last line: how many faults there are."""
+    """Returns the last line: how many faults there are, or that a warning may be the cause."""
     faults = sum(line.severity == 'FAULT' for line in lines)
     if faults > 1:
         return '{} faults: begin with the first fault'.format(faults)
-    return '1 fault' if faults else 'no fault found'
+    if faults:
+        return '1 fault'
+    warned = any(line.severity == 'warning' for line in lines)
+    return 'no fault found' + ', but see the warnings' * warned

@@ -87,7 +87,8 @@ def judge_master(master: Peer) -> Line:
     if not master.problem:
         return ok('Master', '{} answers in {:.0f} ms'.format(where, 1e3 * master.round_trip))
     return fault('Master', 'ROS_MASTER_URI {} {}'.format(where, PROBLEMS[master.problem]), {
-        'refused': 'start roscore, or a launch file, on that computer',
+        'refused': 'start roscore, or a launch file, on that computer; first end each launch file '
+                   'that runs there without its master',
         'silent': 'is that computer on, in the same network, and is the address still its own? '
                   'ping ' + master.address,
     }.get(master.problem, 'export ROS_MASTER_URI=http://ADDRESS:11311'))
