@@ -31,9 +31,10 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, String
 
-from tb3_labs.control.goal import DriveConfig, is_over, least_time
+from tb3_labs.control.goal import DriveConfig, is_over
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.demonstration import BEGUN, LONGEST_DRIVE, DemoConfig, DemoDrive, table
+from tb3_labs.report.drives import least_time
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, run

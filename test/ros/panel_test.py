@@ -19,7 +19,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Float32
 from tf2_msgs.msg import TFMessage
 
-from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 
 from node_case import SILENCE, STARTING, ZERO, Node, run_as_node

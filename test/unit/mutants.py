@@ -9,7 +9,7 @@ from typing import Callable, Dict, List, NamedTuple, Sequence, Tuple
 import numpy as np
 
 from student_runs import Scene, drive_scene, pad_scene, text_of, turn_scene
-from tb3_labs.geometry.angles import wrap_all
+from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.report.run_data import RunData
 
 #: Replacements: (old text, new text); each old text is there.

@@ -7,8 +7,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from known_motion import angle_between
-from tb3_labs.geometry.angles import (
-    WHOLE_TURN, clamp, continuous, continuous_at, difference, difference_degrees, wrap, wrap_all)
+from tb3_labs.geometry.angle_arrays import continuous_at, difference_degrees, wrap_all
+from tb3_labs.geometry.angles import WHOLE_TURN, clamp, continuous, difference, wrap
 
 PI = math.pi
 ANGLES = st.floats(-1e4, 1e4)

@@ -10,7 +10,7 @@ from recorded_run import (  # noqa: F401
     BURGER, MISS, MISS_DEG, RESET, TRUE_DEG, TRUE_END, declared, frame_at, in_degrees,
     odometry_jumps, placed, recorded, run, steps_backwards, way)
 
-from tb3_labs.geometry.angles import wrap_all
+from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.drives import drives
 from tb3_labs.report.epochs import epoch_of, epochs, local_in_odom

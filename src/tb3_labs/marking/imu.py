@@ -2,7 +2,7 @@
 import re
 from typing import List
 
-from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.marking.criteria import (CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME,
                                        TRACEBACK, Criterion, Place, ends_cleanly, says, starts)
 from tb3_labs.marking.observation import NotSeen, Observation

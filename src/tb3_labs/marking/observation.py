@@ -12,7 +12,7 @@ from typing import Any, Dict, List, Optional
 
 import numpy as np
 
-from tb3_labs.geometry.angles import wrap_all
+from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import (
     Commands, ImuSamples, LogLines, OdometrySamples, Poses, RunData, States, Values)

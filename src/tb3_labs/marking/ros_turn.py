@@ -6,7 +6,7 @@ import rospy
 from geometry_msgs.msg import Quaternion
 from sensor_msgs.msg import Imu
 
-from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.marking import imu as asked_imu
 from tb3_labs.marking import turn as asked
 from tb3_labs.marking.observation import ASKED_DEG, MOUSE_INFO, MOVED, RESTED, WAS_MOVING

@@ -13,7 +13,8 @@ from typing import Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.angles import continuous_at, wrap
+from tb3_labs.geometry.angle_arrays import continuous_at
+from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.mistakes import NEAR, NEAR_PLACE, Declared, Drive, Way
 from tb3_labs.report.movements import NO_SPEED, Movement, cuts, has_control, moving

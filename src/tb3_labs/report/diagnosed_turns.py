@@ -12,7 +12,8 @@ from typing import Callable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.angles import difference_degrees, wrap
+from tb3_labs.geometry.angle_arrays import difference_degrees
+from tb3_labs.geometry.angles import wrap
 from tb3_labs.report.diagnosed_drives import CLOSE, SETTLED, Fit, swings, turn_apart, was_lost
 from tb3_labs.report.mistakes import turned, unwrapped
 from tb3_labs.report.movements import FASTEST_BY_MOUSE, NO_SPEED

@@ -17,7 +17,7 @@ from typing import List, Optional, Sequence
 
 import numpy as np
 
-from tb3_labs.geometry.angles import continuous_at, wrap_all
+from tb3_labs.geometry.angle_arrays import continuous_at, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import Poses, RunData, once
 

@@ -37,7 +37,7 @@ from typing import List, Tuple
 import numpy as np
 
 from tb3_labs.control.goal import DRIVING
-from tb3_labs.geometry.angles import wrap_all
+from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import POSE_LOST, RESET_SILENCE, JumpFilter
 from tb3_labs.report.epochs import robot_in_odom

@@ -13,7 +13,7 @@ from typing import Dict, Optional, Sequence, Union
 import numpy as np
 from matplotlib.figure import Figure
 
-from tb3_labs.geometry.angles import wrap_all
+from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.report import figures, hints, path_figures, tables, timeline
 from tb3_labs.report.diagnosis import diagnose
 from tb3_labs.report.drives import DriveReport, drives, goal_errors, spans

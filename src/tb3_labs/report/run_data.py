@@ -16,7 +16,8 @@ from typing import Any, Callable, Dict, Sequence, Tuple, Type, TypeVar
 
 import numpy as np
 
-from tb3_labs.geometry.angles import continuous_at, wrap, wrap_all
+from tb3_labs.geometry.angle_arrays import continuous_at, wrap_all
+from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 

@@ -124,8 +124,8 @@ def _description(config, offered):
     """Returns the dynamic_reconfigure/ConfigDescription of the fields `offered` of `config`."""
     parameters = [ParamDescription(
         name=item.name, type=_TYPES[type(item.default)],
-        description='{}: {}'.format(item.metadata['meaning'], bounds_in_words(item)),
-        edit_method=_choices(item)) for item in offered]
+        description='{}: {}'.format(item.metadata['meaning'], bounds_in_words(item)))
+                  for item in offered]
     return ConfigDescription(
         groups=[Group(name=_GROUP, parameters=parameters)],
         max=_bounds(offered, 'high', _HIGHEST), min=_bounds(offered, 'low', _LOWEST),
@@ -140,14 +140,3 @@ def _bounds(offered, which, widest):
         kind, bound = type(item.default), item.metadata[which]
         bounds[item.name] = widest[kind] if bound is None else kind(bound)
     return encoded(bounds)
-
-
-def _choices(item):
-    """Returns the choices of a field as rqt_reconfigure reads them; '' if it has none."""
-    choices = item.metadata['choices']
-    if not choices:
-        return ''
-    kind = _TYPES[type(item.default)]
-    return str({'enum_description': item.metadata['meaning'],
-                'enum': [{'name': str(choice), 'value': choice, 'type': kind,
-                          'description': ''} for choice in choices]})

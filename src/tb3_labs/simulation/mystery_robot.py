@@ -17,7 +17,7 @@ import random
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, List, Mapping, Optional, Tuple
 
-from tb3_labs.geometry.angles import difference_degrees
+from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: The last number; the first one is 1.
