@@ -31,7 +31,7 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, String
 
-from tb3_labs.control.goal import DriveConfig, is_over
+from tb3_labs.control.goal_state import DriveConfig, is_over
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.demonstration import BEGUN, LONGEST_DRIVE, DemoConfig, DemoDrive, table
 from tb3_labs.report.drives import least_time

@@ -30,8 +30,8 @@ Action
 Parameters
     ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see MoveToGoalConfig in
         tb3_labs.nodes.move_to_goal_core
-    ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.goal; they
-    may change while it runs: dynparam set /move_to_goal max_linear 0.1
+    ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.goal_state;
+    they may change while it runs: dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
@@ -43,7 +43,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
 from tb3_labs.control.driving import make_law
-from tb3_labs.control.goal import DriveConfig
+from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import Response
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalConfig, MoveToGoalCore

@@ -24,7 +24,7 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from std_msgs.msg import Float32, String
 
 from tb3_labs.command_line import number_or_text
-from tb3_labs.control.goal import DRIVING, WAITING_FOR_CONTROL, is_over, to_go
+from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_over, to_go
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.node import Interrupted, pause, take_signals

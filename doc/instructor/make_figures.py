@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, Ellipse, FancyBboxPatch
 
 from tb3_labs.control.driving import make_law
-from tb3_labs.control.goal import DRIVING, DriveConfig
+from tb3_labs.control.goal_state import DRIVING, DriveConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
 from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE, STATES

@@ -6,7 +6,7 @@ from a fixed seed. A third table has drives over networks from good to bad, a fo
 turns of robots of another kind than the default one: another lag, noise, delay, IMU and distance of
 the wheels. The last one has the ends of motions in which something fails.
 `at best` is, for a drive, the least time of any turn, straight line and turn within the same limits
-(tb3_labs.control.goal); for a turn, its angle at 1.5 rad/s; by its own motors, that with its
+(tb3_labs.control.goal_state); for a turn, its angle at 1.5 rad/s; by its own motors, that with its
 delay, and with its lag until it turns slower than 0.01 rad/s. The time of a turn ends when the
 robot turns slower than 0.01 rad/s for good. `falsely` counts drives that were reported as
 reached while the robot still moved, or was outside of the tolerance.
@@ -23,7 +23,7 @@ from concurrent.futures import ProcessPoolExecutor
 from stops import setting, stop_of_a_drive, stop_of_a_turn
 from rollout import STILL_ANGULAR, drive, turns
 
-from tb3_labs.control.goal import DRIVING, DriveConfig, GoalState
+from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState
 from tb3_labs.control.turning import TurnConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.drives import least_time

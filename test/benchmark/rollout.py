@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Callable, List, Sequence, Union
 
 from tb3_labs.control.driving import make_law
-from tb3_labs.control.goal import DriveConfig, GoalState
+from tb3_labs.control.goal_state import DriveConfig, GoalState
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn

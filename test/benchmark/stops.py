@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from rollout import STILL_ANGULAR, STILL_LINEAR, control, navigation, run
 
 from tb3_labs.control.driving import make_law
-from tb3_labs.control.goal import DriveConfig
+from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous

@@ -16,7 +16,7 @@ from tf2_msgs.msg import TFMessage
 
 from drive_case import DriveCase
 from node_case import STARTING, ZERO, run_as_node, stamped, watch_robot
-from tb3_labs.control.goal import is_over
+from tb3_labs.control.goal_state import is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist, transform_to_pose2

@@ -8,7 +8,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
 
-from tb3_labs.control.goal import DriveConfig
+from tb3_labs.control.goal_state import DriveConfig
 
 from node_case import STARTING, NodeCase, Program, run_as_node
 

@@ -5,8 +5,8 @@ Units: seconds.
 from oracle import HandOracle, PageOracle
 from played_nodes import OVER, TICK, Pad, Process
 from played_worlds import MOVER, NOTHING, WAITING, Labs, Wrong, held_up, sleeping
-from tb3_labs.supervision.grip import Grip
 from tb3_labs.supervision.holder import Holder
+from tb3_labs.supervision.page_grip import Grip
 
 #: A page sends once in this time; A is shown once the node has heard the page for the second.
 PERIOD, HEARD = 2 * TICK, 0.45

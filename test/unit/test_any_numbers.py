@@ -9,7 +9,7 @@ from geometry_msgs.msg import Pose
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from tb3_labs.control.driving import make_law
-from tb3_labs.control.goal import DriveConfig
+from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.msg import MouseController

@@ -8,7 +8,7 @@ import pytest
 
 from real_recordings import NAMES, arrays_of
 from tb3_labs.control.driving import make_law
-from tb3_labs.control.goal import DriveConfig
+from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.contradiction import GyroWatch

@@ -2,8 +2,8 @@
 import pytest
 
 from tb3_labs.supervision.driver import DRIVERS, Driver, DriverEvent
-from tb3_labs.supervision.grip import PAGE_TIMEOUT, Grip
 from tb3_labs.supervision.holder import HOLDERS, Holder, HolderEvent
+from tb3_labs.supervision.page_grip import PAGE_TIMEOUT, Grip
 from tb3_labs.supervision.permission import Arrival, Arrivals
 
 NOBODY, TURN, MOUSE = Driver.NOBODY, Driver.TURN, Driver.MOUSE

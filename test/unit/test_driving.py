@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tb3_labs.control.approach import ApproachConfig
 from tb3_labs.control.driving import LabLaw, PreciseLaw, driving_approach
-from tb3_labs.control.goal import DriveConfig, GoalState
+from tb3_labs.control.goal_state import DriveConfig, GoalState
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion

@@ -8,7 +8,7 @@ from played_worlds import (
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.mouse_reader import Mouse
 from tb3_labs.supervision.freshness import Lateness, SleepWatch
-from tb3_labs.supervision.motion_watch import SensorWatch
+from tb3_labs.supervision.lost_or_stalled import SensorWatch
 from tb3_labs.supervision.permission import Arrivals, Permission
 
 TOLD, UPDATE, HEARD = Permission.told, SensorWatch.update, Mouse.heard

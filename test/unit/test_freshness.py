@@ -4,7 +4,7 @@ import math
 import pytest
 
 from tb3_labs.supervision.freshness import Freshness
-from tb3_labs.supervision.motion_watch import FROZEN_TIME, SensorWatch, Sight
+from tb3_labs.supervision.lost_or_stalled import FROZEN_TIME, SensorWatch, Sight
 
 
 def heard_at(time, name='imu', timeout=0.25):

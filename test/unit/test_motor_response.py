@@ -9,7 +9,7 @@ import pytest
 from rollout import navigation, run
 from tb3_labs.control.dead_time import CommandHistory
 from tb3_labs.control.driving import make_law
-from tb3_labs.control.goal import DriveConfig
+from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import (
     CRUISING, LEARNING, LEARNING_TIME, LEAST_SAMPLE_DELAY, LONGEST_AGE, SPEEDING_UP, Identification,
     Response, look_at_start)

@@ -6,7 +6,7 @@ import pytest
 
 from played_nodes import Ahead
 from tb3_labs.control.driving import PreciseLaw, make_law
-from tb3_labs.control.goal import (
+from tb3_labs.control.goal_state import (
     DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
 from tb3_labs.control.speed_laws import LONGEST_IDLE, Twist2
 from tb3_labs.geometry.se2 import Pose2

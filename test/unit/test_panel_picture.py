@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.control.goal import (
+from tb3_labs.control.goal_state import (
     GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, with_reason)
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.panel.picture import RobotView, Trail

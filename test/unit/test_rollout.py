@@ -7,7 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 import pytest
 from rollout import drive
 
-from tb3_labs.control.goal import DriveConfig
+from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.drives import least_time
 from tb3_labs.robot.turtlebot3 import robot_model

@@ -19,7 +19,7 @@ from tb3_labs.control.speed_laws import LawStep, Twist2, braking_speed
 from tb3_labs.geometry.angles import clamp, continuous, difference
 from tb3_labs.robot.samples import REST_ANGULAR, Estimate
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
-from tb3_labs.supervision.motion_watch import Settling
+from tb3_labs.supervision.lost_or_stalled import Settling
 
 #: Two times that differ by less than this, as by rounding, belong to the same sample [s].
 SAME_SAMPLE = 1e-6

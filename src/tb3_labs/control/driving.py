@@ -7,8 +7,8 @@ import math
 from typing import Optional
 
 from tb3_labs.control.approach import Approach, ApproachConfig, PreciseTurn
-from tb3_labs.control.goal import DriveConfig, GoalState, turned
 from tb3_labs.control.goal_machine import DrivingLaw
+from tb3_labs.control.goal_state import DriveConfig, GoalState, turned
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import LawStep, Twist2, proportional, saturate
 from tb3_labs.geometry.angles import difference, wrap

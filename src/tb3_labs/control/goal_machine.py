@@ -1,4 +1,4 @@
-"""Driving to a goal in the four states of :class:`tb3_labs.control.goal.GoalState`.
+"""Driving to a goal in the four states of :class:`tb3_labs.control.goal_state.GoalState`.
 
 A *law* (:mod:`tb3_labs.control.driving`) gives the command in each of the three driving states, and
 says when the state is finished. This module chooses the state. If the robot gets no nearer,
@@ -14,12 +14,12 @@ failure the command is None, not a zero.
 from collections import defaultdict
 from typing import Dict, Optional, Protocol, Tuple
 
-from tb3_labs.control.goal import GoalState
+from tb3_labs.control.goal_state import GoalState
 from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion, is_slow
-from tb3_labs.supervision.motion_watch import Settling, StallWatch
+from tb3_labs.supervision.lost_or_stalled import Settling, StallWatch
 
 #: A drive that ends outside its tolerance, for instance by a stall of the network, goes on from
 #: there, at most this many times.

@@ -221,7 +221,7 @@ class EncoderWatch:
 
     Both have the stamps of one clock, so delays of the network do not matter. Without stamps, or
     without samples of the wheels, nothing is found. In a turn on the spot the odometry has no
-    forward speed; motion_watch finds a robot that does not turn. Source: OpenCR firmware 1.2.6
+    forward speed; lost_or_stalled finds a robot that does not turn. Source: OpenCR firmware 1.2.6
     (turtlebot3_core.ino): without an answer, updateMotorInfo() is not called, but calcOdometry()
     is.
     """

@@ -16,7 +16,7 @@ from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.driver import DRIVERS, Driver, DriverEvent
 from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, SleepWatch
-from tb3_labs.supervision.motion_watch import SensorWatch, Sight, StallWatch
+from tb3_labs.supervision.lost_or_stalled import SensorWatch, Sight, StallWatch
 
 #: A robot that turns faster than this without commands from here is driven by another node [rad/s].
 DRIVEN_RATE = 0.1

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Sequence, Tuple
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.goal import GoalState
+from tb3_labs.control.goal_state import GoalState
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 

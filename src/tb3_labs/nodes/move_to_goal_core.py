@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any, List, Optional, Tuple
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.goal import DriveStatus
 from tb3_labs.control.goal_machine import DrivingLaw, GoalMachine
+from tb3_labs.control.goal_state import DriveStatus
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import LONGEST_IDLE, Pace, Twist2
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose, check_pose
@@ -23,7 +23,7 @@ from tb3_labs.news import News, NewsDesk
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.freshness import Freshness
-from tb3_labs.supervision.motion_watch import SURELY_DRIVES, SURELY_TURNS, SensorWatch, Sight
+from tb3_labs.supervision.lost_or_stalled import SURELY_DRIVES, SURELY_TURNS, SensorWatch, Sight
 from tb3_labs.supervision.permission import Permission
 
 

@@ -16,7 +16,7 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was h
     "ages"               {source: time since its last message [s]; 0: it is not silent}
     "epoch"              how often the frame local was declared, as far as it was seen
     "page"               the page that drives the robot: "", "this" or "other"
-    "stops"              number of stops so far; see tb3_labs.supervision.grip
+    "stops"              number of stops so far; see tb3_labs.supervision.page_grip
     "can"                {request: does any node listen to it?}
     "pad"                "ready", or why the pad of a page does not drive
 
@@ -27,7 +27,7 @@ Units in the code: metres, radians; arrivals in seconds on one clock (`now`).
 import math
 from typing import Any, Dict, List, Optional, Tuple
 
-from tb3_labs.control.goal import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
+from tb3_labs.control.goal_state import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import OdometrySample

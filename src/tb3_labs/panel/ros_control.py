@@ -1,8 +1,8 @@
 """The robot as pages drive it: their requests become messages to the nodes of the labs.
 
 A page is a pad: it sends `joy`, and the node `gamepad` decides what a stick or A does. Its mouse
-sends `mouse_info` to the node `controller`. :class:`tb3_labs.supervision.grip.Grip` says which page
-drives. STOP goes to every node at once.
+sends `mouse_info` to the node `controller`. :class:`tb3_labs.supervision.page_grip.Grip` says which
+page drives. STOP goes to every node at once.
 """
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
@@ -19,7 +19,7 @@ from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.operator import call_reset
 from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import heard_by
-from tb3_labs.supervision.grip import Grip
+from tb3_labs.supervision.page_grip import Grip
 
 #: A request that was delayed by more than this is rejected: nobody expects it any more [s].
 LONGEST_DELAY = 2.0

@@ -14,7 +14,7 @@ from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.control.goal import DRIVING, DriveConfig, GoalState, is_stopped, turned
+from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState, is_stopped, turned
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2

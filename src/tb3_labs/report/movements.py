@@ -36,7 +36,7 @@ from typing import List, Tuple
 
 import numpy as np
 
-from tb3_labs.control.goal import DRIVING
+from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import POSE_LOST, RESET_SILENCE, JumpFilter

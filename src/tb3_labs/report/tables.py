@@ -12,7 +12,7 @@ from typing import Any, Callable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.control.goal import DRIVING
+from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.report.drives import MAX_ANGULAR, STRAIGHT_AFTER, DriveReport
 from tb3_labs.report.run_data import GAP, RunData, Samples
 from tb3_labs.report.turns import TurnReport

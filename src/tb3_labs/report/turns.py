@@ -14,7 +14,7 @@ from typing import List, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.control.goal import DRIVING
+from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angle_arrays import continuous_at
 from tb3_labs.report.drives import spans
 from tb3_labs.report.movements import NO_SPEED, Kind, Movement, movements

@@ -12,7 +12,7 @@ from nav_msgs.msg import Path
 from std_msgs.msg import ColorRGBA, Float32, String
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tb3_labs.control.goal import DRIVING, WAITING_FOR_CONTROL, is_stopped, to_go
+from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_stopped, to_go
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import frame, to_pose_stamped, to_transform

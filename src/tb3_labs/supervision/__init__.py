@@ -3,14 +3,15 @@
 1. *A stop counts*, whoever sends it. Only a grant is ever doubted (`permission`).
 2. *Old words give nothing*: repeated, late, latched; nor does a node that woke (`freshness`).
 3. *A new grant* is a False, then a True, of one sender after any stop or lapse (`permission`).
-4. *It needs its robot*: without fresh sensors a grant, a goal or a turn is void (`motion_watch`).
+4. *It needs its robot*: without fresh sensors a grant, a goal or a turn is void
+   (`lost_or_stalled`).
 5. *A stop reaches hands*: sticks (`holder`) and mouse (nodes/mouse_reader) count again once they
-   were in their middle, a page once it is gripped anew (`grip`).
+   were in their middle, a page once it is gripped anew (`page_grip`).
 6. *A cancel* ends what arrived before it (`permission.Arrivals`).
 7. *Used is used up*: the start that reads `~has_control` deletes it (scripts/move2goal_tf.py).
 
 `driver` and `holder` have the tables of who drives and who holds the robot. `freshness` shows the
-age of what was heard. `motion_watch` finds sensors that are lost (also in a stall of the network)
-or frozen, and a robot that does not obey. `update(...)` tells a watch what happened; only this
-changes it. `problem()` returns the reason to stop, or ''.
+age of what was heard. `lost_or_stalled` finds sensors that are lost (also in a stall of the
+network) or frozen, and a robot that does not obey. `update(...)` tells a watch what happened; only
+this changes it. `problem()` returns the reason to stop, or ''.
 """
