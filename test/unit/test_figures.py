@@ -7,13 +7,12 @@ from made_motion import driven, turn
 from made_run import TIME, X, ZERO, goals, made, poses, reset_lines
 
 from tb3_labs.report.drives import drives
-from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses
+from tb3_labs.report.run_data import OdometrySamples, Poses
 from tb3_labs.robot.turtlebot3 import robot_model
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.figures import (  # noqa: E402
-    curve, errors, heading, new_figure, speeds, turns)
+from tb3_labs.report.figures import curve, errors, new_figure, turns  # noqa: E402
 from tb3_labs.report.movements import completed  # noqa: E402
 from tb3_labs.report.path_figures import draw_path, paths  # noqa: E402
 
@@ -51,29 +50,13 @@ def test_a_curve_is_blank_at_breaks_and_where_an_angle_goes_round(breaks, circle
     assert data[np.isnan(data[:, 1])][:, 0] == pytest.approx(blanks, abs=0.06)
 
 
-def test_the_figures_draw_the_runs_own_numbers():
-    run = made(commands=Commands(TIME, TIME, ZERO + 0.2, ZERO), imu=ImuSamples(
-        TIME, TIME, ZERO + 0.5, ZERO + 0.1), goals=goals([0.5], [1.0], 0.0, 0.2))
-    linear, angular = speeds(run, BURGER).axes
-    legend, = linear.figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == [
-        'measured', 'commanded', 'limit of the burger']
-    assert lines(linear, 'measured')[0][:, 1] == pytest.approx(ZERO + 0.2)
-    assert lines(linear, 'commanded')[0][:-1, 1] == pytest.approx(ZERO + 0.2)
-    assert lines(angular, 'measured')[0][:, 1] == pytest.approx(ZERO + 0.1)
-    for axes, limit in ((linear, BURGER.max_linear), (angular, BURGER.max_angular)):
-        assert [line[0, 1] for line in lines(axes) if len(line) == 2] == [limit, -limit]
+def test_the_figure_of_the_errors_draws_the_runs_own_numbers():
+    run = made(goals=goals([0.5], [1.0], 0.0, 0.2))
     far, turned = errors(run).axes
     assert lines(far)[0][-1] == pytest.approx((10.0, 0.0), abs=1e-9)
     assert lines(turned)[0][:, 1] == pytest.approx(math.degrees(0.2))
-    assert far.get_ylim()[0] == 0.0
-    circle, line, apart = heading(run).axes
-    for axes in circle, line:
-        assert lines(axes)[0][:, 1] == pytest.approx(math.degrees(0.5))
-    assert lines(apart)[0][:, 1] == pytest.approx(ZERO, abs=1e-9)
-    assert circle.get_ylim() == (-190.0, 190.0)
-    assert far.get_xlim() == apart.get_xlim() == (0.0, 10.0)
-    assert apart.get_ylim() == (-0.25, 0.25)      # at least this [deg]
+    assert far.get_ylim()[0] == 0.0 and far.get_xlim() == (0.0, 10.0)
+    assert turned.get_ylim() == (-190.0, 190.0)
     for axes in far, turned:
         assert np.array([span_of(axes, shade) for shade in axes.patches]) == pytest.approx(
             np.array([(0.5, 1.0), (1.0, 6.0), (6.0, 7.0), (7.0, 10.0)]))    # the states
@@ -85,7 +68,7 @@ def test_each_reset_is_named():
     run = made(resets=reset_lines(*at),
                local_pose=poses(X + 0.5 * np.searchsorted(at, TIME, side='right')))
     names = ['reset {}'.format(k) for k in range(1, 7)]
-    named = [text for text in heading(run).axes[0].texts if text.get_text().startswith('reset')]
+    named = [text for text in errors(run).axes[0].texts if text.get_text().startswith('reset')]
     assert [text.get_text() for text in named] == names
     assert [text.xy[0] for text in named] == pytest.approx(at, abs=0.06)
     figure = paths(run, drives(run, BURGER))
@@ -149,13 +132,3 @@ def test_both_panels_of_the_paths_have_one_scale_that_holds_all():
     assert widths == pytest.approx([1.35 * 3.0] * 4, rel=1e-3)
     for axes, centre in ((in_odom, (1.5, -1.0)), (in_local, (1.0, 1.5))):
         assert (np.mean(axes.get_xlim()), np.mean(axes.get_ylim())) == pytest.approx(centre)
-
-
-def test_a_command_is_drawn_until_the_robots_timeout():
-    """The last of two rows of commands is at 6 s, and the first row ends at 2 s."""
-    time = np.array([1.0, 1.3, 2.0, 5.8, 6.0])
-    linear, _ = speeds(made(commands=Commands(time, time, 0.0 * time + 0.2, 0.0 * time)),
-                       BURGER).axes
-    drawn, = lines(linear, 'commanded')
-    assert drawn[np.isnan(drawn[:, 1]), 0] == pytest.approx([1.8, 2.5, 6.5])
-    assert linear.get_lines()[1].get_drawstyle() == 'steps-post'

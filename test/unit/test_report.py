@@ -52,7 +52,7 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
     page = (tmp_path / 'out' / 'report.html').read_text(encoding='utf-8')
     assert '0.99 m driven, 1 reset. ' in page
     images = re.findall(r'alt="(\w+)" src="data:image/png;base64,([^"]*)"', page)
-    assert [name for name, _ in images] == ['paths', 'errors', 'heading', 'speeds']
+    assert [name for name, _ in images] == ['paths', 'errors']
     for name, image in images:
         png = base64.b64decode(image)
         assert png[:4] == b'\x89PNG' and png == (tmp_path / 'out' / (name + '.png')).read_bytes()

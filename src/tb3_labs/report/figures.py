@@ -1,4 +1,4 @@
-"""The figures of a run over time: errors, heading, speeds and turns; and the parts of any figure.
+"""The figures of a run over time: errors and turns; and the parts of any figure.
 
 Readable in black and white: lines differ by style and width, states by hatching.
 
@@ -18,10 +18,8 @@ from matplotlib.patches import Patch
 from tb3_labs.report import drives
 from tb3_labs.report.epochs import epochs
 from tb3_labs.report.movements import RESTED
-from tb3_labs.report.run_data import RunData, in_force, yaw_offset
-from tb3_labs.report.tables import degrees
+from tb3_labs.report.run_data import RunData
 from tb3_labs.report.turns import REST_MEAN, turns as turns_of
-from tb3_labs.robot.turtlebot3 import RobotModel
 
 DOTS_PER_INCH = 150
 WIDTH = 7.2                     # [inch], between the margins of A4
@@ -98,48 +96,6 @@ def errors(run: RunData) -> Optional[Figure]:
     return figure
 
 
-def heading(run: RunData) -> Figure:
-    """The IMU's heading, wrapped and continuous, and its difference from the odometry's."""
-    figure = new_figure(5.6)
-    circle, line, apart = figure.subplots(3, 1, sharex=True)
-    curve(circle, run.imu.time, np.degrees(run.imu.yaw), circle=True, color=BLUE)
-    curve(line, run.imu.time, np.degrees(np.unwrap(run.imu.yaw)), color=BLUE)
-    offset = yaw_offset(run)
-    curve(apart, offset.time, np.degrees(offset.deviation), color=GREY, linewidth=0.8)
-    circle.set(**WHOLE_CIRCLE)
-    most = max([0.25] + list(1.1 * np.abs(np.degrees(offset.deviation))))
-    apart.set_ylim(-most, most)
-    for axes, title in ((circle, 'IMU, wrapped'), (line, 'IMU, continuous'),
-                        (apart, 'IMU minus odometry, minus its mean of {} deg'.format(
-                            degrees(offset.mean, '{:+.2f}')))):
-        axes.set_title(title, fontsize=9, loc='left')
-        axes.set_ylabel('[deg]')
-    _finish_time(run, circle, line, apart)
-    return figure
-
-
-def speeds(run: RunData, model: RobotModel) -> Figure:
-    """Commanded against measured speeds, with the robot's limits."""
-    figure = new_figure(4.3)
-    linear, angular = figure.subplots(2, 1, sharex=True)
-    curve(linear, run.odometry.time, run.odometry.linear, color=BLUE, label='measured')
-    curve(angular, run.imu.time, run.imu.yaw_rate, color=BLUE, label='measured')
-    for axes, commands, limit in ((linear, run.commands.linear, model.max_linear),
-                                  (angular, run.commands.angular, model.max_angular)):
-        if len(commands):
-            axes.plot(*in_force(run.commands.time, commands), color=ORANGE, linestyle='--',
-                      linewidth=1.1, drawstyle='steps-post', label='commanded')
-        for sign in (1.0, -1.0):
-            axes.axhline(sign * limit, color='black', linewidth=0.8, linestyle=':',
-                         label='limit of the {}'.format(model.name) if sign > 0.0 else None)
-        axes.margins(y=0.1)
-    linear.set_ylabel('linear [m/s]\n(odometry)')
-    angular.set_ylabel('angular [rad/s]\n(gyro)')
-    _finish_time(run, linear, angular)
-    legend_below(figure, *linear.get_legend_handles_labels())
-    return figure
-
-
 def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
     """Returns a figure of the angle left and the rate of turn, positive in the direction that was
     asked for; None without a turn. `alone`: number (from 1) of the only turn to draw; 0: all."""
@@ -177,7 +133,7 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
 
 
 def _shade(figure: Figure, plots: Sequence[Axes], run: RunData) -> None:
-    """Draw states as shades and resets as lines, with a legend for both."""
+    """Draw states as shades and resets as lines, with a legend for both; the axis of time."""
     used = {}
     for span in drives.spans(run):
         kind = span.state if span.state in STATES else ''
@@ -187,17 +143,6 @@ def _shade(figure: Figure, plots: Sequence[Axes], run: RunData) -> None:
         for axes in plots:
             axes.axvspan(max(0.0, span.begin), span.end, facecolor=fill, hatch=hatch,
                          edgecolor='#bbbbbb', linewidth=0.0, zorder=0)
-    _finish_time(run, *plots)
-    handles: List[Any] = list(used.values()) + [
-        line for line in plots[0].get_lines() if line.get_label() == 'reset']
-    legend_below(figure, handles, [handle.get_label() for handle in handles])
-
-
-def _resets(run: RunData) -> List[float]:
-    return [epoch.begin for epoch in epochs(run)[1:]]
-
-
-def _finish_time(run: RunData, *plots: Axes) -> None:
     for number, reset in enumerate(_resets(run)):
         plots[0].annotate('reset {}'.format(number + 1), (reset, 1.0), xytext=(2, -2),
                           xycoords=('data', 'axes fraction'), textcoords='offset points',
@@ -209,3 +154,10 @@ def _finish_time(run: RunData, *plots: Axes) -> None:
         axes.grid(True, linewidth=0.3)
         axes.set_xlim(0.0, run.duration)
     plots[-1].set_xlabel('time [s]')
+    handles: List[Any] = list(used.values()) + [
+        line for line in plots[0].get_lines() if line.get_label() == 'reset']
+    legend_below(figure, handles, [handle.get_label() for handle in handles])
+
+
+def _resets(run: RunData) -> List[float]:
+    return [epoch.begin for epoch in epochs(run)[1:]]

@@ -31,9 +31,7 @@ SHORTEST_PATH = 0.05
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
     'turns': 'Angle left to what was asked, and rate of turn, from the first command on.',
-    'errors': 'Distance to the goal, and angle off its heading, in local.',
-    'heading': 'The IMU\'s heading, and how its difference from the odometry\'s varies.',
-    'speeds': 'Commanded and measured speeds.'}
+    'errors': 'Distance to the goal, and angle off its heading, in local.'}
 NOTHING = 'No drives are listed: {}. The local frame is {}.'
 NO_COMMANDS = 'the recording holds neither goal_state nor commands; record /cmd_vel too'
 NO_DRIVE = 'neither goal_state nor the commands show one'
@@ -70,7 +68,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
     write_csv(run, folder / 'run.csv')
     tables.write_reports(folder, name, turned, driven)
     page = folder / 'report.html'
-    shown = _figures(run, model, folder, turn, driven)
+    shown = _figures(run, folder, turn, driven)
     found = diagnose(run)
     page.write_text(tables.document('Run report: ' + name, [
         '<p>{}</p>'.format(escape(_summary(run, model))),
@@ -78,17 +76,14 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
             run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)),
         hints.section(found, run), _turns(run, turned), shown['turns'],
         _drives(run, driven, turned), shown['paths'], shown['errors'], _along(driven),
-        shown['heading'], shown['speeds'],
         RATES.format(tables.rates(run))]), encoding='utf-8')
     return page
 
 
-def _figures(run: RunData, model: RobotModel, folder: Path, turn: int,
+def _figures(run: RunData, folder: Path, turn: int,
              driven: Sequence[DriveReport]) -> Dict[str, str]:
     """Returns {name: HTML} of the figures; '' for a figure that would show nothing."""
-    drawn = {'turns': figures.turns(run, turn), 'errors': figures.errors(run),
-             'heading': figures.heading(run), 'speeds': figures.speeds(run, model),
-             'paths': None}
+    drawn = {'turns': figures.turns(run, turn), 'errors': figures.errors(run), 'paths': None}
     if run.odometry.length >= SHORTEST_PATH:
         drawn['paths'] = path_figures.paths(run, driven)
     return {name: write_figure(figure, folder / (name + '.png'), CAPTIONS[name])

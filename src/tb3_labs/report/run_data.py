@@ -12,7 +12,7 @@ Edge cases: a topic that was not recorded has samples of length 0; an invalid qu
 import functools
 import math
 from dataclasses import dataclass, field, fields
-from typing import Any, Callable, Dict, Sequence, Tuple, Type, TypeVar
+from typing import Any, Callable, Dict, NamedTuple, Sequence, Tuple, Type, TypeVar
 
 import numpy as np
 
@@ -151,13 +151,6 @@ class Commands(Samples):
         return np.where(is_over, -1, newest)
 
 
-def in_force(time: np.ndarray, speeds: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Returns (time, speed) of commands as steps; NaN if the robot's timeout ended a command."""
-    old = np.flatnonzero(np.append(np.diff(time), math.inf) > COMMAND_TIMEOUT)
-    return (np.insert(time, old + 1, time[old] + COMMAND_TIMEOUT),
-            np.insert(speeds, old + 1, math.nan))
-
-
 @dataclass(frozen=True)
 class States(Samples):
     """The states of move_to_goal: `words`, an array of str."""
@@ -230,20 +223,14 @@ def once(find: Callable[[RunData], Result]) -> Callable[[RunData], Result]:
     return found
 
 
-@dataclass(frozen=True)
-class YawOffset:
-    """The IMU's yaw minus the odometry's: its mean [rad], and its deviation from the mean at
-    `time`.
-    """
+class YawOffset(NamedTuple):
+    """The IMU's yaw minus the odometry's [rad]."""
 
     mean: float
-    spread: float                     # standard deviation [rad]
-    drift: float                      # last tenth of the recording minus first tenth [rad]
-    time: np.ndarray
-    deviation: np.ndarray
+    spread: float    # standard deviation
+    drift: float     # last tenth of the recording minus first tenth
 
 
-@once
 def yaw_offset(run: RunData) -> YawOffset:
     """Returns the YawOffset at the odometry messages that are not in a gap of the IMU. Its numbers
     are NaN if there are no such messages."""
@@ -251,9 +238,8 @@ def yaw_offset(run: RunData) -> YawOffset:
     after = np.searchsorted(imu_time, at).clip(1, len(imu_time) - 1)
     close = (np.abs(imu_time[after] - at) < GAP) & (np.abs(imu_time[after - 1] - at) < GAP)
     if not close.any():
-        return YawOffset(math.nan, math.nan, math.nan, np.empty(0), np.empty(0))
+        return YawOffset(math.nan, math.nan, math.nan)
     offset = np.unwrap((run.imu.yaw_at(at) - np.unwrap(run.odometry.yaw))[close])
-    mean, tenth = float(offset.mean()), max(1, len(offset) // 10)
-    return YawOffset(wrap(mean), float(offset.std()),
-                     float(offset[-tenth:].mean() - offset[:tenth].mean()), at[close],
-                     offset - mean)
+    tenth = max(1, len(offset) // 10)
+    return YawOffset(wrap(float(offset.mean())), float(offset.std()),
+                     float(offset[-tenth:].mean() - offset[:tenth].mean()))

@@ -19,10 +19,10 @@ from tb3_labs.report.curves import curves, mark_line
 from tb3_labs.report.drives import DriveReport, goal_errors, spans
 from tb3_labs.report.epochs import Epoch, epochs, local_in_odom
 from tb3_labs.report.movements import Movement, movements
-from tb3_labs.report.run_data import GAP, Commands, LogLines, Poses, RunData, in_force
+from tb3_labs.report.run_data import GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.report.tables import degrees, number
 from tb3_labs.report.turns import TurnReport
-from tb3_labs.robot.turtlebot3 import RobotModel
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
 #: The HTML of the timeline; its program and its style lie beside it.
 PAGE = Path(__file__).with_name('timeline.html')
@@ -131,15 +131,15 @@ def _truth_in_odom(run: RunData, frames: Sequence[Epoch]) -> Poses:
 def _commands(commands: Commands) -> List[List[Any]]:
     """Returns [time, m/s, rad/s] of each command that differs from the command before. The speeds
     are None at the time at which the robot's timeout ended a command."""
-    if not len(commands):
-        return []
-    time, linear = in_force(commands.time, commands.linear)
-    _, angular = in_force(commands.time, commands.angular)
+    time = commands.time
     rows: List[List[Any]] = []
-    for at, *speeds in zip(time, linear, angular):
-        said = [None if math.isnan(speed) else round(float(speed), 3) for speed in speeds]
+    for at, following, *speeds in zip(time, [*time[1:], math.inf], commands.linear,
+                                      commands.angular):
+        said = [round(float(speed), 3) for speed in speeds]
         if not rows or rows[-1][1:] != said:
             rows.append([round(float(at), 3), *said])
+        if following - at > COMMAND_TIMEOUT:
+            rows.append([round(float(at) + COMMAND_TIMEOUT, 3), None, None])
     return rows
 
 
