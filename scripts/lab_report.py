@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes a report of a recorded run: paths, errors, speeds and tables, as a page, PNG and CSV.
+"""Makes a report of a recorded run: timeline, paths, turns and tables, as a page, PNG and CSV.
 
 Usage: lab_report.py RUN.bag [-o FOLDER] [--goal X Y YAW_DEG] [--ns ROBOT] [--model MODEL]
                      [--turn NUMBER]

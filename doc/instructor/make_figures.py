@@ -23,7 +23,7 @@ from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal_state import DRIVING, DriveConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
-from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE, STATES
+from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
@@ -43,6 +43,9 @@ GOAL, NEAR = Pose2(-0.61, 0.61, 0.0), 0.15
 OFFSET_DEG = -34.6
 #: Time between two looks at a drive [s].
 LOOK = 0.05
+#: state: (fill, hatching).
+STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
+          'ROTATE_TO_FINAL': ('#d3e8d3', '\\\\\\'), 'GOAL_REACHED': ('#ffffff', '')}
 
 
 def new_figure(width, height):

@@ -12,9 +12,8 @@ from tb3_labs.robot.turtlebot3 import robot_model
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.figures import curve, errors, new_figure, turns  # noqa: E402
+from tb3_labs.report.figures import draw_path, new_figure, paths, turns  # noqa: E402
 from tb3_labs.report.movements import completed  # noqa: E402
-from tb3_labs.report.path_figures import draw_path, paths  # noqa: E402
 
 BURGER = robot_model('burger')
 
@@ -24,53 +23,12 @@ def lines(axes, label=None):
             if label is None or line.get_label() == label]
 
 
-def span_of(axes, shade):
-    """The times from which and to which a patch reaches."""
-    return axes.transData.inverted().transform(shade.get_window_extent().get_points())[:, 0]
-
-
-@pytest.mark.parametrize('period, pause, blanks', [
-    (0.05, 0.45, 0), (0.05, 0.55, 1), (1.0, 4.8, 0)])
-def test_a_curve_is_blank_in_a_pause(period, pause, blanks):
-    """Of half a second; of five periods in a slow topic."""
-    before = np.arange(40) * period
-    time = np.concatenate([before, before[-1] + pause + np.arange(20) * period])
-    axes = new_figure(2.0).subplots()
-    curve(axes, time, np.ones(len(time)))
-    assert np.isnan(lines(axes)[0][:, 1]).sum() == blanks
-
-
-@pytest.mark.parametrize('breaks, circle, blanks', [
-    ((2.0,), True, [2.0, 3.0, 9.0]), ((), False, []),
-    ((0.03,), False, [0.05]), ((0.0, 10.5), False, [])])     # before or after all: none
-def test_a_curve_is_blank_at_breaks_and_where_an_angle_goes_round(breaks, circle, blanks):
-    axes = new_figure(2.0).subplots()
-    curve(axes, TIME, (60.0 * TIME + 180.0) % 360.0 - 180.0, breaks, circle=circle)
-    data, = lines(axes)
-    assert data[np.isnan(data[:, 1])][:, 0] == pytest.approx(blanks, abs=0.06)
-
-
-def test_the_figure_of_the_errors_draws_the_runs_own_numbers():
-    run = made(goals=goals([0.5], [1.0], 0.0, 0.2))
-    far, turned = errors(run).axes
-    assert lines(far)[0][-1] == pytest.approx((10.0, 0.0), abs=1e-9)
-    assert lines(turned)[0][:, 1] == pytest.approx(math.degrees(0.2))
-    assert far.get_ylim()[0] == 0.0 and far.get_xlim() == (0.0, 10.0)
-    assert turned.get_ylim() == (-190.0, 190.0)
-    for axes in far, turned:
-        assert np.array([span_of(axes, shade) for shade in axes.patches]) == pytest.approx(
-            np.array([(0.5, 1.0), (1.0, 6.0), (6.0, 7.0), (7.0, 10.0)]))    # the states
-
-
 def test_each_reset_is_named():
     """The robot's place in local jumps six times."""
     at = 1.5 + np.arange(6)
     run = made(resets=reset_lines(*at),
                local_pose=poses(X + 0.5 * np.searchsorted(at, TIME, side='right')))
     names = ['reset {}'.format(k) for k in range(1, 7)]
-    named = [text for text in errors(run).axes[0].texts if text.get_text().startswith('reset')]
-    assert [text.get_text() for text in named] == names
-    assert [text.xy[0] for text in named] == pytest.approx(at, abs=0.06)
     figure = paths(run, drives(run, BURGER))
     legend, = figure.legends
     assert [text.get_text() for text in legend.get_texts()][:7] == ['path'] + [

@@ -26,9 +26,9 @@ from tb3_labs.report.tables import number, table
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.drives import drives  # noqa: E402
+from tb3_labs.report.figures import paths  # noqa: E402
 from tb3_labs.report.movements import completed  # noqa: E402
 from tb3_labs.report.page import write_csv, write_report  # noqa: E402
-from tb3_labs.report.path_figures import paths  # noqa: E402
 
 UNKNOWN = '\u2013'
 
@@ -52,7 +52,7 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
     page = (tmp_path / 'out' / 'report.html').read_text(encoding='utf-8')
     assert '0.99 m driven, 1 reset. ' in page
     images = re.findall(r'alt="(\w+)" src="data:image/png;base64,([^"]*)"', page)
-    assert [name for name, _ in images] == ['paths', 'errors']
+    assert [name for name, _ in images] == ['paths']
     for name, image in images:
         png = base64.b64decode(image)
         assert png[:4] == b'\x89PNG' and png == (tmp_path / 'out' / (name + '.png')).read_bytes()

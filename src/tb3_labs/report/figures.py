@@ -1,46 +1,42 @@
-"""The figures of a run over time: errors and turns; and the parts of any figure.
+"""The figures of a run that are printed: its turns, and its paths in both frames.
 
-Readable in black and white: lines differ by style and width, states by hatching.
+Readable in black and white: lines differ by style and width.
 
-Units on the axes: metres, degrees, seconds since the recording's start, m/s, rad/s; inch for sizes.
+Units on the axes: metres, degrees, rad/s, seconds since a turn's first command; inch for sizes.
 """
 import math
 from pathlib import Path
-from typing import Any, BinaryIO, Dict, List, Optional, Sequence, Union
+from typing import Any, BinaryIO, Dict, List, Optional, Sequence, Tuple, Union
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
-from tb3_labs.report import drives
-from tb3_labs.report.epochs import epochs
-from tb3_labs.report.movements import RESTED
-from tb3_labs.report.run_data import RunData
-from tb3_labs.report.turns import REST_MEAN, turns as turns_of
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.drives import DriveReport
+from tb3_labs.report.epochs import Epoch, epoch_of, epochs, local_in_odom
+from tb3_labs.report.run_data import Poses, RunData
+from tb3_labs.report.turns import REST_MEAN
+from tb3_labs.report.turns import turns as turns_of
 
 DOTS_PER_INCH = 150
 WIDTH = 7.2                     # [inch], between the margins of A4
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: (colour, line style) of successive curves.
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
-#: A pause in a curve longer than this is left blank [s].
-BREAK = 0.5
-#: state: (fill, hatching); '' stands for all other states (waiting, stopped, gave up).
-STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
-          'ROTATE_TO_FINAL': ('#d3e8d3', '\\\\\\'), 'GOAL_REACHED': ('#ffffff', ''),
-          RESTED: ('#ffffff', ''),
-          '': ('#dddddd', '...')}
-#: The vertical axis of an angle [deg].
-WHOLE_CIRCLE = dict(ylim=(-190.0, 190.0), yticks=[-180, -90, 0, 90, 180])
 #: Long curves are drawn in parts of this many points: Agg in Noetic limits the length of one part.
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: A turn is drawn from this time before it until this time after it [s].
 BEFORE, AFTER = 0.2, 2.0 * REST_MEAN
 #: Up to this many turns have names in the legend.
 MOST_NAMES = 12
+#: Width and height of a letter in a frame's name, as a part of a panel's width.
+LETTER, LINE = 0.028, 0.05
+#: The frames and paths of later resets have no names: the panel has no room for more.
+MOST_NAMED = 6
 
 
 def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:
@@ -56,44 +52,10 @@ def new_figure(height: float) -> Figure:
     return figure
 
 
-def curve(axes: Axes, time: np.ndarray, values: np.ndarray, breaks: Sequence[float] = (),
-          circle: bool = False, **looks: Any) -> None:
-    """Draw a line with blanks at the times `breaks` [s] and in pauses.
-
-    `circle`: the values are angles [deg], with blanks also at jumps by half a turn.
-    """
-    pauses = np.diff(time)
-    longest = max(BREAK, 5.0 * float(np.median(pauses))) if len(pauses) else BREAK
-    breaks = list(breaks) + list(time[1:][pauses > longest])
-    at = {int(index) for index in np.searchsorted(time, breaks)} - {0, len(time)}
-    if circle:
-        at |= {int(index) + 1 for index in np.flatnonzero(np.abs(np.diff(values)) > 180.0)}
-    blanks = np.array(sorted(at), dtype=int)
-    axes.plot(np.insert(time, blanks, time[blanks]), np.insert(values, blanks, math.nan),
-              **dict(dict(linewidth=1.3), **looks))
-
-
 def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
     """Put a legend below the figure; three columns fit its width."""
     figure.legend(handles, labels, loc='upper center', ncol=3, fontsize=8, frameon=False,
                   bbox_to_anchor=(0.5, 0.0))
-
-
-# A run over time ------------------------------------------------------------------------------
-
-def errors(run: RunData) -> Optional[Figure]:
-    """Distance and angle to the goal over time; None without a goal."""
-    time, distance, angle = drives.goal_errors(run)
-    if not len(time):
-        return None
-    figure = new_figure(4.3)
-    far, turned = figure.subplots(2, 1, sharex=True)
-    curve(far, time, distance, _resets(run), color=BLUE)
-    curve(turned, time, np.degrees(angle), _resets(run), circle=True, color=BLUE)
-    far.set(ylabel='distance error [m]', ylim=(0.0, None))
-    turned.set(ylabel='angle error [deg]', **WHOLE_CIRCLE)
-    _shade(figure, (far, turned), run)
-    return figure
 
 
 def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
@@ -116,9 +78,9 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
         colour, style = STYLES[number % len(STYLES)]
         looks: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
         name = '{}: {:+.0f} deg'.format(number + 1, math.degrees(turn.asked))
-        curve(left, imu.time - turn.begin, np.degrees(remaining),
+        left.plot(imu.time - turn.begin, np.degrees(remaining),
               label=name if number < first + MOST_NAMES else None, **looks)
-        curve(rate, imu.time - turn.begin, sign * imu.yaw_rate, **looks)
+        rate.plot(imu.time - turn.begin, sign * imu.yaw_rate, **looks)
         commands = run.commands.between(turn.begin - BEFORE, until)
         rate.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
                   markersize=2.5, label=None if number > first else 'commanded')
@@ -132,32 +94,120 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
     return figure
 
 
-def _shade(figure: Figure, plots: Sequence[Axes], run: RunData) -> None:
-    """Draw states as shades and resets as lines, with a legend for both; the axis of time."""
-    used = {}
-    for span in drives.spans(run):
-        kind = span.state if span.state in STATES else ''
-        fill, hatch = STATES[kind]
-        used[kind] = Patch(facecolor=fill, hatch=hatch, edgecolor='#aaaaaa',
-                           label=kind or 'waiting, stopped or gave up')
-        for axes in plots:
-            axes.axvspan(max(0.0, span.begin), span.end, facecolor=fill, hatch=hatch,
-                         edgecolor='#bbbbbb', linewidth=0.0, zorder=0)
-    for number, reset in enumerate(_resets(run)):
-        plots[0].annotate('reset {}'.format(number + 1), (reset, 1.0), xytext=(2, -2),
-                          xycoords=('data', 'axes fraction'), textcoords='offset points',
-                          rotation=90, fontsize=7, ha='left', va='top')
-        for axes in plots:
-            axes.axvline(reset, color='black', linewidth=1.4, linestyle=(0, (4, 2)),
-                         label=None if number else 'reset')
-    for axes in plots:
+# The paths ---------------------------------------------------------------------------------------
+
+def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
+    """The path in odom and in local, side by side at one scale, with the axes of both frames, and
+    the goals of the drives."""
+    figure = new_figure(4.0)
+    in_odom, in_local = figure.subplots(1, 2)
+    frames, local = epochs(run), run.local_pose
+    for number, epoch in enumerate(frames):
+        colour, _ = STYLES[number % len(STYLES)]
+        _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
+        name = 'path after reset {}'.format(number) if number else 'path'
+        looks = dict(color=colour, linestyle=style, linewidth=1.6,
+                     label=name if number <= MOST_NAMED else None)
+        draw_path(in_odom, run.odometry.between(epoch.begin, epoch.end), **looks)
+        draw_path(in_local, local.between(epoch.begin, epoch.end), **looks)
+        if epoch.local_T_world is not None:
+            truth = run.ground_truth.between(epoch.begin, epoch.end).seen_from(
+                epoch.local_T_world)
+            looks = dict(color='#bbbbbb', linewidth=4.5, zorder=1,
+                         label=None if number else 'ground truth')
+            draw_path(in_local, truth, **looks)
+            draw_path(in_odom, local_in_odom(run, truth.time) @ truth, **looks)
+    goals = [(drive, drive.goal) for drive in driven if drive.goal]
+    _ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
+    _ends(in_local, local, [goal for _, goal in goals])
+    size = _same_scale((in_odom, [epoch.odom_T_local for epoch in frames]),
+                       (in_local, [epoch.odom_T_local.inverse() for epoch in frames]))
+    shown = [(epoch.odom_T_local, ', reset {}'.format(number) if number else '')
+             for number, epoch in enumerate(frames)]
+    _frames(in_odom, 'odom', [(pose, 'local' + after) for pose, after in shown], size)
+    _frames(in_local, 'local', [(pose.inverse(), 'odom' + after) for pose, after in shown], size)
+    for axes, title in ((in_odom, 'global frame (odom)'), (in_local, 'local frame')):
+        axes.set(title=title, xlabel='x [m]', ylabel='y [m]')
         axes.grid(True, linewidth=0.3)
-        axes.set_xlim(0.0, run.duration)
-    plots[-1].set_xlabel('time [s]')
-    handles: List[Any] = list(used.values()) + [
-        line for line in plots[0].get_lines() if line.get_label() == 'reset']
-    legend_below(figure, handles, [handle.get_label() for handle in handles])
+    legend_below(figure, *in_odom.get_legend_handles_labels())
+    return figure
 
 
-def _resets(run: RunData) -> List[float]:
-    return [epoch.begin for epoch in epochs(run)[1:]]
+def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
+    """Draw a line with blanks at jumps of the poses, such as a reset of the odometry."""
+    for piece in np.split(np.arange(len(poses)), poses.leaps):
+        if len(piece):
+            axes.plot(poses.x[piece], poses.y[piece], **looks)
+            looks['label'] = None
+
+
+def _in_odom(run: RunData, frames: Sequence[Epoch], drive: DriveReport, goal: Pose2) -> Pose2:
+    last = min(drive.end, epoch_of(frames, drive.begin, drive.end).end)
+    return local_in_odom(run, np.array([last])).pose(0) @ goal
+
+
+def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
+    """Give all panels (axes, frames) the same scale and size. Returns the width of a panel [m]."""
+    boxes = []
+    for axes, frames in panels:
+        places = [(frame.x, frame.y) for frame in frames] + [(0.0, 0.0)]
+        axes.update_datalim(places)
+        boxes.append(axes.dataLim.get_points())
+    width = max([1.0] + [1.35 * np.ptp(box, axis=0).max() for box in boxes])
+    for (axes, _), box in zip(panels, boxes):
+        x, y = box.mean(axis=0)
+        axes.set(xlim=(x - width / 2.0, x + width / 2.0), ylim=(y - width / 2.0, y + width / 2.0))
+        axes.set_aspect('equal', adjustable='box')
+    return width
+
+
+def _frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]], width: float) -> None:
+    """Draw the panel's `own` frame and `others`, (pose, name): x axes (long), y axes, names."""
+    drawn = [line.get_xydata() for line in axes.get_lines()]
+    named = [(Pose2(), own)] + list(others)
+    for number, (pose, _) in enumerate(named):
+        for tip in ((0.13 * width, 0.0), (0.0, 0.08 * width)):
+            begin, end = pose.act([(0.0, 0.0), tip])
+            axes.annotate('', end, begin, arrowprops=dict(
+                arrowstyle='-|>', color=GREY if number else 'black', shrinkA=0, shrinkB=0,
+                linewidth=1.0 if number else 1.8))
+            drawn.append(np.linspace(begin, end, 9))
+    boxes: List[np.ndarray] = []
+    for number, (pose, name) in enumerate(named[:MOST_NAMED + 2]):    # before the first reset: two
+        boxes.append(_place(axes, pose, width * np.array((LETTER * len(name), LINE)), boxes,
+                            np.concatenate(drawn)))
+        axes.annotate(name, (pose.x, pose.y), xytext=tuple(boxes[-1].mean(axis=0)), fontsize=8,
+                      textcoords='data', fontweight='normal' if number else 'bold', ha='center',
+                      va='center', bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0, pad=0.0))
+
+
+def _place(axes: Axes, pose: Pose2, size: np.ndarray, boxes: Sequence[np.ndarray],
+           drawn: np.ndarray) -> np.ndarray:
+    """Returns a box, [least, most] (x, y), of `size` for the name of a frame, beside its origin. It
+    is inside the panel, covers no other of the `boxes`, and few of the points `drawn`. If possible
+    it is behind both axes of the frame."""
+    panel = np.array([axes.get_xlim(), axes.get_ylim()]).T
+    back = pose.yaw + 1.25 * math.pi
+
+    def cost(box: np.ndarray) -> float:
+        outside = (box[0] < panel[0]).any() or (box[1] > panel[1]).any()
+        over = any((box[0] < other[1]).all() and (other[0] < box[1]).all() for other in boxes)
+        hidden = np.count_nonzero(((box[0] < drawn) & (drawn < box[1])).all(axis=1))
+        away = box.mean(axis=0) - (pose.x, pose.y)
+        turned = abs(difference(math.atan2(away[1], away[0]), back))
+        far = np.maximum(np.abs(away) - size / 2.0, 0.0).max() / size[1]
+        return 1e6 * outside + 1e5 * over + min(hidden, 20) + turned + 15.0 * far
+
+    steps = [np.array((right, up)) for right in (-1, 0, 1) for up in (-1, 0, 1) if right or up]
+    centres = [(pose.x, pose.y) + step * (far * size[1] + size / 2.0)
+               for far in (0.5, 1.5, 2.5, 3.5) for step in steps]
+    return min((np.array([centre - size / 2.0, centre + size / 2.0]) for centre in centres),
+               key=cost)
+
+
+def _ends(axes: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:
+    axes.plot(poses.x[:1], poses.y[:1], 'o', color='black', markersize=6, zorder=5, label='start')
+    axes.plot(poses.x[-1:], poses.y[-1:], 's', color='black', markersize=4, zorder=5, label='end')
+    for number, goal in enumerate(goals):
+        axes.plot(goal.x, goal.y, '*', markerfacecolor='none', markeredgecolor='black',
+                  markersize=13, linestyle='', zorder=6, label=None if number else 'goal')

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.report import figures, hints, path_figures, tables, timeline
+from tb3_labs.report import figures, hints, tables, timeline
 from tb3_labs.report.diagnosis import diagnose
 from tb3_labs.report.drives import DriveReport, drives, goal_errors, spans
 from tb3_labs.report.epochs import epochs
@@ -30,8 +30,7 @@ SAME_INSTANT = 0.02
 SHORTEST_PATH = 0.05
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
-    'turns': 'Angle left to what was asked, and rate of turn, from the first command on.',
-    'errors': 'Distance to the goal, and angle off its heading, in local.'}
+    'turns': 'Angle left to what was asked, and rate of turn, from the first command on.'}
 NOTHING = 'No drives are listed: {}. The local frame is {}.'
 NO_COMMANDS = 'the recording holds neither goal_state nor commands; record /cmd_vel too'
 NO_DRIVE = 'neither goal_state nor the commands show one'
@@ -75,7 +74,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
         timeline.section(timeline.timeline(
             run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)),
         hints.section(found, run), _turns(run, turned), shown['turns'],
-        _drives(run, driven, turned), shown['paths'], shown['errors'], _along(driven),
+        _drives(run, driven, turned), shown['paths'], _along(driven),
         RATES.format(tables.rates(run))]), encoding='utf-8')
     return page
 
@@ -83,9 +82,9 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
 def _figures(run: RunData, folder: Path, turn: int,
              driven: Sequence[DriveReport]) -> Dict[str, str]:
     """Returns {name: HTML} of the figures; '' for a figure that would show nothing."""
-    drawn = {'turns': figures.turns(run, turn), 'errors': figures.errors(run), 'paths': None}
+    drawn = {'turns': figures.turns(run, turn), 'paths': None}
     if run.odometry.length >= SHORTEST_PATH:
-        drawn['paths'] = path_figures.paths(run, driven)
+        drawn['paths'] = figures.paths(run, driven)
     return {name: write_figure(figure, folder / (name + '.png'), CAPTIONS[name])
             for name, figure in drawn.items()}
 
