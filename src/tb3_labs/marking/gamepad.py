@@ -7,7 +7,7 @@ import yaml
 
 from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING,
                                        STOPS_AT_ONCE, STOPS_WHEN_LOST, THUMB, TRACEBACK, Criterion,
-                                       ends_cleanly, opposite, starts, steers, stops_robot,
+                                       Place, ends_cleanly, opposite, starts, steers, stops_robot,
                                        stops_when_silent)
 from tb3_labs.marking.observation import NotSeen, Observation
 from tb3_labs.nodes.pad import PadConfig
@@ -54,6 +54,8 @@ STICK_LIMITS = '{:g} to {:g} {} within {:g} s, and at most {:g} of the other spe
 SUCCESS = 'Pose reset successfully'
 #: The pad that is played if none is named.
 HANDOUT = 'handout'
+#: The step that names the mistakes of a reset.
+Y_STEP = Place(THUMB.sheet, THUMB.heading, 3)
 
 
 def pad_called(name: str) -> PadConfig:
@@ -188,9 +190,9 @@ CRITERIA = [
               THUMB, _silent_meanwhile, limits='the stick is up for {:g} s'.format(HELD)),
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
               THUMB, _regains, limits='within {:g} s; the stick within {:g} s'.format(SAYS, HELD)),
-    Criterion('resets', BUTTONS, 'Y calls the reset with (0, 0, 0)', THUMB, _resets,
+    Criterion('resets', BUTTONS, 'Y calls the reset with (0, 0, 0)', Y_STEP, _resets,
               limits=IN_RESET_TIME + ', by a quaternion of length 1'),
-    Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SUCCESS), THUMB, _says_success,
+    Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SUCCESS), Y_STEP, _says_success,
               limits=IN_RESET_TIME),
     ends_cleanly(BUTTONS, THUMB),
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', THUMB,
