@@ -60,7 +60,7 @@ source scripts/setup.sh:
   rosrun tb3_labs send_goal.py 1 1 90         another goal
   rostopic echo /local_pose/pose              where it believes to be
 Ctrl+C here ends everything."""
-CONTROL_TAKEN = 'Control was taken from the demonstration: it drives no more'
+TAKEN_LINE = 'Control was taken from the demonstration: it drives no more'
 
 
 class Taken(Exception):
@@ -95,10 +95,10 @@ class Demo:
             self._tell(drives)
         except Taken:
             if self._config.stay:
-                rospy.logwarn(CONTROL_TAKEN)
+                rospy.logwarn(TAKEN_LINE)
                 print(WHAT_NEXT)
             else:
-                end(CONTROL_TAKEN)
+                end(TAKEN_LINE)
 
     def _wait_for_everybody(self):
         for topic in ('local_pose', 'ground_truth'):

@@ -38,7 +38,7 @@ from tb3_labs.report import hints
 
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
 #: rostest names the file for the results by this word.
-RESULTS = '--gtest_output=xml:'
+XML_OPTION = '--gtest_output=xml:'
 #: A node's file is looked for at these depths of a package; links are followed.
 DEPTHS = '*', '*/*', '*/*/*'
 
@@ -169,7 +169,8 @@ def report(checks):
     if '--text' in sys.argv:
         result = unittest.TextTestRunner(verbosity=2).run(unittest.TestSuite(checks))
     else:
-        file = next((word[len(RESULTS):] for word in sys.argv if word.startswith(RESULTS)), None)
+        file = next((word[len(XML_OPTION):] for word in sys.argv if word.startswith(XML_OPTION)),
+                    None)
         result = rosunit.create_xml_runner(OWN_PACKAGE, 'check', file).run(
             unittest.TestSuite(checks))
     return 0 if result.wasSuccessful() else 1

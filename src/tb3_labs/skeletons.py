@@ -18,7 +18,7 @@ SUFFIX = '.in'
 MANIFEST = 'package.xml'
 #: A package's name, as catkin wants it.
 PACKAGE_NAME = re.compile(r'[a-z][a-z0-9_]*')
-PROGRAM = '#!'
+PROGRAM_MARK = '#!'
 LEFTOVER = re.compile(r'(^|/)(\.|__pycache__/)|~$')
 
 
@@ -82,7 +82,7 @@ def write(files: Dict[str, str], target: Path) -> None:
             path = target / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding='utf-8')
-            if text.startswith(PROGRAM):
+            if text.startswith(PROGRAM_MARK):
                 mode = path.stat().st_mode
                 path.chmod(mode | (mode & 0o444) >> 2)    # users who may read it may start it
     except OSError:

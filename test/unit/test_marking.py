@@ -19,7 +19,7 @@ from tb3_labs.marking.marks import LABS, Marks, points_of
 from tb3_labs.marking.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.processes import BoundedText
 from tb3_labs.marking.gamepad import pad_called, pad_in_words
-from tb3_labs.marking.ros_gamepad import AXES, BUTTONS
+from tb3_labs.marking.ros_gamepad import AXES, PAD_BUTTONS_SENT
 from tb3_labs.marking.ros_stage import SCRIPTS, changed
 from tb3_labs.nodes.pad import PadConfig
 
@@ -149,7 +149,7 @@ def test_the_sticks_and_buttons_of_every_pad_are_there():
     for file in (REPOSITORY / 'launch' / 'params').glob('pad_*.yaml'):
         pad = pad_called(file.name[4:-5])
         assert max(pad.linear_axis, pad.angular_axis) < AXES
-        assert max(pad.relinquish_button, pad.regain_button, pad.reset_button) < BUTTONS
+        assert max(pad.relinquish_button, pad.regain_button, pad.reset_button) < PAD_BUTTONS_SENT
 
 
 @pytest.mark.parametrize('name', ['xbocks', '../gamepad'])

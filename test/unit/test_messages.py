@@ -7,7 +7,7 @@ import pytest
 from real_recordings import arrays_of
 
 from tb3_labs.report.drives import drives
-from tb3_labs.report.messages import SenderClock, declared_by, times_on_recorders_clock
+from tb3_labs.report.messages import RecordedClock, declared_by, times_on_recorders_clock
 from tb3_labs.report.movements import completed
 from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData, yaw_offset
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -18,7 +18,7 @@ SENT = np.arange(100) / 10.0
 
 
 def test_a_clock_that_is_set_during_the_recording():
-    assert SenderClock.of(SENT, SENT + AHEAD).lag == pytest.approx(-AHEAD)
+    assert RecordedClock.of(SENT, SENT + AHEAD).lag == pytest.approx(-AHEAD)
     for set_at in 0.3, 0.5, 0.8:
         for by in 1e6, 2.0, -2.0, -1e6:
             stamp = SENT + AHEAD + np.where(SENT > 10.0 * set_at, by, 0.0)
@@ -46,7 +46,7 @@ def test_old_and_strange_stamps():
 
 @pytest.mark.parametrize('apart, shared', [(-0.095, True), (0.105, False)])
 def test_senders_whose_clocks_differ_by_less_than_a_tenth_of_a_second_share_one(apart, shared):
-    robot = SenderClock.of(SENT, SENT + AHEAD)
+    robot = RecordedClock.of(SENT, SENT + AHEAD)
     time = times_on_recorders_clock(SENT, SENT + AHEAD + apart, robot)
     assert time == pytest.approx(SENT + (apart if shared else 0.0))
 
@@ -55,7 +55,7 @@ def test_senders_whose_clocks_differ_by_less_than_a_tenth_of_a_second_share_one(
 def test_most_stamps_must_be_passed_on(share, passed_on):
     """They come 0.3 s late, and the others have stamps that are 0.033 s newer. The rounding of a
     stamp of today in a float is no difference."""
-    robot = SenderClock.of(SENT, SENT + AHEAD)
+    robot = RecordedClock.of(SENT, SENT + AHEAD)
     stamp = SENT + AHEAD + np.where(np.arange(100) < share, 2e-7, 0.033)
     time = times_on_recorders_clock(SENT + 0.3, stamp, robot)
     assert time[:share] == pytest.approx(SENT[:share] + (0.0 if passed_on else 0.267), abs=1e-5)
@@ -63,7 +63,7 @@ def test_most_stamps_must_be_passed_on(share, passed_on):
 
 @pytest.mark.parametrize('every, by_stamp', [(4, True), (5, False)])
 def test_a_quarter_of_the_messages_must_come_in_time(every, by_stamp):
-    robot, number = SenderClock.of(SENT, SENT + AHEAD), np.arange(100)
+    robot, number = RecordedClock.of(SENT, SENT + AHEAD), np.arange(100)
     arrival = SENT + np.where((number % every == 0) | (number == 99), 0.0, 0.6)
     time = times_on_recorders_clock(arrival, SENT + AHEAD, robot)
     assert time == pytest.approx(SENT if by_stamp else np.maximum.accumulate(arrival))
@@ -91,7 +91,7 @@ def test_a_stamp_that_is_ten_seconds_old_says_nothing(late, time):
 def test_a_clock_goes_by_its_quickest_messages_but_for_outliers(lags, lag):
     """A twentieth of them may be quicker."""
     stamp = np.arange(len(lags)) / 10.0
-    assert SenderClock.of(stamp + lags, stamp).lag == pytest.approx(lag)
+    assert RecordedClock.of(stamp + lags, stamp).lag == pytest.approx(lag)
 
 
 @pytest.mark.parametrize('name, offset_deg, metres', [
@@ -101,7 +101,7 @@ def test_recordings_of_a_real_robot(name, offset_deg, metres):
     start = odometry[0][0]
     for table in imu, odometry:
         table[:2] -= start
-    clock = SenderClock.of(odometry[0], odometry[1])
+    clock = RecordedClock.of(odometry[0], odometry[1])
     imu, odometry = ([table[0], times_on_recorders_clock(table[0], table[1], clock), *table[2:]]
                      for table in (imu, odometry))
     run = RunData(name=name, start=0.0, duration=float(odometry[0][-1]), imu=ImuSamples(*imu),

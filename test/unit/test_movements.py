@@ -14,7 +14,7 @@ from tb3_labs.marking.move2goal import GOAL
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalConfig
 from tb3_labs.report.drives import drives
 from tb3_labs.report.epochs import epochs
-from tb3_labs.report.movements import LAB_GOAL, RESTED, TAKEN, Kind, completed, movements
+from tb3_labs.report.movements import LAB_GOAL, CAME_TO_REST, CONTROL_GONE, Kind, completed, movements
 from tb3_labs.report.run_data import Commands, Poses
 
 #: Any drive of the lab.
@@ -136,7 +136,7 @@ def test_a_drive_by_numbers():
     run = run_of()
     found, = drives_of(run)
     off = math.hypot(END[0] + 0.61, END[1] - 0.61)
-    assert found.goal == LAB_GOAL and found.outcome == RESTED
+    assert found.goal == LAB_GOAL and found.outcome == CAME_TO_REST
     assert found.measured == pytest.approx((off, math.radians(-2.0)), abs=2e-3)
     assert found.true == pytest.approx((off, math.radians(-2.0)), abs=2e-3)
     times = math.radians(135.0) / 1.5 + 0.1, 4.0 + 0.1, math.radians(133.0) / 1.5
@@ -165,14 +165,14 @@ def test_a_reset_while_it_drives_ends_the_drive():
     run = run_of([turn(2.0, 90.0), (3.2, 12.0, 0.2, 0.0)], resets=resets((8.02, 0.0, 0.0, 0.0)),
                  control=values([1.0], [1.0]))
     first, second = drives_of(run)
-    assert (first.outcome, second.outcome) == ('ended by a reset', RESTED)
+    assert (first.outcome, second.outcome) == ('ended by a reset', CAME_TO_REST)
     assert second.begin == pytest.approx(8.1)
     assert second.seconds == pytest.approx((0.0, 3.9, 0.0))
 
 
 def test_a_person_who_takes_control_ends_the_drive():
     found, = drives_of(run_of(BACK[:2], control=values([1.0, BACK[1][1] - 0.1], [1.0, 0.0])))
-    assert found.outcome == TAKEN
+    assert found.outcome == CONTROL_GONE
 
 
 def test_the_robots_own_reset_leaves_the_local_pose():

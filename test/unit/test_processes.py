@@ -75,7 +75,7 @@ def test_only_what_has_the_identity_is_ended(family):
     ('OWN_DISK', 0, 'files of more than 0 MB'),
     ('OF_OTHERS', 10 ** 6, 'more than 1 MB of the memory of master, robot and check')])
 def test_a_sandbox_that_uses_too_much_is_ended(monkeypatch, family, limit, most, words):
-    monkeypatch.setattr(processes, 'PERIOD', 0.01)
+    monkeypatch.setattr(processes, 'LOOK_PERIOD_OF_LIMITS', 0.01)
     monkeypatch.setattr(processes, 'OF_OTHERS', 10 ** 12)
     calm = ResourceWatch(family.pid, [])
     calm.over.set()

@@ -139,10 +139,10 @@ ENDING = 5.0
 #: A stop "at once", as the zero velocity at Ctrl+C, must happen within this time [s].
 AT_ONCE = 0.5
 #: A node must stop the robot within this time after a sensor or an input fell silent [s].
-LOST = 1.0
+LOST_AFTER = 1.0
 #: These limits in words.
 IN_TIME, STOPS_AT_ONCE, STOPS_WHEN_LOST = (
-    'within {:g} s'.format(time) for time in (START_TIME, AT_ONCE, LOST))
+    'within {:g} s'.format(time) for time in (START_TIME, AT_ONCE, LOST_AFTER))
 #: A traceback begins with these words, also in the middle of a line of a log.
 TRACEBACK = 'Traceback (most recent call last)'
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
@@ -225,9 +225,9 @@ def stops_when_silent(seen: Observation, name: str, what: str) -> str:
     scene = seen.during(name)
     if not scene.facts[WAS_MOVING]:
         return 'the robot was not moving when {} fell silent'.format(what)
-    if len(scene.moving_after(LOST)):
+    if len(scene.moving_after(LOST_AFTER)):
         return 'the robot was still driven more than {:g} s after {} had fallen silent'.format(
-            LOST, what)
+            LOST_AFTER, what)
     return ''
 
 

@@ -29,8 +29,8 @@ from tb3_labs.report.tables import Markup, document, safe, table
 from tb3_labs.report.timeline import mark, section, timeline
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
-#: A page shows the last LINES lines of each run, each with at most LINE_LENGTH characters.
-LINES, LINE_LENGTH = 15, 300
+#: A page shows the last SHOWN_LINES lines of each run, each with at most LINE_LENGTH characters.
+SHOWN_LINES, LINE_LENGTH = 15, 300
 SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
            Outcome.NOT_OFFERED: '\N{EN DASH}'}
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
@@ -104,7 +104,7 @@ def _printed(observation):
         lines = [line for line in run.printed.splitlines() if line.strip()]
         parts.append('<p>Start {} of {}{}</p><pre>{}</pre>'.format(
             number, len(observation.runs), '' if run.ready is not None else ', never ready',
-            escape('\n'.join(line[:LINE_LENGTH] for line in lines[-LINES:])) or '(nothing)'))
+            escape('\n'.join(line[:LINE_LENGTH] for line in lines[-SHOWN_LINES:])) or '(nothing)'))
     return parts
 
 

@@ -24,7 +24,7 @@ PLACES = {UP: (1.0, 0.0), HALF_UP: (0.5, 0.0), DOWN: (-1.0, 0.0), TO_LEFT: (0.0,
 #: The stimuli of the buttons.
 HAND_OVER, UP_HANDED_OVER, TAKE_BACK, UP_TAKEN_BACK = (
     'A', 'left stick up after A', 'B', 'left stick up after B')
-RESET = 'Y'
+RESET_BUTTON = 'Y'
 RESET_WITHOUT_SERVICE = 'Y without a service'
 PAD_SILENT = 'pad silent'
 #: Keys of the buttons' facts. RELINQUISHED (A, B): the latest value on ctrl_relinq, None if there
@@ -36,10 +36,10 @@ CALLS = 'calls'
 ORIGIN = 'origin'
 UNIT = 'unit'
 
-#: FULL_SPEED [m/s] and FULL_TURN [rad/s] are the gamepad lab's. FORWARD and TURN: the least and the
-#: greatest command of a full stick.
+#: FULL_SPEED [m/s] and FULL_TURN [rad/s] are the gamepad lab's. FORWARD and TURN_RANGE: the least
+#: and the greatest command of a full stick.
 FULL_SPEED, FULL_TURN = 0.22, 2.84
-FORWARD, TURN = (0.15, FULL_SPEED + ROUNDING), (1.5, FULL_TURN + ROUNDING)
+FORWARD, TURN_RANGE = (0.15, FULL_SPEED + ROUNDING), (1.5, FULL_TURN + ROUNDING)
 #: The least and the greatest command of a half stick, as a part of the full stick's command.
 HALF = (0.25, 0.75)
 #: A node obeys a stick within this time if it is not blocked [s]. Waiting for a service takes 1 s.
@@ -90,8 +90,8 @@ def _drives(seen: Observation) -> str:
 
 
 def _turns(seen: Observation) -> str:
-    return (_stick(seen, TO_LEFT, ANGULAR, TURN)
-            or _stick(seen, TO_RIGHT, ANGULAR, opposite(TURN)))
+    return (_stick(seen, TO_LEFT, ANGULAR, TURN_RANGE)
+            or _stick(seen, TO_RIGHT, ANGULAR, opposite(TURN_RANGE)))
 
 
 def _lets_go(seen: Observation) -> str:
@@ -132,7 +132,7 @@ def _regains(seen: Observation) -> str:
 
 
 def _resets(seen: Observation) -> str:
-    facts = seen.during(RESET).facts
+    facts = seen.during(RESET_BUTTON).facts
     if not facts[CALLS]:
         return 'after Y no reset service was called (reset_pose, set_pose, reset, ... were there)'
     if not facts[ORIGIN]:
@@ -142,7 +142,7 @@ def _resets(seen: Observation) -> str:
 
 
 def _says_success(seen: Observation) -> str:
-    return '' if SUCCESS.lower() in seen.during(RESET).printed.lower() else \
+    return '' if SUCCESS.lower() in seen.during(RESET_BUTTON).printed.lower() else \
         '"{}." was not printed after Y'.format(SUCCESS)
 
 
@@ -165,7 +165,7 @@ def _says_why_not(seen: Observation) -> str:
 
 
 def _once(seen: Observation) -> str:
-    calls = seen.during(RESET).facts[CALLS]
+    calls = seen.during(RESET_BUTTON).facts[CALLS]
     return '' if calls == 1 else 'Y, held for a moment, called the reset {} times'.format(calls)
 
 
@@ -180,7 +180,7 @@ CRITERIA = [
         FULL_SPEED), THUMB, _drives, limits=STICK_LIMITS.format(*FORWARD, 'm/s', HELD, NEAR) +
               '; half way {:g} to {:g} of full'.format(*HALF)),
     Criterion('turns', STICKS, 'right stick turns left and right, at most {:g} rad/s'.format(
-        FULL_TURN), THUMB, _turns, limits=STICK_LIMITS.format(*TURN, 'rad/s', HELD, NEAR)),
+        FULL_TURN), THUMB, _turns, limits=STICK_LIMITS.format(*TURN_RANGE, 'rad/s', HELD, NEAR)),
     Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', THUMB, _lets_go,
               limits=STOPS_AT_ONCE),
     Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', THUMB,

@@ -22,20 +22,20 @@ AFTERWARDS, NEXT = 57.0, 0.9
 #: Key of a fact: the IMU's heading where the robot stands [deg].
 HEADING_DEG = 'heading_deg'
 
-LINE = re.compile(r'Current heading is (-?\d+(?:\.\d+)?) degrees')
-GOODBYE = 'Shutting down the IMU subscriber'
+HEADING_LINE = re.compile(r'Current heading is (-?\d+(?:\.\d+)?) degrees')
+IMU_GOODBYE = 'Shutting down the IMU subscriber'
 #: A printed heading is right if it is at most this far from the IMU's [deg].
-TOLERANCE = 1.0
+HEADING_TOLERANCE = 1.0
 #: The handout's code prints a heading after its last line if a sample comes before its flag is set.
 LATE_HEADINGS = 1
 
-LISTENING, EXERCISE, AT_CTRL_C = (
+LISTENING, EXERCISE, IMU_AT_CTRL_C = (
     Place(IMU_SHEET, HEADING_EXERCISE, step) for step in (2, 3, 4))
 
 
 def headings(text: str) -> List[float]:
     """Returns the headings in a node's output [deg]."""
-    return [float(number) for number in LINE.findall(text)]
+    return [float(number) for number in HEADING_LINE.findall(text)]
 
 
 def _standing(seen):
@@ -57,7 +57,7 @@ def _prints_heading(seen: Observation) -> str:
 def _heading_right(seen: Observation) -> str:
     for heading, printed in _standing(seen):
         for number in printed:
-            if abs(difference_degrees(number, heading)) > TOLERANCE:
+            if abs(difference_degrees(number, heading)) > HEADING_TOLERANCE:
                 return 'printed {:.1f} degrees while the IMU said {:.1f}'.format(number, heading)
     return ''
 
@@ -72,13 +72,13 @@ def _from_0_to_360(seen: Observation) -> str:
 
 
 def _says_goodbye(seen: Observation) -> str:
-    missed = says(seen, GOODBYE)
+    missed = says(seen, IMU_GOODBYE)
     if missed:
         return missed
     printed = seen.during(CTRL_C[0], may_die=True).printed
-    late = len(headings(printed[printed.rfind(GOODBYE):]))
+    late = len(headings(printed[printed.rfind(IMU_GOODBYE):]))
     return '' if late <= LATE_HEADINGS else \
-        '{} headings were printed after "{}"'.format(late, GOODBYE)
+        '{} headings were printed after "{}"'.format(late, IMU_GOODBYE)
 
 
 def _never_360(seen: Observation) -> str:
@@ -94,7 +94,7 @@ def _survives_nonsense(seen: Observation) -> str:
     scene = seen.during(ZERO_QUATERNION)
     if TRACEBACK in scene.printed:
         return 'a quaternion of zeros gave a traceback'
-    if not any(abs(number - AFTERWARDS) < TOLERANCE for number in headings(scene.printed)):
+    if not any(abs(number - AFTERWARDS) < HEADING_TOLERANCE for number in headings(scene.printed)):
         return 'after a quaternion of zeros the heading was not printed any more'
     return ''
 
@@ -104,12 +104,13 @@ CRITERIA = [
     Criterion('prints_heading', HEADING, 'prints "Current heading is ... degrees."', EXERCISE,
               _prints_heading, limits='within {:g} s at each heading'.format(READING)),
     Criterion('heading_right', HEADING, 'prints the heading of the IMU', EXERCISE, _heading_right,
-              limits='within {:g} degree'.format(TOLERANCE)),
+              limits='within {:g} degree'.format(HEADING_TOLERANCE)),
     Criterion('from_0_to_360', HEADING, 'counts the heading from 0 to 360 degrees', EXERCISE,
               _from_0_to_360),
-    Criterion('says_goodbye', HEADING, 'at Ctrl+C says "{}", then nothing'.format(GOODBYE),
-              AT_CTRL_C, _says_goodbye, limits='{} more heading may follow'.format(LATE_HEADINGS)),
-    ends_cleanly(HEADING, AT_CTRL_C),
+    Criterion('says_goodbye', HEADING, 'at Ctrl+C says "{}", then nothing'.format(IMU_GOODBYE),
+              IMU_AT_CTRL_C, _says_goodbye,
+              limits='{} more heading may follow'.format(LATE_HEADINGS)),
+    ends_cleanly(HEADING, IMU_AT_CTRL_C),
     Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', IMU_EXTRAS, _never_360,
               extra=True),
     Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', IMU_EXTRAS,

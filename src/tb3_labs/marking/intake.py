@@ -41,7 +41,7 @@ OTHER_ARCHIVES = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 #: A larger file is not copied, unless it is an archive [bytes].
 LARGEST = 20000000
 #: A remark names at most this many of the files that were left out.
-NAMED = 3
+NAMED_FILES = 3
 
 
 # -- names
@@ -219,8 +219,9 @@ def _copy_folder(source, copy, budget):
                        ('larger than {:g} MB'.format(LARGEST / 1e6), set(files) - set(small))):
         if left:
             named = [printable(str(path.relative_to(source))) for path in sorted(left)]
+            more = len(named) - NAMED_FILES
             copy.remarks.append('Left out, because each is {}: {}.'.format(what, ', '.join(
-                named[:NAMED] + ['{} more'.format(len(named) - NAMED)] * (len(named) > NAMED))))
+                named[:NAMED_FILES] + ['{} more'.format(more)] * (more > 0))))
     for path in sorted(small, key=lambda path: path.stat().st_size):    # programs are small
         _copy_file(path, copy.folder / path.relative_to(source), budget)
 

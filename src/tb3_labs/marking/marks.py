@@ -60,12 +60,12 @@ class Lab(NamedTuple):
 
 LABS = {
     IMU: Lab('IMU exercise', imu.CRITERIA, ('ice6',), ('imu_sub.py',), 'IMU', 'imu_sub',
-             (observation.IMU,)),
+             (observation.IMU_TOPIC,)),
     TURN: Lab('IMU lab', turn.CRITERIA, ('lab2',), ('turtlebot_controller.py',), 'Controller',
-              'controller', (observation.IMU,)),
+              'controller', (observation.IMU_TOPIC,)),
     MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA, ('lab7_tf', 'lab7'),
                     ('move2goal_tf.py', 'move2goal.py'), 'MoveToGoal', 'move_to_goal',
-                    (observation.ODOM, observation.IMU)),
+                    (observation.ODOM, observation.IMU_TOPIC)),
     GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA,
                  ('lab4_gamepad', 'lab7_tf', 'lab7'), ('gamepad.py',), 'Gamepad', GAMEPAD,
                  (observation.JOY,)),

@@ -27,11 +27,11 @@ from tb3_labs.marking.sandbox import UNPROTECTED
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
 #: Key of a record: the points of each criterion on the student's page.
-PAGE = 'page'
+PAGE_KEY = 'page'
 #: At most this many remarks and as many findings are written for one student.
 MOST_SENTENCES = 100
 #: Keys of a record's KEY: two tries that agree in all of them end alike.
-LAB, PARTS, SUBMISSION, OPTIONS, VERSION = 'lab', 'parts', 'submission', 'options', 'version'
+LAB, PARTS_KEY, SUBMISSION, OPTIONS, VERSION = 'lab', 'parts', 'submission', 'options', 'version'
 
 
 class MarksFolder:
@@ -45,7 +45,7 @@ class MarksFolder:
         self._path, self._lab, self._parts = Path(path), lab, sorted(parts)
         self.logs = self._path / 'logs'
         self._worth = worth
-        self._key = {LAB: lab, PARTS: self._parts, OPTIONS: options, VERSION: _version()}
+        self._key = {LAB: lab, PARTS_KEY: self._parts, OPTIONS: options, VERSION: _version()}
         self.logs.mkdir(parents=True, exist_ok=True)
         self._records: Dict[str, Dict[str, Any]] = {}
         for file in sorted(self.logs.glob('*' + RECORD)):
@@ -91,12 +91,12 @@ class MarksFolder:
         try:
             record = json.loads(file.read_text(encoding='utf-8'))
             key = record[KEY]
-            mine = (key[LAB], key[PARTS]) == (self._lab, self._parts)
+            mine = (key[LAB], key[PARTS_KEY]) == (self._lab, self._parts)
         except (ValueError, KeyError, TypeError):
             return      # cut off, or of another version: it is tried again
         if not mine:
             raise ValueError('{} has marks of {}, {}: choose another folder for these'.format(
-                self._path, key[LAB], ', '.join(key[PARTS]) or 'all parts'))
+                self._path, key[LAB], ', '.join(key[PARTS_KEY]) or 'all parts'))
         self._records[file.name[:-len(RECORD)]] = record
 
     def _check_points(self):
@@ -115,7 +115,7 @@ class MarksFolder:
         """Yields (Marks, points of each criterion on the student's page)."""
         for _, record in sorted(self._records.items()):
             try:
-                yield self._marks(record), record[PAGE]
+                yield self._marks(record), record[PAGE_KEY]
             except (ValueError, KeyError):
                 continue    # the record is of an older version, and nothing new was handed in
 
@@ -133,7 +133,7 @@ class MarksFolder:
     def _renew_page(self, marks):
         """Write the page again if points were changed. Returns True if they were."""
         record = self._records[marks.student]
-        if record[PAGE] == _shown(marks):
+        if record[PAGE_KEY] == _shown(marks):
             return False
         file = self.logs / (marks.student + '.json')
         if file.exists():
@@ -151,7 +151,7 @@ class MarksFolder:
             _replace(folder / RESULTS, json.dumps(results(marks), indent=1))
         elif (folder / RESULTS).exists():
             (folder / RESULTS).unlink()     # of an earlier try: no longer true
-        self._records[marks.student] = dict(record, **{PAGE: _shown(marks)})
+        self._records[marks.student] = dict(record, **{PAGE_KEY: _shown(marks)})
         _replace(self.logs / (marks.student + RECORD), json.dumps(self._records[marks.student]))
 
 
@@ -181,7 +181,7 @@ def _version():
 
 # -- the class
 
-class Interrupted(RuntimeError):
+class MarkingInterrupted(RuntimeError):
     """A person has interrupted the marking."""
 
 
@@ -234,7 +234,7 @@ class MarkedClass:
     def _mark(self, submission, name):
         try:
             self._try(submission, name)
-        except Interrupted:
+        except MarkingInterrupted:
             pass
         except Exception as problem:    # any error: the other submissions are still marked
             said = '{} ({})'.format(reason(problem), type(problem).__name__)

@@ -116,7 +116,8 @@ def _says_reached(seen: Observation) -> str:
 
 
 def _silent_at_goal(seen: Observation) -> str:
-    _driven(seen, FIRST_DRIVE)
+    if not _driven(seen, FIRST_DRIVE).facts[RESTED]:
+        return 'it never arrived'
     scene = seen.during(AT_GOAL)
     late = scene.commands[scene.commands[:, 0] > scene.begin + LAST_WORD]
     return 'it went on sending commands on cmd_vel after it had arrived' if len(late) else ''

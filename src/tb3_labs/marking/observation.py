@@ -18,7 +18,7 @@ from tb3_labs.report.run_data import (
     Commands, ImuSamples, LogLines, OdometrySamples, Poses, RunData, States, Values)
 
 #: The topics that the labs are about, as the handouts call them; all names are relative.
-IMU = 'imu'
+IMU_TOPIC = 'imu'
 ODOM = 'odom'
 JOY = 'joy'
 MOUSE_INFO = 'mouse_info'
@@ -85,7 +85,7 @@ class Observation:
     node: str                                                    # package/file
     commands: List[List[float]] = field(default_factory=list)    # [time, linear, angular]
     truth: List[List[float]] = field(default_factory=list)       # [time, x, y, yaw]
-    #: [time, x, y, yaw, speed] by the odometry, [yaw, rate] by the IMU
+    #: [time, x, y, yaw, speed] by the odometry, [yaw, rate] by the IMU_TOPIC
     sensed: List[List[float]] = field(default_factory=list)
     log: List[List[Any]] = field(default_factory=list)           # [time, level, node, text]
     stimuli: List[Stimulus] = field(default_factory=list)

@@ -21,9 +21,9 @@ MANIFEST = 'package.xml'
 #: At most this much of a package.xml is read [bytes].
 LARGEST_MANIFEST = 1000000
 #: Names that a student's file cannot have: the folder of marks uses them, or no file can have them.
-TAKEN = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
+TAKEN_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
 #: A name is at most this long, so that an ending fits behind it [bytes]. Linux allows 255.
-LONGEST = 180
+LONGEST_NAME = 180
 #: The folders of a package's messages, services and actions; also the endings of their files.
 INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: The folders of a package where nodes usually are, likeliest first.
@@ -48,11 +48,11 @@ def is_type(text: str) -> bool:
 def file_name(text: str) -> str:
     """A valid name of a file, which a line can show; most names stay."""
     name = printable(text.strip()).replace('/', '_')
-    if TAKEN.fullmatch(name):
+    if TAKEN_NAMES.fullmatch(name):
         name = '_{}_'.format(name)
     data = name.encode()
-    if len(data) > LONGEST:
-        name = '{}-{}'.format(data[:LONGEST - 9].decode(errors='ignore'),
+    if len(data) > LONGEST_NAME:
+        name = '{}-{}'.format(data[:LONGEST_NAME - 9].decode(errors='ignore'),
                               hashlib.sha256(data).hexdigest()[:8])
     return name
 

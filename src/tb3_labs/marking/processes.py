@@ -25,8 +25,8 @@ MEMORY, OWN_DISK, PROCESSES = 2 * 10 ** 9, 300 * 10 ** 6, 100
 #: without them [bytes].
 OF_OTHERS = 600 * 10 ** 6
 #: The period of the watch [s].
-PERIOD = 0.25
-PAGE = os.sysconf('SC_PAGE_SIZE')
+LOOK_PERIOD_OF_LIMITS = 0.25
+MEMORY_PAGE = os.sysconf('SC_PAGE_SIZE')
 #: Number of characters kept from the beginning of an output, and as many from its end.
 KEPT_CHARACTERS = 100000
 #: Highest speed of reading, so that a long output does not load the computer [characters/s].
@@ -196,7 +196,7 @@ class ResourceWatch:
         threading.Thread(target=self._look, daemon=True).start()
 
     def _look(self):
-        while not self.over.wait(PERIOD):
+        while not self.over.wait(LOOK_PERIOD_OF_LIMITS):
             self.exceeded = self._excess()
             if self.exceeded:
                 _kill(self._pid)      # the sandbox ends with it
@@ -233,7 +233,7 @@ def _memory(pid):
         _, resident, shared, *_ = Path('/proc/{}/statm'.format(pid)).read_text().split()
     except OSError:
         return 0
-    return (int(resident) - int(shared)) * PAGE
+    return (int(resident) - int(shared)) * MEMORY_PAGE
 
 
 def _own_memory(pid):

@@ -25,11 +25,11 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import connection_of
 
 #: A pad has this number of axes and of buttons; those without a function stay zero.
-AXES, BUTTONS = 8, 11
+AXES, PAD_BUTTONS_SENT = 8, 11
 #: A button is pressed for PRESS [s]; Y is held for HOLD [s].
 PRESS, HOLD = 0.15, 0.6
 #: A node that will drive has begun to drive within this time [s].
-REACTION = 1.5
+PAD_REACTION = 1.5
 
 
 class HeldPad(Repeater):
@@ -39,7 +39,7 @@ class HeldPad(Repeater):
         """`numbers`: the numbers of its axes and buttons, a PadConfig."""
         super().__init__(JOY, Joy)
         self.numbers = numbers
-        self._buttons = [0] * BUTTONS
+        self._buttons = [0] * PAD_BUTTONS_SENT
         self.sticks()
         self.wait_until_heard()
 
@@ -110,7 +110,7 @@ def buttons(stage):
 
 def _start_driving(stage, pad):
     pad.sticks()
-    return stage.set_in_motion(lambda: stage.node.alive, lambda: pad.push(1.0), REACTION)
+    return stage.set_in_motion(lambda: stage.node.alive, lambda: pad.push(1.0), PAD_REACTION)
 
 
 def _hand_over(stage, pad):

@@ -19,7 +19,7 @@ from tb3_labs.marking.criteria import judge
 from tb3_labs.marking.gamepad import HANDOUT, pad_called, pad_in_words
 from tb3_labs.marking.intake import Copy, Refused, chosen, submissions_from
 from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
-from tb3_labs.marking.marks_folder import Interrupted, MarkedClass, MarksFolder, tell
+from tb3_labs.marking.marks_folder import MarkedClass, MarkingInterrupted, MarksFolder, tell
 from tb3_labs.marking.observation import Observation
 from tb3_labs.marking.packages import NoNode
 from tb3_labs.marking.processes import IDENTITY, MODULES, PREFIXES, sweep
@@ -76,7 +76,7 @@ class Marker:
         """`worth`: criterion -> points; `logs`: an existing folder; `parts`: only these."""
         self._lab, self._worth, self._logs = lab, worth, Path(logs)
         self._parts, self._options = parts, options
-        #: Once this is set, all that runs is ended, and each :meth:`mark` raises Interrupted.
+        #: Once this is set, all that runs is ended; each :meth:`mark` raises MarkingInterrupted.
         self.interrupted = threading.Event()
 
     def mark(self, copy: Copy, tell: Callable[[str], None]) -> Marks:
@@ -132,7 +132,7 @@ class Marker:
         if not self._check(prepared, sandbox, work, log, record, identity):
             marks.remarks.append('It was stopped after {:g} s, the limit.'.format(LIMIT))
         if self.interrupted.is_set():
-            raise Interrupted('interrupted')
+            raise MarkingInterrupted('interrupted')
         if not record.exists():
             marks.unjudged = 'The check left no record; see {}.'.format(log)
             return

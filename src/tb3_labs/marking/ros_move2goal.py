@@ -32,10 +32,10 @@ RECALIBRATION = 3.2
 DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
 #: The robot's own `reset` is published only while it rests.
 MOVES = 'the robot did not come to rest, so that it could not be reset'
-NO_SERVICE = 'it offers no service whose name has "reset" or "pose" in it'
+OFFERS_NONE = 'it offers no service whose name has "reset" or "pose" in it'
 
 #: Name of a field of a request -> the part of a pose that it takes.
-PLACES = {'x': 'x', 'pos_x': 'x', 'x_pos': 'x', 'x0': 'x', 'pose_x': 'x',
+FIELDS_OF_POSE = {'x': 'x', 'pos_x': 'x', 'x_pos': 'x', 'x0': 'x', 'pose_x': 'x',
           'y': 'y', 'pos_y': 'y', 'y_pos': 'y', 'y0': 'y', 'pose_y': 'y'}
 #: ALL: the parts of a pose that a request can take. UNIT: the unit of the request's yaw is known.
 ALL, UNIT = frozenset({'x', 'y', 'yaw'}), 'unit'
@@ -64,9 +64,9 @@ def fill_pose(request, pose):
             filled |= fill_pose(value, pose)
         elif not kind.startswith('float') or '[' in kind:
             continue
-        elif low in PLACES:
-            setattr(request, name, getattr(pose, PLACES[low]))
-            filled.add(PLACES[low])
+        elif low in FIELDS_OF_POSE:
+            setattr(request, name, getattr(pose, FIELDS_OF_POSE[low]))
+            filled.add(FIELDS_OF_POSE[low])
         elif bare in ANGLES:
             setattr(request, name, math.degrees(pose.yaw) if low.endswith('_deg') else pose.yaw)
             filled |= {'yaw', UNIT} if bare != low else {'yaw'}
@@ -177,13 +177,15 @@ def drive(stage):
 def reset(stage):
     """The marker turns the robot, resets the frame, and has the node drive again."""
     control = Control(stage)
-    if not stage.node.alive and not stage.node.start():
-        return
+    if not stage.node.alive:
+        if not stage.node.start():
+            return
+        stage.robot.leave_origin()
     time.sleep(0.3)
     stage.robot.face(stage.recorder.heading_deg + TURNED)
     caller = ResetCaller(stage.node.graph)
     if not caller.found:
-        stage.not_offered([asked.RESET_TO_ORIGIN, asked.SECOND_DRIVE], NO_SERVICE)
+        stage.not_offered([asked.RESET_TO_ORIGIN, asked.SECOND_DRIVE], OFFERS_NONE)
         return
     if _reset(stage, asked.RESET_TO_ORIGIN, caller, Pose2()):
         control.drive(asked.SECOND_DRIVE)
@@ -217,7 +219,7 @@ def declared(stage):
     caller = ResetCaller(stage.node.graph)
     if not ALL <= caller.takes:
         stage.not_offered([asked.RESET_ELSEWHERE, asked.DECLARED_DRIVE],
-                          'its reset takes no pose' if caller.found else NO_SERVICE)
+                          'its reset takes no pose' if caller.found else OFFERS_NONE)
         return
     # a zero yaw is the same in any unit, so the unit may be unknown
     pose = DECLARED_POSE if UNIT in caller.takes else Pose2(DECLARED_POSE.x, DECLARED_POSE.y, 0.0)

@@ -17,7 +17,7 @@ from sensor_msgs.msg import Imu
 
 from tb3_labs.geometry.angles import clamp, continuous, difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.observation import CMD_VEL, IMU, ODOM, TRUTH
+from tb3_labs.marking.observation import CMD_VEL, IMU_TOPIC, ODOM, TRUTH
 from tb3_labs.report.messages import LEVELS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2, to_twist
@@ -33,20 +33,24 @@ SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 START_TIME = 15.0
 #: Equal commands in a row are recorded at most once in this time [s].
 SAME_COMMAND = 0.04
-#: At most this many commands and log lines of a node are recorded, of each line at most LINE
+#: At most this many commands and log lines of a node are recorded, of each line at most LINE_LENGTH
 #: characters.
-MOST_COMMANDS, MOST_LINES, LINE = 40000, 1000, 300
+MOST_COMMANDS, MOST_LINES, LINE_LENGTH = 40000, 1000, 300
 #: What the sensors say is rounded to so many digits.
-DIGITS = 5
+PLACE_DIGITS = 5
 #: A robot rests if it moves less than REST_WAY [m] and turns less than REST_TURN [rad] within
 #: REST_TIME [s].
 REST_WAY, REST_TURN, REST_TIME = 0.002, 0.005, 0.4
 #: With fewer poses than this in REST_TIME a robot does not count as resting.
 FEWEST = 5
-#: A turn by the marker. GAIN: rate for each rad of error [1/s]. SLOWEST, FASTEST: limits of
-#: the rate [rad/s]. CLOSE: greatest error at its end [rad]. PERIOD: time between commands [s].
+#: A turn by the marker. GAIN: rate for each rad of error [1/s]. SLOWEST, FASTEST_RETURN: limits of
+#: the rate [rad/s]. CLOSE_TO_PLACE: greatest error at its end [rad]. COMMAND_PERIOD: time between
+#: commands [s].
 #: FACED: the longest time of a turn [s].
-GAIN, SLOWEST, FASTEST, CLOSE, PERIOD, FACED = 3.0, 0.1, 1.5, 0.01, 0.03, 8.0
+GAIN, SLOWEST, FASTEST_RETURN = 3.0, 0.1, 1.5
+CLOSE_TO_PLACE, COMMAND_PERIOD, FACED = 0.01, 0.03, 8.0
+#: The robot leaves the origin at this speed [m/s], for this long [s].
+LEAVING_SPEED, LEAVING = 0.2, 2.5
 #: The robot rests within this time after its last command [s].
 RESTS = 2.0
 #: A movement has lasted this long before something happens to it [s].
@@ -56,8 +60,8 @@ UNDER_WAY = 0.3
 #: The time between two messages that are repeated [s].
 REPEATED = 0.05
 #: A node that is ready connects within CONNECTING [s]. A node may ignore a new pad that has not
-#: been at rest for a moment (this package's gamepad: 0.3 s). SETTLED is long enough for this [s].
-CONNECTING, SETTLED = 1.0, 0.45
+#: been at rest for a moment (this package's gamepad: 0.3 s). SETTLED_FOR is long enough [s].
+CONNECTING, SETTLED_FOR = 1.0, 0.45
 
 
 class Recorder:
@@ -75,7 +79,7 @@ class Recorder:
         self._poses = self._commands = self._imu = None
         self._poses = subscribe(TRUTH, PoseStamped, self._on_truth)
         self._commands = subscribe(CMD_VEL, Twist, self._on_command)
-        subscribe(IMU, Imu, self._on_imu, to_imu_sample)
+        subscribe(IMU_TOPIC, Imu, self._on_imu, to_imu_sample)
         subscribe(ODOM, Odometry, self._on_odometry, to_odometry_sample)
         subscribe('/rosout', Log, self._on_log, queue_size=None)
         if not wait_until(lambda: observation.truth, START_TIME):
@@ -115,14 +119,15 @@ class Recorder:
         pose, imu = sample.pose, self._imu
         if imu is not None:
             with self._lock:
-                self._observation.sensed.append([round(number, DIGITS) for number in (
+                self._observation.sensed.append([round(number, PLACE_DIGITS) for number in (
                     self.now, pose.x, pose.y, pose.yaw, sample.linear, imu.yaw, imu.yaw_rate)])
 
     def _on_log(self, line):
         log = self._observation.log
         if line.name not in (rospy.get_name(), '/' + ROBOT) and len(log) < MOST_LINES:
             with self._lock:
-                log.append([self.now, LEVELS.get(line.level, ''), line.name, line.msg[:LINE]])
+                log.append([self.now, LEVELS.get(line.level, ''), line.name,
+                            line.msg[:LINE_LENGTH]])
 
     @property
     def now(self):
@@ -201,13 +206,23 @@ class RobotHand:
             return difference(math.radians(heading_deg), self._recorder.pose.yaw)
         deadline = time.monotonic() + FACED
         try:
-            while abs(error()) > CLOSE and time.monotonic() < deadline:
-                rate = clamp(GAIN * error(), -FASTEST, FASTEST)
+            while abs(error()) > CLOSE_TO_PLACE and time.monotonic() < deadline:
+                rate = clamp(GAIN * error(), -FASTEST_RETURN, FASTEST_RETURN)
                 self._wheels.publish(to_twist(0.0, math.copysign(max(abs(rate), SLOWEST), rate)))
-                time.sleep(PERIOD)
+                time.sleep(COMMAND_PERIOD)
         finally:
             self._wheels.publish(to_twist(0.0, 0.0))
         return wait_until(self._recorder.rests, RESTS)
+
+    def leave_origin(self):
+        """Drive the robot forward: at the odometry's origin many a wrong frame looks right."""
+        until = time.monotonic() + LEAVING
+        try:
+            while time.monotonic() < until:
+                self._wheels.publish(to_twist(LEAVING_SPEED, 0.0))
+                time.sleep(COMMAND_PERIOD)
+        finally:
+            self._wheels.publish(to_twist(0.0, 0.0))
 
 
 class Repeater:
@@ -233,7 +248,7 @@ class Repeater:
     def wait_until_heard(self):
         """Wait until a node is connected and has heard the message that is held."""
         wait_until(self._publisher.get_num_connections, CONNECTING)
-        time.sleep(SETTLED)
+        time.sleep(SETTLED_FOR)
 
     def _send(self, message):
         if message is not None:

@@ -44,7 +44,7 @@ PATIENCE = 2.0
 #: If a signal ended its program, the exit status of a sandbox is this plus the signal's number.
 BY_SIGNAL = 128
 #: This line is added to the output of a node that used too much.
-STOPPED = '\nThe marker ended it, since it used {}.\n'
+ENDED_BY_MARKER = '\nThe marker ended it, since it used {}.\n'
 #: This many characters of a node's output are kept: the last ones of each stimulus, the first and
 #: the last ones of each run.
 PRINTED = 20000
@@ -179,7 +179,7 @@ class StudentNode:
         if len(text) > 2 * PRINTED:
             text = '{}\n...\n{}'.format(text[:PRINTED], text[-PRINTED:])
         if self._watch is not None and self._watch.exceeded:
-            text += STOPPED.format(self._watch.exceeded)
+            text += ENDED_BY_MARKER.format(self._watch.exceeded)
         run.printed, run.ended_by_itself = text, not self.alive
 
 

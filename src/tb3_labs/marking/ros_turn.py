@@ -27,11 +27,11 @@ ODD = 0.6
 #: Headings just below zero [rad].
 HAIRS = (-1e-17, -1e-12, math.radians(-1e-8))
 #: The marker turns a robot that is farther than this from the heading where a turn begins [deg].
-ASTRAY = 25.0
+HEADING_ASTRAY = 25.0
 #: The robot's heading after the last turn; there an invalid input is typed [deg].
 LAST_HEADING = -50.0
 #: A turn is over if the node has commanded no movement for this time [s].
-QUIET = 0.4
+QUIET_AFTER = 0.4
 
 
 def exercise(stage):
@@ -130,7 +130,7 @@ def _begin_at(stage, heading):
 
     If needed, the robot is turned and the node is started. Returns False if the node did not start.
     """
-    astray = abs(difference_degrees(stage.recorder.heading_deg, heading)) > ASTRAY
+    astray = abs(difference_degrees(stage.recorder.heading_deg, heading)) > HEADING_ASTRAY
     if stage.node.alive and stage.recorder.rests() and not astray:
         return True
     stage.node.stop()
@@ -145,7 +145,7 @@ def _try_turn(stage, name, typed, facts=()):
         moved = stage.moves_after(lambda: stage.node.type(typed), asked.REACTION)
         record.facts[MOVED] = moved
         record.facts[RESTED] = wait_until(
-            lambda: not stage.node.alive or stage.recorder.rests(QUIET),
+            lambda: not stage.node.alive or stage.recorder.rests(QUIET_AFTER),
             asked.TURN_TIME if moved else 0.0)
 
 
@@ -197,7 +197,7 @@ def both(stage):
 
 
 def _is_idle(stage):
-    return stage.node.alive and wait_until(lambda: stage.recorder.rests(QUIET), 1.0)
+    return stage.node.alive and wait_until(lambda: stage.recorder.rests(QUIET_AFTER), 1.0)
 
 
 def _in_a_turn(stage):

@@ -50,13 +50,13 @@ USERS = range(61184, 65519)
 ETC = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
        'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
 #: A sandbox gets the variables of the instructor's environment whose names begin with these.
-KEPT = ('ROS', 'PYTHON', PREFIXES, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH', 'PATH', 'LANG', 'LC_',
-        'TZ', 'TERM', IDENTITY)
+KEPT_VARIABLES = ('ROS', 'PYTHON', PREFIXES, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH', 'PATH', 'LANG',
+                  'LC_', 'TZ', 'TERM', IDENTITY)
 #: SIZED: the version of bubblewrap that first has `--size` for a tmpfs. COUNTED: the version of
 #: Linux that first counts the processes of each user namespace separately.
 SIZED, COUNTED = (0, 8), (5, 14)
 #: A sandbox that works has started within this time [s].
-START_TIME = 20.0
+SANDBOX_START = 20.0
 READ_ONLY, READ_ONLY_TRY, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
 
 
@@ -67,7 +67,7 @@ def problem() -> str:
     command = sandbox.own_network(sandbox.command(
         ['python3', '-c', 'import {}.msg'.format(OWN_PACKAGE)]))
     try:
-        done = subprocess.run(command, env=sandbox.environment(os.environ), timeout=START_TIME,
+        done = subprocess.run(command, env=sandbox.environment(os.environ), timeout=SANDBOX_START,
                               stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                               stderr=subprocess.PIPE, universal_newlines=True)
     except FileNotFoundError:
@@ -132,7 +132,8 @@ class Sandbox(NoSandbox):
             '--', '/usr/bin/python3', '-ISc', ENTER, json.dumps(entered)] + command
 
     def environment(self, environment: Mapping[str, str]) -> Dict[str, str]:
-        kept = {name: value for name, value in environment.items() if name.startswith(KEPT)}
+        kept = {name: value for name, value in environment.items()
+                if name.startswith(KEPT_VARIABLES)}
         return dict(kept, HOME=HOME, USER=USER, LOGNAME=USER,
                     ROS_HOME=HOME + '/.ros', ROS_LOG_DIR=HOME + '/.ros/log')
 

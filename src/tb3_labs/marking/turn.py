@@ -24,7 +24,7 @@ AT_MOUSE, START, LAW, TO_THE_RIGHT, AT_CTRL_C = (
 LEFT, RIGHT = 'l', 'r'
 
 
-class Turn(NamedTuple):
+class WatchedTurn(NamedTuple):
     """One turn: the letter that is typed, the angle it asks for, the heading where it begins."""
 
     typed: str
@@ -32,13 +32,13 @@ class Turn(NamedTuple):
     begins_deg: float
 
 
-#: stimulus -> Turn
+#: stimulus -> WatchedTurn
 EACH_TURN = {
-    LEFT: Turn(LEFT, 90.0, 40.0),
-    'l across 180': Turn(LEFT, 90.0, 130.0),
-    'r across 180': Turn(RIGHT, -90.0, 220.0),
-    RIGHT: Turn(RIGHT, -90.0, 130.0),
-    'r across 0': Turn(RIGHT, -90.0, 40.0),
+    LEFT: WatchedTurn(LEFT, 90.0, 40.0),
+    'l across 180': WatchedTurn(LEFT, 90.0, 130.0),
+    'r across 180': WatchedTurn(RIGHT, -90.0, 220.0),
+    RIGHT: WatchedTurn(RIGHT, -90.0, 130.0),
+    'r across 0': WatchedTurn(RIGHT, -90.0, 40.0),
 }
 #: The turns during which the heading jumps.
 ACROSS = [name for name in EACH_TURN if 'across' in name]
@@ -49,8 +49,8 @@ TYPED_NONSENSE = 'x'
 TOLERANCE, AFTER_STOP = 10.0, 1.0
 #: The handout's fastest turn [rad/s].
 MAX_ANG_Z = 1.5
-#: A turn begins within REACTION after the letter was typed, and is over within TURN_TIME [s].
-REACTION, TURN_TIME = 3.0, 8.0
+#: A turn begins within TURN_REACTION after the letter was typed, and is over within TURN_TIME [s].
+TURN_REACTION, TURN_TIME = 3.0, 8.0
 #: A person waits for an answer for ANSWER [s], and finds it among at most LEGIBLE lines.
 ANSWER, LEGIBLE = 1.0, 1000
 #: The tolerance of the criterion beyond the handout [deg].
@@ -86,12 +86,12 @@ DRIVES, DRIVES_AFTER_TURN, IN_DEAD_ZONE = (
     'more than {:.2f} m/s within {:g} s'.format(AT_EDGE[0], MOUSE_HELD),
     'at ({:g}, {:g}) from {:g} s on'.format(*MOUSE_PLACES[NEAR_MIDDLE], AT_ONCE))
 #: The limits of the first turn in words, and those of the other turns.
-LIMITS = 'within {:g} degrees, and {:g} for stopping; begun within {:g} s, over within {:g} s'.format(
-    TOLERANCE, AFTER_STOP, REACTION, TURN_TIME)
+TURN_LIMITS = 'within {:g} degrees, and {:g} for stopping; begun within {:g} s, over within ' \
+    '{:g} s'.format(TOLERANCE, AFTER_STOP, TURN_REACTION, TURN_TIME)
 AS_LEFT = 'as left'
 
 
-def turned(seen: Observation, name: str, turn: Turn,
+def turned(seen: Observation, name: str, turn: WatchedTurn,
            tolerance: float = TOLERANCE + AFTER_STOP) -> str:
     """'' if the robot did `turn` within `tolerance` [deg] in the stimulus `name`, else a clause."""
     scene = seen.during(name)
@@ -215,7 +215,7 @@ def drives_forward(commands: Iterable[Sequence[float]]) -> bool:
 CRITERIA = [
     Criterion('starts', TURNS, 'runs and listens to imu', START, starts, limits=IN_TIME),
     Criterion('left', TURNS, 'l turns 90 degrees left', LAW,
-              partial(turned, name=LEFT, turn=EACH_TURN[LEFT]), limits=LIMITS),
+              partial(turned, name=LEFT, turn=EACH_TURN[LEFT]), limits=TURN_LIMITS),
     Criterion('right', TURNS, 'r turns 90 degrees right', TO_THE_RIGHT,
               partial(turned, name=RIGHT, turn=EACH_TURN[RIGHT]), limits=AS_LEFT),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees',

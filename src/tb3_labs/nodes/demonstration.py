@@ -9,7 +9,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
 #: The state of a drive that has reached its goal.
-AT_GOAL = GoalState.GOAL_REACHED.name
+GOAL_REACHED = GoalState.GOAL_REACHED.name
 #: The first state of a drive.
 BEGUN = GoalState.ROTATE_TO_GOAL.name
 
@@ -55,7 +55,7 @@ class DemoDrive:
     def is_good(self) -> bool:
         """Did the drive end at its goal, truly within the tolerances (bounds included)?"""
         distance, angle = self.truly_off
-        return self.state == AT_GOAL and distance <= TRULY_OFF and angle <= TRULY_OFF_DEG
+        return self.state == GOAL_REACHED and distance <= TRULY_OFF and angle <= TRULY_OFF_DEG
 
 
 def table(drives: Sequence[DemoDrive]) -> str:

@@ -9,13 +9,14 @@ from typing import Any, Dict, Iterator, List, Sequence, Tuple
 
 #: The kinds of marks, from the upper row of their line to the lower one; the height of a row [px].
 KINDS, ROW = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost'), 8
-#: The lines of a curve's grid are one of these steps apart, so that it has at most LINES intervals.
+#: The lines of a curve's grid are one of these steps apart, so that it has at most GRID_LINES
+#: intervals.
 STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
-ANGLES = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
-LINES = 4
+ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
+GRID_LINES = 4
 #: Points (time, value), and the indices of those at which the line begins anew.
 Line = Tuple[List[Tuple[float, float]], List[int]]
-BOTH = ': <b class="measured">measured</b>, <b class="commanded">commanded</b>'
+BOTH_LINES = ': <b class="measured">measured</b>, <b class="commanded">commanded</b>'
 CURVE = '''<figure><figcaption>{caption}</figcaption><div class="plot" id="curve-{name}">
 <svg viewBox="0 {top:.4f} {duration} {height:.4f}" preserveAspectRatio="none">
 <path class="grid" d="{grid}"/><path class="measured" d="{measured}"/>
@@ -45,7 +46,7 @@ def curves(data: Dict[str, Any]) -> Iterator[str]:
     for column, name, caption, measured, least in (
             (1, 'linear', 'forward [m/s]', data['speed'], 0.1),
             (2, 'angular', 'turning [rad/s]', data['rate'], 0.4)):
-        yield _curve(data, name, caption + BOTH, measured, _steps(data, column), least)
+        yield _curve(data, name, caption + BOTH_LINES, measured, _steps(data, column), least)
 
 
 def _steps(data: Dict[str, Any], column: int) -> Line:
@@ -72,8 +73,8 @@ def _curve(data: Dict[str, Any], name: str, caption: str, measured: Dict[str, An
     low, high = min(values + [0.0] * (name == 'distance')), max(values)
     margin = max(0.06 * (high - low), (least - (high - low)) / 2.0)
     low, high = low - margin, high + margin
-    steps = STEPS if name in ('distance', 'linear', 'angular') else ANGLES
-    step = next((step for step in steps if high - low <= LINES * step), high - low)
+    steps = STEPS if name in ('distance', 'linear', 'angular') else ANGLE_STEPS
+    step = next((step for step in steps if high - low <= GRID_LINES * step), high - low)
     grid = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
     return CURVE.format(
         name=name, caption=caption, top=-high, height=high - low, duration=data['duration'],

@@ -16,7 +16,7 @@ import numpy as np
 from tb3_labs.geometry.angle_arrays import continuous_at
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.mistakes import NEAR, NEAR_PLACE, Declared, Drive, Way
+from tb3_labs.report.mistakes import NEAR_GOAL, NEAR_PLACE, Declared, Drive, Way
 from tb3_labs.report.movements import NO_SPEED, Movement, cuts, has_control, moving
 from tb3_labs.report.run_data import Poses, RunData, Samples
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
@@ -25,16 +25,16 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 CLOSE = 0.5
 #: The distance of a drive that has another course [m].
 UNLIKE = 2.0
-#: A turn on the spot, and the last turn, count as a way of LEVER; a first turn as the way that
-#: follows, from LEVER to FARTHEST [m].
-LEVER, FARTHEST = 0.3, 1.0
+#: A turn on the spot, and the last turn, count as a way of LEAST_LEVER; a first turn as the way
+#: that follows, from LEAST_LEVER to FARTHEST [m].
+LEAST_LEVER, FARTHEST = 0.3, 1.0
 #: A robot may miss a goal farther than this, since the error of its first turn is chance [m].
 MISSES = 1.0
 #: A robot rests this long after its last command [s].
 SETTLED = 0.6
-#: A right drive ends within ARRIVED and FACES of its goal [m], [rad], and at most BEYOND behind it
-#: [m]; each of its turns is at most half a turn and ROUND more [rad].
-ARRIVED, BEYOND, FACES, ROUND = 0.19, 0.06, math.radians(7.0), 0.5
+#: A right drive ends within ARRIVED and FACES_WITHIN of its goal [m], [rad], and at most
+#: BEYOND_GOAL behind it [m]; each of its turns is at most half a turn and ROUND more [rad].
+ARRIVED, BEYOND_GOAL, FACES_WITHIN, ROUND = 0.19, 0.06, math.radians(7.0), 0.5
 #: An endless turn was ended by a person, after more than this [rad].
 LONG_TURN = math.radians(120.0)
 #: A turn goes left and right if the side changes this often.
@@ -44,13 +44,13 @@ CUT = 0.5
 #: A drive that is not followed by its node's line within this time may have been cut off, too [s].
 SAID = 1.0
 #: The line of a node that has reached its goal.
-REACHED = re.compile('goal reached', re.IGNORECASE)
+REACHED_WORDS = re.compile('goal reached', re.IGNORECASE)
 #: The robot stood if odometry and IMU show at most this [m], [rad].
 STOOD, STOOD_TURN = 0.05, 0.15
 #: After a longer silence of a sensor, a right node may drive wrongly [s].
-LOST = 0.5
+LOST_BY = 0.5
 #: The ghost of each part of a drive has this many poses.
-PARTS = 20
+PARTS_OF_DRIVE = 20
 
 
 class Seen(NamedTuple):
@@ -81,7 +81,8 @@ def compared(fresh: Sequence[Fresh], goal: Pose2, way: Way) -> Fit:
     far: List[float] = []
     ideals: List[Drive] = []
     for seen, last, first in fresh:
-        tried = [way.drive(seen.start, last, first, goal, near) for near in (NEAR, CLOSE * NEAR)]
+        tried = [way.drive(seen.start, last, first, goal, near)
+                 for near in (NEAR_GOAL, CLOSE * NEAR_GOAL)]
         distance, ideal = min(((apart(seen, drive), drive) for drive in tried),
                               key=lambda pair: pair[0])
         far.append(0.0 if not way.mistake and _arrived(seen, last, goal) else distance)
@@ -101,8 +102,8 @@ def ghost(seen: Sequence[Seen], ideals: Sequence[Drive]) -> Poses:
         parts = [(ideal.first_turn, 0.0), (0.0, way), (ideal.last_turn, 0.0)]
         for (turn, ahead), begin, end in zip(parts, each.times, each.times[1:]):
             turn = turn if math.isfinite(turn) else 0.0
-            time = np.linspace(begin, max(begin, end), PARTS)
-            share = np.linspace(0.0, 1.0, PARTS)
+            time = np.linspace(begin, max(begin, end), PARTS_OF_DRIVE)
+            share = np.linspace(0.0, 1.0, PARTS_OF_DRIVE)
             rows += zip(time, x + share * ahead * math.cos(yaw),
                         y + share * ahead * math.sin(yaw), yaw + share * turn)
             x, y, yaw = rows[-1][1:]
@@ -139,7 +140,7 @@ def _latest(pairs: Sequence[Tuple[float, Declared]], time: float) -> Tuple[float
 
 def said_reached(run: RunData) -> np.ndarray:
     """The times at which a node said that it reached its goal [s]."""
-    return run.log.time[[bool(REACHED.search(text)) for text in run.log.texts]]
+    return run.log.time[[bool(REACHED_WORDS.search(text)) for text in run.log.texts]]
 
 
 def _stood(run: RunData, begin: float, end: float) -> bool:
@@ -152,7 +153,7 @@ def _stood(run: RunData, begin: float, end: float) -> bool:
 def was_lost(sensor: Samples, begin: float, end: float) -> bool:
     """Was a sensor silent for long, or set to other values, between `begin` and `end` [s]?"""
     part = sensor.between(begin, end)
-    return bool(np.diff([begin, *part.time, end]).max() > LOST) or (
+    return bool(np.diff([begin, *part.time, end]).max() > LOST_BY) or (
         isinstance(part, Poses) and len(part.leaps) > 0)
 
 
@@ -214,8 +215,8 @@ def _arrived(seen: Seen, last: Declared, goal: Pose2) -> bool:
     here = Way().pose(seen.end, wrap(seen.end.yaw + last.imu - last.odom.yaw), last, last)
     course = here.yaw - seen.drive.last_turn
     beyond = (here.x - goal.x) * math.cos(course) + (here.y - goal.y) * math.sin(course)
-    return (here.distance_to(goal) <= ARRIVED and beyond <= BEYOND
-            and abs(wrap(here.yaw - goal.yaw)) <= FACES
+    return (here.distance_to(goal) <= ARRIVED and beyond <= BEYOND_GOAL
+            and abs(wrap(here.yaw - goal.yaw)) <= FACES_WITHIN
             and max(abs(seen.drive.first_turn), abs(seen.drive.last_turn)) <= math.pi + ROUND)
 
 
@@ -229,8 +230,9 @@ def apart(seen: Seen, ideal: Drive) -> float:
     if math.isnan(was.first_turn) or not math.isfinite(ideal.first_turn):
         return UNLIKE
     course = abs(was.first_turn - ideal.first_turn)
-    far = (2.0 * math.sin(min(course, math.pi) / 2.0) * min(max(abs(was.way), LEVER), FARTHEST)
-           + LEVER * (course > math.pi))
+    lever = min(max(abs(was.way), LEAST_LEVER), FARTHEST)
+    far = (2.0 * math.sin(min(course, math.pi) / 2.0) * lever
+           + LEAST_LEVER * (course > math.pi))
     if seen.ended == 'way':
         end = ideal.way if ideal.way < MISSES else math.inf
         return max(far, was.way - end - NEAR_PLACE, -was.way)
@@ -238,8 +240,8 @@ def apart(seen: Seen, ideal: Drive) -> float:
         return UNLIKE
     far = max(far, 2.0 * (ideal.way - was.way), 2.0 * (was.way - ideal.way - NEAR_PLACE))
     if seen.ended == 'last' or math.isnan(was.last_turn):
-        return max(far, LEVER * turn_apart(was.last_turn, ideal.last_turn, True))
-    return max(far, LEVER * turn_apart(was.first_turn + was.last_turn,
+        return max(far, LEAST_LEVER * turn_apart(was.last_turn, ideal.last_turn, True))
+    return max(far, LEAST_LEVER * turn_apart(was.first_turn + was.last_turn,
                                         ideal.first_turn + ideal.last_turn, False))
 
 
@@ -247,24 +249,24 @@ def _only_turned_apart(seen: Seen, ideal: Drive) -> float:
     """The distance of a drive that only turned from an ideal one [m]."""
     was, was_cut = seen.drive, bool(seen.ended)
     if was.last_turn and ideal.way == 0.0 and math.isfinite(ideal.first_turn):
-        return LEVER * max(abs(was.first_turn - ideal.first_turn),
+        return LEAST_LEVER * max(abs(was.first_turn - ideal.first_turn),
                            turn_apart(was.last_turn, ideal.last_turn, was_cut))
     if was.last_turn or (
             ideal.way and math.isfinite(ideal.first_turn) and not was_cut):
         return UNLIKE
     angle = ideal.first_turn + (ideal.last_turn if ideal.way == 0.0 else 0.0)
-    return LEVER * turn_apart(was.first_turn, angle, was_cut)
+    return LEAST_LEVER * turn_apart(was.first_turn, angle, was_cut)
 
 
 def turn_apart(was: float, ideal: float, was_cut: bool) -> float:
-    """The distance of a turn from an ideal one [rad]; UNLIKE / LEVER for turns of different kinds.
-    A turn that goes left and right is NaN."""
+    """The distance of a turn from an ideal one [rad]; UNLIKE / LEAST_LEVER for turns of
+    different kinds. A turn that goes left and right is NaN."""
     if math.isnan(was) or math.isnan(ideal):
-        return 0.0 if math.isnan(was) and math.isnan(ideal) else UNLIKE / LEVER
+        return 0.0 if math.isnan(was) and math.isnan(ideal) else UNLIKE / LEAST_LEVER
     if math.isfinite(ideal):
         if was_cut and was * ideal >= 0.0:
             return max(0.0, abs(was) - abs(ideal))
         return abs(was - ideal)
     if not was_cut:
-        return UNLIKE / LEVER
-    return 0.0 if was * ideal > 0.0 and abs(was) > LONG_TURN else UNLIKE / LEVER
+        return UNLIKE / LEAST_LEVER
+    return 0.0 if was * ideal > 0.0 and abs(was) > LONG_TURN else UNLIKE / LEAST_LEVER

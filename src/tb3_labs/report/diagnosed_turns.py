@@ -29,8 +29,8 @@ SHORTEST = 0.15
 #: A faster command comes from a node without an upper limit: the lab's is 1.5 [rad/s].
 TOO_FAST = 1.55
 #: A turn that goes round because a clamp is missing begins with a rate below SLOW times its peak,
-#: for START [s].
-SLOW, START = 0.7, 0.5
+#: for AT_START [s].
+SLOW, AT_START = 0.7, 0.5
 
 
 class Turn(NamedTuple):
@@ -133,7 +133,7 @@ def _apart(law: Law, turn: Turn) -> float:
 def begin_slowly(run: RunData, seen: Sequence[Turn]) -> bool:
     """Does each turn the long way round begin at the least speed? It does if a negative command is
     taken for too small a positive one."""
-    return all(np.abs(run.commands.between(turn.begin, turn.begin + START).angular).max()
+    return all(np.abs(run.commands.between(turn.begin, turn.begin + AT_START).angular).max()
                < SLOW * abs(turn.peak) for turn in seen if abs(turn.turned) > math.pi)
 
 

@@ -38,7 +38,7 @@ JUMPS, QUICK = 10, 0.25
 #: They begin this soon after a button gave control, before a gamepad could be started anew [s].
 SOON = 1.0
 #: A run that ends within this time after a command may have ended by Ctrl+C [s].
-AFTERWARDS = 1.0
+SECOND_AFTER = 1.0
 #: The last command before a node says that it reached its goal is not older than this [s].
 BEFORE = 0.3
 #: A button answers within this time [s].
@@ -184,4 +184,4 @@ def _drives_on(run: RunData, reached: float) -> bool:
     ends = np.append(cuts(run), run.duration)
     return bool(has_control(run, reached) and len(commands) and moving(commands).all()
                 and len(set(commands.between(reached, math.inf).angular)) <= 1
-                and (np.abs(ends - reached) > AFTERWARDS).all())
+                and (np.abs(ends - reached) > SECOND_AFTER).all())

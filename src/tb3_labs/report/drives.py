@@ -34,7 +34,7 @@ MAX_ANGULAR = DriveConfig().max_angular
 UNKNOWN = math.nan, math.nan
 
 FIRST, STRAIGHT, LAST = DRIVING
-REACHED = GoalState.GOAL_REACHED.name
+REACHED_STATE = GoalState.GOAL_REACHED.name
 
 
 @dataclass(frozen=True)
@@ -191,7 +191,7 @@ def _outcome(frames: Sequence[Epoch], parts: Sequence[Span], later: Sequence[Spa
     if not later:
         return 'recording ended'
     state = later[0].state
-    if state == REACHED:
+    if state == REACHED_STATE:
         return 'reached'
     if state != FIRST:
         return state

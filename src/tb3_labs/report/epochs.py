@@ -2,7 +2,7 @@
 
 A node logs each reset (see :mod:`tb3_labs.report.messages`). The line comes a moment before or
 after the first pose in the new frame. So an epoch begins where local_pose jumps most, beside the
-odometry, within `NEAR` of a line.
+odometry, within `NEAR_RESET` of a line.
 
 ``local`` also moves in ``odom`` within an epoch: if the odometry jumps and the robot does not,
 move_to_goal shifts ``local``, so that the robot keeps its pose in it (see
@@ -22,7 +22,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import Poses, RunData, once
 
 #: The first pose in a new frame comes at most this long before or after the line of its reset [s].
-NEAR = 0.3
+NEAR_RESET = 0.3
 #: A jump by this angle counts as much as one by a metre [rad]. A jump that is a second farther from
 #: the line counts less by AWAY [m]: a reset may declare the pose that the robot has.
 LEVER, AWAY = 1.0, 0.05
@@ -68,7 +68,7 @@ def _begins(run: RunData) -> List[float]:
     begins = _changes(local)
     found: List[int] = []
     for time in run.resets.time:
-        first, last = np.searchsorted(local.time, (time - NEAR, time + NEAR))
+        first, last = np.searchsorted(local.time, (time - NEAR_RESET, time + NEAR_RESET))
         around = [k for k in range(max(0, first - 1), min(last, len(jumps))) if k not in found]
         if around and local.time[0] < time:
             found.append(max(around, key=lambda k: jumps[k] - AWAY * abs(begins[k] - time)))

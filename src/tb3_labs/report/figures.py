@@ -30,7 +30,7 @@ STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 #: Long curves are drawn in parts of this many points: Agg in Noetic limits the length of one part.
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: A turn is drawn from this time before it until this time after it [s].
-BEFORE, AFTER = 0.2, 2.0 * REST_MEAN
+SHOWN_BEFORE, AFTER = 0.2, 2.0 * REST_MEAN
 #: Up to this many turns have names in the legend.
 MOST_NAMES = 12
 #: Width and height of a letter in a frame's name, as a part of a panel's width.
@@ -72,7 +72,7 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
         turn, following = found[number], ends[number]
         until = min(turn.end + AFTER, following)
         sign = math.copysign(1.0, turn.asked)
-        imu = run.imu.between(turn.begin - BEFORE, until)
+        imu = run.imu.between(turn.begin - SHOWN_BEFORE, until)
         yaw = np.unwrap(imu.yaw)
         remaining = abs(turn.asked) - sign * (yaw - np.interp(turn.begin, imu.time, yaw))
         colour, style = STYLES[number % len(STYLES)]
@@ -81,7 +81,7 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
         left.plot(imu.time - turn.begin, np.degrees(remaining),
               label=name if number < first + MOST_NAMES else None, **looks)
         rate.plot(imu.time - turn.begin, sign * imu.yaw_rate, **looks)
-        commands = run.commands.between(turn.begin - BEFORE, until)
+        commands = run.commands.between(turn.begin - SHOWN_BEFORE, until)
         rate.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
                   markersize=2.5, label=None if number > first else 'commanded')
     left.axhline(0.0, color=GREY, linewidth=0.8)

@@ -24,7 +24,7 @@ class Hint(NamedTuple):
 
 IMU_LAB, TRANSFORMATION_LAB = 'IMU lab', 'Transformation lab'
 SHEETS = {TURN: IMU_LAB, DRIVE: TRANSFORMATION_LAB, PAD: TRANSFORMATION_LAB}
-TURNS, POSE, STATES, RESET, THUMB = (
+TURNS_STEP, POSE, STATES_STEP, RESET_STEP, THUMB_STEP = (
     '3. Lab: turn 90 and 180 degrees', '1. The local pose', '2. The four states', '3. The reset',
     '4. By thumb')
 PUSH = 'Drive the robot forward by hand after a reset in another direction, and print local_x ' \
@@ -39,35 +39,35 @@ LAST_MESSAGE = 'rostopic echo /cmd_vel: which message shall be the last one of a
 HINTS = {
     (TURN, 'error_not_wrapped'): Hint(
         'does not wrap the error', 'The goal is 80, the heading 350. What is the error, and which '
-        'way is the shorter one?', TURNS, 5, 'TODO 7'),
+        'way is the shorter one?', TURNS_STEP, 5, 'TODO 7'),
     (TURN, 'error_not_wrapped_low'): Hint(
         'does not wrap an error below -180', 'What does your node do with an error of 270? And '
-        'with -270?', TURNS, 5, 'TODO 7'),
+        'with -270?', TURNS_STEP, 5, 'TODO 7'),
     (TURN, 'error_not_wrapped_high'): Hint(
         'does not wrap an error above 180', 'What does your node do with an error of -270? And '
-        'with 270?', TURNS, 5, 'TODO 7'),
+        'with 270?', TURNS_STEP, 5, 'TODO 7'),
     (TURN, 'nothing_wrapped'): Hint(
         'wraps neither the goal nor the error', 'The heading is 350. Which goal has l, and does '
-        'the heading ever come near it?', TURNS, 5, 'TODO 7'),
+        'the heading ever come near it?', TURNS_STEP, 5, 'TODO 7'),
     (TURN, 'goal_not_wrapped_low'): Hint(
         'does not wrap a goal below 0', 'The heading is 40. Which goal has r, and does the heading '
-        'ever come near it?', TURNS, 6, 'TODO 7'),
+        'ever come near it?', TURNS_STEP, 6, 'TODO 7'),
     (TURN, 'goal_not_wrapped_high'): Hint(
         'does not wrap a goal above 360', 'The heading is 330. Which goal has l, and does the '
-        'heading ever come near it?', TURNS, 5, 'TODO 7'),
+        'heading ever come near it?', TURNS_STEP, 5, 'TODO 7'),
     (TURN, 'no_negative_clamp'): Hint(
         'limits positive commands only', 'An error of -90 gives a command of -9. What do both '
-        'limits make of it?', TURNS, 6, 'TODO 7'),
+        'limits make of it?', TURNS_STEP, 6, 'TODO 7'),
     (TURN, 'heading_kept'): Hint(
-        'turns by a heading that hardly changes', HEARD + PRINT_YAW, TURNS, 4,
+        'turns by a heading that hardly changes', HEARD + PRINT_YAW, TURNS_STEP, 4,
         'the subscriber, and TODO 6'),
     (TURN, 'swapped'): Hint(
         'turns right for l, and left for r', 'The heading is 100. Which goal has l, if the heading '
-        'grows to the left?', TURNS, 5, 'TODO 7'),
+        'grows to the left?', TURNS_STEP, 5, 'TODO 7'),
     (TURN, 'quaternion_order'): Hint(
-        'reads the numbers of the quaternion in another order', PRINT_YAW, TURNS, 4, 'TODO 6'),
-    (TURN, 'radians'): Hint('mixes radians and degrees', PRINT_YAW, TURNS, 4, 'TODO 6'),
-    (TURN, 'no_stop'): Hint('sends no zero at the end', LAST_MESSAGE, TURNS, 5, 'TODO 7'),
+        'reads the numbers of the quaternion in another order', PRINT_YAW, TURNS_STEP, 4, 'TODO 6'),
+    (TURN, 'radians'): Hint('mixes radians and degrees', PRINT_YAW, TURNS_STEP, 4, 'TODO 6'),
+    (TURN, 'no_stop'): Hint('sends no zero at the end', LAST_MESSAGE, TURNS_STEP, 5, 'TODO 7'),
     (DRIVE, 'inverse_missing'): Hint(
         'rotates the displacement by R in place of its inverse', PUSH, POSE, 3, 'TODO 4'),
     (DRIVE, 'not_rotated'): Hint('does not rotate the displacement', PUSH, POSE, 3, 'TODO 4'),
@@ -76,22 +76,23 @@ HINTS = {
         'the robot stands. In which of the two frames was the displacement measured?', POSE, 4,
         'TODO 4'),
     (DRIVE, 'reference_kept'): Hint(
-        'keeps its references at a reset', AFTER_RESET, RESET, 2, 'set_pose_callback'),
+        'keeps its references at a reset', AFTER_RESET, RESET_STEP, 2, 'set_pose_callback'),
     (DRIVE, 'yaw_kept'): Hint(
-        'keeps the reference of the yaw at a reset', AFTER_RESET, RESET, 2,
+        'keeps the reference of the yaw at a reset', AFTER_RESET, RESET_STEP, 2,
         'set_pose_callback, TODO 2 and 4'),
     (DRIVE, 'place_kept'): Hint(
-        'keeps the reference of the place at a reset', AFTER_RESET, RESET, 2,
+        'keeps the reference of the place at a reset', AFTER_RESET, RESET_STEP, 2,
         'set_pose_callback and TODO 3'),
     (DRIVE, 'declared_lost'): Hint(
         'forgets the pose that a reset declares', 'Reset to x: 0.2, y: 0.3. Which numbers does '
         'your node have a second later?', 'Beyond the handout', 0, 'TODO 2 and 4, as an extra'),
     (DRIVE, 'no_local_frame'): Hint(
         'drives by odom in place of local, in one line or in all', 'Which variables does '
-        'control_loop read in each line, and in which frame is the goal?', STATES, 0, 'TODO 5'),
+        'control_loop read in each line, and in which frame is the goal?', STATES_STEP, 0,
+        'TODO 5'),
     (DRIVE, 'error_not_wrapped'): Hint(
         'does not wrap the angle', 'The goal is at 170 degrees, the heading is -170. What is the '
-        'error, and which way is the shorter one?', STATES, 0, 'TODO 2 and 5'),
+        'error, and which way is the shorter one?', STATES_STEP, 0, 'TODO 2 and 5'),
     (DRIVE, 'quaternion_order'): Hint(
         'reads the numbers of a quaternion in another order', PRINT_YAW, POSE, 2, 'TODO 2'),
     (DRIVE, 'heading_kept'): Hint(
@@ -99,10 +100,11 @@ HINTS = {
         'the subscriber, and TODO 2'),
     (DRIVE, 'degrees'): Hint(
         'mixes degrees and radians', PRINT_YAW, POSE, 2, 'the callbacks, and TODO 2'),
-    (DRIVE, 'no_stop'): Hint('sends no zero at the end', LAST_MESSAGE, STATES, 1, 'control_loop'),
+    (DRIVE, 'no_stop'): Hint(
+        'sends no zero at the end', LAST_MESSAGE, STATES_STEP, 1, 'control_loop'),
     (PAD, 'two_senders'): Hint(
         'goes on sending while another node has control', 'rostopic echo /cmd_vel after A: do '
-        'zeros come between the commands?', THUMB, 1, 'has_control'),
+        'zeros come between the commands?', THUMB_STEP, 1, 'has_control'),
 }
 SECTION = '''<section id="hints"><h2>What went wrong</h2>
 {}</section>'''

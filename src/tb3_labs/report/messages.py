@@ -36,50 +36,50 @@ SAME_CLOCK = 0.1
 #: than TOO_LATE [s].
 LATE, TOO_LATE = 0.5, 10.0
 #: A sender's clock can be used if at least this fraction of its messages is in time.
-IN_TIME = 0.25
+WITHIN = 0.25
 #: If more than this fraction of the messages, all of them at the start or at the end of the
 #: recording, is not in time, the sender's clock was set.
 OTHER_CLOCK = 0.1
 
 
 @dataclass(frozen=True)
-class SenderClock:
+class RecordedClock:
     """A sender's clock, by the stamps of its messages: `lag` [s] behind the recorder's clock."""
 
     lag: float
     stamps: np.ndarray
 
     @classmethod
-    def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'SenderClock':
+    def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'RecordedClock':
         """Returns the clock by the fastest messages, without outliers. It needs one message."""
         lags = np.sort(arrival - stamp)
         lags = lags[np.abs(lags - lags[(len(lags) - 1) // 2]) < LATE]
         return cls(float(lags[len(lags) // 20]), stamp)
 
-    def is_same_as(self, other: 'SenderClock') -> bool:
+    def is_same_as(self, other: 'RecordedClock') -> bool:
         """Do both senders share one clock, or does one copy the other's stamps?"""
         shared = np.isin(np.round(self.stamps, 6), np.round(other.stamps, 6))
         return abs(self.lag - other.lag) < SAME_CLOCK or shared.mean() > 0.5
 
 
 def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
-                             robot_clock: Optional[SenderClock]) -> np.ndarray:
+                             robot_clock: Optional[RecordedClock]) -> np.ndarray:
     """Returns the sender's times on the recorder's clock [s]; they never run back.
 
-    `robot_clock` is the odometry's SenderClock, or None. It is used for all senders that share this
-    clock, so that their stamps stay comparable to the microsecond. Messages come late while the
+    `robot_clock` is the odometry's RecordedClock, or None. It is used for all senders that share
+    this clock, so that their stamps stay comparable to the microsecond. Messages come late while the
     recorder is busy, and early while its simulated clock stands still: their stamps count. If all
     messages before some moment, or all after it, are not in time, the sender's clock was set: their
     arrivals count.
     """
     if not len(stamp):
         return arrival
-    clock = SenderClock.of(arrival, stamp)
+    clock = RecordedClock.of(arrival, stamp)
     if robot_clock is not None and clock.is_same_as(robot_clock):
         clock = robot_clock
     delay = np.abs(arrival - stamp - clock.lag)
     in_time, few = np.flatnonzero(delay < LATE), OTHER_CLOCK * len(stamp)
-    if len(in_time) < IN_TIME * len(stamp):
+    if len(in_time) < WITHIN * len(stamp):
         return np.maximum.accumulate(arrival)
     first, last = in_time[0], in_time[-1]
     by_stamp = delay < TOO_LATE
@@ -162,7 +162,7 @@ class Collector:
 def samples_of(collectors):
     """Returns {field of RunData: Samples} of all collectors, and the resets of which a log tells."""
     odometry = collectors['odometry']
-    clock = SenderClock.of(np.array(odometry.arrival), np.array(odometry.stamp))
+    clock = RecordedClock.of(np.array(odometry.arrival), np.array(odometry.stamp))
     samples = {part: collector.samples(clock) for part, collector in collectors.items()}
     if 'log' in samples:
         samples['resets'] = resets_in(samples['log'])

@@ -17,8 +17,8 @@ from typing import Callable, NamedTuple, Tuple
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, rotation_matrix
 
-#: A turn ends within NEAR of its goal [rad], a straight line NEAR_PLACE from the goal [m].
-NEAR, NEAR_PLACE = 0.05, 0.15
+#: A turn ends within NEAR_GOAL of its goal [rad], a straight line NEAR_PLACE from the goal [m].
+NEAR_GOAL, NEAR_PLACE = 0.05, 0.15
 #: The end of a turn is searched in steps of at most STEP [rad], up to ENDLESS [rad]. If the turn
 #: goes left and right, MOST_STEPS steps are searched.
 STEP, ENDLESS, MOST_STEPS = 0.04, 3.0 * math.pi, 600
@@ -151,7 +151,7 @@ class Way:
         return self.believed(odom, imu, self.pose(odom, imu, last, start))
 
     def drive(self, begin: Pose2, last: Declared, start: Declared, goal: Pose2,
-              near: float = NEAR) -> Drive:
+              near: float = NEAR_GOAL) -> Drive:
         """The Drive from `begin` in ``odom`` to `goal` in ``local``; `last`, `start`: see `pose`.
         The difference of the IMU's yaw and the odometry's is that of the last reset."""
         def here(place, yaw):

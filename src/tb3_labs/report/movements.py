@@ -60,7 +60,7 @@ FASTEST_BY_MOUSE = 0.5
 #: The goal of the lab: x, y [m], heading [rad].
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
 #: States after a drive: the drive ended by itself, or control was taken from the node.
-RESTED, TAKEN = 'came to rest', 'control was taken'
+CAME_TO_REST, CONTROL_GONE = 'came to rest', 'control was taken'
 #: A drive ended because control was taken, if both are within this time [s].
 TAKEN_WITHIN = 0.3
 
@@ -225,7 +225,7 @@ def _with_states(run: RunData, goal: Pose2) -> RunData:
         was_reset = len(run.resets.between(drive.end - COMMAND_TIMEOUT, drive.end)) > 0
         if drive.end < run.duration and not (was_reset and next_begin < drive.end + PAUSE):
             was_taken = (np.abs(taken - drive.end) < TAKEN_WITHIN).any()
-            begins.append((drive.end, TAKEN if was_taken else RESTED))
+            begins.append((drive.end, CONTROL_GONE if was_taken else CAME_TO_REST))
     if not begins:
         return run
     time = np.array([begin for begin, _ in begins])

@@ -119,7 +119,7 @@ def _turns(run: RunData, turned: Sequence[TurnReport]) -> str:
     if not turned:
         return ''
     return '<h2>Turns</h2>{}<p>{}</p>'.format(
-        tables.numbered('turn', tables.TURNS, turned), escape(_rule_of_turns(run, turned)))
+        tables.numbered('turn', tables.TURN_COLUMNS, turned), escape(_rule_of_turns(run, turned)))
 
 
 def _drives(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnReport]) -> str:
@@ -127,7 +127,7 @@ def _drives(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnRe
         return ''
     words = _rule_of_drives(run) if driven else _nothing(run)
     return '<h2>Drives</h2>{}<p>{}</p>'.format(
-        tables.numbered('drive', tables.REACHED, driven) if driven else '', escape(words))
+        tables.numbered('drive', tables.REACHED_COLUMNS, driven) if driven else '', escape(words))
 
 
 def _along(driven: Sequence[DriveReport]) -> str:

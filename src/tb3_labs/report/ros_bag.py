@@ -32,9 +32,9 @@ CLASSES = {(made._type, made._md5sum): made for made in (
 #: Topics by which a person drives, of any type.
 DEVICES = 'joy', 'mouse_info'
 #: A bag begins with this.
-VERSION = b'#ROSBAG V2'
+BAG_VERSION = b'#ROSBAG V2'
 #: A line names at most this many topics that are not read.
-NAMED = 5
+NAMED_TOPICS = 5
 
 
 def _installed(kind, definition):
@@ -100,14 +100,14 @@ def _one_line(problem):
 
 def _read(path, namespace, tell):
     with open(str(path), 'rb') as file:
-        if file.read(len(VERSION)) != VERSION:     # to reindex an older one runs its code
+        if file.read(len(BAG_VERSION)) != BAG_VERSION:     # to reindex an older one runs its code
             raise BagProblem('{}: not a bag of version 2'.format(path))
     with rosbag.Bag(str(path)) as bag:
         classes, senders, others = _sorted_out(bag)
         if others:
             tell('{}: not read, since these types are not installed here, or not as they are in '
-                 'the bag: {}'.format(path, ', '.join(others[:NAMED] + ['{} more'.format(
-                     len(others) - NAMED)] * (len(others) > NAMED))))
+                 'the bag: {}'.format(path, ', '.join(others[:NAMED_TOPICS] + ['{} more'.format(
+                     len(others) - NAMED_TOPICS)] * (len(others) > NAMED_TOPICS))))
         infos = bag.get_type_and_topic_info().topics
         types = {topic: (classes.get(topic), info.message_count)
                  for topic, info in infos.items() if info.message_count}

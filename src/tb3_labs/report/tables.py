@@ -124,7 +124,7 @@ class Column(NamedTuple):
     form: str
 
 
-TURNS = (
+TURN_COLUMNS = (
     Column('begin_s', 'begins at [s]', lambda turn: turn.begin, '{:.2f}'),
     Column('asked_deg', 'asked [deg]', lambda turn: math.degrees(turn.asked), '{:+.0f}'),
     Column('turned_deg', 'turned [deg]', lambda turn: math.degrees(turn.turned), '{:+.2f}'),
@@ -137,7 +137,7 @@ TURNS = (
     Column('true_error_deg', 'truly beyond [deg]', lambda turn: math.degrees(turn.true_error),
            '{:+.2f}'))
 ASKED_BY = Column('asked_by', '', lambda turn: 'topic' if turn.was_said else 'nearest', '')
-DRIVES = (
+DRIVE_COLUMNS = (
     Column('begin_s', 'begins at [s]', lambda drive: drive.begin, '{:.2f}'),
     Column('goal_x_m', 'asked x [m]', lambda drive: _goal(drive)[0], '{:.2f}'),
     Column('goal_y_m', 'y [m]', lambda drive: _goal(drive)[1], '{:.2f}'),
@@ -160,7 +160,7 @@ DRIVES = (
     Column('largest_deviation_deg', 'largest deviation [deg]',
            lambda drive: math.degrees(drive.deviation), '{:.2f}'))
 #: The columns on the page of one run: what was asked and reached, and the way there.
-REACHED, ALONG = DRIVES[1:11], DRIVES[11:]
+REACHED_COLUMNS, ALONG = DRIVE_COLUMNS[1:11], DRIVE_COLUMNS[11:]
 
 #: A note below the table of the times.
 NOTE = ('Drift: heading at the end of MOVE_FORWARD minus {} s after its start, by the IMU. Least '
@@ -219,7 +219,8 @@ def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],
                   drives: Sequence[DriveReport]) -> None:
     """Write turns.csv and drives.csv, a row for each report. `name`: of the run, in each row, since
     a spreadsheet may hold the rows of several runs."""
-    for word, columns, reports in (('turn', (*TURNS, ASKED_BY), turns), ('drive', DRIVES, drives)):
+    for word, columns, reports in (('turn', (*TURN_COLUMNS, ASKED_BY), turns),
+                                   ('drive', DRIVE_COLUMNS, drives)):
         with open(str(folder / (word + 's.csv')), 'w', newline='', encoding='utf-8') as file:
             writer = csv.writer(file, lineterminator='\n')
             writer.writerow(['run', word] + [column.name for column in columns])

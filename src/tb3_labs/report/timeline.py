@@ -25,14 +25,14 @@ from tb3_labs.report.turns import TurnReport
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
 #: The HTML of the timeline; its program and its style lie beside it.
-PAGE = Path(__file__).with_name('timeline.html')
+TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
 #: The data that the program reads. All else is drawn before.
 FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'asked', 'mistaken', 'frame',
                'heading', 'distance', 'angle', 'commands', 'goals', 'marks')
 #: Greatest difference between a recorded value and its track, by unit.
 BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
-#: Times and values are rounded to this many digits, which changes them by up to ROUNDING.
-DIGITS, ROUNDING = 3, 0.0005
+#: Times and values are rounded to this many digits, which changes them by up to TIMELINE_ROUNDING.
+DIGITS, TIMELINE_ROUNDING = 3, 0.0005
 #: rosbag's own node. Its log lines, the topics that it records, are left out.
 RECORDER = 'record'
 PLACE = ('m', 'm', 'deg')
@@ -76,7 +76,8 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
     starts: List[int] = []
     for begin, end in zip(begins, begins[1:] + [len(time)]):
         starts.append(len(kept))
-        kept += list(begin + thinned(time[begin:end], values[begin:end], bounds - ROUNDING))
+        kept += list(begin + thinned(time[begin:end], values[begin:end],
+                                     bounds - TIMELINE_ROUNDING))
     return {'time': np.round(time[kept], DIGITS).tolist(),
             'columns': np.round(values[kept], DIGITS).T.tolist(), 'breaks': starts[1:]}
 
@@ -201,10 +202,10 @@ def section(data: Dict[str, Any]) -> str:
     """The HTML of a timeline with these data, which needs no other file."""
     text = json.dumps({name: data[name] for name in FOR_PROGRAM}, separators=(',', ':'),
                       allow_nan=False).replace('<', '\\u003c')
-    styles = drawing.FILES / 'colours.css', PAGE.with_suffix('.css')
+    styles = drawing.FILES / 'colours.css', TIMELINE_PAGE.with_suffix('.css')
     return '<style>\n{}</style>\n{}'.format(
         ''.join(path.read_text(encoding='utf-8') for path in styles),
-        PAGE.read_text(encoding='utf-8').format(
+        TIMELINE_PAGE.read_text(encoding='utf-8').format(
             curves='\n'.join(curves(data)),
             marks=''.join(mark_line(data)), data=text,
             mark_list=''.join('<a href="#t={}">{:.1f} s&ensp;{}</a>'.format(
@@ -212,4 +213,4 @@ def section(data: Dict[str, Any]) -> str:
             log=''.join('<li data-level="{}"><a href="#t={}">{:.2f} s&ensp;{}</a></li>'.format(
                 level, at, at, escape(text)) for at, level, text in data['log']),
             bounds=', '.join('{:g} {}'.format(bound, unit) for unit, bound in BOUNDS.items()),
-            script=drawing.one_script(PAGE.with_suffix('.js'))))
+            script=drawing.one_script(TIMELINE_PAGE.with_suffix('.js'))))
