@@ -98,7 +98,7 @@ def buttons(stage):
             return
         with HeldPad(stage.pad) as pad:
             _hand_over(stage, pad)
-            with stage.stimulus(asked.RESET) as record:
+            with stage.stimulus(asked.RESET_BUTTON) as record:
                 pad.press(pad.numbers.reset_button, HOLD)
                 wait_until(lambda: service.calls, RESET_TIME - HOLD)
                 time.sleep(UNDER_WAY)

@@ -142,7 +142,7 @@ def _begin_at(stage, heading):
 def _try_turn(stage, name, typed, facts=()):
     """Try a turn by the letter `typed`, and record it as the stimulus `name` with these `facts`."""
     with stage.stimulus(name, {MOVED: False, RESTED: False, **dict(facts)}) as record:
-        moved = stage.moves_after(lambda: stage.node.type(typed), asked.REACTION)
+        moved = stage.moves_after(lambda: stage.node.type(typed), asked.TURN_REACTION)
         record.facts[MOVED] = moved
         record.facts[RESTED] = wait_until(
             lambda: not stage.node.alive or stage.recorder.rests(QUIET_AFTER),
@@ -186,7 +186,7 @@ def both(stage):
             time.sleep(asked.MOUSE_HELD)
         hand.at(0.0, 0.0)
         wait_until(stage.recorder.rests, 2.0)
-        moving = stage.moves_after(lambda: stage.node.type(LEFT), asked.REACTION)
+        moving = stage.moves_after(lambda: stage.node.type(LEFT), asked.TURN_REACTION)
         time.sleep(WELL_UNDER_WAY)
         with stage.stimulus(asked.IN_TURN, {WAS_MOVING: moving}) as record:
             hand.at(0.0, 1.0)
@@ -202,7 +202,7 @@ def _is_idle(stage):
 
 def _in_a_turn(stage):
     return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.node.type(LEFT),
-                               asked.REACTION)
+                               asked.TURN_REACTION)
 
 
 def shutdown(stage):
