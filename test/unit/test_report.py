@@ -235,7 +235,8 @@ def page(tmp_path_factory):
 
 
 def test_the_page_says_what_was_driven_and_what_happened_along_the_way(page):
-    assert 'Burger on 2023-11-1' in page and '10.0 s, 1.00 m driven, no resets. ' in page
+    assert 'Burger on 2023-11-1' in page and (
+        '10.0 s, 1.00 m driven, no resets, 7 invalid messages of /robot3/imu dropped. ' in page)
     first, second = (row for row in rows_of(page) if len(row) == 11)
     off, bearing, angle = math.hypot(0.03, 0.04), math.atan2(0.04, 1.03), math.degrees(0.1) - 3.0
     assert first[:6] == ['1', '1.03', '0.04', '5.7', 'reached', '6.50']
@@ -253,16 +254,12 @@ def test_the_page_says_what_was_driven_and_what_happened_along_the_way(page):
     assert second == ['2', '1.50', '0.00', '0.00', '0.00', second[5], UNKNOWN, UNKNOWN]
 
 
-def test_the_page_says_how_imu_and_odometry_differ_and_how_steadily_the_topics_came(page):
+def test_the_page_says_how_imu_and_odometry_differ(page):
     mean, drift = map(float, re.search(
         r'mean ([+-][0-9.]+) deg, standard deviation [0-9.]+, .* ([+-][0-9.]+)\.',
         page).groups())
     assert mean == pytest.approx(math.degrees(0.5) + (4.7 * 1.5 + 4.0 * 3.0) / 10.0, abs=0.1)
     assert drift == pytest.approx(3.0, abs=1e-3)
-    rows = {row[0]: row for row in rows_of(page) if len(row) == 7}
-    assert set(rows) == {'/robot3/imu', 'odometry', 'local_pose'}
-    assert rows['/robot3/imu'][1:] == ['190', '18.9', '0.600', '1', '0.600', '7']
-    assert rows['odometry'][1:] == ['201', '20.0', '0.050', '0', '0.050', '0']
 
 
 def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path):

@@ -78,9 +78,5 @@ def test_a_pose_between_two(time, share, pair):
     assert float(wrap_all(here.yaw - before.yaw - share * turned)) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_recorded_fields_are_named_sensors_first():
-    assert made().recorded() == ('imu', 'odometry', 'local_pose', 'goals', 'states')
-
-
 def test_samples_between_two_times_hold_the_first_but_not_the_last():
     assert made().odometry.between(1.0, 1.2).time == pytest.approx([1.0, 1.05, 1.1, 1.15])

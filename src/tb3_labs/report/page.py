@@ -47,11 +47,6 @@ BY_SHAPE = ('Turns and drives are found by the commands. A turn begins and ends 
             'forward speed. A drive is a turn, a straight line and a turn, with pauses under '
             '{:g} s. All other movements are by hand.'.format(PAUSE))
 
-RATES = '''<section><h2>Sensor rates and gaps</h2>
-{}
-<p>Intervals by the senders' stamps; cmd_vel has none, and is silent while nobody drives.</p>
-</section>'''
-
 
 def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn: int = 0) -> Path:
     """Write the report of a run into a folder, which is made if it is missing. Returns the path of
@@ -74,8 +69,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
         timeline.section(timeline.timeline(
             run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)),
         hints.section(found, run), _turns(run, turned), shown['turns'],
-        _drives(run, driven, turned), shown['paths'], _along(driven),
-        RATES.format(tables.rates(run))]), encoding='utf-8')
+        _drives(run, driven, turned), shown['paths'], _along(driven)]), encoding='utf-8')
     return page
 
 
@@ -106,11 +100,14 @@ def write_figure(figure: Optional[Figure], path: Path, caption: str) -> str:
 
 def _summary(run: RunData, model: RobotModel) -> str:
     offset, resets = yaw_offset(run), len(epochs(run)) - 1
+    invalid = ''.join(', {} invalid messages of {} dropped'.format(
+        number, run.topics.get(part, part)) for part, number in run.dropped.items() if number)
     return (
-        '{} on {}, {:.1f} s, {:.2f} m driven, {} reset{}. IMU yaw minus odometry yaw: mean {} deg, '
-        'standard deviation {}, change from the first to the last tenth of the run {}.'.format(
+        '{} on {}, {:.1f} s, {:.2f} m driven, {} reset{}{}. IMU yaw minus odometry yaw: mean {} '
+        'deg, standard deviation {}, change from the first to the last tenth of the run {}.'.format(
             model.name.capitalize(), datetime.fromtimestamp(run.start).strftime('%Y-%m-%d %H:%M'),
             run.duration, run.odometry.length, resets or 'no', '' if resets == 1 else 's',
+            invalid,
             degrees(offset.mean, '{:+.2f}'), degrees(offset.spread, '{:.3f}'),
             degrees(offset.drift, '{:+.3f}')))
 

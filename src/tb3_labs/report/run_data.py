@@ -202,12 +202,6 @@ class RunData:
     topics: Dict[str, str] = field(default_factory=dict)       # field's name: topic
     dropped: Dict[str, int] = field(default_factory=dict)      # field's name: invalid messages
 
-    def recorded(self) -> Tuple[str, ...]:
-        """Names of the fields that hold recorded samples, `imu` first."""
-        return tuple(part.name for part in fields(self)
-                     if isinstance(getattr(self, part.name), Samples)
-                     and len(getattr(self, part.name)) and part.name not in self.derived)
-
 
 Result = TypeVar('Result')
 

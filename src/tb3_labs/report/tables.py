@@ -10,11 +10,8 @@ from html import escape
 from pathlib import Path
 from typing import Any, Callable, List, NamedTuple, Sequence, Tuple
 
-import numpy as np
-
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.report.drives import MAX_ANGULAR, STRAIGHT_AFTER, DriveReport
-from tb3_labs.report.run_data import GAP, RunData, Samples
 from tb3_labs.report.turns import TurnReport
 
 #: The style of a page of tables.
@@ -53,8 +50,6 @@ PAGE = '''<!DOCTYPE html>
 '''
 #: An unknown number on a page.
 DASH = '\N{EN DASH}'
-#: Fields that are sent only on a change, so that they have no rate.
-ON_CHANGE = 'frames', 'goals', 'states', 'resets', 'asked', 'control', 'presses', 'log'
 TAG = re.compile('<[^>]*>')
 #: A spreadsheet would begin a formula here, in cells separated by commas or by semicolons.
 FORMULA = re.compile(r'(^|;)(?=["\s]*[=+\-@])|^(?=[\t\r])')
@@ -183,33 +178,6 @@ def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> st
     return table([word] + [column.head for column in columns], [
         [str(count)] + cells(columns, report) for count, report in enumerate(reports, 1)],
         words=('outcome',))
-
-
-def rates(run: RunData) -> str:
-    """Returns a table of the rates and gaps of the topics that are sent all the time."""
-    rows = []
-    for part in run.recorded():
-        if part not in ON_CHANGE:
-            samples = getattr(run, part)
-            mean, longest, gaps, longest_arrival = rate(samples)
-            rows.append([
-                run.topics.get(part, part), str(len(samples)), number(mean, '{:.1f}'),
-                number(longest, '{:.3f}'), str(gaps), number(longest_arrival, '{:.3f}'),
-                str(run.dropped.get(part, 0))])
-    return table(['topic', 'messages', 'mean rate [1/s]', 'longest gap [s]',
-                  'gaps > {} s'.format(GAP), 'longest gap on arrival [s]', 'invalid messages'],
-                 rows)
-
-
-def rate(samples: Samples) -> Tuple[float, float, int, float]:
-    """Returns (mean rate [1/s], longest interval [s], number of intervals longer than GAP, longest
-    interval between arrivals [s]). The first three are by the stamps, if there are stamps."""
-    sent, arrived = np.diff(samples.time), np.diff(samples.arrival)
-    if not len(sent):
-        return math.nan, math.nan, 0, math.nan
-    span = sent.sum()
-    return (len(sent) / span if span > 0.0 else math.nan, float(sent.max()),
-            int(np.count_nonzero(sent > GAP)), float(arrived.max()))
 
 
 # CSV ------------------------------------------------------------------------------------------
