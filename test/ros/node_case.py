@@ -70,10 +70,10 @@ def watch_robot(seen, read_truth=lambda message: to_pose2(message.pose)):
 
 class Program(processes.Program):
     """A program whose output and end a test waits for. `environment` is added to that of this
-    process. Without a `terminal` its input is the text `typed`, and then ends."""
+    process, or replaces it (`clean`). Without a `terminal` its input is the text `typed`, and then ends."""
 
-    def __init__(self, command, terminal=False, typed='', environment=None):
-        environment = dict(os.environ, **environment or {})
+    def __init__(self, command, terminal=False, typed='', environment=None, clean=False):
+        environment = dict({} if clean else os.environ, **environment or {})
         if terminal:
             super().__init__(command, environment)
             return
