@@ -6,11 +6,6 @@
     times bare      the same, in bare nodes: subscribers of the node's topics; beside gamepad, nodes
                     that publish one Twist for each Joy
     memory          resident [MB], and above the bare one's
-    ready after     from the start of its process until it has subscribed [s]
-    first command   from the start of its process, told to drive at once, until its first command is
-                    heard at another node [s]
-    imu to command  from the arrival of the latest imu sample to that of a command, at another node
-                    [ms]: median, 99 %; a node takes its step on time, by the sample that waited
 
 CPU and times are medians of five measurements.
 
@@ -57,7 +52,7 @@ NODES = {'imu_sub': ('imu_sub.py', IMU), 'controller': ('turtlebot_controller.py
 #: of its core.
 BARES = 3
 REPEATS = 5
-ROW = '{:13} {:>11} {:>10} {:>11} {:>10} {:>11} {:>11} {:>13} {:>15}'
+ROW = '{:13} {:>11} {:>10} {:>11} {:>10} {:>11}'
 
 
 class Bench:
@@ -65,35 +60,19 @@ class Bench:
 
     def __init__(self, seconds, stack):
         self.seconds, self._stack = seconds, stack
-        self._imu_at = 0.0
-        rospy.Subscriber('imu', Imu, self._on_imu, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber('imu', Imu, lambda _: None, queue_size=1, tcp_nodelay=True)
         self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
         self.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
         self.turns = rospy.Publisher('turn', Float64, queue_size=1)
         self.joy = rospy.Publisher('joy', Joy, queue_size=1)
         self.stick = 0.0
         threading.Thread(target=self._hold_pad, daemon=True).start()
-        self.robot, _ = self.node('turtlebot3', 'fake_turtlebot3.py')
+        self.robot = self.node('turtlebot3', 'fake_turtlebot3.py')
 
     def node(self, name, executable, wait_for='imu'):
-        """(process id, seconds until it was ready) of one of the package's nodes."""
-        begun = time.monotonic()
+        """Process id of one of the package's nodes."""
         start(self._stack, ['rosrun', 'tb3_labs', executable, '__name:=' + name])
-        return wait_for_node(name, wait_for), time.monotonic() - begun
-
-    def first_command(self, name):
-        """Seconds until a node that is told to drive as it starts sends its first command."""
-        heard = threading.Event()
-        commands = rospy.Subscriber('cmd_vel', Twist, lambda _: heard.set(), tcp_nodelay=True)
-        begun = time.monotonic()
-        process = start(self._stack, [
-            'rosrun', 'tb3_labs', NODES[name][0], '__name:=first_' + name]
-            + ['_has_control:=true'] * (name == 'move_to_goal'), typed='90\n')
-        heard.wait(30.0)
-        took = time.monotonic() - begun
-        process.end()
-        commands.unregister()
-        return took
+        return wait_for_node(name, wait_for)
 
     def bare(self, name, topics):
         """Process id of a bare node; this process is its robot."""
@@ -108,28 +87,21 @@ class Bench:
         outer, self._stack = self._stack, contextlib.ExitStack()
         try:
             bare = [self.bare('{}_{}'.format(name, number), topics) for number in range(BARES)]
-            pid, ready = self.node(name, executable, topics[0])
+            pid = self.node(name, executable, topics[0])
             time.sleep(2.0)
             cells = self.shares(pid, bare)
-            delays = []
             if name == 'imu_sub':
                 cells += ['', '']
             else:
                 self.drive(name)
                 time.sleep(1.0)
                 cells += self.shares(pid, bare)
-                delays = self.delays()
             used, more = memory(pid), memory(pid) - memory(bare[0])
         finally:
             self.stick = 0.0
             self._stack.close()
             self._stack = outer
-        by_imu = name in ('controller', 'move_to_goal')
-        return ROW.format(
-            name, *cells, '{:.0f} MB ({:+.0f})'.format(used, more), '{:.2f} s'.format(ready),
-            '{:.2f} s'.format(self.first_command(name)) if by_imu else '',
-            '{:.2f} / {:.2f} ms'.format(statistics.median(delays),
-                                        delays[int(0.99 * len(delays))]) if by_imu else '')
+        return ROW.format(name, *cells, '{:.0f} MB ({:+.0f})'.format(used, more))
 
     def shares(self, pid, bare):
         """[CPU of a node, times that of the bare nodes beside it], as text."""
@@ -139,7 +111,7 @@ class Bench:
                 '{:.2f}'.format(statistics.median(times))]
 
     def drive(self, name):
-        """Let a node drive during the next two measurements."""
+        """Let a node drive during the next measurement."""
         if name == 'controller':
             self.turns.publish(180.0 * self.seconds)
         elif name == 'move_to_goal':
@@ -148,30 +120,16 @@ class Bench:
         elif name == 'gamepad':
             self.stick = 0.5
 
-    def delays(self):
-        """Delays from imu to command [ms], in order of size, over the time of a measurement."""
-        delays = []
-        commands = rospy.Subscriber(
-            'cmd_vel', Twist, lambda _: delays.append(1000.0 * (time.monotonic() - self._imu_at)),
-            queue_size=1, tcp_nodelay=True)
-        time.sleep(self.seconds)
-        commands.unregister()
-        return sorted(delays)
-
     def _hold_pad(self):
         while not rospy.is_shutdown():
             self.joy.publish(Joy(axes=[0.0, self.stick] + 6 * [0.0], buttons=11 * [0]))
             time.sleep(0.05)
 
-    def _on_imu(self, _message):
-        self._imu_at = time.monotonic()
-
 
 def main(seconds):
     """Measure and print."""
     with benchmark() as stack:
-        print(ROW.format('node', 'CPU at rest', 'times bare', 'CPU driving', 'times bare', 'memory',
-                         'ready after', 'first command', 'imu to command'))
+        print(ROW.format('node', 'CPU at rest', 'times bare', 'CPU driving', 'times bare', 'memory'))
         bench = Bench(seconds, stack)
         for name in NODES:
             print(bench.row(name), flush=True)

@@ -1,4 +1,5 @@
 """The launch files can be loaded, have few arguments, and refuse arguments that they do not have."""
+import re
 import subprocess
 import xml.etree.ElementTree as ET
 
@@ -132,6 +133,16 @@ def test_a_namespace_reaches_the_frames_and_the_recording(namespace, words, monk
     parameters = loaded('robot', 'robot:=x').params.items()
     parameter, = [value for key, value in parameters if key.endswith('/tf_prefix')]
     assert parameter.value == namespace    # also if it is empty: the board asks for it
+
+
+def test_what_rviz_draws_is_published_and_what_it_sends_is_heard():
+    text = (LAUNCH / 'params' / 'local_frame.rviz').read_text(encoding='utf-8')
+    topics = set(re.findall(r'Topic: ([a-z_/]+)$', text, re.MULTILINE))
+    assert {'odom', 'local_path', 'goal_marker', 'ground_truth', 'initialpose', 'move_base_simple/goal'} <= topics
+    package = ROOT / 'src' / 'tb3_labs'
+    code = ''.join(path.read_text(encoding='utf-8') for path in [
+        *(package / 'ros').glob('*.py'), package / 'simulation' / 'ros_robot.py'])
+    assert [topic for topic in topics if "'{}'".format(topic) not in code] == []
 
 
 @pytest.mark.parametrize('variable, argument, address', [
