@@ -22,8 +22,8 @@ Parameters
                   setting that is given by its own name takes precedence (quiet)
     ~host         default, laptop, pi: the same for the computer that the robot's board is connected
                   to: rates, lags, stamps (simulation/simulator_config.py)
-    ~mystery      1 to 9999: one hidden fault (simulation/mystery_robot.py), the same for the same number.
-                  There is no ground_truth, no /tf_static, and no setting that may change.
+    ~mystery      1 to 9999: one hidden fault (simulation/mystery_robot.py), the same for the same
+                  number. There is no ground_truth, no /tf_static, and no setting that may change.
                   0: none (0)
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
     all others    fields of SimulatorConfig (simulation/simulator_config.py), with unit, bounds and

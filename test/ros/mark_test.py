@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Marks submissions whose marks are known.
 
-They are the plain nodes in the layout of a course's repository; the same nodes with deliberate mistakes; and the skeletons as a student gets
-them. The plain nodes must earn full marks. Each mistake must lose the marks that it should, and
+They are the plain nodes in the layout of a course's repository; the same nodes with deliberate
+mistakes; and the skeletons as a student gets them. The plain nodes must earn full marks. Each mistake must lose the marks that it should, and
 no others. A skeleton must earn what its given parts do, and no more.
 """
 import csv

@@ -1,4 +1,4 @@
-"""What the robot's nodes send: who drives, silent sensors, the clock, and the gyro.
+"""The messages of the robot's nodes: who drives, silent sensors, the clock, and the gyro.
 
 Units: seconds, messages per second, degrees per minute, radians.
 """
@@ -67,8 +67,8 @@ def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
         return ok('Clock', "the robot's clock is right within {:.3g} s".format(
             max(abs(offset), exact)))
     if 0.0 < offset <= BOARD_AHEAD:
-        return warning('Clock', 'the stamps are {:.2f} s ahead, as a loaded computer of the robot sets '
-                       'the clock of its board: tf may refuse its transforms'.format(offset),
+        return warning('Clock', 'the stamps are {:.2f} s ahead, as a loaded computer of the robot '
+                       'sets the clock of its board: tf may refuse its transforms'.format(offset),
                        'close other programs on the robot, wait 5 s, and call the doctor again')
     text = "the robot's clock is {:.1f} s {} (to {:.3g} s)".format(
         abs(offset), 'ahead' if offset > 0.0 else 'behind', exact)
@@ -85,8 +85,9 @@ def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
 
 def judge_wheels(topic: str, sender: str) -> Line:
     """The line on a `topic` of joint states that has no wheels."""
-    return fault('Wheels', '{}, as {} publishes it, has no {} and {}: the gyro cannot be checked'.format(
-        topic, sender, *WHEEL_JOINTS), "let the robot's bringup publish it, and no other node")
+    return fault('Wheels', '{}, as {} publishes it, has no {} and {}: the gyro cannot be '
+                 'checked'.format(topic, sender, *WHEEL_JOINTS),
+                 "let the robot's bringup publish it, and no other node")
 
 
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:

@@ -61,8 +61,8 @@ STOPPING_TIME = 0.5
 #: The odometry contradicts the wheels if it runs on for this long while they stand [s].
 CONTRADICTS = 0.5
 #: The contradiction in words.
-SERVOS_SILENT = ("the odometry runs on but the wheels stand: the servos do not answer (battery empty? a "
-         "cable out?); switch the robot off and on")
+SERVOS_SILENT = ("the odometry runs on but the wheels stand: the servos do not answer (battery empty? "
+                 "a cable out?); switch the robot off and on")
 
 
 class Jump(NamedTuple):

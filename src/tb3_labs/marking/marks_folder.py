@@ -196,7 +196,8 @@ class MarkedClass:
 
     def __init__(self, marker: Any, folder: MarksFolder, anew: bool,
                  tell_problem: Callable[[str], None]) -> None:
-        """`marker`: a Marker. `anew`: try all submissions again, also those that were marked and have not changed."""
+        """`marker`: a Marker. `anew`: try all submissions again, also those that were marked and
+        have not changed."""
         self._marker, self._folder, self._anew = marker, folder, anew
         self._tell_problem = tell_problem
         self._failed, self._unchanged = False, 0

@@ -36,7 +36,7 @@ SAME_COMMAND = 0.04
 #: At most this many commands and log lines of a node are recorded, of each line at most LINE_LENGTH
 #: characters.
 MOST_COMMANDS, MOST_LINES, LINE_LENGTH = 40000, 1000, 300
-#: What the sensors say is rounded to so many digits.
+#: Samples of the sensors are rounded to this number of digits.
 PLACE_DIGITS = 5
 #: A robot rests if it moves less than REST_WAY [m] and turns less than REST_TURN [rad] within
 #: REST_TIME [s].

@@ -42,7 +42,7 @@ ROOM = 100 * 10 ** 6
 #: Limits: the largest file [bytes], the address space of one process [bytes], the number of threads
 #: and processes together. (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
 LARGEST_FILE, ADDRESS_SPACE, TASKS = 50 * 10 ** 6, 6 * 10 ** 9, 500
-#: What master, robot, check and node start with: limits of each process.
+#: Master, robot, check and node start with these limits of each process.
 LIMITED = ['prlimit', '--as={}'.format(ADDRESS_SPACE), '--fsize={}'.format(LARGEST_FILE)]
 #: Users that own nothing, for root's sandboxes; systemd has these for the same purpose.
 USERS = range(61184, 65519)

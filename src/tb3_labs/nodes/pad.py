@@ -1,5 +1,7 @@
-"""One pad: its settings, and the messages that are heard from it. The default numbers of axes and buttons are those of the
-course's gamepad lab; the button Y comes from the handout.
+"""One pad: its settings, and the messages that are heard from it.
+
+The default numbers of axes and buttons are those of the course's gamepad lab; the button Y comes
+from the handout.
 
 Units: axes from -1 to 1, forward and left positive (as joy_node sends them). Seconds on a clock
 that never stands still and never goes back (`now`); `stamp` is on the sender's clock.

@@ -87,8 +87,8 @@ def not_rotated(declared: Pose2, since: Pose2) -> Pose2:
 
 
 class Believed(NamedTuple):
-    """What a node drives by: a place, the heading of its first turn, the heading of its last turn.
-    The handout's node has a line for each of the four."""
+    """The numbers that a node drives by: a place, the heading of its first turn, the heading of its
+    last turn. The handout's node has a line for each of the four."""
 
     x: float
     y: float
@@ -122,8 +122,9 @@ class Way:
 
     `theta`: the angle of R(theta)^-1, by the reference for it. `references`: see References.
     `declared`: the pose in ``local``, of (the declared one, the pose since). `believed`: of (the
-    odometry's pose, the IMU's yaw, the pose in ``local``). `reading`: the yaw that the node reads, by the true one.
-    `leaps`: does the heading leap, so that it is chance when a turn that goes left and right ends?
+    odometry's pose, the IMU's yaw, the pose in ``local``). `reading`: the yaw that the node reads,
+    by the true one. `leaps`: does the heading leap, so that it is chance when a turn that goes left
+    and right ends?
     """
 
     mistake: str = ''

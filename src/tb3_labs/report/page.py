@@ -35,8 +35,8 @@ NOTHING = 'No drives are listed: {}. The local frame is {}.'
 NO_COMMANDS = 'the recording holds neither goal_state nor commands; record /cmd_vel too'
 NO_DRIVE = 'neither goal_state nor the commands show one'
 #: Sentences: how turns and drives are distinguished from movements by hand.
-BY_CONTROL = ('Drives are found by the commands and ctrl_relinq. A movement while a node had control is '
-              'a drive; a turn alone is one only if it followed a reset or control at once, or was '
+BY_CONTROL = ('Drives are found by the commands and ctrl_relinq. A movement while a node had control '
+              'is a drive; a turn alone is one only if it followed a reset or control at once, or was '
               'cut off. All other movements are by hand.')
 PAD_ALONE = ('A gamepad (joy) was recorded, but it never gave control (ctrl_relinq): all movements '
              'count as by hand.')
