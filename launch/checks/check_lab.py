@@ -17,7 +17,6 @@ Started by check_LAB.test. Parameters
     ~strict     whether criteria beyond the handout fail the test too
 """
 import difflib
-import os
 import sys
 import unittest
 from dataclasses import fields
@@ -28,6 +27,7 @@ import rospy
 import rosunit
 from roslib.packages import find_node
 
+from tb3_labs.command_line import write_output
 from tb3_labs.marking.criteria import Outcome, judge
 from tb3_labs.marking.feedback import diagnosis
 from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
@@ -65,9 +65,7 @@ def marked():
 
     def keep(observation):
         if record:
-            with open(record + '.part', 'w') as file:
-                file.write(observation.to_json())
-            os.replace(record + '.part', record)
+            write_output(record, observation.to_json())
     observation = try_out(name, package, executable, parts, keep, pad, tell)
     verdicts = [] if of_a_class() else judge(lab.criteria, observation, worth, parts)
     remarks = observation.remarks + [observation.unfair] * bool(observation.unfair)

@@ -1,10 +1,14 @@
-"""The command line of a tool: a refusal is one line.
+"""The command line of a tool: a refusal is one line, and no output goes through a link.
 
     mark.py: argument --lab: invalid choice: 'trun' (choose from imu, turn); is turn meant?
 """
 import argparse
 import difflib
+import errno
+import os
 import re
+import secrets
+from pathlib import Path
 from typing import Any, Union
 
 
@@ -30,6 +34,36 @@ def number_or_text(word: str) -> Union[float, str]:
         return float(word)
     except ValueError:
         return word
+
+
+def output_folder(path: Union[str, Path]) -> Path:
+    """Make the folder for a tool's output if it is missing, and return it.
+
+    ``OSError`` if it cannot be made, or if it is a link: a stranger's files may hold one.
+    """
+    folder = Path(str(path))
+    if folder.is_symlink():
+        raise OSError(errno.ELOOP, 'it is a link to another folder', str(folder))
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
+    """Write a whole file: a new file beside it is renamed over it, so that an interruption leaves
+    the old content. A link at `path` is replaced; the file to which it points stays as it is.
+
+    A text is written as UTF-8. ``OSError`` if the file cannot be written.
+    """
+    path = Path(str(path))
+    if isinstance(content, str):
+        content = content.encode('utf-8', errors='backslashreplace')
+    part = path.with_name('.{}.part'.format(secrets.token_hex(8)))
+    try:
+        with open(str(part), 'xb') as file:     # x: a new one, never an existing link
+            file.write(content)
+        os.replace(str(part), str(path))
+    finally:
+        part.unlink(missing_ok=True)    # it is still there if anything failed
 
 
 def reason(problem: BaseException) -> str:

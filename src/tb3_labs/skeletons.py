@@ -11,6 +11,8 @@ import shutil
 from pathlib import Path
 from typing import Dict, Sequence
 
+from tb3_labs.command_line import write_output
+
 #: The folder of this package that has a folder of templates for each lab.
 FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'
@@ -81,7 +83,7 @@ def write(files: Dict[str, str], target: Path) -> None:
         for name, text in files.items():
             path = target / name
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding='utf-8')
+            write_output(path, text)
             if text.startswith(PROGRAM_MARK):
                 mode = path.stat().st_mode
                 path.chmod(mode | (mode & 0o444) >> 2)    # users who may read it may start it

@@ -18,6 +18,7 @@ from recorded_run import (  # noqa: F401
     BURGER, MISS, MISS_DEG, bag, odometry_jumps, rosbag, run, sensors, write_bag)
 from sensor_msgs.msg import Imu
 
+from tb3_labs.command_line import write_output
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.ros_bag import read_run
 from tb3_labs.report.run_data import LEAP, Commands, ImuSamples, OdometrySamples, Poses, States
@@ -67,6 +68,36 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
         ('run.bag', '1', '0.0120'), ('run.bag', '2', '0.5000')]
     rows = table_in(tmp_path / 'out' / 'run.csv')
     assert len(rows) == 241 and rows[-1]['state'] == 'gave up: it is stuck, alas'
+
+
+def test_no_output_goes_through_a_link(bag, tmp_path, capsys):
+    """A zip from a stranger may hold the report's folder, with links to files of the reader."""
+    theirs, folder = tmp_path / 'profile', tmp_path / 'out'
+    theirs.write_text('mine')
+    folder.mkdir()
+    names = 'report.html', 'run.csv', 'turns.csv', 'drives.csv', 'paths.png'
+    for name in names:
+        (folder / name).symlink_to(theirs)
+    assert lab_report(bag, '-o', folder) == 0
+    assert theirs.read_text() == 'mine' and sorted(folder.iterdir()) == sorted(
+        folder / name for name in names if not (folder / name).is_symlink())
+    (tmp_path / 'link').symlink_to(folder)
+    assert lab_report(bag, '-o', tmp_path / 'link') == 1
+    line, = capsys.readouterr().err.splitlines()
+    assert 'link: it is a link to another folder; choose another folder with -o' in line
+
+
+def test_what_cannot_be_written_leaves_the_old_file_and_nothing_else(tmp_path):
+    (tmp_path / 'run.csv').write_text('old')
+    with pytest.raises(TypeError):
+        write_output(tmp_path / 'run.csv', None)
+    (tmp_path / 'folder').mkdir()
+    with pytest.raises(OSError):
+        write_output(tmp_path / 'folder', 'new')
+    write_output(tmp_path / 'new', b'new')
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['folder', 'new', 'run.csv']
+    assert (tmp_path / 'run.csv').read_text() == 'old'
+    assert (tmp_path / 'new').stat().st_mode == (tmp_path / 'run.csv').stat().st_mode
 
 
 def test_a_bag_of_sensors_only(tmp_path):

@@ -3,16 +3,17 @@
 Units: as in the headings of the columns; metres and degrees.
 """
 import base64
-import csv
 import math
 from datetime import datetime
 from html import escape
+from io import BytesIO
 from pathlib import Path
 from typing import Dict, Optional, Sequence, Union
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.report import figures, hints, tables, timeline
 from tb3_labs.report.diagnosis import diagnose
@@ -53,23 +54,22 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
     report.html. `turn`: the number of the only turn that is drawn; 0: all turns are drawn.
 
     ``OSError`` if nothing can be written, ``ValueError`` if there is no such turn."""
-    folder = Path(str(folder))
     driven, turned = drives(run, model), turns(run)
     if turn > len(turned):
         raise ValueError('--turn {}: {} has {} turns'.format(turn, run.name, len(turned)))
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = output_folder(folder)
     name = Path(run.name).name
     write_csv(run, folder / 'run.csv')
     tables.write_reports(folder, name, turned, driven)
     page = folder / 'report.html'
     shown = _figures(run, folder, turn, driven)
     found = diagnose(run)
-    page.write_text(tables.document('Run report: ' + name, [
+    write_output(page, tables.document('Run report: ' + name, [
         '<p>{}</p>'.format(escape(_summary(run, model))),
         timeline.section(timeline.timeline(
             run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)),
         hints.section(found, run), _turns(run, turned), shown['turns'],
-        _drives(run, driven, turned), shown['paths'], _along(driven)]), encoding='utf-8')
+        _drives(run, driven, turned), shown['paths'], _along(driven)]))
     return page
 
 
@@ -94,8 +94,10 @@ def write_figure(figure: Optional[Figure], path: Path, caption: str) -> str:
     """Write a figure as PNG. Returns its HTML, with the picture in it; '' without a figure."""
     if figure is None:
         return ''
-    figures.save(figure, path)
-    return picture(path.read_bytes(), path.stem, caption)
+    png = BytesIO()
+    figures.save(figure, png)
+    write_output(path, png.getvalue())
+    return picture(png.getvalue(), path.stem, caption)
 
 
 def _summary(run: RunData, model: RobotModel) -> str:
@@ -210,11 +212,8 @@ def write_csv(run: RunData, path: Path) -> None:
         'linear_commanded_m_s': _chosen(run.commands.linear, newest),
         'angular_rad_s': np.interp(at, run.imu.time, run.imu.yaw_rate),
         'angular_commanded_rad_s': _chosen(run.commands.angular, newest), 'state': states}
-    with open(str(path), 'w', newline='') as file:
-        writer = csv.writer(file, lineterminator='\n')
-        writer.writerow(columns)
-        writer.writerows(zip(*([tables.in_csv(name, value) for value in values]
-                               for name, values in columns.items())))
+    tables.write_table(path, [list(columns), *zip(*(
+        [tables.in_csv(name, value) for value in values] for name, values in columns.items()))])
 
 
 def _pose_columns(name: str, poses: Poses, index: np.ndarray) -> Dict[str, np.ndarray]:

@@ -7,9 +7,11 @@ import csv
 import math
 import re
 from html import escape
+from io import StringIO
 from pathlib import Path
-from typing import Any, Callable, List, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Iterable, List, NamedTuple, Sequence, Tuple
 
+from tb3_labs.command_line import write_output
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.report.drives import MAX_ANGULAR, STRAIGHT_AFTER, DriveReport
 from tb3_labs.report.turns import TurnReport
@@ -189,12 +191,18 @@ def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],
     a spreadsheet may hold the rows of several runs."""
     for word, columns, reports in (('turn', (*TURN_COLUMNS, ASKED_BY), turns),
                                    ('drive', DRIVE_COLUMNS, drives)):
-        with open(str(folder / (word + 's.csv')), 'w', newline='', encoding='utf-8') as file:
-            writer = csv.writer(file, lineterminator='\n')
-            writer.writerow(['run', word] + [column.name for column in columns])
-            for count, report in enumerate(reports, 1):
-                writer.writerow([safe(name), count] + [
-                    in_csv(column.name, column.value(report)) for column in columns])
+        write_table(folder / (word + 's.csv'), [
+            ['run', word] + [column.name for column in columns],
+            *([safe(name), count] + [in_csv(column.name, column.value(report))
+                                     for column in columns]
+              for count, report in enumerate(reports, 1))])
+
+
+def write_table(path: Path, rows: Iterable[Sequence[Any]]) -> None:
+    """Write a CSV file."""
+    text = StringIO(newline='')
+    csv.writer(text, lineterminator='\n').writerows(rows)
+    write_output(path, text.getvalue())
 
 
 def in_csv(name: str, value: Any) -> str:
