@@ -5,7 +5,9 @@ import http.client
 import math
 import os
 import re
+import select
 import signal
+import socket
 import xmlrpc.client
 
 import rosgraph
@@ -303,6 +305,24 @@ class PanelTest(PanelCase):
             with self.assertRaises(ConnectionRefusedError):
                 Page(self.address, headers=headers)
         self.open(headers={'Origin': self.address.rstrip('/')})
+
+    def test_requests_that_are_not_finished_keep_no_page_out_and_push_no_page_out(self):
+        others = [self.open() for _ in range(3)]
+        half_sent = []
+        for _ in range(1020):
+            half_sent.append(socket.create_connection(('localhost', PORT), timeout=5.0))
+            half_sent[-1].sendall(b'GET / HTTP/1.1\r\nHost: localhost\r\n')
+        self.addCleanup(lambda: [each.close() for each in half_sent])
+        self.assertEqual(self.status_of('/')[0], 200)
+        self.open().wait_for(page='')
+        closed = select.poll()
+        for each in half_sent:
+            closed.register(each, select.POLLIN)
+        self.seen.wait_until(lambda: len(closed.poll(0)) > 980, 5.0, 'the end of the oldest')
+        for page in self.page, *others:
+            before = page.pictures
+            page.wait_until(lambda now=page, had=before: now.pictures > had + 5, 5.0, 'pictures')
+        self.assertLess(self.panel.text.count('Traceback'), 1)
 
     def test_another_address_needs_the_token_and_a_panel_may_only_show(self):
         shows = self.start_panel('__name:=shows', '_address:=0.0.0.0', '_control:=false')
