@@ -18,12 +18,12 @@ from tb3_labs.doctor.computer import (
     Address, judge_address, judge_nat, judge_python, own_addresses, way_out)
 from tb3_labs.doctor.examination import examine
 from tb3_labs.doctor.graph import (
-    PROBLEMS, Peer, RobotGraph, judge_hearers, judge_master, judge_nodes, judge_robot,
+    PROBLEMS, Peer, RobotGraph, judge_hearers, judge_master, judge_nodes, judge_robot, judge_types,
     judge_way_back)
 from tb3_labs.doctor import fault, ok, printed, summary, warning
 from tb3_labs.doctor.ros_listening import Heard
 from tb3_labs.doctor.streams import (
-    drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
+    drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused, judge_stream)
 from tb3_labs.supervision.freshness import SENSOR_TIMEOUT
 
 OK, WARNING, FAULT = 'ok', 'warning', 'FAULT'
@@ -112,6 +112,7 @@ JUDGEMENTS = [
     (address(ros_hostname='nn', own=('10.8.0.2',), way_out='127.0.0.1'), FAULT,
      'Do: unset ROS_HOSTNAME; export ROS_IP=10.8.0.2,'),
     (judge_address(WRONG), FAULT, 'the robot itself'),
+    (address(**LAN, ros_ip='192.168.0.5 '), FAULT, "ROS_IP='192.168.0.5 ' does not resolve"),
     # rospy tells others ROS_HOSTNAME if both are set
     (address(**LAN, ros_ip='192.168.0.5', ros_hostname='nn', resolved=''), FAULT,
      'ROS_HOSTNAME=nn (it goes before ROS_IP=192.168.0.5) does not'),
@@ -125,6 +126,12 @@ JUDGEMENTS = [
        PROBLEMS[problem]) for problem in PROBLEMS],
     (judge_master(Peer('http://localhost:11311', 'refused')), FAULT, 'start roscore'),
     (judge_master(Peer('', 'malformed')), FAULT, '(empty)'),
+    (judge_master(Peer('localhost:12311', 'malformed')), FAULT,
+     'localhost:12311 is not an address', 'Do: export ROS_MASTER_URI=http://localhost:12311'),
+    (judge_master(Peer('http://localhost:11311 ', 'malformed')), FAULT, "'http://localhost:11311 '"),
+    (judge_types('/cmd_vel', CORE, 'geometry_msgs/Twist', {'/pad': 'geometry_msgs/TwistStamped'}),
+     FAULT, '/pad publishes geometry_msgs/TwistStamped on /cmd_vel, but ' + CORE + ' hears '
+     'geometry_msgs/Twist', 'Do: publish geometry_msgs/Twist there'),
     # the robot
     (robot_of(hearers=()), FAULT, 'nobody publishes /imu or /odom', 'bringup'),
     (robot_of('/robot9/', others=['/robot3/']), FAULT, 'rosrun tb3_labs doctor.py robot3'),
@@ -158,6 +165,10 @@ JUDGEMENTS = [
     (stream((-1.0, 1.3)), OK, '200/s'),                   # it was connected late
     (stream((1.0, 3.5)), FAULT, 'silent for 2.5 s: a drive is given up'),
     (stream((-1.0, 9.9)), FAULT, 'nothing came on /imu for 5.0 s'),
+    (judge_refused(ok('imu', '200/s'), ['quaternion has norm 0, not 1'] * 30, 500), FAULT,
+     'imu', 'every node refuses 30 of 500 messages: quaternion has norm 0, not 1'),
+    (judge_refused(ok('imu', '200/s'), ['norm'], 500), WARNING, '1 of 500'),
+    (judge_refused(ok('imu', '200/s'), [], 500), OK, '200/s'),
     (judge_stream('/robot3/joint_states'), FAULT, 'joint_states nobody publishes /robot3/joint'),
     (judge_gyro('it lies', 'let it rest', True), FAULT, 'it lies', 'let it rest'),
     (judge_gyro('', '', False), WARNING, 'cannot be compared'),
@@ -203,10 +214,18 @@ def test_the_drift_of_a_standing_robot_is_the_slope_of_its_yaw(start):
     assert abs(drift_of(noisy[:20], still)) < 1.0    # 0.2 s are too short
 
 
-def test_a_kernel_of_wsl_is_known(monkeypatch):
+@pytest.mark.parametrize('kernel, interfaces, files, kind', [
+    ('5.15 microsoft-standard-WSL2', ['lo', 'eth0'], ['/sys/class/net/eth0/device'], 'WSL'),
+    ('5.15 microsoft-standard-WSL2', ['lo', 'loopback0', 'eth1'], [], ''),    # mirrored
+    ('6.1', ['lo', 'eth0'], ['/.dockerenv'], 'a container'),
+    ('6.1', ['lo', 'wlan0'], ['/.dockerenv', '/sys/class/net/wlan0/device'], ''),  # --network=host
+    ('6.1', ['lo', 'br0'], [], '')])
+def test_a_network_behind_nat_is_known(monkeypatch, kernel, interfaces, files, kind):
     monkeypatch.setattr(computer, 'open', lambda path: io.StringIO(
-        {'/proc/version': 'Linux version 5.15 microsoft-standard-WSL2'}[path]), raising=False)
-    assert computer.nat_kind() == 'WSL'
+        {'/proc/version': 'Linux version ' + kernel}[path]), raising=False)
+    monkeypatch.setattr(computer.socket, 'if_nameindex', lambda: list(enumerate(interfaces)))
+    monkeypatch.setattr(computer.os.path, 'exists', files.__contains__)
+    assert computer.nat_kind() == kind
 
 
 @pytest.mark.parametrize('namespace, heard, words', [
@@ -251,11 +270,19 @@ def robot():
                 ('getSystemState', [publishers + [['/cmd_vel', ['/pad']]],
                                     [['/cmd_vel', [CORE]]], []]),
                 ('lookupNode', uri), ('getPid', 7), ('getParam', False),
-                ('getBusInfo', [[1, uri, 'i', 'TCPROS', '/cmd_vel', True]])):
+                ('getBusInfo', [[1, uri, 'i', 'TCPROS', '/cmd_vel', True]]),
+                ('getSubscriptions', [['/cmd_vel', 'geometry_msgs/Twist']]),
+                ('getPublications', [['/imu', 'x/Y'], ['/cmd_vel', 'geometry_msgs/Twist']])):
             asked.register_function(lambda *_, value=value: [1, '', value], method)
         threading.Thread(target=asked.serve_forever, args=(0.05,), daemon=True).start()
         yield uri
         asked.shutdown()
+
+
+def odometry(header):
+    message = Odometry(header=header)
+    message.pose.pose.orientation.w = 1.0
+    return message
 
 
 def heard_of_a_robot_at_rest(namespace, address):
@@ -264,7 +291,7 @@ def heard_of_a_robot_at_rest(namespace, address):
     return [Heard(name, at, '/pad', kind(header=Header(stamp=rospy.Time.from_sec(at)), **data))
             for at in times for name, kind, data in (
                 ('imu', Imu, dict(orientation=Quaternion(z=math.sin(0.3), w=math.cos(0.3)))),
-                ('odom', Odometry, {}), ('cmd_vel', Odometry, {}),
+                ('odom', odometry, {}), ('cmd_vel', Odometry, {}),
                 ('joint_states', JointState, dict(
                     name=['wheel_left_joint', 'wheel_right_joint'], position=[-1.5, 2.5])))
             ], times[-1]
@@ -285,9 +312,9 @@ def examined(robot, monkeypatch, listen):
 def test_wheels_that_are_missing_or_stand_have_a_line_of_their_own(robot, monkeypatch, names, words):
     def listen(*where):
         heard, ended = heard_of_a_robot_at_rest(*where)
-        for number, (topic, _, _, message) in enumerate(heard):
+        for number, (topic, _, _, message, _) in enumerate(heard):
             if topic == 'odom':
-                message.pose.pose.position.x, message.pose.pose.orientation.w = 0.0005 * number, 1.0
+                message.pose.pose.position.x = 0.0005 * number
                 message.twist.twist.linear.x = 0.2
             elif topic == 'joint_states':
                 message.name = names
@@ -304,6 +331,26 @@ def test_a_sound_robot_is_found_sound(robot, monkeypatch):
             ('odom', '102/s'), ('joint_states', '102/s'), ('Clock', 'right within'),
             ('Gyro', 'agrees'), ('Drift', '+0.0 deg/min')):
         check(lines[subject], OK, words)
+
+
+@pytest.mark.parametrize('x, y, z, w, words', [
+    (0.0, 0.0, 0.0, 0.0, 'norm 0, not 1'), (math.nan, 0.0, 0.0, 1.0, 'norm nan'),
+    (0.0, 0.0, 0.0, 16384.0, 'norm 1.64e+04'), (1.0, 0.0, 0.0, 0.0, 'tilted by roll 180')])
+def test_an_imu_that_every_node_refuses_is_named_with_their_reason(robot, monkeypatch, x, y, z, w, words):
+    def listen(*where):
+        heard, ended = heard_of_a_robot_at_rest(*where)
+        for topic, _, _, message, _ in heard:
+            if topic == 'imu':
+                message.orientation = Quaternion(x, y, z, w)
+        return heard, ended
+    lines = examined(robot, monkeypatch, listen)
+    check(lines['imu'], FAULT, 'every node refuses 60 of 60 messages: quaternion', words)
+    assert 'Drift' not in lines
+
+
+def test_an_address_of_the_master_without_http_is_the_only_fault(monkeypatch):
+    monkeypatch.setenv('ROS_MASTER_URI', 'localhost:12311')
+    assert [line.subject for line in examine('/')] == ['Python', 'Master']
 
 
 def test_without_a_master_the_way_there_is_judged(monkeypatch):

@@ -49,6 +49,11 @@ def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> L
 
 # Addresses --------------------------------------------------------------------------------------
 
+def shown(value: str) -> str:
+    """A value of the environment; in quotes if blanks are in it, which nobody would see."""
+    return repr(value) if len(value.split()) != 1 or value != value.strip() else value
+
+
 def is_loopback(address: str) -> bool:
     """Does an address mean the computer itself?"""
     return address.startswith('127.') or address in ('localhost', '::1')
@@ -104,6 +109,11 @@ class Address:
         return self.ros_hostname or self.ros_ip or self.hostname
 
     @property
+    def setting(self) -> str:
+        """The variable that sets it, with its value; in quotes if a blank is in it."""
+        return 'ROS_{}={}'.format('HOSTNAME' if self.ros_hostname else 'IP', shown(self.told))
+
+    @property
     def towards_others(self) -> str:
         """The address on the way to the master; if that is here, the first one; '' without any."""
         return next((each for each in (self.way_out, *self.own)
@@ -135,11 +145,10 @@ def judge_address(here: Address) -> Line:
         return warning('Address', '{}the robot is told the name {}, and may not resolve it'.format(
             unset, here.hostname), here.advice)
     known = here.resolved in ('', here.told) or is_loopback(here.resolved)
-    source = 'ROS_{}={}{}{}'.format(
-        'HOSTNAME' if here.ros_hostname else 'IP', here.told,
-        '' if known else ' ({})'.format(here.resolved),
-        ' (it goes before ROS_IP={})'.format(here.ros_ip) if here.ros_hostname and here.ros_ip
-        else '')
+    source = '{}{}{}'.format(
+        here.setting, '' if known else ' ({})'.format(here.resolved),
+        ' (it goes before ROS_IP={})'.format(shown(here.ros_ip))
+        if here.ros_hostname and here.ros_ip else '')
     if not here.resolved:
         return fault('Address', source + ' does not resolve, not even here', here.advice)
     if is_loopback(here.resolved):
@@ -156,20 +165,27 @@ def judge_address(here: Address) -> Line:
 # NAT --------------------------------------------------------------------------------------------
 
 def nat_kind() -> str:
-    """Returns 'WSL' or 'a container' if this Linux runs in one, else ''."""
+    """Returns 'WSL' or 'a container' if this Linux runs in one, with a network of its own; else ''.
+
+    WSL with its host's network (mirrored) has an interface loopback0. A container with its host's
+    network has an interface of hardware.
+    """
+    interfaces = [name for _, name in socket.if_nameindex()]
     with open('/proc/version') as file:
         if 'microsoft' in file.read().lower():
-            return 'WSL'
+            return '' if 'loopback0' in interfaces else 'WSL'
     is_container = os.path.exists('/.dockerenv') or os.path.exists('/run/.containerenv')
-    return 'a container' if is_container else ''
+    has_hardware = any(os.path.exists('/sys/class/net/{}/device'.format(name))
+                       for name in interfaces)
+    return 'a container' if is_container and not has_hardware else ''
 
 
 def judge_nat(kind: str, way_out: str, others_elsewhere: bool) -> Line:
     """Can a robot reach this computer through NAT? `kind`: see :func:`nat_kind`;
     `others_elsewhere`: is the master or the robot on another computer?"""
     if not kind or not way_out or ipaddress.ip_address(way_out) not in NAT:
-        return ok('NAT', 'this is ' + (kind + ', but its address is not one of NAT' if kind else
-                                       'neither WSL nor a container'))
+        return ok('NAT', 'this is {}, but its address is not one of NAT'.format(kind) if kind else
+                  'this computer has no network of its own behind another computer')
     if not others_elsewhere:
         return ok('NAT', 'this is {} behind NAT ({}): good for the simulated robot alone'.format(
             kind, way_out))

@@ -6,8 +6,8 @@ from dataclasses import replace
 from tb3_labs.doctor.computer import (
     address_here, is_own, judge_address, judge_nat, look_at_python, nat_kind, way_out)
 from tb3_labs.doctor.graph import (
-    Peer, RobotGraph, judge_hearers, judge_master, judge_nodes, judge_robot, judge_way_back,
-    peers_of)
+    Peer, RobotGraph, judge_hearers, judge_master, judge_nodes, judge_robot, judge_types,
+    judge_way_back, peers_of)
 
 
 def examine(namespace):
@@ -16,6 +16,9 @@ def examine(namespace):
     yield python
     master = Peer(os.environ.get('ROS_MASTER_URI', ''))
     state = master.ask('getSystemState')
+    if master.uri and master.problem == 'malformed':
+        yield judge_master(master)    # all else depends on where the master is
+        return
     here = address_here(master.address)
     yield judge_address(here)
     graph = RobotGraph(namespace, state or ([], [], []))
@@ -41,17 +44,31 @@ def examine(namespace):
 
 
 def _look_at_way_back(here, graph, alive, drivers):
-    """Yields the line on the way from the robot to this computer. `alive`, `drivers`: {node: Peer}
-    of the robot's nodes that answer, and of those that publish cmd_vel."""
+    """Yields the lines on the messages of the drivers, and on the way from the robot to this
+    computer. `alive`, `drivers`: {node: Peer} of the robot's nodes that answer, and of those that
+    publish cmd_vel."""
     hearer = next((node for node in graph.hearers if node in alive), None)
+    if hearer is None:
+        return
+    topic = graph.namespace + 'cmd_vel'
+    heard = _type_of(topic, alive[hearer], 'getSubscriptions')
+    sent = {node: _type_of(topic, peer, 'getPublications') for node, peer in drivers.items()
+            if not peer.problem}
+    unheard = {node: kind for node, kind in sent.items() if heard and kind not in ('', heard)}
+    yield from filter(None, [judge_types(topic, hearer, heard, unheard)])
     mine = {node: peer.uri for node, peer in drivers.items() if (
         peer.problem == 'unresolved' or is_own(peer.address) and not peer.problem)
-        and node not in graph.robot_nodes}
+        and node not in graph.robot_nodes and node not in unheard}
     if mine:
         time.sleep(1.0)    # in which the robot connects to a driver that was started just now
-    connections = alive[hearer].ask('getBusInfo') if hearer else None
+    connections = alive[hearer].ask('getBusInfo')
     if connections is not None:
         address = alive[hearer].address
-        heard = {str(row[1]).rstrip('/') for row in connections if row[2] == 'i'}
-        yield judge_way_back(mine, heard, hearer, replace(here, way_out=way_out(address)),
+        connected = {str(row[1]).rstrip('/') for row in connections if row[2] == 'i'}
+        yield judge_way_back(mine, connected, hearer, replace(here, way_out=way_out(address)),
                              not is_own(address))
+
+
+def _type_of(topic, peer, question):
+    """Returns the type of a node's topic, by its answer to `question`; '' if it is not known."""
+    return next((str(kind) for name, kind in peer.ask(question) or () if name == topic), '')

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Collection, Mapping, Optional
 
 from tb3_labs.doctor import Line, fault, ok, warning
-from tb3_labs.doctor.computer import Address, is_loopback, resolved
+from tb3_labs.doctor.computer import Address, is_loopback, resolved, shown
 
 #: The name under which the doctor asks; it is registered nowhere.
 CALLER = '/doctor_{}'.format(os.getpid())
@@ -81,17 +81,19 @@ def peers_of(master, nodes):
 
 def judge_master(master: Peer) -> Line:
     """Does a master answer?"""
-    where = master.uri or '(empty)'
+    where = shown(master.uri) if master.uri else '(empty)'
     if master.address and master.address not in where:
         where += ' ({})'.format(master.address)
     if not master.problem:
         return ok('Master', '{} answers in {:.0f} ms'.format(where, 1e3 * master.round_trip))
+    bare = 'http://' + master.uri.strip()    # rospy takes no address without http
     return fault('Master', 'ROS_MASTER_URI {} {}'.format(where, PROBLEMS[master.problem]), {
         'refused': 'start roscore, or a launch file, on that computer; first end each launch file '
                    'that runs there without its master',
         'silent': 'is that computer on, in the same network, and is the address still its own? '
                   'ping ' + master.address,
-    }.get(master.problem, 'export ROS_MASTER_URI=http://ADDRESS:11311'))
+    }.get(master.problem, 'export ROS_MASTER_URI=' + (
+        bare if Peer(bare).name else 'http://ADDRESS:11311')))
 
 
 # Who publishes, and who hears? ------------------------------------------------------------------
@@ -180,6 +182,17 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Line:
             peer.address or peer.name, tell)))
     return ok('Nodes', ', '.join('{} answers in {:.0f} ms'.format(
         node, 1e3 * peer.round_trip) for node, peer in sorted(peers.items())))
+
+
+def judge_types(topic: str, robot: str, heard: str,
+                unheard: Mapping[str, str]) -> Optional[Line]:
+    """Do drivers publish another message than `heard`, the one that the node `robot` hears on
+    `topic`? `unheard`: {driver: type of its message}, for each that does."""
+    if not unheard:
+        return None
+    return fault('Commands', '{} on {}, but {} hears {}: no such command arrives'.format(
+        ', '.join('{} publishes {}'.format(*each) for each in sorted(unheard.items())),
+        topic, robot, heard), 'publish {} there'.format(heard))
 
 
 # The way back -----------------------------------------------------------------------------------

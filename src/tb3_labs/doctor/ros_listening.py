@@ -13,17 +13,19 @@ from tb3_labs.config import NOT_GIVEN
 from tb3_labs.doctor import fault
 from tb3_labs.doctor.graph import SENSORS
 from tb3_labs.doctor.streams import (
-    HEARING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream,
-    judge_wheels)
+    HEARING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused,
+    judge_stream, judge_wheels)
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
-from tb3_labs.robot.turtlebot3 import model_called
+from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS, model_called
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample, to_wheel_sample
 
 #: The topics of a robot that the doctor hears, with their messages.
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'cmd_vel': rospy.AnyMsg}
+#: The message that moves a robot.
+COMMAND = 'geometry_msgs/Twist'
 READERS = {'imu': to_imu_sample, 'odom': to_odometry_sample, 'joint_states': to_wheel_sample}
 
 
@@ -34,20 +36,25 @@ class Heard(NamedTuple):
     at: float
     sender: str
     message: Any
+    kind: str = ''    # its type, as the sender says; '' if it is not known
 
 
 def examine_messages(graph, address, round_trip, is_wall_time):
     """Yields the lines on the robot of a RobotGraph. `round_trip`: least time of a question to it
     [s]; `is_wall_time`: its stamps are those of a real clock. `address` as in :func:`listen`."""
     heard, ended = listen(graph.namespace, address)
-    yield judge_drivers(Counter(each.sender for each in heard if each.topic == 'cmd_vel'))
+    # a robot takes no other message: see examination
+    yield judge_drivers(Counter(each.sender for each in heard if each.topic == 'cmd_vel'
+                                and each.kind in ('', COMMAND)))
+    watch, encoders, samples, refused = compared(heard, graph.namespace + 'reset')
     for name in SENSORS:
-        yield judge_stream(graph.namespace + name, [each.at for each in heard if each.topic == name],
-                           ended, next(iter(graph.sensors[name]), ''))
-    watch, encoders, samples = compared(heard, graph.namespace + 'reset')
+        arrivals = [each.at for each in heard if each.topic == name]
+        line = judge_stream(graph.namespace + name, arrivals, ended,
+                            next(iter(graph.sensors[name]), ''))
+        yield judge_refused(line, refused[name], len(arrivals))
     wheels = [sample for sample in samples if isinstance(sample, WheelSample)]
     joints = [each.sender for each in heard if each.topic == 'joint_states']
-    if joints and not wheels:
+    if joints and not wheels and not refused['joint_states']:
         yield judge_wheels(graph.namespace + 'joint_states', joints[0])
     if encoders.problem():
         yield fault('Wheels', *encoders.problem().split('; '))
@@ -70,7 +77,8 @@ def listen(namespace, address):
     heard = []
 
     def hear(message, name):
-        heard.append(Heard(name, time.time(), connection_of(message)['callerid'], message))
+        header = connection_of(message)
+        heard.append(Heard(name, time.time(), header['callerid'], message, header['type']))
 
     try:
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,
@@ -84,14 +92,17 @@ def listen(namespace, address):
 
 
 def compared(heard, reset_topic):
-    """Returns a GyroWatch and an EncoderWatch, and the samples that they took in."""
+    """Returns a GyroWatch and an EncoderWatch, the samples that they took in, and {topic: why each
+    of its other messages is refused, as the labs' nodes refuse it}."""
     watch, encoders = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), EncoderWatch()
-    samples = []
-    for topic, at, _, message in heard:
+    samples, refused = [], {topic: [] for topic in TOPICS}
+    for topic, at, _, message, _ in heard:
         try:
             sample = READERS[topic](message) if topic in READERS else None
-        except ValueError:
-            continue    # invalid, or of other joints
+        except ValueError as problem:
+            if topic != 'joint_states' or set(WHEEL_JOINTS).issubset(message.name):
+                refused[topic].append(str(problem))    # else: of other joints, such as an arm's
+            continue
         if isinstance(sample, ImuSample):
             watch.on_imu(sample, at)
         elif isinstance(sample, WheelSample):
@@ -100,4 +111,4 @@ def compared(heard, reset_topic):
         elif isinstance(sample, OdometrySample):
             encoders.on_odometry(sample)
         samples.append(sample)
-    return watch, encoders, samples
+    return watch, encoders, samples, refused

@@ -20,6 +20,8 @@ CLOCK_WRONG = 1.0
 BOARD_AHEAD = 0.25
 #: More drift than this disturbs a lab [deg/min].
 DRIFTS = 2.0
+#: A node can do without this share of a sensor's messages.
+FEW_REFUSED = 0.05
 #: The wheels stand if they turn by less than this while the doctor listens [rad].
 WHEELS_STAND = 0.005
 
@@ -56,6 +58,17 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
                      'rostopic delay {}: if its max is as long, the WLAN (go nearer, take 5 GHz or '
                      'a cable) or a busy computer holds messages; else the robot'.format(topic))
     return ok(name, '{:.0f}/s, never silent for more than {:.2f} s'.format(rate, gap))
+
+
+def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
+    """Do the nodes of the labs refuse messages of a sensor? Then the line on that; else `line`.
+    `reasons`: one for each refused message, of `count` messages."""
+    if not reasons:
+        return line
+    judge = fault if len(reasons) > FEW_REFUSED * count else warning
+    return judge(line.subject, 'every node refuses {} of {} messages: {}'.format(
+        len(reasons), count, reasons[0]), "stand the robot on its wheels; switch its board off and "
+                 'on; if it stays, the sensor is broken')
 
 
 def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
