@@ -2,8 +2,8 @@
 """The Transformation lab's demonstration, judged by the simulated robot's true pose.
 
 The node gives control to move_to_goal, which drives to its goal. Then it declares the local frame
-anew at the robot's place, and the robot drives again. The exit status is 0 only if every drive
-ended within tolerance. demo.sh starts it beside demo.launch.
+anew at the robot's place, and the robot drives again. demo.launch starts it, and ends with it. It
+tells demo.sh whether every drive ended within tolerance.
 
 Subscribes
     goal_state    std_msgs/String: the state of move_to_goal
@@ -11,20 +11,20 @@ Subscribes
     local_pose    geometry_msgs/PoseStamped: the pose by its sensors, in local
     ground_truth  geometry_msgs/PoseStamped: the true pose, in world
     has_control   std_msgs/Bool: may move_to_goal drive?
-    ctrl_relinq   std_msgs/Bool: another node's False is a person's stop
+    ctrl_relinq   std_msgs/Bool: another node's False, after control was given, is a person's stop
 Publishes
     ctrl_relinq   std_msgs/Bool: False, then True, until move_to_goal has control
 Calls
     reset_pose    tb3_labs/ResetPose
-Parameters: see DemoConfig in tb3_labs.nodes.demonstration, set by demo.launch; limits are those of
-move_to_goal.
+Parameters: see DemoConfig in tb3_labs.nodes.demonstration; limits are those of move_to_goal.
 """
 import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
 
-import math
+import contextlib
+import os
 import threading
 import time
-import xmlrpc.client
+from pathlib import Path
 
 import rosgraph
 import rospy
@@ -33,20 +33,19 @@ from std_msgs.msg import Bool, String
 
 from tb3_labs.control.goal_state import DriveConfig, is_over
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.demonstration import BEGUN, LONGEST_DRIVE, DemoConfig, DemoDrive, table
+from tb3_labs.nodes.demonstration import BEGUN, STILL_TIME, DemoConfig, DemoDrive, rests, table
 from tb3_labs.report.drives import least_time
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, run
-from tb3_labs.ros.observer import Observer
 from tb3_labs.ros.operator import call_reset, hear_takers
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.rospy_internals import heard_by
+from tb3_labs.ros.topics import subscribe
 
-#: Longest wait for the robot and the nodes at the start [s].
-START_TIMEOUT = 30.0
+#: Longest wait for a node that starts, and for the end of a drive [s, wall clock].
+LONGEST_WAIT = 120.0
 #: Longest wait for the recorder, which may have ended because its disk was full [s].
-RECORDER_TIMEOUT = 10.0
+RECORDER_TIMEOUT = 15.0
 #: If move_to_goal does not take control in this time, control is given again [s, wall clock].
 GRANT_PERIOD = 1.0
 #: Topics that a recording needs from its first moment on.
@@ -74,121 +73,127 @@ class Demo:
         self._config = read_config(DemoConfig)
         self._law = read_config(DriveConfig, of='move_to_goal')
         self._model = read_model()
-        self._observer = Observer()
+        self._heard = {}        # {topic: (arrival [s], latest value)}
+        self._states = []       # (arrival [s], state) of the goal_state of this drive
+        self._granted = False   # does move_to_goal have control from this node?
+        self._taken = False
         # not latched: move_to_goal would take a latched message for one of an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
-        self._taken = threading.Event()    # by a person
-        hear_takers(self._taken.set)
-        self._observer.watch('goal_state', String, lambda message: message.data)
-        self._observer.watch('has_control', Bool, lambda message: message.data)
+        hear_takers(self._on_taken)
+        subscribe('goal_state', String, self._on_state, queue_size=None)
+        self._hear('has_control', Bool, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
-            self._observer.watch(topic, PoseStamped, lambda message: to_pose2(message.pose))
+            self._hear(topic, PoseStamped, lambda message: to_pose2(message.pose))
         threading.Thread(target=guarded(self._run), daemon=True).start()
 
+    def _hear(self, topic, kind, read):
+        def keep(value):
+            self._heard[topic] = rospy.get_time(), value
+        subscribe(topic, kind, keep, read)
+
+    def _on_state(self, message):
+        self._states.append((rospy.get_time(), message.data))
+
+    def _on_taken(self):
+        self._taken = self._granted
+
     def _run(self):
-        self._wait_for_everybody()
+        for topic in ('local_pose', 'ground_truth', 'current_goal', 'has_control'):
+            self._latest(topic)
+        if self._config.record and not wait_until(recorder_hears, RECORDER_TIMEOUT):
+            rospy.logwarn('The recorder does not listen: the recording will be incomplete')
         drives = []
         try:
             for number in range(1, self._config.drives + 1):
                 rospy.loginfo('--- Drive %d of %d ---', number, self._config.drives)
                 drives.append(self._drive(number))
-            self._tell(drives)
+            print(table(drives))
+            self._end(all(drive.is_good for drive in drives), 'a drive ended outside the tolerance')
         except Taken:
-            if self._config.stay:
-                rospy.logwarn(TAKEN_LINE)
-                print(WHAT_NEXT)
-            else:
-                end(TAKEN_LINE)
+            self._end(False, TAKEN_LINE)
 
-    def _wait_for_everybody(self):
-        for topic in ('local_pose', 'ground_truth'):
-            self._observer.wait_for(topic, seconds=START_TIMEOUT)
-        if self._config.pad:
-            self._observer.watch('control_holder', String)
-            self._observer.wait_for('control_holder', seconds=START_TIMEOUT)
-        mover = rospy.resolve_name('move_to_goal')
-        if not wait_until(lambda: mover in heard_by(self._control), START_TIMEOUT):
-            raise RuntimeError('move_to_goal does not listen on ctrl_relinq')
-        self._observer.wait_for('has_control', seconds=START_TIMEOUT)
-        self._taken.clear()    # the first message of the node gamepad takes control
-        if self._config.record and not wait_until(recorder_hears, RECORDER_TIMEOUT):
-            rospy.logwarn('The recorder does not listen: the recording will be incomplete')
+    def _end(self, good, problem):
+        if good and 'TB3_LABS_DEMO' in os.environ:
+            Path(os.environ['TB3_LABS_DEMO'], 'good').touch()
+        if not self._config.stay:
+            end('' if good else problem)
+            return
+        if not good:
+            rospy.logwarn(problem)
+        print(WHAT_NEXT)
 
     def _drive(self, number):
         """Let the robot drive once from a new origin. Returns the DemoDrive."""
-        observer = self._observer
-        observer.wait_for_rest('ground_truth')
-        world_T_local = observer.latest('ground_truth')
-        observer.forget('goal_state')
-        if number > 1 or observer.latest('has_control'):
-            call_reset(0.0, 0.0, 0.0)
+        world_T_local = self._rest()
+        self._states.clear()
+        if number > 1 or self._latest('has_control'):
+            self._wait(is_reset, 'a reset')
         self._give_control()
-        begun, _ = self._first(lambda state: state == BEGUN, START_TIMEOUT)
-        ended, state = self._first(is_over, LONGEST_DRIVE)
-        observer.wait_for_rest('ground_truth')
-        goal = observer.latest('current_goal')
+        begun, _ = self._first(BEGUN.__eq__)
+        ended, state = self._first(is_over)
+        reached = self._rest()
+        goal = self._latest('current_goal')
         bound = least_time(Pose2(), goal, self._model, self._law.max_linear,
                            self._law.max_angular, reverse=self._law.allow_reverse)
-        return DemoDrive(state, goal, observer.latest('local_pose'),
-                         world_T_local.inverse() @ observer.latest('ground_truth'), ended - begun,
-                         bound)
+        return DemoDrive(state, goal, self._latest('local_pose', ended),
+                         world_T_local.inverse() @ reached, ended - begun, bound)
 
     def _give_control(self):
         """Give control until move_to_goal says that it has control. A node that was slow to start
         does not take the first permission, which may be old. A person's stop is not undone."""
-        deadline = time.monotonic() + START_TIMEOUT
-        while not self._observer.latest('has_control') and not self._taken.is_set():
+        deadline = time.monotonic() + LONGEST_WAIT
+        while not self._latest('has_control') and not self._taken:
             if time.monotonic() > deadline:
                 raise RuntimeError('move_to_goal does not take control')
             self._control.publish(False)
             self._control.publish(True)
-            wait_until(lambda: self._observer.latest('has_control'), GRANT_PERIOD)
+            wait_until(lambda: self._latest('has_control'), GRANT_PERIOD)
+        self._granted = True
 
-    def _first(self, condition, seconds):
-        """Wait for the first goal_state that fulfils `condition`. Returns (its time [s], words).
-        Raises RuntimeError after `seconds` of wall time, Taken if control was taken."""
+    def _first(self, condition):
+        """Wait for the first state that fulfils `condition`. Returns (arrival [s], state). Raises
+        Taken if control is taken before."""
         def found():
-            if self._taken.is_set():
+            if self._taken:
                 raise Taken
-            return [entry for entry in self._observer.all('goal_state') if condition(entry[1])]
-        self._observer.wait_until(found, seconds, 'goal_state')
+            return [entry for entry in list(self._states) if condition(entry[1])]
+        self._wait(found, 'the end of a drive')
         return found()[0]
 
-    def _tell(self, drives):
-        """Print the table, and end or stay."""
-        print(table(drives))
-        if self._config.stay:
-            print(WHAT_NEXT)
-        else:
-            good = all(drive.is_good for drive in drives)
-            end('' if good else 'a drive ended outside the tolerance')
+    def _latest(self, topic, since=0.0):
+        """Returns the latest value of `topic`; waits for one that arrives at `since` [s] or later.
+        """
+        self._wait(lambda: topic in self._heard and self._heard[topic][0] >= since, topic)
+        return self._heard[topic][1]
+
+    def _rest(self):
+        """Wait until the robot rests. Returns its true pose."""
+        before, pose = None, self._latest('ground_truth', rospy.get_time())
+        while before is None or not rests(before, pose):
+            before, pose = pose, self._latest('ground_truth', rospy.get_time() + STILL_TIME)
+        return pose
+
+    def _wait(self, condition, what):
+        if not wait_until(condition, LONGEST_WAIT):
+            raise RuntimeError('waited {:.0f} s in vain for {}; states: {}'.format(
+                LONGEST_WAIT, what, [state for _, state in self._states]))
+
+
+def is_reset():
+    """Declare the local frame anew. False if it was refused, as while a busy computer's sensors are
+    late."""
+    with contextlib.suppress(ValueError):
+        call_reset(0.0, 0.0, 0.0)
+        return True
+    return False
 
 
 def recorder_hears():
-    """Is the node record connected to all that publish the topics RECORDED?"""
-    return all(_is_recorded(topic) for topic in RECORDED)
-
-
-def _is_recorded(topic):
-    link = [rospy.resolve_name('record'), 'o', 'TCPROS', rospy.resolve_name(topic)]
-    master = rosgraph.Master(rospy.get_name())
-    publishers = dict(master.getSystemState()[0]).get(link[-1], [])
-    try:
-        slaves = [xmlrpc.client.ServerProxy(master.lookupNode(each)) for each in publishers]
-        infos = [slave.getBusInfo(rospy.get_name()) for slave in slaves]
-    except (OSError, rosgraph.MasterException):    # one of them has just ended
-        return False
-    return bool(infos) and all(link in [each[1:5] for each in links] for _, _, links in infos)
-
-
-def parameters_are_set():
-    """Has roslaunch set the parameters of demo.launch, and /use_sim_time?"""
-    try:
-        return rosgraph.Master('/demo').hasParam('/demo/drives')
-    except (OSError, rosgraph.MasterException):    # no master answers yet
-        return False
+    """Does the node record subscribe to all topics RECORDED?"""
+    subscribed = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1])
+    return all(rospy.resolve_name('record') in subscribed.get(rospy.resolve_name(topic), [])
+               for topic in RECORDED)
 
 
 if __name__ == '__main__':
-    wait_until(parameters_are_set, math.inf)
     run('demo', Demo)

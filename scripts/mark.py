@@ -56,7 +56,7 @@ def main(words):
     """Mark all submissions, and write the marks. Returns the exit status."""
     given = parse(words)
     for each in ENDS:
-        if signal.getsignal(each) != signal.SIG_IGN:        # nohup ignores SIGHUP
+        if each != signal.SIGHUP or signal.getsignal(each) != signal.SIG_IGN:    # nohup's
             signal.signal(each, interrupt)
     sys.stdout.reconfigure(errors='backslashreplace')    # not every terminal has every letter
     try:

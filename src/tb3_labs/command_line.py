@@ -8,6 +8,7 @@ import errno
 import os
 import re
 import secrets
+import signal
 from pathlib import Path
 from typing import Any, Union
 
@@ -17,6 +18,9 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
+        # `&` in a script ignores SIGINT; a tool ends by it all the same, as a node does
+        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def error(self, message: str):
         """End the program with status 2, and the reason."""

@@ -9,10 +9,10 @@ from std_msgs.msg import Bool, String
 
 from drive_case import DriveCase
 from node_case import STARTING, ZERO, Node, run_as_node
+from observer import Observer
 from panel_page import Page, address_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.observer import Observer
 from thumb import A, B, Y, Thumb, punctual
 
 PORT = 8092

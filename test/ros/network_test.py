@@ -244,7 +244,7 @@ class NetworkTest(unittest.TestCase):
         demo = Program(['unshare', '-m'] * has_small_disk + ['sh', '-c', command],
                        environment=environment)
         self.addCleanup(demo.kill)
-        demo.wait_for('MOVE_FORWARD', STARTING)    # by then all its programs run
+        demo.wait_for('MOVE_FORWARD', 3 * STARTING)    # by then all its programs run
         sockets = listening(environment)
         demo.wait(2.0 * STARTING)
         print(demo.text[-3000:])

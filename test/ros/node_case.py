@@ -20,12 +20,12 @@ import roslib.packages
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 
+from observer import Observer
 from rosunit_internals import rosrun
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import interpolate
 from tb3_labs.marking import processes
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.observer import Observer
 
 PACKAGE = 'tb3_labs'
 ZERO = (0.0, 0.0)

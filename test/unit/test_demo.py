@@ -1,13 +1,12 @@
 """The demonstration's judgement, and its table word for word."""
 import math
 import runpy
-import threading
 
 import pytest
 
 from pages import SCRIPTS
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.demonstration import DemoDrive, table
+from tb3_labs.nodes.demonstration import DemoDrive, rests, table
 
 GOAL = Pose2(-0.61, 0.61, 0.0)
 
@@ -49,56 +48,48 @@ def test_the_true_pose_judges(reached, good):
     assert drive(goal, goal=goal, believed=reached).is_good is True
 
 
-class MoveToGoal:
-    """Stands in for the node, for the Observer of its topics, and for the publisher to it."""
-
-    def __init__(self, demo, refuses, taken_at=None):
-        self._demo, self._refuses, self._taken_at = demo, refuses, taken_at
-        self.has_control, self.said = False, []
-
-    def latest(self, topic):
-        assert topic == 'has_control'
-        return self.has_control
-
-    def publish(self, word):
-        self.said.append(word)
-        # a True counts after a False only, and not while the node is just waking up
-        self.has_control = word and self.said[-2:] == [False, True] and (
-            len(self.said) > 2 * self._refuses)
-        if len(self.said) == self._taken_at:
-            self._demo._taken.set()
-
-
 @pytest.fixture
-def script(monkeypatch):
-    demo = runpy.run_path(str(SCRIPTS / 'demo.py'))['Demo']
-    parts = demo._give_control.__globals__
-    monkeypatch.setitem(parts, 'wait_until', lambda condition, seconds: condition())
-    return parts
+def demo(monkeypatch):
+    """A Demo without its node; a node as move_to_goal, which hears it `refuses` times in vain."""
+    kind = runpy.run_path(str(SCRIPTS / 'demo.py'))['Demo']
+    monkeypatch.setitem(kind._give_control.__globals__, 'wait_until',
+                        lambda condition, seconds: condition())
+    made = object.__new__(kind)
+    made._heard, made._states = {'has_control': (1.0, False)}, []
+    made._granted = made._taken = False
+    made.said, made.refuses, made._control = [], 0, made
+
+    def publish(word):
+        made.said.append(word)
+        # a True counts after a False only
+        counts = made.said[-2:] == [False, True] and len(made.said) > 2 * made.refuses
+        made._heard['has_control'] = 1.0, counts
+    made.publish = publish
+    return made
 
 
-def give_control(script, **how):
-    """What a Demo says to a MoveToGoal."""
-    demo = object.__new__(script['Demo'])
-    demo._taken = threading.Event()
-    demo._observer = demo._control = node = MoveToGoal(demo, **how)
+@pytest.mark.parametrize('refuses', [0, 2])
+def test_control_is_given_until_it_counts(demo, refuses):
+    demo.refuses = refuses
     demo._give_control()
-    return node
+    assert demo.said == [False, True] * (refuses + 1)
 
 
-def test_control_is_given_until_it_counts(script):
-    assert give_control(script, refuses=0).said == [False, True]
-    node = give_control(script, refuses=2)
-    assert node.has_control and node.said == [False, True] * 3
+def test_a_false_is_a_stop_after_control_was_given_and_none_before(demo):
+    demo._on_taken()    # of a pad that starts
+    demo._give_control()
+    demo._states.append((2.0, 'ROTATE_TO_GOAL'))
+    assert demo._first('ROTATE_TO_GOAL'.__eq__) == (2.0, 'ROTATE_TO_GOAL')
+    demo._on_taken()    # of a person
+    with pytest.raises(demo._first.__globals__['Taken']):
+        demo._first('ROTATE_TO_GOAL'.__eq__)
+    demo._heard['has_control'] = 3.0, False
+    demo._give_control()    # before the next drive
+    assert demo.said == [False, True]
 
 
-def test_a_stop_of_a_person_is_not_undone(script):
-    node = give_control(script, refuses=99, taken_at=4)
-    assert not node.has_control and node.said == [False, True] * 2
-
-
-def test_no_background_job_of_the_script_computes_its_words():
-    """Ctrl+C would end what computes them, and the job would run without them, and complain."""
-    jobs = [line for line in (SCRIPTS / 'demo.sh').read_text(encoding='utf-8').splitlines()
-            if line.endswith(' &')]
-    assert len(jobs) > 2 and not [line for line in jobs if '$(' in line]
+@pytest.mark.parametrize('after, still', [
+    (Pose2(1.0, 2.0, -math.pi), True), (Pose2(1.0 + 2e-5, 2.0, math.pi), False),
+    (Pose2(1.0, 2.0, math.pi - 2e-5), False)])
+def test_a_robot_that_moves_does_not_rest(after, still):
+    assert rests(Pose2(1.0, 2.0, math.pi), after) is still

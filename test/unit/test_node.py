@@ -69,9 +69,16 @@ class Process(subprocess.Popen):
         return text.split()
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, None])
-def test_a_signal_or_its_time_ends_a_wait(number):
-    process = Process(WAIT if number else WAIT.replace('300', '1'))
+def ignores_ctrl_c():
+    """As a shell does before it starts a background job of a script."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@pytest.mark.parametrize('number, before_it', [
+    (signal.SIGINT, None), (signal.SIGINT, ignores_ctrl_c), (signal.SIGTERM, None),
+    (signal.SIGHUP, None), (None, None)])
+def test_a_signal_or_its_time_ends_a_wait(number, before_it):
+    process = Process(WAIT if number else WAIT.replace('300', '1'), before_it)
     if number:
         process.send_signal(number)
     assert process.rest() == ['interrupted' if number else 'woken']
@@ -166,10 +173,11 @@ RUNS = re.compile(r'^from tb3_labs\.ros\.node import .*\brun\b', re.MULTILINE)
 NODES = sorted(path.name for path in SCRIPTS.glob('*.py') if RUNS.search(path.read_text()))
 
 
-@pytest.mark.parametrize('name', NODES)
-def test_ctrl_c_ends_a_node_that_still_imports(name):
+@pytest.mark.parametrize('name, before_it', [(name, None) for name in NODES] + [
+    (NODES[0], ignores_ctrl_c)])
+def test_ctrl_c_ends_a_node_that_still_imports(name, before_it):
     node = subprocess.Popen([sys.executable, '-X', 'importtime', str(SCRIPTS / name)],
-                            stderr=subprocess.PIPE, text=True,
+                            stderr=subprocess.PIPE, text=True, preexec_fn=before_it,
                             env=dict(os.environ, ROS_MASTER_URI='http://localhost:1'))
     try:
         for line in node.stderr:

@@ -15,13 +15,13 @@ BEGUN = GoalState.ROTATE_TO_GOAL.name
 
 TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>14}  {}'  # fits a terminal of 80 columns
 HEADER = TABLE_ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by',
-                    'time, at best', '').rstrip()
-
-
+                          'time, at best', '').rstrip()
 #: Largest true error of a good drive: of its place [m], and of its heading [deg].
 TRULY_OFF, TRULY_OFF_DEG = 0.01, 0.5
-#: Longest drive [s].
-LONGEST_DRIVE = 120.0
+#: A pose that rests moves by less than this [m], and turns by less than this [rad], ...
+STILL_WAY, STILL_TURN = 1e-5, 1e-5
+#: ... in this time [s].
+STILL_TIME = 0.3
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,6 @@ class DemoConfig(Config):
     drives: int = setting(2, 'number of drives, with a reset between them', low=1, high=100)
     stay: bool = setting(False, 'go on running, and print commands to try, instead of ending')
     record: bool = setting(False, 'begin when the node record, a recorder, listens')
-    pad: bool = setting(False, 'begin when the node gamepad, which first takes control, runs')
 
 
 @dataclass(frozen=True)
@@ -56,6 +55,12 @@ class DemoDrive:
         """Did the drive end at its goal, truly within the tolerances (bounds included)?"""
         distance, angle = self.truly_off
         return self.state == GOAL_REACHED and distance <= TRULY_OFF and angle <= TRULY_OFF_DEG
+
+
+def rests(before: Pose2, after: Pose2) -> bool:
+    """Do two poses, STILL_TIME apart, show a robot at rest?"""
+    return (before.distance_to(after) < STILL_WAY
+            and abs(difference(after.yaw, before.yaw)) < STILL_TURN)
 
 
 def table(drives: Sequence[DemoDrive]) -> str:

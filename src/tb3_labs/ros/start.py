@@ -9,7 +9,8 @@ A missing package of Python is one line, too. The build runs this file to say so
 import signal
 import sys
 
-if signal.getsignal(signal.SIGINT) is signal.default_int_handler:    # `&` in a shell ignores SIGINT
+# `&` in a script ignores SIGINT; a node ends by it all the same, as rospy's own nodes do
+if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_IGN):
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 try:
     import numpy, squaternion    # noqa: E401, F401 (the other files of this package need them)
