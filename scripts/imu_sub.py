@@ -15,6 +15,8 @@ from std_msgs.msg import Float32    # added
 
 
 class IMU:
+    """Class to read orientation data from the TurtleBot3's IMU."""
+
     PERIOD = 0.1    # added: a person reads ten lines a second, not 200
 
     def __init__(self):
@@ -31,8 +33,8 @@ class IMU:
         if not self.ctrl_c:
             q = Quaternion(imu.orientation.w, imu.orientation.x, imu.orientation.y,
                            imu.orientation.z)
-            euler = q.to_euler(degrees=True)
-            yaw = euler[2]
+            e = q.to_euler(degrees=True)
+            yaw = e[2]
             yaw = self.convert_yaw(yaw)
             yaw = 0.0 if yaw > 359.9999 else yaw    # added: else a line says 360.000000
             self.heading_pub.publish(yaw)    # added

@@ -11,7 +11,7 @@ Publishes
     cmd_vel        geometry_msgs/Twist
     ctrl_relinq    std_msgs/Bool: True hands the robot over, False takes it back
 Calls
-    /set_pose      tb3_labs/SetInitialPose
+    set_pose       tb3_labs/SetInitialPose
 """
 import math
 import threading
@@ -26,11 +26,13 @@ from tb3_labs.srv import SetInitialPose, SetInitialPoseRequest
 
 
 class Gamepad:
+    """Class that drives the TurtleBot3 by a gamepad, and resets its pose."""
+
     def __init__(self):
         self.has_control = True
         self.cmd_pub = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         self.ctrl_pub = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
-        self.reset_pose_client = rospy.ServiceProxy('/set_pose', SetInitialPose)
+        self.reset_pose_client = rospy.ServiceProxy('set_pose', SetInitialPose)
         rospy.Subscriber('joy', Joy, self.joy_callback)
 
     def joy_callback(self, msg):
@@ -80,12 +82,13 @@ class Gamepad:
 
     def reset_pose_done_callback(self, future):
         try:
-            if future.result() is not None:
+            response = future.result()
+            if response:
                 rospy.loginfo('Pose reset successfully.')
             else:
                 rospy.logerr('Pose reset failed.')
-        except Exception as error:
-            rospy.logerr(f'Service call failed: {error}')
+        except Exception as e:
+            rospy.logerr(f'Service call failed: {e}')
 
 
 if __name__ == '__main__':

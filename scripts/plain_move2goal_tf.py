@@ -13,13 +13,12 @@ from tb3_labs.srv import SetInitialPose, SetInitialPoseResponse
 
 
 class MoveToGoal:
+    """Class that drives the TurtleBot3 to a goal in local coordinates."""
+
     def __init__(self):
         self.goal_x = -0.61
         self.goal_y = 0.61
         self.goal_yaw = 0.0
-        self.global_x = 0.0
-        self.global_y = 0.0
-        self.global_yaw = 0.0
         self.local_x = 0.0
         self.local_y = 0.0
         self.local_yaw = 0.0
@@ -30,7 +29,7 @@ class MoveToGoal:
         self.state = 'ROTATE_TO_GOAL'
         self.has_control = False
         self.cmd_pub = rospy.Publisher('cmd_vel', Twist, queue_size=10)
-        self.reset_service = rospy.Service('/set_pose', SetInitialPose, self.set_pose_callback)
+        self.reset_service = rospy.Service('set_pose', SetInitialPose, self.set_pose_callback)
         rospy.Subscriber('imu', Imu, self.imu_callback)
         rospy.Subscriber('odom', Odometry, self.odom_callback)
         rospy.Subscriber('ctrl_relinq', Bool, self.ctrl_relinq_callback)
@@ -50,38 +49,38 @@ class MoveToGoal:
                       f'yaw={self.local_yaw}.')
         return SetInitialPoseResponse()
 
-    def imu_callback(self, msg):
-        q = msg.orientation
-        self.global_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]
+    def imu_callback(self, imu_msg):
+        q = imu_msg.orientation
+        global_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]
         if self.initial_global_yaw is None:
-            self.initial_global_yaw = self.global_yaw
+            self.initial_global_yaw = global_yaw
             self.initial_global_yaw -= self.local_yaw    # added
-            return
-        self.local_yaw = self.normalize_angle(self.global_yaw - self.initial_global_yaw)
+            return    # skip the first iteration
+        self.local_yaw = self.normalize_angle(global_yaw - self.initial_global_yaw)
 
     def odom_callback(self, msg):
         q = msg.pose.pose.orientation
-        self.global_x = msg.pose.pose.position.x
-        self.global_y = msg.pose.pose.position.y
+        global_x = msg.pose.pose.position.x
+        global_y = msg.pose.pose.position.y
         if self.initial_global_x is None:
-            self.initial_global_x = self.global_x
-            self.initial_global_y = self.global_y
+            self.initial_global_x = global_x
+            self.initial_global_y = global_y
             self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]
             self.initial_odom_yaw -= self.local_yaw    # added
             cos, sin = math.cos(self.initial_odom_yaw), math.sin(self.initial_odom_yaw)    # added
             self.initial_global_x -= cos * self.local_x - sin * self.local_y    # added
             self.initial_global_y -= sin * self.local_x + cos * self.local_y    # added
-            return
-        dx = self.global_x - self.initial_global_x
-        dy = self.global_y - self.initial_global_y
+            return    # skip the first iteration
+        dx = global_x - self.initial_global_x
+        dy = global_y - self.initial_global_y
         cos, sin = math.cos(self.initial_odom_yaw), math.sin(self.initial_odom_yaw)
         self.local_x = cos * dx + sin * dy
         self.local_y = -sin * dx + cos * dy
 
-    def ctrl_relinq_callback(self, msg):
-        if self.has_control and not msg.data:
+    def ctrl_relinq_callback(self, relinq_msg):
+        if self.has_control and not relinq_msg.data:
             self.cmd_pub.publish(Twist())
-        self.has_control = msg.data
+        self.has_control = relinq_msg.data
 
     def control_loop(self, event):
         if not self.has_control or self.initial_global_x is None or self.state == 'GOAL_REACHED':

@@ -18,10 +18,12 @@ from tb3_labs.msg import MouseController
 
 
 class Controller:
-    K_HDG = 0.1
-    HDG_TOL = 10
-    MIN_ANG_Z = 0.5
-    MAX_ANG_Z = 1.5
+    """Class that controls the TurtleBot3 by the mouse and the IMU."""
+
+    K_HDG = 0.1    # rotation controller constant [rad/s for each degree]
+    HDG_TOL = 10    # heading tolerance +/- [deg]
+    MIN_ANG_Z = 0.5    # limits of what is sent to the TurtleBot3 [rad/s]
+    MAX_ANG_Z = 1.5    # [rad/s]
 
     def __init__(self):
         self.ctrl_c = False

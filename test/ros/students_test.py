@@ -17,10 +17,10 @@ from students_archive import MISSING, ROOT, unpack  # noqa: E402
 SOLUTION = ROOT / 'scripts' / 'imu_sub.py'
 #: Paths that lead to this package are not a student's.
 VARIABLES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH', 'ROS_PACKAGE_PATH', 'LD_LIBRARY_PATH'
-#: Of the languages of messages only Python is built: that is faster.
+#: Of the languages of messages only Python is built, and make does not wait for a quiet machine (-l2).
 SCRIPT = '''set -e
 cd {folder}
-export ROS_PACKAGE_PATH=src ROS_LANG_DISABLE=gencpp:geneus:genlisp:gennodejs
+export ROS_PACKAGE_PATH=src ROS_LANG_DISABLE=gencpp:geneus:genlisp:gennodejs ROS_PARALLEL_JOBS=-j2
 for lab in imu turn move2goal gamepad; do
   PYTHONPATH=src/tb3_labs/src:$PYTHONPATH {python} src/tb3_labs/scripts/skeleton.py $lab src
 done
@@ -38,8 +38,8 @@ class StudentsTest(unittest.TestCase):
     def test_the_archive_is_built_and_marks_a_node(self):
         with tempfile.TemporaryDirectory(dir='/tmp') as folder:    # outside of the repository
             place = pathlib.Path(folder) / 'src' / 'tb3_labs'
-            place.mkdir(parents=True)
-            unpack(place)
+            place.parent.mkdir()
+            unpack(place.parent)
             program = Program(
                 ['bash', '-c', SCRIPT.format(folder=folder, python=sys.executable,
                                              solution=SOLUTION)],

@@ -126,11 +126,17 @@ NONES = '''        self.initial_global_x = None
         self.state'''
 STATE = '        self.state'
 LOCAL_X, LOCAL_Y = 'self.local_x = cos * dx + sin * dy', 'self.local_y = -sin * dx + cos * dy'
-LOCAL_YAW = 'self.normalize_angle(self.global_yaw - self.initial_global_yaw)'
+LOCAL_YAW = 'self.normalize_angle(global_yaw - self.initial_global_yaw)'
 TAKE_YAW = 'self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]'
 SET_YAW = 'self.local_yaw = self.normalize_angle('
 ODOM_END = '\n    def ctrl_relinq_callback'
-IMU_YAW = 'self.global_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]'
+IMU_YAW = '        global_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]'
+#: The global pose as Lab 6 has it, which the handout replaces.
+KEPT = [(IMU_YAW, IMU_YAW + '\n        self.yaw = global_yaw'),
+        ('global_y = msg.pose.pose.position.y\n',
+         'global_y = msg.pose.pose.position.y\n        self.x, self.y = global_x, global_y\n'),
+        ('        self.local_x = 0.0\n',
+         '        self.x = self.y = self.yaw = 0.0\n        self.local_x = 0.0\n')]
 WRAP = 'return math.atan2(math.sin(angle), math.cos(angle))'
 BEARING = 'self.normalize_angle(math.atan2(dy, dx) - self.local_yaw)'
 FINAL_SPEED = 'cmd.angular.z = 0.5 * yaw_error'
@@ -189,14 +195,14 @@ DRIVE_MISTAKES: Dict[str, Tuple[Edits, Edits]] = {
     'inverse_missing': ([(LOCAL_X, 'self.local_x = cos * dx - sin * dy'),
                          (LOCAL_Y, 'self.local_y = sin * dx + cos * dy')], []),
     'not_rotated': ([(LOCAL_X, 'self.local_x = dx'), (LOCAL_Y, 'self.local_y = dy')], []),
-    'imu_rotates': ([(TAKE_YAW, 'self.initial_odom_yaw = self.global_yaw')], []),
+    'imu_rotates': ([(TAKE_YAW, 'self.initial_odom_yaw = self.yaw')] + KEPT, []),
     'reference_kept': ([(NONES, STATE)], []),
     'yaw_kept': ([(NONES, PLACE_NONE + STATE)], []),
     'place_kept': ([(NONES, YAW_NONE + STATE)], []),
     'declared_lost': ([('self.start_x, self.start_y = self.local_x, self.local_y', 'pass'),
                        ('self.start_yaw = self.local_yaw', 'pass')], HONOURING),
     'no_local_frame': ([
-        (ODOM_END, '        self.local_x, self.local_y = self.global_x, self.global_y\n        '
+        (ODOM_END, '        self.local_x, self.local_y = global_x, global_y\n        '
          'self.local_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]\n' + ODOM_END),
         (SET_YAW, SET_YAW.replace('local_yaw', 'unused'))], []),
     'error_not_wrapped': ([(WRAP, 'return angle')], []),
@@ -206,7 +212,7 @@ DRIVE_MISTAKES: Dict[str, Tuple[Edits, Edits]] = {
     'no_stop': ([(AT_GOAL, AT_GOAL + '                return\n')], CONSTANT_SPEED),
 }
 #: TODO 5 in three of its four lines. What follows the stroke is not a part of the identifier.
-PARTIAL = {'no_local_frame/' + name: ([(line, line.replace('local', 'global'))], []) for name, line in (
+PARTIAL = {'no_local_frame/' + name: ([(line, line.replace('local_', ''))] + KEPT, []) for name, line in (
     ('x', 'self.goal_x - self.local_x'), ('y', 'self.goal_y - self.local_y'),
     ('course', 'math.atan2(dy, dx) - self.local_yaw'),
     ('final', 'self.goal_yaw - self.local_yaw'))}

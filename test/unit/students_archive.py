@@ -15,11 +15,10 @@ MISSING = '' if shutil.which('git') and (ROOT / '.git').exists() else 'this copy
 
 
 def unpack(folder):
-    """Type the page's command, and unpack the archive into a folder."""
-    command, = re.findall(r'^git archive .*', PAGE.read_text(encoding='utf-8'), re.MULTILINE)
+    """Type the page's commands, and unpack the archive: the folder `tb3_labs` in `folder`."""
+    commands, = re.findall(r'^git archive .*\n.*', PAGE.read_text(encoding='utf-8'), re.MULTILINE)
     place = folder / 'students.zip'
-    subprocess.run(['bash', '-ec', command.replace('students.zip', str(place), 1)],
-                   cwd=str(ROOT), check=True)
+    subprocess.run(['bash', '-ec', commands.replace('students.zip', str(place))], cwd=str(ROOT), check=True)
     with zipfile.ZipFile(str(place)) as archive:
         for item in archive.infolist():    # Python's extractall makes no file executable
             path = pathlib.Path(archive.extract(item, str(folder)))

@@ -21,7 +21,7 @@ ANSWERS = {
     'imu': ['import Imu', 'rospy.Subscriber(', 'Quaternion(', '.to_euler(', '[2]'],
     'turn': ['import Quaternion', 'MAX_ANG_Z = ', 'self.turning = False', 'rospy.Subscriber(',
              'return 360 + yaw', '.to_euler(', 'input("'],
-    'move2goal': ['rospy.Service(', 'self.local_yaw = ', 'dx = self.global_x', 'self.local_y = ',
+    'move2goal': ['rospy.Service(', 'self.local_yaw = ', 'dx = global_x', 'self.local_y = ',
                   'dx = self.goal_x - self.local_x'],
     'gamepad': ['rospy.ServiceProxy(', 'position.y = ', 'orientation.w = ', '.covariance = '],
 }
@@ -39,10 +39,10 @@ IDENTIFIERS = {
                 'def reset_pose_done_callback(self'],
 }
 #: The first line that a student replaces: of a TODO, or one that TODO 5 of move2goal names.
-BEGIN = re.compile(r' *# TODO (\d+)\b|.* - self\.global_')
+BEGIN = re.compile(r' *# TODO (\d+)\b|.* - self\.(x|y|yaw)\b')
 #: What a TODO has besides its comment.
 PLACEHOLDER = re.compile(r'rospy\.logwarn_once\(|return\b|(self\.)?\w+ = (0\.0|None)$|'
-                         r'if self\.\w+ is None:$|.* - self\.global_')
+                         r'if self\.\w+ is None:$|.*(- |^)self\.(x|y|yaw)\b')
 #: A line of a plain node that its handout does not have.
 ADDED = re.compile(r' # added\b')
 
@@ -113,7 +113,7 @@ def test_a_skeleton_is_python_38_with_the_names_of_the_handout(lab):
 
 
 def test_move2goal_has_the_states_in_global_coordinates():
-    assert node_of('move2goal').count(' - self.global_') == 4
+    assert len(re.findall(r' - self\.(?:x|y|yaw)\b', node_of('move2goal'))) == 4
 
 
 @by_lab

@@ -32,7 +32,8 @@ def text_of(path):
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp('students')
     unpack(place)
-    return place
+    assert [path.name for path in place.iterdir()] == ['tb3_labs']
+    return place / 'tb3_labs'
 
 
 @pytest.fixture(scope='module')
@@ -120,15 +121,21 @@ def test_nothing_that_it_starts_or_includes_is_missing(archive):
                 assert name in archive, (path, name)
 
 
+def test_its_readme_is_its_own_and_no_link_is_dead(archive, folder):
+    assert 'demo.sh' not in archive['README.md'] and 'unzip students.zip -d ~' in archive['README.md']
+    for path, text in archive.items():
+        for target in re.findall(r'\]\(([^)#]+)', text) if path.endswith('.md') else ():
+            assert '://' in target or (folder / path).parent.joinpath(target).exists(), (path, target)
+
+
 def test_its_pages_name_no_file_that_is_missing(archive):
-    """But for the README: it says that the pages for instructors are not there."""
     here = {path.relative_to(ROOT).as_posix()
             for folder in ('doc', 'launch', 'scripts', 'src', 'test')
             for path in (ROOT / folder).rglob('*') if path.is_file()}
     gone = here - set(archive)
     gone |= {re.sub('^src/tb3_labs/', '', path) for path in gone}
     for path, text in archive.items():
-        if path.endswith('.md') and path != 'README.md':
+        if path.endswith('.md'):
             text = re.sub('<!--.*?-->', '', text)
             assert set(re.findall(r'[\w.-]+(?:/[\w.-]+)+', text)) & gone == set(), path
             assert 'instructor/' not in text, path

@@ -27,6 +27,8 @@ from tb3_labs.srv import SetInitialPose, SetInitialPoseRequest
 
 
 class Gamepad:
+    """Class that drives the TurtleBot3 by a gamepad, and resets its pose."""
+
     def __init__(self):
         self.has_control = True
         self.cmd_pub = rospy.Publisher('cmd_vel', Twist, queue_size=1)
@@ -90,12 +92,13 @@ class Gamepad:
 
     def reset_pose_done_callback(self, future):
         try:
-            if future.result() is not None:
+            response = future.result()
+            if response:
                 rospy.loginfo('Pose reset successfully.')
             else:
                 rospy.logerr('Pose reset failed.')
-        except Exception as error:
-            rospy.logerr(f'Service call failed: {error}')
+        except Exception as e:
+            rospy.logerr(f'Service call failed: {e}')
 
 
 if __name__ == '__main__':

@@ -15,6 +15,8 @@ from squaternion import Quaternion
 
 
 class IMU:
+    """Class to read orientation data from the TurtleBot3's IMU."""
+
     def __init__(self):
         self.ctrl_c = False
         # TODO 2: subscribe to the topic imu. Each message shall go to the method callback_imu.

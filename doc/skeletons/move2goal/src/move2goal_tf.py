@@ -26,13 +26,16 @@ from tb3_labs.srv import SetInitialPose, SetInitialPoseResponse
 
 
 class MoveToGoal:
+    """Class that drives the TurtleBot3 to a goal in local coordinates."""
+
     def __init__(self):
         self.goal_x = -0.61
         self.goal_y = 0.61
         self.goal_yaw = 0.0
-        self.global_x = 0.0
-        self.global_y = 0.0
-        self.global_yaw = 0.0
+        # TODO 5, too: delete these lines as soon as control_loop needs none of the three.
+        self.x = 0.0
+        self.y = 0.0
+        self.yaw = 0.0
         self.local_x = 0.0
         self.local_y = 0.0
         self.local_yaw = 0.0
@@ -65,25 +68,30 @@ class MoveToGoal:
                       f'yaw={self.local_yaw}.')
         return SetInitialPoseResponse()
 
-    def imu_callback(self, msg):
-        q = msg.orientation
-        self.global_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]
+    def imu_callback(self, imu_msg):
+        q = imu_msg.orientation
+        global_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]
+        # TODO 5, too: delete this line.
+        self.yaw = global_yaw
         if self.initial_global_yaw is None:
-            self.initial_global_yaw = self.global_yaw
-            return
+            self.initial_global_yaw = global_yaw
+            return    # skip the first iteration
         # TODO 2: calculate local_yaw [rad]: the yaw as seen from the local frame. normalize_angle
         #     keeps an angle from -pi to pi.
         rospy.logwarn_once('TODO 2 is open: local_yaw stays 0')
 
     def odom_callback(self, msg):
         q = msg.pose.pose.orientation
-        self.global_x = msg.pose.pose.position.x
-        self.global_y = msg.pose.pose.position.y
+        global_x = msg.pose.pose.position.x
+        global_y = msg.pose.pose.position.y
+        # TODO 5, too: delete these two lines.
+        self.x = global_x
+        self.y = global_y
         if self.initial_global_x is None:
-            self.initial_global_x = self.global_x
-            self.initial_global_y = self.global_y
+            self.initial_global_x = global_x
+            self.initial_global_y = global_y
             self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]
-            return
+            return    # skip the first iteration
         # TODO 3: calculate the displacement since the reset, in global axes: dx and dy [m]. Replace
         #     each 0.
         dx = 0.0
@@ -94,10 +102,10 @@ class MoveToGoal:
         #     matrix, or its inverse?
         rospy.logwarn_once('TODO 4 is open: local_x and local_y stay 0')
 
-    def ctrl_relinq_callback(self, msg):
-        if self.has_control and not msg.data:
+    def ctrl_relinq_callback(self, relinq_msg):
+        if self.has_control and not relinq_msg.data:
             self.cmd_pub.publish(Twist())
-        self.has_control = msg.data
+        self.has_control = relinq_msg.data
 
     def control_loop(self, event):
         if not self.has_control or self.initial_global_x is None or self.state == 'GOAL_REACHED':
@@ -106,11 +114,11 @@ class MoveToGoal:
         # TODO 5: the rest of this method is that of Lab 6: it drives to the goal in global
         #     coordinates. Bring it to local coordinates. Four of its lines have to change.
         rospy.logwarn_once('TODO 5 is open: the goal is sought in global coordinates')
-        dx = self.goal_x - self.global_x
-        dy = self.goal_y - self.global_y
+        dx = self.goal_x - self.x
+        dy = self.goal_y - self.y
         distance = math.sqrt(dx ** 2 + dy ** 2)
         if self.state == 'ROTATE_TO_GOAL':
-            yaw_error = self.normalize_angle(math.atan2(dy, dx) - self.global_yaw)
+            yaw_error = self.normalize_angle(math.atan2(dy, dx) - self.yaw)
             if abs(yaw_error) > 0.05:
                 cmd.angular.z = 0.3 * yaw_error
             else:
@@ -121,7 +129,7 @@ class MoveToGoal:
             else:
                 self.state = 'ROTATE_TO_FINAL'
         elif self.state == 'ROTATE_TO_FINAL':
-            yaw_error = self.normalize_angle(self.goal_yaw - self.global_yaw)
+            yaw_error = self.normalize_angle(self.goal_yaw - self.yaw)
             if abs(yaw_error) > 0.05:
                 cmd.angular.z = 0.5 * yaw_error
             else:
