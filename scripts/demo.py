@@ -129,7 +129,7 @@ class Demo:
         if number > 1 or self._latest('has_control'):
             self._wait(is_reset, 'a reset')
         self._give_control()
-        begun, _ = self._first(BEGUN.__eq__)
+        begun, _ = self._first(lambda state: state == BEGUN or is_over(state))
         ended, state = self._first(is_over)
         reached = self._rest()
         goal = self._latest('current_goal')

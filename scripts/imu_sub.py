@@ -8,8 +8,10 @@ Subscribes
 Publishes
     heading    std_msgs/Float32 [deg], 0 to 360 counter-clockwise
 """
+from importlib.util import find_spec    # added
 import rospy
 from sensor_msgs.msg import Imu
+if not find_spec('squaternion'): exit('no package squaternion: source scripts/setup.sh')    # added
 from squaternion import Quaternion
 from std_msgs.msg import Float32    # added
 

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Drives to a goal in a local frame that a service resets: the Transformation lab, as a student
-writes it. The handout lacks what is `# added`, and rotates by the IMU's yaw: both fail in practice.
-"""
+"""Drives to a goal in a local frame that a service resets, as a student writes it. The handout
+lacks what is `# added`, and rotates by the IMU's yaw: both fail in practice."""
+from importlib.util import find_spec    # added
 import math
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
+if not find_spec('squaternion'): exit('no package squaternion: source scripts/setup.sh')    # added
 from squaternion import Quaternion
 from std_msgs.msg import Bool
 from tb3_labs.srv import SetInitialPose, SetInitialPoseResponse

@@ -9,9 +9,11 @@ Subscribes
 Publishes
     cmd_vel       geometry_msgs/Twist
 """
+from importlib.util import find_spec    # added
 import rospy
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import Imu
+if not find_spec('squaternion'): exit('no package squaternion: source scripts/setup.sh')    # added
 from squaternion import Quaternion
 
 from tb3_labs.msg import MouseController

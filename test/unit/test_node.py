@@ -223,3 +223,14 @@ def test_a_workspace_without_a_package_of_python_is_told_what_to_type(name, monk
     said = str(ended.value)
     assert said.startswith('tb3_labs: {} has no package {}. '.format(sys.executable, name))
     assert 'rosdep install --from-paths src --ignore-src -y.' in said and '\n' not in said
+
+
+@pytest.mark.parametrize('name', sorted(
+    path.name for path in SCRIPTS.glob('*.py')
+    if re.search(r'squaternion|^from tb3_labs\.ros\.conv', path.read_text(), re.MULTILINE)))
+def test_a_program_without_squaternion_says_so_in_one_line(name):
+    run = subprocess.run([sys.executable, '-c', 'import runpy, sys; sys.modules["squaternion"] = '
+                          'None; runpy.run_path(sys.argv[1], run_name="__main__")',
+                          str(SCRIPTS / name)], stderr=subprocess.PIPE, text=True)
+    assert run.returncode == 1 and run.stderr.count('\n') == 1
+    assert 'no package squaternion' in run.stderr and 'setup.sh' in run.stderr

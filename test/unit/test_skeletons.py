@@ -124,7 +124,7 @@ def test_a_plain_node_is_read_in_one_sitting(lab):
         [node.module] if isinstance(node, ast.ImportFrom) else
         [alias.name for alias in node.names] if isinstance(node, ast.Import) else [])}
     assert {name for name in imported if not re.search(r'\.(msg|srv)$', name)} <= {
-        'rospy', 'squaternion', 'math', 'threading', 'concurrent.futures'}
+        'rospy', 'squaternion', 'math', 'importlib.util', 'threading', 'concurrent.futures'}
 
 
 @by_lab
