@@ -4,7 +4,8 @@
 Usage: count_results.py FOLDER CTEST_STATUS LINT LOG
 
 FOLDER holds the result files, CTEST_STATUS is ctest's exit status, LINT is passed, failed or none,
-LOG is ctest's output. Prints the failures, the slowest tests, the reasons of skipped tests, and
+LOG is ctest's output. Prints the failures, the slowest tests, what was tried again on a busy machine, the
+reasons of skipped tests, and
 last `N passed, N failed(, N skipped)`. The exit status is 0 only if nothing failed and something ran.
 """
 import pathlib
@@ -13,10 +14,10 @@ import sys
 import xml.etree.ElementTree as ET
 from collections import Counter
 
-#: Number of the slowest tests that are listed,
+#: Number of the slowest tests that are listed.
 SLOWEST = 10
-#: and of the last lines of a failure's text that are shown.
-LINES = 20
+#: Of a failure's text these lines are shown, from its beginning and from its end, each to this column.
+FIRST, LAST, COLUMN = 6, 18, 200
 #: A test in ctest's output: name, seconds.
 CTEST = re.compile(r'Test +#\d+: _ctest_tb3_labs_(?:pytest|rostest)_(\S+) .*? +([\d.]+) sec')
 
@@ -24,10 +25,14 @@ CTEST = re.compile(r'Test +#\d+: _ctest_tb3_labs_(?:pytest|rostest)_(\S+) .*? +(
 def outcomes(file):
     """Yields (outcome, name, text) of each case in a result file."""
     try:
-        cases = list(ET.parse(str(file)).getroot().iter('testcase'))
+        results = ET.parse(str(file)).getroot()
     except ET.ParseError as error:
         yield 'failed', 'unreadable result', str(error)
         return
+    cases = list(results.iter('testcase'))
+    # test/ros/rosunit_internals.py prints these lines
+    for line in re.findall('(?m)^once more: (.*)', results.findtext('system-out') or ''):
+        yield 'repeated', line[:COLUMN], ''
     if not cases:
         yield 'failed', 'no test ran', ''
     for case in cases:
@@ -57,12 +62,18 @@ def main(folder, ctest_status, lint, log):
     for test, outcome, case, text in found:
         if outcome == 'failed':
             print('\nFAILED {}: {}'.format(test, case))
-            print(''.join('  | {}\n'.format(line) for line in text.strip().splitlines()[-LINES:]))
+            lines = text.strip().splitlines()
+            if len(lines) > FIRST + LAST:
+                lines[FIRST:-LAST] = ['...']
+            print(''.join('  | {}\n'.format(line[:COLUMN]) for line in lines))
     times = CTEST.findall(pathlib.Path(log).read_text(errors='replace'))
     if times:
         print('\nslowest:')
     for name, seconds in sorted(times, key=lambda test: -float(test[1]))[:SLOWEST]:
         print('{:6.1f} s  {}'.format(float(seconds), name))
+    for _, outcome, case, _ in found:
+        if outcome == 'repeated':
+            print('tried again: ' + case)
     for reason, number in Counter(text for _, outcome, _, text in found
                                   if outcome == 'skipped').most_common():
         print('skipped: {:3} x {}'.format(number, reason))

@@ -19,7 +19,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from node_case import STARTING, Hiccups, Node, NodeCase, Program, path_of
+from node_case import STARTING, Node, NodeCase, Program, path_of
 from rosunit_internals import rosrun
 from tb3_labs.ros.clocks import wait_until
 from two_hosts import PREFIX, TwoHosts
@@ -107,7 +107,6 @@ class DoctorTest(NodeCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('stand_in', disable_signals=True)
-        cls.hiccups = Hiccups()
         cls.missing, cls.hosts = TwoHosts.missing(), None
         cls.doctors, cls.folder = Doctors(cls.hiccups), tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.folder.cleanup)

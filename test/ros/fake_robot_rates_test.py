@@ -17,7 +17,7 @@ from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
 from costs import cpu_time
-from node_case import STARTING, Hiccups, Program, path_of, run_as_node
+from node_case import STARTING, Program, path_of, run_as_node
 from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.conversions import yaw_of
 
@@ -79,7 +79,6 @@ class FakeRobotRatesTest(unittest.TestCase):
     def test_it_ends_at_once_and_well(self):
         robots = [(number, 'robot_{}'.format(int(number)))
                   for number in (signal.SIGINT, signal.SIGTERM)]
-        hiccups = Hiccups()
         running = [(number, Arrivals(name + '/imu', Imu, 1), subprocess.Popen([
             path_of('fake_turtlebot3.py'), '__ns:=' + name, '_host:=pi', '_odom_rate:=25']))
             for number, name in robots]
@@ -93,7 +92,7 @@ class FakeRobotRatesTest(unittest.TestCase):
             start = time.time()
             process.send_signal(number)
             self.assertEqual(process.wait(DEADLINE), 0)
-            self.assertLess(time.time() - start, 2.0 + hiccups.since(start))
+            self.assertLess(time.time() - start, 2.0 + self.hiccups.since(start))
 
     def test_nothing_but_the_samples_gives_a_hidden_fault_away(self):
         """Mystery 4: an offset of the IMU of 115 deg."""

@@ -13,7 +13,7 @@ from observer import Observer
 from panel_page import Page, address_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2
-from thumb import A, B, Y, Thumb, punctual
+from thumb import A, B, Y, Thumb, WithThumb
 
 PORT = 8092
 #: A goal of the lab's direction, but near.
@@ -21,8 +21,7 @@ GOAL = Pose2(-0.2, 0.2)
 MOVER = 'move2goal_tf.py', '_goal_x:=-0.2', '_goal_y:=0.2'
 
 
-@punctual
-class GamepadTest(DriveCase):
+class GamepadTest(WithThumb, DriveCase):
     """Methods share the running nodes; each begins with a robot at rest that the pad holds."""
 
     @classmethod

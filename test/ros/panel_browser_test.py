@@ -11,7 +11,7 @@ from tb3_labs.geometry.se2 import Pose2
 
 from browser import MISSING, Browser, Cable
 from node_case import SILENCE, STARTING, ZERO, Node, run_as_node
-from panel_case import LOSS, PanelCase, with_punctual_pages
+from panel_case import LOSS, PanelCase
 from panel_page import Page, address_of
 
 PORT = 8110
@@ -24,7 +24,6 @@ CABLE = Cable(PORT)
 
 
 @unittest.skipIf(MISSING, MISSING)
-@with_punctual_pages
 class PanelBrowserTest(PanelCase):
     """Methods share nodes and browser; each begins with a robot at rest that nobody drives."""
 

@@ -3,7 +3,7 @@
 
 A page that is silent for 0.25 s is lost, and a node must stop. On a busy machine the page of a test
 itself may be late, or the panel hears it late: such a test is void, see
-:func:`with_punctual_pages`.
+:meth:`PanelCase.excuse`.
 """
 
 import rospy
@@ -12,7 +12,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
 from node_case import SILENCE, ZERO, NodeCase
-from thumb import PUNCTUAL, repeated
+from thumb import PUNCTUAL
 
 #: A lost page has stopped the robot after this time [s].
 LOSS = 0.3
@@ -49,15 +49,12 @@ class PanelCase(NodeCase):
         commands = {command for _, command in self.seen.all('cmd_vel', since)}
         self.assertEqual(commands - {ZERO}, set())
 
-
-def with_punctual_pages(case):
-    """Class decorator: a test that failed while a page was not punctual is repeated. `pages()` of
-    the case are the pages of the present test, each with its `longest_silence` [s]."""
-    def excuse(case, _begun):
-        notes = [note for page in case.pages() for note in page.notes]
-        silence = max((page.longest_silence for page in case.pages()), default=0.0)
+    def excuse(self, _begun):
+        """The reason why a test was void, or ''. `pages()` of the case are the pages of the present
+        test, each with its `longest_silence` [s]."""
+        notes = [note for page in self.pages() for note in page.notes]
+        silence = max((page.longest_silence for page in self.pages()), default=0.0)
         print('the pages said:', notes)
         lost = any('stopped meanwhile' in note or 'came late' in note for note in notes)
-        return (lost or silence >= PUNCTUAL) and (
-            'a page was late by {:.2f} s, or the panel'.format(silence))
-    return repeated(case, excuse)
+        return 'a page was late by {:.2f} s, or the panel'.format(silence) if (
+            lost or silence >= PUNCTUAL) else ''

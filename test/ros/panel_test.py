@@ -25,7 +25,7 @@ from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 
 from node_case import SILENCE, STARTING, ZERO, Node, run_as_node
-from panel_case import LOSS, PanelCase, with_punctual_pages
+from panel_case import LOSS, PanelCase
 from panel_page import Page, address_of
 
 PORT = 8090
@@ -33,7 +33,6 @@ PORT = 8090
 HEARD = 0.45
 
 
-@with_punctual_pages
 class PanelTest(PanelCase):
     """Methods share the nodes; each begins with a robot at rest that nobody drives."""
 

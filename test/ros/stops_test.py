@@ -26,7 +26,7 @@ from tb3_labs.ros.topics import LATCHED_WITHIN
 
 from drive_case import DriveCase
 from node_case import STARTING, ZERO, path_of, run_as_node
-from thumb import A, B, Thumb, punctual
+from thumb import A, B, Thumb, WithThumb
 
 #: Time from a stop to the last command that moves the robot [s].
 PROMPT = 0.25
@@ -39,8 +39,7 @@ TOO_LONG = 2.2
 UNDER_WAY = 0.1
 
 
-@punctual
-class StopsTest(DriveCase):
+class StopsTest(WithThumb, DriveCase):
 
     @classmethod
     def setUpClass(cls):
@@ -52,7 +51,6 @@ class StopsTest(DriveCase):
         cls.thumb = Thumb()
 
     def setUp(self):
-        self.doCleanups()     # of a first attempt
         self.wait_until_unheard({self.control: Bool(False), self.turns: Float64(0.0),
                                  self.cancels: GoalID()})
         self.forget_parameters('move_to_goal')

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """A pad for tests: it publishes `joy` as joy_node does with autorepeat_rate."""
-import functools
 import threading
 import time
 from collections import deque
@@ -15,7 +14,6 @@ HELD = 0.06
 #: A pad that is silent for 0.25 s is lost, and a node must stop. A test in which the thumb itself,
 #: on a late machine, was silent for longer than this is void [s].
 PUNCTUAL = 0.2
-ATTEMPTS = 3
 
 
 class Thumb:
@@ -62,35 +60,10 @@ class Thumb:
                    default=0.0)
 
 
-def repeated(case, excuse):
-    """Class decorator: a test that failed is repeated if `excuse(case, begun)` gives the reason why
-    it was void; `begun` [s, monotonic]."""
-    for name in dir(case):
-        if name.startswith('test_'):
-            setattr(case, name, _repeated(getattr(case, name), excuse))
-    return case
+class WithThumb:
+    """Mixin of a case with a `thumb`: a test is void if that was silent."""
 
-
-def _repeated(test, excuse):
-    @functools.wraps(test)
-    def run(case):
-        for attempt in range(ATTEMPTS):
-            begun = time.monotonic()
-            try:
-                return test(case)
-            except (AssertionError, RuntimeError):
-                reason = excuse(case, begun)
-                if not reason or attempt == ATTEMPTS - 1:
-                    raise
-                print('once more:', reason)
-                case.doCleanups()
-                case.setUp()
-    return run
-
-
-def punctual(case):
-    """Class decorator: tests of a `case` with a `thumb` are void if that was silent."""
-    def excuse(case, begun):
-        silence = case.thumb.longest_silence(begun)
-        return silence >= PUNCTUAL and 'the thumb was silent for {:.2f} s'.format(silence)
-    return repeated(case, excuse)
+    def excuse(self, begun):
+        """The reason why a test that began at a time [s, monotonic] was void, or ''."""
+        silence = self.thumb.longest_silence(begun)
+        return 'the thumb was silent for {:.2f} s'.format(silence) if silence >= PUNCTUAL else ''

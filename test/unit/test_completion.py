@@ -31,7 +31,7 @@ tab rosrun tb3_l; tab rosrun tb3_labs sk; tab rosrun tb3_labs unknown
 tab roslaunch tb3_labs fake; tab rostest tb3_labs check_; tab roscd tb3_la
 roscd tb3_labs && pwd -P | sed 's/^/at: /'
 '''
-    done = subprocess.run(['bash', '--norc', '-i', '-c', script], timeout=60.0, stdin=subprocess.DEVNULL,
+    done = subprocess.run(['bash', '--norc', '-i', '-c', script], timeout=600.0, stdin=subprocess.DEVNULL,
                           env={'PATH': '/usr/bin:/bin', 'HOME': str(home)}, stdout=subprocess.PIPE,
                           stderr=subprocess.PIPE, universal_newlines=True)
     assert 'command not found' not in done.stderr, done.stderr
@@ -55,7 +55,7 @@ def test_roscd_leads_to_the_package(printed):
 def test_the_set_up_ends_with_the_line_to_type(printed, tmp_path, command, said):
     ours, theirs = pty.openpty()
     try:
-        subprocess.run(['bash', '-c', command.format(SETUP)], timeout=60.0, stdin=theirs, stdout=theirs,
+        subprocess.run(['bash', '-c', command.format(SETUP)], timeout=600.0, stdin=theirs, stdout=theirs,
                        env={'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path)}, check=True)
         os.write(theirs, b'.')
         assert os.read(ours, 4096).decode().split('\r\n')[0].strip('.') == said.format(SETUP)

@@ -3,12 +3,13 @@ import pathlib
 import re
 import sys
 import unittest
+from unittest import mock
 
 import pytest
 
 TEST = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(TEST))
-from count_results import LINES, main    # noqa: E402 (it is beside this folder)
+from count_results import COLUMN, FIRST, LAST, main    # noqa: E402 (it is beside this folder)
 
 PASSED = '<testcase classname="C" name="a"/>'
 SKIPPED = '<testcase classname="C" name="b"><skipped message="no screen"/></testcase>'
@@ -55,19 +56,27 @@ def test_the_last_line_counts_every_case_once(files, status, lint, last, run):
 
 @pytest.mark.parametrize('case', [FAILED, ERROR])
 def test_a_failure_is_shown_and_the_slowest_come_before_the_last_line(case, run):
-    text = case.format('\n'.join('line %d' % number for number in range(100)))
+    text = case.format('\n'.join('line %d' % number + 999 * '.' for number in range(100)))
     log = ' 3/38 Test #7: _ctest_tb3_labs_rostest_test_ros_x.test .....***Failed   1.50 sec\n'
     status, lines = run({'pytest-unit': suite(PASSED, text)}, status='8', log=log)
     assert (status, lines[-1]) == (1, '1 passed, 1 failed')
     assert lines[-3:-1] == ['slowest:', '   1.5 s  test_ros_x.test']
     assert any(line.startswith('FAILED pytest-unit: C.') for line in lines)
-    assert len([line for line in lines if line.startswith('  | ')]) <= LINES
+    shown = [line for line in lines if line.startswith('  | ')]
+    assert len(shown) <= FIRST + 1 + LAST and max(map(len, shown)) <= 4 + COLUMN
+    assert case == ERROR or ('line 1.' in ''.join(shown) and 'line 99.' in ''.join(shown))
 
 
 def test_the_reasons_of_skipped_tests_are_grouped(run):
     _, lines = run({'pytest-unit': suite(SILENT, SKIPPED), 'rosunit-x': suite(PASSED, SKIPPED)})
     assert lines[-3:] == ['skipped:   2 x no screen', 'skipped:   1 x without a reason',
                           '1 passed, 0 failed, 3 skipped']
+
+
+def test_what_was_tried_again_is_told_and_counted_once(run):
+    said = '<system-out>\nonce more: C.a: the load was 9\n</system-out>'
+    _, lines = run({'rosunit-x': suite(PASSED, said)})
+    assert lines == ['tried again: C.a: the load was 9', '1 passed, 0 failed']
 
 
 def test_no_result_overwrites_another():
@@ -98,6 +107,27 @@ def test_a_rostest_that_skips_says_so(tmp_path, run, monkeypatch):
     rosrun('x', Some)
     assert run({})[1][-3:] == ['skipped:   1 x never', 'skipped:   1 x no screen & no mouse',
                                '1 passed, 0 failed, 2 skipped']
+
+
+@pytest.mark.parametrize('load, attempts', [(0.0, 1), (1000.0, 3)])
+def test_a_rostest_that_fails_is_tried_again_on_a_busy_machine_alone(monkeypatch, load, attempts):
+    pytest.importorskip('rostest')
+    monkeypatch.syspath_prepend(str(TEST / 'ros'))
+    import rosunit_internals
+    ran = []
+    monkeypatch.setattr(rosunit_internals.os, 'getloadavg', lambda: (load,))
+
+    class Some(unittest.TestCase):
+        hiccups = mock.Mock(longest=lambda begun: 0.0)
+
+        def test_one(self):
+            ran.append(1)
+            self.assertIn('x', 'page ' * 10000)
+
+    test = rosunit_internals.tried_again(Some.test_one)
+    with pytest.raises(AssertionError) as failure:
+        test(Some('test_one'))
+    assert len(ran) == attempts and len(str(failure.value)) < 4000
 
 
 def test_each_rostest_that_may_skip_says_so():

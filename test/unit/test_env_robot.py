@@ -38,7 +38,7 @@ def robot(tmp_path):
         loader.chmod(0o700)
         environment = {'PATH': str(programs), 'HOME': str(tmp_path), 'SSH_CONNECTION': FROM_HERE}
         environment.update(variables)
-        done = subprocess.run([str(loader)] + list(command), env=environment, timeout=60.0,
+        done = subprocess.run([str(loader)] + list(command), env=environment, timeout=600.0,
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE, universal_newlines=True)
         return done.returncode, done.stdout, done.stderr

@@ -131,6 +131,6 @@ def test_the_line_of_a_reset(line, pose):
 @pytest.mark.parametrize('line', ['x=1' + ' ' * 50000, 'x=' + '1' * 50000, 'x=1 y=2' + ' ' * 50000 + 'z',
                                   'x=1 y=2 yaw=' + '3' * 50000 + 'e'], ids=list('abcd'))
 def test_a_long_line_of_a_stranger_holds_nobody_up(line):
-    begun = time.monotonic()
+    begun = time.process_time()
     declared_by('Local pose set to ' + line)
-    assert time.monotonic() - begun < 2.0
+    assert time.process_time() - begun < 2.0

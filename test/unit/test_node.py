@@ -62,7 +62,7 @@ class Process(subprocess.Popen):
     def rest(self):
         """The rest of its output, up to its end within 10 s."""
         try:
-            text, _ = self.communicate(timeout=10.0)
+            text, _ = self.communicate(timeout=100.0)
         finally:
             self.kill()
         assert self.returncode == 0
@@ -184,7 +184,7 @@ def test_ctrl_c_ends_a_node_that_still_imports(name, before_it):
             if 'rospy.' in line:
                 break
         node.send_signal(signal.SIGINT)
-        assert node.wait(10.0) == -signal.SIGINT and 'Traceback' not in node.stderr.read()
+        assert node.wait(100.0) == -signal.SIGINT and 'Traceback' not in node.stderr.read()
     finally:
         node.kill()
         node.wait()

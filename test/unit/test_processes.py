@@ -51,12 +51,12 @@ def family():
     """A process with two children, and an identity; nothing of it is left."""
     started = subprocess.Popen(['sh', '-c', 'sleep 60 & sleep 60 & wait'],
                                env=dict(os.environ, **{IDENTITY: 'of a test'}))
-    deadline = time.monotonic() + 10.0
+    deadline = time.monotonic() + 100.0
     while len(processes._below(started.pid)) < 2 and time.monotonic() < deadline:
         time.sleep(0.01)
     yield started
     sweep('of a test')
-    started.wait(5.0)
+    started.wait(100.0)
 
 
 def test_only_what_has_the_identity_is_ended(family):
@@ -64,7 +64,7 @@ def test_only_what_has_the_identity_is_ended(family):
     sweep('of another test')
     assert family.poll() is None and len(children) == 2
     sweep('of a test')
-    assert family.wait(5.0) == -9
+    assert family.wait(100.0) == -9
     assert processes._below(family.pid) == []
     assert [processes._own_memory(child) for child in children] == [0, 0]
     assert processes._used(family.pid, '/tmp') == 0
@@ -82,7 +82,7 @@ def test_a_sandbox_that_uses_too_much_is_ended(monkeypatch, family, limit, most,
     assert calm._excess() == ''
     monkeypatch.setattr(processes, limit, most)
     watch = ResourceWatch(family.pid, ['/tmp'], os.getpid())
-    assert family.wait(5.0) == -9 and watch.exceeded == words
+    assert family.wait(100.0) == -9 and watch.exceeded == words
 
 
 def test_each_folder_above_a_place_is_made_once():
@@ -95,7 +95,7 @@ def test_each_folder_above_a_place_is_made_once():
 
 def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
     try:
-        subprocess.run(BARE, check=True, timeout=30.0)
+        subprocess.run(BARE, check=True, timeout=600.0)
     except (OSError, subprocess.SubprocessError) as problem:
         pytest.skip('no sandboxes here: {}'.format(problem))
     assert sandbox.problem() == ''
@@ -112,7 +112,7 @@ def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
     seen = json.loads(subprocess.check_output(
         box.own_network(box.command([
             'python3', '-c', LOOKS, str(own), str(other), program, '/boot', '/etc/shadow'])),
-        env=box.environment(given), timeout=30.0))
+        env=box.environment(given), timeout=600.0))
     variables = seen.pop('variables')
     assert variables['HOME'] == HOME and variables['PATH'] == given['PATH']
     assert not {'TOKEN', IDENTITY} & set(variables)

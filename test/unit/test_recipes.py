@@ -43,7 +43,7 @@ def run(copy, *words):
     paths = {name: '{}:{}'.format(place, os.environ.get(name, '')) for name, place in (
         ('PYTHONPATH', copy / 'src'), ('ROS_PACKAGE_PATH', copy))}
     done = subprocess.run([sys.executable, *words], cwd=str(copy), stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, universal_newlines=True, timeout=300,
+                          stderr=subprocess.STDOUT, universal_newlines=True, timeout=600,
                           env=dict(os.environ, PYTHONDONTWRITEBYTECODE='1', **paths))
     assert done.returncode == 0, done.stdout[-5000:]
 

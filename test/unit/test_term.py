@@ -243,11 +243,11 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
 
     def slowly():
         begun.set()
-        go_on.wait(10.0)
+        go_on.wait(100.0)
         return marks_of('bob', turned(90.0))
 
     def interrupted(tasks):
-        begun.wait(10.0)
+        begun.wait(100.0)
         go_on.set()
         raise KeyboardInterrupt
     marking, found = marked(tmp_path, {'ann': None, 'bob': slowly}, [])

@@ -23,7 +23,7 @@ needs_setup = pytest.mark.skipif(not (BUILT / 'build.stamp').exists(),
 def shell(home, script, *wrapper, **variables):
     """(words of the output, errors) of a bash that starts with nothing."""
     environment = dict({'PATH': '/usr/bin:/bin', 'HOME': str(home)}, **variables)
-    done = subprocess.run(list(wrapper) + ['bash', '-c', script], env=environment, timeout=60.0,
+    done = subprocess.run(list(wrapper) + ['bash', '-c', script], env=environment, timeout=600.0,
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                           universal_newlines=True)
     return done.stdout.split(), done.stderr

@@ -199,7 +199,7 @@ def test_a_browser_shows_each_moment(page, tmp_path):
         CHROMIUM, '--headless', '--no-sandbox', '--disable-gpu', '--disable-quic',
         '--no-first-run', '--disable-background-networking', '--disable-component-update',
         '--disable-sync', '--user-data-dir={}'.format(tmp_path / 'user'), '--dump-dom',
-        file.as_uri()], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=60).stdout
+        file.as_uri()], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=600).stdout
     seen = json.loads(re.search(r'id="seen">(.*?)</pre>', shown.decode()).group(1))
     clocks = [float(row[0].split()[0]) for row in seen]
     assert clocks == pytest.approx([3.5, 4.5, 8.0, 10.0, 0.0, 10.0, 6.0, 2.5], abs=0.06)
