@@ -31,16 +31,15 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, String
 
-from tb3_labs.control.goal_state import DriveConfig, is_over
+from tb3_labs.control.goal_state import DriveConfig, is_over, least_time
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.demonstration import BEGUN, STILL_TIME, DemoConfig, DemoDrive, rests, table
-from tb3_labs.report.drives import least_time
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, run
-from tb3_labs.ros.operator import call_reset, hear_takers
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.topics import subscribe
+from tb3_labs.ros.topics import subscribe, subscribe_events
+from tb3_labs.srv import ResetPose
 
 #: Longest wait for a node that starts, and for the end of a drive [s, wall clock].
 LONGEST_WAIT = 120.0
@@ -79,7 +78,7 @@ class Demo:
         self._taken = False
         # not latched: move_to_goal would take a latched message for one of an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
-        hear_takers(self._on_taken)
+        subscribe_events('ctrl_relinq', Bool, self._on_control)
         subscribe('goal_state', String, self._on_state, queue_size=None)
         self._hear('has_control', Bool, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
@@ -94,8 +93,9 @@ class Demo:
     def _on_state(self, message):
         self._states.append((rospy.get_time(), message.data))
 
-    def _on_taken(self):
-        self._taken = self._granted
+    def _on_control(self, event):
+        if not event.value.data and event.sender != rospy.get_name():
+            self._taken = self._granted
 
     def _run(self):
         for topic in ('local_pose', 'ground_truth', 'current_goal', 'has_control'):
@@ -182,10 +182,8 @@ class Demo:
 def is_reset():
     """Declare the local frame anew. False if it was refused, as while a busy computer's sensors are
     late."""
-    with contextlib.suppress(ValueError):
-        call_reset(0.0, 0.0, 0.0)
-        return True
-    return False
+    with contextlib.suppress(rospy.ServiceException):
+        return rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0).success
 
 
 def recorder_hears():

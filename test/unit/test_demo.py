@@ -1,6 +1,7 @@
 """The demonstration's judgement, and its table word for word."""
 import math
 import runpy
+from types import SimpleNamespace
 
 import pytest
 
@@ -68,6 +69,10 @@ def demo(monkeypatch):
     return made
 
 
+def said(word, sender):
+    return SimpleNamespace(value=SimpleNamespace(data=word), sender=sender)
+
+
 @pytest.mark.parametrize('refuses', [0, 2])
 def test_control_is_given_until_it_counts(demo, refuses):
     demo.refuses = refuses
@@ -76,11 +81,14 @@ def test_control_is_given_until_it_counts(demo, refuses):
 
 
 def test_a_false_is_a_stop_after_control_was_given_and_none_before(demo):
-    demo._on_taken()    # of a pad that starts
+    demo._on_control(said(False, '/gamepad'))    # it starts
     demo._give_control()
     demo._states.append((2.0, 'ROTATE_TO_GOAL'))
     assert demo._first('ROTATE_TO_GOAL'.__eq__) == (2.0, 'ROTATE_TO_GOAL')
-    demo._on_taken()    # of a person
+    demo._on_control(said(False, '/unnamed'))    # its own: rospy without a node
+    demo._on_control(said(True, '/gamepad'))
+    demo._first('ROTATE_TO_GOAL'.__eq__)
+    demo._on_control(said(False, '/gamepad'))
     with pytest.raises(demo._first.__globals__['Taken']):
         demo._first('ROTATE_TO_GOAL'.__eq__)
     demo._heard['has_control'] = 3.0, False

@@ -6,6 +6,7 @@ The states are those that the Transformation lab lists:
 
 Units: metres, radians. Source: the course's first move-to-goal lab.
 """
+import math
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple, Optional
@@ -13,6 +14,7 @@ from typing import NamedTuple, Optional
 from tb3_labs.config import Config, setting
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.turtlebot3 import RobotModel
 
 
 @dataclass(frozen=True)
@@ -104,3 +106,22 @@ def is_over(goal_state: str) -> bool:
 def turned(start: float, face: float, end: float) -> float:
     """Sum of both turns [rad] of a drive: from yaw `start` to the line's `face`, then to `end`."""
     return abs(difference(face, start)) + abs(difference(end, face))
+
+
+def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float = math.inf,
+               max_angular: float = math.inf, reverse: bool = False) -> float:
+    """Least time [s] from pose to pose by a turn, a straight line and a turn.
+
+    If the wheels are the only limit, this time is (Balkcom and Mason, Time optimal trajectories for
+    bounded velocity differential drive vehicles, 2002)
+    (b (|turn1| + |turn2|) + distance) / V, with b half the track and V a wheel's speed. The limits
+    `max_linear` [m/s] and `max_angular` [rad/s] can make the time longer.
+    """
+    linear = min(max_linear, model.max_linear)
+    angular = min(max_angular, model.max_angular)
+    line = start.bearing_to(goal)
+    times = []
+    for face in (line, line + math.pi) if reverse else (line,):
+        times.append(turned(start.yaw, face, goal.yaw) / angular
+                     + start.distance_to(goal) / linear)
+    return min(times)
