@@ -17,6 +17,9 @@ from tb3_labs.command_line import Parser, number_or_text, printable
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
+#: A line on the terminal has at most this many characters.
+LONGEST = 1000
+
 
 def parse(words):
     """The command line's arguments."""
@@ -51,7 +54,7 @@ def report(given):
     """
     from tb3_labs.report.movements import LAB_GOAL, completed
     from tb3_labs.report.page import write_report
-    from tb3_labs.report.ros_bag import read_run
+    from tb3_labs.report.bag.ros_bag import read_run
     run = completed(read_run(str(given.bag), given.ns, _tell), given.goal or LAB_GOAL)
     folder = given.folder or given.bag.with_name(given.bag.stem + '_report')
     return write_report(run, robot_model(given.model), folder, given.turn)
@@ -82,7 +85,7 @@ def _fail(problem):
 
 def _tell(words):
     """Print words that may quote a stranger's bag: what does not show is escaped."""
-    print('lab_report.py: {}'.format(printable(str(words))), file=sys.stderr)
+    print('lab_report.py: {}'.format(printable(str(words)[:LONGEST])), file=sys.stderr)
 
 
 if __name__ == '__main__':

@@ -132,15 +132,16 @@ def lab_topics(run):
 
 
 def write_bag(path, run=None, namespaces=('',), sources=(sensors, lab_topics),
-              keep=lambda topic: True):
-    """Record the run, once for each namespace; None: by relative names."""
+              keep=lambda topic: True, clock=lambda time: time):
+    """Record the run, once for each namespace; None: by relative names. `clock`: the time that the
+    recorder's clock shows at each time [s]."""
     messages = [row for source in sources for row in source(run or known_run())]
     with rosbag.Bag(str(path), 'w') as bag:
         for time, name, message in sorted(messages, key=lambda row: row[0]):
             for namespace in namespaces if keep(name) else ():
                 relative = name[0] == '/' or namespace is None
                 bag.write(name if relative else namespace + '/' + name, message,
-                          rospy.Time.from_sec(BEGIN + time + DELAY))
+                          rospy.Time.from_sec(clock(BEGIN + time + DELAY)))
     return path
 
 

@@ -4,7 +4,7 @@
 
 One thread plays the node, the simulated robot and a person; a node that waits (`input`, a sleep)
 lets the world go on meanwhile, but not its own callback. The result is the RunData that
-report/ros_bag.py reads from a bag of imu, odom, cmd_vel, ctrl_relinq, joy, mouse_info, /rosout and
+report/bag/ros_bag.py reads from a bag of imu, odom, cmd_vel, ctrl_relinq, joy, mouse_info, /rosout and
 ground_truth. The times of rospy are kept to one STEP.
 Units: seconds, metres, radians; degrees where a name ends in `_deg`.
 """
@@ -27,7 +27,7 @@ from tb3_labs.msg import MouseController
 from tb3_labs.srv import SetInitialPoseRequest
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.messages import LEVELS, make_collectors, samples_of
+from tb3_labs.report.bag.messages import LEVELS, make_collectors, samples_of
 from tb3_labs.report.run_data import RunData
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.ros.conversions import to_pose_stamped

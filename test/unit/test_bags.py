@@ -1,15 +1,20 @@
 """Bags of any kind are read into the same run, and invalid messages are dropped and counted."""
+import bz2
 import math
 import os
+import re
+import struct
+import tracemalloc
 from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
 import pytest
 import rosbag
+import roslz4
 import rospy
 from recorded_run import (  # noqa: F401
-    BEGIN, BURGER, DELAY, MISS, MISS_DEG, in_degrees, run, sensors, write_bag)
+    BEGIN, BURGER, DELAY, MISS, MISS_DEG, in_degrees, known_run, run, sensors, write_bag)
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Joy
@@ -18,7 +23,9 @@ from std_msgs.msg import Bool, Float64
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.drives import drives
-from tb3_labs.report.ros_bag import BagProblem, read_run
+from tb3_labs.report.bag import messages, records, ros_bag
+from tb3_labs.report.bag.messages import LONGEST_LINE
+from tb3_labs.report.bag.ros_bag import BagProblem, read_run
 from tb3_labs.ros.conversions import to_pose_stamped, to_twist
 
 
@@ -89,10 +96,8 @@ def test_a_reset_of_another_robot_is_none(tmp_path):
     ('/evil', 'evil/Evil', 'f' * 32, '/evil (evil/Evil)'),
     ('/turn', Float64._type, 'e' * 32, '/turn (std_msgs/Float64)'),
     ('/turn', Float64._type, Float64._md5sum, '')])
-@pytest.mark.parametrize('listed_as', ['', '/imu'])
-def test_a_definition_in_a_bag_is_never_run(tmp_path, topic, kind, checksum, left_out, listed_as):
-    """rosbag pastes the names of constants into Python code. A bag may list a message under
-    another topic, too."""
+def test_a_definition_in_a_bag_is_never_run(tmp_path, topic, kind, checksum, left_out):
+    """rosbag pastes the names of constants into Python code."""
     path, told, data = write_bag(tmp_path / 'evil.bag', sources=(sensors,)), [], BytesIO()
     Float64(90.0).serialize(data)
     with rosbag.Bag(str(path), 'a') as bag:
@@ -100,21 +105,195 @@ def test_a_definition_in_a_bag_is_never_run(tmp_path, topic, kind, checksum, lef
                   connection_header={'topic': topic, 'type': kind, 'md5sum': checksum,
                                      'message_definition': 'float64 data\nuint8 open({!r},"w").x=1'
                                      .format(str(tmp_path / 'harm'))})
-        if listed_as == '/imu':
-            chunk = bag._curr_chunk_connection_indexes
-            wrong, = chunk[bag._topic_connections[topic].id]
-            bag._curr_chunk_info.connection_counts[0] = 1
-            chunk[0] = [wrong]
-            assert bag._connections[0].topic == '/imu'
-    try:
-        run = read_run(path, tell=told.append)
-    except BagProblem as problem:
-        assert listed_as and left_out and 'evil.bag' in str(problem)
-    else:
-        assert len(run.imu) > 100 and [math.degrees(turn) for turn in run.asked.value] == (
-            [] if left_out else [90.0] * (2 if listed_as else 1))
+    run = read_run(path, tell=told.append)
+    assert len(run.imu) > 100 and [math.degrees(turn) for turn in run.asked.value] == (
+        [] if left_out else [90.0])
     assert sorted(os.listdir(str(tmp_path))) == ['evil.bag']
     assert left_out in ' '.join(told) and len(told) == bool(left_out)
+
+
+# A clock that was set -----------------------------------------------------------------------------
+
+def set_at(moment, by):
+    return lambda time: time + (by if time > BEGIN + moment else 0.0)
+
+
+def on_the_recorders_clock(clock):
+    """The robot's messages if both share one clock."""
+    def stamped(run):
+        for time, topic, message in sensors(run):
+            message.header.stamp = rospy.Time.from_sec(clock(BEGIN + time))
+            yield time, topic, message
+    return stamped
+
+
+@pytest.mark.parametrize('is_shared', [False, True])
+@pytest.mark.parametrize('by, words', [
+    (-5.0, 'back by 5.0 s'), (-0.3, 'back by 0.3 s'), (-86400.0 * 1096, 'back by 1096 days'),
+    (94672820.0, 'forward by 1096 days'), (7300.0, 'forward by 2.0 h'), (20.0, 'forward by 20.0 s')])
+def test_a_clock_that_was_set_is_told_and_both_sides_have_their_times(
+        by, words, is_shared, run, tmp_path):
+    if is_shared and by == 20.0:
+        return      # nothing tells it from a silence
+    clock = set_at(4.0, by)
+    source = on_the_recorders_clock(clock) if is_shared else sensors
+    read = read_run(write_bag(tmp_path / 'set.bag', sources=(source, events), clock=clock))
+    assert read.duration == pytest.approx(12.0, abs=0.05)
+    assert read.notes == ('the clock was set {}, 4.0 s after the start; times go on without the jump'
+                          .format(words),)
+    for part in 'imu', 'odometry':
+        assert getattr(read, part).time == pytest.approx(getattr(run, part).time, abs=0.02)
+        assert getattr(read, part).arrival == pytest.approx(getattr(run, part).time, abs=0.02)
+    assert read.odometry.length == pytest.approx(run.odometry.length)
+    assert read.presses.time == pytest.approx([3.0, 3.2], abs=0.02)
+
+
+def test_a_silence_of_all_topics_is_not_a_clock_that_was_set(run, tmp_path):
+    """Nor is a file that holds one topic behind the other."""
+    silent = replace(run, imu=run.imu.take((run.imu.time < 3.0) | (run.imu.time > 6.0)),
+                     odometry=run.odometry.take((run.odometry.time < 3.0) | (run.odometry.time > 6.0)))
+    read = read_run(write_bag(tmp_path / 'silent.bag', silent, sources=(sensors,)))
+    assert read.notes == () and read.duration == pytest.approx(12.0, abs=0.05)
+    with rosbag.Bag(str(tmp_path / 'sorted.bag'), 'w') as bag:
+        for time, topic, message in sensors(run):
+            bag.write('/' + topic, message, rospy.Time.from_sec(BEGIN + time))
+    read = read_run(tmp_path / 'sorted.bag')
+    assert read.notes == () and read.odometry.time == pytest.approx(run.odometry.time, abs=0.01)
+
+
+def test_a_clock_that_runs_back_and_forth_has_no_times(tmp_path):
+    path = write_bag(tmp_path / 'mad.bag', sources=(sensors,),
+                     clock=lambda time: time + 10.0 * (int(10.0 * time) % 2))
+    with pytest.raises(BagProblem, match='its clock was set more than 20 times'):
+        read_run(path)
+
+
+# Bags of strangers: each of the small files takes gigabytes if it is read as it asks -------------
+
+def record(data, **header):
+    """The bytes of a record of a bag; its header's fields are bytes, or numbers of 4 bytes."""
+    fields = b''.join(struct.pack('<I', len(name) + 1 + len(value)) + name.encode() + b'=' + value
+                      for name, value in header.items())
+    return b''.join(struct.pack('<I', len(part)) + part for part in (fields, data))
+
+
+def start_of_bag(index_pos=13):
+    return b'#ROSBAG V2.0\n' + record(b'', op=b'\3', index_pos=struct.pack('<Q', index_pos))
+
+
+def packed(by, size):
+    data = {b'bz2': bz2.compress, b'lz4': roslz4.compress}[by](bytes(size))
+    return start_of_bag() + record(data, op=b'\5', compression=by, size=bytes(4))
+
+
+def peak_while_reading(path, tell=lambda line: None):
+    """(what the reader made of the file, its greatest memory in MiB)."""
+    tracemalloc.start()
+    try:
+        return read_run(path, tell=tell), tracemalloc.get_traced_memory()[1] / 2 ** 20
+    except BagProblem as problem:
+        return str(problem), tracemalloc.get_traced_memory()[1] / 2 ** 20
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize('content, said', [
+    (packed(b'bz2', 2 ** 26), 'its packed chunks hold more than 1 MiB'),
+    (packed(b'lz4', 2 ** 26), 'its packed chunks hold more than 1 MiB'),
+    (start_of_bag() + record(b'BZh9' + bytes(99), op=b'\5', compression=b'bz2'), 'damaged near byte'),
+    (start_of_bag() + record(b'', op=b'\5', compression=b'zip'), 'damaged near byte'),
+    (start_of_bag() + struct.pack('<I', 2 ** 32 - 1), 'damaged near byte'),
+    (start_of_bag() + record(b'', op=b'\7') , 'damaged near byte'),
+    (start_of_bag() + record(b'', op=b'\2', conn=b'none'), 'damaged near byte'),
+    (start_of_bag() + bytes(2 ** 20), 'damaged near byte'),
+    (start_of_bag() + record(bytes(2 ** 21), op=b'\7', topic=b'/imu', conn=b'0'), 'damaged near byte'),
+    (start_of_bag() + b''.join(record(b'', op=b'\7', topic=b'x', conn=struct.pack('<I', number))
+                               for number in range(10001)), 'it has more than 10000 connections'),
+    (start_of_bag(2 ** 40), 'the recording was cut off')])
+def test_a_small_file_cannot_take_the_memory(content, said, tmp_path, monkeypatch):
+    monkeypatch.setattr(records, 'MOST_CHUNK', 2 ** 20)
+    (tmp_path / 'run.bag').write_bytes(content)
+    words, most = peak_while_reading(tmp_path / 'run.bag')
+    assert said in words and '\n' not in words and most < 16.0
+
+
+def test_all_packed_chunks_share_one_budget(tmp_path, monkeypatch):
+    path, told = tmp_path / 'run.bag', []
+    with rosbag.Bag(str(path), 'w', compression='bz2', chunk_threshold=10000) as bag:
+        for time, topic, message in sorted(sensors(known_run()), key=lambda row: row[0]):
+            bag.write('/' + topic, message, rospy.Time.from_sec(BEGIN + time))
+    assert read_run(path, tell=told.append).duration == pytest.approx(12.0) and not told
+    monkeypatch.setattr(records, 'MOST_UNPACKED', 100000)
+    run = read_run(path, tell=told.append)
+    line, = told
+    assert 0.5 < run.duration < 6.0 and re.search(
+        r'more than 0 MiB: the report ends at {:.1f} s$'.format(run.duration), line)
+
+
+def test_an_index_that_names_one_line_many_times_is_not_believed(tmp_path):
+    path = write_bag(tmp_path / 'run.bag', sources=(sensors,))
+    with rosbag.Bag(str(path), 'a') as bag:
+        bag.write('/rosout', Log(name='/x', msg='y' * 200000), rospy.Time(BEGIN + 3))
+        index = bag._curr_chunk_connection_indexes
+        index[bag._topic_connections['/rosout'].id] *= 10000
+    run, most = peak_while_reading(path)
+    assert [len(text) for text in run.log.texts] == [LONGEST_LINE] and most < 16.0
+
+
+def chatty(run):
+    for number in range(300):
+        yield 0.01 * number, '/rosout', Log(name='/x', msg='Local pose set to x=1, y=1, yaw=1')
+    yield 5.0, '/rosout', Log(name='/x', msg='y' * 5000000)
+
+
+def test_of_too_many_or_too_long_lines_the_first_are_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(messages, 'MOST_LINES', 100)
+    told = []
+    run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, chatty)), tell=told.append)
+    assert len(run.log) == 100 and run.dropped['log'] == 1 and len(run.notes) == 1
+    assert told[0].endswith('/rosout has more than 100 messages: the later ones are left out')
+
+
+def test_a_bag_with_too_many_messages_is_read_up_to_the_budget(tmp_path, monkeypatch):
+    monkeypatch.setattr(ros_bag, 'MOST_MESSAGES', 700)
+    run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors,)))
+    assert len(run.imu) + len(run.odometry) == 700
+    assert run.notes[0].endswith('the report ends at {:.1f} s'.format(run.duration))
+
+
+@pytest.mark.parametrize('value', [math.nan, math.inf, 1.7e308, -2e5])
+def test_a_number_that_no_robot_has_is_dropped_with_its_message(value, run, tmp_path):
+    x = np.where(np.arange(len(run.odometry)) == 10, value, run.odometry.x)
+    read = read_run(write_bag(tmp_path / 'far.bag', replace(
+        run, odometry=replace(run.odometry, x=x)), sources=(sensors,)))
+    assert read.dropped['odometry'] == 1 and read.odometry.length == pytest.approx(
+        run.odometry.length)
+
+
+@pytest.mark.parametrize('part', [0.3, 0.9])
+def test_a_recording_that_was_cut_off_is_read_up_to_there(part, run, tmp_path):
+    path = write_bag(tmp_path / 'run.bag', sources=(sensors,))
+    path.write_bytes(path.read_bytes()[:int(part * path.stat().st_size)])
+    read = read_run(path)
+    assert 12.0 * part - 2.0 < read.duration < 12.0 * part + 1.0
+    assert read.notes == ('the recording was cut off: the report ends at {:.1f} s'.format(
+        read.duration),)
+
+
+@pytest.mark.parametrize('begin, what, remedy', [
+    (b'', 'the file is empty', 'download it again'), (b'#ROSBAG V1.2\n', 'version 1', 'rosbag fix'),
+    (b'\n <!DOCTYPE html><html>', 'a web page', 'download the file itself'),
+    (b'version https://git-lfs.github.com/spec/v1\noid', 'Git LFS', 'git lfs pull'),
+    (b'SQLite format 3\0', 'a bag of ROS 2', "rosbags-convert --src '{}' --dst"),
+    (b'\x89MCAP0\r\n', 'a bag of ROS 2', "rosbags-convert --src '{}' --dst"),
+    (b'PK\3\4', 'a zip archive', "unzip '{}'"), (b'\x1f\x8b\x08', 'a gzip archive', "gunzip -c '{}'"),
+    (b'\x7fELF', 'not a bag of version 2', 'rosbag record')])
+def test_a_file_that_is_no_bag_is_named_with_what_to_do(begin, what, remedy, tmp_path):
+    path = tmp_path / 'a $(b)\n.bag'
+    path.write_bytes(begin)
+    with pytest.raises(BagProblem) as raised:
+        read_run(path)
+    assert what in str(raised.value) and remedy.format(path) in str(raised.value)
 
 
 @pytest.mark.parametrize('senders, is_known', [

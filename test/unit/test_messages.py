@@ -7,7 +7,8 @@ import pytest
 from real_recordings import arrays_of
 
 from tb3_labs.report.drives import drives
-from tb3_labs.report.messages import RecordedClock, declared_by, times_on_recorders_clock
+from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
+from tb3_labs.report.bag.messages import declared_by
 from tb3_labs.report.movements import completed
 from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData, yaw_offset
 from tb3_labs.robot.turtlebot3 import robot_model

@@ -13,6 +13,7 @@ Units: metres, radians, seconds since the recording's start.
 import math
 import re
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Dict, Iterable, Optional, Sequence, Tuple
 
 import numpy as np
@@ -33,6 +34,8 @@ BY_HAND = re.compile(r'/(\w+/)*(rostopic_|rqt_|\w*teleop)\w*')
 #: A mistake fits if the run is nearer to it than this [m], [rad]. Others that are farther from the
 #: run by less than ALIKE are told as well.
 FITS, ALIKE = 0.12, 0.03
+#: Later turns and drives of a run are not compared.
+MOST_COMPARED = 100
 #: Two senders: this many changes between zero and a movement, each within QUICK [s].
 JUMPS, QUICK = 10, 0.25
 #: They begin this soon after a button gave control, before a gamepad could be started anew [s].
@@ -74,10 +77,12 @@ def diagnose(run: RunData) -> Diagnosis:
     if two is not None:
         return Diagnosis('two_senders', PAD, moment=two)
     if len(run.control):
-        by_way, unstopped = _by_drives(list(fresh_drives(run, movements(run))), goal), [
+        drives = list(islice(fresh_drives(run, movements(run)), MOST_COMPARED))
+        by_way, unstopped = _by_drives(drives, goal), [
             time for time in said_reached(run) if _drives_on(run, time)]
     else:
-        turns = [turn for turn in turns_of(run) if not (turn.is_persons or 'joy' in run.devices)]
+        turns = [turn for turn in turns_of(run)
+                 if not (turn.is_persons or 'joy' in run.devices)][:MOST_COMPARED]
         whole = [turn for turn in turns if not turn.may_be_cut]
         by_way, unstopped = _by_turns(run, turns), [
             turn.begin for turn in whole if not any(each.is_stopped for each in whole)]

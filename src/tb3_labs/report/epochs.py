@@ -1,6 +1,6 @@
 """The epochs of a recorded run: from one reset of ``local`` to the next.
 
-A node logs each reset (see :mod:`tb3_labs.report.messages`). The line comes a moment before or
+A node logs each reset (see :mod:`tb3_labs.report.bag.messages`). The line comes a moment before or
 after the first pose in the new frame. So an epoch begins where local_pose jumps most, beside the
 odometry, within `NEAR_RESET` of a line.
 
@@ -13,7 +13,7 @@ Edge case: a reset before the first local_pose, or after the last one, begins no
 """
 import math
 from dataclasses import dataclass
-from typing import List, Optional, Sequence
+from typing import List, Optional, Sequence, Set
 
 import numpy as np
 
@@ -66,12 +66,12 @@ def _begins(run: RunData) -> List[float]:
         robot.take(slice(None, -1)).inverse() @ robot.take(slice(1, None)))
     jumps = np.hypot(moved.x, moved.y) + np.abs(moved.yaw) / LEVER
     begins = _changes(local)
-    found: List[int] = []
+    found: Set[int] = set()
     for time in run.resets.time:
         first, last = np.searchsorted(local.time, (time - NEAR_RESET, time + NEAR_RESET))
         around = [k for k in range(max(0, first - 1), min(last, len(jumps))) if k not in found]
         if around and local.time[0] < time:
-            found.append(max(around, key=lambda k: jumps[k] - AWAY * abs(begins[k] - time)))
+            found.add(max(around, key=lambda k: jumps[k] - AWAY * abs(begins[k] - time)))
     return [float(begin) for begin in begins[sorted(found)]]
 
 

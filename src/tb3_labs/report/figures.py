@@ -5,12 +5,21 @@ Readable in black and white: lines differ by style and width.
 Units on the axes: metres, degrees, rad/s, seconds since a turn's first command; inch for sizes.
 """
 import math
+import os
 from pathlib import Path
 from typing import Any, BinaryIO, Dict, List, Optional, Sequence, Tuple, Union
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
+
+# matplotlib obeys a file matplotlibrc in the current folder, which may be a stranger's
+_HERE = os.open('.', os.O_PATH)
+os.chdir('/')
+try:
+    import matplotlib
+finally:
+    os.fchdir(_HERE)
+    os.close(_HERE)
+from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -31,6 +40,8 @@ STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: A turn is drawn from this time before it until this time after it [s].
 SHOWN_BEFORE, AFTER = 0.2, 2.0 * REST_MEAN
+#: A figure draws this many turns, or paths between two resets.
+MOST_DRAWN = 40
 #: Up to this many turns have names in the legend.
 MOST_NAMES = 12
 #: Width and height of a letter in a frame's name, as a part of a panel's width.
@@ -67,7 +78,7 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
     figure = new_figure(4.3)
     left, rate = figure.subplots(2, 1, sharex=True)
     ends = [turn.begin for turn in found[1:]] + [math.inf]
-    first, *_ = shown = [alone - 1] if alone else range(len(found))
+    first, *_ = shown = [alone - 1] if alone else range(min(len(found), MOST_DRAWN))
     for number in shown:
         turn, following = found[number], ends[number]
         until = min(turn.end + AFTER, following)
@@ -102,7 +113,7 @@ def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = epochs(run), run.local_pose
-    for number, epoch in enumerate(frames):
+    for number, epoch in enumerate(frames[:MOST_DRAWN]):
         colour, _ = STYLES[number % len(STYLES)]
         _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
         name = 'path after reset {}'.format(number) if number else 'path'
@@ -120,10 +131,10 @@ def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     goals = [(drive, drive.goal) for drive in driven if drive.goal]
     _ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
     _ends(in_local, local, [goal for _, goal in goals])
-    size = _same_scale((in_odom, [epoch.odom_T_local for epoch in frames]),
-                       (in_local, [epoch.odom_T_local.inverse() for epoch in frames]))
     shown = [(epoch.odom_T_local, ', reset {}'.format(number) if number else '')
-             for number, epoch in enumerate(frames)]
+             for number, epoch in enumerate(frames[:MOST_DRAWN])]
+    size = _same_scale((in_odom, [pose for pose, _ in shown]),
+                       (in_local, [pose.inverse() for pose, _ in shown]))
     _frames(in_odom, 'odom', [(pose, 'local' + after) for pose, after in shown], size)
     _frames(in_local, 'local', [(pose.inverse(), 'odom' + after) for pose, after in shown], size)
     for axes, title in ((in_odom, 'global frame (odom)'), (in_local, 'local frame')):
@@ -135,10 +146,8 @@ def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
 
 def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
     """Draw a line with blanks at jumps of the poses, such as a reset of the odometry."""
-    for piece in np.split(np.arange(len(poses)), poses.leaps):
-        if len(piece):
-            axes.plot(poses.x[piece], poses.y[piece], **looks)
-            looks['label'] = None
+    if len(poses):
+        axes.plot(*(np.insert(column, poses.leaps, np.nan) for column in (poses.x, poses.y)), **looks)
 
 
 def _in_odom(run: RunData, frames: Sequence[Epoch], drive: DriveReport, goal: Pose2) -> Pose2:

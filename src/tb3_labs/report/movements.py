@@ -47,6 +47,8 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A movement ends if no command moves the robot for this time [s].
 PAUSE = 1.0
+#: Later movements of a run are left out.
+MOST_MOVEMENTS = 1000
 #: A command that is slower than this is zero [m/s], [rad/s].
 NO_SPEED = 1e-3
 #: On a straight line the heading stays within KEPT of its first value [rad]. The heading counts
@@ -102,7 +104,7 @@ def movements(run: RunData) -> List[Movement]:
     is_cut = np.searchsorted(cut, time[moves[:-1]]) < np.searchsorted(cut, time[moves[1:]])
     is_pause = time[moves[1:]] - ends[moves[:-1]] >= PAUSE
     return [_movement(run, part, ends, cut)
-            for part in np.split(moves, np.flatnonzero(is_cut | is_pause) + 1)]
+            for part in np.split(moves, np.flatnonzero(is_cut | is_pause) + 1)[:MOST_MOVEMENTS]]
 
 
 def cuts(run: RunData) -> np.ndarray:
@@ -112,8 +114,8 @@ def cuts(run: RunData) -> np.ndarray:
     times, given = run.control.time[changes], run.control.value[changes] == 1.0
     moves = run.commands.time[moving(run.commands)]
     begins = moves[np.diff(moves, prepend=-np.inf) >= PAUSE]
-    since = times[:, np.newaxis] - begins
-    is_late = given & ((since > 0.0) & (since < PAUSE)).any(axis=1)
+    latest = np.append(begins, -math.inf)[np.searchsorted(begins, times) - 1]
+    is_late = given & (times - latest < PAUSE)
     return np.sort(np.concatenate([run.resets.time, times[~is_late]]))
 
 

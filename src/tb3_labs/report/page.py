@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Dict, Optional, Sequence, Union
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.angle_arrays import wrap_all
@@ -65,7 +64,8 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
     shown = _figures(run, folder, turn, driven)
     found = diagnose(run)
     write_output(page, tables.document('Run report: ' + name, [
-        '<p>{}</p>'.format(escape(_summary(run, model))),
+        *('<p>{}</p>'.format(escape(text)) for text in [
+            *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]),
         timeline.section(timeline.timeline(
             run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)),
         hints.section(found, run), _turns(run, turned), shown['turns'],
@@ -90,7 +90,7 @@ def picture(png: bytes, name: str, caption: str) -> str:
         '</figure>'.format(escape(name), data, escape(caption))
 
 
-def write_figure(figure: Optional[Figure], path: Path, caption: str) -> str:
+def write_figure(figure: Optional[figures.Figure], path: Path, caption: str) -> str:
     """Write a figure as PNG. Returns its HTML, with the picture in it; '' without a figure."""
     if figure is None:
         return ''

@@ -201,6 +201,7 @@ class RunData:
     derived: Tuple[str, ...] = ()                              # fields that were not recorded
     topics: Dict[str, str] = field(default_factory=dict)       # field's name: topic
     dropped: Dict[str, int] = field(default_factory=dict)      # field's name: invalid messages
+    notes: Tuple[str, ...] = ()                                # sentences about the recording
 
 
 Result = TypeVar('Result')

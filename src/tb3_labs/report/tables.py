@@ -50,6 +50,8 @@ PAGE = '''<!DOCTYPE html>
 {2}
 </body></html>
 '''
+#: A table on a page has at most this many rows.
+MOST_ROWS = 200
 #: An unknown number on a page.
 DASH = '\N{EN DASH}'
 TAG = re.compile('<[^>]*>')
@@ -177,9 +179,11 @@ def cells(columns: Sequence[Column], report: Any) -> List[str]:
 def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
     """Returns a table with a numbered row for each report; `word`: what a row is, such as
     'turn'."""
+    more = len(reports) - MOST_ROWS
     return table([word] + [column.head for column in columns], [
-        [str(count)] + cells(columns, report) for count, report in enumerate(reports, 1)],
-        words=('outcome',))
+        [str(count)] + cells(columns, report)
+        for count, report in enumerate(reports[:MOST_ROWS], 1)], words=('outcome',)) + (
+            '<p>{}s.csv has {} more.</p>'.format(word, more) if more > 0 else '')
 
 
 # CSV ------------------------------------------------------------------------------------------

@@ -33,6 +33,9 @@ FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'asked', 'mistake
 BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
 #: Times and values are rounded to this many digits, which changes them by up to TIMELINE_ROUNDING.
 DIGITS, TIMELINE_ROUNDING = 3, 0.0005
+#: A page has at most this many points of a track, marks, and lines of a log, each of at most
+#: LONGEST_TEXT characters: of more, the first and the last ones are shown.
+MOST_POINTS, MOST_MARKS, MOST_LINES, LONGEST_TEXT = 50000, 500, 2000, 1000
 #: rosbag's own node. Its log lines, the topics that it records, are left out.
 RECORDER = 'record'
 PLACE = ('m', 'm', 'deg')
@@ -78,8 +81,10 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
         starts.append(len(kept))
         kept += list(begin + thinned(time[begin:end], values[begin:end],
                                      bounds - TIMELINE_ROUNDING))
-    return {'time': np.round(time[kept], DIGITS).tolist(),
-            'columns': np.round(values[kept], DIGITS).T.tolist(), 'breaks': starts[1:]}
+    every = 1 + len(kept) // MOST_POINTS
+    return {'time': np.round(time[kept[::every]], DIGITS).tolist(),
+            'columns': np.round(values[kept[::every]], DIGITS).T.tolist(),
+            'breaks': sorted({-(-start // every) for start in starts[1:]})}
 
 
 def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
@@ -103,12 +108,13 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
         'angle': track(time, [np.degrees(angle)], ['deg'],
                        [*goal_resets,
                         *(np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1)]),
-        'commands': _commands(run.commands),
+        'commands': _commands(run.commands)[:MOST_POINTS],
         'goals': [[round(span.begin, 3), span.state,
                    None if span.goal is None else
                    [round(part, 4) for part in (span.goal.x, span.goal.y, span.goal.yaw)]]
-                  for span in spans(run)],
-        'marks': sorted(marked, key=lambda each: each['begin']), 'log': _lines(run.log)}
+                  for span in spans(run)[:MOST_MARKS]],
+        'marks': sorted(marked, key=lambda each: each['begin'])[:MOST_MARKS],
+        'log': _lines(run.log)}
 
 
 def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
@@ -147,7 +153,7 @@ def _commands(commands: Commands) -> List[List[Any]]:
 def mark(kind: str, begin: float, text: str, end: Optional[float] = None) -> Mark:
     """Returns the Mark of a moment on the line, or of a stretch if there is an `end` [s]."""
     return {'kind': kind, 'begin': round(float(begin), 3),
-            'end': round(float(begin if end is None else end), 3), 'text': text}
+            'end': round(float(begin if end is None else end), 3), 'text': text[:LONGEST_TEXT]}
 
 
 def marks(run: RunData, turned: Sequence[TurnReport],
@@ -191,9 +197,14 @@ def _changes(run: RunData) -> List[Any]:
 
 def _lines(log: LogLines) -> List[List[Any]]:
     """[time, level, text] of the log lines; the text begins with the node's name."""
-    return [[round(float(at), 3), str(level), '{}: {}'.format(node.lstrip('/'), text)]
+    rows = [[round(float(at), 3), str(level), '{}: {}'.format(
+        node.lstrip('/'), text)[:LONGEST_TEXT]]
             for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
             if node.rpartition('/')[2] != RECORDER]
+    first, last = rows[:MOST_LINES // 2], rows[MOST_LINES // 2:][-MOST_LINES // 2:]
+    left_out = len(rows) - len(first) - len(last)
+    return first + [[first[-1][0], '', '({} lines are left out)'.format(left_out)]
+                    for _ in range(left_out > 0)] + last
 
 
 # The page -----------------------------------------------------------------------------------------

@@ -30,6 +30,8 @@ MISSED = 1.0
 #: A smaller turn than LEAST_TURN was not asked for [rad]; a larger one than MOST_TURN is a spin.
 LEAST_TURN = math.radians(45.0)
 MOST_TURN = math.radians(225.0)
+#: At most this many turns follow each other at once.
+MOST_PARTS = 100
 #: A turn may be asked for this long before it begins [s].
 ASKED_BEFORE = 2.0
 
@@ -95,7 +97,7 @@ def _parts(run: RunData, movement: Movement, until: float) -> List[Tuple[float, 
     turning = np.abs(commands.angular) > NO_SPEED
     stops = np.flatnonzero(turning[:-1] & ~turning[1:]) + 1
     parts, begin = [], movement.begin
-    for k in stops:
+    for k in stops[:MOST_PARTS]:
         stop, go = float(commands.time[k]), float(commands.time[k + int(np.argmax(turning[k:]))])
         if go > stop and _turn(run, begin, stop, go, math.inf) and (
                 _turn(run, go, movement.end, until, math.inf)):

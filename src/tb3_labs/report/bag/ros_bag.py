@@ -4,9 +4,10 @@ A bag may come from a stranger, and it carries the definitions of its messages. 
 code of these definitions and runs it. Here only installed message classes are used; other topics
 are not read.
 """
-import genmsg
-import genpy.dynamic
-import rosbag
+import struct
+from collections import Counter
+
+import genpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import Odometry
@@ -16,7 +17,9 @@ from std_msgs.msg import Bool, Empty, Float32, Float64, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
-from tb3_labs.report.messages import make_collectors, samples_of
+from tb3_labs.report.bag.clock import one_clock
+from tb3_labs.report.bag.messages import make_collectors, samples_of
+from tb3_labs.report.bag.records import Bag, BagProblem, open_bag
 from tb3_labs.report.run_data import RunData
 
 #: RunData's field: (name of the topic, class), besides the IMU and the odometry.
@@ -31,104 +34,104 @@ CLASSES = {(made._type, made._md5sum): made for made in (
     *(made for _, made in OPTIONAL.values()))}
 #: Topics by which a person drives, of any type.
 DEVICES = 'joy', 'mouse_info'
-#: A bag begins with this.
-BAG_VERSION = b'#ROSBAG V2'
 #: A line names at most this many topics that are not read.
 NAMED_TOPICS = 5
-
-
-def _installed(kind, definition):
-    """Called by rosbag in place of the function that makes code of a definition in the bag."""
-    for (known, _), made in CLASSES.items():
-        if known == kind:
-            return {kind: made}
-    raise genmsg.MsgGenerationException('not an installed type')
-
-
-genpy.dynamic.generate_dynamic = _installed
-
-
-class BagProblem(ValueError):
-    """A bag cannot be reported. The message is one line with the reason and the remedy."""
+#: At most this many messages, with at most this many bytes, are read.
+MOST_MESSAGES, MOST_BYTES = 3000000, 2 ** 29
 
 
 def read_run(path, namespace=None, tell=lambda line: None):
     """Returns the RunData of the bag file `path`; `namespace` chooses one robot of several.
 
-    ``tell(line)`` is told which topics are not read. Raises BagProblem.
+    ``tell(line)`` is told what is not read. Raises BagProblem.
     """
     try:
-        return _read(path, namespace, tell)
-    except BagProblem:
-        raise
+        with open_bag(path) as file:
+            return _read(Bag(file, path), path, namespace, tell)
+    except BagProblem as problem:
+        raise BagProblem('{}: {}'.format(path, problem)) from None
     except FileNotFoundError:
         raise BagProblem('{}: there is no such file'.format(path)) from None
-    except rosbag.ROSBagUnindexedException:
-        raise BagProblem('{0}: the recording was cut off and has no index; mend it with: '
-                         'rosbag reindex {0}'.format(path)) from None
-    except rosbag.ROSBagException as problem:
-        raise BagProblem('{0}: not a whole bag file ({1}); if it was cut off, try: rosbag reindex '
-                         '{0}'.format(path, _one_line(problem))) from None
     except Exception as problem:        # a stranger's bytes may be anything
         raise BagProblem('{}: cannot be read ({}); is it a bag, and a whole one?'.format(
-            path, _one_line(problem))) from None
-
-
-def _is_installed(topic, kind, checksum, *header):
-    return (kind, checksum) in CLASSES
+            path, ' '.join(str(getattr(problem, 'strerror', None) or problem).split()))) from None
 
 
 def _sorted_out(bag):
-    """Returns ({topic: its installed class}, {topic: names of its senders}, ['topic (type)', ...]
-    of all others)."""
-    classes, senders, others = {}, {}, []
-
-    def sort(topic, kind, checksum, definition, header):
-        if _is_installed(topic, kind, checksum):
-            classes[topic] = CLASSES[kind, checksum]
-            senders.setdefault(topic, set()).update(
-                [header['callerid'].decode(errors='replace')] if 'callerid' in header else [])
+    """Returns ({topic: (its installed class or None, number of messages)}, {topic: names of its
+    senders}, [topics of other types, with the types])."""
+    numbers = Counter(record.connection for record in bag.messages(lambda connection: False))
+    types, senders, others = {}, {}, set()
+    for connection, number in numbers.items():
+        topic, kind, checksum, sender = connection
+        made = CLASSES.get((kind, checksum))
+        before, count = types.get(topic, (None, 0))
+        types[topic] = before or made, count + number
+        if made is None:
+            others.add('{} ({})'.format(topic, kind))
         else:
-            others.append('{} ({})'.format(topic, kind))
-    list(bag.read_messages(connection_filter=sort))     # reads no message
-    return classes, senders, sorted(set(others))
+            senders.setdefault(topic, set()).add(sender)
+    return types, senders, sorted(others)
 
 
-def _one_line(problem):
-    return ' '.join(str(getattr(problem, 'strerror', None) or problem).split())
-
-
-def _read(path, namespace, tell):
-    with open(str(path), 'rb') as file:
-        if file.read(len(BAG_VERSION)) != BAG_VERSION:     # to reindex an older one runs its code
-            raise BagProblem('{}: not a bag of version 2'.format(path))
-    with rosbag.Bag(str(path)) as bag:
-        classes, senders, others = _sorted_out(bag)
-        if others:
-            tell('{}: not read, since these types are not installed here, or not as they are in '
-                 'the bag: {}'.format(path, ', '.join(others[:NAMED_TOPICS] + ['{} more'.format(
-                     len(others) - NAMED_TOPICS)] * (len(others) > NAMED_TOPICS))))
-        infos = bag.get_type_and_topic_info().topics
-        types = {topic: (classes.get(topic), info.message_count)
-                 for topic, info in infos.items() if info.message_count}
+def _read(bag, path, namespace, tell):
+    types, senders, others = _sorted_out(bag)
+    try:
         topics = choose_topics(types, namespace)
-        start, prefix = bag.get_start_time(), parent(topics['odometry'])
-        collectors = make_collectors(topics, prefix)
-        of_topic = {topic: collectors[part] for part, topic in topics.items()}
-        for topic, message, arrival in bag.read_messages(
-                list(of_topic), connection_filter=_is_installed):
-            of_topic[topic].add(message, arrival.to_sec() - start, start)
-        duration = bag.get_end_time() - start
+    except BagProblem as problem:
+        raise BagProblem('; '.join(filter(None, [bag.problem, str(problem)]))) from None
+    if others:
+        tell('{}: not read, since these types are not installed here, or not as they are in '
+             'the bag: {}'.format(path, ', '.join(others[:NAMED_TOPICS] + ['{} more'.format(
+                 len(others) - NAMED_TOPICS)] * (len(others) > NAMED_TOPICS))))
+    prefix = parent(topics['odometry'])
+    collectors = make_collectors(topics, prefix)
+    start, notes = _collect(bag, {topic: (collectors[part], types[topic][0])
+                                  for part, topic in topics.items()})
     for part in ('imu', 'odometry'):
         if not len(collectors[part].arrival):
-            raise BagProblem('{}: not one good message on {} (bad quaternions?)'.format(
-                path, topics[part]))
+            raise BagProblem('not one good message on {} (bad quaternions?)'.format(topics[part]))
+    duration, set_at = one_clock(collectors)
+    notes = ['{}: the report ends at {:.1f} s'.format(note, duration) for note in notes] + set_at + [
+        '{} has more than {} messages: the later ones are left out'.format(
+            topics[part], len(each.arrival)) for part, each in collectors.items() if each.is_full]
+    for note in notes:
+        tell('{}: {}'.format(path, note))
     absolute = {_absolute(topic) for topic in types}
-    return RunData(str(path), start, duration, topics=topics,
+    return RunData(str(path), start, duration, topics=topics, notes=tuple(notes),
                    senders=tuple(sorted(senders.get(topics.get('commands'), ()))),
                    devices=tuple(name for name in DEVICES if prefix + name in absolute),
                    dropped={part: collector.bad for part, collector in collectors.items()},
                    **samples_of(collectors))
+
+
+def _collect(bag, of_topic):
+    """Fill the collectors, {topic: (Collector, class)}. Returns (time of the first message [s since
+    1970], [why the rest was not read])."""
+    def is_wanted(connection):
+        return connection.topic in of_topic and (
+            CLASSES.get((connection.kind, connection.checksum)) is of_topic[connection.topic][1])
+
+    start, number, size, too_much = None, 0, 0, []
+    for connection, (seconds, nanoseconds), data in bag.messages(is_wanted):
+        if start is None:
+            start = seconds + 1e-9 * nanoseconds
+        if not is_wanted(connection):
+            continue
+        number, size = number + 1, size + len(data)
+        if number > MOST_MESSAGES or size > MOST_BYTES:
+            too_much = ['it has more than {} messages, or {} MiB of them'.format(
+                MOST_MESSAGES, MOST_BYTES // 2 ** 20)]
+            break
+        collector, made = of_topic[connection.topic]
+        message = made()
+        try:
+            message.deserialize(data)
+        except (genpy.DeserializationError, struct.error, ValueError):
+            collector.bad += 1
+            continue
+        collector.add(message, (seconds - start) + 1e-9 * nanoseconds, start, number)
+    return start, too_much or [problem for problem in [bag.problem] if problem]
 
 
 def choose_topics(types, namespace):

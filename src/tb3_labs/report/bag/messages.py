@@ -9,7 +9,7 @@ Units: metres, radians, seconds since the recording's start on the recorder's cl
 import math
 import re
 from array import array
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Optional
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from tb3_labs.geometry.angles import WHOLE_TURN, wrap
 from tb3_labs.geometry.quaternions import yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.run_data import (
     Commands, ImuSamples, LogLines, OdometrySamples, Poses, States, Values)
 
@@ -30,67 +31,17 @@ RESET_LINE = re.compile(
     r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}(?:\s*m)?\W+y\s*[=:]\s*{0}(?:\s*m)?\W+'
     r'(?:yaw|theta)\s*[=:]\s*{0}\s*(deg|\N{{DEGREE SIGN}})?'.format(NUMBER), re.IGNORECASE)
 
-#: If the clocks of two senders differ by less than this, the senders share one clock [s].
-SAME_CLOCK = 0.1
-#: A message is late if it comes this much later than others [s]. No recorder is busy for longer
-#: than TOO_LATE [s].
-LATE, TOO_LATE = 0.5, 10.0
-#: A sender's clock can be used if at least this fraction of its messages is in time.
-WITHIN = 0.25
-#: If more than this fraction of the messages, all of them at the start or at the end of the
-#: recording, is not in time, the sender's clock was set.
-OTHER_CLOCK = 0.1
-
-
-@dataclass(frozen=True)
-class RecordedClock:
-    """A sender's clock, by the stamps of its messages: `lag` [s] behind the recorder's clock."""
-
-    lag: float
-    stamps: np.ndarray
-
-    @classmethod
-    def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'RecordedClock':
-        """Returns the clock by the fastest messages, without outliers. It needs one message."""
-        lags = np.sort(arrival - stamp)
-        lags = lags[np.abs(lags - lags[(len(lags) - 1) // 2]) < LATE]
-        return cls(float(lags[len(lags) // 20]), stamp)
-
-    def is_same_as(self, other: 'RecordedClock') -> bool:
-        """Do both senders share one clock, or does one copy the other's stamps?"""
-        shared = np.isin(np.round(self.stamps, 6), np.round(other.stamps, 6))
-        return abs(self.lag - other.lag) < SAME_CLOCK or shared.mean() > 0.5
-
-
-def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
-                             robot_clock: Optional[RecordedClock]) -> np.ndarray:
-    """Returns the sender's times on the recorder's clock [s]; they never run back.
-
-    `robot_clock` is the odometry's RecordedClock, or None. It is used for all senders that share
-    this clock, so that their stamps stay comparable to the microsecond. Messages come late while the
-    recorder is busy, and early while its simulated clock stands still: their stamps count. If all
-    messages before some moment, or all after it, are not in time, the sender's clock was set: their
-    arrivals count.
-    """
-    if not len(stamp):
-        return arrival
-    clock = RecordedClock.of(arrival, stamp)
-    if robot_clock is not None and clock.is_same_as(robot_clock):
-        clock = robot_clock
-    delay = np.abs(arrival - stamp - clock.lag)
-    in_time, few = np.flatnonzero(delay < LATE), OTHER_CLOCK * len(stamp)
-    if len(in_time) < WITHIN * len(stamp):
-        return np.maximum.accumulate(arrival)
-    first, last = in_time[0], in_time[-1]
-    by_stamp = delay < TOO_LATE
-    by_stamp[:first if first > few else 0] = False
-    by_stamp[last + 1 if len(stamp) - 1 - last > few else len(stamp):] = False
-    return np.maximum.accumulate(np.where(by_stamp, stamp + clock.lag, arrival))
+#: At most this many samples of a topic are kept, and lines of this many characters.
+MOST_SAMPLES, MOST_LINES, LONGEST_LINE = 3000000, 20000, 4000
+#: A reset is looked for in this many characters of a line; later resets are left out.
+LONGEST_RESET, MOST_RESETS = 500, 1000
+#: No number of a robot is larger: metres, radians, m/s, rad/s. The firmware's spikes are below 1000.
+LARGEST = 1e5
 
 
 def declared_by(line: str) -> Optional[Pose2]:
     """Returns the declared pose of the robot in ``local``; None if the line tells no valid reset."""
-    found = RESET_LINE.search(line)
+    found = RESET_LINE.search(line[:LONGEST_RESET])
     if found is None:
         return None
     x, y, yaw = (float(word) for word in found.groups()[:3])
@@ -102,7 +53,8 @@ def declared_by(line: str) -> Optional[Pose2]:
 
 def resets_in(log: LogLines) -> Poses:
     """Returns the poses that were declared by resets, as the log lines tell them."""
-    said = [(k, pose) for k, pose in enumerate(map(declared_by, log.texts)) if pose is not None]
+    said = [(k, pose) for k, pose in enumerate(map(declared_by, log.texts))
+            if pose is not None][:MOST_RESETS]
     lines = log.take([k for k, _ in said])
     return Poses(lines.arrival, lines.time,
                  *np.array([(pose.x, pose.y, pose.yaw) for _, pose in said]).reshape(-1, 3).T)
@@ -130,33 +82,43 @@ class Collector:
         self._kind, self._rows_of = kind, rows_of
         self._has_words = kind in (States, LogLines)
         self._values = [] if self._has_words else array('d')
-        self.arrival, self.stamp, self.bad = array('d'), array('d'), 0
+        self.arrival, self.stamp, self.number, self.bad = array('d'), array('d'), array('q'), 0
+        self.is_full = False
 
-    def add(self, message, arrival, start):
-        """Take in a message. `arrival`: since `start` [s]; `start`: since 1970 [s]."""
+    def add(self, message, arrival, start, number):
+        """Take in a message. `arrival`: since `start` [s]; `start`: since 1970 [s]; `number`: of
+        the message in the recording."""
         try:
             for header, *row in self._rows_of(message):
                 # both parts apart: a float of today's time has steps of 0.2 microseconds
                 self.keep(row, arrival, arrival if header is None else (
-                    header.stamp.secs - start) + 1e-9 * header.stamp.nsecs)
+                    header.stamp.secs - start) + 1e-9 * header.stamp.nsecs, number)
         except ValueError:
             self.bad += 1
 
-    def keep(self, row, arrival, stamp):
-        """Append one sample, if its numbers are finite."""
-        if not self._has_words and not all(map(math.isfinite, row)):
+    def keep(self, row, arrival, stamp, number=0):
+        """Append one sample, if its numbers are those of a robot, and there are not too many."""
+        if self._has_words:
+            row = [word[:LONGEST_LINE] for word in row]
+        elif not all(-LARGEST < value < LARGEST for value in row):      # false for NaN
             self.bad += 1
+            return
+        if len(self.arrival) >= (MOST_LINES if self._has_words else MOST_SAMPLES):
+            self.is_full = True
             return
         self._values.extend(row)
         self.arrival.append(arrival)
         self.stamp.append(stamp)
+        self.number.append(number)
 
     def samples(self, robot_clock):
         """Returns the gathered samples."""
         arrival, width = np.array(self.arrival), len(fields(self._kind)) - 2
         values = np.array(self._values, dtype=object if self._has_words else float)
+        order = np.argsort(arrival, kind='stable')      # a file may hold topic after topic
+        arrival, values = arrival[order], values.reshape(-1, width)[order]
         return self._kind(arrival, times_on_recorders_clock(
-            arrival, np.array(self.stamp), robot_clock), *values.reshape(-1, width).T)
+            arrival, np.array(self.stamp)[order], robot_clock), *values.T)
 
 
 def samples_of(collectors):

@@ -1,0 +1,192 @@
+"""The records of a bag file, in the order in which they were recorded.
+
+A bag may come from a stranger. Its index is not used, so each byte is read once, and a recording
+that was cut off is read up to its last whole record. The definitions of its messages are not used.
+What a bag makes of the memory is limited: see the constants.
+
+Source: http://wiki.ros.org/Bags/Format/2.0
+"""
+import bz2
+import os
+import stat
+import struct
+from io import BytesIO
+from shlex import quote
+from typing import BinaryIO, Callable, Dict, Iterator, NamedTuple, Tuple
+
+#: A bag begins with this.
+BAG_VERSION = b'#ROSBAG V2'
+#: The kinds of records.
+MESSAGE, FILE, CHUNK, CONNECTION = 2, 3, 5, 7
+#: The budget: bytes of a record's header, of a connection and of a message; connections, and the
+#: bytes of their names; unpacked bytes of a chunk, and of all packed chunks.
+MOST_HEADER, MOST_CONNECTION, MOST_MESSAGE = 10000, 2 ** 20, 2 ** 22
+MOST_CONNECTIONS, MOST_NAME, MOST_CHUNK, MOST_UNPACKED = 10000, 200, 2 ** 26, 2 ** 29
+#: A packed chunk is unpacked in parts of this many bytes: a part cannot become very large.
+PART = 4096
+LENGTH, LONG, TIME = struct.Struct('<I'), struct.Struct('<Q'), struct.Struct('<II')
+CONVERT = 'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
+#: First bytes of files that are taken for bags: (what it is, what to do).
+OTHERS = (
+    (b'#ROSBAG V1', 'a bag of version 1', 'convert it where it was recorded: rosbag fix {} run.bag'),
+    (b'SQLite format 3', 'a bag of ROS 2', CONVERT), (b'\x89MCAP', 'a bag of ROS 2', CONVERT),
+    (b'version https://git-lfs', 'a pointer of Git LFS', 'fetch the recording: git lfs pull'),
+    (b'<', 'a web page or XML', 'download the file itself: the link led to a page, of a login '
+     'perhaps'),
+    (b'PK', 'a zip archive', 'unpack it: unzip {}'),
+    (b'\x1f\x8b', 'a gzip archive', 'unpack it: gunzip -c {} > run.bag'),
+    (b'BZh', 'a bzip2 archive', 'unpack it: bunzip2 -c {} > run.bag'),
+    (b'\xfd7zXZ', 'an xz archive', 'unpack it: xz -dc {} > run.bag'))
+
+
+class BagProblem(ValueError):
+    """A bag cannot be reported. The message is one line with the reason and the remedy."""
+
+
+class TooLarge(Exception):
+    """The budget is used up; the message is what there is too much of."""
+
+
+class Connection(NamedTuple):
+    """Who sent messages of a type on a topic; `checksum` is of the type's definition."""
+
+    topic: str
+    kind: str
+    checksum: str
+    sender: str
+
+
+class Record(NamedTuple):
+    """A recorded message: `time` [s since 1970, ns], `data` b'' if it is too large or not wanted."""
+
+    connection: Connection
+    time: Tuple[int, int]
+    data: bytes
+
+
+class Bag:
+    """An open bag file. `problem`: why not all of it was read; '' if it was."""
+
+    def __init__(self, file: BinaryIO, path: str) -> None:
+        """Raises BagProblem if the file is not a bag of version 2."""
+        self._file, self.problem = file, ''
+        self._size = os.fstat(file.fileno()).st_size
+        first = file.read(100)
+        if not first.startswith(BAG_VERSION):
+            raise BagProblem(_other(first, str(path)))
+        self._begin = first.find(b'\n') + 1
+
+    def messages(self, is_wanted: Callable[[Connection], bool]) -> Iterator[Record]:
+        """Yields the messages of all connections, with the data of those that are wanted."""
+        self._file.seek(self._begin)
+        self._connections: Dict[bytes, Connection] = {}
+        self._unpacked, self._is_whole, self.problem = 0, False, ''
+        try:
+            yield from self._records(self._file, is_wanted)
+            if not self._is_whole:
+                raise EOFError
+        except EOFError:
+            self.problem = 'the recording was cut off'
+        except TooLarge as problem:
+            self.problem = str(problem)
+        except (ValueError, LookupError, struct.error, OSError):
+            self.problem = 'the file is damaged near byte {}'.format(self._file.tell())
+
+    def _records(self, source: BinaryIO,
+                 is_wanted: Callable[[Connection], bool]) -> Iterator[Record]:
+        while True:
+            length = source.read(LENGTH.size)
+            if not length:
+                return
+            header = _fields(_read(source, LENGTH.unpack(length)[0], MOST_HEADER))
+            kind, size = header[b'op'][0], LENGTH.unpack(_read(source, LENGTH.size))[0]
+            if kind == CHUNK and header[b'compression'] == b'none':
+                continue    # its records follow
+            following = source.tell() + size
+            if kind == MESSAGE:
+                connection, data = self._connections[header[b'conn']], b''
+                if size <= MOST_MESSAGE and is_wanted(connection):
+                    data = _read(source, size)
+                yield Record(connection, TIME.unpack(header[b'time']), data)
+            elif kind == CONNECTION:
+                self._connect(header, _read(source, size, MOST_CONNECTION))
+            elif kind == CHUNK and source is self._file:
+                yield from self._records(BytesIO(self._unpack(
+                    header[b'compression'], _read(source, size))), is_wanted)
+            elif kind == FILE:
+                self._is_whole = 0 < LONG.unpack(header[b'index_pos'])[0] <= self._size
+            source.seek(following)
+
+    def _connect(self, header: Dict[bytes, bytes], data: bytes) -> None:
+        if len(self._connections) >= MOST_CONNECTIONS:
+            raise TooLarge('it has more than {} connections'.format(MOST_CONNECTIONS))
+        known = _fields(data)
+        self._connections[header[b'conn']] = Connection(
+            header[b'topic'].decode(errors='replace'),
+            *(known.get(name, b'?')[:MOST_NAME].decode(errors='replace')
+              for name in (b'type', b'md5sum', b'callerid')))
+
+    def _unpack(self, compression: bytes, packed: bytes) -> bytes:
+        """Returns the records of a packed chunk. Raises TooLarge."""
+        unpack, chunk = _unpacker(compression), BytesIO()
+        for at in range(0, len(packed), PART):
+            self._unpacked += chunk.write(unpack(packed[at:at + PART]))
+            if chunk.tell() > MOST_CHUNK or self._unpacked > MOST_UNPACKED:
+                raise TooLarge('its packed chunks hold more than {} MiB'.format(
+                    (MOST_CHUNK if chunk.tell() > MOST_CHUNK else MOST_UNPACKED) // 2 ** 20))
+        return chunk.getvalue()
+
+
+def open_bag(path: str) -> BinaryIO:
+    """Returns the open file. Raises BagProblem if it is not a file."""
+    mode = os.stat(str(path)).st_mode
+    if stat.S_ISDIR(mode):
+        raise BagProblem('a folder, not a bag; a bag of ROS 2 is a folder: ' + CONVERT.format(
+            quote(str(path))))
+    if not stat.S_ISREG(mode):
+        raise BagProblem('not a file')
+    return open(str(path), 'rb')
+
+
+def _other(first: bytes, path: str) -> str:
+    """Returns what the file is, since it is not a bag, and what to do."""
+    if not first:
+        return 'the file is empty; copy or download it again, and look at its size: ls -l'
+    begin = first.lstrip(b'\xef\xbb\xbf \t\r\n')
+    for known, words, remedy in OTHERS:
+        if begin.startswith(known):
+            return 'not a bag of ROS 1, but {}; {}'.format(words, remedy.format(quote(path)))
+    return 'not a bag of version 2, since it does not begin with {}; give the file that rosbag ' \
+        'record has written'.format(BAG_VERSION.decode())
+
+
+def _unpacker(compression: bytes) -> Callable[[bytes], bytes]:
+    if compression == b'bz2':
+        unpacker = bz2.BZ2Decompressor()
+        return lambda part: unpacker.decompress(part, MOST_CHUNK + 1)
+    if compression == b'lz4':
+        import roslz4    # only for the bags that need it
+        return roslz4.LZ4Decompressor().decompress
+    raise ValueError('packed by {!r}'.format(compression))
+
+
+def _read(source: BinaryIO, size: int, most: int = 2 ** 32) -> bytes:
+    if size > most:
+        raise ValueError('{} bytes in place of {} at most'.format(size, most))
+    data = source.read(size)
+    if len(data) < size:
+        raise EOFError
+    return data
+
+
+def _fields(data: bytes) -> Dict[bytes, bytes]:
+    """Returns the fields of a header."""
+    fields, at = {}, 0
+    while at < len(data):
+        size = LENGTH.unpack_from(data, at)[0]
+        name, equals, value = data[at + 4:at + 4 + size].partition(b'=')
+        if not equals:
+            raise ValueError('not a header')
+        fields[name] = value
+        at += 4 + size
+    return fields
