@@ -107,7 +107,8 @@ class Bag:
                 connection, data = self._connections[header[b'conn']], b''
                 if size <= MOST_MESSAGE and is_wanted(connection):
                     data = _read(source, size)
-                yield Record(connection, TIME.unpack(header[b'time']), data)
+                seconds, nanoseconds = TIME.unpack(header[b'time'])
+                yield Record(connection, (seconds, nanoseconds), data)
             elif kind == CONNECTION:
                 self._connect(header, _read(source, size, MOST_CONNECTION))
             elif kind == CHUNK and source is self._file:
