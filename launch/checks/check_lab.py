@@ -29,6 +29,7 @@ from roslib.packages import find_node
 
 from tb3_labs.command_line import write_output
 from tb3_labs.marking.criteria import Outcome, judge
+from tb3_labs.marking.evidence import remarks_on
 from tb3_labs.marking.feedback import diagnosis
 from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
 from tb3_labs.marking.gamepad import HANDOUT, pad_called
@@ -68,7 +69,7 @@ def marked():
             write_output(record, observation.to_json())
     observation = try_out(name, package, executable, parts, keep, pad, tell)
     verdicts = [] if of_a_class() else judge(lab.criteria, observation, worth, parts)
-    remarks = observation.remarks + [observation.unfair] * bool(observation.unfair)
+    remarks = remarks_on(observation) + [observation.unfair] * bool(observation.unfair)
     return Marks('', observation.node, verdicts, remarks, observation)
 
 

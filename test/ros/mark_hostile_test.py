@@ -30,7 +30,7 @@ SLEEP = str(800000 + os.getpid())
 #: Said to no program but the instructor's.
 SECRET = 'the-instructors-password'
 #: The node does this before it works as it should; {victim} is a folder of the instructor's.
-MISDEEDS = '''    import glob, os, shutil, subprocess, sys, time
+MISDEEDS = '''    import glob, os, rosgraph, shutil, subprocess, sys, time, xmlrpc.client
     from dynamic_reconfigure.client import Client
     from geometry_msgs.msg import PoseStamped
     from nav_msgs.msg import Odometry
@@ -62,6 +62,9 @@ MISDEEDS = '''    import glob, os, shutil, subprocess, sys, time
         if kind == 'geometry_msgs/PoseStamped':
             lie = rospy.Publisher(name, PoseStamped, queue_size=1, latch=True)
             lie.publish(PoseStamped())
+    robot = xmlrpc.client.ServerProxy(rosgraph.Master('x').lookupNode('/turtlebot3'))
+    print('poses:', [topic for topic, kind in robot.getPublications('x')[2] if 'Pose' in kind],
+          robot.requestTopic('x', '/ground_truth', [['TCPROS']])[0])
     rospy.Publisher('odom', Odometry, queue_size=1)
     rospy.Subscriber('ground_truth', PoseStamped, lambda message: None)
     rospy.set_param('/turtlebot3/imu_offset_deg', 77.0)
@@ -81,8 +84,7 @@ FILL = '''    for number in range(8):
 '''
 #: The instructor is told this, and no student.
 FINDINGS = (
-    'listens to /ground_truth', 'A setting of the robot was changed: imu_noise_deg from 0',
-    'it did not count')
+    'listens to /ground_truth', 'A setting of the robot was changed: imu_noise_deg from 0')
 
 
 #: A row of names as nobody should have them: in a program, a file system, a terminal, a table.
@@ -146,7 +148,7 @@ class HostileTest(unittest.TestCase):
         misdeeds = MISDEEDS.format(victim=str(cls.marks), secret=SECRET, seconds=SLEEP)
         cls.hand_in(base / 'submissions' / 'mallory', (START, misdeeds + START), (
             END, FORK.format(most=MOST_FORKS)))
-        cls.hand_in(base / 'submissions' / 'whale', (START, FILL + START))
+        cls.hand_in(base / 'submissions' / 'whale', (START, START + FILL))
         cls.hand_in_odd(base / 'odd')
         odd = subprocess.Popen(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'odd'), '--lab', 'gamepad', '-o',
@@ -194,6 +196,9 @@ class HostileTest(unittest.TestCase):
     def tearDownClass(cls):
         cls.folder.cleanup()
 
+    def test_the_robot_tells_nobody_where_it_truly_is(self):
+        self.assertIn('poses: [] -1', self.printed)     # -1: the robot refused
+
     def test_it_earns_what_its_node_does_and_no_more(self):
         # the forks at its end may cost the orderly end; nothing else counts for it or against it
         self.assertRegex(self.done.stdout, r'mallory: \d+ of \d+ points')
@@ -215,7 +220,7 @@ class HostileTest(unittest.TestCase):
             processes.PROCESSES))
 
     def test_it_cannot_fill_the_memory_of_the_master(self):
-        self.assertRegex(self.done.stdout, r'whale: 0 of \d+ points')
+        self.assertRegex(self.done.stdout, r'whale: \d of \d+ points')
         self.assertIn('since it used more than {:g} MB of the memory of master, robot and check'.format(
             processes.OF_OTHERS / 1e6), (self.marks / 'whale.html').read_text(encoding='utf-8'))
         sizes = [path.stat().st_size for path in self.marks.rglob('*') if path.is_file()]

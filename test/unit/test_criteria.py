@@ -7,7 +7,8 @@ import pytest
 from test_marking import observation, stimulus
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import gamepad, move2goal
-from tb3_labs.marking.criteria import Outcome, judge, tracebacks_before_the_end
+from tb3_labs.marking.criteria import Outcome, judge
+from tb3_labs.marking.evidence import remarks_on
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.observation import Observation, Run, Stimulus
 from tb3_labs.marking.ros_types import mouse_fields
@@ -387,7 +388,7 @@ def test_a_clean_exit(end, words):
     ('l', extended('KeyError: 3'), "during \"l\": 'KeyError: 3'"), ('l', CLOSED, ''),
     ('l', 'ValueError: that was no number', ''), ('Ctrl+C', extended('KeyError: 3'), '')])
 def test_a_traceback_before_the_end_is_told(name, printed, said):
-    told = tracebacks_before_the_end(stimulus(name, printed=printed))
+    told = remarks_on(observation(stimuli=[stimulus(name, printed=printed)]))
     assert len(told) == bool(said) and said in ''.join(told)
 
 

@@ -2,7 +2,9 @@
 import glob
 import json
 import os
+import signal
 import subprocess
+import threading
 import time
 
 import pytest
@@ -68,6 +70,48 @@ def test_only_what_has_the_identity_is_ended(family):
     assert processes._below(family.pid) == []
     assert [processes._own_memory(child) for child in children] == [0, 0]
     assert processes._used(family.pid, '/tmp') == 0
+
+
+class Bomb:
+    """Stands in for the module os on a computer with a full table of processes: whenever one is killed
+    or stopped, one of those that run starts another one, if there is room."""
+
+    ROOM = 60
+
+    def __init__(self):
+        self.running, self.stopped, self.latest = set(range(self.ROOM)), set(), self.ROOM
+
+    def listdir(self, _folder):
+        return ['self', *map(str, self.running | self.stopped)]
+
+    def getpgid(self, pid):
+        return pid
+
+    def getpgrp(self):
+        return -1
+
+    def kill(self, pid, number):
+        if pid not in self.running | self.stopped:
+            raise ProcessLookupError
+        self.running.discard(pid)
+        self.stopped.discard(pid)
+        if number == signal.SIGSTOP:
+            self.stopped.add(pid)
+        if self.running and len(self.running | self.stopped) < self.ROOM:
+            self.latest += 1
+            self.running.add(self.latest)
+
+    killpg = kill
+
+
+def test_programs_that_start_others_without_end_are_ended(monkeypatch):
+    bomb = Bomb()
+    monkeypatch.setattr(processes, 'os', bomb)
+    monkeypatch.setattr(processes, '_has', lambda pid, mark: pid in bomb.running | bomb.stopped)
+    ending = threading.Thread(target=sweep, args=('of a bomb',), daemon=True)
+    ending.start()
+    ending.join(10.0)
+    assert bomb.listdir('/proc') == ['self']
 
 
 @pytest.mark.parametrize('limit, most, words', [

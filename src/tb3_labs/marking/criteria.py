@@ -4,15 +4,16 @@ The function `judge` of a criterion looks at an Observation. It returns '' if th
 else one clause about the behaviour that was seen. Students read this clause together with `meaning`
 (the requirement) and `where` (a place in a lab sheet). None of the three tells the solution.
 """
-import re
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
+from tb3_labs.marking.evidence import CTRL_C, idle
 from tb3_labs.marking.observation import (
-    WAS_MOVING, NotOffered, NotSeen, Observation, Scene, Stimulus)
+    WAS_MOVING, NotOffered, NotSeen, Observation, Scene)
+from tb3_labs.marking.printed import NOT_THEIRS
 
 
 class Outcome(Enum):
@@ -124,8 +125,6 @@ def first_missed(*missed: str) -> str:
 
 # ----- criteria that several labs share: starting, ending at Ctrl+C -----
 
-#: A node gets up to three Ctrl+C, since the last message that rospy publishes may be lost.
-CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
 #: Keys of the facts of a Ctrl+C. TOOK: the time until the node had ended [s], None if the node had
 #: to be killed. SIGNAL: the number of the signal that ended the node, 0 if it ended by itself.
 TOOK = 'took'
@@ -143,11 +142,6 @@ LOST_AFTER = 1.0
 #: These limits in words.
 IN_TIME, STOPS_AT_ONCE, STOPS_WHEN_LOST = (
     'within {:g} s'.format(time) for time in (START_TIME, AT_ONCE, LOST_AFTER))
-#: A traceback begins with these words, also in the middle of a line of a log.
-TRACEBACK = 'Traceback (most recent call last)'
-ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
-#: rospy itself raises this in a callback that publishes while the node ends.
-NOT_THEIRS = 'publish() to a closed topic'
 
 
 def starts(seen: Observation) -> str:
@@ -171,32 +165,12 @@ def ends_cleanly(part: str, where: Place) -> Criterion:
 def _clean_exit(scene: Scene) -> str:
     if scene.facts[TOOK] is None:
         return 'it was still running {:g} s after Ctrl+C and had to be killed'.format(ENDING)
-    error = traceback_in(scene.printed)
-    if error is not None:
-        return 'it ended with a traceback' + (error and ': ' + error)
+    errors = scene.exceptions
+    if errors:
+        return 'it ended with a traceback' + (errors[-1] and ': {!r}'.format(errors[-1]))
     if scene.facts[SIGNAL] not in ORDERLY:
         return 'it was ended by signal {}'.format(scene.facts[SIGNAL])
     return ''
-
-
-def traceback_in(printed: str) -> Optional[str]:
-    """The error of the node's traceback, in quotes; '' if the error is unknown; None if there is no
-    traceback, or only one of rospy itself."""
-    if TRACEBACK not in printed:
-        return None
-    errors = [line for line in printed.splitlines()
-              if ERROR.match(line) and NOT_THEIRS not in line]
-    if not errors and NOT_THEIRS in printed:
-        return None
-    return repr(errors[-1][:120]) if errors else ''
-
-
-def tracebacks_before_the_end(stimulus: Stimulus) -> List[str]:
-    """A sentence on a traceback before Ctrl+C, if any: no criterion is about it."""
-    error = traceback_in(stimulus.printed) if stimulus.name not in CTRL_C else None
-    return [] if error is None else [
-        'A traceback was printed during "{}"{}. The clean exit is about Ctrl+C alone.'.format(
-            stimulus.name, error and ': ' + error)]
 
 
 def stops_robot(seen: Observation) -> str:
@@ -242,14 +216,16 @@ NEAR = 0.05
 ROUNDING = 0.005
 
 
-def steers(commands: np.ndarray, name: str, column: int, bounds: Tuple[float, float]) -> str:
-    """'' if the latest command is within `bounds` and commands nothing else, else a clause.
+def steers(scene: Scene, commands: np.ndarray, column: int, bounds: Tuple[float, float]) -> str:
+    """'' if the latest of the scene's `commands` is within `bounds` and commands nothing else, else
+    a clause.
 
-    `commands` has rows of time, linear [m/s], angular [rad/s]; `name` is the stimulus; `column` is
-    LINEAR or ANGULAR; `bounds` are the least and the greatest value, both allowed.
+    `column` is LINEAR [m/s] or ANGULAR [rad/s]; `bounds` are the least and the greatest value, both
+    allowed.
     """
+    name = scene.name
     if not len(commands) or not commands[-1, 1:].any():
-        return 'with the {} nothing was commanded'.format(name)
+        return 'with the {} nothing was commanded: {}'.format(name, idle(scene))
     low, high = bounds
     other = LINEAR + ANGULAR - column
     if low <= commands[-1, column] <= high and abs(commands[-1, other]) <= NEAR:

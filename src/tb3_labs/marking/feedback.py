@@ -173,6 +173,8 @@ def moments(run: RunData, marks: Marks, found: Diagnosis = Diagnosis('')) -> Dic
     seen = marks.observation or Observation('', '')
     shown = [mark('drive' if GOAL_POSE in stimulus.facts else 'hand', stimulus.begin, stimulus.name,
                   stimulus.end) for stimulus in seen.stimuli]
+    shown += [mark('hand', begin, "the check's own movement of the robot", end)
+              for begin, end in seen.own_moves]
     shown += [mark('start', start.begin, 'the node is started') for start in seen.runs]
     shown += [mark('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
               for verdict in marks.verdicts

@@ -6,7 +6,7 @@ import rospkg
 import yaml
 
 from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING,
-                                       STOPS_AT_ONCE, STOPS_WHEN_LOST, THUMB, TRACEBACK, Criterion,
+                                       STOPS_AT_ONCE, STOPS_WHEN_LOST, THUMB, Criterion,
                                        Place, ends_cleanly, opposite, starts, steers, stops_robot,
                                        stops_when_silent)
 from tb3_labs.marking.observation import NotSeen, Observation
@@ -77,7 +77,8 @@ def pad_in_words(name: str) -> str:
 
 
 def _stick(seen, name, column, bounds):
-    return steers(seen.during(name).commands, name, column, bounds)
+    scene = seen.during(name)
+    return steers(scene, scene.commands, column, bounds)
 
 
 def _drives(seen: Observation) -> str:
@@ -157,7 +158,7 @@ def _not_blocked(seen: Observation) -> str:
 
 def _says_why_not(seen: Observation) -> str:
     scene = seen.during(RESET_WITHOUT_SERVICE)
-    if TRACEBACK in scene.printed:
+    if scene.exceptions:
         return 'after Y without a reset service there was a traceback'
     return '' if scene.printed.strip() else \
         'after Y without a reset service nothing was printed within {:.1f} s'.format(

@@ -4,7 +4,8 @@ from typing import List
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.marking.criteria import (CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME,
-                                       TRACEBACK, Criterion, Place, ends_cleanly, says, starts)
+                                       Criterion, Place, ends_cleanly, says, starts)
+from tb3_labs.marking.evidence import unprinted
 from tb3_labs.marking.observation import NotSeen, Observation
 
 #: The parts of the lab.
@@ -43,14 +44,16 @@ def _standing(seen):
     scenes = [seen.during(name) for name in STANDS]
     stands = [(scene.facts[HEADING_DEG], headings(scene.printed)) for scene in scenes]
     if not any(printed for _, printed in stands):
-        raise NotSeen('no line "Current heading is ... degrees." was printed')
+        raise NotSeen('no line "Current heading is ... degrees." was printed: {}'.format(
+            unprinted(scenes[-1])))
     return stands
 
 
 def _prints_heading(seen: Observation) -> str:
     for heading, printed in _standing(seen):
         if not printed:
-            return 'nothing was printed while the robot stood at {:.0f} degrees'.format(heading)
+            return 'nothing was printed while the robot stood at {:.0f} degrees'.format(
+                heading)
     return ''
 
 
@@ -92,7 +95,7 @@ def _never_360(seen: Observation) -> str:
 
 def _survives_nonsense(seen: Observation) -> str:
     scene = seen.during(ZERO_QUATERNION)
-    if TRACEBACK in scene.printed:
+    if scene.exceptions:
         return 'a quaternion of zeros gave a traceback'
     if not any(abs(number - AFTERWARDS) < HEADING_TOLERANCE for number in headings(scene.printed)):
         return 'after a quaternion of zeros the heading was not printed any more'

@@ -10,6 +10,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.criteria import (AT_ONCE, BEYOND, IN_TIME, ROUNDING, STATES, STOPS_AT_ONCE,
                                        STOPS_WHEN_LOST, TRANSFORMATION_SHEET, Criterion, Place,
                                        ends_cleanly, starts, stops_robot, stops_when_silent)
+from tb3_labs.marking.evidence import idle
 from tb3_labs.marking.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
 
@@ -96,7 +97,7 @@ def _driven(seen: Observation, name: str) -> Scene:
     """The scene of a drive; NotSeen if the node did not move the robot."""
     scene = seen.during(name)
     if not scene.facts[MOVED]:
-        raise NotSeen('it got control, but did not move the robot')
+        raise NotSeen('it got control, but did not move the robot: {}'.format(idle(scene)))
     return scene
 
 
@@ -154,7 +155,7 @@ def _second_heading(seen: Observation) -> str:
 def _control_taken(seen: Observation) -> str:
     scene = seen.during(CONTROL_TAKEN)
     if not scene.facts[WAS_MOVING]:
-        return 'it got control, but did not move the robot, so that a stop could not be seen'
+        return 'it did not move the robot, so that a stop could not be seen'
     if len(scene.moving_after(AT_ONCE)):
         return 'it drove on for more than {:g} s after control had been taken'.format(AT_ONCE)
     if not len(scene.commands) or scene.commands[-1, 1:].any():

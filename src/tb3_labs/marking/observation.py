@@ -14,6 +14,7 @@ import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.printed import counted, exceptions, last_words
 from tb3_labs.report.run_data import (
     Commands, ImuSamples, LogLines, OdometrySamples, Poses, RunData, States, Values)
 
@@ -75,6 +76,32 @@ class Run:
     ended_by_itself: bool = False
     printed: str = ''               # head and tail
     unheard: List[str] = field(default_factory=list)    # in place of a sensor; nobody published them
+    needed: str = ''                # the topic to which it must listen
+    nodes: List[str] = field(default_factory=list)      # their names at the master
+    listens: List[str] = field(default_factory=list)
+    publishes: Dict[str, str] = field(default_factory=dict)     # topic -> type
+    unconnected: List[str] = field(default_factory=list)    # sensors that it hears not, though it asked
+    interrupted: bool = False       # did the marker send Ctrl+C?
+    status: Optional[int] = None    # exit status, if it ended by itself; -N: by signal N
+
+    def ending(self, file: str = '') -> str:
+        """A clause on its end; `file`: the node's."""
+        errors = exceptions(self.printed, file)
+        if errors:
+            return counted(errors[-1:])[0]
+        if self.status == 0:
+            return 'its main program was over, and nothing kept the node running'
+        return last_words(self.printed)
+
+    @property
+    def never_ready(self) -> str:
+        """A clause on a run that did not listen to the topic that it needs."""
+        if self.needed and not self.nodes:
+            return 'it ran, but never came to rospy.init_node()'
+        others = [topic for topic in self.listens if topic not in self.unheard]
+        return 'it ran, but never listened to {}{}'.format(
+            self.needed or 'the robot',
+            '; it listened to {}'.format(' and '.join(others)) if others else '')
 
 
 @dataclass
@@ -94,6 +121,11 @@ class Observation:
     remarks: List[str] = field(default_factory=list)             # sentences for the student
     broken: str = ''                                             # the error that ended the trial
     findings: List[str] = field(default_factory=list)            # sentences for the instructor
+    lost: Dict[str, int] = field(default_factory=dict)           # what is not in here, how often
+    #: [time, in words] of commands that are not finite numbers
+    odd: List[List[Any]] = field(default_factory=list)
+    drivers: List[str] = field(default_factory=list)    # programs that command the robot by turns
+    own_moves: List[List[float]] = field(default_factory=list)   # [begin, end] of the marker's
     #: The start of the latest stimulus that was looked at [s].
     looked_at: Optional[float] = None
 
@@ -109,11 +141,30 @@ class Observation:
         parts['runs'] = [Run(**item) for item in parts['runs']]
         return cls(**parts)
 
+    @property
+    def file(self) -> str:
+        """The name of the node's file."""
+        return self.node.rpartition('/')[2]
+
     def note(self, finding: str) -> None:
         """Add a finding for the instructor, once; '' is not a finding."""
         finding = finding[:LONGEST]     # it may quote the node
         if finding and finding not in self.findings and len(self.findings) < MOST_FINDINGS:
             self.findings.append(finding)
+
+    def lose(self, what: str) -> None:
+        """Count one of `what` that is not recorded."""
+        self.lost[what] = self.lost.get(what, 0) + 1
+
+    @property
+    def gaps(self) -> List[str]:
+        """Sentences on what is missing in this record, and on what must not be in it."""
+        told = ['{} {} came on {}: they are not recorded, and not judged.'.format(
+            number, what, CMD_VEL) for what, number in sorted(self.lost.items())]
+        if self.drivers:
+            told.append('{} sent commands by turns with another program.'.format(
+                ' and '.join(self.drivers)))
+        return told
 
     @property
     def longest_gap(self) -> float:
@@ -179,8 +230,9 @@ class Observation:
             if stimulus.name == name:
                 self.looked_at = stimulus.begin
                 if stimulus.died and not may_die:
+                    errors = exceptions(stimulus.printed, self.file)
                     raise NotSeen('it ended in the middle of this: {}'.format(
-                        last_words(stimulus.printed)))
+                        counted(errors[-1:])[0] if errors else last_words(stimulus.printed)))
                 return Scene(self, stimulus)
         if name in self.missing:
             raise NotOffered(self.missing[name])
@@ -193,10 +245,10 @@ class Observation:
         run = self.runs[-1]
         if run.ended_by_itself:
             return 'it {}: {}'.format('ended at once' if run.ready is None else 'had ended',
-                                      last_words(run.printed))
-        if run.ready is not None:
-            return 'the time was up before this was tried'
-        return ': '.join(filter(None, ['it ran, but never listened to the robot', self.deaf]))
+                                      run.ending(self.file))
+        if run.ready is None:
+            return ': '.join(filter(None, [run.never_ready, self.deaf]))
+        return 'the time was up before this was tried' if run.end is None else 'this was not tried'
 
 
 class Scene:
@@ -206,10 +258,23 @@ class Scene:
     """
 
     def __init__(self, observation: Observation, stimulus: Stimulus) -> None:
+        self.seen, self.name = observation, stimulus.name
         self.facts, self.printed, self.lines = stimulus.facts, stimulus.printed, stimulus.lines
         self.begin, self.end = stimulus.begin, stimulus.end
+        self.odd = [words for time, words in observation.odd if self.begin <= time <= self.end]
         self.commands = _between(observation.commands, 3, self.begin, self.end)
         self.truth = _between(observation.truth, 4, self.begin, self.end)
+
+    @property
+    def run(self) -> Run:
+        """The run of the node in which it was."""
+        before = [run for run in self.seen.runs if run.begin <= self.begin]
+        return (before or self.seen.runs or [Run(self.begin)])[-1]
+
+    @property
+    def exceptions(self) -> List[str]:
+        """The exceptions that the node printed in it."""
+        return exceptions(self.printed, self.seen.file)
 
     @property
     def moving(self) -> np.ndarray:
@@ -225,6 +290,12 @@ class Scene:
         """The angle by which the robot truly turned, left positive [deg]; 0 without a pose."""
         return math.degrees(self.truth[-1, 3] - self.truth[0, 3]) if len(self.truth) else 0.0
 
+    @property
+    def way(self) -> float:
+        """The distance between the places at which the robot truly was at its ends [m]."""
+        return float(np.hypot(*(self.truth[-1, 1:3] - self.truth[0, 1:3]))) if len(
+            self.truth) else 0.0
+
 
 def _rows(kind, rows):
     """The Samples of these rows: time, and the other columns."""
@@ -237,8 +308,3 @@ def _between(rows, columns, begin, end):
     rows = np.array(rows, dtype=float).reshape(-1, columns)
     return rows[(rows[:, 0] >= begin) & (rows[:, 0] <= end)]
 
-
-def last_words(printed: str) -> str:
-    """The last line that a node printed, in quotes, or a clause if there is none."""
-    lines = [line.strip() for line in printed.splitlines() if line.strip()]
-    return repr(lines[-1][:160]) if lines else 'it printed nothing'

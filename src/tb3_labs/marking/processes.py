@@ -12,7 +12,7 @@ import threading
 import time
 from contextlib import suppress
 from pathlib import Path
-from typing import Iterable, Optional
+from typing import Iterable, Optional, Set
 
 #: The environment variable of the identity; each try of a submission has its own value.
 IDENTITY = 'TB3_LABS_SUBMISSION'
@@ -157,22 +157,43 @@ class BoundedText:
 # -- the end
 
 def sweep(identity: str) -> None:
-    """Kill every process that has this identity in its environment, until none is left."""
+    """Kill every process that has this identity in its environment, until none is left.
+
+    Programs that start others faster than they are found are stopped first, by whole groups: what is
+    stopped starts nothing, and its places among the processes stay taken.
+    """
     mark = '{}={}'.format(IDENTITY, identity).encode()
     looks = 0
     while looks < 2:        # a process that starts a program has no environment for a moment
-        found = [process for process in Path('/proc').glob('[0-9]*')
-                 if mark in _environment_of(process)]
-        looks = 0 if found else looks + 1
-        for process in found:
-            _kill(int(process.name))
+        stopped: Set[int] = set()
+        while _stop_others(mark, stopped):
+            pass
+        looks = 0 if stopped else looks + 1
+        for pid in stopped:
+            if _has(pid, mark):     # else its number may be another process's by now
+                _kill(pid)
 
 
-def _environment_of(process):
+def _stop_others(mark, stopped):
+    """Stop the processes with this mark that are not among `stopped`, the newest first, and add
+    them. Were there any?"""
+    before = len(stopped)
+    for pid in sorted((int(name) for name in os.listdir('/proc') if name.isdigit()), reverse=True):
+        if pid not in stopped and _has(pid, mark):
+            with suppress(ProcessLookupError):      # it has ended already
+                group = os.getpgid(pid)
+                os.kill(pid, signal.SIGSTOP)
+                if group != os.getpgrp():
+                    os.killpg(group, signal.SIGSTOP)
+            stopped.add(pid)
+    return len(stopped) > before
+
+
+def _has(pid, mark):
     try:
-        return (process / 'environ').read_bytes().split(b'\0')
+        return mark in Path('/proc/{}/environ'.format(pid)).read_bytes().split(b'\0')
     except OSError:
-        return ()
+        return False
 
 
 def _kill(pid):
@@ -225,6 +246,15 @@ def _below(pid):
             for thread in Path('/proc/{}/task'.format(parent)).iterdir():
                 family += map(int, (thread / 'children').read_text().split())
     return family[1:]
+
+
+def waited_for_processor(pid: int) -> float:
+    """The time for which a process and those below it were ready, but others ran [s]."""
+    waited = 0.0
+    for each in [pid, *_below(pid)]:
+        with suppress(OSError):     # it has ended meanwhile
+            waited += float(Path('/proc/{}/schedstat'.format(each)).read_text().split()[1]) / 1e9
+    return waited
 
 
 def _memory(pid):

@@ -125,6 +125,7 @@ def _hand_over(stage, pad):
                              asked.RELINQUISHED: said[-1] if said else None})
         latecomer.unregister()
     _stick_up(stage, pad, asked.UP_HANDED_OVER)
+    said.clear()
     with stage.stimulus(asked.TAKE_BACK) as record:
         pad.press(pad.numbers.regain_button)
         wait_until(lambda: said and not said[-1], SAYS)

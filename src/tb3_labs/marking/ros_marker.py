@@ -16,6 +16,7 @@ from typing import Callable, Dict, List, Mapping, MutableMapping, Sequence
 
 from tb3_labs.command_line import reason
 from tb3_labs.marking.criteria import judge
+from tb3_labs.marking.evidence import remarks_on
 from tb3_labs.marking.gamepad import HANDOUT, pad_called, pad_in_words
 from tb3_labs.marking.intake import Copy, Refused, chosen, submissions_from
 from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
@@ -141,7 +142,7 @@ class Marker:
             observed = observed.replace('{}/ws/{}'.format(work, place), '')
         (self._logs / (folder.name + '.json')).write_text(observed)
         marks.observation = Observation.from_json(observed)
-        marks.remarks += marks.observation.remarks
+        marks.remarks += remarks_on(marks.observation)
         marks.findings += marks.observation.findings
         if marks.observation.broken:
             marks.unjudged = 'The marker itself failed ({}); see {}.'.format(
@@ -165,7 +166,7 @@ class Marker:
                     'rostest', 'tb3_labs', 'check_{}.test'.format(self._lab),
                     'pkg:=' + prepared.package, 'type:=' + prepared.executable,
                     'parts:=' + ','.join(self._parts), 'record:={}'.format(record),
-                    'truth:=truth_' + uuid.uuid4().hex]
+                    'truth:={}'.format(work / 'truth')]
                     + ['pad:=' + self._options.pad] * (self._lab == GAMEPAD)),
                 env=dict(own, **{VARIABLE: str(work / 'launch.json')}), cwd=str(work),
                 stdin=subprocess.DEVNULL, stdout=file, stderr=file, start_new_session=True)

@@ -4,23 +4,26 @@ The robot's motion and the node's commands are recorded. The marker turns the ro
 mouse or the gamepad.
 """
 import math
+import os
 import threading
 import time
 from bisect import bisect_left
+from contextlib import contextmanager
 
 import numpy as np
+import rosgraph
 import rospy
-from geometry_msgs.msg import PoseStamped, Twist
+from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu
 
 from tb3_labs.geometry.angles import clamp, continuous, difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.observation import CMD_VEL, IMU_TOPIC, ODOM, TRUTH
+from tb3_labs.marking.observation import CMD_VEL, IMU_TOPIC, ODOM
 from tb3_labs.report.bag.messages import LEVELS
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.conversions import to_pose2, to_twist
+from tb3_labs.ros.conversions import TRUTH_PIPE, to_twist
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import subscribe
@@ -33,9 +36,9 @@ SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 START_TIME = 15.0
 #: Equal commands in a row are recorded at most once in this time [s].
 SAME_COMMAND = 0.04
-#: At most this many commands and log lines of a node are recorded, of each line at most LINE_LENGTH
-#: characters.
-MOST_COMMANDS, MOST_LINES, LINE_LENGTH = 40000, 1000, 300
+#: At most this many commands, odd commands and log lines of a node are recorded, of each line at most
+#: LINE_LENGTH characters.
+MOST_COMMANDS, MOST_ODD, MOST_LINES, LINE_LENGTH = 40000, 1000, 1000, 300
 #: Samples of the sensors are rounded to this number of digits.
 PLACE_DIGITS = 5
 #: A robot rests if it moves less than REST_WAY [m] and turns less than REST_TURN [rad] within
@@ -74,43 +77,55 @@ class Recorder:
     def __init__(self, observation):
         self._observation = observation
         self._zero, self._lock = rospy.get_time(), threading.Lock()
-        #: The address of the robot: the sender of the first true pose.
-        self.robot = ''
-        self._poses = self._commands = self._imu = None
-        self._poses = subscribe(TRUTH, PoseStamped, self._on_truth)
-        self._commands = subscribe(CMD_VEL, Twist, self._on_command)
+        #: The addresses of the programs that commanded the robot, the latest first.
+        self._drivers = []
+        self._imu = self._commands = None
+        threading.Thread(target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
+        self._commands = subscribe(CMD_VEL, Twist, self._on_command, queue_size=None)
         subscribe(IMU_TOPIC, Imu, self._on_imu, to_imu_sample)
         subscribe(ODOM, Odometry, self._on_odometry, to_odometry_sample)
         subscribe('/rosout', Log, self._on_log, queue_size=None)
         if not wait_until(lambda: observation.truth, START_TIME):
             raise RuntimeError('the simulated robot does not run')
+        #: The robot's address.
+        self.robot = rosgraph.Master(rospy.get_name()).lookupNode('/' + ROBOT)
 
-    def _on_truth(self, message):
-        sender = sender_of(self._poses, message) if self._poses is not None else ''
-        self.robot = self.robot or sender
-        if not sender:
-            return
-        if sender == self.robot:
-            pose, truth = to_pose2(message.pose), self._observation.truth
-            with self._lock:
-                yaw = continuous(pose.yaw, truth[-1][3]) if truth else pose.yaw
-                truth.append([self.now, pose.x, pose.y, yaw])
-        else:
-            self._observation.note('A message on {} came from {}, not from the robot: it did not '
-                                   'count.'.format(TRUTH, name_of_sender(message)))
+    def _read_truth(self, path):
+        truth = self._observation.truth
+        os.mkfifo(path, 0o600)
+        with open(path, 'rb') as pipe:
+            os.remove(path)     # the robot has it: nobody else can open it
+            for line in pipe:
+                x, y, yaw = map(float, line.split())
+                with self._lock:
+                    yaw = continuous(yaw, truth[-1][3]) if truth else yaw
+                    truth.append([self.now, x, y, yaw])
 
     def _on_command(self, message):
         entry = [self.now, message.linear.x, message.angular.z]
-        if self._commands is None or not math.isfinite(entry[1]) or not math.isfinite(entry[2]):
-            return
-        if sender_of(self._commands, message) == rospy.get_node_uri():
+        sender = sender_of(self._commands, message) if self._commands is not None else ''
+        if sender == rospy.get_node_uri():
             return      # the marker's own
-        commands = self._observation.commands
+        seen = self._observation
         with self._lock:
-            same = commands and commands[-1][1:] == entry[1:]
-            if len(commands) < MOST_COMMANDS and not (
-                    same and entry[0] - commands[-1][0] < SAME_COMMAND):
-                commands.append(entry)
+            self._note_driver(sender, message)
+            if not (math.isfinite(entry[1]) and math.isfinite(entry[2])):
+                seen.lose('commands that are not finite numbers')
+                seen.odd += [[entry[0], '{:g} m/s and {:g} rad/s'.format(*entry[1:])]] * (
+                    len(seen.odd) < MOST_ODD)
+                return
+            same = seen.commands and seen.commands[-1][1:] == entry[1:]
+            if same and entry[0] - seen.commands[-1][0] < SAME_COMMAND:
+                return
+            if len(seen.commands) < MOST_COMMANDS:
+                seen.commands.append(entry)
+            else:
+                seen.lose('commands after the first {}'.format(MOST_COMMANDS))
+
+    def _note_driver(self, sender, message):
+        if sender in self._drivers[1:]:     # it had been followed by another one
+            self._observation.drivers = sorted({*self._observation.drivers, name_of_sender(message)})
+        self._drivers = [sender] + [other for other in self._drivers if other != sender]
 
     def _on_imu(self, sample):
         self._imu = sample
@@ -138,6 +153,11 @@ class Recorder:
         """Call ``keep(observation)`` while nothing is written into the observation."""
         with self._lock:
             keep(self._observation)
+
+    def note_own_move(self, begin):
+        """Note that the marker has moved the robot since `begin`."""
+        with self._lock:
+            self._observation.own_moves.append([begin, self.now])
 
     @property
     def pose(self):
@@ -199,30 +219,37 @@ class RobotHand:
         self._recorder = recorder
         self._wheels = rospy.Publisher(CMD_VEL, Twist, queue_size=1)
 
+    @contextmanager
+    def _moves(self):
+        """The robot is moved in this ``with`` block. The last command is zero, also after an
+        interruption."""
+        begin = self._recorder.now
+        try:
+            yield
+        finally:
+            self._wheels.publish(to_twist(0.0, 0.0))
+            self._recorder.note_own_move(begin)
+
     def face(self, heading_deg):
         """Turn the robot the short way to a heading [deg], in at most FACED. Does it rest
-        afterwards? The last command is zero, also after an interruption."""
+        afterwards?"""
         def error():
             return difference(math.radians(heading_deg), self._recorder.pose.yaw)
         deadline = time.monotonic() + FACED
-        try:
+        with self._moves():
             while abs(error()) > CLOSE_TO_PLACE and time.monotonic() < deadline:
                 rate = clamp(GAIN * error(), -FASTEST_RETURN, FASTEST_RETURN)
                 self._wheels.publish(to_twist(0.0, math.copysign(max(abs(rate), SLOWEST), rate)))
                 time.sleep(COMMAND_PERIOD)
-        finally:
-            self._wheels.publish(to_twist(0.0, 0.0))
         return wait_until(self._recorder.rests, RESTS)
 
     def leave_origin(self):
         """Drive the robot forward: at the odometry's origin many a wrong frame looks right."""
         until = time.monotonic() + LEAVING
-        try:
+        with self._moves():
             while time.monotonic() < until:
                 self._wheels.publish(to_twist(LEAVING_SPEED, 0.0))
                 time.sleep(COMMAND_PERIOD)
-        finally:
-            self._wheels.publish(to_twist(0.0, 0.0))
 
 
 class Repeater:

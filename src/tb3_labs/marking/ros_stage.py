@@ -16,8 +16,8 @@ from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.marking import ros_gamepad, ros_move2goal, ros_turn
-from tb3_labs.marking.criteria import (AT_ONCE, CTRL_C, ENDING, SIGNAL, TOOK,
-                                       tracebacks_before_the_end)
+from tb3_labs.marking.criteria import AT_ONCE, ENDING, SIGNAL, TOOK
+from tb3_labs.marking.evidence import CTRL_C
 from tb3_labs.marking.marks import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN
 from tb3_labs.marking.observation import LONGEST, TRUTH, WAS_MOVING, Observation, Stimulus
 from tb3_labs.marking.ros_robot import (ROBOT, SWITCHES, UNDER_WAY, WELL_UNDER_WAY, Recorder,
@@ -69,8 +69,6 @@ class Stage:
         record.lines = self.node.printed[1] - lines
         record.died = not self.node.alive
         self.observation.stimuli.append(record)
-        self.remark(tracebacks_before_the_end(record) + [
-            'Note that {}.'.format(self.observation.deaf)] * bool(self.observation.deaf))
         self.keep()
 
     def not_offered(self, names, reason):

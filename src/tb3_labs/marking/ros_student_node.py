@@ -9,6 +9,7 @@ import json
 import os
 import signal
 import time
+import xmlrpc.client
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,13 +22,16 @@ import rosservice
 
 from tb3_labs.marking.criteria import START_TIME
 from tb3_labs.marking.observation import Run
-from tb3_labs.marking.processes import Program, ResourceWatch
+from tb3_labs.marking.ros_robot import ROBOT
+from tb3_labs.marking.processes import Program, ResourceWatch, waited_for_processor
 from tb3_labs.marking.ros_types import Types
 from tb3_labs.marking.sandbox import OWN_FOLDERS, NoSandbox
 from tb3_labs.ros.clocks import wait_until
 
 #: Roles that a node can have at a topic or a service: the place in the master's system state.
 PUBLISHES, LISTENS, OFFERS = 0, 1, 2
+#: Topics of each node, and of each that has settings.
+OF_EACH = {'/rosout', '/clock'}
 #: The marker publishes these topics later, if the node listens to them.
 OFFERED_LATER = 'mouse_info', 'joy', 'ctrl_relinq'
 #: The environment variable with the path of a file that holds a Launch. mark.py writes the file;
@@ -35,10 +39,13 @@ OFFERED_LATER = 'mouse_info', 'joy', 'ctrl_relinq'
 VARIABLE = 'TB3_LABS_LAUNCH'
 #: The node dies with the process that tries it out. If the processor is busy, the robot comes
 #: before the node.
-ALWAYS = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '10']
+ALWAYS = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
 #: A node is ready if it listens to its topic and has registered nothing new for QUIET [s]. The
 #: master is asked every LOOK [s].
 QUIET, LOOK = 0.5, 0.1
+#: On a busy computer a node gets more time to start, as much as it waited for a processor, at most
+#: BUSY [s].
+BUSY = 60.0
 #: A node gets this time to end before it is killed [s].
 PATIENCE = 2.0
 #: If a signal ended its program, the exit status of a sandbox is this plus the signal's number.
@@ -74,6 +81,7 @@ class StudentNode:
         """`sensors`: topics that the node needs, the first of them before it is ready; `now()`: the
         observation's time [s]."""
         self._what, self._sensors, self._now = (package, executable), sensors, now
+        self._needed = []
         self._launch = Launch.given()
         #: This function is called after each run.
         self.on_end = lambda: None
@@ -99,13 +107,13 @@ class StudentNode:
 
         If its first run was never ready, the node is not started again.
         """
-        needed = [rospy.resolve_name(name) for name in (
+        needed = self._needed = [rospy.resolve_name(name) for name in (
             self._sensors if listens is None else [listens])]
         self.stop()
         if self.runs and self.runs[0].ready is None:
             return False
         known = set(self.graph.nodes())
-        run = Run(self._now())
+        run = Run(self._now(), needed=needed[0].strip('/'))
         self.runs.append(run)
         environment = self._launch.environment
         if environment is not None:     # each submission has a master of its own
@@ -121,7 +129,7 @@ class StudentNode:
         return False
 
     def _is_ready_in_time(self, needed, known):
-        new, since = {}, time.monotonic()
+        new, since, begun = {}, time.monotonic(), time.monotonic()
 
         def is_ready():
             nonlocal new, since
@@ -132,7 +140,10 @@ class StudentNode:
             return any((LISTENS, needed[0]) in registered for registered in new.values()) and (
                 time.monotonic() - since >= QUIET)
         ready = wait_until(lambda: not self.alive or is_ready(), START_TIME, LOOK)
-        self.graph.names = set(new)
+        while not ready and time.monotonic() - begun < START_TIME + min(
+                BUSY, waited_for_processor(self._process.pid)):
+            ready = wait_until(lambda: not self.alive or is_ready(), LOOK, LOOK)
+        self.graph.names, self.runs[-1].nodes = set(new), sorted(new)
         if self.alive:
             self.runs[-1].unheard = self.graph.unheard(needed)
         return ready and self.alive
@@ -141,19 +152,20 @@ class StudentNode:
         """End the node, whatever it does."""
         if self._process is None:
             return
-        ended = not self.alive
+        self.note()
         self.interrupt(PATIENCE)
         self._process.kill()
         if self._watch is not None:
             self._watch.over.set()
         self.note()
-        self.runs[-1].end, self.runs[-1].ended_by_itself = self._now(), ended
+        self.runs[-1].end = self._now()
         self._process = None
         self.graph.forget()
         self.on_end()
 
     def interrupt(self, seconds):
         """Send Ctrl+C. Returns True as soon as the node has ended, False after `seconds` [s]."""
+        self.runs[-1].interrupted = True
         self._process.send(signal.SIGINT)
         return wait_until(lambda: not self.alive, seconds)
 
@@ -172,7 +184,7 @@ class StudentNode:
         return self._process.text_since(characters)[-PRINTED:]
 
     def note(self):
-        """Write into the latest run the process's output, and whether it has ended."""
+        """Write into the latest run the process's output and topics, and whether it has ended."""
         if self._process is None:
             return
         text, run = self._process.text, self.runs[-1]
@@ -180,7 +192,13 @@ class StudentNode:
             text = '{}\n...\n{}'.format(text[:PRINTED], text[-PRINTED:])
         if self._watch is not None and self._watch.exceeded:
             text += ENDED_BY_MARKER.format(self._watch.exceeded)
-        run.printed, run.ended_by_itself = text, not self.alive
+        run.printed = text
+        if self.alive:
+            with suppress(OSError, rosgraph.MasterException):   # the master does not answer
+                run.listens, run.publishes = self.graph.topics()
+                run.unconnected = self.graph.unconnected(self._needed)
+        elif not run.interrupted:
+            run.ended_by_itself, run.status = True, self.status
 
 
 class Graph:
@@ -224,6 +242,25 @@ class Graph:
                      for role, topic in registered if role == PUBLISHES}
         offered = {rospy.resolve_name(name) for name in OFFERED_LATER}
         return [] if listens.issuperset(needed) else sorted(listens - published - offered)
+
+    def topics(self):
+        """The topics to which the student's node listens, and {topic: type} of those that it
+        publishes; without those of each node."""
+        kinds = dict(self._master.getTopicTypes())
+        return [sorted(self.of_node(LISTENS) - OF_EACH), {
+            topic: kinds.get(topic, '') for topic in sorted(self.of_node(PUBLISHES) - OF_EACH)}]
+
+    def unconnected(self, needed):
+        """The topics among `needed` to which the student's node listens, though the robot has no
+        connection to it: they disagree on the type."""
+        connected = set()
+        with suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
+            robot = xmlrpc.client.ServerProxy(self._master.lookupNode('/' + ROBOT))
+            connected = {(name, topic) for _, name, _, _, topic, *_ in robot.getBusInfo(
+                rospy.get_name())[2]}
+        listens = self.of_node(LISTENS)
+        return [topic.strip('/') for topic in needed if topic in listens and connected and not any(
+            (name, topic) in connected for name in self.names)]
 
     def kind_of(self, topic):
         """The message class that the node uses on `topic`; None if it is not known."""

@@ -9,6 +9,7 @@ from tb3_labs.marking.criteria import (
     ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE,
     STOPS_WHEN_LOST, TURN_LAB, Criterion, Place, ends_cleanly, first_missed, opposite, says, starts,
     steers, stops_robot, stops_when_silent)
+from tb3_labs.marking.evidence import STILL_DEG, idle
 from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
 
 #: The parts of the lab.
@@ -96,9 +97,10 @@ def turned(seen: Observation, name: str, turn: WatchedTurn,
     """'' if the robot did `turn` within `tolerance` [deg] in the stimulus `name`, else a clause."""
     scene = seen.during(name)
     after = 'after {}{}'.format(turn.typed, ' ({})'.format(name[2:]) if name in ACROSS else '')
-    if not scene.facts[MOVED]:
-        return '{} the robot did not turn'.format(after)
     seen_deg = scene.turned_deg
+    if not scene.facts[MOVED]:
+        return '{} {}: {}'.format(after, 'the robot did not turn' if abs(seen_deg) < STILL_DEG else
+                                  'it turned {}'.format(_degrees(seen_deg)), idle(scene))
     if not scene.facts[RESTED]:
         return '{} it turned {}, and was still moving after {:g} s'.format(
             after, _degrees(seen_deg), TURN_TIME)
@@ -170,7 +172,8 @@ def _mouse_drove(seen):
 def _steers_robot(seen: Observation) -> str:
     for name, column, bounds in ((MOUSE_UP, LINEAR, AT_EDGE), (MOUSE_LEFT, ANGULAR, AT_EDGE),
                                  (HALF_RIGHT, ANGULAR, opposite(HALF_WAY))):
-        missed = steers(seen.during(name).moving, name, column, bounds)
+        scene = seen.during(name)
+        missed = steers(scene, scene.moving, column, bounds)
         if missed:
             return missed
     return ''

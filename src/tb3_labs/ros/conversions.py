@@ -11,6 +11,10 @@ from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
 from tb3_labs.geometry.quaternions import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
 
+#: The environment variable with the path of a named pipe. The simulated robot writes its true poses
+#: there, a line with x, y [m], yaw [rad] each, and not to a topic, which any node can read.
+TRUTH_PIPE = 'TB3_LABS_TRUTH'
+
 
 def frame(name):
     """`name` in this node's namespace, such as `robot3/odom`: tf has one tree for all robots."""

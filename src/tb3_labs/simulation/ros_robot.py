@@ -1,7 +1,9 @@
 """A simulated robot on the topics of a real one, and its time: real, or its own on /clock."""
 import itertools
+import os
 import threading
 import time
+from contextlib import suppress
 
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
@@ -9,7 +11,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
 
-from tb3_labs.ros.conversions import to_pose_stamped, to_transform
+from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped, to_transform
 from tb3_labs.ros.node import guarded
 from tb3_labs.simulation.ros_sensors import SensorTopics, publisher
 from tb3_labs.simulation.simulator import Simulator
@@ -28,7 +30,8 @@ class FakeRobot:
     """One Simulator and its topics.
 
     A robot with a `hidden` fault (mystery_robot.HiddenFault) takes its settings from there. It has
-    no /tf_static and no ground truth, since both would show the fault.
+    no /tf_static and no ground truth, since both would show the fault. If the environment names a
+    TRUTH_PIPE, the truth goes there, and there is no ground truth on a topic.
     """
 
     def __init__(self, settings, hidden=None):
@@ -36,7 +39,9 @@ class FakeRobot:
         self._hidden = hidden
         self._robot = Simulator(hidden.settings_at(0.0) if hidden else settings)
         self._sensors = SensorTopics()
-        self._truth = None if hidden else publisher('ground_truth', PoseStamped)
+        pipe = os.environ.get(TRUTH_PIPE)
+        self._pipe = TruthPipe(pipe) if pipe else None
+        self._truth = None if hidden or pipe else publisher('ground_truth', PoseStamped)
         self._static_tf = None if hidden else publisher('/tf_static', TFMessage, latch=True)
         self._origin = None
         for topic, kind, callback in (('cmd_vel', Twist, self._on_command),
@@ -56,8 +61,8 @@ class FakeRobot:
 
     def tick(self, step, epoch):
         """Let one SIMULATION_STEP pass, and send what is due; `epoch`: the robot's time 0 [s]."""
-        truth_is_due = (step % TRUTH_EVERY == 0 and self._truth
-                        and self._truth.get_num_connections())
+        truth_is_due = step % TRUTH_EVERY == 0 and (
+            self._pipe.is_heard() if self._pipe else self._truth and self._truth.get_num_connections())
         with self._lock:
             self._use_hidden_settings()
             bursts = self._robot.step_in_bursts(SIMULATION_STEP)
@@ -71,7 +76,9 @@ class FakeRobot:
                 to_transform(origin, 'world', self._sensors.frames['odom'], now)]))
         for burst in bursts:
             self._sensors.send(burst, epoch)
-        if truth is not None:
+        if truth is not None and self._pipe:
+            self._pipe.write(truth)
+        elif truth is not None:
             self._truth.publish(to_pose_stamped(truth, 'world', now))
 
     def _use_hidden_settings(self):
@@ -134,3 +141,22 @@ class Pacemaker:
             elif late > (CATCH_UP_CLOCK if self._clock else CATCH_UP):
                 due += late
                 self._epoch += 0.0 if self._clock else late
+
+
+class TruthPipe:
+    """Writes true poses into a named pipe, which its reader makes."""
+
+    def __init__(self, path):
+        self._path, self._pipe = path, -1
+
+    def is_heard(self):
+        """Does anybody read? While nobody does, this looks for the pipe anew."""
+        if self._pipe < 0:
+            with suppress(OSError):     # there is no reader yet
+                self._pipe = os.open(self._path, os.O_WRONLY | os.O_NONBLOCK)
+        return self._pipe >= 0
+
+    def write(self, pose):
+        """Write a pose, or drop it: the robot never waits for a reader."""
+        with suppress(OSError):
+            os.write(self._pipe, '{:.9g} {:.9g} {:.9g}\n'.format(pose.x, pose.y, pose.yaw).encode())

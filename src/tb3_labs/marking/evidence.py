@@ -1,0 +1,98 @@
+"""What was seen of a node that did not do what was asked: in words, from its observation alone.
+
+A sentence names the first of these that explains it: an exception since the node's start; commands
+that are not numbers; a topic that nobody hears, or of another type; no command at all, or zeros.
+"""
+from collections import defaultdict
+from typing import Dict, List
+
+import numpy as np
+
+from tb3_labs.marking.observation import CMD_VEL, Observation, Run, Scene
+from tb3_labs.marking.printed import counted, exceptions, last_words
+
+#: The type of cmd_vel.
+TWIST = 'geometry_msgs/Twist'
+#: A node gets up to three Ctrl+C, since the last message that rospy publishes may be lost.
+CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
+#: Without a command a robot turns or drives by less than this [deg], [m].
+STILL_DEG, STILL_WAY = 3.0, 0.02
+#: A rate is known from this number of commands on.
+FEWEST_COMMANDS = 3
+
+
+def remarks_on(seen: Observation) -> List[str]:
+    """The sentences for the student that belong to no criterion."""
+    return (seen.remarks + ['Note that {}.'.format(seen.deaf)] * bool(seen.deaf)
+            + tracebacks_before_the_end(seen) + seen.gaps)
+
+
+def tracebacks_before_the_end(seen: Observation) -> List[str]:
+    """A sentence on each exception before Ctrl+C: no criterion is about it."""
+    names: Dict[str, List[str]] = defaultdict(list)
+    for stimulus in seen.stimuli:
+        if stimulus.name not in CTRL_C:
+            for error in exceptions(stimulus.printed, seen.file):
+                names[error].append(stimulus.name)
+    return ['A traceback was printed during "{}"{}{}. The clean exit is about Ctrl+C alone.'.format(
+        each[0], ', {} times in all'.format(len(each)) if len(each) > 1 else '',
+        error and ': {!r}'.format(error)) for error, each in names.items()]
+
+
+def errors_in(seen: Observation, run: Run) -> List[str]:
+    """The exceptions of a run before it got Ctrl+C."""
+    text = run.printed
+    for stimulus in seen.stimuli:
+        if stimulus.name in CTRL_C and stimulus.begin >= run.begin:
+            text = text.replace(stimulus.printed, '')
+    return exceptions(text, seen.file)
+
+
+def idle(scene: Scene) -> str:
+    """A clause on the reason why a node did not move the robot in this scene."""
+    run = scene.run
+    errors = errors_in(scene.seen, run)
+    if errors and any(errors):
+        return 'an exception had stopped it, {}'.format(counted(list(filter(None, errors))[:1])[0])
+    if scene.odd:
+        return '{} of its commands were not finite numbers, such as {}'.format(
+            len(scene.odd), scene.odd[0])
+    if len(scene.moving):
+        return 'its last command on {} was zero'.format(CMD_VEL)
+    if len(scene.commands):
+        return '{} command{} came on {}, all of them zero'.format(
+            len(scene.commands), 's' * (len(scene.commands) > 1), CMD_VEL)
+    return _silence(scene, run) + _printed(scene)
+
+
+def _silence(scene, run):
+    kind = run.publishes.get('/' + CMD_VEL)
+    if kind not in (None, TWIST):
+        return 'it publishes {} as {}, and the robot takes {} alone'.format(CMD_VEL, kind, TWIST)
+    if run.publishes and kind is None:
+        return 'it does not publish {}, but {}'.format(CMD_VEL, ' and '.join(sorted(run.publishes)))
+    whole = np.array([time for time, _, _ in scene.seen.commands if run.begin <= time and (
+        run.end is None or time <= run.end)])
+    if len(whole) >= FEWEST_COMMANDS:
+        return 'nothing came on {} for {:.1f} s (in this run a command every {:.2g} s)'.format(
+            CMD_VEL, scene.end - scene.begin, float(np.median(np.diff(whole))))
+    return 'nothing came on {}'.format(CMD_VEL)
+
+
+def _printed(scene):
+    return ', and it printed {}'.format(
+        last_words(scene.printed) if scene.printed.strip() else 'nothing')
+
+
+def unprinted(scene: Scene) -> str:
+    """A clause on the reason why a node did not print what was asked in this scene."""
+    run = scene.run
+    errors = list(filter(None, errors_in(scene.seen, run)))
+    if errors:
+        return 'its callback failed: {}'.format(counted(errors)[0])
+    if run.unconnected:
+        return 'no message of {} reached it: does its type agree with that of the topic?'.format(
+            ' and '.join(run.unconnected))
+    if scene.printed.strip():
+        return 'it printed {}'.format(last_words(scene.printed))
+    return 'it printed nothing'

@@ -1,0 +1,58 @@
+"""The text that a node printed: its exceptions, and its last words."""
+import re
+from collections import Counter
+from typing import List
+
+#: A traceback begins with these words, also in the middle of a line of a log.
+TRACEBACK = 'Traceback (most recent call last)'
+ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
+FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
+#: Python reports a file that it cannot read without a traceback.
+UNREAD = re.compile(r'(?=^ *File ".*", line \d+\n(?:.*\n){1,3}(?:Syntax|Indentation|Tab)Error:)',
+                    re.MULTILINE)
+#: rospy itself raises this in a callback that publishes while the node ends.
+NOT_THEIRS = 'publish() to a closed topic'
+#: Frames below these folders are not the student's.
+LIBRARIES = ('/usr/', '/opt/', '<frozen')
+#: The most characters of an exception, and of a line, that are quoted.
+LONGEST_ERROR, LONGEST_LINE = 160, 160
+
+
+def exceptions(printed: str, file: str = '') -> List[str]:
+    """The exceptions in the text, in their order: each with its line in `file`, the node's, if it is
+    known, and '' for one that cannot be read. rospy's own are left out.
+
+    For example ``NameError: name 'raw_input' is not defined (line 54, in callback_controller)``.
+    """
+    found = []
+    pieces = printed.split(TRACEBACK)
+    if len(pieces) == 1:
+        pieces = UNREAD.split(printed)
+    for piece in pieces[1:]:
+        lines = [line for line in piece.splitlines()[1:] if line.strip()]
+        error = next((line for line in lines if ERROR.match(line)), None)
+        if NOT_THEIRS not in (error or piece):
+            found.append(error[:LONGEST_ERROR] + _place(piece, file) if error else '')
+    return found
+
+
+def _place(piece, file):
+    frames = FRAME.findall(piece)
+    own = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file] or [
+        frame for frame in frames if not frame[0].startswith(LIBRARIES)]
+    if not own:
+        return ''
+    _, line, function = own[-1]
+    return ' (line {}{})'.format(line, ', in ' + function if function.isidentifier() else '')
+
+
+def counted(errors: List[str]) -> List[str]:
+    """Each exception once, in quotes, with its number if there are several of it."""
+    return ['{!r}{}'.format(error, ', {} times'.format(number) if number > 1 else '')
+            for error, number in Counter(errors).items()]
+
+
+def last_words(printed: str) -> str:
+    """The last line that a node printed, in quotes, or a clause if there is none."""
+    lines = [line.strip() for line in printed.splitlines() if line.strip()]
+    return repr(lines[-1][:LONGEST_LINE]) if lines else 'it printed nothing'
