@@ -101,12 +101,19 @@ def test_a_rostest_that_skips_says_so(tmp_path, run, monkeypatch):
         def test_three(self):
             raise AssertionError
 
+    @unittest.skip('no sandboxes')
+    class All(unittest.TestCase):
+        def test_four(self):
+            raise AssertionError
+
     monkeypatch.setattr(rospy, 'signal_shutdown', lambda reason: None)
     monkeypatch.setattr(xmlrunner, '_XMLTestResult', None)
-    monkeypatch.setattr(sys, 'argv', ['', '--gtest_output=xml:{}/rosunit-x.xml'.format(tmp_path)])
-    rosrun('x', Some)
-    assert run({})[1][-3:] == ['skipped:   1 x never', 'skipped:   1 x no screen & no mouse',
-                               '1 passed, 0 failed, 2 skipped']
+    for case in Some, All:
+        monkeypatch.setattr(sys, 'argv', ['', '--gtest_output=xml:{}/rosunit-{}.xml'.format(
+            tmp_path, case.__name__)])
+        rosrun('x', case)
+    assert run({})[1][-4:] == ['skipped:   1 x no sandboxes', 'skipped:   1 x never',
+                               'skipped:   1 x no screen & no mouse', '1 passed, 0 failed, 3 skipped']
 
 
 @pytest.mark.parametrize('load, attempts', [(0.0, 1), (1000.0, 3)])
