@@ -52,7 +52,7 @@ from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Watchdog, hear_other_drive
 from tb3_labs.ros.control_and_reset import ControlTaker, Resets
 from tb3_labs.ros.conversions import frame
 from tb3_labs.ros.display import DriveStatusPublisher, LocalDisplay
-from tb3_labs.ros.goals import GoalInterfaces, PoseFrames
+from tb3_labs.ros.goals import GoalInterfaces
 from tb3_labs.ros.node import log_news, run
 from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
 from tb3_labs.ros.sensor_topics import (
@@ -79,15 +79,14 @@ class MoveToGoalNode:
                                     GyroWatch(self._model, rospy.resolve_name('reset')))
         self._core.set_goal(start.goal)
         self._changed = threading.Condition()    # guards the core; see the order of locks above
-        self._frames = PoseFrames(frame('local'), frame('odom'))
         self._cmd_vel = CmdVel()
-        self._display = LocalDisplay(frame('local'))
-        self._resets = Resets(self._core, self._changed, self._frames, self._display.forget_path)
+        self._display = LocalDisplay(frame('local'), frame('odom'))
+        self._resets = Resets(self._core, self._changed, self._display.forget_path)
         self._status = DriveStatusPublisher(self._core, frame('local'))
         self._control = ControlTaker()
         self._had_control = False                # at the last update
         self._watchdog = Watchdog(self._tick)
-        self._goals = GoalInterfaces(self._set_goal, self._cancel, self._frames)
+        self._goals = GoalInterfaces(self)
         self._resets.offer()
         hear_other_drivers(self._heard_command)
         LiveSettings(drive, self._on_settings)
@@ -128,9 +127,9 @@ class MoveToGoalNode:
         with self._changed:
             self._core.on_wheels(sample)
 
-    def _heard_command(self, twist):
+    def _heard_command(self, sender, twist):
         with self._changed:
-            self._core.heard_command(twist.linear.x, twist.angular.z, rospy.get_time())
+            self._core.on_command(sender, twist.linear.x, twist.angular.z, rospy.get_time())
 
     def _told_control(self, granted, **details):
         with self._changed:
@@ -170,29 +169,37 @@ class MoveToGoalNode:
             if fix is None:
                 return
             self._status.plot(fix)
-            self._display.show(fix, self._core.odom_T_local, self._frames.odom)
-        self._goals.feedback(fix, self._frames.local)
+            self._display.show(fix, self._core.odom_T_local)
+        self._goals.feedback(fix, self._display.frame)
 
-    def _set_goal(self, header, pose, arrived_at):
+    def hear_goal(self, request):
+        """A GoalRequest has arrived; GoalInterfaces calls this, and the next two."""
         with self._changed:
-            odom_T_local = self._core.odom_T_local
-        goal = self._frames.to_local(header, pose, odom_T_local)
+            self._core.hear_goal(request, steady_time())
+            self._update_control()
+
+    def on_goal(self, request):
+        """Drive to the goal of `request`. Raises ``ValueError`` with the reason of a refusal."""
         with self._changed:
-            self._update_control()    # finds a sleep: the goal may be older than that
-            self._core.set_goal(goal, arrived_at)
-            self._status.update(rospy.get_time())
-        return goal
+            try:
+                self._core.on_goal(request)
+            finally:
+                self._update_control()
+                self._status.update(rospy.get_time())
+
+    def on_cancel(self, name, stamp):
+        """Cancel goals. Returns True if this ends the drive."""
+        with self._changed:
+            is_meant = self._core.on_cancel(steady_time(), name, stamp)
+            if is_meant:
+                self._cmd_vel.stop()
+                self._status.update(rospy.get_time())
+            return is_meant
 
     def _on_settings(self, drive):
         law = make_law(drive, self._model, self._response)
         with self._changed:
             self._core.set_law(law)
-
-    def _cancel(self):
-        with self._changed:
-            self._core.cancel()
-            self._cmd_vel.stop()
-            self._status.update(rospy.get_time())
 
     def _diagnose(self):
         with self._changed:

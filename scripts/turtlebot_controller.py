@@ -39,7 +39,7 @@ from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Watchdog, values_of
 from tb3_labs.ros.conversions import to_mouse
 from tb3_labs.ros.node import end, end_roslaunch, guarded, log_news, run
 from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
-from tb3_labs.ros.rospy_internals import connection_of
+from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import say_what_is_awaited, subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import sent_at, subscribe, subscribe_news
 from tb3_labs.supervision.driver import Driver
@@ -96,7 +96,7 @@ class ControllerNode:
     def _on_mouse(self, heard):
         message, mouse = heard
         with self._lock:
-            self._core.on_mouse(*mouse, steady_time(), connection_of(message)['callerid'],
+            self._core.on_mouse(*mouse, steady_time(), sender_of(connection_of(message)),
                                 sent_at(message))
         self._tick()
         self._watchdog.feed()

@@ -15,7 +15,7 @@ from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous, difference
-from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.nodes.controller_core import ControllerCore
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
 from tb3_labs.robot.samples import REST_ANGULAR, REST_LINEAR, ImuSample, Sample
@@ -101,7 +101,7 @@ def _reset(robot: Simulator, navigator: MoveToGoalCore, declared: Pose2) -> None
     """Declare the pose as soon as both sensors are heard: the network may stall at first."""
     while True:
         try:
-            navigator.reset(declared, robot.now)
+            navigator.reset(AskedPose(declared), robot.now)
             return
         except ValueError:
             _navigate(robot, navigator, LOOK_PERIOD)

@@ -4,6 +4,7 @@
 In each test the robot stands although a sender repeated, woke up or reconnected, and drives again
 when a person says so.
 """
+import itertools
 import math
 import os
 import pty
@@ -14,15 +15,14 @@ import termios
 
 import rospy
 from actionlib_msgs.msg import GoalID
-from geometry_msgs.msg import TransformStamped
 from move_base_msgs.msg import MoveBaseActionGoal
 from std_msgs.msg import Bool, Float64, String
-from tf2_ros import StaticTransformBroadcaster
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.topics import LATCHED_WITHIN
+from tb3_labs.supervision.goal_requests import SENDER_PAUSE
 
 from drive_case import DriveCase
 from node_case import STARTING, ZERO, path_of, run_as_node
@@ -187,37 +187,42 @@ class StopsTest(WithThumb, DriveCase):
         self.is_stopped(rospy.get_time())
 
     def test_a_cancel_without_a_name_ends_any_goal_for_good(self):
-        """It waits for no frame: tf is asked for half a second whether it knows one."""
-        node, nowhere = self.move_to_goal(), MoveBaseActionGoal()
-        nowhere.goal.target_pose = to_pose_stamped(Pose2(1.0), 'nowhere', 0.0)
-        for meanwhile in (lambda: None, lambda: self.actions.publish(nowhere),
-                          lambda: self.go_to(Pose2(1.0), 'nowhere')):
-            self.drive_far()
+        """Also one that its sender repeats, by the topic and by the action; one that a person sends
+        once again counts."""
+        node, number = self.move_to_goal(), itertools.count()
+
+        def by_action():
+            goal = MoveBaseActionGoal(goal_id=GoalID(id=str(next(number))))
+            goal.goal.target_pose = to_pose_stamped(Pose2(90.0), 'local', 0.0)
+            self.actions.publish(goal)
+        for send in self.drive_far, by_action:
+            send()
             self.let_it_drive(self.by_hand)
-            meanwhile()
-            self.let_pass(0.1)        # until it is awaited
-            asked = rospy.get_time()
-            self.cancels.publish(GoalID())
-            self.is_stopped(asked)
+            self.cancel()
             self.wait_for_state('gave up: canceled')
-        self.declare()
-        self.is_stopped(rospy.get_time(), 0.0)
-        self.let_it_drive(self.drive_far)
-        nowhere.goal.target_pose.header.frame_id = 'later'
-        self.go_to(Pose2(1.0), 'later')
-        for name in ('first', 'behind'):
-            nowhere.goal_id.id = name
-            self.actions.publish(nowhere)
-        self.let_pass(0.1)
+            self.declare()
+            self.is_stopped(rospy.get_time(), 0.0)
+            self.let_it_drive(send)
+            self.cancel()
+            self.let_pass(SENDER_PAUSE + 0.1)
+            repeating = rospy.Timer(rospy.Duration(0.3), lambda _: send())
+            self.addCleanup(repeating.shutdown)
+            self.seen.wait_for('cmd_vel', lambda command: command != ZERO)
+            self.let_pass(0.6)
+            self.cancel()
+            self.declare()
+            self.let_pass(SENDER_PAUSE)
+            self.is_stopped(rospy.get_time(), 0.0)
+            repeating.shutdown()
+            self.control.publish(False)
+            self.let_pass(SENDER_PAUSE + 0.1)
+        self.assertEqual(node.text.count('repeats stays ended'), 2)
+
+    def cancel(self):
+        """Cancel every goal; the robot stands."""
+        asked = rospy.get_time()
         self.cancels.publish(GoalID())
-        self.wait_for_state('gave up: canceled')
-        later = TransformStamped()
-        later.header.frame_id, later.child_frame_id = 'odom', 'later'
-        later.transform.rotation.w = 1.0
-        broadcaster = StaticTransformBroadcaster()
-        broadcaster.sendTransform(later)
-        node.wait_for('it was cancelled while its frame was awaited')
-        self.is_stopped(rospy.get_time(), 0.0)      # nor is one driven to that waited behind another
+        self.is_stopped(asked)
 
     def test_a_latched_goal_of_the_action_is_not_taken_again(self):
         student = self.student()

@@ -32,7 +32,7 @@ from tb3_labs.supervision.permission import _Grant
 
 #: Of a state, these times are all the same if they are longer ago than this; the second also while no
 #: message is under way that may be older.
-AGES = {'_woke_at': 0.35, '_back_at': 0.35, '_given_at': 0.35, '_heard_since': 0.35,
+AGES = {'_back_at': 0.35, '_given_at': 0.35, '_heard_since': 0.35,
         '_since': 20.3, 'awaits': 20.3}
 QUIET_AGES = dict(AGES, _stops=0.2, _stopped_at=0.2, _began_at=0.2, stopped_at=0.2,
                   cancelled_at=0.2, lost_at=0.2, rested_at=0.2)
@@ -112,7 +112,8 @@ IRRELEVANT = {'count', 'dropped', 'attempt', 'drives', 'tremble', 'law', '_law',
               '_tries_left', '_interrupted', 'begun', 'state', '_heading', '_asked', '_asked_by',
               '_last', '_read', 'world', '_news', 'said_at', '_heard_for', '_candidates',
               '_last_arrival', 'name', 'timeout', 'goal', '_refused', 'odometry', '_sources',
-              '_window', '_readings', 'longest_gap', 'silent_for'}
+              '_window', '_readings', 'longest_gap', 'silent_for', '_orientation', '_rivals', '_given_up',
+              '_over', 'latest'}
 
 
 def state_of(world):

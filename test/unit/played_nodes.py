@@ -1,7 +1,9 @@
 """The nodes of a story: the real cores, with messages that may wait, and with their oracles."""
+from types import SimpleNamespace
+
 from oracle import GoalOracle, HandOracle
 from tb3_labs.control.speed_laws import LawStep, Twist2
-from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.nodes.controller_core import ControllerCore
 from tb3_labs.nodes.gamepad_core import GamepadCore
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
@@ -9,7 +11,7 @@ from tb3_labs.nodes.pad import PadConfig, read_pad
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.driver import Driver
-from tb3_labs.supervision.permission import Arrival, Arrivals
+from tb3_labs.supervision.goal_requests import GoalRequest
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
 TICK = 0.05
@@ -120,6 +122,7 @@ class Still:
     """In place of the localizer: the robot is at the origin, and a reset is carried out at once."""
 
     has_resets = is_lost = False
+    odom_T_local = None
 
     def __init__(self):
         self._resets = []
@@ -129,8 +132,8 @@ class Still:
 
     on_odometry = on_imu
 
-    def reset(self, declared, *_):
-        self._resets.append(declared)
+    def reset(self, *_):
+        self._resets.append(SimpleNamespace(done=True))
 
     def motion(self, _now):
         return Motion(Pose2(), 0.1, 0.2)
@@ -152,8 +155,6 @@ class Mover(Process):
         self.core._localizer = Still()
         self.core.set_goal(Pose2(50.0))
         self.core.begin_control(world.now)
-        self.arrivals = Arrivals(Arrival(world.now))
-        self.awaited = []            # (arrival, time of sending) of goals whose frame is unknown
         self.unheard = {name for name, _ in latched}
         self.oracle = GoalOracle(world.now)
         if has_control:
@@ -171,39 +172,24 @@ class Mover(Process):
             self.oracle.hear(now, sender, word, None if doubtful and word else self.at(at), renews)
         self.core.told_control(word, now, sender, renews, doubtful, is_old)
 
-    def on_goal(self, at, waits=False):
-        """`waits`: until tf knows its frame."""
-        goal = Arrival(self.world.now)
-        self.arrivals.add(goal)
-        self.awaited.append((goal, self.at(at)))
-        if not waits:
-            self.take(self.awaited.pop())
-
-    def take(self, awaited):
-        goal, at = awaited
-        self.core.update_control(self.world.now)
+    def on_goal(self, sender, at):
+        now, request = self.world.now, GoalRequest(AskedPose(Pose2(40.0)), sender)
+        self.core.hear_goal(request, now)
         try:
-            if not goal.objection(self.world.now):
-                self.core.set_goal(Pose2(40.0), goal.arrived_at)
-                self.arrivals.accept(goal)
-                self.oracle.goal(self.world.now, at)
+            self.core.on_goal(request)
         except ValueError:
-            pass
-        self.arrivals.drop(goal)
-
-    def on_frame(self):
-        while self.awaited:
-            self.take(self.awaited.pop(0))
+            return
+        if at is not None:    # else it is repeated
+            self.oracle.goal(now, self.at(at))
 
     def on_cancel(self, at):
-        if self.arrivals.cancel():
-            self.core.cancel()
+        self.core.on_cancel(self.world.now)
         self.oracle.cancel(self.at(at))
 
     def on_reset(self):
         self.core.update_control(self.world.now)
         try:
-            self.core.reset(Pose2(), self.world.now)
+            self.core.reset(AskedPose(Pose2()), self.world.now)
         except ValueError:
             return
         self.oracle.ask(self.world.now, 'goal')

@@ -137,6 +137,20 @@ class World:
         return not any(node.waiting or node.held or node.asleep_since for node in self.nodes)
 
 
+class Program:
+    """Sends a goal again and again while it runs."""
+
+    PERIOD = 0.3
+
+    def __init__(self):
+        self.repeats, self.due_at = False, BEGIN
+
+    def pass_to(self, world):
+        if self.repeats and world.now >= self.due_at + self.PERIOD - 1e-6:
+            self.due_at = world.now
+            world.mover.send('program', 'on_goal', 'program', None)
+
+
 class Labs(World):
     """move_to_goal, a student's gamepad that latches, a terminal; with `pads` gamepads."""
 
@@ -144,7 +158,7 @@ class Labs(World):
 
     def __init__(self):
         super().__init__()
-        self.mover = None
+        self.mover, self.program = None, Program()
         self.latched = {'student': None}
         self.start_mover(False)
         self.pads = [Pad(self, 'pad {}'.format(number)) for number in range(self.PADS)]
@@ -181,17 +195,22 @@ class Labs(World):
             self.mover.core._permission._said.pop('terminal', None)
         self.tell('terminal', word, False, self.now)
 
-    def goal(self, waiting=0):
-        """A goal is sent, or so many that wait for their frame."""
-        for _ in range(waiting or 1):
-            self.mover.send('goals', 'on_goal', self.now, waiting > 0)
+    def goal(self):
+        """A person sends a goal."""
+        self.mover.send('goals', 'on_goal', 'person', self.now)
 
-    def know_frame(self):
-        """tf knows the frame of the goals that wait."""
-        if not self.mover.awaited:
+    def repeat_goal(self, on):
+        """A person starts a program that sends one goal again and again, or ends it."""
+        program = self.program
+        if program.repeats is on:
             return NOTHING
-        self.mover.send('frames', 'on_frame')
-        self.wait(0.31)
+        program.repeats, program.due_at = on, self.now
+        if on:
+            self.mover.send('program', 'on_goal', 'program', self.now)
+            self.wait(program.PERIOD + 0.01)
+
+    def passed(self):
+        self.program.pass_to(self)
 
     def cancel(self, after=0.0):
         self.wait(after)
@@ -236,8 +255,13 @@ class Labs(World):
         self.nodes[1 + number] = self.pads[number]
 
 
+    @property
+    def actors(self):
+        return self.nodes + [self.program]
+
     def ask_anew(self):
         """A person asks for motion in each way; Unheard if nothing moves."""
+        self.repeat_goal(False)
         for pad in self.pads:
             pad.plugged, pad.stick, pad.button = True, 0.0, None
         self.calm()
@@ -325,11 +349,12 @@ class TwoPads(Labs):
 
 
 class Goals(Labs):
-    """Goals that wait for their frame, and cancels."""
+    """Goals of a person and of a program that repeats one, and cancels."""
 
     EVENTS = PASSING + sleeping('move_to_goal', 0) + [
-        ('a goal is sent', 'goal'), ('two goals are sent whose frame is not known yet', 'goal', 2),
-        ('the frame is known', 'know_frame'), ('every goal is cancelled', 'cancel', 0.31),
+        ('a goal is sent', 'goal'), ('a program begins to repeat a goal', 'repeat_goal', True),
+        ('the program ends', 'repeat_goal', False), ('every goal is cancelled', 'cancel', 0.31),
+        ('the pose is reset', 'reset'),
         ('a new terminal says True', 'by_terminal', True, True),
         ('a terminal says False', 'by_terminal', False, True)]
 
@@ -352,9 +377,10 @@ class LateRobot(Labs):
 
 
 class GoneRobot(LateRobot):
-    """The same; the robot is there at first."""
+    """The same; the robot is there at first, and a program may repeat a goal."""
 
     ROBOT_IS_ON = True
+    EVENTS = LateRobot.EVENTS + [('a program begins to repeat a goal', 'repeat_goal', True)]
 
 
 def mouse(name, edge):

@@ -11,7 +11,7 @@ from sensor_msgs.msg import Imu
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.turning import TurnConfig, make_turn
-from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller_core import ControllerCore
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
@@ -91,7 +91,7 @@ class Driven:
                 if what == 'goal':
                     self.mover.set_goal(Pose2(a, b, yaw))
                 elif what == 'reset':
-                    self.mover.reset(Pose2(a, b, yaw), self.now)
+                    self.mover.reset(AskedPose(Pose2(a, b, yaw)), self.now)
                 else:
                     self.controller.ask(a, self.now)
             except ValueError as problem:

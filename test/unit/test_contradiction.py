@@ -10,7 +10,7 @@ from real_recordings import NAMES, arrays_of
 from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.turning import TurnConfig, make_turn
-from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.nodes.controller_core import ControllerCore
@@ -291,7 +291,7 @@ def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
     watched.robot.reset()
     watched.run(6.0)
     assert watched.robot.truth == Pose2()      # nobody gave it anew, and the pose is lost
-    drives.reset(Pose2(), watched.robot.now)
+    drives.reset(AskedPose(Pose2()), watched.robot.now)
     watched.run(6.0)
     assert watched.robot.truth.distance_to(Pose2(0.3, 0.0)) < 0.01
     assert drives.status(watched.robot.now).words == 'GOAL_REACHED'

@@ -4,7 +4,6 @@ import pytest
 from tb3_labs.supervision.driver import DRIVERS, Driver, DriverEvent
 from tb3_labs.supervision.holder import HOLDERS, Holder, HolderEvent
 from tb3_labs.supervision.page_grip import PAGE_TIMEOUT, Grip
-from tb3_labs.supervision.permission import Arrival, Arrivals
 
 NOBODY, TURN, MOUSE = Driver.NOBODY, Driver.TURN, Driver.MOUSE
 FREE, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL
@@ -36,25 +35,6 @@ def test_who_drives_and_who_holds_after_each_event(event):
                               (HOLDERS, (FREE, GAMEPAD, GOAL), HOLDER_AFTER)):
         if event in now:
             assert tuple(rule.get((who, event), who) for who in before) == now[event]
-
-
-@pytest.mark.parametrize('cancel, ended', [
-    ((), 'present a b c'), (('a',), 'a'), (('', 20), 'present a b'), (('c', 10), 'present a c'),
-    (('nobody',), '')])
-def test_a_cancel_ends_what_arrived_before_it_wherever_it_waits(cancel, ended):
-    goals = {name: Arrival(5.0, name, stamp) for name, stamp in (
-        ('present', 5), ('a', 10), ('b', 20), ('c', 30))}
-    arrivals = Arrivals(goals['present'])
-    for name in 'abc':
-        arrivals.add(goals[name])
-    assert arrivals.cancel(*cancel) is ('present' in ended)
-    assert [name for name in 'abc' if goals[name].objection(5.0)] == [
-        name for name in 'abc' if name in ended.split()]
-    late = Arrival(5.1)
-    arrivals.add(late)
-    assert not late.objection(7.0) and 'it waited for 2.5 s' in late.objection(7.6)
-    arrivals.accept(late)
-    assert arrivals.present is late and all(goals[name].objection(5.0) for name in 'abc')
 
 
 # Which page drives: the one that gripped first; after a stop, a person must grip anew -------------

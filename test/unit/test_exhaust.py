@@ -8,8 +8,9 @@ from played_worlds import (
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.mouse_reader import Mouse
 from tb3_labs.supervision.freshness import Lateness, SleepWatch
+from tb3_labs.supervision.goal_requests import GoalRequests
 from tb3_labs.supervision.lost_or_stalled import SensorWatch
-from tb3_labs.supervision.permission import Arrivals, Permission
+from tb3_labs.supervision.permission import Permission
 
 TOLD, UPDATE, HEARD = Permission.told, SensorWatch.update, Mouse.heard
 
@@ -53,11 +54,9 @@ def forgetful(self, now, is_checked=True):
     UPDATE(self, now, is_checked)
 
 
-def first_only(self, name='', stamp=0):
-    """A cancel ends the goal that waits for its frame, not those behind it."""
-    for goal in self._waiting[:1]:
-        goal.refusal = 'cancelled'
-    return True
+def once(self, request):
+    """A repeated goal comes back."""
+    return False
 
 
 def one_for_all(self, active, x, y, now, name='', stamp=0.0):
@@ -71,7 +70,7 @@ def one_for_all(self, active, x, y, now, name='', stamp=0.0):
     (OnePad, Lateness, 'of', only_falling, 1, 'set_back press push'),
     (GoneRobot, SensorWatch, 'update', forgetful, 3, 'press go_and_come let_pass'),
     (LateTurns, GyroWatch, 'is_checked', True, 4, 'switch turn let_pass'),
-    (Goals, Arrivals, 'cancel', first_only, 4, 'goal cancel by_terminal know_frame'),
+    (Goals, GoalRequests, 'stays_ended', once, 4, 'repeat_goal cancel by_terminal let_pass'),
     (TwoMice, Mouse, 'heard', one_for_all, 5, 'sleep set let_pass')])
 def test_a_defect_is_found_by_its_shortest_story(
         monkeypatch, kind, owner, method, defect, number, deeds):

@@ -23,9 +23,10 @@ ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 
 
 
 #: Floors within ros/, from the ground up.
-ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'launch', 'robot_description'},
-              {'clocks', 'dynparam'}, {'node'}, {'topics'},
-              {'cmd_vel', 'sensor_topics', 'operator', 'goals', 'control_and_reset', 'display'}]
+ROS_FLOORS = [{'rospy_internals', 'conversions', 'launch', 'robot_description'},
+              {'clocks'}, {'node'}, {'topics', 'parameters'},
+              {'dynparam', 'cmd_vel', 'sensor_topics', 'operator', 'goals', 'control_and_reset',
+               'display'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: This file alone touches private parts of libraries.
 INTERNALS = 'rospy_internals.py'

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from known_motion import SteadyRobot, Truth, angle_between, as_pose2, assert_pose, held_back
-from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.localizer import Localizer
 from tb3_labs.robot.samples import ImuSample
@@ -64,7 +64,7 @@ def drive_with_a_reset(robot, asked_at, declared=DECLARED, end=4.0, **delays):
     messages = robot.messages(0.0, end, **delays)
     localizer = Localizer()
     feed(localizer, until(messages, asked_at))
-    reset = localizer.reset(as_pose2(declared), asked_at)
+    reset = localizer.reset(AskedPose(as_pose2(declared)), asked_at)
     fixes, resets = feed(localizer, after(messages, asked_at))
     assert resets == [reset] and reset.done
     return localizer, reset, [fix for fix in fixes
@@ -130,7 +130,7 @@ def test_samples_that_are_older_than_their_stamps_show_the_instant_of_a_reset_la
     localizer, asked_at = Localizer(), 2.0
     messages = [(arrival + sample_delay, sample) for arrival, sample in older.messages(0.0, 4.0)]
     feed(localizer, until(messages, asked_at))
-    reset = localizer.reset(as_pose2(DECLARED), asked_at, sample_delay)
+    reset = localizer.reset(AskedPose(as_pose2(DECLARED)), asked_at, sample_delay)
     fixes, _ = feed(localizer, after(messages, asked_at))
     assert reset.stamp == pytest.approx(asked_at + SPINNING.clock_ahead)
     assert_fixes([fix for fix in fixes if fix.stamp > reset.stamp], older, DECLARED, asked_at)
@@ -143,7 +143,7 @@ def test_a_reset_asked_for_while_the_network_stalls_is_exact_or_not_carried_out(
     messages = held_back(SPINNING.messages(0.0, 8.0), 2.0, 2.0 + stall)
     localizer = Localizer()
     feed(localizer, until(messages, asked_at))
-    reset = localizer.reset(as_pose2(DECLARED), asked_at)
+    reset = localizer.reset(AskedPose(as_pose2(DECLARED)), asked_at)
     fixes, _ = feed(localizer, after(messages, asked_at))
     if reset.done:
         assert_fixes(fixes[-30:], SPINNING, DECLARED, asked_at)
@@ -155,7 +155,7 @@ def test_a_reset_asked_for_while_the_network_stalls_is_exact_or_not_carried_out(
 def test_a_reset_that_waits_while_the_clock_steps_says_why_it_cannot_be_carried_out():
     robot, localizer = replace(SPINNING, clock_ahead=1000.0), Localizer()
     feed(localizer, robot.messages(0.0, 2.0))
-    reset = localizer.reset(Pose2(), 2.001)
+    reset = localizer.reset(AskedPose(Pose2()), 2.001)
     assert localizer.has_resets and reset.problem == ''
     localizer.on_imu(with_stamp(robot.imu(2.01), 1007.01), 2.01)
     assert reset.problem.startswith("the robot's clock was set") and not reset.done
@@ -165,7 +165,7 @@ def test_a_reset_that_waits_while_the_clock_steps_says_why_it_cannot_be_carried_
 def test_a_reset_that_waits_while_the_board_restarts_says_why_it_cannot_be_carried_out():
     localizer = Localizer()
     feed(localizer, RESTING.messages(0.0, 1.0))
-    reset = localizer.reset(Pose2(), 1.02)
+    reset = localizer.reset(AskedPose(Pose2()), 1.02)
     localizer.on_imu(RESTING.imu(1.01)._replace(yaw=0.0), 1.01)
     localizer.on_odometry(replace(RESTING.odometry(1.01), pose=Pose2()), 1.01)
     assert reset.problem == 'the robot started anew at that moment' and not reset.done
@@ -174,7 +174,7 @@ def test_a_reset_that_waits_while_the_board_restarts_says_why_it_cannot_be_carri
 
 def test_a_reset_asked_for_before_the_first_message_is_never_guessed():
     localizer = Localizer()
-    reset = localizer.reset(as_pose2(DECLARED), 0.5)
+    reset = localizer.reset(AskedPose(as_pose2(DECLARED)), 0.5)
     fixes, resets = feed(localizer, SPINNING.messages(1.0, 3.0))
     assert resets == [] and not reset.done
     assert_fixes(fixes, SPINNING, ZERO, since=1.0)
@@ -184,7 +184,7 @@ def test_a_reset_may_be_the_first_frame():
     localizer, odometry, imu = Localizer(), SPINNING.odometry, SPINNING.imu
     localizer.on_imu(imu(0.0), 0.0)
     localizer.on_odometry(odometry(0.0), 0.0)
-    reset = localizer.reset(as_pose2(DECLARED), 0.05)
+    reset = localizer.reset(AskedPose(as_pose2(DECLARED)), 0.05)
     localizer.on_imu(imu(0.1), 0.1)
     localizer.on_odometry(odometry(0.1), 0.1)
     assert localizer.take_resets() == [reset]

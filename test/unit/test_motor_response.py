@@ -15,7 +15,7 @@ from tb3_labs.control.motor_response import (
     Response, look_at_start)
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import difference
-from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
@@ -165,7 +165,7 @@ class OtherNode:
 
     def command(self, now):
         self._next = now + 0.1
-        self._navigator.heard_command(0.0, self.rate, now)
+        self._navigator.on_command('', 0.0, self.rate, now)
         return Twist2(0.0, self.rate)
 
 
@@ -190,7 +190,7 @@ def reset_in_a_spin(robot_config, rate=1.0, after=None):
         navigator.told_control(False, robot.now)
     spin(0.0, 1.0 + rng.random())
     spin(rate, 1.0 + rng.random())
-    there, reset = robot.truth, navigator.reset(Pose2(), robot.now)
+    there, reset = robot.truth, navigator.reset(AskedPose(Pose2()), robot.now)
     while not reset.done:
         spin(rate, PERIOD)
     spin(0.0, 1.5)

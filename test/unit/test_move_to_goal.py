@@ -1,4 +1,5 @@
 """Permission, and lost sensors; samples are made in closed form for a standing robot."""
+import contextlib
 import math
 
 import numpy as np
@@ -9,11 +10,12 @@ from tb3_labs.control.driving import PreciseLaw, make_law
 from tb3_labs.control.goal_state import (
     DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
 from tb3_labs.control.speed_laws import LONGEST_IDLE, Twist2
-from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
+from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.nodes.move_to_goal_core import GoalStaysEnded, MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.freshness import RESUME_TIME
+from tb3_labs.supervision.goal_requests import SENDER_PAUSE, GoalRequest
 
 START = 100.0
 
@@ -31,6 +33,18 @@ class Robot:
     def control(self, granted, sender='hand'):
         """A sender gives or takes control."""
         self.core.told_control(granted, self.now, sender)
+
+    def ask(self, pose, sender='person', in_odom=False, **goal_id):
+        """A goal of the action arrives."""
+        request = GoalRequest(AskedPose(pose, in_odom), sender, **goal_id)
+        self.core.hear_goal(request, self.now)
+        self.core.on_goal(request)
+
+    def cancel(self, *which):
+        return self.core.on_cancel(self.now, *which)
+
+    def reset(self, pose=Pose2(), in_odom=False):
+        return self.core.reset(AskedPose(pose, in_odom), self.now)
 
     @property
     def status(self):
@@ -88,10 +102,9 @@ def test_a_robot_that_calibrates_its_gyro_after_its_first_message_is_not_moved()
 
 def test_a_reset_starts_the_drive_anew_in_the_new_frame():
     robot = driving()
-    reset = robot.core.reset(Pose2(5.0, -1.0, math.pi / 2.0), robot.now)
-    given_up = robot.core.reset(Pose2(3.0, 0.0, 0.0), robot.now)
-    for _ in range(2):
-        robot.core.give_up_reset(given_up)
+    reset = robot.reset(Pose2(5.0, -1.0, math.pi / 2.0))
+    given_up = robot.reset(Pose2(3.0, 0.0, 0.0))
+    given_up.give_up()
     robot.run(0.05)
     assert reset.done and not given_up.done
     pose = robot.core.pose(robot.now)
@@ -134,7 +147,7 @@ def test_a_pose_that_was_lost_is_not_driven_by_until_it_is_declared(silence, is_
     assert set(robot.run(0.5)) <= {None}
     robot.core.set_goal(Pose2(1.0, 0.0, 0.0))
     assert set(robot.run(0.5)) <= {None} and robot.status.words == lost
-    robot.core.reset(Pose2(), robot.now)
+    robot.reset()
     assert None not in robot.run(0.3)[3:]
 
 
@@ -145,7 +158,7 @@ def test_a_reset_wants_every_sample_of_the_imu():
     assert robot.core.idle_for(robot.now) == LONGEST_IDLE
     robot.imu = False
     robot.run(0.05)
-    robot.core.reset(Pose2(), robot.now)
+    robot.reset()
     assert robot.core.idle_for(robot.now) == 0.0
     robot.imu = True
     robot.run(0.05)
@@ -159,7 +172,7 @@ def test_what_may_have_been_said_during_a_short_sleep_sets_nothing_in_motion():
     robot.now += 1.5
     robot.control(True)
     with pytest.raises(ValueError, match='while this node did not run'):
-        robot.core.set_goal(Pose2(5.0))
+        robot.ask(Pose2(5.0))
     assert set(robot.run(0.4)) == {None}
     news, = robot.core.take_news()
     assert news.text.startswith('Control from hand does not count') and news.warning
@@ -234,13 +247,14 @@ def test_the_words_of_a_drive_from_waiting_to_its_end():
 def test_an_end_is_taken_once_and_a_question_changes_nothing():
     robot = driving()
     assert robot.core.take_end() is None
-    robot.core.cancel()
+    robot.cancel()
     assert robot.status == robot.status
-    assert robot.core.take_end() == (Pose2(-0.61, 0.61, 0.0), 'canceled')
-    assert robot.core.take_end() is None
-    robot.core.set_goal(Pose2())
+    _, failure = robot.core.take_end()
+    assert failure == 'canceled' and robot.core.take_end() is None
+    robot.ask(Pose2(), name='home')
     robot.run(0.5)
-    assert robot.core.take_end() == (Pose2(), '')
+    request, failure = robot.core.take_end()
+    assert (request.name, failure) == ('home', '')
 
 
 # -- the effect of a wrong sign, a missing line or another constant
@@ -252,7 +266,7 @@ def test_a_reset_is_refused_while_a_sensor_is_silent(lost):
     setattr(robot, lost, False)
     robot.run(0.5)
     with pytest.raises(ValueError, match='no {} for 0.5 s.*is the robot running'.format(lost)):
-        robot.core.reset(Pose2(), robot.now)
+        robot.reset()
 
 
 def test_renewals_of_what_was_given_leave_the_attempt_as_it_was():
@@ -295,18 +309,109 @@ def test_somebody_must_look_at_the_clock_while_it_drives_and_only_then():
     robot.run(0.1)
     for act, is_watched in (
             (lambda: robot.core.set_goal(Pose2(1.0)), False), (lambda: robot.control(True), True),
-            (robot.core.cancel, False), (lambda: robot.core.set_goal(Pose2(1.0)), True),
+            (robot.cancel, False), (lambda: robot.core.set_goal(Pose2(1.0)), True),
             (lambda: robot.control(False), False)):
         act()
         assert robot.core.watched is is_watched
 
 
-def test_a_place_that_is_far_away_is_a_mistake():
+@pytest.mark.parametrize('in_odom', [False, True])
+def test_a_place_that_is_far_away_is_a_mistake(in_odom):
+    """Of a pose in odom, the place in local counts."""
     robot = driving()
-    for order in (robot.core.set_goal, lambda pose: robot.core.reset(pose, robot.now)):
-        order(Pose2(np.float64(70.0), np.float64(-100.0), 0.0))    # as a transformed pose has them
-        with pytest.raises(ValueError, match='^y = 100.5 is not valid: a number from -100 to 100 m$'):
-            order(Pose2(-71.0, 100.5, 0.0))
+    edge, far = Pose2(70.0, -100.0), Pose2(-71.0, 100.5)
+    if in_odom:
+        edge, far = (robot.core.odom_T_local @ pose for pose in (edge, far))
+        edge = Pose2(np.float64(edge.x), np.float64(edge.y + 1e-9))    # as a transformed pose has them
+    robot.ask(edge, in_odom=in_odom)
+    refused, reset = robot.reset(far, in_odom), robot.reset(edge, in_odom)
+    robot.run(0.05)
+    assert reset.done and not refused.done
+    assert 'is not valid: a number from -100 to 100 m' in refused.problem
+    with pytest.raises(ValueError, match='is not valid: a number from -100 to 100 m$'):
+        robot.ask(robot.core.odom_T_local @ Pose2(-71.0, 100.5) if in_odom else far, in_odom=in_odom)
+
+
+def test_a_goal_that_is_repeated_stays_cancelled_until_its_sender_pauses_or_changes_it():
+    robot, goal, sent = driving(), Pose2(3.0, 1.0), []
+
+    def repeat(seconds, **goal_id):
+        """Every 0.5 s; returns True if the robot drove."""
+        drove = False
+        for _ in range(round(2 * seconds)):
+            with contextlib.suppress(GoalStaysEnded):
+                robot.ask(goal, 'program', **goal_id)
+                sent.append(robot.status.attempt)
+            drove = any(robot.run(0.5)[1:]) or drove
+        return drove
+    assert repeat(2.0, name='first', stamp=5) and len(set(sent)) == 1    # the drive goes on
+    assert not robot.cancel('another') and not robot.cancel('', 4)
+    assert robot.cancel() and not repeat(3.0)
+    told = [line.text for line in robot.core.take_news()]
+    assert len(told) == 1 and 'that program repeats stays ended' in told[0]
+    robot.reset()
+    robot.control(False)
+    robot.control(True)
+    assert not repeat(3.0)
+    robot.ask(goal, 'person')
+    assert any(robot.run(0.5)) and repeat(1.0)
+    robot.cancel()
+    robot.ask(goal, 'person')          # sent once again, by hand
+    assert any(robot.run(0.5))
+    robot.cancel()
+    goal = Pose2(2.0, 1.0)             # changed
+    assert repeat(1.0)
+    robot.cancel()
+    assert not repeat(1.0)
+    robot.run(SENDER_PAUSE)
+    assert repeat(0.5)
+
+
+@pytest.mark.parametrize('which', [('second', 0), ('', 7)])
+def test_a_cancel_that_means_one_goal_ends_its_repetitions_with_other_names(which):
+    robot = driving()
+    for number, name in enumerate(('first', 'second')):
+        robot.ask(Pose2(3.0), 'program', name=name, stamp=6 + number)
+        robot.run(0.5)
+    assert not robot.cancel('first') and robot.cancel(*which)
+    with pytest.raises(GoalStaysEnded):
+        robot.ask(Pose2(3.0), 'program', name='third', stamp=8)
+
+
+def test_a_repeated_goal_does_not_drive_on_after_a_failure_nor_renew_the_wait_for_sensors():
+    robot = driving()
+
+    def repeat(seconds):
+        for _ in range(round(2 * seconds)):
+            with contextlib.suppress(GoalStaysEnded):
+                robot.ask(Pose2(3.0), 'program')
+            robot.run(0.5)
+    repeat(1.0)
+    robot.imu = robot.odom = False
+    repeat(3.0)
+    assert robot.status.words.startswith('gave up: no imu')
+    robot.imu = robot.odom = True
+    attempt = robot.status.attempt
+    repeat(1.0)
+    assert robot.status.attempt == attempt and robot.status.words.startswith('gave up: no imu')
+
+
+def test_poses_in_odom_are_converted_by_the_frame_that_the_reset_before_them_made():
+    """`reset_pose`, and at once `set_pose` in odom: where the robot stands, and 1 m ahead."""
+    robot = Robot()
+    robot.run(0.1)
+    first, second = robot.reset(Pose2(5.0, 5.0, math.pi / 2.0)), robot.reset(robot.odom_pose, True)
+    with pytest.raises(ValueError):
+        robot.ask(Pose2(math.nan))
+    robot.run(0.05)
+    for reset in (first, second):
+        there = reset.declared
+        assert (there.x, there.y, there.yaw) == pytest.approx((5.0, 5.0, math.pi / 2.0))
+    robot.reset(Pose2(-2.0, 1.0, 0.0))
+    robot.run(0.05)
+    robot.ask(robot.odom_pose @ Pose2(1.0), in_odom=True)
+    goal = robot.status.goal
+    assert (goal.x, goal.y, goal.yaw) == pytest.approx((-1.0, 1.0, 0.0))
 
 
 @pytest.mark.parametrize('only', ['imu', 'odom'])
@@ -399,7 +504,7 @@ def test_the_reason_of_a_stand_ends_with_the_drive():
     robot = driving()
     robot.imu = False
     robot.run(0.5)
-    robot.core.cancel()
+    robot.cancel()
     robot.imu = True
     robot.run(0.1)
     assert robot.status.hold_reason == ''

@@ -4,7 +4,7 @@ import math
 import pytest
 
 from known_motion import angle_between
-from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.localizer import Localizer
 from tb3_labs.localization.odometry_jumps import POSE_KEPT, POSE_LOST, JumpFilter
 from tb3_labs.robot.samples import ImuSample, OdometrySample
@@ -56,6 +56,20 @@ class Heard:
                 math.degrees(angle_between(pose.yaw, truth.yaw)))
 
 
+class Steady:
+    """Adds up what a JumpFilter finds: where the robot is in the first frame of the odometry."""
+
+    def __init__(self):
+        self.filter, self.first_T_odom = JumpFilter(), Pose2()
+
+    def take(self, seen, *heard):
+        """Returns (pose in the first frame, Jump or None)."""
+        shift, jump = self.filter.take(seen, *heard)
+        if shift is not None:
+            self.first_T_odom = self.first_T_odom @ shift.inverse()
+        return self.first_T_odom @ seen.pose, jump
+
+
 def test_the_firmwares_fault_is_in_the_robot_and_not_in_the_local_pose():
     heard = Heard(imu_offset_deg=180.0, imu_noise_deg=0.5)
     heard.run(7.0, 0.2)
@@ -68,33 +82,33 @@ def test_the_firmwares_fault_is_in_the_robot_and_not_in_the_local_pose():
 
 
 def test_a_spike_in_a_pose_that_is_right_changes_nothing():
-    steady = JumpFilter()
+    steady = Steady()
     for k in range(20):
         seen = sample(0.01 * k, 0.0, 0.0, k / 30.0, 0.3, 140.0 if k == 7 else 0.0)
-        assert steady.take(seen, k / 30.0, IMU) == (seen, None)
+        assert steady.take(seen, k / 30.0, IMU) == (seen.pose, None)
 
 
 @pytest.mark.parametrize('linear', [0.2, -0.2])
 @pytest.mark.parametrize('yaw', [0.0, 0.7, 2.5, -1.2])
 def test_one_displacement_backwards_is_turned_round_either_way_of_driving(linear, yaw):
-    steady, step = JumpFilter(), linear / 30.0
+    steady, step = Steady(), linear / 30.0
     way = 0.0
     for k in range(10):
         way += -step if k == 5 else step
-        seen, jump = steady.take(
+        at, jump = steady.take(
             sample(way * math.cos(yaw), way * math.sin(yaw), yaw, k / 30.0, linear,
                    -188.0 if k == 5 else 0.0), k / 30.0, IMU)
         assert jump is None
-    assert (seen.pose.x, seen.pose.y) == pytest.approx(
+    assert (at.x, at.y) == pytest.approx(
         (10 * step * math.cos(yaw), 10 * step * math.sin(yaw)), abs=1e-12)
 
 
 def test_backwards_is_told_by_the_part_of_a_displacement_along_the_heading():
     """0.010 cos 1.2 - 0.006 sin 1.2 is less than 0."""
-    steady = JumpFilter()
+    steady = Steady()
     steady.take(sample(0.0, 0.0, 1.2, 0.0, 0.2), 0.0, IMU)
-    seen, _ = steady.take(sample(0.010, -0.006, 1.2, 0.03, 0.2, -188.0), 0.03, IMU)
-    assert (seen.pose.x, seen.pose.y) == pytest.approx((-0.010, 0.006))
+    at, _ = steady.take(sample(0.010, -0.006, 1.2, 0.03, 0.2, -188.0), 0.03, IMU)
+    assert (at.x, at.y) == pytest.approx((-0.010, 0.006))
 
 
 def numbers(pose):
@@ -130,27 +144,27 @@ def test_two_messages_show_a_jump_or_none(before, after, gap, how, outcome, word
     """A pose is kept, but for the turn of the IMU; from there the robot drives on."""
     turned, arrived = how.get('turned', 0.0), 10.0 + how.get('arrived', gap)
     imu = ImuSample(0.0, 1.0, how.get('rate', 0.0))
-    imu_after, steady = imu._replace(yaw=1.0 + turned), JumpFilter()
+    imu_after, steady = imu._replace(yaw=1.0 + turned), Steady()
     steady.take(sample(*before), 10.0, imu)
-    seen, jump = steady.take(sample(*after, stamp=gap), arrived, imu_after,
-                             how.get('driven_at', -math.inf))
+    at, jump = steady.take(sample(*after, stamp=gap), arrived, imu_after,
+                           how.get('driven_at', -math.inf))
     if outcome is None:
-        assert jump is None and numbers(seen.pose) == after
+        assert jump is None and numbers(at) == after
         return
     assert jump.outcome == outcome and words in jump.text and jump.imu_turn == 0.0
     if outcome == POSE_LOST:
-        assert numbers(seen.pose) == after
+        assert numbers(at) == after
     else:
         x, y, yaw = before[:2] + (before[2] + turned,)
-        assert numbers(seen.pose) == pytest.approx((x, y, yaw))
+        assert numbers(at) == pytest.approx((x, y, yaw))
         ahead = numbers(Pose2(*after) @ Pose2(0.1, 0.0, 0.0))
-        seen, jump = steady.take(sample(*ahead, stamp=gap + 0.4), arrived + 0.4, imu_after)
-        assert jump is None and (seen.pose.x, seen.pose.y) == pytest.approx(
+        at, jump = steady.take(sample(*ahead, stamp=gap + 0.4), arrived + 0.4, imu_after)
+        assert jump is None and (at.x, at.y) == pytest.approx(
             (x + 0.1 * math.cos(yaw), y + 0.1 * math.sin(yaw)))
 
 
 def test_a_robot_at_the_origin_may_turn_through_zero():
-    steady = JumpFilter()
+    steady = Steady()
     for k in range(100):
         _, jump = steady.take(sample(0.0, 0.0, 0.09 * (k - 50), k / 30.0), k / 30.0, IMU)
         assert jump is None
@@ -208,7 +222,7 @@ def test_after_a_reset_in_motion_the_pose_is_lost_until_it_is_declared(linear, a
     assert POSE_LOST in heard.outcomes and POSE_KEPT not in heard.outcomes
     assert heard.localizer.is_lost and heard.localizer.motion(heard.robot.now) is None
     assert heard.localizer.odom_T_local is None
-    reset = heard.localizer.reset(Pose2(1.0, 2.0, 0.5), heard.robot.now)
+    reset = heard.localizer.reset(AskedPose(Pose2(1.0, 2.0, 0.5)), heard.robot.now)
     heard.run(0.1)
     assert reset.done and not heard.localizer.is_lost
     assert heard.pose.distance_to(Pose2(1.0, 2.0)) < 0.001

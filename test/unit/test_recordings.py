@@ -12,7 +12,7 @@ import pytest
 
 from known_motion import angle_between
 from real_recordings import NAMES, arrays_of
-from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.localizer import Localizer
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 
@@ -78,7 +78,7 @@ def replay(recording, asked=()):
     localizer, waiting, resets, fixes = Localizer(), list(asked), [], []
     for arrival, sample in recording.arrivals:
         while waiting and waiting[0][0] <= arrival:
-            resets.append(localizer.reset(waiting[0][1], waiting.pop(0)[0]))
+            resets.append(localizer.reset(AskedPose(waiting[0][1]), waiting.pop(0)[0]))
         if isinstance(sample, ImuSample):
             localizer.on_imu(sample, arrival)
         else:

@@ -19,7 +19,7 @@ from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS, model_called
-from tb3_labs.ros.rospy_internals import connection_of
+from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample, to_wheel_sample
 
 #: The topics of a robot that the doctor hears, with their messages.
@@ -62,7 +62,7 @@ def examine_messages(graph, address, round_trip, is_wall_time):
               if each.topic in SENSORS and each.message.header.stamp]
     if delays and is_wall_time:
         yield judge_clock(min(delays), round_trip)
-    yield judge_gyro(watch.cause if watch.problem() else '', watch.remedy, watch.has_compared)
+    yield judge_gyro(watch.cause, watch.remedy, watch.has_compared)
     drift = drift_of([sample[:2] for sample in samples if isinstance(sample, ImuSample)],
                      [sample[1:] for sample in wheels])
     if drift is not None and watch.has_compared and not watch.problem():
@@ -78,7 +78,7 @@ def listen(namespace, address):
 
     def hear(message, name):
         header = connection_of(message)
-        heard.append(Heard(name, time.time(), header['callerid'], message, header['type']))
+        heard.append(Heard(name, time.time(), sender_of(header), message, header['type']))
 
     try:
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,

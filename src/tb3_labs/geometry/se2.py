@@ -15,7 +15,7 @@ Source: the Transformation lab's handout; names of frame pairs as in the Sophus 
 """
 import math
 from dataclasses import dataclass
-from typing import Sequence, Union
+from typing import Optional, Sequence, Union
 
 import numpy as np
 
@@ -95,3 +95,26 @@ class TypedPose(Config):
 def check_pose(pose: Pose2) -> None:
     """Raises ``ValueError``, in the words of a TypedPose, if a Pose2 is too far away."""
     TypedPose(float(pose.x), float(pose.y))     # numpy's numbers are not Python's
+
+
+@dataclass(frozen=True)
+class AskedPose:
+    """A pose of a goal or a reset, as its sender gave it: in ``local`` or in ``odom``.
+
+    A pose in odom is converted when it is used, by the local frame that is in force then.
+    """
+
+    pose: Pose2
+    in_odom: bool = False
+
+    def in_local(self, odom_T_local: Optional[Pose2]) -> Pose2:
+        """This pose in ``local``. Raises ``ValueError`` if there is no local frame, or if the pose
+        is too far away."""
+        pose = self.pose
+        if self.in_odom:
+            if odom_T_local is None:
+                raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
+                                 'pose is lost; give the pose in local')
+            pose = odom_T_local.inverse() @ pose
+        check_pose(pose)
+        return pose

@@ -1,4 +1,4 @@
-"""Does the gyro contradict the wheels?
+"""Does the gyro contradict the wheels, or the IMU's orientation its gyro?
 
 A board that calibrates its gyro while the robot turns takes that turn for rest. Afterwards the
 gyro of a robot at rest shows the opposite turn, and in motion it is wrong by the same rate. A robot
@@ -17,7 +17,7 @@ Times are the samples' stamps, so delays of the network do not matter. Cases:
   freshness.RESUME_TIME a board may have calibrated its gyro anew. Wheels that cannot be compared
   are not awaited.
 * In motion, an error of the gyro is not found if slip or uneven wheels may explain it: 5.5 % of
-  the turn, and 2.4 deg/s at full speed.
+  the turn, and 7.5 deg/s at full speed.
 
 Units: seconds, radians; `now` on the receiver's clock. Sources: the firmware's lag of 13 to 105 ms;
 a recorded drive of a Burger: at most 0.5 deg of its turns are unexplained.
@@ -25,10 +25,11 @@ a recorded drive of a Burger: at most 0.5 deg of its turns are unexplained.
 from collections import deque
 from typing import Deque, NamedTuple, Optional, Tuple
 
-from tb3_labs.geometry.angles import clamp
+from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.freshness import RESUME_TIME
+from tb3_labs.supervision.lost_or_stalled import SURELY_TURNS
 
 #: A turn of the wheels may show in the gyro up to this much later [s].
 LAG = 0.13
@@ -76,6 +77,56 @@ CAUSE = 'the gyro contradicts the wheels (calibrated while the robot moved? carr
 REMEDY = 'let it rest, then `rostopic pub -1 {} std_msgs/Empty`'
 
 
+#: The orientation stands if it does not follow while the gyro turns by this [rad].
+GYRO_TURNED = 0.1
+#: An orientation that stands changes by less than this [rad]: its noise, ...
+STANDING_NOISE = 0.02
+#: ... or this share of the gyro's turn.
+STANDING_SHARE = 0.25
+#: The problem in words, and its remedy.
+ORIENTATION_STANDS = "the imu's orientation stands while its gyro turns"
+RESTART = 'switch the robot off and on, or start its driver anew'
+
+
+class OrientationWatch:
+    """Does the orientation of an IMU follow its gyro?
+
+    Some boards and drivers send an orientation that stands (turtlebot3 #912), or one of zero turn.
+    The contradiction is over when the orientation moves, or when the gyro rested for `AGREED`.
+    """
+
+    def __init__(self) -> None:
+        self._last: Optional[ImuSample] = None
+        self._begin = self._farthest = 0.0    # yaw, and its largest change since then [rad]
+        self._turned = 0.0                    # by the gyro since then [rad]
+        self._rested_for = 0.0                # the gyro [s]
+        #: Does the orientation stand?
+        self.stands = False
+
+    def on_imu(self, sample: ImuSample, seconds: float) -> None:
+        """Take in a sample, `seconds` after the last one."""
+        last, self._last = self._last, sample
+        if last is None:
+            self._begin = sample.yaw
+            return
+        rate = 0.5 * (last.yaw_rate + sample.yaw_rate)
+        self._rested_for += seconds
+        if sample[1:] == last[1:]:
+            return    # a frozen IMU; lost_or_stalled finds it
+        if abs(rate) < SURELY_TURNS:
+            self._turned = 0.0
+            self.stands = self.stands and self._rested_for < AGREED
+        elif 0.0 < seconds <= GYRO_GAP:
+            self._turned += rate * seconds
+            self._rested_for = 0.0
+        self._farthest = max(self._farthest, abs(difference(sample.yaw, self._begin)))
+        if self._farthest > max(STANDING_NOISE, STANDING_SHARE * abs(self._turned)):
+            self._begin, self._farthest, self._turned = sample.yaw, 0.0, 0.0
+            self.stands = False
+        elif abs(self._turned) > GYRO_TURNED:
+            self.stands = True
+
+
 class _Turn(NamedTuple):
     """The turn of the wheels from one of their samples to the next."""
 
@@ -99,13 +150,14 @@ class GyroWatch:
 
     def __init__(self, model: RobotModel, reset_topic: str = '/reset') -> None:
         self._model = model
-        self.cause, self.remedy = CAUSE.format(model.name), REMEDY.format(reset_topic)
+        self._wheels_remedy = REMEDY.format(reset_topic)
         #: Has any reading been compared?
         self.has_compared = False
         self._sends_wheels = False
         self._rested_for = 0.0       # time of all that was compared at rest [s]
         self._alone_for = 0.0        # time of the gyro since anything was compared [s]
         self._heard_at = 0.0         # arrival of the latest sample of the IMU
+        self._orientation = OrientationWatch()
         self._contradicts = False
         self._imu: Optional[ImuSample] = None        # the latest
         self._wheels: Optional[WheelSample] = None
@@ -126,6 +178,8 @@ class GyroWatch:
         elif self._alone_for < AGREED:
             self._alone_for += max(0.0, silent_for)
         last, time = self._imu, sample.stamp
+        by_stamp = 0.0 if last is None else time - last.stamp
+        self._orientation.on_imu(sample, by_stamp if 0.0 < by_stamp <= GYRO_GAP else silent_for)
         if last is not None:
             if time < last.stamp - CLOCK_SET:
                 self._begin()
@@ -149,9 +203,22 @@ class GyroWatch:
         while self._readings and self._readings[0].end + LEAD <= time:
             self._compare(self._readings.popleft())
 
+    @property
+    def cause(self) -> str:
+        """The contradiction in words; '' if there is none."""
+        if self._orientation.stands:
+            return ORIENTATION_STANDS
+        return CAUSE.format(self._model.name) if self._contradicts else ''
+
+    @property
+    def remedy(self) -> str:
+        """What to do against the `cause`."""
+        return RESTART if self._orientation.stands else self._wheels_remedy
+
     def problem(self) -> str:
         """The contradiction and its remedy, in words; '' if there is none."""
-        return '{}: {}'.format(self.cause, self.remedy) if self._contradicts else ''
+        cause = self.cause
+        return cause and '{}: {}'.format(cause, self.remedy)
 
     @property
     def is_checked(self) -> bool:

@@ -2,9 +2,9 @@
 
 IMU and odometry arrive in any order, each at its own rate. A *fix* is the robot's pose at the
 instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* uses the
-values of both sensors, interpolated to the moment of the request, once both sent a later sample.
-In a spin, an error of the samples' age is an error of the reset. If the odometry jumps
-and the robot did not move, ``local`` is shifted in ``odom``
+values of both sensors, interpolated to the moment of the request, once both sent a later sample. So
+it heals whatever was believed before. In a spin, an error of the samples' age is an error of the
+reset. If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
 (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unseen, the pose is lost:
 there is no local frame until a reset declares one.
 
@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from typing import Any, List, NamedTuple, Optional
 
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import (
     POSE_LOST, RESET_SILENCE, Jump, JumpFilter)
@@ -41,16 +41,30 @@ class Fix:
 
 @dataclass
 class Reset:
-    """One declaration, for the caller who asked for it; only the localizer changes it."""
+    """One declaration, from its request to its answer; only the localizer changes it."""
 
-    declared: Pose2
+    asked: AskedPose
     asked_at: float                  # [s, receiver's clock]
     stamp: Optional[float]           # `asked_at` on the sender's clock [s]; None: no sample yet
     epoch: int                       # epoch of the sender's clock to which `stamp` belongs
     sample_delay: float = 0.0        # samples of that instant are stamped this much later [s]
     before: Optional[Pose2] = None   # the pose at that instant in the old frame, if known
-    done: bool = False               # is the new frame in force?
-    problem: str = ''                # the reason why the reset can no longer be carried out
+    declared: Optional[Pose2] = None    # the pose in local, once the new frame is in force
+    problem: str = ''                # the reason why the reset was not carried out
+
+    @property
+    def done(self) -> bool:
+        """Is the new frame in force?"""
+        return self.declared is not None
+
+    @property
+    def is_over(self) -> bool:
+        """Was it carried out, or refused?"""
+        return self.done or bool(self.problem)
+
+    def give_up(self) -> None:
+        """The caller waits no longer: the old frame stays."""
+        self.problem = 'no sample of imu and odom at that instant'
 
 
 class _Latest(NamedTuple):
@@ -68,8 +82,8 @@ class Localizer:
     """Computes poses in the local frame from samples."""
 
     def __init__(self) -> None:
-        #: The LocalFrame in force, relative to the odometry without its jumps; None before the
-        #: first pair of samples, and while the pose is lost.
+        #: The LocalFrame in force; None before the first pair of samples, and while the pose is
+        #: lost.
         self.frame: Optional[LocalFrame] = None
         #: True from a loss of the pose to the next reset.
         self.is_lost = False
@@ -79,8 +93,7 @@ class Localizer:
         self._jumps: List[Jump] = []
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
-        self._resets: List[Reset] = []         # waiting for the samples of their instant
-        self._carried_out: List[Reset] = []    # carried out, and not yet taken
+        self._resets: List[Reset] = []    # in the order of their requests, until they are taken
         self._imu: Optional[_Latest] = None
         self._odometry: Optional[_Latest] = None
 
@@ -98,9 +111,11 @@ class Localizer:
         """Take in a message of the odometry."""
         if self._imu is None or self._awaits_imu(self._imu, now):
             return
-        sample, jump = self._jump_filter.take(sample, now, self._imu.sample, self.driven_at)
+        shift, jump = self._jump_filter.take(sample, now, self._imu.sample, self.driven_at)
         if jump is not None:
             self._on_jump(jump)
+        if shift is not None:
+            self._shift(shift)
         time = self._buffer.add_odometry(sample, now)
         self._odometry = _Latest(sample, self._buffer.clock.measured_at(time, now))
         self._carry_out_resets()
@@ -122,10 +137,8 @@ class Localizer:
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
-        """The pose of ``local`` in the odometry's own frame; None before the first fix."""
-        if self.frame is None:
-            return None
-        return self._jump_filter.steady_T_odom.inverse() @ self.frame.odom_T_local
+        """The pose of ``local`` in ``odom``; None before the first fix."""
+        return None if self.frame is None else self.frame.odom_T_local
 
     def take_jumps(self) -> List[Jump]:
         """The jumps of both sensors since the last call."""
@@ -133,29 +146,31 @@ class Localizer:
         return jumps
 
     def take_resets(self) -> List[Reset]:
-        """The resets that were carried out since the last call, in order."""
-        resets, self._carried_out = self._carried_out, []
-        return resets
+        """The resets that are over since the last call, in order."""
+        over = [reset for reset in self._resets if reset.is_over]
+        if over:
+            self._resets = self._waiting
+        return over
 
-    def reset(self, declared: Pose2, now: float, sample_delay: float = 0.0) -> Reset:
-        """Declare that the robot is at `declared` in local at `now`. Returns the Reset to watch.
+    def reset(self, asked: AskedPose, now: float, sample_delay: float = 0.0) -> Reset:
+        """Declare that the robot is at `asked` at `now`. Returns the Reset to watch.
 
-        `sample_delay`: time by which samples are older than their stamps show [s].
+        Resets are carried out in the order of their requests. `sample_delay`: time by which samples
+        are older than their stamps show [s].
         """
-        reset = Reset(declared, now, self._buffer.clock.stamp_of(now), self._buffer.clock.epoch,
+        reset = Reset(asked, now, self._buffer.clock.stamp_of(now), self._buffer.clock.epoch,
                       sample_delay)
         self._resets.append(reset)
         return reset
 
-    def give_up(self, reset: Reset) -> None:
-        """Drop a reset that has not been carried out: the old frame stays."""
-        if reset in self._resets:
-            self._resets.remove(reset)
-
     @property
     def has_resets(self) -> bool:
         """Does a reset wait for the samples of its instant?"""
-        return bool(self._resets)
+        return bool(self._waiting)
+
+    @property
+    def _waiting(self) -> List[Reset]:
+        return [reset for reset in self._resets if not reset.is_over]
 
     def motion(self, now: float) -> Optional[Motion]:
         """The robot's Motion at `now`; None before the first samples, or if the pose is lost. The
@@ -177,7 +192,7 @@ class Localizer:
     def _awaits_reset(self, stamp: float) -> bool:
         """Is this stamp between the instant of a reset and the samples of that instant?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
-                   for reset in self._resets)
+                   for reset in self._waiting)
 
     def _awaits_imu(self, imu: _Latest, now: float) -> bool:
         """Has a silence of both sensors just ended, but without a sample of the IMU so far?"""
@@ -187,31 +202,40 @@ class Localizer:
     def _on_jump(self, jump: Jump) -> None:
         self._jumps.append(jump)
         if jump.outcome == POSE_LOST:    # old data no longer applies
-            for reset in self._resets:
+            for reset in self._waiting:
                 reset.problem = 'the robot started anew at that moment'
-            self._resets = []
             self.frame, self._buffer, self.is_lost = None, SampleBuffer(), True
         elif self.frame is not None:
             self.frame = replace(
                 self.frame, imu_yaw_of_x=wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
 
+    def _shift(self, shift: Pose2) -> None:
+        """The frame ``odom`` jumped: its old frame has the pose `shift` in the new one."""
+        self._buffer.shift(shift)
+        if self.frame is not None:
+            self.frame = replace(self.frame, odom_T_local=shift @ self.frame.odom_T_local)
+
     def _carry_out_resets(self) -> None:
-        for reset in list(self._resets):
+        for reset in self._waiting:
             if reset.stamp is None:
                 reset.stamp, reset.epoch = (
                     self._buffer.clock.stamp_of(reset.asked_at), self._buffer.clock.epoch)
-            if reset.epoch != self._buffer.clock.epoch:
+            if reset.epoch != self._buffer.clock.epoch:    # its instant is lost
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
-                self._resets.remove(reset)   # its instant is lost
-            elif reset.stamp is not None:
-                readings = self._buffer.at(reset.stamp + reset.sample_delay)
-                if readings is not None:
-                    self._carry_out(reset, *readings)
+                continue
+            readings = None if reset.stamp is None else self._buffer.at(
+                reset.stamp + reset.sample_delay)
+            if readings is None:
+                return    # the later ones wait for it
+            self._carry_out(reset, *readings)
 
     def _carry_out(self, reset: Reset, odom_T_base: Pose2, imu_yaw: float) -> None:
+        try:
+            reset.declared = reset.asked.in_local(self.odom_T_local)
+        except ValueError as problem:
+            reset.problem = str(problem)
+            return
         if self.frame is not None:
             reset.before = self.frame.pose(odom_T_base, imu_yaw)
         self.frame = LocalFrame.declared(reset.declared, odom_T_base, imu_yaw)
-        reset.done, self.is_lost = True, False
-        self._resets.remove(reset)
-        self._carried_out.append(reset)
+        self.is_lost = False

@@ -1,10 +1,10 @@
-"""Finds the faults of the odometry, and removes its jumps, which are not a motion of the robot.
+"""Finds the faults of the odometry, and its jumps, which are not a motion of the robot.
 
 There are three kinds of jumps:
 
 * When the IMU crosses +/-180 deg, the firmware reverses one displacement. Such a message
   contradicts itself: its rate of turn has a spike, and its displacement is against its own forward
-  speed. The filter reverses this displacement.
+  speed. The robot made the opposite displacement.
 * The robot's own `reset`, or a restart of its board, sets the odometry's place to zero after a
   silence, in which the motors keep their speed. If the robot stood before, it has
   not moved, and the IMU's turn meanwhile comes from the calibration. Otherwise the pose is lost.
@@ -12,14 +12,13 @@ There are three kinds of jumps:
   the robot is assumed to stand where it was, turned as the IMU says. If the IMU jumps as well,
   the pose is lost.
 
-Frames: ``odom`` is the odometry's own, ``steady`` is the one without jumps; they are the same until
-the first jump. Units: metres, radians, seconds.
+Frames: with a jump, the frame ``odom`` itself moves. The *shift* is the pose of the old frame in the
+new one: whatever is known in ``odom`` is to be shifted. Units: metres, radians, seconds.
 Source: OpenCR firmware 1.2.6 (see :mod:`tb3_labs.simulation.firmware`): its `reset` takes 2.6 s,
 then the odometry's yaw begins at the IMU's turn of that time. A recording of a real Burger shows a
 displacement of 7.3 mm backwards at the crossing.
 """
 import math
-from dataclasses import replace
 from typing import NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference
@@ -122,62 +121,62 @@ def _is_reset(before: _Heard, after: _Heard) -> bool:
 
 
 class JumpFilter:
-    """Removes the jumps from the odometry of one robot, message by message."""
+    """Finds the jumps of the odometry of one robot, message by message."""
 
     def __init__(self) -> None:
-        #: The pose of ``odom`` in ``steady``.
-        self.steady_T_odom = Pose2()
         self._last: Optional[_Heard] = None      # the last message with a new pose
         self._latest: Optional[_Heard] = None    # the last message of all
 
     def take(self, sample: OdometrySample, arrival: float, imu: ImuSample,
-             driven_at: float = -math.inf) -> Tuple[OdometrySample, Optional[Jump]]:
-        """Returns (the OdometrySample in ``steady``, the Jump that it shows, or None).
+             driven_at: float = -math.inf) -> Tuple[Optional[Pose2], Optional[Jump]]:
+        """Returns (the shift of ``odom``, the Jump that the sample shows), each of them or None.
 
         `imu`: the latest ImuSample, which shows the robot's turn while the odometry jumped;
         `driven_at`: when the robot was last told to move, as far as known [s, as `arrival`].
         """
-        jump, heard = None, _Heard(sample, arrival, imu)
+        shift, jump, heard = None, None, _Heard(sample, arrival, imu)
         if self._last is not None and self._latest is not None:
             before = self._last.sample.pose
             problem = _jump(before, sample.pose, self._last.seconds_to(heard))
             if _is_reset(self._latest, heard):
-                jump = self._after_reset(self._latest, heard, driven_at)
+                shift, jump = self._after_reset(self._latest, heard, driven_at)
             elif problem:
-                jump = self._stand_still(problem, self._last, heard)
+                shift, jump = self._stand_still(problem, self._last, heard)
             elif _is_backwards(before, sample):
                 # The robot drove the opposite of this step, from its last place.
-                x, y = self.steady_T_odom.act((2.0 * before.x - sample.pose.x,
-                                               2.0 * before.y - sample.pose.y))
-                self._hold(Pose2(x, y, self.steady_T_odom.yaw + sample.pose.yaw), sample.pose)
+                shift = _shift(Pose2(2.0 * before.x - sample.pose.x,
+                                     2.0 * before.y - sample.pose.y, sample.pose.yaw), sample.pose)
         if self._last is None or sample.pose != self._last.sample.pose:
             self._last = heard
         self._latest = heard
-        return replace(sample, pose=self.steady_T_odom @ sample.pose), jump
+        return shift, jump
 
-    def _after_reset(self, before: _Heard, after: _Heard, driven_at: float) -> Jump:
-        """The Jump of a reset between two messages. The pose is kept if the robot surely stood."""
+    @staticmethod
+    def _after_reset(before: _Heard, after: _Heard,
+                     driven_at: float) -> Tuple[Optional[Pose2], Jump]:
+        """A reset between two messages. The pose is kept if the robot surely stood."""
         turned = difference(after.imu.yaw, before.imu.yaw)
         stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
         if stood and abs(turned) <= RESTING_TURN and before.seconds_to(after) < LONGEST_SILENCE:
-            self._hold(self.steady_T_odom @ before.sample.pose, after.sample.pose)
-            return Jump(SET_TO_ZERO, POSE_KEPT, turned)
-        self.steady_T_odom = Pose2()
-        return Jump(SET_TO_ZERO, POSE_LOST)
+            return (_shift(before.sample.pose, after.sample.pose),
+                    Jump(SET_TO_ZERO, POSE_KEPT, turned))
+        return None, Jump(SET_TO_ZERO, POSE_LOST)
 
-    def _stand_still(self, problem: str, last: _Heard, now: _Heard) -> Jump:
+    @staticmethod
+    def _stand_still(problem: str, last: _Heard, now: _Heard) -> Tuple[Optional[Pose2], Jump]:
         """The odometry jumped, but the robot stands where it was at `last`."""
         turned = difference(now.imu.yaw, last.imu.yaw)
         if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(last.imu.yaw_rate):
-            self.steady_T_odom = Pose2()
-            return Jump(problem, POSE_LOST)
-        here = self.steady_T_odom @ last.sample.pose
-        self._hold(Pose2(here.x, here.y, here.yaw + turned), now.sample.pose)
-        return Jump(problem, POSE_KEPT)
+            return None, Jump(problem, POSE_LOST)
+        here = last.sample.pose
+        return (_shift(Pose2(here.x, here.y, here.yaw + turned), now.sample.pose),
+                Jump(problem, POSE_KEPT))
 
-    def _hold(self, steady_T_base: Pose2, odom_T_base: Pose2) -> None:
-        """From now on the pose ``odom_T_base`` in odom is ``steady_T_base`` in steady."""
-        self.steady_T_odom = steady_T_base @ odom_T_base.inverse()
+
+def _shift(before: Pose2, after: Pose2) -> Pose2:
+    """The shift of ``odom`` by which one place of the robot is `before` in the old frame, and
+    `after` in the new one."""
+    return after @ before.inverse()
 
 
 def _jump(before: Pose2, after: Pose2, seconds: float) -> str:

@@ -11,6 +11,7 @@ Edge cases: a new epoch of that clock empties the buffer; a gap of the odometry 
 import math
 from bisect import bisect_left
 from collections import deque
+from dataclasses import replace
 from typing import Any, Callable, Deque, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference, interpolate_angle, wrap
@@ -42,6 +43,10 @@ class Track:
         self._samples.append((time, value))
         while self._samples[0][0] < time - SAMPLE_MEMORY:
             self._samples.popleft()
+
+    def change(self, change: Callable[[Any], Any]) -> None:
+        """Replace each value by ``change(value)``."""
+        self._samples = deque((time, change(value)) for time, value in self._samples)
 
     @property
     def newest(self) -> float:
@@ -99,6 +104,12 @@ class SampleBuffer:
         while self._unpaired[0][0] < time - SAMPLE_MEMORY:
             self._unpaired.popleft()
         return time
+
+    def shift(self, shift: Pose2) -> None:
+        """The frame of the odometry jumped: its old frame has the pose `shift` in the new one."""
+        self._odometry.change(lambda pose: shift @ pose)
+        self._unpaired = deque((time, replace(sample, pose=shift @ sample.pose))
+                               for time, sample in self._unpaired)
 
     def take_pair(self) -> Optional[Tuple[OdometrySample, float]]:
         """The latest (OdometrySample, IMU yaw at its stamp) that was not taken yet, or None."""

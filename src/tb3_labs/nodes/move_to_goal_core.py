@@ -8,14 +8,14 @@ Units: seconds on the receiver's clock (`now`), metres, radians; poses in the lo
 """
 import math
 from dataclasses import dataclass
-from typing import Any, List, Optional, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.goal_machine import DrivingLaw, GoalMachine
 from tb3_labs.control.goal_state import DriveStatus
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import LONGEST_IDLE, Pace, Twist2
-from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose, check_pose
+from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, AskedPose, Pose2, TypedPose
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
@@ -23,8 +23,16 @@ from tb3_labs.news import News, NewsDesk
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.freshness import Freshness
+from tb3_labs.supervision.goal_requests import GoalRequest, GoalRequests
 from tb3_labs.supervision.lost_or_stalled import SURELY_DRIVES, SURELY_TURNS, SensorWatch, Sight
 from tb3_labs.supervision.permission import Permission
+
+#: Another node that commands a motion for longer than this while this one drives fights it [s].
+RIVAL = 0.3
+
+
+class GoalStaysEnded(ValueError):
+    """A goal is refused because its sender repeats it."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +66,7 @@ class MoveToGoalCore:
         self._localizer = Localizer()
         self._machine = GoalMachine(law)
         self._permission = Permission(has_control)
+        self._requests = GoalRequests(GoalRequest(None, stamp=1), self._permission.sleep)
         self._may_drive = has_control      # the permission at the last update
         self._grants = 0                   # number of grants at the last update
         self._pace = Pace(law.period)
@@ -67,6 +76,9 @@ class MoveToGoalCore:
         self._encoders = EncoderWatch()
         self._sent = Twist2()
         self._ended = 0                    # number of the last attempt that take_end returned
+        self._given_up = 0                 # number of the last attempt that was given up
+        self._rivals: Dict[str, float] = {}    # since when another node drives, too
+        self._over: List[Reset] = []       # resets that are over
         self._news = NewsDesk()
 
     # -- what comes in
@@ -91,10 +103,18 @@ class MoveToGoalCore:
         self._gyro.on_wheels(sample)
         self._encoders.on_wheels(sample)
 
-    def heard_command(self, linear: float, angular: float, now: float) -> None:
-        """Another node commands the robot, which may move now."""
-        if linear or angular:
-            self._localizer.driven_at = now
+    def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
+        """Another node commands the robot, which may move now. It is told of if it does so while
+        this node drives; a command that crosses a grant is not worth a line."""
+        if not (linear or angular):
+            return
+        self._localizer.driven_at = now
+        if self._sent == Twist2():
+            self._rivals.clear()
+        elif now - self._rivals.setdefault(sender, now) > RIVAL:
+            self._rivals[sender] = math.inf    # it is told once
+            self._news.tell('{} drives the robot, too: stop one of the two (False on ctrl_relinq '
+                            'stops this one)'.format(sender or 'another program'), warning=True)
 
     def set_law(self, law: DrivingLaw) -> None:
         """Drive by another law from now on; a present drive begins anew."""
@@ -103,35 +123,54 @@ class MoveToGoalCore:
         if self._machine.active:
             self._machine.restart()
 
-    def set_goal(self, goal: Pose2, arrived_at: float = math.inf) -> None:
-        """Replace the goal. `arrived_at`: when a goal that had to wait arrived, on the clock of
-        permission.Permission; infinite for a goal that did not wait. Raises ``ValueError`` if it is
-        too far, or may be older than a cancel."""
-        check_pose(goal)
-        if self._permission.sleep.is_waking or self._permission.sleep.came_after(arrived_at):
-            raise ValueError('it may have been sent while this node did not run: send it again')
+    def set_goal(self, goal: Pose2) -> None:
+        """Replace the goal."""
         self._machine.set_goal(goal)
         self._begin_anew()
 
-    def cancel(self) -> None:
-        """End the drive: a person or program cancelled the goal."""
-        self._machine.cancel()
-        self._pause()
-
-    def reset(self, declared: Pose2, now: float) -> Reset:
-        """Declare that the robot is at `declared` now. The Reset shows when this is done.
-
-        Raises ``ValueError`` if `declared` is too far, or a sensor is not fresh.
+    def hear_goal(self, request: GoalRequest, now: float) -> None:
+        """A goal has arrived, which :meth:`on_goal` may accept; `now` as in permission.Permission.
         """
-        check_pose(declared)
+        self.update_control(now)    # finds a sleep: the goal may be older than that
+        self._requests.hear(request, now)
+
+    def on_goal(self, request: GoalRequest) -> None:
+        """Drive to the AskedPose of a goal that was heard, unless it repeats the present one.
+
+        Raises ``ValueError`` with the reason of a refusal; it is a GoalStaysEnded if `request`
+        repeats a goal that was ended.
+        """
+        requests, machine = self._requests, self._machine
+        if self._permission.sleep.is_waking:
+            raise ValueError('it may have been sent while this node did not run: send it again')
+        if requests.stays_ended(request):
+            line = requests.tell(request)
+            if line:
+                self._news.tell(line, warning=True)
+            raise GoalStaysEnded('its sender repeats it since before it was ended')
+        goal = request.goal.in_local(self.odom_T_local)
+        if not (machine.active and machine.goal == goal and requests.is_repeated(request)):
+            self.set_goal(goal)
+        requests.accept(request)
+
+    def on_cancel(self, now: float, name: str = '', stamp: int = 0) -> bool:
+        """A person or program cancels goals, see GoalRequest. Returns True if this ends the drive.
+        """
+        is_meant = self._requests.cancel(now, name, stamp)
+        if is_meant:
+            self._machine.cancel()
+            self._pause()
+        return is_meant
+
+    def reset(self, asked: AskedPose, now: float) -> Reset:
+        """Declare that the robot is at `asked` now. The Reset shows when this is done.
+
+        Raises ``ValueError`` if a sensor is not fresh.
+        """
         problem = self._sensors.problem(now, with_age=True)
         if problem:
             raise ValueError('{}: is the robot running?'.format(problem))
-        return self._localizer.reset(declared, now, self._response.sample_delay)
-
-    def give_up_reset(self, reset: Reset) -> None:
-        """Drop a reset that has not been carried out: the old frame stays."""
-        self._localizer.give_up(reset)
+        return self._localizer.reset(asked, now, self._response.sample_delay)
 
     def begin_control(self, now: float) -> None:
         """From now on senders of control can be heard; `now` as in permission.Permission."""
@@ -160,6 +199,9 @@ class MoveToGoalCore:
             machine.interrupt()
         elif before and not self._may_drive:
             self._pause()
+        if machine.failure and machine.attempt != self._given_up:
+            self._given_up = machine.attempt
+            self._requests.give_up(now)
 
     # -- what comes out, once
 
@@ -169,13 +211,18 @@ class MoveToGoalCore:
     def take_fix(self) -> Optional[Fix]:
         return self._localizer.take_fix()
 
-    def take_end(self) -> Optional[Tuple[Pose2, str]]:
-        """(goal, failure) of a drive that has ended; `failure` is '' at the goal. Else None."""
+    def take_resets(self) -> List[Reset]:
+        """The resets that are over."""
+        over, self._over = self._over, []
+        return over
+
+    def take_end(self) -> Optional[Tuple[GoalRequest, str]]:
+        """(request, failure) of a drive that has ended; `failure` is '' at the goal. Else None."""
         machine = self._machine
         if machine.goal is None or machine.active or machine.attempt == self._ended:
             return None
         self._ended = machine.attempt
-        return machine.goal, machine.failure
+        return self._requests.present, machine.failure
 
     def command(self, now: float) -> Optional[Twist2]:
         self._look_at_sensors(now)
@@ -301,6 +348,8 @@ class MoveToGoalCore:
                 self._machine.give_up(POSE_LOST)
             elif self._permission.stands and self._machine.begun and self._machine.active:
                 self._machine.give_up(jump.text)
-        if self._localizer.take_resets():
+        over = self._localizer.take_resets()
+        self._over += over
+        if any(reset.done for reset in over):
             self._machine.restart()
             self._begin_anew()

@@ -14,7 +14,7 @@ from tb3_labs.panel.picture import RobotView
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame, to_pose2, transform_to_pose2
 from tb3_labs.ros.operator import hear_takers
-from tb3_labs.ros.rospy_internals import connection_of
+from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample
 from tb3_labs.ros.topics import subscribe
 
@@ -135,7 +135,7 @@ def _local(view, stamped, now):
 
 
 def _command(view, message, now):
-    view.hear_command(connection_of(message)['callerid'], message.linear.x, message.angular.z, now)
+    view.hear_command(sender_of(connection_of(message)), message.linear.x, message.angular.z, now)
 
 
 def _transforms(view, poses, now):

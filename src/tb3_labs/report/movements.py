@@ -202,18 +202,22 @@ def _steady_odometry(run: RunData) -> Tuple[Poses, List[float]]:
     """Returns the odometry as move_to_goal corrects it: (Poses without jumps, the times at which
     the pose is lost [s])."""
     odometry, imu = run.odometry, run.imu
-    steady, poses, lost = JumpFilter(), [], []
+    jumps, first_T_odom, poses, lost = JumpFilter(), Pose2(), [], []
     newest = np.searchsorted(imu.arrival, odometry.arrival, side='right') - 1
     for k, heard in enumerate(newest.clip(0)):
         if odometry.arrival[k] - imu.arrival[heard] > RESET_SILENCE:
             heard = min(heard + 1, len(imu) - 1)    # the first sample after the silence
-        sample, jump = steady.take(
+        shift, jump = jumps.take(
             OdometrySample(odometry.time[k], odometry.pose(k), float(odometry.linear[k]),
                            float(odometry.angular[k])), odometry.arrival[k],
             ImuSample(imu.time[heard], imu.yaw[heard], imu.yaw_rate[heard]))
-        poses.append((sample.pose.x, sample.pose.y, sample.pose.yaw))
+        if shift is not None:
+            first_T_odom = first_T_odom @ shift.inverse()
         if jump is not None and jump.outcome == POSE_LOST:
+            first_T_odom = Pose2()
             lost.append(float(odometry.time[k]))
+        pose = first_T_odom @ odometry.pose(k)
+        poses.append((pose.x, pose.y, pose.yaw))
     return Poses(odometry.arrival, odometry.time, *np.array(poses).T), lost
 
 

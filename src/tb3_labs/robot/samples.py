@@ -12,6 +12,19 @@ from tb3_labs.geometry.se2 import Pose2
 #: A robot does not turn farther than this between two samples of its IMU [rad]. In a silence of the
 #: IMU, a node that drives by the IMU stops the robot.
 FARTHEST_TURN = 1.0
+#: The odometry of such a robot reaches no farther than this: a day of driving [m].
+FARTHEST_PLACE = 2e4
+#: No wheel turns this robot's odometry faster, not even one that is spun by hand [m/s].
+FASTEST_DRIVE = 3.0
+#: Largest rate of turn of the odometry [rad/s]: the firmware's spike, two pi for each period of at
+#: least 1 ms.
+FASTEST_SPIKE = 7e3
+#: The gyro of the board measures no faster turn: 2000 deg/s [rad/s].
+FASTEST_GYRO = 35.0
+#: A wheel has turned no farther than this [rad]: its encoder counts 2^31 steps.
+FARTHEST_WHEEL = 3.5e6
+#: ROS cannot send a later stamp [s]: that of the year 2106.
+LAST_STAMP = 2.0 ** 32 - 2.0
 #: A robot at rest has at most this forward speed in its samples [m/s].
 REST_LINEAR = 0.005
 #: A robot at rest has at most this rate of turn in its samples [rad/s].
@@ -71,6 +84,16 @@ class Motion:
 
 #: A sample of either sensor.
 Sample = Union[ImuSample, OdometrySample]
+
+
+def bounded(name: str, value: float, bound: float, unit: str) -> float:
+    """`value`, which no robot exceeds; ``ValueError`` if it does, or is not finite."""
+    if not abs(value) <= bound:    # "not <=" also catches NaN
+        raise ValueError('{} = {:.6g} {} is more than a robot can have ({:g})'.format(
+            name, value, unit, bound))
+    return value
+
+
 def is_slow(linear: float, angular: float) -> bool:
     """Are these speeds [m/s, rad/s] those of a robot at rest?"""
     return abs(linear) <= REST_LINEAR and abs(angular) <= REST_ANGULAR

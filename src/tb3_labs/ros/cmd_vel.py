@@ -19,7 +19,7 @@ from geometry_msgs.msg import Twist
 from tb3_labs.ros.clocks import ClockWatch, steady_time
 from tb3_labs.ros.conversions import to_twist
 from tb3_labs.ros.node import guarded, when_stopped
-from tb3_labs.ros.rospy_internals import connection_of
+from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.topics import subscribe
 
 #: A smaller speed turns no motor [m/s], [rad/s]: their steps are eight times as large. The firmware
@@ -136,12 +136,13 @@ class Watchdog:
 
 
 def hear_other_drivers(heard):
-    """Call ``heard(Twist)`` with each command that another node gives the robot."""
+    """Call ``heard(sender, Twist)`` with each command that another node gives the robot."""
     def hear(message):
-        if connection_of(message)['callerid'] == rospy.get_name():
+        sender = sender_of(connection_of(message))
+        if sender == rospy.get_name():
             time.sleep(OWN_PERIOD)    # in the thread of that connection, which drops the others
         else:
-            heard(message)
+            heard(sender, message)
 
     subscribe('cmd_vel', Twist, hear)
 

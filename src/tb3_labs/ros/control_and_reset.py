@@ -4,13 +4,14 @@ Control comes by `ctrl_relinq`. Resets come in three ways: the services `reset_p
 and `initialpose`, RViz's 2D Pose Estimate. The other side is :mod:`tb3_labs.ros.operator`.
 """
 import math
-import time
 
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from std_msgs.msg import Bool
 
-from tb3_labs.geometry.se2 import TypedPose
+from tb3_labs.geometry.se2 import AskedPose, TypedPose
+from tb3_labs.ros.clocks import Complaints
+from tb3_labs.ros.conversions import to_asked_pose
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import subscribe_events, subscribe_news
 from tb3_labs.srv import (
@@ -18,6 +19,7 @@ from tb3_labs.srv import (
 
 #: Longest time of a reset [s], so that every reset is answered within a second.
 ANSWER_WITHIN = 0.85
+REFUSED = 'Reset refused, the old frame stays: %s'
 
 
 class ControlTaker:
@@ -43,49 +45,45 @@ class ControlTaker:
 
 
 class Resets:
-    """Offers `reset_pose`, `set_pose` and `initialpose`, and carries them out by a MoveToGoalCore.
+    """Offers `reset_pose`, `set_pose` and `initialpose`, which a MoveToGoalCore carries out.
 
     A reset waits in the core for samples of the moment at which it was asked for.
     """
 
-    def __init__(self, core, changed, frames, forget_path):
+    def __init__(self, core, changed, forget_path):
         """`changed`: the Condition that guards `core`. ``forget_path()`` is called with each new
         frame."""
         self._core = core
         self._changed = changed
-        self._frames = frames
         self._forget_path = forget_path
-        self._awaited = []    # resets that are not carried out yet; guarded by `changed`
+        self._complaints = Complaints()
 
     def offer(self):
         """Take resets from now on."""
         rospy.Service('reset_pose', ResetPose, guarded(self._on_reset_pose))
-        rospy.Service('set_pose', SetInitialPose, self._on_set_pose)
+        rospy.Service('set_pose', SetInitialPose, guarded(self._on_set_pose))
         subscribe_news('initialpose', PoseWithCovarianceStamped, self._on_initialpose, queue_size=1)
 
     def look(self):
         """Log the resets that the latest sample has carried out, and wake their callers; `changed`
         is held."""
-        done = [reset for reset in self._awaited if reset.done]
-        for reset in done:
-            self._awaited.remove(reset)
-            self._forget_path()
-            rospy.loginfo('%s', self._told(reset))
-        if self._awaited or done:
+        over = self._core.take_resets()
+        for reset in over:
+            if reset.done:
+                self._forget_path()
+                rospy.loginfo('%s', self._told(reset))
+        if over:
             self._changed.notify_all()
 
-    def _reset(self, declared, deadline):
-        """Reset to the Pose2 `declared` in local. Returns (localizer.Reset, answer in words);
-        ``ValueError`` if it is refused, or not carried out before `deadline` [time.monotonic()]."""
+    def _reset(self, asked):
+        """Reset to an AskedPose. Returns the localizer.Reset and an answer in words; ``ValueError``
+        if it is refused, or not carried out within ANSWER_WITHIN."""
         with self._changed:
-            reset = self._core.reset(declared, rospy.get_time())
-            self._awaited.append(reset)
-            self._changed.wait_for(lambda: reset.done or reset.problem,
-                                   max(0.0, deadline - time.monotonic()))
-            if not reset.done:
-                self._awaited.remove(reset)
-                self._core.give_up_reset(reset)
-                raise ValueError(reset.problem or 'no sample of imu and odom at that instant')
+            reset = self._core.reset(asked, rospy.get_time())
+            if not self._changed.wait_for(lambda: reset.is_over, ANSWER_WITHIN):
+                reset.give_up()
+            if reset.problem:
+                raise ValueError(reset.problem)
             return reset, self._told(reset)
 
     def _told(self, reset):
@@ -93,13 +91,13 @@ class Resets:
         return 'Local pose set to {}{}'.format(reset.declared, hint)
 
     def _on_reset_pose(self, request):
-        response, deadline = ResetPoseResponse(), time.monotonic() + ANSWER_WITHIN
+        response = ResetPoseResponse()
         try:
-            reset, response.message = self._reset(
-                TypedPose(request.x, request.y, request.yaw_deg).pose, deadline)
+            reset, response.message = self._reset(AskedPose(
+                TypedPose(request.x, request.y, request.yaw_deg).pose))
         except ValueError as problem:
-            rospy.logwarn('Reset refused, the old frame stays: %s', problem)
             response.message = str(problem)
+            self._complaints.warn(REFUSED, problem)
             return response
         response.success = True
         if reset.before is not None:
@@ -109,26 +107,21 @@ class Resets:
         return response
 
     def _on_set_pose(self, request):
-        problem = self._on_initialpose(request.pose)
-        if problem:
-            raise rospy.ServiceException(str(problem))
+        try:
+            self._reset_to(request.pose)
+        except ValueError as problem:
+            self._complaints.warn(REFUSED, problem)
+            raise rospy.ServiceException(str(problem)) from None
         return SetInitialPoseResponse()
 
     def _on_initialpose(self, stamped):
-        """Reset to a stamped pose. The frame `map` means local here, since the handout's client
-        sends it so. Returns the reason of a refusal, or None."""
-        header, deadline = stamped.header, time.monotonic() + ANSWER_WITHIN
-        if header.frame_id.lstrip('/') == 'map':
-            header.frame_id = ''
-        self._frames.await_frame(header)
-        with self._changed:
-            odom_T_local = self._core.odom_T_local
         try:
-            self._reset(self._frames.to_local(header, stamped.pose.pose, odom_T_local), deadline)
+            self._reset_to(stamped)
         except ValueError as problem:
-            rospy.logwarn('Reset refused, the old frame stays: %s', problem)
-            return problem
-        return None
+            self._complaints.warn(REFUSED, problem)
+
+    def _reset_to(self, stamped):
+        self._reset(to_asked_pose(stamped.header, stamped.pose.pose))
 
 
 def _in_degrees(pose):

@@ -42,25 +42,30 @@ WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 class LocalDisplay:
     """Publishes `local_pose`, `local_path` and the tf from the odometry's frame to local."""
 
-    def __init__(self, local_frame):
-        self._frame = local_frame
+    def __init__(self, local_frame, odom_frame):
+        self.frame, self._odom = local_frame, odom_frame
         self._pose = rospy.Publisher('local_pose', PoseStamped, queue_size=1)
         self._path = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
         self._tf = tf2_ros.TransformBroadcaster()
         self._shown = -math.inf, None           # the last stamp, and odom_T_local then
         self._points = []
+        self._has_new_points = False            # since the path was sent
         self._path_sent = -math.inf
 
-    def show(self, fix, odom_T_local, odom_frame):
+    def show(self, fix, odom_T_local):
         """Publish one localizer.Fix."""
         if self._pose.get_num_connections():
-            self._pose.publish(to_pose_stamped(fix.local_T_base, self._frame, fix.stamp))
+            self._pose.publish(to_pose_stamped(fix.local_T_base, self.frame, fix.stamp))
         shown_at, declared = self._shown
         if odom_T_local == declared and abs(fix.stamp - shown_at) < 1.0 / DISPLAY_RATE:
             return
         self._shown = fix.stamp, odom_T_local
-        self._tf.sendTransform(to_transform(odom_T_local, odom_frame, self._frame, fix.stamp))
+        self._tf.sendTransform(to_transform(odom_T_local, self._odom, self.frame, fix.stamp))
         self._extend_path(fix)
+        if self._has_new_points and abs(fix.stamp - self._path_sent) >= 1.0 / PATH_RATE:
+            self._path_sent, self._has_new_points = fix.stamp, False
+            self._path.publish(Path(header=self._points[-1][1].header,
+                                    poses=[point for _, point in self._points]))
 
     def forget_path(self):
         """Clear the path: the local frame was declared anew, and the path was in the old one."""
@@ -73,14 +78,11 @@ class LocalDisplay:
             if last.distance_to(fix.local_T_base) < PATH_STEP and (
                     abs(difference(fix.local_T_base.yaw, last.yaw)) < PATH_TURN):
                 return
-        message = to_pose_stamped(fix.local_T_base, self._frame, fix.stamp)
-        self._points.append((fix.local_T_base, message))
+        self._points.append((fix.local_T_base,
+                             to_pose_stamped(fix.local_T_base, self.frame, fix.stamp)))
+        self._has_new_points = True
         if len(self._points) > PATH_POINTS:
             self._points = self._points[::2]
-        if abs(fix.stamp - self._path_sent) >= 1.0 / PATH_RATE:
-            self._path_sent = fix.stamp
-            self._path.publish(Path(header=message.header,
-                                    poses=[point for _, point in self._points]))
 
 
 class DriveStatusPublisher:

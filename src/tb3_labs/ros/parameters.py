@@ -24,6 +24,7 @@ from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.config import NOT_GIVEN, bounds_in_words, from_parameters, nearest
 from tb3_labs.robot.turtlebot3 import model_called
+from tb3_labs.ros.node import guarded
 
 _TYPES = {bool: 'bool', int: 'int', float: 'double', str: 'str'}
 _LOWEST = {bool: False, int: -2 ** 31, float: -math.inf, str: ''}
@@ -72,7 +73,7 @@ class LiveSettings:
         self._updates = rospy.Publisher('~parameter_updates', Values, queue_size=10, latch=True)
         descriptions.publish(_description(config, self._offered))
         self._updates.publish(self._message())
-        rospy.Service('~set_parameters', Reconfigure, self._on_request)
+        rospy.Service('~set_parameters', Reconfigure, guarded(self._on_request))
 
     def _on_request(self, request):
         with self._lock:

@@ -16,6 +16,12 @@ def connection_of(message):
     return message._connection_header
 
 
+def sender_of(header):
+    """The name of the sender with this header of a connection; '' without one. It may be a stranger's
+    text, so it is short, and without effect on a terminal."""
+    return ''.join(letter for letter in header.get('callerid', '') if letter.isprintable())[:100]
+
+
 def is_wall_time():
     """Is ROS time the computer's time, and not that of a simulated /clock?"""
     return rospy.rostime.is_wallclock()

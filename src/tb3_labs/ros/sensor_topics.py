@@ -1,39 +1,52 @@
 """The robot's sensors: their messages as samples, and reminders of sensors that are not heard.
 
-An invalid message (NaN, infinity, an invalid quaternion) raises ``ValueError``.
+An invalid message raises ``ValueError``: NaN, infinity, an invalid quaternion, a place or a speed
+that no such robot can have, an IMU that says that it has no orientation.
 """
 import rospy
 from sensor_msgs.msg import JointState
 
-from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
+from tb3_labs.robot.samples import (
+    FARTHEST_PLACE, FARTHEST_WHEEL, FASTEST_DRIVE, FASTEST_GYRO, FASTEST_SPIKE, LAST_STAMP,
+    ImuSample, OdometrySample, WheelSample, bounded)
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.clocks import remind
-from tb3_labs.ros.conversions import finite, to_pose2, yaw_of
+from tb3_labs.ros.conversions import to_pose2, yaw_of
 from tb3_labs.ros.topics import publishers_of, subscribe
 
 
 def to_imu_sample(message):
     """The ImuSample of a sensor_msgs/Imu."""
-    return finite(ImuSample(message.header.stamp.to_sec(), yaw_of(message.orientation),
-                            message.angular_velocity.z), message.angular_velocity.z)
+    for covariance, what in ((message.orientation_covariance, 'orientation'),
+                             (message.angular_velocity_covariance, 'gyro')):
+        if covariance[0] == -1.0:
+            raise ValueError('it has no {0} ({0} covariance -1)'.format(what))
+    return ImuSample(_stamp(message), yaw_of(message.orientation), bounded(
+        'rate of turn', message.angular_velocity.z, FASTEST_GYRO, 'rad/s'))
 
 
 def to_odometry_sample(message):
     """The OdometrySample of a nav_msgs/Odometry."""
-    twist = message.twist.twist
-    return finite(OdometrySample(message.header.stamp.to_sec(), to_pose2(message.pose.pose),
-                                 twist.linear.x, twist.angular.z),
-                  twist.linear.x, twist.angular.z)
+    twist, pose = message.twist.twist, to_pose2(message.pose.pose)
+    bounded('place', max(abs(pose.x), abs(pose.y)), FARTHEST_PLACE, 'm')
+    return OdometrySample(
+        _stamp(message), pose, bounded('speed', twist.linear.x, FASTEST_DRIVE, 'm/s'),
+        bounded('rate of turn', twist.angular.z, FASTEST_SPIKE, 'rad/s'))
 
 
 def to_wheel_sample(message):
     """The WheelSample of a TurtleBot3's sensor_msgs/JointState; ``ValueError`` without wheels."""
     angles = dict(zip(message.name, message.position))
     try:
-        left, right = (angles[joint] for joint in WHEEL_JOINTS)
+        left, right = (bounded(joint, angles[joint], FARTHEST_WHEEL, 'rad')
+                       for joint in WHEEL_JOINTS)
     except KeyError as missing:
         raise ValueError('no angle of {}'.format(missing)) from None
-    return finite(WheelSample(message.header.stamp.to_sec(), left, right), left, right)
+    return WheelSample(_stamp(message), left, right)
+
+
+def _stamp(message):
+    return bounded('stamp', message.header.stamp.to_sec(), LAST_STAMP, 's')
 
 
 def subscribe_wheels(callback):

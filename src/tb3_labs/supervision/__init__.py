@@ -7,7 +7,7 @@
    (`lost_or_stalled`).
 5. *A stop reaches hands*: sticks (`holder`) and mouse (nodes/mouse_reader) count again once they
    were in their middle, a page once it is gripped anew (`page_grip`).
-6. *A cancel* ends what arrived before it (`permission.Arrivals`).
+6. *A cancel* ends the goal that it means, and a goal that is repeated stays ended (`goal_requests`).
 7. *Used is used up*: the start that reads `~has_control` deletes it (scripts/move2goal_tf.py).
 
 `driver` and `holder` have the tables of who drives and who holds the robot. `freshness` shows the

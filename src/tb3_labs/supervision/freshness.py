@@ -106,8 +106,9 @@ class SleepWatch:
         self.slept_for = 0.0
         #: True if messages heard now may be as old as a sleep. Then only a stop counts.
         self.is_waking = False
+        #: The end of the last sleep [s].
+        self.woke_at = -math.inf
         self._updated_at: Optional[float] = None
-        self._woke_at = -math.inf
 
     def update(self, now: float) -> None:
         """Look at the clock. To be called ten times a second, and before each message is used."""
@@ -115,17 +116,13 @@ class SleepWatch:
         self._updated_at = now
         self.slept_for = gap if gap > LONGEST_GAP else 0.0
         if self.slept_for:
-            self._woke_at = now
-        self.is_waking = now - self._woke_at < WAKING
+            self.woke_at = now
+        self.is_waking = now - self.woke_at < WAKING
 
     def start(self, now: float) -> None:
         """Begin to look now; the time before does not count."""
         self.slept_for, self.is_waking = 0.0, False
-        self._updated_at, self._woke_at = now, -math.inf
-
-    def came_after(self, at: float) -> bool:
-        """Did the process sleep since `at`, or wake up just before?"""
-        return at - self._woke_at < WAKING
+        self._updated_at, self.woke_at = now, -math.inf
 
     def in_words(self) -> str:
         """The sleep that the last update found: '' or 'this node did not run for 3.2 s'."""

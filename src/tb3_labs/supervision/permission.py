@@ -21,8 +21,6 @@ a person gives the machine anew):
   or before this node started or woke. If renewals of a sender that renews arrive faster than one in
   each `RENEWAL`, its True was delayed.
 
-A goal may wait before it is driven to, but a cancel ends it, too (:class:`Arrivals`).
-
 Units: seconds on a clock that never stands still and never goes back (`now`).
 :meth:`Permission.update` is to be called ten times a second.
 Edge case: a sender that renews must do so once before the robot may move. So a True of a dead
@@ -190,56 +188,3 @@ class Permission:
         if any(at > grant.sent_before for other, at in self._stops.items() if other != sender):
             return 'it was taken while the network delayed it'
         return ''
-
-
-class Arrival:
-    """A goal that has arrived at `now` [s]; it may wait, for instance for its frame.
-
-    `name` and `stamp` [ns, sender's clock] are those of its GoalID; '' and 0 if it has none.
-    """
-
-    def __init__(self, now: float, name: str = '', stamp: int = 0) -> None:
-        self.arrived_at, self.name, self.stamp = now, name, stamp
-        self.refusal = ''
-
-    def objection(self, now: float) -> str:
-        """The reason why it must not be driven to; '' if there is none."""
-        if self.refusal or now - self.arrived_at <= RESUME_TIME:
-            return self.refusal
-        return 'it waited for {:.1f} s: send it again'.format(now - self.arrived_at)
-
-
-class Arrivals:
-    """The goal that is driven to, and those that have arrived but wait.
-
-    A cancel ends what arrived before it, wherever that waits: the goal that it names, the goals up
-    to its stamp, or each goal if it has neither. A newer goal replaces the older ones. A goal that
-    has waited for more than `RESUME_TIME` is void.
-    """
-
-    def __init__(self, present: Arrival) -> None:
-        self.present = present
-        self._waiting: List[Arrival] = []    # in the order of their arrival
-
-    def add(self, goal: Arrival) -> None:
-        """`goal` has arrived; to be followed by :meth:`drop`."""
-        self._waiting.append(goal)
-
-    def cancel(self, name: str = '', stamp: int = 0) -> bool:
-        """A cancel has arrived. Returns True if it ends the present goal."""
-        def is_meant(goal: Arrival) -> bool:
-            return (goal.name == name if name else not stamp) or 0 < goal.stamp <= stamp
-
-        for goal in filter(is_meant, self._waiting):
-            goal.refusal = 'it was cancelled while its frame was awaited'
-        return is_meant(self.present)
-
-    def accept(self, goal: Arrival) -> None:
-        """`goal` is driven to from now on."""
-        self.present = goal
-        for older in self._waiting[:self._waiting.index(goal)]:
-            older.refusal = older.refusal or 'replaced by a newer goal'
-
-    def drop(self, goal: Arrival) -> None:
-        """`goal` waits no longer: it was accepted or refused."""
-        self._waiting.remove(goal)

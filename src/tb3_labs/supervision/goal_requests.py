@@ -1,0 +1,120 @@
+"""Does a goal count, and which goal does a cancel end?
+
+Each goal replaces the goal before it, whoever sent it. A sender *repeats* a goal when it sends the
+goal again within `SENDER_PAUSE`, unchanged but for its stamp. The rules:
+
+* A cancel ends the goal that it names, or each goal up to its stamp, or every goal.
+* A goal that its sender had sent twice or more when a cancel ended it stays ended, until the sender
+  changes it, or pauses. A goal that a person sends once again counts at once.
+* The same holds when the drive to a repeated goal was given up: a repetition is not a new wish.
+* A repetition during the drive to this goal changes nothing: neither does the drive begin anew, nor
+  does the wait for sensors.
+
+Units: seconds on a clock that never stands still and never goes back (`now`). Edge cases: a sender
+is not silent while this process sleeps; a link that holds up a sender for `SENDER_PAUSE` is a pause.
+"""
+import math
+from typing import Any, Dict, NamedTuple, Optional
+
+from tb3_labs.supervision.freshness import SleepWatch
+
+#: A sender that is silent for longer than this has paused [s].
+SENDER_PAUSE = 2.0
+#: A goal is repeated if its sender sent it this often without a pause.
+REPETITION = 2
+
+
+class GoalRequest(NamedTuple):
+    """A goal as it arrived."""
+
+    goal: Any             # a pose and its frame; equal for goals that are unchanged
+    sender: str = ''
+    name: str = ''        # that of its GoalID; '' if it has none
+    stamp: int = 0        # that of its GoalID [ns, sender's clock]; 0 if it has none
+
+    def is_meant(self, name: str, stamp: int) -> bool:
+        """Does a cancel with this name and stamp mean it?"""
+        return (self.name == name if name else not stamp) or 0 < self.stamp <= stamp
+
+
+class _Row:
+    """One sender's unchanged goals without a pause between them."""
+
+    def __init__(self, goal: Any) -> None:
+        self.goal = goal
+        self.times = 0         # at most REPETITION
+        self.heard_at = -math.inf
+        self.latest = GoalRequest(goal)
+        self.is_ended = self.was_told = False
+
+    def end(self) -> None:
+        self.is_ended = self.is_ended or self.times >= REPETITION
+
+
+class GoalRequests:
+    """The goal that is driven to, and those that were heard a moment ago."""
+
+    def __init__(self, present: GoalRequest, sleep: SleepWatch) -> None:
+        #: The request of the goal that was accepted last.
+        self.present = present
+        self._sleep = sleep
+        self._rows: Dict[str, _Row] = {}    # by sender
+
+    def hear(self, request: GoalRequest, now: float) -> None:
+        """A goal has arrived; to be called for each, also for one that is refused."""
+        self._forget(now)
+        row = self._rows.get(request.sender)
+        if row is None or row.goal != request.goal:
+            row = self._rows[request.sender] = _Row(request.goal)
+        row.times = min(row.times + 1, REPETITION)
+        row.latest, row.heard_at = request, now
+
+    def stays_ended(self, request: GoalRequest) -> bool:
+        """Is a goal that was just heard the repetition of one that was ended?"""
+        row = self._row_of(request)
+        return row is not None and row.is_ended
+
+    def tell(self, request: GoalRequest) -> str:
+        """The line for a goal that stays ended; '' after the first time."""
+        row = self._row_of(request)
+        if row is None or row.was_told:
+            return ''
+        row.was_told = True
+        return 'The goal that {} repeats stays ended: it counts again if it is changed, or after ' \
+               'a pause of {:.0f} s'.format(request.sender or 'a program', SENDER_PAUSE)
+
+    def is_repeated(self, request: GoalRequest) -> bool:
+        """Is a goal that was just heard the repetition of the present one?"""
+        row = self._row_of(request)
+        return row is not None and row.times >= REPETITION and row is self._row_of(self.present)
+
+    def accept(self, request: GoalRequest) -> None:
+        """`request` is driven to from now on."""
+        self.present = request
+
+    def give_up(self, now: float) -> None:
+        """The drive to the present goal was given up."""
+        self._forget(now)
+        row = self._row_of(self.present)
+        if row is not None:
+            row.end()
+
+    def cancel(self, now: float, name: str = '', stamp: int = 0) -> bool:
+        """A cancel has arrived. Returns True if it ends the present goal."""
+        self._forget(now)
+        for row in self._rows.values():
+            if row.latest.is_meant(name, stamp):
+                row.end()
+        is_meant = self.present.is_meant(name, stamp)
+        if is_meant:
+            self.give_up(now)
+        return is_meant
+
+    def _row_of(self, request: GoalRequest) -> Optional[_Row]:
+        row = self._rows.get(request.sender)
+        return row if row is not None and row.goal == request.goal else None
+
+    def _forget(self, now: float) -> None:
+        """Forget the senders that have paused."""
+        self._rows = {sender: row for sender, row in self._rows.items()
+                      if now - max(row.heard_at, self._sleep.woke_at) <= SENDER_PAUSE}
