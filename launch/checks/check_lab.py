@@ -28,7 +28,7 @@ import rosunit
 from roslib.packages import find_node
 
 from tb3_labs.command_line import write_output
-from tb3_labs.marking.criteria import Outcome, judge
+from tb3_labs.marking.criteria import NOT_TRIED, Outcome, judge
 from tb3_labs.marking.evidence import remarks_on
 from tb3_labs.marking.feedback import diagnosis
 from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
@@ -158,6 +158,17 @@ def checks_of(marks, strict):
     return checks + [Check('test_total', total(marks) * missed)]
 
 
+def lines_of(verdicts):
+    """A line for each verdict, and one for all that could not be tried."""
+    untried = [verdict for verdict in verdicts if verdict.seen == NOT_TRIED]
+    lines = [verdict.line for verdict in verdicts if verdict not in untried]
+    if untried and not untried[0].criterion.extra:
+        lines.append('  {:11}  {:8}  the other criteria could not be tried: {}'.format(
+            Outcome.MISSED.value.upper(), '0 of {:g}'.format(sum(one.worth for one in untried)),
+            ', '.join(one.criterion.name for one in untried)))
+    return lines
+
+
 def total(marks):
     """The points in words."""
     return '{:g} of {:g} points'.format(marks.points, marks.worth)
@@ -186,8 +197,10 @@ def main():
     if not marks.verdicts:
         return report([])
     hint = hints.in_a_line(diagnosis(marks.observation.run(), marks))
-    for line in [verdict.line for verdict in marks.verdicts] + marks.remarks + [
-            hint] * bool(hint) + [total(marks)]:
+    for line in lines_of(marks.graded) + marks.remarks + [hint] * bool(hint) + [total(marks)]:
+        tell(line)
+    extra = lines_of(marks.extra)
+    for line in ['Beyond the handout:'] * bool(extra) + extra:
         tell(line)
     return report(checks_of(marks, rospy.get_param('~strict')))
 

@@ -8,11 +8,12 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 import rosunit
 
-from tb3_labs.marking.criteria import Criterion, Outcome, Place, Verdict
-from tb3_labs.marking.marks import Marks
+from tb3_labs.marking.criteria import Criterion, Outcome, Place, Verdict, judge
+from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
+from tb3_labs.marking.observation import Observation, Run
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'checks'))
-from check_lab import checks_of, place_of, total    # noqa: E402 (it is beside this folder)
+from check_lab import checks_of, lines_of, place_of, total    # noqa: E402 (it is beside this folder)
 
 
 def verdict(name, outcome, worth=2.0, extra=False):
@@ -30,10 +31,21 @@ MET, MISSED, NOT_OFFERED = Outcome.MET, Outcome.MISSED, Outcome.NOT_OFFERED
      '  NOT MET      0 of 2    turns well: it fell; see doc/imu_lab.md, "Lab", step 4'),
     (verdict('turn', NOT_OFFERED, 0.5),
      '  NOT OFFERED  0 of 0.5  turns well: it fell; see doc/imu_lab.md, "Lab", step 4'),
+    (verdict('turn', MISSED, 0.0, extra=True),
+     '  not yet      extra     turns well: it fell; see doc/imu_lab.md, "Lab", step 4'),
     (verdict('turn', MET, 0.0, extra=True), '  met          extra     turns well'),
     (verdict('turn', MET, 1.0, extra=True), '  met          1 of 1    turns well')])
 def test_a_verdict_is_one_line(made, line):
     assert made.line == line
+
+
+def test_what_could_not_be_tried_is_one_line():
+    seen = Observation('turn', 'lab2/n.py', runs=[Run(0.0, end=1.0, ended_by_itself=True, printed='x')])
+    marks = Marks('', verdicts=judge(LABS['turn'].criteria, seen, points_of('turn', read_points(None))))
+    graded = lines_of(marks.graded)
+    assert len(graded) == 2 and "it ended at once: 'x'" in graded[0]
+    assert '0 of 29   the other criteria could not be tried: left, right' in graded[1]
+    assert lines_of(marks.extra) == []
 
 
 def results(marks, strict):
@@ -55,7 +67,7 @@ def test_rostest_gets_a_sentence_for_each_criterion_that_is_not_met_and_the_tota
     assert told['test_drive'].strip() == (
         'NOT MET      0 of 3    drives well: it fell; see doc/imu_lab.md, "Lab", step 4')
     assert told['test_total'].strip() == total(marks) == '3 of 5 points'
-    assert results(marks, strict=True)['test_extra_rest'].startswith('NOT OFFERED')
+    assert results(marks, strict=True)['test_extra_rest'].startswith('not offered')
     good = Marks('', verdicts=[verdict('turn', MET), verdict('rest', MISSED, 0.0, extra=True)])
     assert results(good, strict=False) == {'test_turn': None, 'test_total': None}
 

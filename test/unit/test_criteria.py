@@ -7,13 +7,22 @@ import pytest
 from test_marking import observation, stimulus
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import gamepad, move2goal
-from tb3_labs.marking.criteria import Outcome, judge
+from tb3_labs.marking.criteria import NOT_TRIED, Outcome, judge
 from tb3_labs.marking.evidence import remarks_on
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.observation import Observation, Run, Stimulus
 from tb3_labs.marking.ros_types import mouse_fields
 from tb3_labs.marking.turn import EACH_TURN, MOUSE_PLACES
 
+#: A node that ends with a traceback, after it has said goodbye.
+CRASH = '''Bye
+Traceback (most recent call last):
+  File "/usr/lib/python3/dist-packages/rospy/timer.py", line 237, in run
+    self._callback(TimerEvent())
+  File "/home/ann/node.py", line 7, in f
+    x
+NameError: name 'x' is not defined
+'''
 #: Each stimulus begins at a multiple of this, and lasts nearly as long [s].
 SLOT, LASTS = 10.0, 8.0
 
@@ -30,11 +39,12 @@ def stopped(second, linear=0.2, angular=0.0, **more):
                  **more)
 
 
-def turn(degrees, rate=1.5, forward=0.0, moved=True, rested=True):
+def turn(degrees, rate=1.5, forward=0.0, moved=True, rested=True, **more):
     angle = math.radians(degrees)
     return scene((0.1, forward, math.copysign(rate, degrees)), (2.0, 0.0, 0.0),
                  truth=[(0.0, 0.0, 0.0, 3.0), (1.0, 0.0, 0.0, 3.0 + 0.3 * angle),
-                        (2.0, 0.0, 0.0, 3.0 + angle)], moved=moved, rested=rested)
+                        (2.0, 0.0, 0.0, 3.0 + angle)], moved=moved, rested=rested,
+                 **more)
 
 
 def drive(x=-0.61, y=0.61, degrees=0.0, linear=0.2, angular=0.0, moved=True, rested=True):
@@ -280,6 +290,11 @@ def test_a_robot_that_was_never_turned_or_driven_is_not_within_limits():
 
 @pytest.mark.parametrize('runs, misses_start, words', [
     ([], True, 'never started'), ([Run(0.0)], True, 'never listened'),
+    ([Run(0.0, needed='imu')], True, 'never came to rospy.init_node()'),
+    ([Run(0.0, needed='imu', nodes=['/n'], listens=['/odom'])], True, 'listened to /odom'),
+    ([Run(0.0, end=1.0, ended_by_itself=True, status=0, printed='Bye')], True, 'nothing kept the node'),
+    ([Run(0.0, end=1.0, ended_by_itself=True, status=1, printed=CRASH)], True,
+     "at once: \"NameError: name 'x' is not defined (line 7, in f)\""),
     ([Run(0.0, unheard=['/imu_data'])], True, 'listens to /imu_data, which nobody publishes'),
     ([Run(0.0, end=1.0, ended_by_itself=True, printed='x\nEnd\n\n')], True, "at once: 'End'"),
     ([Run(0.0, ready=0.5, end=9.0, ended_by_itself=True)], False, 'printed nothing'),
@@ -290,7 +305,8 @@ def test_a_node_of_which_nothing_was_seen_misses_all_but_its_start(lab, runs, mi
     judged = verdicts(lab, Observation(lab, 'lab/node.py', runs=runs))
     met = {v.criterion.name for v in judged if v.outcome is Outcome.MET}
     assert met == (set() if misses_start else {'starts'})
-    assert all(words in v.sentence for v in judged if v.points == 0.0)
+    first, *others = [v.seen for v in judged if v.points == 0.0]
+    assert words in first and set(others) == {NOT_TRIED}
 
 
 def test_the_sentence_says_how_far_it_turned():
@@ -441,3 +457,32 @@ def test_fields_are_matched_by_name_else_by_type_and_position(names, types, fiel
 def test_a_message_without_a_flag_or_two_numbers_holds_no_mouse(names, types):
     with pytest.raises(ValueError, match='its message has no flag and two numbers, but'):
         mouse_fields(names, types)
+
+
+# ----- what was seen in place of a movement -----
+
+@pytest.mark.parametrize('printed, publishes, commands, odd, words', [
+    (CRASH, {'/cmd_vel': 'geometry_msgs/Twist'}, [], [],
+     'an exception had stopped it, "NameError: name \'x\' is not defined (line 7, in f)"'),
+    ('', {'/cmd_vel': 'geometry_msgs/TwistStamped'}, [], [], 'as geometry_msgs/TwistStamped'),
+    ('', {'/cmd_vel_mux': 'geometry_msgs/Twist'}, [], [], 'not publish cmd_vel, but /cmd_vel_mux'),
+    ('', {'/cmd_vel': 'geometry_msgs/Twist'}, [], [], 'nothing came on cmd_vel, and it printed nothing'),
+    ('Input?', {'/cmd_vel': 'geometry_msgs/Twist'}, [[t, 0.0, 0.0] for t in (1.0, 5.0, 9.0)], [],
+     "for 8.0 s (in this run a command every 4 s), and it printed 'Input?'"),
+    ('', {}, [[11.0, 0.0, 0.0]], [], '1 command came on cmd_vel, all of them zero'),
+    ('', {}, [], [[11.0, 'nan m/s and 0 rad/s']] * 3, '3 of its commands were not finite numbers, such as nan')])
+def test_a_robot_that_did_not_turn_is_explained(printed, publishes, commands, odd, words):
+    seen = observed('turn', l=turn(0.0, moved=False, printed=printed))
+    seen.runs[0].publishes, seen.runs[0].printed = publishes, printed
+    seen.commands, seen.odd = commands, odd
+    assert 'the robot did not turn: ' in missed_of('turn', 'left', seen)
+    assert words in missed_of('turn', 'left', seen)
+
+
+def test_nothing_is_said_that_the_truth_contradicts():
+    seen = observed('turn', l=turn(424.0, moved=False))
+    seen.commands, seen.odd = [], [[11.0, 'nan m/s and 1.5 rad/s']]
+    seen.lose('commands that are not finite numbers')
+    assert 'after l it turned 424.0 degrees to the left: 1 of its commands' in missed_of('turn', 'left', seen)
+    assert remarks_on(seen) == [
+        '1 commands that are not finite numbers came on cmd_vel: they are not recorded, and not judged.']

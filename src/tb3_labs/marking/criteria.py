@@ -12,8 +12,12 @@ import numpy as np
 
 from tb3_labs.marking.evidence import CTRL_C, idle
 from tb3_labs.marking.observation import (
-    WAS_MOVING, NotOffered, NotSeen, Observation, Scene)
+    WAS_MOVING, NotOffered, NotSeen, NotTried, Observation, Scene)
 from tb3_labs.marking.printed import NOT_THEIRS
+
+
+#: Stands for a reason that was given before.
+NOT_TRIED = 'this could not be tried'
 
 
 class Outcome(Enum):
@@ -57,6 +61,11 @@ class Criterion:
     judge: Callable[[Observation], str]
     extra: bool = False      # beyond what the handout asks for
     limits: str = ''         # the numbers by which it is judged; '' if `meaning` has them all
+    also: str = ''           # another part in which it is tried
+
+    def is_tried(self, parts: Sequence[str]) -> bool:
+        """Is it judged if these parts are tried, or all if there are none?"""
+        return not parts or {self.part, self.also or self.part} <= set(parts)
 
     @property
     def label(self) -> str:
@@ -83,8 +92,8 @@ class Verdict:
     @property
     def sentence(self) -> str:
         """The observation and its place in the sheet; '' if the criterion is met."""
-        if self.outcome is Outcome.MET:
-            return ''
+        if self.outcome is Outcome.MET or self.seen == NOT_TRIED:
+            return self.seen
         return '{}; see {}'.format(self.seen, self.criterion.where)
 
     @property
@@ -93,9 +102,10 @@ class Verdict:
         points = 'extra' if self.criterion.extra and not self.worth else '{:g} of {:g}'.format(
             self.points, self.worth)
         words = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
-        outcome = self.outcome.value    # capitals are seen among many lines
-        return '  {:11}  {:8}  {}'.format(
-            outcome if self.outcome is Outcome.MET else outcome.upper(), points, words)
+        outcome = self.outcome.value.upper()    # capitals are seen among many lines
+        if self.outcome is Outcome.MET or self.criterion.extra:
+            outcome = 'not yet' if self.outcome is Outcome.MISSED else self.outcome.value
+        return '  {:11}  {:8}  {}'.format(outcome, points, words)
 
 
 def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
@@ -104,7 +114,7 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
     of a criterion -> points."""
     verdicts = []
     for criterion in criteria:
-        if parts and criterion.part not in parts:
+        if not criterion.is_tried(parts):
             continue
         observation.looked_at = None
         try:
@@ -113,6 +123,8 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
         except NotSeen as reason:
             missing = isinstance(reason, NotOffered)
             outcome, seen = Outcome.NOT_OFFERED if missing else Outcome.MISSED, str(reason)
+            if isinstance(reason, NotTried) and seen in {verdict.seen for verdict in verdicts}:
+                seen = NOT_TRIED    # a node that fails at its start has one reason, not fifteen
         verdicts.append(Verdict(criterion, outcome, seen, worth[criterion.name],
                                 observation.looked_at))
     return verdicts

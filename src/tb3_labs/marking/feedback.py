@@ -19,7 +19,7 @@ from html import escape
 from typing import Any, Dict, List, Sequence
 from urllib.parse import quote
 
-from tb3_labs.marking.criteria import Outcome
+from tb3_labs.marking.criteria import NOT_TRIED, Outcome
 from tb3_labs.marking.marks import NOT_JUDGED, Marks
 from tb3_labs.marking.observation import GOAL_POSE, Observation
 from tb3_labs.report import hints
@@ -79,7 +79,8 @@ def feedback(marks: Marks, lab: str) -> str:
 
 
 def _verdicts(verdicts):
-    sentences = [_sentence(verdict, verdict.seen in [above.seen for above in verdicts[:number]])
+    sentences = [_sentence(verdict, verdict.seen != NOT_TRIED and verdict.seen in [
+        above.seen for above in verdicts[:number]])
                  for number, verdict in enumerate(verdicts)]
     return table(['what is asked', '', 'points', SEEN], [
         [v.criterion.meaning, _mark(v), '{:g} / {:g}'.format(v.points, v.worth), sentence]
@@ -94,8 +95,11 @@ def _sentence(verdict, is_repeated):
 
 
 def _mark(verdict):
+    outcome = verdict.outcome
+    if verdict.criterion.extra and outcome is Outcome.MISSED:
+        outcome = Outcome.NOT_OFFERED       # what nobody asked for is not wrong
     return Markup('<span class="verdict" style="background: {}" title="{}">{}</span>'.format(
-        COLOURS[verdict.outcome], verdict.outcome.value, SYMBOLS[verdict.outcome]))
+        COLOURS[outcome], verdict.outcome.value, SYMBOLS[outcome]))
 
 
 def _printed(observation):

@@ -201,7 +201,7 @@ def from_record(record: Mapping[str, Any], criteria: Iterable[Criterion],
     try:
         marks = Marks(**record[MARKS])
         for criterion in criteria:
-            if not parts or criterion.part in parts:
+            if criterion.is_tried(parts):
                 outcome, seen = record[VERDICTS][criterion.name]
                 marks.verdicts.append(Verdict(criterion, Outcome(outcome), seen,
                                               worth[criterion.name]))

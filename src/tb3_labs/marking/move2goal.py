@@ -207,7 +207,7 @@ CRITERIA = [
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', BEYOND,
               stops_robot, extra=True, limits=STOPS_AT_ONCE),
     Criterion('exact', RESET, 'both drives are within {:g} m and {:g} degree'.format(
-        EXACT_DISTANCE, EXACT_ANGLE), ANALYSIS, _exact, extra=True),
+        EXACT_DISTANCE, EXACT_ANGLE), ANALYSIS, _exact, extra=True, also=DRIVE),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',
               BEYOND, _declared_pose, extra=True, limits='as goal_place and goal_heading'),
     Criterion('offset_imu', OFFSET, 'drives with an IMU whose zero is not that of the odometry',

@@ -53,6 +53,10 @@ class NotOffered(NotSeen):
     """The node does not offer what a criterion judges."""
 
 
+class NotTried(NotSeen):
+    """The node did not run when a criterion should have been tried."""
+
+
 @dataclass
 class Stimulus:
     """One thing that was done to the node, and the node's reaction."""
@@ -236,7 +240,7 @@ class Observation:
                 return Scene(self, stimulus)
         if name in self.missing:
             raise NotOffered(self.missing[name])
-        raise NotSeen(self.why_missing())
+        raise NotTried(self.why_missing())
 
     def why_missing(self) -> str:
         """Why a stimulus is missing: the node ended, was never ready, or the time was up."""
