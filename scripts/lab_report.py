@@ -52,8 +52,8 @@ def report(given):
     Raises ``ValueError`` if the bag has no such run or turn, ``OSError`` if nothing can be written,
     ``ImportError`` without matplotlib.
     """
-    from tb3_labs.report.movements import LAB_GOAL, completed
-    from tb3_labs.report.page import write_report
+    from tb3_labs.report.motion.movements import LAB_GOAL, completed
+    from tb3_labs.report.page.files import write_report
     from tb3_labs.report.bag.ros_bag import read_run
     run = completed(read_run(str(given.bag), given.ns, _tell), given.goal or LAB_GOAL)
     folder = given.folder or given.bag.with_name(given.bag.stem + '_report')

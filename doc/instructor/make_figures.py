@@ -23,7 +23,7 @@ from tb3_labs.control.driving import make_law
 from tb3_labs.control.goal_state import DRIVING, DriveConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
-from tb3_labs.report.figures import BLUE, GREEN, GREY, ORANGE
+from tb3_labs.report.page.figures import BLUE, GREEN, GREY, ORANGE
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig

@@ -12,9 +12,9 @@ import math
 from make_figures import DOC, GOAL, NEAR, mark_goal, new_figure, plain, robot, write
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.figures import BLUE, GREY, ORANGE
-from tb3_labs.report.diagnosed_turns import Law
-from tb3_labs.report.mistakes import WAYS, Declared
+from tb3_labs.report.cause.diagnosed_turns import Law
+from tb3_labs.report.cause.mistakes import WAYS, Declared
+from tb3_labs.report.page.figures import BLUE, GREY, ORANGE
 
 #: Time between two commands, and a picture's longest drive and turn [s].
 TICK, LONGEST_DRIVE, LONGEST_TURN = 0.1, 60.0, 8.0

@@ -19,8 +19,8 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), os.p
 from mutants import SAME, agree, known, mistaken_node, scene_of    # noqa: E402
 from right_runs import RIGHT, right_run    # noqa: E402
 from student_runs import played    # noqa: E402
-from tb3_labs.report.diagnosis import diagnose    # noqa: E402
-from tb3_labs.report.movements import completed    # noqa: E402
+from tb3_labs.report.cause.diagnosis import diagnose    # noqa: E402
+from tb3_labs.report.motion.movements import completed    # noqa: E402
 
 #: The right runs: (lab, what a person does in it).
 RIGHT_RUNS = [(lab, kind) for lab, kinds in RIGHT.items() for kind in kinds]

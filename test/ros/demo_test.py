@@ -11,10 +11,10 @@ import unittest
 
 import rospkg
 
-from tb3_labs.report.drives import drives
-from tb3_labs.report.epochs import epochs
-from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.report.bag.ros_bag import read_run
+from tb3_labs.report.motion.drives import drives
+from tb3_labs.report.motion.epochs import epochs
+from tb3_labs.robot.turtlebot3 import robot_model
 
 from costs import free_port
 from node_case import Program, run_as_node

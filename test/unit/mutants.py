@@ -1,7 +1,7 @@
 """Texts of students' nodes: right ones in several writings, and ones with a mistake. A text is a
 right node's text with some lines replaced.
 
-The mistakes bear the identifiers of tb3_labs.report.diagnosis.
+The mistakes bear the identifiers of tb3_labs.report.cause.diagnosis.
 """
 import random
 from typing import Callable, Dict, List, NamedTuple, Sequence, Tuple

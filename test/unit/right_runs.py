@@ -10,7 +10,7 @@ import yaml
 from mutants import DRIVE, PAD, TURN, edited, right_node, scene_of
 from student_runs import NEVER, Scene, Step, pad_scene
 from tb3_labs.geometry.se2 import Pose2, TypedPose
-from tb3_labs.report.movements import LAB_GOAL
+from tb3_labs.report.motion.movements import LAB_GOAL
 
 PADS = [yaml.safe_load(path.read_text()) for path in sorted(
     (Path(__file__).resolve().parents[2] / 'launch' / 'params').glob('pad_*.yaml'))]

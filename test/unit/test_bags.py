@@ -21,11 +21,11 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, Float64
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.diagnosis import Diagnosis, diagnose
-from tb3_labs.report.drives import drives
 from tb3_labs.report.bag import messages, records, ros_bag
 from tb3_labs.report.bag.messages import LONGEST_LINE
 from tb3_labs.report.bag.ros_bag import BagProblem, read_run
+from tb3_labs.report.cause.diagnosis import Diagnosis, diagnose
+from tb3_labs.report.motion.drives import drives
 from tb3_labs.ros.conversions import to_pose_stamped, to_twist
 
 

@@ -17,12 +17,12 @@ from tb3_labs.marking.feedback import diagnosis
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, Observation, Run, Stimulus)
-from tb3_labs.report import hints
-from tb3_labs.report.diagnosed_drives import Seen, apart
-from tb3_labs.report.diagnosed_turns import LAWS, Law
-from tb3_labs.report.diagnosis import Diagnosis, diagnose
-from tb3_labs.report.mistakes import WAYS, Declared, Drive, Way
-from tb3_labs.report.movements import completed
+from tb3_labs.report.cause import hints
+from tb3_labs.report.cause.diagnosed_drives import Seen, apart
+from tb3_labs.report.cause.diagnosed_turns import LAWS, Law
+from tb3_labs.report.cause.diagnosis import Diagnosis, diagnose
+from tb3_labs.report.cause.mistakes import WAYS, Declared, Drive, Way
+from tb3_labs.report.motion.movements import completed
 
 DOC = Path(__file__).resolve().parents[2] / 'doc'
 GOAL = Pose2(-0.61, 0.61, 0.0)

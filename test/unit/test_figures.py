@@ -6,14 +6,14 @@ import pytest
 from made_motion import driven, turn
 from made_run import TIME, X, ZERO, goals, made, poses, reset_lines
 
-from tb3_labs.report.drives import drives
+from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.run_data import OdometrySamples, Poses
 from tb3_labs.robot.turtlebot3 import robot_model
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.figures import draw_path, new_figure, paths, turns  # noqa: E402
-from tb3_labs.report.movements import completed  # noqa: E402
+from tb3_labs.report.motion.movements import completed  # noqa: E402
+from tb3_labs.report.page.figures import draw_path, new_figure, paths, turns  # noqa: E402
 
 BURGER = robot_model('burger')
 

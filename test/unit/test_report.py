@@ -22,17 +22,17 @@ from sensor_msgs.msg import Imu
 from tb3_labs.command_line import write_output
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag.ros_bag import read_run
+from tb3_labs.report.page.tables import number, table
 from tb3_labs.report.run_data import LEAP, Commands, ImuSamples, OdometrySamples, Poses, States
-from tb3_labs.report.tables import number, table
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from matplotlib import image  # noqa: E402
 
-from tb3_labs.report.drives import drives  # noqa: E402
-from tb3_labs.report.figures import paths  # noqa: E402
-from tb3_labs.report.movements import completed  # noqa: E402
-from tb3_labs.report.page import write_csv, write_report  # noqa: E402
+from tb3_labs.report.motion.drives import drives  # noqa: E402
+from tb3_labs.report.motion.movements import completed  # noqa: E402
+from tb3_labs.report.page.figures import paths  # noqa: E402
+from tb3_labs.report.page.files import write_csv, write_report  # noqa: E402
 
 UNKNOWN = '\u2013'
 

@@ -13,8 +13,8 @@ from made_run import TIME, X, ZERO, goals, made, poses, reset_lines, states
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report import timeline  # noqa: E402
-from tb3_labs.report.drives import drives  # noqa: E402
+from tb3_labs.report.motion.drives import drives  # noqa: E402
+from tb3_labs.report.page import timeline  # noqa: E402
 from tb3_labs.report.run_data import Commands, ImuSamples, LogLines, Values  # noqa: E402
 from tb3_labs.robot.turtlebot3 import robot_model  # noqa: E402
 

@@ -7,8 +7,8 @@ import pytest
 from made_motion import drive, driven, turn, values
 from made_run import states
 
-from tb3_labs.report.movements import completed
-from tb3_labs.report.turns import turns
+from tb3_labs.report.motion.movements import completed
+from tb3_labs.report.motion.turns import turns
 
 
 def one(segments, **parts):

@@ -22,11 +22,11 @@ from urllib.parse import quote
 from tb3_labs.marking.criteria import NOT_TRIED, Outcome
 from tb3_labs.marking.marks import NOT_JUDGED, Marks
 from tb3_labs.marking.observation import GOAL_POSE, Observation
-from tb3_labs.report import hints
-from tb3_labs.report.diagnosis import Diagnosis, diagnose
+from tb3_labs.report.cause import hints
+from tb3_labs.report.cause.diagnosis import Diagnosis, diagnose
+from tb3_labs.report.page.tables import Markup, document, safe, table
+from tb3_labs.report.page.timeline import mark, section, timeline
 from tb3_labs.report.run_data import RunData
-from tb3_labs.report.tables import Markup, document, safe, table
-from tb3_labs.report.timeline import mark, section, timeline
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
 #: A page shows the last SHOWN_LINES lines of each run, each with at most LINE_LENGTH characters.

@@ -13,8 +13,8 @@ from typing import Any, Callable, Iterable, List, NamedTuple, Sequence, Tuple
 
 from tb3_labs.command_line import write_output
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.report.drives import MAX_ANGULAR, STRAIGHT_AFTER, DriveReport
-from tb3_labs.report.turns import TurnReport
+from tb3_labs.report.motion.drives import MAX_ANGULAR, STRAIGHT_AFTER, DriveReport
+from tb3_labs.report.motion.turns import TurnReport
 
 #: The style of a page of tables.
 STYLE = '''@page { size: A4; margin: 11mm 14mm; }

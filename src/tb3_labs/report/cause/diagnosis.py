@@ -19,11 +19,11 @@ from typing import Dict, Iterable, Optional, Sequence, Tuple
 import numpy as np
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report import diagnosed_drives, diagnosed_turns
-from tb3_labs.report.diagnosed_drives import Fit, Fresh, fresh_drives, ghost, said_reached
-from tb3_labs.report.diagnosed_turns import LAWS, TOO_FAST, Turn, turns_of
-from tb3_labs.report.mistakes import WAYS, Way, lost
-from tb3_labs.report.movements import LAB_GOAL, cuts, has_control, movements, moving
+from tb3_labs.report.cause import diagnosed_drives, diagnosed_turns
+from tb3_labs.report.cause.diagnosed_drives import Fit, Fresh, fresh_drives, ghost, said_reached
+from tb3_labs.report.cause.diagnosed_turns import LAWS, TOO_FAST, Turn, turns_of
+from tb3_labs.report.cause.mistakes import WAYS, Way, lost
+from tb3_labs.report.motion.movements import LAB_GOAL, cuts, has_control, movements, moving
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 

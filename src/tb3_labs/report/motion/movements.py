@@ -40,7 +40,7 @@ from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import POSE_LOST, RESET_SILENCE, JumpFilter
-from tb3_labs.report.epochs import robot_in_odom
+from tb3_labs.report.motion.epochs import robot_in_odom
 from tb3_labs.report.run_data import Commands, Poses, RunData, States, once
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT

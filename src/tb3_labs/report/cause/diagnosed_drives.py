@@ -16,8 +16,8 @@ import numpy as np
 from tb3_labs.geometry.angle_arrays import continuous_at
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.mistakes import NEAR_GOAL, NEAR_PLACE, Declared, Drive, Way
-from tb3_labs.report.movements import NO_SPEED, Movement, cuts, has_control, moving
+from tb3_labs.report.cause.mistakes import NEAR_GOAL, NEAR_PLACE, Declared, Drive, Way
+from tb3_labs.report.motion.movements import NO_SPEED, Movement, cuts, has_control, moving
 from tb3_labs.report.run_data import Poses, RunData, Samples
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 

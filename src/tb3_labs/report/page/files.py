@@ -14,14 +14,15 @@ import numpy as np
 
 from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.report import figures, hints, tables, timeline
-from tb3_labs.report.diagnosis import diagnose
-from tb3_labs.report.drives import DriveReport, drives, goal_errors, spans
-from tb3_labs.report.epochs import epochs
-from tb3_labs.report.movements import FASTEST_BY_MOUSE, PAUSE
+from tb3_labs.report.cause import hints
+from tb3_labs.report.cause.diagnosis import diagnose
+from tb3_labs.report.motion.drives import DriveReport, drives, goal_errors, spans
+from tb3_labs.report.motion.epochs import epochs
+from tb3_labs.report.motion.movements import FASTEST_BY_MOUSE, PAUSE
+from tb3_labs.report.motion.turns import TurnReport, turns
+from tb3_labs.report.page import figures, tables, timeline
+from tb3_labs.report.page.tables import degrees, number
 from tb3_labs.report.run_data import Poses, RunData, yaw_offset
-from tb3_labs.report.tables import degrees, number
-from tb3_labs.report.turns import TurnReport, turns
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: A pose belongs to an odometry message if their times differ by at most this [s].

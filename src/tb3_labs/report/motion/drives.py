@@ -1,9 +1,9 @@
 """The drives of a recorded run: their states, errors, drift and times.
 
-Frames: ``odom`` (global), ``local`` (as last declared, see :mod:`tb3_labs.report.epochs`),
+Frames: ``odom`` (global), ``local`` (as last declared, see :mod:`tb3_labs.report.motion.epochs`),
 ``world`` (of the ground truth).
 
-The run has a local_pose, recorded or completed (see :mod:`tb3_labs.report.movements`).
+The run has a local_pose, recorded or completed (see :mod:`tb3_labs.report.motion.movements`).
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
 Edge cases: an unknown value (no ground truth, no sample in time) is NaN.
@@ -18,7 +18,7 @@ from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState, is_stop
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.epochs import Epoch, epoch_of, epochs
+from tb3_labs.report.motion.epochs import Epoch, epoch_of, epochs
 from tb3_labs.report.run_data import GAP, Poses, RunData, once
 from tb3_labs.robot.turtlebot3 import RobotModel
 

@@ -1,6 +1,6 @@
 """The turns of the IMU lab in a recorded run: by how much the robot turned, from rest to rest.
 
-A turn is a movement without forward speed (see :mod:`tb3_labs.report.movements`). The robot rests
+A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot rests
 before and after it. Topic `turn` tells the angle that was asked for. Without a message on `turn`,
 the nearest of +/-90 and 180 degrees is taken, since the lab asks for these; a movement by less than
 `LEAST_TURN` or more than `MOST_TURN` is then not a turn.
@@ -16,8 +16,8 @@ import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angle_arrays import continuous_at
-from tb3_labs.report.drives import spans
-from tb3_labs.report.movements import NO_SPEED, Kind, Movement, movements
+from tb3_labs.report.motion.drives import spans
+from tb3_labs.report.motion.movements import NO_SPEED, Kind, Movement, movements
 from tb3_labs.report.run_data import ImuSamples, RunData, once
 
 #: A robot rests if its mean rate of turn over REST_LOOK [s] is less than AT_REST [rad/s].

@@ -7,7 +7,7 @@ import math
 from html import escape
 from typing import List, NamedTuple, Optional
 
-from tb3_labs.report.diagnosis import DRIVE, PAD, TURN, Diagnosis
+from tb3_labs.report.cause.diagnosis import DRIVE, PAD, TURN, Diagnosis
 from tb3_labs.report.run_data import RunData
 
 

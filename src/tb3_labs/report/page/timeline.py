@@ -15,13 +15,13 @@ from typing import Any, Dict, List, Optional, Sequence
 import numpy as np
 
 from tb3_labs import drawing
-from tb3_labs.report.curves import curves, mark_line
-from tb3_labs.report.drives import DriveReport, goal_errors, spans
-from tb3_labs.report.epochs import Epoch, epochs, local_in_odom
-from tb3_labs.report.movements import Movement, movements
+from tb3_labs.report.motion.drives import DriveReport, goal_errors, spans
+from tb3_labs.report.motion.epochs import Epoch, epochs, local_in_odom
+from tb3_labs.report.motion.movements import Movement, movements
+from tb3_labs.report.motion.turns import TurnReport
+from tb3_labs.report.page.curves import curves, mark_line
+from tb3_labs.report.page.tables import degrees, number
 from tb3_labs.report.run_data import GAP, Commands, LogLines, Poses, RunData
-from tb3_labs.report.tables import degrees, number
-from tb3_labs.report.turns import TurnReport
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
 #: The HTML of the timeline; its program and its style lie beside it.

@@ -14,9 +14,9 @@ import numpy as np
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.report.diagnosed_drives import CLOSE, SETTLED, Fit, swings, turn_apart, was_lost
-from tb3_labs.report.mistakes import turned, unwrapped
-from tb3_labs.report.movements import FASTEST_BY_MOUSE, NO_SPEED
+from tb3_labs.report.cause.diagnosed_drives import CLOSE, SETTLED, Fit, swings, turn_apart, was_lost
+from tb3_labs.report.cause.mistakes import turned, unwrapped
+from tb3_labs.report.motion.movements import FASTEST_BY_MOUSE, NO_SPEED
 from tb3_labs.report.run_data import RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 

@@ -1,0 +1,1 @@
+"""Why did it move so? The known mistake that explains a run, and its hints."""

@@ -1,0 +1,1 @@
+"""How did the robot move? Its movements, turns and drives, between resets."""

@@ -1,0 +1,1 @@
+"""How is it shown? The page of a run: timeline, figures, tables; and its files."""
