@@ -159,12 +159,12 @@ class HostileTest(unittest.TestCase):
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'submissions'), '--lab', 'imu', '-o',
              str(cls.marks), '--parts', 'heading'],
             env=dict(os.environ, HOME=str(cls.home), TOKEN=SECRET), stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, timeout=250, universal_newlines=True)
+            stderr=subprocess.STDOUT, timeout=1000, universal_newlines=True)
         page = cls.marks / 'mallory.html'
         cls.page = page.read_text(encoding='utf-8').replace('&#x27;', "'") if page.exists() else ''
         log = cls.marks / 'logs' / 'mallory.json'
         cls.printed = ''.join(run['printed'] for run in json.loads(log.read_text())['runs'])
-        cls.odd_said, _ = odd.communicate(timeout=200)
+        cls.odd_said, _ = odd.communicate(timeout=1000)
         table = cls.home / 'odd' / 'marks.csv'
         text = table.read_text(encoding='utf-8') if table.exists() else ''
         cls.rows = {row['student']: row for row in csv.DictReader(io.StringIO(text, newline=''))}

@@ -3,6 +3,7 @@ import pathlib
 import re
 import sys
 import unittest
+from contextlib import suppress
 from unittest import mock
 
 import pytest
@@ -106,14 +107,23 @@ def test_a_rostest_that_skips_says_so(tmp_path, run, monkeypatch):
         def test_four(self):
             raise AssertionError
 
+    class Never(unittest.TestCase):
+        setUpClass = classmethod(lambda cls: 1 / 0)
+
+        def test_five(self):
+            pass
+
     monkeypatch.setattr(rospy, 'signal_shutdown', lambda reason: None)
     monkeypatch.setattr(xmlrunner, '_XMLTestResult', None)
-    for case in Some, All:
+    for case in Some, All, Never:
         monkeypatch.setattr(sys, 'argv', ['', '--gtest_output=xml:{}/rosunit-{}.xml'.format(
             tmp_path, case.__name__)])
-        rosrun('x', case)
-    assert run({})[1][-4:] == ['skipped:   1 x no sandboxes', 'skipped:   1 x never',
-                               'skipped:   1 x no screen & no mouse', '1 passed, 0 failed, 3 skipped']
+        with suppress(SystemExit):
+            rosrun('x', case)
+    _, lines = run({})
+    assert any(line.startswith('FAILED rosunit-Never: setUpClass ') for line in lines)
+    assert lines[-4:] == ['skipped:   1 x no sandboxes', 'skipped:   1 x never',
+                          'skipped:   1 x no screen & no mouse', '1 passed, 1 failed, 3 skipped']
 
 
 @pytest.mark.parametrize('load, attempts', [(0.0, 1), (1000.0, 3)])
