@@ -14,6 +14,7 @@ import re
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import unittest
 from concurrent.futures import ThreadPoolExecutor
@@ -24,16 +25,21 @@ import rosgraph
 import rospkg
 
 from tb3_labs.skeletons import FOLDER, skeleton, write
-from tb3_labs.marking import sandbox
 from tb3_labs.marking.marks import LABS
 from tb3_labs.ros.clocks import wait_until
 
 from node_case import path_of, plain_node
 from rosunit_internals import rosrun
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
+
+import sandboxes  # noqa: E402
+
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 TURN, MOVE, IMU, PAD = 'turtlebot_controller.py', 'move2goal_tf.py', 'imu_sub.py', 'gamepad.py'
 EVERYTHING = 'everything'
+#: A machine that cannot make sandboxes marks without; on any other one they must work.
+UNPROTECTED = ['--unprotected'] * bool(sandboxes.MISSING)
 #: No other program sleeps for this time [s], nor does this test in another checkout.
 SLEEP = str(900000 + os.getpid())
 HANG = """        import subprocess
@@ -193,7 +199,7 @@ class MarkTest(unittest.TestCase):
         done = subprocess.run(
             [path_of('mark.py'), str(base / 'submissions'), '--lab', lab, '-o',
              str(base / 'marks'), '--parts', parts, '--jobs', '2' if key == TWO_JOBS else '1',
-             *own] + ['--unprotected'] * bool(sandbox.problem()),
+             *own] + UNPROTECTED,
             env=dict(os.environ, TMPDIR=str(cls.temporary)), stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, timeout=560, universal_newlines=True)
         return base / 'marks', done.stdout, done.returncode
@@ -265,8 +271,8 @@ class MarkTest(unittest.TestCase):
             theirs, terminal = pty.openpty()
             marking = subprocess.Popen(     # setsid: the terminal is its own
                 ['setsid', '--ctty', path_of('mark.py'), str(Path(self.folder.name) / ' '.join(
-                    TWO_JOBS) / 'submissions'), '--lab', 'imu', '-o', str(folder) + '_marks'] + [
-                        '--unprotected'] * bool(sandbox.problem()),
+                    TWO_JOBS) / 'submissions'), '--lab', 'imu', '-o', str(folder) + '_marks',
+                 *UNPROTECTED],
                 env=dict(os.environ, TMPDIR=str(folder)), stdin=terminal, stdout=terminal,
                 stderr=terminal)
             os.close(terminal)

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""The students' archive, unpacked in a folder without git: it is built in a workspace of catkin,
-writes the skeletons, starts the simulated robot, and marks a node by it."""
+"""The students' archive in src of a workspace of one's own, without git, and with the Python
+environment in it: it is built, writes the skeletons, and marks a node, in a sandbox, too."""
 import os
 import pathlib
 import sys
+import sysconfig
 import tempfile
 import unittest
 
@@ -12,6 +13,7 @@ from rosunit_internals import rosrun
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'unit'))
 
+import sandboxes  # noqa: E402
 from students_archive import MISSING, ROOT, unpack  # noqa: E402
 
 SOLUTION = ROOT / 'scripts' / 'imu_sub.py'
@@ -21,14 +23,24 @@ VARIABLES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH', 'ROS_PACKAGE_PATH', 'LD_LIBRARY_P
 SCRIPT = '''set -e
 cd {folder}
 export ROS_PACKAGE_PATH=src ROS_LANG_DISABLE=gencpp:geneus:genlisp:gennodejs ROS_PARALLEL_JOBS=-j2
+venv=$PWD/src/tb3_labs/build/.ws/venv
+mkdir src/tb3_labs/build
+touch src/tb3_labs/build/CATKIN_IGNORE
+{python} -m venv --system-site-packages --without-pip $venv
+cp -r {modules}/squaternion* $venv/lib/python3*/site-packages
+export PATH=$venv/bin:$PATH
 for lab in imu turn move2goal gamepad; do
-  PYTHONPATH=src/tb3_labs/src:$PYTHONPATH {python} src/tb3_labs/scripts/skeleton.py $lab src
+  PYTHONPATH=src/tb3_labs/src:$PYTHONPATH python3 src/tb3_labs/scripts/skeleton.py $lab src
 done
-catkin_make -DPYTHON_EXECUTABLE={python} -DPython_EXECUTABLE={python}
+catkin_make -DPYTHON_EXECUTABLE=$venv/bin/python3 -DPython_EXECUTABLE=$venv/bin/python3
 cp {solution} src/ice6/src
 source devel/setup.bash
 rospack find tb3_labs
+mkdir class
+cp -r src/ice6 class/ann
+rosrun tb3_labs mark.py class --lab imu --parts heading -o marks {protection} &
 rostest tb3_labs check_imu.test pkg:=ice6 type:=imu_sub.py parts:=heading
+wait $!
 '''
 
 
@@ -41,8 +53,10 @@ class StudentsTest(unittest.TestCase):
             place.parent.mkdir()
             unpack(place.parent)
             program = Program(
-                ['bash', '-c', SCRIPT.format(folder=folder, python=sys.executable,
-                                             solution=SOLUTION)],
+                ['bash', '-c', SCRIPT.format(
+                    folder=folder, python=sys.executable, solution=SOLUTION,
+                    modules=sysconfig.get_paths()['purelib'],
+                    protection='--unprotected' if sandboxes.MISSING else '')],
                 environment={name: ':'.join(
                     path for path in os.environ.get(name, '').split(':') if str(ROOT) not in path)
                     for name in VARIABLES})
@@ -54,6 +68,7 @@ class StudentsTest(unittest.TestCase):
             self.assertIn('\n{}\n'.format(place), program.text)
             self.assertEqual(program.text.count(' is written. '), 4)
             self.assertIn('RESULT: SUCCESS', program.text)
+            self.assertRegex(program.text, r'ann: (\d+) of \1 points')
 
 
 if __name__ == '__main__':

@@ -119,10 +119,13 @@ class Sandbox(NoSandbox):
         options = ['--die-with-parent', '--unshare-pid', '--unshare-ipc', '--unshare-uts']
         options += ['--unshare-user'] if self.user is None else [
             '--cap-drop', 'ALL', '--cap-add', 'CAP_SETUID', '--cap-add', 'CAP_SETGID']
-        places = _system() + _ros() + _own_package()
+        hidden, shared = _own_package()
+        places = _system() + _ros() + [(EMPTY, folder) for folder in hidden] + shared
         places += [(READ_ONLY_TRY, folder, folder) for folder in self._readable]
         options += _with_parents(places)
-        options += ['--remount-ro', '/dev', '--remount-ro', '/', '--chdir', HOME]
+        for folder in hidden + ['/dev', '/']:
+            options += ['--remount-ro', folder]
+        options += ['--chdir', HOME]
         limits = {'RLIMIT_FSIZE': LARGEST_FILE, 'RLIMIT_AS': ADDRESS_SPACE, 'RLIMIT_CORE': 0}
         if self.user is not None or _version(platform.release()) >= COUNTED:
             limits['RLIMIT_NPROC'] = TASKS
@@ -171,31 +174,26 @@ def _ros():
 
 
 def _own_package():
-    """The shared parts of this package in its usual folders; these folders have nothing else."""
+    """(The usual folders of this package, which are hidden; its shared parts in them)."""
     folders = [rospkg.RosPack().get_path(OWN_PACKAGE)]
     folders += [os.path.join(folder, OWN_PACKAGE) for folder in _listed(MODULES)]
     folders += [os.path.join(folder, 'lib', OWN_PACKAGE) for folder in _listed(PREFIXES)]
-    places = []
-    for folder in dict.fromkeys(map(os.path.abspath, folders)):
-        if os.path.isdir(folder):
-            places.append((EMPTY, folder))
-            places += [(READ_ONLY, os.path.realpath(path), path) for path in (
-                os.path.join(folder, name) for name in SHARED) if os.path.exists(path)]
-            places.append(('--remount-ro', folder))
-    return places
+    hidden = list(filter(os.path.isdir, dict.fromkeys(map(os.path.abspath, folders))))
+    parts = [os.path.join(folder, name) for folder in hidden for name in SHARED]
+    return hidden, [(READ_ONLY, os.path.realpath(path), path)
+                    for path in parts if os.path.exists(path)]
 
 
 def _with_parents(places):
-    """bubblewrap's options for these places; the folders above a place come before it, since
-    bubblewrap itself would make some of them so that only root may enter."""
+    """bubblewrap's options for these places, each after those in which it lies: Python may be in
+    a hidden folder, and a hidden folder in one of ROS. The folders above a place come before it,
+    since bubblewrap itself would make some of them so that only root may enter."""
     words, made = [], {Path('/')}
-    for place in places:
+    for place in sorted(places, key=lambda place: len(Path(place[-1]).parts)):
         for folder in reversed(Path(place[-1]).parents):
             if folder not in made:
                 made.add(folder)
                 words += ['--dir', str(folder)]
-        if EMPTY in place:
-            made = {folder for folder in made if Path(place[-1]) not in folder.parents}
         words += place
     return words
 
