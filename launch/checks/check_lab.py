@@ -17,6 +17,7 @@ Started by check_LAB.test. Parameters
     ~strict     whether criteria beyond the handout fail the test too
 """
 import difflib
+import os
 import sys
 import unittest
 from dataclasses import fields
@@ -107,7 +108,11 @@ def place_of(package, executable):
         raise ValueError('there is no package {} in this terminal{}; build its workspace, and '
                          'type: source devel/setup.bash'.format(
                              package, _near(package, packs.list()))) from None
-    found = find_node(package, executable, packs)
+    found = list(dict.fromkeys(map(os.path.realpath, find_node(package, executable, packs))))
+    if len(found) > 1 and folder.resolve() in Path(found[0]).parents:       # none was built
+        raise ValueError('{} files of the package {} are called {}, and rosrun would ask which is '
+                         'meant: {}; give each its own name'.format(
+                             len(found), package, executable, ', '.join(sorted(found))))
     if found:
         return found[0]
     files = [path for depth in DEPTHS for path in sorted(folder.glob(depth)) if path.is_file()]

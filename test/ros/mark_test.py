@@ -25,7 +25,7 @@ import rosgraph
 import rospkg
 
 from tb3_labs.skeletons import FOLDER, skeleton, write
-from tb3_labs.marking.marks import LABS
+from tb3_labs.marking.lab_names import NODES
 from tb3_labs.ros.clocks import wait_until
 
 from node_case import path_of, plain_node
@@ -137,7 +137,7 @@ def hand_in(folder, case):
     nodes filled. No exec bits, and one has Windows line endings."""
     repository = folder / case.student
     repository.mkdir(parents=True)
-    for name, lab in LABS.items():
+    for name, lab in NODES.items():
         package, node = lab.packages[0], lab.files[0]
         files = skeleton(PACKAGE / FOLDER / name, package)
         place, code = 'src/' + node, plain_node(node, 'lab2')

@@ -24,7 +24,7 @@ SCRIPT = '''set -e
 cd {folder}
 export ROS_PACKAGE_PATH=src ROS_LANG_DISABLE=gencpp:geneus:genlisp:gennodejs ROS_PARALLEL_JOBS=-j2
 venv=$PWD/src/tb3_labs/build/.ws/venv
-mkdir src/tb3_labs/build
+mkdir -p src/tb3_labs/build
 touch src/tb3_labs/build/CATKIN_IGNORE
 {python} -m venv --system-site-packages --without-pip $venv
 cp -r {modules}/squaternion* $venv/lib/python3*/site-packages

@@ -76,7 +76,9 @@ def test_rostest_gets_a_sentence_for_each_criterion_that_is_not_met_and_the_tota
 def package(tmp_path, monkeypatch):
     """A package with one node that can be started, and one that cannot."""
     (tmp_path / 'package.xml').write_text('<package><name>lab_of_test</name></package>')
-    for name, mode in (('good.py', 0o755), ('plain.py', 0o644)):
+    for name, mode in (('good.py', 0o755), ('plain.py', 0o644), ('src/two.py', 0o755),
+                       ('scripts/two.py', 0o755)):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text('#!/usr/bin/env python3\n')
         (tmp_path / name).chmod(mode)
     monkeypatch.setenv('ROS_PACKAGE_PATH', str(tmp_path))
@@ -85,8 +87,9 @@ def package(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize('name, node, words', [
     ('lab_of_test', 'plain.py', 'plain.py is not executable, so rosrun cannot start it; type: chmod +x {}/plain.py'),
+    ('lab_of_test', 'two.py', 'two.py, and rosrun would ask which is meant: {0}/scripts/two.py, {0}/src/two.py; '),
     ('lab_of_test', 'god.py', 'there is no god.py in the package lab_of_test, {}, near it: good.py'),
-    ('lab_of_test', 'x', 'there is no x in the package lab_of_test, {}; there are: good.py, plain.py'),
+    ('lab_of_test', 'x', 'there is no x in the package lab_of_test, {}; there are: good.py, plain.py, two.py'),
     ('lab_of_tset', 'good.py', 'there is no package lab_of_tset in this terminal, near it: lab_of_test; build')])
 def test_a_node_that_rosrun_cannot_start_is_told(name, node, words, package):
     assert place_of('lab_of_test', 'good.py') == str(package / 'good.py')

@@ -1,13 +1,17 @@
 """Submissions as they come: names of learning platforms, archives."""
 import os
+import pathlib
+import subprocess
+import sys
+import tempfile
 import zipfile
 
 import pytest
 
-from tb3_labs.marking import intake
+from tb3_labs.marking import intake, reading
 from tb3_labs.marking.intake import (
-    DEEPEST, Budget, HandedIn, Refused, Submission, by_student, read_name, sort_out,
-    submissions_from, unpack)
+    DEEPEST, Budget, HandedIn, Refused, Submission, by_student, read_name, sort_out, submissions_in,
+    unpack, without_wrapping)
 from tb3_labs.marking.packages import digest, file_name
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
@@ -100,13 +104,16 @@ def test_paths_that_lead_out_are_refused(tmp_path, name):
 
 def test_a_bomb_is_refused_by_the_sizes_that_it_declares(tmp_path, monkeypatch):
     monkeypatch.setattr(intake, 'MOST_BYTES', 100000)
-    path = zipped(tmp_path / 'a.zip', {'a.txt': '0' * 90000, 'b.txt': '0' * 90000})
-    with pytest.raises(Refused, match='More than 0.1 MB: not all of it was unpacked'):
-        unpack(path, tmp_path / 'out', Budget())
-    assert files_below(tmp_path) == {'a.zip'}
+    path = zipped(tmp_path / 'a.zip', {'a.txt': '0' * 90000, 'b.txt': '0' * 90000, 'c/n.py': 'x'})
+    budget = Budget()
+    unpack(path, tmp_path / 'out', budget)
+    assert budget.exceeded == 'More than 0.1 MB: not all of it was unpacked.'
+    assert files_below(tmp_path / 'out') == {'c/n.py', 'a.txt'}     # a package's files come first
     monkeypatch.setattr(intake, 'MOST_FILES', 1)
-    with pytest.raises(Refused, match='More than 1 files'):
-        unpack(path, tmp_path / 'out', Budget())
+    budget = Budget()
+    unpack(path, tmp_path / 'few', budget)
+    assert budget.exceeded == 'More than 1 files: not all of it was unpacked.'
+    assert files_below(tmp_path / 'few') == {'c/n.py'}
 
 
 def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
@@ -118,11 +125,10 @@ def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
         (tmp_path / 'in' / 'a{}.zip'.format(number)).write_bytes(bomb)
     with open(str(tmp_path / 'in' / 'b.zip'), 'wb') as file:
         file.truncate(10 ** 12)
-    (tmp_path / 'work').mkdir()
-    folder, _, remarks = Submission('Ann', [tmp_path / 'in']).lay_out(tmp_path / 'work')
-    sizes = [file.stat().st_size for file in folder.rglob('*') if file.is_file()]
+    _, unread = Submission('Ann', [tmp_path / 'in']).lay_out(tmp_path / 'work')
+    sizes = [file.stat().st_size for file in (tmp_path / 'work').rglob('*') if file.is_file()]
     assert sum(sizes) <= 100000
-    assert set(remarks) == {'More than 0.1 MB: not all of it was unpacked.'}
+    assert 'More than 0.1 MB: not all of it was unpacked.' in unread
 
 
 def test_an_archive_that_lies_of_its_size_is_refused(tmp_path):
@@ -160,9 +166,8 @@ def test_folders_that_are_too_deep_are_left_out(tmp_path):
 
 def laid_out(submission, tmp_path):
     """(the files that a submission consists of, remarks)."""
-    (tmp_path / 'work').mkdir(exist_ok=True)
-    folder, remarks, unread = submission.lay_out(tmp_path / 'work')
-    assert folder.name == submission.student
+    folder = tmp_path / 'work' / submission.student
+    remarks, unread = submission.lay_out(folder)
     return files_below(folder.resolve()), remarks + unread
 
 
@@ -174,11 +179,19 @@ def test_a_folder_of_everything(tmp_path):
     (folder / 'plain').mkdir()
     (folder / 'grades.csv').write_text('x')
     (folder / '__MACOSX').mkdir()
-    found = submissions_from(folder, tmp_path, told.append)
+    found = submissions_in(folder, told.append)
     assert [submission.student for submission in found] == ['Ann', 'kim', 'lee', 'plain']
     assert len(told) == 1 and 'neither a folder nor a zip file' in told[0]
     assert [laid_out(submission, tmp_path)[0] for submission in found[:3]] == [
         {'work.unpacked/' + NODE}, {'turtlebot_controller.py'}, {'lab2.unpacked/lee/' + NODE}]
+
+
+def in_zip(path, folder):
+    """The Submissions in the zip file of a class."""
+    problem = reading._unpack_class(str(path), str(folder / 'all'))
+    if problem:
+        raise Refused(problem)
+    return submissions_in(without_wrapping(folder / 'all'), print)
 
 
 def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path):
@@ -186,26 +199,24 @@ def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path)
     path = zipped(tmp_path / 'IMU lab.zip', {
         'IMU lab/Ann_1_assignsubmission_file_/' + NODE: 'x', 'IMU lab/No_3_assignsubmission_file_/': '',
         'IMU lab/Bo_2_assignsubmission_file_/b.zip': inner})
-    found = submissions_from(path, tmp_path, print)
+    found = in_zip(path, tmp_path)
     assert [submission.student for submission in found] == ['Ann', 'Bo', 'No']     # an empty folder
     assert laid_out(found[1], tmp_path) == ({'b.unpacked/' + NODE}, [])
     flat = zipped(tmp_path / 'flat.zip', {'Cy/' + NODE: 'x', 'Di/' + NODE: 'x'})
-    (tmp_path / 'other').mkdir()
-    assert [submission.student for submission in submissions_from(
-        flat, tmp_path / 'other', print)] == ['Cy', 'Di']
+    assert [submission.student for submission in in_zip(flat, tmp_path / 'other')] == ['Cy', 'Di']
 
 
 def test_a_class_has_more_room_than_each_of_its_submissions(tmp_path, monkeypatch):
     monkeypatch.setattr(intake, 'MOST_BYTES', 100000)
     path = zipped(tmp_path / 'class.zip', {
         '{}/n.py'.format(name): '0' * size for name, size in zip('abcd', (70000, 70000, 150000, 9))})
-    found = submissions_from(path, tmp_path, print)
+    found = in_zip(path, tmp_path)
     assert [laid_out(submission, tmp_path) for submission in found] == [
         ({'n.py'}, []), ({'n.py'}, []), (set(), ['More than 0.1 MB: not all of it was unpacked.']),
         ({'n.py'}, [])]
-    monkeypatch.setattr(intake, 'CLASS', 2)
+    monkeypatch.setattr(reading, 'CLASS', 2)
     with pytest.raises(Refused, match='More than 0.2 MB'):
-        submissions_from(path, tmp_path, print)
+        in_zip(path, tmp_path)
 
 
 def test_a_zip_file_in_a_zip_file_is_not_unpacked_and_that_is_told_unless_there_is_code(tmp_path):
@@ -217,7 +228,8 @@ def test_a_zip_file_in_a_zip_file_is_not_unpacked_and_that_is_told_unless_there_
     (tmp_path / 'two').mkdir()
     (tmp_path / 'two' / 'n.py').write_text('x')
     (tmp_path / 'two' / 'inner.zip').write_bytes(inner)
-    assert laid_out(Submission('Bo', [tmp_path / 'two']), tmp_path) == ({'n.py', 'inner.zip'}, [])
+    assert laid_out(Submission('Bo', [tmp_path / 'two']), tmp_path) == (
+        {'n.py'}, ['Left out, because it is a zip file beside Python code: inner.zip.'])
 
 
 def test_what_is_left_out_or_cannot_be_unpacked_is_told(tmp_path):
@@ -227,8 +239,53 @@ def test_what_is_left_out_or_cannot_be_unpacked_is_told(tmp_path):
     (tmp_path / 'a' / 'work.rar').write_bytes(b'x')
     files, remarks = laid_out(Submission('Ann', [tmp_path / 'a']), tmp_path)
     assert files == {'work.rar'}
-    assert remarks[0] == 'Left out, because each is a link, a device, or too deep: link.'
+    assert remarks[0] == 'Left out, because each is a link, a device, too deep, or may not be read: link.'
     assert 'cannot be unpacked' in remarks[1] and 'work.rar was not unpacked' in remarks[2]
+
+
+def test_links_and_odd_files_among_the_submissions_are_left_out(tmp_path):
+    """A link may lead to another student's work, to all files, or to one without an end."""
+    (tmp_path / 'in' / 'ann').mkdir(parents=True)
+    for name, target in (('bo', tmp_path / 'in' / 'ann'), ('cy', '/'), ('di.zip', '/dev/zero')):
+        (tmp_path / 'in' / name).symlink_to(target)
+    os.mkfifo(str(tmp_path / 'in' / 'ed.zip'))
+    told = []
+    found = submissions_in(tmp_path / 'in', told.append)
+    assert [submission.student for submission in found] == ['ann']
+    assert told == ['left out, because it is {}: {}'.format(why, tmp_path / 'in' / name) for name, why in (
+        ('bo', 'a link'), ('cy', 'a link'), ('di.zip', 'a link'), ('ed.zip', 'neither a folder nor a file'))]
+
+
+@pytest.mark.parametrize('is_zip', [False, True])
+def test_the_packages_of_a_python_environment_leave_room_for_the_node(tmp_path, monkeypatch, is_zip):
+    monkeypatch.setattr(intake, 'MOST_FILES', 20)
+    files = {'my_env/lib/site-packages/p{}/x.py'.format(number): '' for number in range(30)}
+    files.update({'a/deep/pictures/{}.png'.format(number): '' for number in range(30)}, **{NODE: 'x'})
+    path = zipped(tmp_path / 'work.zip', files)
+    if not is_zip:
+        unpack(path, tmp_path / 'ann', Budget(9))
+        path = tmp_path / 'ann'
+    copied, said = laid_out(Submission('Ann', [path]), tmp_path)
+    assert ('work.unpacked/' * is_zip + NODE) in copied and len(copied) == 20
+    assert said == ['More than 20 files: not all of it was unpacked.']
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason='only root can become another user')
+def test_what_may_not_be_read_is_left_out_and_said():
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        folder.chmod(0o755)
+        for place, mode in (('shut', 0), ('names', 0o444), ('open', 0o755)):
+            (folder / place).mkdir()
+            (folder / place / 'n.py').write_text('x')
+            (folder / place).chmod(mode)
+        (folder / 'm.py').write_text('x')
+        (folder / 'm.py').chmod(0)
+        program = 'import os, sys\nos.setuid(65534)\nsys.path[:] = {!r}\n{}print(*sort_out(Path({!r})))'.format(
+            sys.path, 'from pathlib import Path\nfrom tb3_labs.marking.intake import sort_out\n', name)
+        said = subprocess.check_output([sys.executable, '-c', program], universal_newlines=True)
+    assert said.replace(name + '/', '').replace('PosixPath', '') == (
+        "[('open/n.py')] [('names/n.py'), ('shut'), ('m.py')]\n")
 
 
 def test_a_digest_is_that_of_what_is_in_it(tmp_path):

@@ -50,7 +50,8 @@ def run(copy, *words):
 
 def test_a_pad_and_criteria_are_added_as_the_page_says(tmp_path):
     copy, pad, criterion = tmp_path / 'copy', way_to_add('a pad'), way_to_add("a lab's criterion")
-    shutil.copytree(str(ROOT), str(copy), ignore=shutil.ignore_patterns('build', '.git'))
+    shutil.copytree(str(ROOT), str(copy), ignore=shutil.ignore_patterns(
+        'build', '.git', '__pycache__'))      # byte code names the place where it was made
     for made in tb3_labs.msg, tb3_labs.srv:    # generated, so not in the sources
         copy.joinpath('src', *made.__name__.split('.')).symlink_to(made.__path__[0])
 

@@ -13,7 +13,7 @@ from roslaunch.xmlloader import XmlLoader
 from test_refusals import main_of
 
 from tb3_labs.skeletons import FOLDER, checked_name, checked_place, skeleton, write
-from tb3_labs.marking.marks import LABS
+from tb3_labs.marking.lab_names import NODES
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: The TODOs of the handouts, in their order: a piece of what each of them is filled with.
@@ -48,16 +48,16 @@ ADDED = re.compile(r' # added\b')
 
 
 def files_of(lab, package=None):
-    return skeleton(ROOT / FOLDER / lab, package or LABS[lab].packages[0])
+    return skeleton(ROOT / FOLDER / lab, package or NODES[lab].packages[0])
 
 
 def node_of(lab, package=None):
-    return files_of(lab, package)['src/' + LABS[lab].files[0]]
+    return files_of(lab, package)['src/' + NODES[lab].files[0]]
 
 
 def plain_node(lab):
     """The text of a lab's plain node."""
-    name = LABS[lab].files[0]
+    name = NODES[lab].files[0]
     path = ROOT / 'scripts' / ('plain_' + name)
     return (path if path.exists() else path.with_name(name)).read_text(encoding='utf-8')
 
@@ -107,8 +107,8 @@ def test_a_skeleton_is_python_38_with_the_names_of_the_handout(lab):
     code = node_of(lab)
     assert [words for words in IDENTIFIERS[lab] if words not in code] == []
     ast.parse(code, feature_version=(3, 8))
-    assert 'class {}:'.format(LABS[lab].class_name) in code
-    assert "rospy.init_node('{}')".format(LABS[lab].node_name) in code
+    assert 'class {}:'.format(NODES[lab].class_name) in code
+    assert "rospy.init_node('{}')".format(NODES[lab].node_name) in code
     assert code.startswith('#!/usr/bin/env python3\n')
 
 
@@ -129,7 +129,7 @@ def test_a_plain_node_is_read_in_one_sitting(lab):
 
 @by_lab
 def test_a_package_names_all_that_it_needs(lab):
-    files, package = files_of(lab), LABS[lab].packages[0]
+    files, package = files_of(lab), NODES[lab].packages[0]
     manifest = ET.fromstring(files['package.xml'].encode())
     assert manifest.findtext('name') == package
     named = {item.text for item in manifest if item.tag.endswith('depend')}
@@ -139,11 +139,11 @@ def test_a_package_names_all_that_it_needs(lab):
     assert 'project({})'.format(package) in files['CMakeLists.txt']
     launch = ET.fromstring(files['launch/{}.launch'.format(lab)].encode())
     assert [(node.get('pkg'), node.get('type'), node.get('name')) for node in launch.iter('node')][0] \
-        == (package, LABS[lab].files[0], LABS[lab].node_name)
+        == (package, NODES[lab].files[0], NODES[lab].node_name)
     assert not any(re.search('@[A-Z_]+@', text) for text in files.values())
 
 
-@pytest.mark.parametrize('lab', sorted(LABS))
+@pytest.mark.parametrize('lab', sorted(NODES))
 def test_statistics_are_switched_on_if_they_are_asked_for(lab, tmp_path):
     path, name = tmp_path / (lab + '.launch'), '/enable_statistics'
     path.write_text(files_of(lab)['launch/{}.launch'.format(lab)])

@@ -2,29 +2,33 @@
 unknown types are filled and read."""
 import math
 import os
+import resource
 import shutil
 import subprocess
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, wait
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import interfaces
+from tb3_labs.marking.imports import imports_of
 from tb3_labs.marking.intake import Submission
-from tb3_labs.marking.marks import LABS
-from tb3_labs.marking.packages import NoNode, SourceFile, choose, find_node, source_of
+from tb3_labs.marking.lab_names import NODES
+from tb3_labs.marking.packages import NoNode, SourceFile, choose, find_node, is_aside, source_of
+from tb3_labs.marking.reading import Reading, _read, read
 from tb3_labs.marking.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.ros_move2goal import fill_pose
 from tb3_labs.marking.ros_marker import forget_overlays
 from tb3_labs.marking.sandbox import NoSandbox
-from tb3_labs.marking.workspace import imports_of, prepare
+from tb3_labs.marking.workspace import COPY, elsewhere, prepare
 from tb3_labs.msg import MouseController
 from tb3_labs.srv import SetInitialPoseRequest
 
-TURN, PAD, LAB = LABS['turn'], LABS['gamepad'], LABS['move2goal']
+TURN, PAD, LAB = NODES['turn'], NODES['gamepad'], NODES['move2goal']
 MANIFEST = '<package format="2"><name>{}</name></package>'
 NODE = '#!/usr/bin/env python3\nprint("runs")\n'
 
@@ -38,18 +42,20 @@ def hand_in(folder, **files):
     return folder
 
 
-def prepared(tmp_path, folder):
-    (tmp_path / 'work').mkdir()
-    copy = Submission(folder.name, [folder]).lay_out(tmp_path / 'work')
-    return prepare(copy.folder, LAB, tmp_path / 'ws', {})
+def prepared(tmp_path, folder, lab=LAB):
+    """What is prepared of a folder, and what was read of it, in this process."""
+    reading = Reading(**_read('bob', [str(folder)], [], str(tmp_path / 'ws' / COPY), lab, '', ''))
+    assert reading.problem == ''
+    ready = prepare(reading, tmp_path / 'ws', {})
+    ready.remarks = reading.remarks + ready.remarks
+    return ready, reading
 
 
 @pytest.mark.parametrize('found', [
     'lab7__scripts__move2goal', 'a__b__src__Move2Goal_TF', 'move2goal'])
 def test_a_node_is_found_wherever_it_is(tmp_path, found):
     folder = hand_in(tmp_path, **{found: NODE, 'lab7__scripts__other': NODE})
-    path, remarks = find_node(folder, LAB)
-    assert str(path) == str(tmp_path / (found.replace('__', '/') + '.py')) and remarks == []
+    assert find_node(folder, LAB) == (found.replace('__', '/') + '.py', [], [])
 
 
 @pytest.mark.parametrize('code, words', [
@@ -58,18 +64,17 @@ def test_a_node_that_could_not_be_started_is_made_to_run(tmp_path, code, words):
     folder = hand_in(tmp_path / 'bob', lab7__scripts__move2goal=code,
                      **{'lab7__package.xml': MANIFEST.format('lab7')})
     before = (folder / 'lab7' / 'scripts' / 'move2goal.py').read_bytes()
-    ready = prepared(tmp_path, folder)
+    ready, _ = prepared(tmp_path, folder)
     assert (ready.package, ready.executable) == ('lab7', 'move2goal.py')
     assert any(words in remark for remark in ready.remarks)
     assert any('not executable' in remark for remark in ready.remarks)
-    copy = tmp_path / 'ws' / 'src' / 'package' / 'scripts' / 'move2goal.py'
-    assert subprocess.check_output([str(copy)]) == b'runs\n'
+    assert subprocess.check_output([ready.program]) == b'runs\n'
     assert (folder / 'lab7' / 'scripts' / 'move2goal.py').read_bytes() == before
-    assert ready.environment['ROS_PACKAGE_PATH'].startswith(str(tmp_path / 'ws' / 'src'))
+    assert ready.environment['ROS_PACKAGE_PATH'].startswith(str(tmp_path / 'ws' / 'src' / 'lab7'))
 
 
 def test_a_node_without_a_first_line_for_python_is_told_so(tmp_path):
-    ready = prepared(tmp_path, hand_in(tmp_path / 'bob', lab7__scripts__move2goal='print("runs")\n'))
+    ready, _ = prepared(tmp_path, hand_in(tmp_path / 'bob', lab7__scripts__move2goal='print("runs")\n'))
     assert ('move2goal.py does not begin with #!/usr/bin/env python3, so that rosrun cannot start it.'
             in ready.remarks)
     copy, = (tmp_path / 'ws').rglob('move2goal.py')
@@ -88,9 +93,9 @@ def test_a_package_whose_name_cannot_be_used_gets_another(tmp_path, manifest, wo
     files = {'lab7__package.xml': manifest} if manifest else {}
     folder = hand_in(tmp_path / 'bob', lab7__scripts__move2goal=NODE, lab7__scripts__helper=NODE,
                      **files)
-    ready = prepared(tmp_path, folder)
+    ready, _ = prepared(tmp_path, folder)
     assert ready.package == 'submission' and any(words in remark for remark in ready.remarks)
-    copy = tmp_path / 'ws' / 'src' / 'package'
+    copy = tmp_path / 'ws' / 'src' / 'lab7'
     assert '<name>submission</name>' in (copy / 'package.xml').read_text()
     assert (copy / 'scripts' / 'helper.py').exists()
 
@@ -111,7 +116,7 @@ def test_no_link_is_followed(tmp_path):
         file.truncate(30000000)
     hand_in(folder, **{'run.bag': 'x', '.git__config': 'x', 'devel__lib__move2goal': NODE})
     prepared(tmp_path, folder)
-    assert sorted(os.listdir(str(tmp_path / 'ws' / 'src' / 'package'))) == [
+    assert sorted(os.listdir(str(tmp_path / 'ws' / 'src'))) == [
         'keys', 'move2goal.py', 'package.xml']
     assert (home / 'bashrc.py').read_text() == 'mine\n'
     copied = [path for path in (tmp_path / 'ws').rglob('*') if path.is_file()]
@@ -124,9 +129,9 @@ def test_no_link_is_followed(tmp_path):
 def test_a_node_with_an_odd_name_gets_another_one(tmp_path, name):
     folder = hand_in(tmp_path / 'bob', **{
         name: 'class MoveToGoal: pass\nrospy.init_node("move_to_goal")\n'})
-    ready = prepared(tmp_path, folder)
+    ready, _ = prepared(tmp_path, folder)
     assert ready.executable == 'node.py'
-    assert (tmp_path / 'ws' / 'src' / 'package' / 'node.py').exists()
+    assert ready.program == str(tmp_path / 'ws' / 'src' / 'node.py')
     assert 'got another name' in ' '.join(ready.remarks)
 
 
@@ -134,7 +139,7 @@ def test_a_node_with_an_odd_name_gets_another_one(tmp_path, name):
                                   'x = ' + 'a.' * 50000 + 'a', 'x = \0'],
                          ids=['signs', 'brackets', 'points', 'zero'])
 def test_an_expression_that_is_too_deep_ends_nothing(tmp_path, code):
-    ready = prepared(tmp_path, hand_in(tmp_path / 'bob', move2goal=code))
+    ready, _ = prepared(tmp_path, hand_in(tmp_path / 'bob', move2goal=code))
     assert ready.executable == 'move2goal.py'
 
 
@@ -175,7 +180,7 @@ def repository(**texts):
     (dict(lab1__turtlebot_controller=IMU_TOO, lab2__src__controller=IMU_TOO),
      'lab2/src/controller.py', 'in the package lab2'),
     # the name goes before the signs
-    (dict(lab2__src__turtlebot_controller='', lab2__src__old=IMU_TOO),
+    (dict(lab2__src__turtlebot_controller='', lab2__src__first=IMU_TOO),
      'lab2/src/turtlebot_controller.py', 'the usual name'),
     # the signs go before the folder
     (dict(lab2__scripts__turtlebot_controller=MOUSE_ONLY,
@@ -195,7 +200,7 @@ def repository(**texts):
      'Controller and is the node controller.'),
 ])
 def test_package_then_name_then_signs(texts, expected, said):
-    path, remarks = choose(TURN, repository(**texts))
+    path, remarks, _ = choose(TURN, repository(**texts))
     assert path == expected
     assert said in ' '.join(remarks) if said else remarks == []
 
@@ -240,7 +245,7 @@ def test_the_folder_of_a_node_is_copied(tmp_path, node, source):
 def test_a_lab_with_several_usual_packages():
     files = repository(lab4_gamepad__gamepad='', lab7__gamepad='', other__gamepad='',
                        **{'a{}__gamepad'.format(n): '' for n in range(9)})
-    path, remarks = choose(PAD, files)
+    path, remarks, _ = choose(PAD, files)
     assert path == 'lab4_gamepad/gamepad.py' and remarks[0].endswith(' and 5 more.')
 
 
@@ -268,36 +273,40 @@ def course(tmp_path, node=TURN_NODE):
 
 
 def ready_in(tmp_path, folder):
-    """(What is prepared, the node's copy)."""
-    ready = prepare(folder, TURN, tmp_path / 'ws', {})
-    copy, = (tmp_path / 'ws' / 'src' / 'package').rglob('turtlebot_controller.py')
-    return ready, copy
+    """What is prepared, and what was read."""
+    return prepared(tmp_path, folder, TURN)
 
 
-def output_of(copy, ready):
-    return subprocess.check_output([str(copy)], env=ready.environment, universal_newlines=True)
+def output_of(ready):
+    return subprocess.check_output([ready.program], env=ready.environment, universal_newlines=True)
 
 
-def test_only_what_the_node_needs_is_built_and_what_is_lacking_is_left_out(tmp_path):
-    ready, copy = ready_in(tmp_path, course(tmp_path))
+def test_only_what_the_node_needs_is_built_and_empty_modules_stand_in_for_unused_ones(tmp_path):
+    ready, reading = ready_in(tmp_path, course(tmp_path))
     assert 'cv3, nothing_here.msg: imported, but not used' in ' '.join(ready.remarks)
-    assert ready.lacking == ['apriltag_rosx']       # it is used: the node cannot run without it
-    assert sorted(os.listdir(str(tmp_path / 'ws' / 'src'))) == ['other1', 'package']
-    code = copy.read_text().splitlines()
-    assert code[2] == 'pass    # import cv3' and code[4] == 'import json'
-    assert code[5] == 'pass    # from nothing_here.msg import Tag, Tags'
-    code[3] = 'tags = 7'
-    copy.write_text('\n'.join(code))
-    assert output_of(copy, ready) == 'False 7 rospy\n'
+    assert reading.lacking == ['apriltag_rosx']       # it is used: the node cannot run without it
+    assert sorted(os.listdir(str(tmp_path / 'ws' / 'python'))) == ['cv3', 'lab1', 'nothing_here']
+    hand_in(tmp_path / 'ws' / 'python', apriltag_rosx='')
+    assert output_of(ready).startswith("False <module 'apriltag_rosx'")
 
 
 @pytest.mark.parametrize('text, used', [
-    ('import a', False), ('import a.b\na.b.c()', True), ('import a; x = 1', True),
-    ('x = 1\nimport a\nb = 2', False), ('from a import *', True), ('from a import b\nb()', True),
-    ('import a as b\nprint(a)', False), ('import a as b\nprint(b)', True)])
-def test_an_import_is_used_if_its_names_are_or_if_it_cannot_be_taken_out_alone(text, used):
+    (b'import a', False), (b'import a.b\na.b.c()', True), (b'import a; x = 1', False),
+    (b'x = 1\nimport a\nb = 2', False), (b'from a import *', True), (b'from a import b\nb()', True),
+    (b'import a as b\nprint(a)', False), (b'import a as b\nprint(b)', True)])
+def test_an_import_is_used_if_its_names_are(text, used):
     found, = imports_of(text)
     assert found.used is used
+
+
+@pytest.mark.parametrize('code, printed', [
+    ('# -*- coding: latin-1 -*-\nimport cv3\nprint("M\xfcller")\n'.encode('latin-1'), 'M\xfcller\n'),
+    (b'import sys\rimport cv3\rprint(1)\r', '1\n')])
+def test_the_bytes_of_a_node_stay(tmp_path, code, printed):
+    """But for line endings, which the system could not read."""
+    ready, _ = ready_in(tmp_path, course(tmp_path, node=b'#!/usr/bin/env python3' + code[-1:] + code))
+    assert ('old Mac: changed' in ready.remarks[0]) is (code[-1:] == b'\r')
+    assert output_of(ready) == printed
 
 
 def test_a_message_package_without_a_manifest_and_one_that_needs_another(tmp_path):
@@ -305,27 +314,27 @@ def test_a_message_package_without_a_manifest_and_one_that_needs_another(tmp_pat
         tmp_path / 'bob', turtlebot_controller='#!/usr/bin/env python3\nfrom beside import O\n'
         'print(O().inner.value)\n', beside='from outer.msg import O\n',
         **{'outer__msg__O.msg': 'inner/I inner\n', 'inner__msg__I.msg': 'float32 value\n'})
-    ready, copy = ready_in(tmp_path, folder)
-    assert ready.lacking == [] and output_of(copy, ready) == '0.0\n'
+    ready, reading = ready_in(tmp_path, folder)
+    assert reading.lacking == [] and output_of(ready) == '0.0\n'
 
 
 def test_the_messages_of_the_nodes_own_package_were_not_handed_in(tmp_path):
     """The file of the message was forgotten; package.xml is there."""
     node = '#!/usr/bin/env python3\nfrom lab2.msg import MouseController\nMouseController()\n'
-    ready, _ = ready_in(tmp_path, course(tmp_path, node=node))
-    assert ready.lacking == ['lab2']
+    ready, reading = ready_in(tmp_path, course(tmp_path, node=node))
+    assert reading.lacking == ['lab2']
 
 
 def test_the_skeletons_message_stands_in_for_a_package_that_was_not_handed_in(tmp_path):
     folder = hand_in(tmp_path / 'bob', turtlebot_controller='#!/usr/bin/env python3\n'
                      'from lab2.msg import MouseController\nprint(MouseController().status.data)\n')
-    ready, copy = ready_in(tmp_path, folder)
-    assert ready.lacking == [] and output_of(copy, ready) == 'False\n'
+    ready, reading = ready_in(tmp_path, folder)
+    assert reading.lacking == [] and output_of(ready) == 'False\n'
     assert ready.types['sums'] == {'lab2/MouseController': MouseController._md5sum}
     assert ('The package lab2 was not handed in: the message MouseController of the skeleton stands in '
             'for its own.') in ready.remarks
     other = hand_in(tmp_path / 'eve', turtlebot_controller='from lab2.msg import Mouse\nMouse()\n')
-    assert prepare(other, TURN, tmp_path / 'other', {}).lacking == ['lab2']
+    assert prepared(tmp_path / 'other', other, TURN)[1].lacking == ['lab2']
 
 
 def test_a_node_from_windows_has_its_messages(tmp_path):
@@ -333,20 +342,20 @@ def test_a_node_from_windows_has_its_messages(tmp_path):
     node = ('\ufeff#!/usr/bin/env python3\nfrom lab1.msg import MouseController\n'
             'print(MouseController().xPos)\n'
             'try:\n    import cv3\nexcept ImportError:\n    cv3 = None\n').replace('\n', '\r\n')
-    ready, copy = ready_in(tmp_path, course(tmp_path, node=node))
-    assert ready.lacking == [] and 'import cv3' in copy.read_text()
-    assert output_of(copy, ready) == '0.0\n'
+    ready, reading = ready_in(tmp_path, course(tmp_path, node=node))
+    assert reading.lacking == [] and 'import cv3' in Path(ready.program).read_text()
+    assert output_of(ready) == '0.0\n'
 
 
 def test_a_message_that_cannot_be_built_stops_no_other(tmp_path):
     folder = course(tmp_path, node=TURN_NODE.replace('apriltag_rosx as tags', 'sys as tags'))
     hand_in(folder, **{'lab1__msg__Broken.msg': 'nowhere/Type t\n',
                        'lab1__srv__S.srv': 'no type here\n---\n'})
-    ready, copy = ready_in(tmp_path, folder)
+    ready, reading = ready_in(tmp_path, folder)
     words = ' '.join(ready.remarks)
     assert 'lab1/Broken.msg cannot be built: Cannot locate message [Type]: unknown package' in words
     assert 'lab1/S.srv cannot be built: Invalid declaration: no type here.' in words
-    assert output_of(copy, ready)
+    assert output_of(ready)
 
 
 def test_messages_that_cannot_be_read_are_told(tmp_path):
@@ -368,18 +377,57 @@ def test_a_node_has_its_packages_own_modules_and_of_two_packages_the_nearer(tmp_
             'package.xml': MANIFEST.format(name), 'setup.py': '',
             'src__{}__laws'.format(name): 'name = {!r}\n'.format(place)})
     shutil.rmtree(str(folder / 'lab1'))
-    ready, copy = ready_in(tmp_path, folder)
-    assert output_of(copy, ready) == 'lab2 lab2/lab1\n'
+    ready, reading = ready_in(tmp_path, folder)
+    assert output_of(ready) == 'lab2 lab2/lab1\n'
 
 
-def test_rosrun_finds_the_copy_and_not_what_somebody_built_of_the_same_name(tmp_path, monkeypatch):
-    built, other = tmp_path / 'built', tmp_path / 'other'
-    (built / 'lib' / 'lab2').mkdir(parents=True)
-    (other / 'lib' / 'lab1').mkdir(parents=True)
-    monkeypatch.setenv('CMAKE_PREFIX_PATH', '{}:{}'.format(built, other))
-    ready, _ = ready_in(tmp_path, course(tmp_path))
-    assert ready.package == 'lab2'
-    assert ready.environment['CMAKE_PREFIX_PATH'] == str(other)
+def test_of_two_files_with_one_name_the_chosen_one_is_started(tmp_path):
+    """rosrun would ask which."""
+    folder = course(tmp_path, node=NODE.replace('runs', 'src'))
+    hand_in(folder, lab2__scripts__turtlebot_controller=NODE.replace('runs', 'scripts'))
+    ready, reading = ready_in(tmp_path, folder)
+    assert output_of(ready) == 'scripts\n'
+    told, = reading.look_at
+    assert 'as likely the node as lab2/src/turtlebot_controller.py, and they differ' in told
+
+
+@pytest.mark.parametrize('aside', ['backup', '.git2', 'Copy of lab2', 'lab2_old', '.Trash-1000'])
+def test_what_was_put_aside_is_judged_last(tmp_path, aside):
+    files = repository(**{aside + '__turtlebot_controller': IMU_TOO, 'zz__turtlebot_controller': IMU_TOO})
+    assert choose(TURN, [file._replace(package='lab2') for file in files]) == (
+        'zz/turtlebot_controller.py', [
+            '2 files can be the node; judged was zz/turtlebot_controller.py, because the others were put '
+            'aside. The others: {}/turtlebot_controller.py.'.format(aside)], [])
+    for name in ('gold', 'copyright', 'holder', 'scaffold', '.'):
+        assert not is_aside(name) and not is_aside(name + '/n.py') and is_aside(name + '/n_old.py')
+
+
+@pytest.mark.parametrize('first, lacks', [
+    ('#!/usr/bin/env python3', False), ('#!/usr/bin/python3.1', True), ('#! /usr/bin/env python1', True),
+    ('#!/bin/sh', False)])
+def test_a_python_that_this_machine_lacks_is_told_to_the_instructor(tmp_path, first, lacks):
+    ready, _ = ready_in(tmp_path, course(tmp_path, node=first + '\n'))
+    assert [first + ', which this machine lacks' in said for said in ready.look_at] == [True] * lacks
+
+
+@pytest.mark.parametrize('line, told', [
+    ("AttributeError: module 'numpy' has no attribute 'float'.", True),
+    ("ImportError: cannot import name 'quat2euler' from 'squaternion' (/usr/x.py)", True),
+    ("AttributeError: 'Thread' object has no attribute 'isAlive'", True),
+    ("AttributeError: module 'beside' has no attribute 'x'", False),
+    ("AttributeError: 'Controller' object has no attribute 'x'", False), ('[INFO] AttributeError', False)])
+def test_an_error_that_another_machine_may_not_have_is_told_to_the_instructor(tmp_path, line, told):
+    hand_in(tmp_path / 'lab2', beside='')
+    assert [line in said for said in elsewhere('Traceback:\n  x\n{}\n'.format(line), tmp_path)] == [
+        True] * told
+
+
+def test_whatever_eats_the_memory_of_its_reader_ends_the_reader_alone(tmp_path):
+    """To parse this file Python needs 2.7 GB."""
+    folder = hand_in(tmp_path / 'eve', turtlebot_controller='import ' + 'a.' * 50000 + 'a\n')
+    reading = read(Submission('eve', [folder]), tmp_path / 'copy', TURN)
+    assert reading.node == 'turtlebot_controller.py' or 'more than 1 GB' in reading.problem
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < 1.1e6
 
 
 def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(

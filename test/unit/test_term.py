@@ -13,8 +13,7 @@ import yaml
 from test_marking import TABLE, marks_of, observation, turned
 from tb3_labs.marking import feedback, marks_folder, turn
 from tb3_labs.marking.feedback import Table, results
-from tb3_labs.marking.intake import Copy, submissions_from
-from tb3_labs.marking.intake import chosen
+from tb3_labs.marking.intake import chosen, submissions_in
 from tb3_labs.marking.marks import Marks, from_record, points_of, to_record
 from tb3_labs.marking.marks_folder import MarkedClass, MarksFolder
 from tb3_labs.marking.ros_marker import Marker
@@ -131,6 +130,38 @@ def test_what_has_not_changed_is_kept(tmp_path):
     assert folder_of(tmp_path).kept('Ann', 'digest') is None
 
 
+def test_what_a_trial_runs_decides_whether_marks_are_kept(tmp_path, monkeypatch):
+    """A simulated robot, a check or a launch file that has changed; but for the points."""
+    for name in ('launch/a.launch', 'launch/checks/points.yaml', 'scripts/fake_turtlebot3.py'):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text('1')
+    monkeypatch.setattr(marks_folder, 'PACKAGE', tmp_path)
+    written(tmp_path / 'marks')
+    assert folder_of(tmp_path / 'marks').kept('Ann', 'digest')
+    (tmp_path / 'launch' / 'checks' / 'points.yaml').write_text('2')
+    assert folder_of(tmp_path / 'marks').kept('Ann', 'digest')
+    for name in ('launch/a.launch', 'scripts/fake_turtlebot3.py'):
+        (tmp_path / name).write_text('2')
+        assert folder_of(tmp_path / 'marks').kept('Ann', 'digest') is None
+        written(tmp_path / 'marks')
+    assert any(path.match('simulation/simulator.py') for path in marks_folder.decisive_files())
+
+
+def test_marks_are_not_written_through_a_link(tmp_path):
+    """A new file takes the place of a link; a folder that is one is refused."""
+    mine, marks = tmp_path / 'mine', tmp_path / 'marks'
+    mine.write_text('mine')
+    (marks / 'logs').mkdir(parents=True)
+    for name in ('Ann.html', 'marks.csv', 'overview.html', 'logs/Ann.marks.json'):
+        (marks / name).symlink_to(mine)
+    (marks / 'marks.csv').unlink()      # it is read before
+    written(marks)
+    assert mine.read_text() == 'mine' and rows_of((marks / 'marks.csv').read_text())
+    (tmp_path / 'link').symlink_to(marks)
+    with pytest.raises(OSError, match='link'):
+        folder_of(tmp_path / 'link')
+
+
 def test_new_points_reach_the_pages_without_another_try(tmp_path):
     marks = written(tmp_path)
     page, table = tmp_path / 'Ann.html', tmp_path / 'marks.csv'
@@ -194,15 +225,15 @@ def marked(path, acts, problems):
     folder = folder_of(path / 'marks')
     marker = Marker('turn', WORTH, folder.logs)
 
-    def mark(copy, tell):
-        act = acts.get(copy.folder.name)
+    def mark(student, *_):
+        act = acts.get(student)
         if isinstance(act, Exception):
             raise act
-        return act() if act else marks_of(copy.folder.name, turned(90.0))
+        return act() if act else marks_of(student, turned(90.0))
     marker.mark = mark
     for student in acts:
         (path / 'in' / student).mkdir(parents=True)
-    return class_of(marker, folder, problems), submissions_from(path / 'in', path, print)
+    return class_of(marker, folder, problems), submissions_in(path / 'in', print)
 
 
 def marks_below(path):
@@ -264,7 +295,7 @@ def test_a_zip_file_that_was_cut_off_is_no_zero(tmp_path):
     (tmp_path / 'in' / 'ann.zip').write_bytes((tmp_path / 'whole.zip').read_bytes()[:3000])
     folder = folder_of(tmp_path / 'marks')
     marking = class_of(Marker('turn', WORTH, folder.logs), folder, [])
-    assert marking.mark_all(submissions_from(tmp_path / 'in', tmp_path, print), 1) is True
+    assert marking.mark_all(submissions_in(tmp_path / 'in', print), 1) is True
     said = 'The zip file cannot be unpacked: File is not a zip file.'
     assert folder.write_overview()[1] == ['To look at: ann: Not judged: ' + said]
     row = marks_below(tmp_path / 'marks')['ann']
@@ -294,18 +325,18 @@ def test_the_row_of_a_student_with_an_odd_name_is_found_again():
 
 @pytest.mark.parametrize('gaps, told, remark', [
     ([0.02], 0, False), ([0.21, 0.02], 1, False), ([0.21, 0.3], 1, True)])
-def test_a_machine_that_is_too_busy_is_told(tmp_path, monkeypatch, gaps, told, remark):
-    gaps, words = list(gaps), []
+def test_a_machine_that_is_too_busy_is_told(tmp_path, capsys, gaps, told, remark):
+    gaps, seen = list(gaps), []
 
-    def tried(marker, copy):
-        seen = observation(truth=[[t, 0.0, 0.0, 0.0] for t in (0.0, gaps[0], gaps.pop(0) + 0.02)])
-        return Marks(copy.folder.name, 'lab2/node.py', observation=seen)
-    monkeypatch.setattr(Marker, '_try', tried)
-    marker = Marker('turn', WORTH, tmp_path)
-    marks = marker.mark(Copy(tmp_path / 'Ann', [], []), words.append)
-    assert words == ['the machine held the robot up for 0.21 s; tried again'] * told
-    assert gaps == [] and any('may be unfair' in said for said in marks.remarks) is remark
-    assert bool(marks.unfair) is remark
+    def tried():
+        gap = gaps.pop(0)
+        seen[:] = [Marks('Ann', 'lab2/node.py', observation=observation(
+            truth=[[t, 0.0, 0.0, 0.0] for t in (0.0, gap, gap + 0.02)]))]
+        return seen[0]
+    marking, found = marked(tmp_path, {'Ann': tried}, [])
+    marking.mark_all(found, 1)
+    assert capsys.readouterr().out.count('the machine held the robot up for 0.21 s; tried again') == told
+    assert gaps == [] and any('may be unfair' in said for said in seen[0].remarks) is remark
 
 
 # -- names

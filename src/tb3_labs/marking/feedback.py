@@ -122,8 +122,8 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
              marks.why_none]
             + [_mark(verdict) if marks.judged else '' for verdict in marks.graded + marks.extra]
             + [_folded(marks.remarks)] for marks in all_marks]
-    look = ['<p><b>Not judged, look at it:</b> {}</p>'.format('; '.join('{} ({})'.format(
-        _link(marks), escape(marks.unjudged)) for marks in all_marks if not marks.judged))]
+    look = ['<h2>For the instructor alone</h2>'] * bool(notes) + [
+        '<p>{}</p>'.format(escape(note)) for note in notes]
     totals = sorted(marks.points for marks in all_marks if marks.judged)
     summary = '{} submission{}{}. {}The last {} criteria are beyond the handout.'.format(
         len(all_marks), '' if len(all_marks) == 1 else 's',
@@ -131,10 +131,8 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
             len(all_marks) - len(totals), NOT_JUDGED),
         'Median {:g} of {:g} points. '.format(totals[len(totals) // 2], some.worth)
         if totals else '', len(some.extra))
-    return document('{}: overview'.format(lab), look * (len(totals) < len(all_marks))
-                 + ['<p>{}</p>'.format(escape(summary)), table(heads, rows, words=(WHY, REMARKS))]
-                 + (['<h2>For the instructor alone</h2>'] if notes else [])
-                 + ['<p>{}</p>'.format(escape(note)) for note in notes], WIDE)
+    return document('{}: overview'.format(lab), look + [
+        '<p>{}</p>'.format(escape(summary)), table(heads, rows, words=(WHY, REMARKS))], WIDE)
 
 
 def _link(marks):

@@ -4,8 +4,9 @@ Moodle: ``Ann Miller_12345_assignsubmission_file_`` (a folder), or the same with
 behind it. Canvas: ``millerann_12345_67890_lab2.zip``, with ``_LATE`` after the name of a late one,
 and ``lab2-1.zip`` for a file that was handed in again. Names may be any bytes: each is checked.
 
-The files that were handed in are neither changed nor run. A copy without links and devices is made,
-within a budget of files and bytes. A zip file may be a bomb, or have paths that lead out of it.
+The files that were handed in are neither changed nor run. They are copied, or unpacked, once,
+within a budget of files and bytes, without links and devices. A zip file may be a bomb, or have
+paths that lead out of it: reading.py does this in a process of its own.
 """
 import difflib
 import os
@@ -13,6 +14,7 @@ import re
 import shutil
 import stat
 import zipfile
+import zlib
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -34,7 +36,9 @@ CLASS = 50
 DEEPEST = 50
 #: Folders and files that are not a student's work: they are neither unpacked nor copied.
 LEFT_OUT = re.compile(r'(^|/)(__MACOSX|\.git|\.svn|build|devel|install|logs|__pycache__|\.DS_Store|'
-                      r'[^/]*\.bag)(/|$)', re.IGNORECASE)
+                      r'\.?venv|site-packages|node_modules|[^/]*\.bag)(/|$)', re.IGNORECASE)
+#: Endings of a package's own files: the budget is for these first.
+OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
 ENCRYPTED = 1       # the bit for a password, in the flags of a file in a zip file
 #: Archives that are not unpacked; a zip file if it lies in another one.
 OTHER_ARCHIVES = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
@@ -115,11 +119,10 @@ def chosen(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
 # -- submissions
 
 class Copy(NamedTuple):
-    """A copy of a submission, unpacked."""
+    """What is said of the copy of a submission."""
 
-    folder: Path            # its name is the student's
     remarks: List[str]      # on files that were left out
-    unread: List[str]       # on archives that could not be unpacked
+    unread: List[str]       # on files that could not be copied or unpacked: the node may be in one
 
 
 @dataclass
@@ -130,63 +133,82 @@ class Submission:
     paths: List[Path]                       # folders and files
     names: List[str] = field(default_factory=list)     # the student's own names of the files
 
-    def lay_out(self, work: Path) -> Copy:
-        """Copy the submission into a folder below `work`, which exists."""
-        copy, budget = Copy(Path(work) / self.student, [], []), Budget()
-        copy.folder.mkdir()
-        try:
-            for path, name in zip(self.paths, self.names or [path.name for path in self.paths]):
-                if path.is_dir():
-                    _copy_folder(path, copy, budget)
-                else:
-                    _copy_file(path, copy.folder / name, budget)
-        except Refused as reason:
-            copy.unread.append(str(reason))
-        _unpack_all(copy, budget)
+    def lay_out(self, folder: Path) -> Copy:
+        """Copy the submission, unpacked, into `folder`, which is made.
+
+        Zip files are unpacked unless there is a Python file: then they do not belong to the code.
+        """
+        folder.mkdir(parents=True)
+        copy, budget = Copy([], []), Budget()
+        files = [found for path, name in zip(
+            self.paths, self.names or [path.name for path in self.paths])
+            for found in (_files_in(path, copy) if path.is_dir() else [(path, Path(name))])]
+        zips = [found for found in files if is_zip(found[1].name)]
+        for source, place in sorted(set(files) - set(zips), key=lambda found: _turn(
+                str(found[1]), found[0].stat().st_size)):
+            if budget.take(source.stat().st_size):
+                _copy_file(source, folder / place)
+        if any(place.suffix == '.py' for _, place in files):
+            _say(copy, 'it is a zip file beside Python code', [place for _, place in zips])
+        else:
+            for source, place in zips:
+                try:
+                    unpack(source, folder / place.parent / (place.stem + '.unpacked'), budget)
+                except Refused as reason:
+                    copy.unread.append(str(reason))
+            others = [path.name for path in sort_out(folder)[0]
+                      if path.suffix.lower() in OTHER_ARCHIVES]
+            copy.unread.extend(
+                '{} was not unpacked: only zip files are, and none in others.'.format(
+                    printable(name)) for name in others[:1])
+        copy.unread.extend([budget.exceeded] * bool(budget.exceeded))
         return copy
-
-
-def submissions_from(path: Path, work: Path, tell: Callable[[str], None]) -> List[Submission]:
-    """The Submissions in a folder or a zip file, sorted by name.
-
-    `work`: an existing folder for unpacked files; ``tell(line)`` is told which files are left out.
-    ``ValueError``, ``OSError`` or ``Refused`` if there is nothing to mark.
-    """
-    path = Path(path)
-    if path.is_dir():
-        return _in_folder(path, tell)
-    if path.is_file() and is_zip(path.name):
-        unpack(path, Path(work) / 'all', Budget(CLASS))
-        return _in_folder(_without_wrapping(Path(work) / 'all'), tell)
-    raise ValueError('{} is neither a folder nor a zip file'.format(path))
 
 
 def sort_out(folder: Path) -> Tuple[List[Path], List[Path]]:
     """(Files, others) below a folder, without those of LEFT_OUT.
 
-    The others are links, devices, and folders that are too deep. A file that has a second name
-    outside of the folder (a hard link) counts as a link: it may be another person's.
+    The others are links, devices, folders that are too deep, and what cannot be read. A file that
+    has a second name outside of the folder (a hard link) counts as a link: it may be another
+    person's.
     """
     found: Dict[Path, os.stat_result] = {}
     others: List[Path] = []
-    for root, folders, names in os.walk(str(folder)):
+    for root, folders, names in os.walk(
+            str(folder), onerror=lambda problem: others.append(Path(problem.filename))):
         folders[:] = sorted(name for name in folders if not LEFT_OUT.search(name))
         others += [path for path in map(Path(root).joinpath, folders) if path.is_symlink()]
         if len(Path(root).parts) - len(folder.parts) >= DEEPEST:
             others += [Path(root) / name for name in folders]
             folders.clear()
-        found.update((path, path.lstat()) for path in map(Path(root).joinpath, sorted(names))
-                     if not LEFT_OUT.search(path.name))
+        for path in map(Path(root).joinpath, sorted(names)):
+            if not LEFT_OUT.search(path.name):
+                try:
+                    found[path] = path.lstat()
+                except OSError:         # the folder's names may be read, its files may not
+                    others.append(path)
     names_of = Counter((about.st_dev, about.st_ino) for about in found.values())
     files = [path for path, about in found.items() if stat.S_ISREG(about.st_mode)
-             and about.st_nlink <= names_of[about.st_dev, about.st_ino]]
+             and about.st_nlink <= names_of[about.st_dev, about.st_ino]
+             and os.access(str(path), os.R_OK)]
     return files, others + sorted(set(found) - set(files))
 
 
-def _in_folder(folder, tell):
-    paths = {path.name: path for path in sorted(folder.iterdir())
-             if not path.name.startswith('.') and not LEFT_OUT.search(path.name)}
-    found = []
+def submissions_in(folder: Path, tell: Callable[[str], None]) -> List[Submission]:
+    """The Submissions in a folder, sorted by name; ``tell(line)`` is told which files are left out.
+
+    ``ValueError`` or ``OSError`` if there is nothing to mark.
+    """
+    paths, found = {}, []
+    for path in sorted(folder.iterdir()):
+        mode = path.lstat().st_mode
+        if path.name.startswith('.') or LEFT_OUT.search(path.name):
+            continue
+        if stat.S_ISREG(mode) or stat.S_ISDIR(mode):
+            paths[path.name] = path
+        else:       # a link may lead to another student's work, or out of here
+            tell('left out, because it is {}: {}'.format(
+                'a link' if stat.S_ISLNK(mode) else 'neither a folder nor a file', path))
     for student, parts in by_student((name, path.is_dir()) for name, path in paths.items()).items():
         submission = Submission(student, [])
         for name, said in parts:
@@ -203,7 +225,7 @@ def _in_folder(folder, tell):
     return sorted(found, key=lambda submission: submission.student)
 
 
-def _without_wrapping(folder):
+def without_wrapping(folder: Path) -> Path:
     """The only folder in `folder` if it holds only folders and zip files, else `folder`: many
     programs that make zip files put such a folder around all others."""
     inside = list(folder.iterdir())
@@ -212,44 +234,35 @@ def _without_wrapping(folder):
     return inside[0] if is_wrapped else folder
 
 
-def _copy_folder(source, copy, budget):
-    files, others = sort_out(source)
-    small = [path for path in files if is_zip(path.name) or path.stat().st_size <= LARGEST]
-    for what, left in (('a link, a device, or too deep', others),
-                       ('larger than {:g} MB'.format(LARGEST / 1e6), set(files) - set(small))):
-        if left:
-            named = [printable(str(path.relative_to(source))) for path in sorted(left)]
-            more = len(named) - NAMED_FILES
-            copy.remarks.append('Left out, because each is {}: {}.'.format(what, ', '.join(
-                named[:NAMED_FILES] + ['{} more'.format(more)] * (more > 0))))
-    for path in sorted(small, key=lambda path: path.stat().st_size):    # programs are small
-        _copy_file(path, copy.folder / path.relative_to(source), budget)
+def _files_in(folder, copy):
+    """The (path, place in the copy) of each file to copy below a folder; others are said."""
+    files, others = sort_out(folder)
+    large = [path for path in files if path.stat().st_size > LARGEST and not is_zip(path.name)]
+    _say(copy, 'each is a link, a device, too deep, or may not be read',
+         [path.relative_to(folder) for path in others])
+    _say(copy, 'each is larger than {:g} MB'.format(LARGEST / 1e6),
+         [path.relative_to(folder) for path in large])
+    return [(path, path.relative_to(folder)) for path in files if path not in set(large)]
 
 
-def _copy_file(source, target, budget):
-    budget.take(1, source.stat().st_size)
+def _say(copy, why, left):
+    """Remark that these files were left out."""
+    if left:
+        named = [printable(str(place)) for place in sorted(left)]
+        more = len(named) - NAMED_FILES
+        copy.remarks.append('Left out, because {}: {}.'.format(why, ', '.join(
+            named[:NAMED_FILES]) + ' and {} more'.format(more) * (more > 0)))
+
+
+def _turn(place, size):
+    """A key by which files take their part of the budget: a package's own files first."""
+    return Path(place).suffix.lower() not in OWN_ENDINGS, place.count('/'), size, place
+
+
+def _copy_file(source, target):
     target.parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(str(source), str(target))
     target.chmod(0o755 if os.access(str(source), os.X_OK) else 0o644)
-
-
-def _unpack_all(copy, budget):
-    """Unpack the zip files in the copy, unless there is a Python file: a zip file beside Python
-    code does not belong to the code."""
-    files = sort_out(copy.folder)[0]
-    if any(path.suffix == '.py' for path in files):
-        return
-    for path in filter(lambda path: is_zip(path.name), files):
-        try:
-            unpack(path, path.parent / (path.stem + '.unpacked'), budget)
-        except Refused as reason:
-            copy.unread.append(str(reason))
-        path.unlink()
-    others = [path.name for path in sort_out(copy.folder)[0]
-              if path.suffix.lower() in OTHER_ARCHIVES]
-    if others:
-        copy.unread.append('{} was not unpacked: only zip files are, and none in others.'.format(
-            others[0]))
 
 
 # -- zip files
@@ -259,24 +272,28 @@ class Refused(Exception):
 
 
 class Budget:
-    """The number of files and bytes that submissions may still have, archives included."""
+    """The number of files and bytes that submissions may still have."""
 
     def __init__(self, submissions: int = 1) -> None:
         self._times = submissions
         self._files, self._bytes = submissions * MOST_FILES, submissions * MOST_BYTES
+        #: A sentence once a file had no room; else ''.
+        self.exceeded = ''
 
-    def take(self, files: int, size: int) -> None:
-        """Take room for `files` files of together `size` [bytes]; ``Refused`` if there is less."""
-        for wanted, left, most, unit in ((files, self._files, MOST_FILES, 'files'),
+    def take(self, size: int) -> bool:
+        """Take room for a file of `size` [bytes]. Returns False if there is none."""
+        for wanted, left, most, unit in ((1, self._files, MOST_FILES, 'files'),
                                          (size, self._bytes, MOST_BYTES / 1e6, 'MB')):
             if wanted > left:
-                raise Refused('More than {:g} {}: not all of it was unpacked.'.format(
-                    self._times * most, unit))
-        self._files, self._bytes = self._files - files, self._bytes - size
+                self.exceeded = 'More than {:g} {}: not all of it was unpacked.'.format(
+                    self._times * most, unit)
+                return False
+        self._files, self._bytes = self._files - 1, self._bytes - size
+        return True
 
 
 def unpack(path: Path, folder: Path, budget: Budget) -> None:
-    """Unpack the zip file `path` into `folder`, which is made if it is missing.
+    """Unpack the zip file `path` into `folder`, as far as the budget reaches.
 
     ``Refused`` if it is not a zip file, or must not be unpacked. No file becomes larger than the
     zip file declares: zipfile reads no further.
@@ -286,13 +303,13 @@ def unpack(path: Path, folder: Path, budget: Budget) -> None:
             wanted = [info for info in archive.infolist() if _is_wanted(info)]
             if any(info.flag_bits & ENCRYPTED for info in wanted):
                 raise Refused('The zip file was not unpacked: it has a password.')
-            budget.take(len(wanted), sum(info.file_size for info in wanted))
-            for info in wanted:
-                target = archive.extract(info, str(folder))
-                if not info.is_dir():
-                    os.chmod(target, 0o755 if (info.external_attr >> 16) & 0o100 else 0o644)
+            for info in sorted(wanted, key=lambda info: _turn(info.filename, info.file_size)):
+                if budget.take(info.file_size):
+                    target = archive.extract(info, str(folder))
+                    if not info.is_dir():
+                        os.chmod(target, 0o755 if (info.external_attr >> 16) & 0o100 else 0o644)
     except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError,
-            OSError) as problem:
+            zlib.error, OSError) as problem:
         raise Refused('The zip file cannot be unpacked: {}.'.format(
             str(problem).rstrip('.') or type(problem).__name__)) from None
 

@@ -12,9 +12,8 @@ import shutil
 import subprocess
 import tempfile
 from functools import lru_cache
-from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Optional, Set
+from typing import Any, Callable, Dict, List, Optional
 
 import genmsg
 import rospkg
@@ -23,15 +22,9 @@ from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.packages import ACTIONS, INTERFACES, MESSAGES, SERVICES, is_name
-from tb3_labs.marking.sandbox import OWN_PACKAGE, NoSandbox
+from tb3_labs.marking.packages import ACTIONS, MESSAGES, SERVICES, interface_files, is_name
+from tb3_labs.marking.sandbox import NoSandbox
 
-#: A field of a type of another package, as in `geometry_msgs/Pose2D goal`.
-FIELD = re.compile(r'^[ \t]*([A-Za-z]\w*)/[A-Za-z]\w*(?:\[\d*\])?\s+\w', re.MULTILINE)
-#: The import of the message that the course gives: the skeletons have it, and this package.
-GIVEN = 'MouseController'
-IMPORTS_GIVEN = re.compile(r'^[ \t]*from[ \t]+(\w+)\.msg[ \t]+import[ \t(]+{}\b'.format(GIVEN),
-                           re.MULTILINE)
 MODULE = re.compile(r'_[A-Za-z0-9_]+\.py')
 #: All messages of a submission are built within this time [s].
 BUILD_TIME = 30.0
@@ -39,37 +32,6 @@ BUILD_TIME = 30.0
 LIMITS = {resource.RLIMIT_AS: 10 ** 9, resource.RLIMIT_CPU: 20}
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
 LOADERS = {'msg': load_msg_from_file, 'srv': load_srv_from_file}
-
-
-def interface_files(package: Path) -> Dict[str, List[str]]:
-    """Returns kind -> names of the files of this kind, in a package; the names may be invalid."""
-    return {kind: sorted(path.name for path in (package / kind).glob('*.' + kind) if path.is_file())
-            for kind in INTERFACES}
-
-
-def types_used(package: Path) -> Set[str]:
-    """Returns the packages whose types are fields of the messages in a package's folder."""
-    texts = [(package / kind / name).read_text(encoding='utf-8', errors='replace')
-             for kind, names in interface_files(package).items() for name in names]
-    return set(FIELD.findall('\n'.join(texts)))
-
-
-def let_stand_in(node: Path, packages: Dict[str, Path], folder: Path, remarks: List[str]) -> None:
-    """Add to `packages` those whose GIVEN the node imports, if they were not handed in."""
-    for name in sorted(set(IMPORTS_GIVEN.findall(node.read_bytes().decode(errors='replace')))):
-        if is_name(name) and name not in packages and PathFinder.find_spec(name) is None:
-            packages[name] = folder / name
-            (folder / name / MESSAGES).mkdir(parents=True)
-            shutil.copy(os.path.join(
-                rospkg.RosPack().get_path(OWN_PACKAGE), MESSAGES, '{}.{}'.format(GIVEN, MESSAGES)),
-                str(folder / name / MESSAGES))
-            remarks.append('The package {} was not handed in: the message {} of the skeleton '
-                           'stands in for its own.'.format(name, GIVEN))
-
-
-def offers_modules(package: Path) -> bool:
-    """Does a package folder have anything that can be imported by the package's name?"""
-    return any((package / part).exists() for part in (*INTERFACES, 'setup.py'))
 
 
 def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], remarks: List[str],

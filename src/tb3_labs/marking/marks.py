@@ -20,12 +20,11 @@ import rospkg
 import yaml
 
 from tb3_labs.command_line import reason
-from tb3_labs.marking import gamepad, imu, move2goal, observation, turn
+from tb3_labs.marking import gamepad, imu, move2goal, turn
 from tb3_labs.marking.criteria import Criterion, Outcome, Verdict
+from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.observation import Observation
 
-#: The names of the labs.
-IMU, TURN, MOVE2GOAL, GAMEPAD = 'imu', 'turn', 'move2goal', 'gamepad'
 #: The words for marks that could not be given.
 NOT_JUDGED = 'not judged'
 #: The section of a lab's points for criteria beyond the handout.
@@ -35,15 +34,10 @@ KEY, MARKS, VERDICTS = 'key', 'marks', 'verdicts'
 
 
 class Lab(NamedTuple):
-    """The requirements of a lab, and the names by which its node is found."""
+    """The requirements of a lab."""
 
     title: str
     criteria: List[Criterion]
-    packages: Tuple[str, ...]  # usual names of the student's package
-    files: Tuple[str, ...]     # usual names of the node's file, that of this package first
-    class_name: str            # the handout's name of the class
-    node_name: str             # the handout's name of the node
-    sensors: Tuple[str, ...]   # topics that a node needs; it is ready if it listens to the first
 
     @property
     def parts(self) -> List[str]:
@@ -59,17 +53,9 @@ class Lab(NamedTuple):
 
 
 LABS = {
-    IMU: Lab('IMU exercise', imu.CRITERIA, ('ice6',), ('imu_sub.py',), 'IMU', 'imu_sub',
-             (observation.IMU_TOPIC,)),
-    TURN: Lab('IMU lab', turn.CRITERIA, ('lab2',), ('turtlebot_controller.py',), 'Controller',
-              'controller', (observation.IMU_TOPIC,)),
-    MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA, ('lab7_tf', 'lab7'),
-                    ('move2goal_tf.py', 'move2goal.py'), 'MoveToGoal', 'move_to_goal',
-                    (observation.ODOM, observation.IMU_TOPIC)),
-    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA,
-                 ('lab4_gamepad', 'lab7_tf', 'lab7'), ('gamepad.py',), 'Gamepad', GAMEPAD,
-                 (observation.JOY,)),
-}
+    IMU: Lab('IMU exercise', imu.CRITERIA), TURN: Lab('IMU lab', turn.CRITERIA),
+    MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA),
+    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA)}
 
 
 @dataclass

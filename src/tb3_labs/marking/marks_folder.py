@@ -7,7 +7,6 @@
 """
 import hashlib
 import json
-import os
 import sys
 import tempfile
 import threading
@@ -16,13 +15,14 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
-from tb3_labs.command_line import printable, reason
+import rospkg
+
+from tb3_labs.command_line import output_folder, printable, reason, write_output
 from tb3_labs.marking.feedback import Table, feedback, overview, results
 from tb3_labs.marking.intake import Submission
 from tb3_labs.marking.marks import KEY, LABS, NOT_JUDGED, Marks, from_record, to_record
 from tb3_labs.marking.observation import LONGEST, Observation
-from tb3_labs.marking.packages import digest
-from tb3_labs.marking.sandbox import UNPROTECTED
+from tb3_labs.marking.sandbox import OWN_PACKAGE, UNPROTECTED
 
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
@@ -32,6 +32,8 @@ PAGE_KEY = 'page'
 MOST_SENTENCES = 100
 #: Keys of a record's KEY: two tries that agree in all of them end alike.
 LAB, PARTS_KEY, SUBMISSION, OPTIONS, VERSION = 'lab', 'parts', 'submission', 'options', 'version'
+#: This package, and the program of its simulated robot; an installed one lies in lib.
+PACKAGE, ROBOT = Path(rospkg.RosPack().get_path(OWN_PACKAGE)), 'fake_turtlebot3.py'
 
 
 class MarksFolder:
@@ -42,11 +44,10 @@ class MarksFolder:
         """`worth`: criterion -> points; `options`: all other settings of a try. ``ValueError`` if
         the folder has marks of another lab or other parts, or a table that cannot be read; unless
         it `rescores`, also if its marks have other points."""
-        self._path, self._lab, self._parts = Path(path), lab, sorted(parts)
-        self.logs = self._path / 'logs'
+        self._path, self._lab, self._parts = output_folder(path), lab, sorted(parts)
+        self.logs = output_folder(self._path / 'logs')
         self._worth = worth
         self._key = {LAB: lab, PARTS_KEY: self._parts, OPTIONS: options, VERSION: _version()}
-        self.logs.mkdir(parents=True, exist_ok=True)
         self._records: Dict[str, Dict[str, Any]] = {}
         for file in sorted(self.logs.glob('*' + RECORD)):
             self._read(file)
@@ -78,13 +79,13 @@ class MarksFolder:
         all_marks = [marks for marks, _ in self._of_all()]
         if not all_marks:
             return None, []
-        _replace(self._path / TABLE, self._table().renewed(all_marks))
+        write_output(self._path / TABLE, self._table().renewed(all_marks))
         renewed = [marks.student for marks in all_marks if self._renew_page(marks)]
         notes = [UNPROTECTED] * unprotected + [
             'With other points than before: {}.'.format(', '.join(renewed))] * bool(renewed) + [
             'To look at: {}: {}'.format(marks.student, finding)
             for marks in all_marks for finding in marks.findings]
-        _replace(self._path / OVERVIEW, overview(all_marks, LABS[self._lab].title, notes))
+        write_output(self._path / OVERVIEW, overview(all_marks, LABS[self._lab].title, notes))
         return self._path / OVERVIEW, notes
 
     def _read(self, file):
@@ -143,16 +144,15 @@ class MarksFolder:
 
     def _keep(self, marks, record):
         page = feedback(marks, LABS[self._lab].title)
-        _replace(self._path / (marks.student + '.html'), page)
+        write_output(self._path / (marks.student + '.html'), page)
         marks.observation = None        # the observations of a class need hundreds of MB
-        folder = self._path / 'gradescope' / marks.student
-        folder.mkdir(parents=True, exist_ok=True)
+        folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
         if marks.judged:
-            _replace(folder / RESULTS, json.dumps(results(marks), indent=1))
+            write_output(folder / RESULTS, json.dumps(results(marks), indent=1))
         elif (folder / RESULTS).exists():
             (folder / RESULTS).unlink()     # of an earlier try: no longer true
         self._records[marks.student] = dict(record, **{PAGE_KEY: _shown(marks)})
-        _replace(self.logs / (marks.student + RECORD), json.dumps(self._records[marks.student]))
+        write_output(self.logs / (marks.student + RECORD), json.dumps(self._records[marks.student]))
 
 
 def _shown(marks):
@@ -164,17 +164,18 @@ def _cleaned(sentences):
     return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
 
 
-def _replace(path, text):
-    """Write a file; after an interruption it has either the whole old text or the whole new one."""
-    part = path.with_name(path.name + '.part')
-    part.write_text(text, encoding='utf-8', errors='backslashreplace')
-    os.replace(str(part), str(path))
+def decisive_files() -> List[Path]:
+    """The files of this package that decide a trial: nodes, robot, checks, launch files."""
+    programs = [PACKAGE / 'scripts' / ROBOT, PACKAGE.parents[1] / 'lib' / OWN_PACKAGE / ROBOT]
+    return sorted(Path(__file__).resolve().parents[1].glob('**/*.py')) + sorted(
+        path for path in [*programs, *PACKAGE.glob('launch/**/*')]
+        if path.is_file() and path.name != 'points.yaml')
 
 
 def _version():
-    """A text that changes with the code of the marking."""
+    """A text that changes with the files that decide a trial."""
     whole = hashlib.sha256()
-    for path in sorted(Path(__file__).resolve().parent.glob('*.py')):
+    for path in decisive_files():
         whole.update(path.read_bytes())
     return whole.hexdigest()
 
@@ -246,23 +247,31 @@ class MarkedClass:
     def _try(self, submission, name):
         """Mark one submission, unless it was marked before and has not changed."""
         begun = time.monotonic()
-        with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
-            copy = submission.lay_out(work)
-            tried = digest(copy.folder)
-            kept = None if self._anew else self._folder.kept(submission.student, tried)
-            if kept is not None:
-                tell('{}: {:g} of {:g} points, marked before'.format(
-                    name, kept.points, kept.worth))
-                with self._writing:
-                    self._unchanged += 1
-                return
-            tell(name + ' ...')
-            marks = self._marker.mark(copy, lambda words: tell('{}: {}'.format(name, words)))
+        for is_last in (False, True):       # once more if the machine held up the robot
+            with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
+                reading = self._marker.read(submission, Path(work))
+                kept = None if self._anew or is_last else self._folder.kept(
+                    submission.student, reading.digest)
+                if kept is not None:
+                    tell('{}: {:g} of {:g} points, marked before'.format(
+                        name, kept.points, kept.worth))
+                    with self._writing:
+                        self._unchanged += 1
+                    return
+                if not is_last:
+                    tell(name + ' ...')
+                marks = self._marker.mark(submission.student, reading, Path(work))
+            if not marks.unfair:
+                break
+            if not is_last:
+                tell('{}: the machine held the robot up for {:.2f} s; tried again'.format(
+                    name, marks.observation.longest_gap))
+        marks.remarks += [marks.unfair] * bool(marks.unfair)
         marks.seconds = time.monotonic() - begun
         tell('{}: {}, {:.0f} s'.format(
             name, '{:g} of {:g} points'.format(marks.points, marks.worth) if marks.judged
             else NOT_JUDGED, marks.seconds))
-        self._write(marks, tried)
+        self._write(marks, reading.digest)
 
     def _write(self, marks, tried):
         """Write Marks; `tried`: the digest of the submission."""

@@ -1,7 +1,8 @@
 """The packages of a submission, and the file in them that is the node of a lab.
 
-A repository of a whole course has several files with the same name. A file is chosen by its
-package, then by its name, then by what it does. Real submissions: see doc/instructor/marking.md.
+A repository of a whole course has several files with the same name. A file that was put aside comes
+last; then a file is chosen by its package, its name, and what it does. Real submissions: see
+doc/instructor/marking.md.
 
 Here all files of a submission are only read, as texts.
 """
@@ -13,13 +14,13 @@ from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.marks import Lab
+from tb3_labs.marking.lab_names import NodeNames
 
 #: A name of a package, a type or a field that ROS allows. `\\w` would allow more letters.
 NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 MANIFEST = 'package.xml'
 #: At most this much of a package.xml is read [bytes].
-LARGEST_MANIFEST = 1000000
+LARGEST_MANIFEST = 100000
 #: Names that a student's file cannot have: the folder of marks uses them, or no file can have them.
 TAKEN_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
 #: A name is at most this long, so that an ending fits behind it [bytes]. Linux allows 255.
@@ -31,8 +32,13 @@ FOLDERS = ('scripts', 'nodes', 'src')
 LISTENS_TO = 'listens to '
 #: A remark names at most this many files.
 NAMED = 6
+#: Candidates that agree in so many ranks are alike.
+ALIKE = 4
 #: A larger file is not a program [bytes].
 LARGEST_PROGRAM = 1000000
+#: A hidden folder, or one whose name has one of these words, holds what was put aside.
+ASIDE = re.compile(r'\.|(.*[^a-z])?(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
+                   r'archived?|deleted)([^a-z].*)?$', re.IGNORECASE)
 
 
 def is_name(text: str) -> bool:
@@ -118,10 +124,17 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
         if is_name(name):
             found.setdefault(name, set()).add(place)
 
-    def far(place: Path) -> Tuple[int, int, str]:
+    def far(place: Path) -> Tuple[int, bool, int, str]:
         common = set(place.parents) & set(node.parents)
-        return -len(common), len(place.parts), str(place)
+        return (-len(common), is_aside(str(place.relative_to(folder))), len(place.parts),
+                str(place))
     return {name: min(places, key=far) for name, places in found.items()}
+
+
+def interface_files(package: Path) -> Dict[str, List[str]]:
+    """Returns kind -> names of the files of this kind, in a package; the names may be invalid."""
+    return {kind: sorted(path.name for path in (package / kind).glob('*.' + kind) if path.is_file())
+            for kind in INTERFACES}
 
 
 # -- the node
@@ -138,9 +151,18 @@ class SourceFile(NamedTuple):
     text: str
 
 
+class Choice(NamedTuple):
+    """The file that is chosen as the node."""
+
+    path: str
+    remarks: List[str]      # why, for the student
+    look_at: List[str]      # for the instructor: the choice was by chance
+
+
 class _Candidate(NamedTuple):
     """A file and its ranks, compared in this order: the file with the smallest is chosen."""
 
+    aside: bool             # is it in a folder of what was put aside?
     package: int            # 0: a usual package; 1: one that begins like it; 2: another one
     name: int               # place among the usual names; len(names) if it has none
     signs: int              # how many signs of the node are missing
@@ -150,20 +172,25 @@ class _Candidate(NamedTuple):
     said: Tuple[str, ...]   # the signs that were found
 
 
-def find_node(folder: Path, lab: Lab, package: str = '', name: str = '') -> Tuple[Path, List[str]]:
-    """The path of a Lab's node below `folder`, and remarks on the choice; see choose()."""
-    files = []
+def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -> Choice:
+    """The choice of a lab's node below `folder`; see choose()."""
+    files, names = [], {}
     for path in filter(_is_program, files_in(folder)):
         found = package_folder(path, folder)
-        files.append(SourceFile(str(path.relative_to(folder)),
-                                name_in(found / MANIFEST)[0] if found else '',
+        if found not in names:
+            names[found] = name_in(found / MANIFEST)[0] if found else ''
+        files.append(SourceFile(str(path.relative_to(folder)), names[found],
                                 path.read_bytes().decode(errors='replace')))
     if not files:
         others = [str(path.relative_to(folder)) for path in files_in(folder)]
         raise NoNode('{} {}'.format(_nothing_found([], package, (name,) if name else lab.files), (
             'Handed in: {}.'.format(_shortened(others)) if others else 'Nothing was handed in.')))
-    chosen, remarks = choose(lab, files, package, name)
-    return folder / chosen, remarks
+    return choose(lab, files, package, name)
+
+
+def is_aside(path: str) -> bool:
+    """Does a path lead through a folder of hidden, old or copied files?"""
+    return any(map(ASIDE.match, Path(path).parts))
 
 
 def source_of(node: Path, folder: Path) -> Path:
@@ -181,9 +208,9 @@ def _is_program(path):
     return path.suffix == '.py' or not path.suffix and b'python' in path.read_bytes()[:80]
 
 
-def choose(lab: Lab, files: Sequence[SourceFile], package: str = '',
-           name: str = '') -> Tuple[str, List[str]]:
-    """The path of the file that is chosen as the node of a lab, and sentences about why.
+def choose(lab: NodeNames, files: Sequence[SourceFile], package: str = '',
+           name: str = '') -> Choice:
+    """The Choice of the file that is the node of a lab.
 
     A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
     of class and node. Only files of `package` and called `name` count, if these are given.
@@ -195,7 +222,12 @@ def choose(lab: Lab, files: Sequence[SourceFile], package: str = '',
         if (not package or candidate.package == 0) and _can_be_the_node(candidate, names, name))
     if not found:
         raise NoNode(_nothing_found(files, package, names))
-    return found[0].path, _remarks(found, packages, names)
+    texts = {file.path: file.text for file in files}
+    alike = [each.path for each in found if each[:ALIKE] == found[0][:ALIKE]]
+    differ = len({texts[path] for path in alike}) > 1
+    return Choice(found[0].path, _remarks(found, packages, names), [
+        'Judged was {}. It is as likely the node as {}, and they differ: --package and --type '
+        'choose another one.'.format(found[0].path, _shortened(alike[1:]))] * differ)
 
 
 def _candidate(lab, file, packages, names):
@@ -203,6 +235,7 @@ def _candidate(lab, file, packages, names):
     said = _signs(lab, file.text)
     lower = [usual.lower() for usual in names]
     return _Candidate(
+        is_aside(file.path),
         min(_package_rank(usual, [file.package] + folders) for usual in packages),
         lower.index(name) if name in lower else len(names), 3 - len(said),
         FOLDERS.index(folders[-1]) if folders and folders[-1] in FOLDERS else len(FOLDERS),
@@ -245,7 +278,9 @@ def _remarks(found, packages, names):
         return ['There is no {}; judged was {}, which {}.'.format(
             ' or '.join(names), best.path, _listed(best.said))]
     second = others[0]
-    if best.package != second.package:
+    if best.aside != second.aside:
+        why = 'the others were put aside'
+    elif best.package != second.package:
         why = 'it is in the package {}'.format(' or '.join(packages))
     elif best.name != second.name:
         why = 'it has the usual name'

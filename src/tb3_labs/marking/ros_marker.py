@@ -12,22 +12,24 @@ import threading
 import uuid
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Callable, Dict, List, Mapping, MutableMapping, Sequence
+from typing import Dict, List, Mapping, MutableMapping, Sequence
 
-from tb3_labs.command_line import reason
+from tb3_labs.command_line import reason, write_output
 from tb3_labs.marking.criteria import judge
 from tb3_labs.marking.evidence import remarks_on
 from tb3_labs.marking.gamepad import HANDOUT, pad_called, pad_in_words
-from tb3_labs.marking.intake import Copy, Refused, chosen, submissions_from
-from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
+from tb3_labs.marking.intake import (
+    Refused, Submission, chosen, is_zip, submissions_in, without_wrapping)
+from tb3_labs.marking.lab_names import GAMEPAD, NODES
+from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
 from tb3_labs.marking.marks_folder import MarkedClass, MarkingInterrupted, MarksFolder, tell
 from tb3_labs.marking.observation import Observation
-from tb3_labs.marking.packages import NoNode
 from tb3_labs.marking.processes import IDENTITY, MODULES, PREFIXES, sweep
+from tb3_labs.marking.reading import Reading, read, unpack_class
 from tb3_labs.marking.ros_student_node import ALWAYS, VARIABLE, Launch
 from tb3_labs.marking.sandbox import UNPROTECTED, NoSandbox, Sandbox
 from tb3_labs.marking.sandbox import problem as sandbox_problem
-from tb3_labs.marking.workspace import prepare
+from tb3_labs.marking.workspace import COPY, elsewhere, prepare
 from tb3_labs.ros.clocks import wait_until
 
 #: Variables of the caller that would change the result.
@@ -80,30 +82,22 @@ class Marker:
         #: Once this is set, all that runs is ended; each :meth:`mark` raises MarkingInterrupted.
         self.interrupted = threading.Event()
 
-    def mark(self, copy: Copy, tell: Callable[[str], None]) -> Marks:
-        """The Marks of a submission.
+    def read(self, submission: Submission, work: Path) -> Reading:
+        """Copy a submission into `work`, an existing folder, and read it."""
+        return read(submission, work / 'ws' / COPY, NODES[self._lab], self._options.package,
+                    self._options.name)
 
-        If the machine was too busy to judge it fairly, the submission is tried once more, and
-        ``tell(words)`` is told so.
-        """
-        marks = self._try(copy)
-        if marks.unfair:
-            tell('the machine held the robot up for {:.2f} s; tried again'.format(
-                marks.observation.longest_gap))
-            marks = self._try(copy)
-            marks.remarks += [marks.unfair] * bool(marks.unfair)
-        return marks
-
-    def _try(self, copy):
-        marks = Marks(copy.folder.name, remarks=list(copy.remarks))
-        unread = list(dict.fromkeys(copy.unread))
-        with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
+    def mark(self, student: str, reading: Reading, work: Path) -> Marks:
+        """The Marks of the submission that was read in `work`."""
+        marks = Marks(student, remarks=list(reading.remarks), findings=list(reading.look_at),
+                      unjudged=reading.problem)
+        if reading.lacking:
+            marks.unjudged = ('The node imports {}, which neither the submission nor the marking '
+                              'machine has.'.format(' and '.join(reading.lacking)))
+        if not marks.unjudged:
             identity = uuid.uuid4().hex
             try:
-                self._observe(marks, copy.folder, Path(work), identity)
-                marks.remarks += unread
-            except NoNode as problem:      # the node may be in what was not read
-                marks.unjudged = ' '.join(unread) or str(problem)
+                self._observe(marks, reading, work, identity)
             finally:
                 sweep(identity)
         return self.judged(marks)
@@ -116,18 +110,14 @@ class Marker:
         marks.verdicts = judge(LABS[self._lab].criteria, observation, self._worth, self._parts)
         return marks
 
-    def _observe(self, marks, folder, work, identity):
+    def _observe(self, marks, reading, work, identity):
         """Write node, remarks and Observation of a submission into its Marks."""
-        log, record = self._logs / (folder.name + '.log'), work / 'observation.json'
+        log, record = self._logs / (marks.student + '.log'), work / 'observation.json'
         sandbox = Sandbox([work / 'ws', work / 'etc']) if self._options.sandbox else NoSandbox()
-        prepared = prepare(folder, LABS[self._lab], work / 'ws', {IDENTITY: identity},
-                           self._options.package, self._options.name, sandbox)
+        prepared = prepare(reading, work / 'ws', {IDENTITY: identity}, sandbox)
         marks.node = '{}/{}'.format(prepared.package, prepared.executable)
         marks.remarks += prepared.remarks
-        if prepared.lacking:
-            marks.unjudged = ('The node imports {}, which neither the submission nor the marking '
-                              'machine has.'.format(' and '.join(prepared.lacking)))
-            return
+        marks.findings += prepared.look_at
         if self._lab == GAMEPAD:
             marks.remarks.append(pad_in_words(self._options.pad))
         if not self._check(prepared, sandbox, work, log, record, identity):
@@ -138,12 +128,13 @@ class Marker:
             marks.unjudged = 'The check left no record; see {}.'.format(log)
             return
         observed = record.read_text()       # of no use to a student: the copy's place
-        for place in ('src/package/', 'src/', ''):
-            observed = observed.replace('{}/ws/{}'.format(work, place), '')
-        (self._logs / (folder.name + '.json')).write_text(observed)
+        for place in (reading.package + '/', ''):
+            observed = observed.replace('{}/ws/{}/{}'.format(work, COPY, place), '')
+        write_output(self._logs / (marks.student + '.json'), observed)
         marks.observation = Observation.from_json(observed)
         marks.remarks += remarks_on(marks.observation)
-        marks.findings += marks.observation.findings
+        marks.findings += marks.observation.findings + elsewhere(
+            '\n'.join(run.printed for run in marks.observation.runs), work / 'ws' / COPY)
         if marks.observation.broken:
             marks.unjudged = 'The marker itself failed ({}); see {}.'.format(
                 marks.observation.broken, log)
@@ -158,8 +149,9 @@ class Marker:
         own = environment_in(work, dict(os.environ, **{IDENTITY: identity}))
         launch = Launch(ALWAYS + sandbox.command([]),
                         sandbox.environment(environment_in(work, prepared.environment)),
-                        prepared.types, sandbox.isolates)
+                        prepared.types, sandbox.isolates, prepared.program)
         (work / 'launch.json').write_text(json.dumps(asdict(launch)))
+        write_output(log, '')       # a new file, never through a link
         with open(str(log), 'w') as file:
             check = subprocess.Popen(
                 sandbox.own_network([
@@ -235,7 +227,7 @@ def mark_class(given, tell_problem):
             parts = lab.checked_parts(given.parts)
             worth = points_of(given.lab, read_points(given.points))
             _check_place(given.submissions, given.folder)
-            found = submissions_from(given.submissions, work, tell_problem)
+            found = submissions_in(_folder_of(given.submissions, Path(work)), tell_problem)
             if given.only:
                 names = chosen([submission.student for submission in found], given.only)
                 found = [submission for submission in found if submission.student in names]
@@ -260,6 +252,17 @@ def mark_class(given, tell_problem):
     if page is not None:
         tell('Overview: {}'.format(page))
     return 1 if failed else 0
+
+
+def _folder_of(submissions, work):
+    """The folder of the submissions; a zip file is unpacked below `work`."""
+    path = submissions.absolute()
+    if path.is_dir():
+        return path
+    if not (path.is_file() and is_zip(path.name)):
+        raise ValueError('{} is neither a folder nor a zip file'.format(submissions))
+    unpack_class(path, work / 'all')
+    return without_wrapping(work / 'all')
 
 
 def _check_lab(given):

@@ -18,7 +18,7 @@ from dynamic_reconfigure.srv import Reconfigure
 from tb3_labs.marking import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.criteria import AT_ONCE, ENDING, SIGNAL, TOOK
 from tb3_labs.marking.evidence import CTRL_C
-from tb3_labs.marking.marks import GAMEPAD, IMU, LABS, MOVE2GOAL, TURN
+from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, NODES, TURN
 from tb3_labs.marking.observation import LONGEST, TRUTH, WAS_MOVING, Observation, Stimulus
 from tb3_labs.marking.ros_robot import (ROBOT, SWITCHES, UNDER_WAY, WELL_UNDER_WAY, Recorder,
                                         RobotHand)
@@ -47,7 +47,7 @@ class Stage:
         self.robot, self.pad = RobotHand(self.recorder), pad
         self.witness = Witness(self.observation, self.recorder.robot,
                                lambda: self.recorder.hand_to(keep))
-        self.node = StudentNode(package, executable, LABS[lab].sensors, lambda: self.recorder.now)
+        self.node = StudentNode(package, executable, NODES[lab].sensors, lambda: self.recorder.now)
         self._keep, self._tell, self._part = keep, tell, ''
         self.observation.runs, self.node.on_end = self.node.runs, self.keep
 

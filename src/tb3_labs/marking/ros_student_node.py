@@ -65,6 +65,7 @@ class Launch:
     environment: Optional[Dict[str, str]] = None            # None: that of this process
     types: Optional[Dict[str, Any]] = None      # of the student; see interfaces.describe
     isolated: bool = False
+    program: str = ''           # the path of the node; '': rosrun finds it
 
     @classmethod
     def given(cls):
@@ -80,9 +81,10 @@ class StudentNode:
     def __init__(self, package, executable, sensors, now):
         """`sensors`: topics that the node needs, the first of them before it is ready; `now()`: the
         observation's time [s]."""
-        self._what, self._sensors, self._now = (package, executable), sensors, now
+        self._sensors, self._now, self._launch = sensors, now, Launch.given()
         self._needed = []
-        self._launch = Launch.given()
+        self._what = [self._launch.program] if self._launch.program else [
+            'rosrun', package, executable]
         #: This function is called after each run.
         self.on_end = lambda: None
         self._process = self._watch = None
@@ -118,7 +120,7 @@ class StudentNode:
         environment = self._launch.environment
         if environment is not None:     # each submission has a master of its own
             environment = dict(environment, ROS_MASTER_URI=os.environ['ROS_MASTER_URI'])
-        self._process = Program([*self._launch.prefix, 'rosrun', *self._what, *arguments],
+        self._process = Program([*self._launch.prefix, *self._what, *arguments],
                                 environment)
         if self._launch.isolated:
             self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS, os.getppid())

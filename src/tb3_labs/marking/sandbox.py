@@ -32,6 +32,7 @@ OWN_PACKAGE = 'tb3_labs'
 SHARED = ('package.xml', 'cmake', 'msg', 'srv')
 USER = 'student'
 HOME = '/home/' + USER
+LOGS = HOME + '/.ros/log'
 #: The protection that is left without sandboxes.
 UNPROTECTED = "No sandboxes: a submission's program can read and delete your files and use the " \
     'network; it can write no large file, and every process of it that can be found is killed.'
@@ -129,7 +130,8 @@ class Sandbox(NoSandbox):
         limits = {'RLIMIT_FSIZE': LARGEST_FILE, 'RLIMIT_AS': ADDRESS_SPACE, 'RLIMIT_CORE': 0}
         if self.user is not None or _version(platform.release()) >= COUNTED:
             limits['RLIMIT_NPROC'] = TASKS
-        entered = {'limits': limits, 'forget': IDENTITY, 'user': self.user, 'folders': OWN_FOLDERS}
+        entered = {'limits': limits, 'forget': IDENTITY, 'user': self.user, 'folders': OWN_FOLDERS,
+                   'logs': LOGS}
         # Ctrl+C is for the program: it must not end bubblewrap
         return ['sh', '-c', 'trap "" INT; exec "$@"', 'sh', 'bwrap'] + options + [
             '--', '/usr/bin/python3', '-ISc', ENTER, json.dumps(entered)] + command
@@ -138,7 +140,7 @@ class Sandbox(NoSandbox):
         kept = {name: value for name, value in environment.items()
                 if name.startswith(KEPT_VARIABLES)}
         return dict(kept, HOME=HOME, USER=USER, LOGNAME=USER,
-                    ROS_HOME=HOME + '/.ros', ROS_LOG_DIR=HOME + '/.ros/log')
+                    ROS_HOME=HOME + '/.ros', ROS_LOG_DIR=LOGS)
 
     def hand_over(self, folder: Path) -> None:
         if self.user is not None:
@@ -212,10 +214,11 @@ def _version(text):
     return tuple(int(number) for number in re.findall(r'\d+', text)[:2])
 
 
-def _enter(limits, forget, user, folders):
+def _enter(limits, forget, user, folders, logs):
     """The first program in a sandbox becomes `user` (None: keeps its user), and keeps within
     `limits`: name in :mod:`resource` -> number. The variable `forget` is removed; the `folders`
-    are writable for the user. The text of this function runs there, without this package.
+    are writable for the user. The folder `logs` is made, since rospy itself would need its
+    parent's owner. The text of this function runs there, without this package.
     """
     if user is not None:
         for folder in folders:
@@ -223,6 +226,7 @@ def _enter(limits, forget, user, folders):
         os.setgroups([])
         os.setresgid(user, user, user)
         os.setresuid(user, user, user)
+    os.makedirs(logs, exist_ok=True)
     for name, number in limits.items():
         resource.setrlimit(getattr(resource, name), (number, number))
     os.environ.pop(forget, None)
