@@ -61,7 +61,7 @@ class StudentsTest(unittest.TestCase):
                     path for path in os.environ.get(name, '').split(':') if str(ROOT) not in path)
                     for name in VARIABLES})
             try:
-                status = program.wait(4.0 * STARTING)
+                status = program.wait(16.0 * STARTING)
             finally:
                 program.kill()
             self.assertEqual(status, 0, program.text)
