@@ -18,7 +18,8 @@ from pathlib import Path
 
 import rospkg
 
-from tb3_labs.marking import processes, sandbox
+from tb3_labs.marking import processes
+from tb3_labs.marking.intake import sandbox
 
 from rosunit_internals import rosrun
 

@@ -8,11 +8,11 @@ import zipfile
 
 import pytest
 
-from tb3_labs.marking import intake, reading
-from tb3_labs.marking.intake import (
+from tb3_labs.marking.intake import reading, submissions
+from tb3_labs.marking.intake.submissions import (
     DEEPEST, Budget, HandedIn, Refused, Submission, by_student, read_name, sort_out, submissions_in,
     unpack, without_wrapping)
-from tb3_labs.marking.packages import digest, file_name
+from tb3_labs.marking.intake.packages import digest, file_name
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
 
@@ -103,13 +103,13 @@ def test_paths_that_lead_out_are_refused(tmp_path, name):
 
 
 def test_a_bomb_is_refused_by_the_sizes_that_it_declares(tmp_path, monkeypatch):
-    monkeypatch.setattr(intake, 'MOST_BYTES', 100000)
+    monkeypatch.setattr(submissions, 'MOST_BYTES', 100000)
     path = zipped(tmp_path / 'a.zip', {'a.txt': '0' * 90000, 'b.txt': '0' * 90000, 'c/n.py': 'x'})
     budget = Budget()
     unpack(path, tmp_path / 'out', budget)
     assert budget.exceeded == 'More than 0.1 MB: not all of it was unpacked.'
     assert files_below(tmp_path / 'out') == {'c/n.py', 'a.txt'}     # a package's files come first
-    monkeypatch.setattr(intake, 'MOST_FILES', 1)
+    monkeypatch.setattr(submissions, 'MOST_FILES', 1)
     budget = Budget()
     unpack(path, tmp_path / 'few', budget)
     assert budget.exceeded == 'More than 1 files: not all of it was unpacked.'
@@ -118,7 +118,7 @@ def test_a_bomb_is_refused_by_the_sizes_that_it_declares(tmp_path, monkeypatch):
 
 def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
     """Sixty bombs of 90 kB each, and a file that is nothing but holes."""
-    monkeypatch.setattr(intake, 'MOST_BYTES', 100000)
+    monkeypatch.setattr(submissions, 'MOST_BYTES', 100000)
     bomb = zipped(tmp_path / 'bomb.zip', {'a.txt': '0' * 90000}).read_bytes()
     (tmp_path / 'in').mkdir()
     for number in range(60):
@@ -207,7 +207,7 @@ def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path)
 
 
 def test_a_class_has_more_room_than_each_of_its_submissions(tmp_path, monkeypatch):
-    monkeypatch.setattr(intake, 'MOST_BYTES', 100000)
+    monkeypatch.setattr(submissions, 'MOST_BYTES', 100000)
     path = zipped(tmp_path / 'class.zip', {
         '{}/n.py'.format(name): '0' * size for name, size in zip('abcd', (70000, 70000, 150000, 9))})
     found = in_zip(path, tmp_path)
@@ -258,7 +258,7 @@ def test_links_and_odd_files_among_the_submissions_are_left_out(tmp_path):
 
 @pytest.mark.parametrize('is_zip', [False, True])
 def test_the_packages_of_a_python_environment_leave_room_for_the_node(tmp_path, monkeypatch, is_zip):
-    monkeypatch.setattr(intake, 'MOST_FILES', 20)
+    monkeypatch.setattr(submissions, 'MOST_FILES', 20)
     files = {'my_env/lib/site-packages/p{}/x.py'.format(number): '' for number in range(30)}
     files.update({'a/deep/pictures/{}.png'.format(number): '' for number in range(30)}, **{NODE: 'x'})
     path = zipped(tmp_path / 'work.zip', files)
@@ -282,7 +282,7 @@ def test_what_may_not_be_read_is_left_out_and_said():
         (folder / 'm.py').write_text('x')
         (folder / 'm.py').chmod(0)
         program = 'import os, sys\nos.setuid(65534)\nsys.path[:] = {!r}\n{}print(*sort_out(Path({!r})))'.format(
-            sys.path, 'from pathlib import Path\nfrom tb3_labs.marking.intake import sort_out\n', name)
+            sys.path, 'from pathlib import Path\nfrom tb3_labs.marking.intake.submissions import sort_out\n', name)
         said = subprocess.check_output([sys.executable, '-c', program], universal_newlines=True)
     assert said.replace(name + '/', '').replace('PosixPath', '') == (
         "[('open/n.py')] [('names/n.py'), ('shut'), ('m.py')]\n")

@@ -12,7 +12,8 @@ import pytest
 import yaml
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import imu, intake, move2goal, processes, ros_move2goal, sandbox, turn
+from tb3_labs.marking import imu, move2goal, processes, ros_move2goal, turn
+from tb3_labs.marking.intake import sandbox, submissions
 from tb3_labs.marking.criteria import Criterion, Place, judge
 from tb3_labs.marking.feedback import Table, feedback, moments, overview
 from tb3_labs.marking.marks import LABS, Marks, points_of
@@ -102,9 +103,9 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
             'the robot rests at {:g}, {:g}, {:g} and {:g} degrees'.format(*imu.STANDS.values()),
             '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}'.format(
                 *[each.begins_deg for typed in 'lr' for each in turns if each.typed == typed]),
-            '{:g} MB and {} files'.format(intake.MOST_BYTES / 1e6, intake.MOST_FILES),
-            '{:g} GB of the zip file of a class'.format(intake.CLASS * intake.MOST_BYTES / 1e9),
-            'files above {:g} MB are left out'.format(intake.LARGEST / 1e6),
+            '{:g} MB and {} files'.format(submissions.MOST_BYTES / 1e6, submissions.MOST_FILES),
+            '{:g} GB of the zip file of a class'.format(submissions.CLASS * submissions.MOST_BYTES / 1e9),
+            'files above {:g} MB are left out'.format(submissions.LARGEST / 1e6),
             '{} processes, {:g} GB of memory'.format(processes.PROCESSES, processes.MEMORY / 1e9),
             '{:g} MB in th'.format(processes.OWN_DISK / 1e6),      # their folders
             'with more than {:g} MB'.format(processes.OF_OTHERS / 1e6),

@@ -8,10 +8,10 @@ from unittest import mock
 
 import genpy
 import pytest
-from tb3_labs.marking import interfaces
-from tb3_labs.marking.interfaces import build
+from tb3_labs.marking.intake import messages
+from tb3_labs.marking.intake.messages import build
 from tb3_labs.marking.ros_types import Types
-from tb3_labs.marking.sandbox import NoSandbox
+from tb3_labs.marking.intake.sandbox import NoSandbox
 from tb3_labs.msg import MouseController
 from tb3_labs.srv import SetInitialPose
 
@@ -51,13 +51,13 @@ def described(place):
         here = os.getcwd()
         os.chdir(str(place))
         try:
-            return json.loads(json.dumps(interfaces.describe(**request)))
+            return json.loads(json.dumps(messages.describe(**request)))
         finally:
             os.chdir(here)
     own = '\n---\n'.join('\n'.join('{} {}'.format(kind, name) for kind, name in zip(
         part._slot_types, part.__slots__)) for part in (
             SetInitialPose._request_class, SetInitialPose._response_class))
-    with mock.patch.object(interfaces, '_read', read):
+    with mock.patch.object(messages, '_read', read):
         return built(place, dict(TEXTS, **{'srv/SetInitialPose.srv': own}), [])
 
 

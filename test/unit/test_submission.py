@@ -14,17 +14,17 @@ from types import SimpleNamespace
 import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import interfaces
-from tb3_labs.marking.imports import imports_of
-from tb3_labs.marking.intake import Submission
+from tb3_labs.marking.intake import messages
+from tb3_labs.marking.intake.imports import imports_of
+from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.lab_names import NODES
-from tb3_labs.marking.packages import NoNode, SourceFile, choose, find_node, is_aside, source_of
-from tb3_labs.marking.reading import Reading, _read, read
+from tb3_labs.marking.intake.packages import NoNode, SourceFile, choose, find_node, is_aside, source_of
+from tb3_labs.marking.intake.reading import Reading, _read, read
 from tb3_labs.marking.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.ros_move2goal import fill_pose
 from tb3_labs.marking.ros_marker import forget_overlays
-from tb3_labs.marking.sandbox import NoSandbox
-from tb3_labs.marking.workspace import COPY, elsewhere, prepare
+from tb3_labs.marking.intake.sandbox import NoSandbox
+from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare
 from tb3_labs.msg import MouseController
 from tb3_labs.srv import SetInitialPoseRequest
 
@@ -364,7 +364,7 @@ def test_messages_that_cannot_be_read_are_told(tmp_path):
             return ['false']
     remarks = []
     folder = hand_in(tmp_path / 'lab1', **{'msg__M.msg': 'int32 x\n'})
-    built = interfaces.build({'lab1': folder}, tmp_path / 'python', {}, remarks, Fails())
+    built = messages.build({'lab1': folder}, tmp_path / 'python', {}, remarks, Fails())
     assert remarks == ['The messages and services could not be built.']
     assert built['fields'] == {}
 
@@ -444,13 +444,13 @@ def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(
                 half_way.set()
                 go_on.wait(100.0)
             return str(tmp_path / name)
-    monkeypatch.setattr(interfaces.rospkg, 'RosPack', Packages)
-    interfaces.system_messages.cache_clear()
-    request.addfinalizer(interfaces.system_messages.cache_clear)
+    monkeypatch.setattr(messages.rospkg, 'RosPack', Packages)
+    messages.system_messages.cache_clear()
+    request.addfinalizer(messages.system_messages.cache_clear)
     with ThreadPoolExecutor(2) as pool:
-        first = pool.submit(lambda: sorted(interfaces.system_messages()))
+        first = pool.submit(lambda: sorted(messages.system_messages()))
         assert half_way.wait(100.0)
-        second = pool.submit(lambda: sorted(interfaces.system_messages()))
+        second = pool.submit(lambda: sorted(messages.system_messages()))
         wait([second], 0.05)
         go_on.set()
         assert first.result() == second.result() == ['one', 'two']

@@ -13,11 +13,11 @@ import yaml
 from test_marking import TABLE, marks_of, observation, turned
 from tb3_labs.marking import feedback, marks_folder, turn
 from tb3_labs.marking.feedback import Table, results
-from tb3_labs.marking.intake import chosen, submissions_in
+from tb3_labs.marking.intake.submissions import chosen, submissions_in
 from tb3_labs.marking.marks import Marks, from_record, points_of, to_record
 from tb3_labs.marking.marks_folder import MarkedClass, MarksFolder
 from tb3_labs.marking.ros_marker import Marker
-from tb3_labs.marking.sandbox import UNPROTECTED
+from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.report.page.tables import safe
 
 WORTH = points_of('turn', TABLE)

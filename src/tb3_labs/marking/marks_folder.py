@@ -19,10 +19,10 @@ import rospkg
 
 from tb3_labs.command_line import output_folder, printable, reason, write_output
 from tb3_labs.marking.feedback import Table, feedback, overview, results
-from tb3_labs.marking.intake import Submission
+from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.marks import KEY, LABS, NOT_JUDGED, Marks, from_record, to_record
 from tb3_labs.marking.observation import LONGEST, Observation
-from tb3_labs.marking.sandbox import OWN_PACKAGE, UNPROTECTED
+from tb3_labs.marking.intake.sandbox import OWN_PACKAGE, UNPROTECTED
 
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'

@@ -25,7 +25,7 @@ from tb3_labs.marking.observation import Run
 from tb3_labs.marking.ros_robot import ROBOT
 from tb3_labs.marking.processes import Program, ResourceWatch, waited_for_processor
 from tb3_labs.marking.ros_types import Types
-from tb3_labs.marking.sandbox import OWN_FOLDERS, NoSandbox
+from tb3_labs.marking.intake.sandbox import OWN_FOLDERS, NoSandbox
 from tb3_labs.ros.clocks import wait_until
 
 #: Roles that a node can have at a topic or a service: the place in the master's system state.
@@ -63,7 +63,7 @@ class Launch:
 
     prefix: List[str] = field(default_factory=lambda: ALWAYS + NoSandbox().command([]))
     environment: Optional[Dict[str, str]] = None            # None: that of this process
-    types: Optional[Dict[str, Any]] = None      # of the student; see interfaces.describe
+    types: Optional[Dict[str, Any]] = None      # of the student; see messages.describe
     isolated: bool = False
     program: str = ''           # the path of the node; '': rosrun finds it
 

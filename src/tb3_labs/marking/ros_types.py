@@ -2,7 +2,7 @@
 
 Importing a student's modules would run the student's code in the marker. Code that is generated
 from a student's messages may do so too. Therefore a sandbox reads the messages (see
-interfaces.describe). Here no code is generated: values are written and read, field by field.
+messages.describe). Here no code is generated: values are written and read, field by field.
 
 The message of the mouse is a student's own, too: its fields are found by name, else by type and
 position.
@@ -19,7 +19,7 @@ from typing import Any, BinaryIO, Dict, Iterator, List, NamedTuple, Optional, Se
 
 import genpy
 
-from tb3_labs.marking.packages import is_name, is_type
+from tb3_labs.marking.intake.packages import is_name, is_type
 
 #: Type of a field -> format of its bytes.
 NUMBERS = {'bool': '?', 'byte': 'b', 'char': 'B', 'int8': 'b', 'uint8': 'B', 'int16': 'h',
@@ -38,7 +38,7 @@ class Types:
     """Knows the types that this process can import, and those of a description."""
 
     def __init__(self, described: Optional[Dict[str, Any]] = None) -> None:
-        """`described`: the answer of interfaces.describe; None: the student defined no types."""
+        """`described`: the answer of messages.describe; None: the student defined no types."""
         described = described or {'fields': {}, 'sums': {}}
         self._sums = described['sums']
         self._fields = {kind: fields for kind, fields in described['fields'].items()

@@ -20,12 +20,12 @@ from typing import Any, Dict, List, Mapping, Optional
 import rospkg
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.imports import GIVEN
-from tb3_labs.marking.interfaces import build
-from tb3_labs.marking.packages import MANIFEST, MESSAGES, NAME
+from tb3_labs.marking.intake.imports import GIVEN
+from tb3_labs.marking.intake.messages import build
+from tb3_labs.marking.intake.packages import MANIFEST, MESSAGES, NAME
 from tb3_labs.marking.processes import MODULES
-from tb3_labs.marking.reading import Reading
-from tb3_labs.marking.sandbox import OWN_PACKAGE, NoSandbox
+from tb3_labs.marking.intake.reading import Reading
+from tb3_labs.marking.intake.sandbox import OWN_PACKAGE, NoSandbox
 
 #: The name of a package in the copy if its own name cannot be used.
 SUBSTITUTE = 'submission'
@@ -59,7 +59,7 @@ class Prepared:
     executable: str
     program: str                        # the path of the node
     environment: Dict[str, str]
-    types: Optional[Dict[str, Any]]     # see interfaces.describe; None without types
+    types: Optional[Dict[str, Any]]     # see messages.describe; None without types
     remarks: List[str] = field(default_factory=list)    # sentences for the student
     look_at: List[str] = field(default_factory=list)    # sentences for the instructor
 

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Callable, Dict, Iterable, List, NamedTuple, Tuple
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.packages import file_name
+from tb3_labs.marking.intake.packages import file_name
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(r'(?P<student>[^_]+)(?:_late)?_(?P<number>\d+)_\d+_(?P<file>.+)',
                     re.IGNORECASE)

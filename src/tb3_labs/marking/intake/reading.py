@@ -7,11 +7,11 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Dict, List, Sequence
 
-from tb3_labs.marking import limited
-from tb3_labs.marking.imports import needs_of
-from tb3_labs.marking.intake import CLASS, Budget, Refused, Submission, unpack
+from tb3_labs.marking.intake import limited
+from tb3_labs.marking.intake.imports import needs_of
+from tb3_labs.marking.intake.submissions import CLASS, Budget, Refused, Submission, unpack
 from tb3_labs.marking.lab_names import NodeNames
-from tb3_labs.marking.packages import (
+from tb3_labs.marking.intake.packages import (
     MANIFEST, NoNode, digest, find_node, name_in, packages_in, source_of)
 
 

@@ -6,7 +6,7 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Dict, Iterable, List, NamedTuple, Set, Tuple
 
-from tb3_labs.marking.packages import interface_files, is_name
+from tb3_labs.marking.intake.packages import interface_files, is_name
 
 #: If a program catches one of these errors around an import, it runs without the module.
 CAUGHT = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}

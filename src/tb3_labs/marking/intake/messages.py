@@ -22,8 +22,8 @@ from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.packages import ACTIONS, MESSAGES, SERVICES, interface_files, is_name
-from tb3_labs.marking.sandbox import NoSandbox
+from tb3_labs.marking.intake.packages import ACTIONS, MESSAGES, SERVICES, interface_files, is_name
+from tb3_labs.marking.intake.sandbox import NoSandbox
 
 MODULE = re.compile(r'_[A-Za-z0-9_]+\.py')
 #: All messages of a submission are built within this time [s].
