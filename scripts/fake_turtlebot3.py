@@ -4,11 +4,9 @@
 Subscribes
     cmd_vel       geometry_msgs/Twist          linear.x [m/s], angular.z [rad/s]
     reset         std_msgs/Empty               the firmware's reset (see simulation/simulator.py)
-    sound         any type                     its first byte is turtlebot3_msgs/Sound's value
 Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     imu           sensor_msgs/Imu              frame imu_link, ~imu_rate
     odom          nav_msgs/Odometry            odom -> base_footprint, ~odom_rate
-    magnetic_field  sensor_msgs/MagneticField  frame mag_link, with each sample of the IMU
     joint_states  sensor_msgs/JointState       with each odometry
     /tf           tf2_msgs/TFMessage           odom -> base_footprint, with each odometry
     /tf_static    tf2_msgs/TFMessage           world -> odom: true place of the odometry's origin
@@ -41,7 +39,7 @@ from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
 from tb3_labs.simulation.mystery_robot import LAST_NUMBER, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
-from tb3_labs.simulation.ros_robot import FakeRobot, Pacemaker
+from tb3_labs.simulation.ros_fake_robot import FakeRobot, Pacemaker
 from tb3_labs.simulation.simulator_config import HOSTS, STARTING, SimulatorConfig
 
 

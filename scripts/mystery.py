@@ -12,7 +12,8 @@ import textwrap
 from importlib.util import find_spec
 
 from tb3_labs.command_line import Parser
-from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, judge
+from tb3_labs.simulation.mystery_answer import judge
+from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER
 
 #: The instructor's part: `mystery.py key 1-12`. The students' archive does not have it.
 KEY_MODULE = 'tb3_labs.simulation.mystery_key'

@@ -33,6 +33,8 @@ FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-quic', '-
          '--disable-dev-shm-usage', '--window-size=1120,800')
 #: Between two questions to the page, each of which costs as much as a picture [s].
 PERIOD = 0.1
+#: On a busy machine a new browser answers no question for half a minute and more [s].
+SLOWEST = 200.0
 #: A map that has not moved for this long rests [s].
 STEADY = 0.3
 #: A gamepad as browsers offer one with the standard layout; `window.testPad` is what it shows.
@@ -123,6 +125,7 @@ class Browser:
         self._driver = webdriver.Chrome(service=Service(DRIVER), options=options)
         self._driver.execute_cdp_cmd('Page.addScriptToEvaluateOnNewDocument',
                                      {'source': GAMEPAD + SILENCE_METER})
+        self._driver.set_script_timeout(SLOWEST)
         self._tab = self._driver.current_window_handle
         self._driver.get(address)
 

@@ -111,7 +111,7 @@ class FakeRobotRatesTest(unittest.TestCase):
 
         published, _, services = rosgraph.Master('/fake_robot_rates_test').getSystemState()
         self.assertEqual({topic for topic, nodes in published if node in nodes}, {
-            '/mystery/imu', '/mystery/magnetic_field', '/mystery/odom', '/mystery/joint_states', '/tf',
+            '/mystery/imu', '/mystery/odom', '/mystery/joint_states', '/tf',
             '/rosout'})
         self.assertEqual({service for service, nodes in services if node in nodes}, {
             node + '/' + name for name in ('get_loggers', 'set_logger_level')})

@@ -51,7 +51,7 @@ class PagePad(Pad):
 
 
 class Panel(Process):
-    """The panel, as ros_robot.py handles the requests of pages."""
+    """The panel, as ros_control.py handles the requests of pages."""
 
     name = 'panel'
 
@@ -77,7 +77,7 @@ class Panel(Process):
         self.stop(self.at(at))
 
     def stop(self, at):
-        """What ros_robot.py sends: False, B, and a pad that is let go."""
+        """What ros_control.py sends: False, B, and a pad that is let go."""
         self.world.tell(self.name, False, False, at)
         self.show(None, 1, 0.0, at, self.world.now)
         self.show(None, None, 0.0, self.world.now, self.world.now)

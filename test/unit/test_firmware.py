@@ -22,11 +22,9 @@ STEP = 0.229 * 2.0 * math.pi / 60.0     # of the motor's speed [rad/s]
     (0.1, 0.0, 126, 126), (-0.1, 0.0, -126, -126),     # 0.1 m/s is 126.4 steps
     (0.0, 1.0, -101, 101), (0.0, -1.0, 101, -101),     # 0.08 m/s is 101.1 steps
     (0.1, 1.0, 25, 227), (9.0, 0.0, 265, 265), (0.0, -9.0, 265, -265),
-    # rosserial's floats, as they ran: full speed, 1.494, 0.999, -2.62 rad/s
+    # rosserial's floats, as they ran: full speed, 1.494, 0.999 rad/s
     (math.nan, 0.0, 265, 265), (-math.inf, 0.0, -265, -265), (-math.nan, 0.0, -265, -265),
-    (0.0, math.nan, -151, 151), (0.0, math.inf, -101, 101), (0.0, -math.inf, 101, -101),
-    (0.0, 1e-40, 265, -265), (0.0, 1e39, 0, 0), (0.0, 1e-30, 0, 0),
-    (1.5 * 2.0 ** -128, 0.0, 0, 0)])    # arrives as NaN
+    (0.0, math.nan, -151, 151), (0.0, math.inf, -101, 101), (0.0, -math.inf, 101, -101)])
 def test_a_command_is_whole_steps_of_both_motors(linear, angular, left, right):
     assert motor_speeds(linear, angular, BURGER) == pytest.approx((left * STEP, right * STEP))
 
@@ -74,24 +72,7 @@ def test_one_spike_where_the_imu_crosses_half_a_turn(direction, offset):
     assert samples[-1].pose.yaw == pytest.approx(robot.truth.yaw, abs=1e-9)
 
 
-# The start, stamps --------------------------------------------------------------------------------
-
-@pytest.mark.parametrize('number, pause', [(1, 2.6), (0, 2.6), (2, 5.848), (3, 3.456), (4, 0.0)])
-def test_a_sound_blocks_the_board_while_the_motors_run_on(number, pause):
-    """As `reset` does, but nothing is calibrated or set to zero."""
-    robot = Simulator(replace(STIFF, gyro_bias_deg=3.0))
-    drive(robot, 1.0, 0.2, 0.0)
-    robot.sound(number)
-    robot.command(0.0, 0.0)
-    before = robot.truth.x
-    assert robot.step(max(pause - 0.001, 0.0)) == []
-    speed = 252 * STEP * RADIUS
-    assert robot.truth.x - before == pytest.approx(speed * pause, abs=1e-3)
-    samples = robot.step(0.1)
-    assert robot.true_velocity == (0.0, 0.0)
-    assert robot.sensors.odometer.wheel_angles[0] * RADIUS == pytest.approx(robot.truth.x, abs=1e-3)
-    assert imu_of(samples)[-1].yaw_rate == pytest.approx(math.radians(3.0))
-
+# Stamps --------------------------------------------------------------------------------------------
 
 def test_all_stamps_step_together_every_5_seconds():
     robot, true = Simulator(replace(STIFF, stamp_step=0.02)), Simulator(STIFF)

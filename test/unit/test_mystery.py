@@ -12,7 +12,8 @@ from simulated import imu_of, odom_of
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.robot.samples import ImuSample
-from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, PLAIN, HiddenFault, draw, fault_called, judge
+from tb3_labs.simulation.mystery_answer import fault_called, judge
+from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, PLAIN, HiddenFault, draw
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 

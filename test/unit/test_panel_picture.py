@@ -35,28 +35,27 @@ def test_of_a_robot_that_was_never_heard_nothing_is_known(view):
     assert picture(view) == {
         **dict.fromkeys(['odom', 'local', 'frame', 'truth', 'goal', 'tolerance', 'distance',
                          'angle', 'has_control', 'command', 'heading_deg']),
-        'state': '', 'phase': '', 'holder': 'nobody', 'driver': '',
-        'ages': {'imu': None, 'odom': None}, 'epoch': 0}
+        'is_own': False, 'state': '', 'phase': '', 'holder': 'nobody', 'driver': '',
+        'ages': {'imu': None, 'odom': None}}
     assert not view.is_driving
 
 
 def test_each_kind_that_was_heard_stands_where_it_belongs(view):
-    view.hear_frame(Pose2(0.5, -0.25, HALF_PI), 99.0)
     view.hear_odometry(sample(1.0, 2.0, 3.0), 99.5)
-    view.hear_local(Pose2(-1.0, -2.0, -3.0), 0.0, 99.0)
-    for kind, value in (('goal', Pose2(3.0, 4.0, 0.0)), ('tolerance', 0.01), ('distance', 0.123456),
-                        ('angle', -0.00001), ('state', 'MOVE_FORWARD'), ('has_control', True),
+    for kind, value in (('frame', Pose2(0.5, -0.25, HALF_PI)), ('local', Pose2(-1.0, -2.0, -3.0)),
+                        ('goal', Pose2(3.0, 4.0, 0.0)), ('tolerance', 0.01),
+                        ('distance', 0.123456), ('angle', -0.00001), ('state', 'MOVE_FORWARD'), ('has_control', True),
                         ('holder', 'gamepad')):
         view.hear(kind, value, 99.0)
     view.hear('imu', HALF_PI, 99.5)
     view.hear_command('/move_to_goal', 0.12345, -0.5, 99.75)
     assert picture(view) == {
         'odom': [1.0, 2.0, 3.0], 'local': [-1.0, -2.0, -3.0], 'frame': [0.5, -0.25, QUARTER],
-        'truth': None, 'goal': [3.0, 4.0, 0.0], 'tolerance': 0.01, 'distance': 0.1235, 'angle': 0.0,
+        'is_own': True, 'truth': None, 'goal': [3.0, 4.0, 0.0], 'tolerance': 0.01, 'distance': 0.1235, 'angle': 0.0,
         'state': 'MOVE_FORWARD', 'phase': 'driving', 'has_control': True,
         'holder': 'move_to_goal (it has control)', 'driver': '/move_to_goal',
         'command': [0.123, -0.5], 'heading_deg': 90.0,
-        'ages': {'imu': 0.5, 'odom': 0.5}, 'epoch': 0}
+        'ages': {'imu': 0.5, 'odom': 0.5}}
     assert str(view.picture(100.0)['angle']) == '0.0'    # the sign of nothing would be shown
 
 
@@ -138,15 +137,6 @@ def test_the_truth_is_that_of_the_odometrys_instant(view):
     assert picture(view)['truth'] == [1.0, 2.02, QUARTER]
 
 
-def test_the_pose_in_local_moves_the_robot_between_two_messages_of_the_odometry(view):
-    view.hear_odometry(sample(1.0, 1.0, 0.0), 99.0)
-    view.hear_frame(Pose2(1.0, 1.0, HALF_PI), 99.0)
-    view.hear_local(Pose2(0.0, -0.05, -HALF_PI), 50.0, 99.1)
-    assert picture(view)['odom'] == [1.05, 1.0, 0.0]     # local's -y is odom's +x
-    view.hear_odometry(sample(1.06, 1.0, 0.0), 99.2)
-    assert picture(view)['odom'] == [1.06, 1.0, 0.0]
-
-
 @pytest.mark.parametrize('yaw_deg, shown', [
     (0.0, 0.0), (-90.0, 270.0), (-180.0, 180.0), (359.94, 359.9), (359.96, 0.0), (-1e-15, 0.0),
     (-0.06, 359.9), (720.04, 0.0)])
@@ -155,71 +145,43 @@ def test_the_heading_is_from_0_to_less_than_360(view, yaw_deg, shown):
     assert picture(view)['heading_deg'] == shown
 
 
-# -- epochs
+# -- a student's own node, which publishes neither local_pose nor a goal
 
-@pytest.mark.parametrize('moved, is_new', [
-    (Pose2(0.0009), False), (Pose2(yaw=-math.radians(0.09)), False), (Pose2(0.0, -0.0011), True),
-    (Pose2(yaw=-math.radians(0.11)), True), (Pose2(0.0008, 0.0008), True)])
-def test_a_frame_that_moved_was_declared_anew(view, moved, is_new):
-    view.hear_frame(Pose2(1.0, 2.0, math.pi), 99.0)    # the first one is no declaration
-    assert picture(view)['epoch'] == 0
-    view.hear_local(Pose2(5.0, 5.0), 0.0, 99.0)
-    for _ in range(3):
-        view.hear_frame(Pose2(1.0 + moved.x, 2.0 + moved.y, math.pi + moved.yaw), 99.0)
-        assert picture(view)['epoch'] == is_new
-    assert view.trail_in_local.points == ([] if is_new else [(5.0, 5.0)])
+LINE = 'Local pose set to x=0.5, y=-1e-05, yaw=1.5707963.'
+
+
+def test_local_is_computed_from_the_odometry_since_the_line_of_the_last_reset(view):
+    """The robot is at (0.5, 0), 90 deg in local; then it drives 0.15 m, and turns left by 0.5."""
+    view.hear_line(LINE)
+    view.hear_odometry(sample(2.0, 3.0, 0.0), 99.0)
+    assert picture(view)['local'] is None       # it came before the odometry
+    view.hear_line(LINE)
+    view.hear_odometry(sample(2.15, 3.0, 0.5), 99.1)
+    seen = picture(view)
+    assert seen['local'] == [0.5, 0.15, round(HALF_PI + 0.5, 5)] and not seen['is_own']
+    assert seen['frame'] == [2.0, 3.5, -QUARTER] and seen['distance'] is None
+    view.hear('goal', Pose2(0.5, 1.0, HALF_PI), 99.1)
+    seen = picture(view)
+    assert (seen['distance'], seen['angle']) == (0.85, round(-math.degrees(0.5), 4))
+    view.hear('local', Pose2(7.0), 99.2)        # the node's own counts
+    assert picture(view)['local'] == [7.0, 0.0, 0.0] and picture(view)['is_own']
+
+
+@pytest.mark.parametrize('line', [
+    'Local pose set to x=0.500, y=0.000, yaw=90.0 deg', 'Local pose set to x=1, y=2, yaw=',
+    'Local pose set to x=nan, y=2, yaw=1', 'Local pose set to x=1-2, y=2, yaw=1', 'set to x=1'])
+def test_another_line_declares_nothing(view, line):
+    view.hear_odometry(sample(), 99.0)
+    view.hear_line(line)
+    assert picture(view)['local'] is None
 
 
 @pytest.mark.parametrize('at', [(0.0, 0.0, math.pi), (0.25, 0.0, 0.0)])
-def test_an_odometry_that_was_zeroed_is_not_a_declaration(view, at):
-    """The frame follows: local stays where it is on the floor. The trail in odom ends there."""
-    frame = Pose2(0.5, 0.5, 0.1)
+def test_a_trail_and_what_was_computed_end_when_the_odometry_is_zeroed(view, at):
     view.hear_odometry(sample(*at), 99.0)
-    view.hear_frame(frame, 99.0)
-    view.hear_local(Pose2(7.0, 7.0), 0.0, 99.0)
+    view.hear_line(LINE)
     view.hear_odometry(sample(), 99.1)
-    view.hear_frame(Pose2(*at).inverse() @ frame, 99.1)
-    assert picture(view)['epoch'] == 0
-    assert view.trail_in_local.points == [(7.0, 7.0)]
-    assert view.trail_in_odom.points == [(0.0, 0.0)]
-    view.hear_frame(Pose2(9.0), 99.2)              # a person declares
-    assert picture(view)['epoch'] == 1
-
-
-def test_a_robot_that_drives_between_two_looks_at_the_frame_hides_no_declaration(view):
-    """At 0.26 m/s and 1.82 rad/s in 0.2 s: 0.05 m and 21 degrees."""
-    view.hear_frame(Pose2(-1.0), 98.0)    # also if the odometry is younger than the frame
-    for number in range(5):
-        view.hear_odometry(sample(0.05 * number, 0.0, 0.364 * number), 99.0)
-        view.hear_frame(Pose2(float(number)), 99.0)
-    assert picture(view)['epoch'] == 5
-    assert len(view.trail_in_odom.points) == 5
-
-
-def test_a_reset_is_seen_at_once_also_before_the_frame_comes(view):
-    view.hear_odometry(sample(2.0, 0.0, 0.0), 99.0)
-    view.hear_frame(Pose2(), 99.0)
-    view.hear_local(Pose2(2.0, 0.0), 50.0, 99.0)
-    view.hear_local(Pose2(), 50.1, 99.1)                 # "the robot is at the origin"
-    seen = picture(view)
-    assert (seen['odom'], seen['local'], seen['frame'], seen['epoch']) == (
-        [2.0, 0.0, 0.0], [0.0, 0.0, 0.0], [2.0, 0.0, 0.0], 1)
-    assert view.trail_in_local.points == [(0.0, 0.0)]
-    view.hear_frame(Pose2(2.003, 0.0), 99.2)             # the frame itself: not another reset
-    seen = picture(view)
-    assert (seen['frame'], seen['epoch']) == ([2.003, 0.0, 0.0], 1)
-    view.hear_frame(Pose2(1.0, 0.0), 99.4)
-    assert picture(view)['epoch'] == 2
-
-
-def test_a_robot_that_was_silent_while_it_drove_was_not_reset(view):
-    view.hear_frame(Pose2(), 99.0)
-    for at, x in ((99.0, 0.0), (99.9, 0.5)):
-        view.hear_odometry(sample(x), at)
-        view.hear_local(Pose2(x), 0.0, at)
-    view.hear_odometry(sample(), 100.5)                  # the firmware's own reset:
-    view.hear_local(Pose2(0.5, 0.0), 0.0, 100.5)         # the pose in local stays
-    assert picture(view)['epoch'] == 0
+    assert view.trail.points == [(0.0, 0.0)] and picture(view)['frame'] is None
 
 
 # -- trails
@@ -264,10 +226,8 @@ POSES = st.builds(Pose2, *[st.floats(-1e6, 1e6)] * 2, st.floats(-math.pi, math.p
 @given(st.lists(st.one_of(
     st.tuples(st.just('hear_odometry'), st.tuples(st.builds(
         OdometrySample, st.floats(-1e9, 1e9), POSES, st.just(0.2), st.just(-1.0)))),
-    st.tuples(st.just('hear_local'), st.tuples(POSES, st.floats(0.0, 1e9))),
-    st.tuples(st.just('hear_frame'), st.tuples(POSES)),
     st.tuples(st.just('hear_command'), st.tuples(st.just('/node'), st.floats(), st.floats())),
-    st.tuples(st.just('hear'), st.tuples(st.sampled_from(['goal', 'origin']), POSES)),
+    st.tuples(st.just('hear'), st.tuples(st.sampled_from(['goal', 'origin', 'local', 'frame']), POSES)),
     st.tuples(st.just('hear'), st.tuples(st.just('truth'), st.tuples(POSES, st.floats(0.0, 1e9)))),
     st.tuples(st.just('hear'), st.tuples(
         st.sampled_from(['distance', 'angle', 'tolerance', 'imu']), st.floats()))), max_size=12))
@@ -275,9 +235,10 @@ def test_a_page_can_read_whatever_is_heard(heard):
     view = RobotView()
     for method, values in heard:
         getattr(view, method)(*values, 99.9)
+        view.hear_line(LINE)
     shown = picture(view)
     assert shown['heading_deg'] is None or 0.0 <= shown['heading_deg'] < 360.0
-    json.dumps([view.trail_in_odom.points, view.trail_in_local.points], allow_nan=False)
+    json.dumps(view.trail.points, allow_nan=False)
 
 
 # -- a stop is shown as done when the nodes and the robot show it

@@ -140,17 +140,3 @@ def test_a_gyro_that_was_calibrated_in_motion():
     assert replay.rest() == pytest.approx((-0.494, -28.31), rel=0.02)
     odometry = replay.odometry[-1].pose
     assert (odometry.x, odometry.y) == pytest.approx((-0.264, -0.310), abs=0.03)
-
-
-def test_a_start_of_the_board():
-    """Its power came 2.97 s after the begin of the recording; serial_node needs 1 s to start."""
-    samples = Simulator(replace(LAPTOP, cold_start=True)).step(14.0)
-    first, second, *_ = imu_of(samples)
-    assert first.stamp == pytest.approx(1.0 + 9.17 - 2.97, abs=0.02)
-    assert second.stamp - first.stamp == pytest.approx(2.565, abs=0.05)
-    assert math.degrees(first.yaw) == pytest.approx(3.78, abs=0.3)
-    assert math.degrees(second.yaw) == pytest.approx(5.61, abs=0.3)
-    odometry = odom_of(samples)[0]
-    assert 9.6 < odometry.stamp < 10.0
-    assert (odometry.pose.x, odometry.pose.y) == (0.0, 0.0)
-    assert math.degrees(odometry.pose.yaw) == pytest.approx(3.79, abs=0.3)

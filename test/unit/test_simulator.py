@@ -82,7 +82,7 @@ def test_no_time_no_samples_and_no_way_back():
 def test_what_belongs_to_the_start_cannot_change_later():
     robot = Simulator()
     other = {'model': 'waffle', 'start_x': 1.0, 'start_y': 1.0, 'start_yaw_deg': 1.0,
-             'imu_offset_deg': 1.0, 'cold_start': True, 'start_time': 2.0, 'seed': 2}
+             'imu_offset_deg': 1.0, 'seed': 2}
     assert set(other) == set(STARTING)
     for name, value in other.items():
         with pytest.raises(ValueError, match=name):

@@ -66,9 +66,8 @@ def test_wheels_that_spin_without_turning_the_robot():
 
 
 @pytest.mark.parametrize('law', ['precise', 'lab'])
-@pytest.mark.parametrize('fault', [Simulator.reset, lambda robot: robot.sound(1)])
-def test_the_robots_own_reset_and_its_sound(law, fault):
+def test_the_robots_own_reset(law):
     """The motors run on while the board is busy, which no zero changes."""
-    for motion, stop in stops(fault, law):
+    for motion, stop in stops(Simulator.reset, law):
         assert stop.to_zero <= SILENCE
         assert ROBOT.reset_pause < stop.to_rest <= 2.6 + 1.0 / 30.0 + COASTING

@@ -32,7 +32,7 @@ class Trail {
     }
   }
 
-  /** The next point is not joined to the last one, e.g. after a reset of the frame. */
+  /** The next point is not joined to the last one. */
   lift() {
     if (this.points.length && this.points[this.points.length - 1]) this.points.push(null);
   }
@@ -52,15 +52,14 @@ export class RobotMap {
 
   /** Show this picture from now on. */
   see(picture) {
-    const isReset = this.picture !== null && this.picture.epoch !== picture.epoch;
     this.picture = picture;
-    if (isReset) this._trails.local.lift();
-    for (const frame of FRAMES) if (picture[frame]) this._trails[frame].add(picture[frame]);
+    if (picture.odom) this._trails.odom.add(picture.odom);
   }
 
-  /** `points`: {odom, local}: the [x, y] that the robot drove through before. */
+  /** `points`: {odom, local}: the [x, y] that the robot drove through before; a live page has no
+   *  local. */
   replaceTrails(points) {
-    for (const frame of FRAMES) this._trails[frame].points = [...points[frame]];
+    for (const frame of FRAMES) this._trails[frame].points = [...(points[frame] || [])];
   }
 
   /** The fixed frame is another one; the middle of the map stays where it is. */
@@ -127,7 +126,7 @@ export class RobotMap {
     if (!this.picture) return;
     const labels = new Labels(c, width, height);
     labels.keep([0, 0, Math.min(width, 330), 48]);    // the toolbar lies on the map
-    drawLegend(c, labels, height);
+    drawLegend(c, labels, height, FRAMES.filter((name) => this._trails[name].points.length));
     this._paths(c);
     this._goalLine(c);
     this._frames(c, labels);

@@ -2,11 +2,13 @@
 
 A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was heard:
 
-    "odom", "local"      pose of the robot in odom, and in local (as its node believes)
+    "odom", "local"      pose of the robot in odom, and in local
     "frame"              pose of the frame local, in odom
+    "is_own"             is local the node's own, by local_pose and tf? Else it is computed here
+                         from the odometry, since the last line "Local pose set to" of a node
     "truth"              true pose of a simulated robot, in odom
     "goal"               pose of the goal, in local; "tolerance" [m]
-    "distance", "angle"  to the goal [m], and off its heading [deg], as the node publishes them
+    "distance", "angle"  to the goal [m], and off its heading [deg]
     "state", "phase"     the words of `goal_state`; their kind: driving, reached, waiting, stopped,
                          gave up, or ''
     "has_control"        may move_to_goal drive?
@@ -14,7 +16,6 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was h
     "driver", "command"  the node whose commands move the robot now, and [v m/s, w rad/s]
     "heading_deg"        by the IMU, 0 to 360
     "ages"               {source: time since its last message [s]; 0: it is not silent}
-    "epoch"              how often the frame local was declared, as far as it was seen
     "page"               the page that drives the robot: "", "this" or "other"
     "stops"              number of stops so far; see tb3_labs.supervision.page_grip
     "can"                {request: does any node listen to it?}
@@ -25,6 +26,7 @@ NaN and infinite numbers are null too: JSON does not have them, but any node may
 Units in the code: metres, radians; arrivals in seconds on one clock (`now`).
 """
 import math
+import re
 from typing import Any, Dict, List, Optional, Tuple
 
 from tb3_labs.control.goal_state import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
@@ -37,13 +39,10 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 TRAIL_STEP = 0.02
 #: If a trail has more points than this, every second point is dropped.
 MOST_POINTS = 1000
-#: If the frame local moves by more than this, it was declared anew [m], [rad].
-FRAME_STEP = 0.001, math.radians(0.1)
-#: If the odometry jumps by more than this, it was zeroed, and the frame follows it [m], [rad].
+#: If the odometry jumps by more than this, it was zeroed [m], [rad].
 ODOMETRY_JUMP = 0.2, math.radians(60.0)
-#: If the pose in local jumps by more than this, it was declared [m], [rad]: no robot moves that far
-#: between two messages.
-LOCAL_JUMP = 0.1, math.radians(30.0)
+#: The line of the handout by which a node says that local was declared: x, y [m], yaw [rad].
+DECLARED = re.compile(r'Local pose set to x=([-+.\de]+), y=([-+.\de]+), yaw=([-+.\de]+?)\.?$')
 #: Truth and odometry that are farther apart in time than this are not compared [s].
 SAME_PICTURE = 0.3
 #: Ages below this are shown as 0 [s]: streams are read only a few times a second, so a small age
@@ -58,7 +57,7 @@ Point = Tuple[float, float]
 
 
 class Trail:
-    """The robot's path in one frame [m], thinned and bounded."""
+    """The robot's path in odom [m], thinned and bounded."""
 
     def __init__(self) -> None:
         self.points: List[Point] = []
@@ -73,17 +72,14 @@ class Trail:
 
 
 class RobotView:
-    """The latest value of each kind that was heard from one robot, and its trails."""
+    """The latest value of each kind that was heard from one robot, and its trail."""
 
     def __init__(self) -> None:
         self._latest: Dict[str, Any] = {}          # kind: value
         self._arrivals: Dict[str, float] = {}      # kind: its arrival
         self._commands: Dict[str, Tuple[float, float, float]] = {}   # sender: arrival, v, w
-        self._odom_at_frame: Optional[Pose2] = None
-        self._is_estimate = False        # is the frame estimated, not heard?
-        self._epoch = 0
-        self.trail_in_odom = Trail()
-        self.trail_in_local = Trail()
+        self._computed: Optional[Pose2] = None     # the frame, for a node that publishes none
+        self.trail = Trail()
 
     # -- input
 
@@ -96,40 +92,19 @@ class RobotView:
         """Store a sample of the odometry."""
         last = self.latest('odom')
         if last is not None and _moved(last.pose, sample.pose, ODOMETRY_JUMP):
-            self.trail_in_odom = Trail()
-        self.trail_in_odom.add(sample.pose)
+            self.trail, self._computed = Trail(), None
+        self.trail.add(sample.pose)
         self.hear('odom', sample, now)
 
-    def hear_local(self, pose: Pose2, stamp: float, now: float) -> None:
-        """Store the robot's `pose` in local, as its node believes, with its `stamp` [s].
-
-        If the pose jumps and the odometry does not, the frame was declared anew. The message with
-        the frame comes a moment later; until then the frame is computed from the odometry.
-        """
-        last, odom, frame = (self.latest(kind) for kind in ('local', 'odom', 'frame'))
-        if last and odom and frame and _moved(last[0], pose, LOCAL_JUMP) and (
-                _moved(odom.pose, frame @ pose, LOCAL_JUMP)):
-            self._declare(odom.pose @ pose.inverse(), now)
-            self._is_estimate = True
-        self.trail_in_local.add(pose)
-        self.hear('local', (pose, stamp), now)
-
-    def hear_frame(self, frame: Pose2, now: float) -> None:
-        """Store the pose of local in odom. A new declaration begins a new trail."""
-        last, odom = self.latest('frame'), self.latest('odom')
-        followed_odometry = (odom and self._odom_at_frame
-                             and _moved(self._odom_at_frame, odom.pose, ODOMETRY_JUMP))
-        if last and _moved(last, frame, FRAME_STEP) and not (
-                self._is_estimate or followed_odometry):
-            self._declare(frame, now)
-        self._is_estimate = False
-        self._odom_at_frame = odom and odom.pose
-        self.hear('frame', frame, now)
-
-    def _declare(self, frame: Pose2, now: float) -> None:
-        self._epoch += 1
-        self.trail_in_local = Trail()
-        self.hear('frame', frame, now)
+    def hear_line(self, text: str) -> None:
+        """Read a line of the log: it may say that the robot is at a pose in local now."""
+        found, odom = DECLARED.search(text), self.latest('odom')
+        if found and odom:
+            try:
+                pose = Pose2(*map(float, found.groups()))
+            except ValueError:
+                return
+            self._computed = odom.pose @ pose.inverse()
 
     def hear_command(self, sender: str, linear: float, angular: float, now: float) -> None:
         """Store the speed [m/s] and the rate of turn [rad/s] that `sender` commands."""
@@ -185,15 +160,21 @@ class RobotView:
 
     def picture(self, now: float) -> Dict[str, Any]:
         """The picture, without the entries that differ from page to page."""
-        driver, heading = self.driver(now), self.latest('imu')
-        (shown, stamp), local = self._in_odom(), self.latest('local')
+        driver, heading, odom = self.driver(now), self.latest('imu'), self.latest('odom')
+        local, frame = self.latest('local'), self.latest('frame')
+        is_own = bool(local or frame)
+        if not is_own and odom and self._computed:
+            frame, local = self._computed, self._computed.inverse() @ odom.pose
+        goal, distance, angle = map(self.latest, ('goal', 'distance', 'angle'))
+        if goal and local and distance is None:
+            distance = local.distance_to(goal)
+            angle = math.degrees(difference(goal.yaw, local.yaw))
         return {
-            'odom': _numbers(shown), 'local': _numbers(local and local[0]),
-            'frame': _numbers(self.latest('frame')),
-            'truth': _numbers(self._truth_in_odom(stamp)), 'goal': _numbers(self.latest('goal')),
+            'odom': _numbers(odom and odom.pose), 'local': _numbers(local),
+            'frame': _numbers(frame), 'is_own': is_own,
+            'truth': _numbers(self._truth_in_odom()), 'goal': _numbers(goal),
             'tolerance': _rounded(self.latest('tolerance'), 6),
-            'distance': _rounded(self.latest('distance'), 4),
-            'angle': _rounded(self.latest('angle'), 4),
+            'distance': _rounded(distance, 4), 'angle': _rounded(angle, 4),
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'holder': self.holder(now),
             'driver': driver,
@@ -201,32 +182,21 @@ class RobotView:
             else None,
             'heading_deg': _rounded(
                 None if heading is None else round(math.degrees(heading) % 360.0, 1) % 360.0),
-            'ages': {source: self._silence(source, now) for source in SOURCES},
-            'epoch': self._epoch}
+            'ages': {source: self._silence(source, now) for source in SOURCES}}
 
     def _silence(self, kind: str, now: float) -> Optional[float]:
         age = self.age(kind, now)
         return 0.0 if age is not None and age <= READ_WITHIN else _rounded(age)
 
-    def _in_odom(self) -> Tuple[Optional[Pose2], Optional[float]]:
-        """Returns (the robot's pose in odom, its stamp [s]) by the latest message, odom or local.
-
-        Each odometry brings a pose in local, so the odometry can be read less often.
-        """
-        odom, frame, local = (self.latest(kind) for kind in ('odom', 'frame', 'local'))
-        if frame and local and (odom is None or self._arrivals['local'] > self._arrivals['odom']):
-            return frame @ local[0], local[1]
-        return (odom.pose, odom.stamp) if odom else (None, None)
-
-    def _truth_in_odom(self, shown: Optional[float]) -> Optional[Pose2]:
-        """Returns the true pose in odom at the time `shown` [s] of the pose that is shown, to
-        compare the two while the robot moves."""
+    def _truth_in_odom(self) -> Optional[Pose2]:
+        """Returns the true pose in odom at the time of the odometry, to compare the two while the
+        robot moves."""
         origin, truth = self.latest('origin'), self.latest('truth')
         if origin is None or truth is None:
             return None
         (pose, stamp), odom = truth, self.latest('odom')
-        if odom is not None and shown is not None and abs(stamp - shown) < SAME_PICTURE:
-            ahead = stamp - shown
+        if odom is not None and abs(stamp - odom.stamp) < SAME_PICTURE:
+            ahead = stamp - odom.stamp
             pose = pose @ Pose2(ahead * odom.linear, 0.0, ahead * odom.angular).inverse()
         return origin.inverse() @ pose
 

@@ -58,10 +58,8 @@ class Pages:
     def _open_page(self, send):
         page = Viewer(send)
         self._pages.append(page)
-        odom, local = self._robot.watch.read(lambda view: (
-            list(view.trail_in_odom.points), list(view.trail_in_local.points)))
         page.send('hello', **self._hello)
-        page.send('trail', odom=odom, local=local)
+        page.send('trail', odom=self._robot.watch.read(lambda view: list(view.trail.points)))
         page.lines = list(self._lines)
         self._drawing.start()
         self._watching.start()
@@ -91,6 +89,7 @@ class Pages:
         """Keep a line of /rosout. The lines of each node come in a thread of their own."""
         level = next((name for least, name in LOG_LEVELS if message.level >= least), None)
         if level is not None and message.name.startswith(rospy.get_namespace()):
+            self._robot.watch.hear_line(message.msg)
             line = {'time': time.strftime('%H:%M:%S'), 'level': level, 'node': message.name,
                     'text': message.msg[:LONGEST_LINE]}
             self._server.soon(lambda: self._keep(line))

@@ -1,6 +1,5 @@
 """Listens to the robot for pages, and no faster than a page draws."""
 import threading
-from functools import partial
 
 from actionlib_msgs.msg import GoalID
 from dynamic_reconfigure.msg import Config as Values
@@ -18,13 +17,10 @@ from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample
 from tb3_labs.ros.topics import subscribe
 
-#: The stream that moves the robot on the page is read once in this time [s]: local_pose, or odom if
-#: no node publishes local_pose.
-POSES = 0.045
+#: The odometry, which moves the robot on the page, is read once in this time [s].
+ODOMETRY_PERIOD = 0.045
 #: All other streams are read once in this time [s]: each reading costs computing time.
 NUMBERS_PERIOD = 0.2
-#: A local_pose that is older than this does not move the robot [s].
-LOCAL_AGE = 0.5
 
 
 def _data(message):
@@ -72,15 +68,16 @@ class Watch:
                 ('/tf_static', *transforms)):
             subscribe(topic, *how, queue_size=None)
         for topic, rest, *how in (    # the latest sample is read, then none for `rest` [s]
-                ('odom', POSES, Odometry, self._write(RobotView.hear_odometry), to_odometry_sample),
-                ('local_pose', POSES, PoseStamped, self._write(_local), _stamped_pose),
+                ('odom', ODOMETRY_PERIOD, Odometry, self._write(RobotView.hear_odometry),
+                 to_odometry_sample),
+                ('local_pose', NUMBERS_PERIOD, PoseStamped, self._hear('local'), _pose),
                 ('distance_error', NUMBERS_PERIOD, Float32, self._hear('distance'), _data),
                 ('angle_error_deg', NUMBERS_PERIOD, Float32, self._hear('angle'), _data),
                 ('ground_truth', NUMBERS_PERIOD, PoseStamped, self._hear('truth'), _stamped_pose),
                 ('imu', NUMBERS_PERIOD, Imu, self._hear('imu'), _yaw),
                 ('cmd_vel', NUMBERS_PERIOD, Twist, self._write(_command)),
                 ('/tf', NUMBERS_PERIOD, *transforms)):
-            subscribe(topic, *how, idle_for=partial(self._idle_for, topic, rest))
+            subscribe(topic, *how, idle_for=lambda now, rest=rest: rest)
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
 
     def read(self, question):
@@ -88,19 +85,16 @@ class Watch:
         with self._lock:
             return question(self._view)
 
+    def hear_line(self, text):
+        """Let the view read a line of the log."""
+        with self._lock:
+            self._view.hear_line(text)
+
     @property
     def hears_another_pad(self):
         """Does another node publish `joy`? One of the connections leads to this node's own
         publisher."""
         return self._joy.get_num_connections() > 1
-
-    def _idle_for(self, topic, rest, _now):
-        """Returns for how long a stream is not read after a sample [s]."""
-        return NUMBERS_PERIOD if topic == 'odom' and self._has_local() else rest
-
-    def _has_local(self):
-        age = self.read(lambda view: view.age('local', steady_time()))
-        return age is not None and age < LOCAL_AGE
 
     def _write(self, store):
         """Returns a callback that calls ``store(view, value, now)``."""
@@ -130,17 +124,10 @@ class Watch:
 # -- functions that write a message into a view
 
 
-def _local(view, stamped, now):
-    view.hear_local(*stamped, now)
-
-
 def _command(view, message, now):
     view.hear_command(sender_of(connection_of(message)), message.linear.x, message.angular.z, now)
 
 
 def _transforms(view, poses, now):
     for kind, pose in poses:
-        if kind == 'frame':
-            view.hear_frame(pose, now)
-        else:
-            view.hear(kind, pose, now)
+        view.hear(kind, pose, now)

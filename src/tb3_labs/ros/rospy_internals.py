@@ -4,8 +4,11 @@ They are those of rospy 1.15.15 (Debian 12). Each docstring names the part, what
 it, and the test that fails if the part changes. If it names no test, an AttributeError shows the
 change: a node does not start, or ends at once.
 """
+from io import BytesIO
+
 import rospy
 from rospy.impl import registration
+from rospy.msg import serialize_message
 
 
 def connection_of(message):
@@ -31,6 +34,28 @@ def heard_by(publisher):
     """The names of the nodes that are connected to `publisher` (`endpoint_id`): a stop that no node
     hears is not shown as done (test/ros/panel.test)."""
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
+
+
+def publish_together(publisher, messages):
+    """Publish messages by one write to each subscriber, as a network delivers what it has delayed:
+    a subscriber with queue_size=1 finds all of them in one read, and drops all but the last.
+
+    ``publish()`` writes each message for itself (`impl`, the queues' `write_data`;
+    test/ros/fake_robot.test).
+    """
+    topic, data = publisher.impl, BytesIO()
+    topic.acquire()
+    try:
+        for message in messages:
+            topic.seq += 1
+            serialize_message(data, topic.seq, message)
+        for connection in topic.connections:
+            try:
+                connection.write_data(data.getvalue())
+            except (rospy.exceptions.TransportException, OSError):
+                connection.close()      # this subscriber is gone; publish() does the same
+    finally:
+        topic.release()
 
 
 def hear_all_publishers():

@@ -2,6 +2,6 @@
 
 `firmware` is the board, `body` the motors and wheels, `sensors` makes the samples, `network` delays
 and stalls messages, `mystery_robot` hides a fault. `simulator` joins these parts;
-`simulator_config` has their numbers, such as the firmware's delays; `ros_robot` and
-`ros_sensors` put it on the topics of a real robot.
+`simulator_config` has their numbers, such as the firmware's delays; `ros_fake_robot` puts it on the
+topics of a real robot, `mystery_answer` judges an answer.
 """

@@ -1,13 +1,12 @@
 """The robot's own board. It turns commands into motor speeds, and encoder readings into odometry.
-While it starts or calibrates, it is busy.
+While it calibrates, it is busy.
 
 Its faults are copied, because the labs have to work with them:
 
 - Linear and angular speed are clipped one by one, then each wheel again. So a fast curve becomes
   slower and wider.
 - Motors take whole steps of speed, cut towards zero, and not more than `motor_steps`.
-- rosserial keeps eight bits of a speed's exponent, and takes the next one for a sign: infinity
-  arrives as 1, NaN as 1.5, and 1e-40 as a large negative number.
+- rosserial takes infinity for 1, and NaN for 1.5.
 - The heading of the odometry is the IMU's: ``dyaw = theta - theta_last`` is *not* wrapped. Each
   time the IMU crosses +/-180 deg, one sample's displacement points backwards and its
   twist.angular has a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw itself
@@ -17,19 +16,16 @@ Its faults are copied, because the labs have to work with them:
   their speed, and commands and further resets wait in their order. The gyro takes the mean rate of
   turn for its bias. Then `reset` sets the odometry's pose to zero, but not the IMU's yaw. From then
   on they differ. The next odometry adds the turn that the IMU saw during the calibration.
-- While it plays a `sound` it does nothing else either, but it calibrates nothing.
 - If the servos do not answer, the odometry repeats its last step for ever, while the angles of the
   wheels stand.
-- After a start the board is silent, then it calibrates.
 
 Units: SI; motor angles in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
 (turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured with the same code on a
 simulated body.
 """
 import math
-import struct
 from collections import deque
-from typing import Deque, Optional, Sequence, Tuple, Union
+from typing import Deque, Optional, Sequence, Tuple
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
@@ -40,10 +36,8 @@ from tb3_labs.simulation.network import Arrival
 
 #: Angle of a wheel from one encoder step to the next [rad].
 TICK = 2.0 * math.pi / TICKS_PER_TURN
-#: A reset is sent to the board as this value, in place of a command; a sound as its length [s].
+#: A reset is sent to the board as this value, in place of a command.
 RESET_COMMAND = 'reset'
-#: The length of each sound that is not 2.6 s long [s], by its number: low battery, error, buttons.
-SOUNDS, USUAL_SOUND = {2: 5.848, 3: 3.456, 4: 0.0, 5: 0.0}, 2.6
 NO_COMMAND = -math.inf, 0.0, 0.0
 
 
@@ -56,14 +50,10 @@ def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[floa
 
 
 def _received(speed: float) -> float:
-    """The speed that arrives by rosserial; 0 for a NaN, with which no motor turns."""
-    if speed == 0.0 or 1e-37 < abs(speed) < 1e38:
+    """The speed that arrives by rosserial."""
+    if math.isfinite(speed):
         return speed
-    bits, = struct.unpack('<Q', struct.pack('<d', speed))
-    exponent = bits >> 52 & 0x7FF
-    kept = bits >> 29 & 0x7FFFFF | ((exponent - 896 << 23) & 0xFFFFFFFF if exponent else 0)
-    received, = struct.unpack('<f', struct.pack('<I', kept | bits >> 63 << 31))
-    return 0.0 if math.isnan(received) else float(received)
+    return math.copysign(1.5 if math.isnan(speed) else 1.0, speed)
 
 
 def _whole_steps(rim_speed: float, model: RobotModel) -> float:
@@ -128,57 +118,40 @@ class Odometer:
 
 
 class Board:
-    """The board's state (starting, calibrating, playing a sound or free), and the command that it
-    obeys."""
+    """The board's state (calibrating or free), and the command that it obeys."""
 
     def __init__(self) -> None:
         self._waiting: Deque[Arrival] = deque()     # not read yet
         self._free_since = -math.inf
-        self._yaw_before: Optional[float] = None    # None: it does not calibrate
-        self._pause = 0.0
-        #: Is the board starting? Then commands to it are lost.
-        self.is_starting = False
+        self._yaw_before = self._pause = 0.0
         #: Is the board busy? Then it does not read and does not send.
         self.is_busy = False
         #: Time at which the board is free again [s], or infinity. An attribute, for speed.
         self.due = math.inf
         self._command = NO_COMMAND      # time of reading [s], forward speed, rate of turn
 
-    def start(self, now: float, seconds: float) -> None:
-        """The board starts, for `seconds`."""
-        self.is_starting = self.is_busy = True
-        self.due = now + seconds
-
     def calibrate(self, now: float, pause: float, yaw: float) -> None:
         """The board calibrates its gyro for `pause` [s]; `yaw` is the true yaw now [rad], not
         wrapped."""
-        self.is_starting, self.is_busy = False, True
-        self.due = now + pause
+        self.is_busy, self.due = True, now + pause
         self._pause, self._yaw_before = pause, yaw
 
-    def play(self, now: float, seconds: float) -> None:
-        """The board plays a sound."""
-        self.is_busy, self.due, self._yaw_before = True, now + seconds, None
-
-    def end_pause(self, yaw: float) -> Optional[float]:
-        """The board is free again; `yaw` is the true yaw now. Returns the gyro's bias [rad/s], None
-        if the board has not calibrated."""
+    def end_pause(self, yaw: float) -> float:
+        """The board is free again; `yaw` is the true yaw now. Returns the gyro's bias [rad/s]."""
         self._free_since, self.due, self.is_busy = self.due, math.inf, False
-        if self._yaw_before is None:
-            return None
         return (self._yaw_before - yaw) / self._pause if self._pause else 0.0
 
-    def read(self, arrivals: Sequence[Arrival]) -> Union[None, str, float]:
-        """Read the messages that have arrived. Returns RESET_COMMAND, or the length of a sound
-        [s], if it is next; the messages behind it wait."""
+    def read(self, arrivals: Sequence[Arrival]) -> bool:
+        """Read the messages that have arrived. Returns whether a reset is next; the messages behind
+        it wait."""
         self._waiting.extend(arrivals)
         while self._waiting and not self.is_busy:
             arrival, message = self._waiting.popleft()
-            if not isinstance(message, tuple):
-                return message
+            if message == RESET_COMMAND:
+                return True
             linear, angular = message
             self._command = max(arrival, self._free_since), linear, angular
-        return None
+        return False
 
     def wanted(self, now: float) -> Tuple[float, float]:
         """Returns the (forward speed, rate of turn) that the board obeys now."""

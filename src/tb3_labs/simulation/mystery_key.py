@@ -2,7 +2,8 @@
 """
 from typing import List, Sequence
 
-from tb3_labs.simulation.mystery_robot import draw, shown
+from tb3_labs.simulation.mystery_answer import shown
+from tb3_labs.simulation.mystery_robot import draw
 
 
 def key(words: Sequence[str]) -> List[str]:

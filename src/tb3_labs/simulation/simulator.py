@@ -23,7 +23,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
 from tb3_labs.simulation.body import RAW_BIAS, Body
-from tb3_labs.simulation.firmware import RESET_COMMAND, SOUNDS, USUAL_SOUND, Board, motor_speeds
+from tb3_labs.simulation.firmware import RESET_COMMAND, Board, motor_speeds
 from tb3_labs.simulation.network import Link, LinkSettings
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
@@ -53,8 +53,6 @@ class Simulator:
         self._board = Board()
         self._obeyed = 0.0, 0.0     # (forward speed, rate of turn) that the motors follow
         self._apply(config)
-        if config.cold_start:
-            self._start()
 
     @property
     def truth(self) -> Pose2:
@@ -102,12 +100,6 @@ class Simulator:
         rate of turn for its bias. Then the odometry is zero, plus the turn that the IMU saw.
         """
         self._command_link.send((RESET_COMMAND,), (self.now,))
-        self._read(self.now)
-
-    def sound(self, number: int) -> None:
-        """Send a sound now. While the board plays it, it sends and reads nothing, and the motors
-        keep their speed."""
-        self._command_link.send((SOUNDS.get(number, USUAL_SOUND),), (self.now,))
         self._read(self.now)
 
     def step(self, dt: float) -> List[Sample]:
@@ -159,12 +151,8 @@ class Simulator:
 
     def _read(self, stamp: float) -> None:
         """The board reads what has arrived."""
-        arrivals = self._command_link.take(stamp)
-        asked = self._board.read([] if self._board.is_starting else arrivals)
-        if asked == RESET_COMMAND:
+        if self._board.read(self._command_link.take(stamp)):
             self._calibrate(stamp)
-        elif isinstance(asked, float):
-            self._board.play(stamp, asked)
 
     def _obey(self, stamp: float, wanted: Tuple[float, float]) -> None:
         if self.config.motors_off or self.config.battery_cut:
@@ -175,27 +163,13 @@ class Simulator:
             self._body.drivetrain.set_goals(*motor_speeds(*wanted, self._model))
             self._body.motion_changed()
 
-    def _start(self) -> None:
-        """The board starts. It calibrates three times, and sends a sample between the last two."""
-        pause = self.config.reset_pause
-        yaw = self._body.yaw + self._body.imu.error
-        self.sensors.odometer.theta_last = wrap(yaw + RAW_BIAS * pause)
-        self._board.start(self.now, self.config.start_time)
-        self._body.use_bias(RAW_BIAS * 2.0 * pause / self.config.start_time)
-
     def _go_on(self, stamp: float) -> None:
-        """The board has started, calibrated its gyro, or played a sound."""
+        """The board has calibrated its gyro."""
         self._body.move_to(stamp)
-        if self._board.is_starting:
-            self.sensors.measure_imu([stamp])
-            self._calibrate(stamp)
-        else:
-            bias = self._board.end_pause(self._body.yaw)
-            if bias is not None:
-                self._body.use_bias(bias)
+        self._body.use_bias(self._board.end_pause(self._body.yaw))
 
     def _calibrate(self, stamp: float) -> None:
-        """The board calibrates its gyro, at a reset or when serial_node has connected."""
+        """The board calibrates its gyro."""
         self._body.move_to(stamp)
         self._board.calibrate(stamp, self.config.reset_pause, self._body.yaw)
         self.sensors.resetting = True

@@ -25,10 +25,6 @@ class SimulatorConfig(Config):
         0.0, 'heading at the start, true and by odometry', 'deg', -360.0, 360.0)
     imu_offset_deg: float = setting(
         0.0, 'yaw of the IMU minus yaw of the odometry at the start', 'deg', -360.0, 360.0)
-    cold_start: bool = setting(
-        False, 'start with the board: silence, calibration, then odometry from zero')
-    start_time: float = setting(
-        7.2, 'silence of a cold start, until the first sample of the IMU', 's', 0.1, 60.0)
     seed: int = setting(1, 'seed of noise, dropouts and network', low=0, high=2 ** 31 - 1)
 
     imu_rate: float = setting(200.0, 'samples of the IMU', '1/s', 1.0, 1000.0)
@@ -90,8 +86,7 @@ class SimulatorConfig(Config):
 
 
 #: Settings of the start; the other settings may change while the robot runs.
-STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'cold_start',
-            'start_time', 'seed')
+STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
 #: The faults; a change of one starts all of them anew.
 FAULTS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'dropouts_per_min')
 
@@ -100,6 +95,5 @@ FAULTS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'dropouts_pe
 HOSTS: Dict[str, Dict[str, float]] = {
     'default': {},
     'laptop': dict(imu_rate=171.0, odom_rate=29.9, stamp_step=0.008),
-    'pi': dict(imu_rate=115.0, odom_rate=28.8, yaw_lag=0.085, wheel_lag=0.075, stamp_step=0.02,
-               start_time=10.5),
+    'pi': dict(imu_rate=115.0, odom_rate=28.8, yaw_lag=0.085, wheel_lag=0.075, stamp_step=0.02),
 }

@@ -9,8 +9,10 @@ import {MapInput} from './map.js';
 import {$, say, setPressed, setReason, setText} from './page.js';
 
 const ABSENT = {
-  goal: 'no node takes goals', reset: 'no node takes resets', turn: 'no node turns the robot',
-  pad: 'the node gamepad does not run', mouse: 'no node hears the mouse',
+  goal: 'no node hears move_base_simple/goal', reset: 'no node offers reset_pose or set_pose',
+  turn: 'no node hears turn (the handout\'s node reads its keyboard)',
+  pad: 'no node hears joy: start a gamepad.py',
+  mouse: 'no node hears mouse_info: start a turtlebot_controller.py',
 };
 
 const HEADING_FROM = 14;      // [px] a shorter drag gives no heading
@@ -54,8 +56,7 @@ export class Controls {
     for (const kind of ['goal', 'reset']) setReason($('tool-' + kind), reasons[kind] || drag);
     // Without a connection the banner gives the reason for all controls.
     const words = this._link.connected && picture ? join : () => '';
-    setText($('drive-hint'), words(named('turns', reasons.turn), picture?.state ? ''
-      : 'state, goal and frame: told by the finished move_to_goal alone'));
+    setText($('drive-hint'), words(named('turns', reasons.turn)));
     setText($('poses-hint'), words(
       named('goal', reasons.goal), named('reset', reasons.reset), named('drag', drag)));
     const pad = this._pad.gives ? 'move_to_goal drives while this page stays open and in sight'

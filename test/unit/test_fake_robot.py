@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip('rospy')
 
 from tb3_labs.robot.samples import OdometrySample    # noqa: E402
-from tb3_labs.simulation import ros_robot    # noqa: E402
+from tb3_labs.simulation import ros_fake_robot    # noqa: E402
 from tb3_labs.simulation.mystery_robot import HiddenFault    # noqa: E402
 from tb3_labs.simulation.simulator_config import SimulatorConfig    # noqa: E402
 
@@ -35,11 +35,11 @@ class Sensors:
 
 def test_its_fault_comes_and_goes_and_no_truth_is_said(monkeypatch):
     published = []
-    monkeypatch.setattr(ros_robot, 'SensorTopics', Sensors)
-    monkeypatch.setattr(ros_robot, 'publisher', lambda *words, **_: published.append(words))
-    monkeypatch.setattr(ros_robot.rospy, 'Subscriber', lambda *words, **_: None)
+    monkeypatch.setattr(ros_fake_robot, 'SensorTopics', Sensors)
+    monkeypatch.setattr(ros_fake_robot, 'publisher', lambda *words, **_: published.append(words))
+    monkeypatch.setattr(ros_fake_robot.rospy, 'Subscriber', lambda *words, **_: None)
     plain = SimulatorConfig(imu_rate=20.0)
-    robot = ros_robot.FakeRobot(plain, hidden=HiddenFault(5, plain))   # silent odometry, 4.0 s
+    robot = ros_fake_robot.FakeRobot(plain, hidden=HiddenFault(5, plain))   # silent odometry, 4.0 s
     for step in range(17 * 200):
         robot.tick(step, 0.0)
     stamps = [sample.stamp for sample in robot._sensors.samples
@@ -85,14 +85,14 @@ def test_a_pause(clock, speed, made_up, monkeypatch):
     """Real time is made up for, a clock of the robot's own is not: all that comes at once would find
     the nodes' sensors silent."""
     computer, ending = Computer(), threading.Event()
-    monkeypatch.setattr(ros_robot, 'time', computer)
+    monkeypatch.setattr(ros_fake_robot, 'time', computer)
     robot = Robot(computer, ending)
-    pace = ros_robot.Pacemaker.__new__(ros_robot.Pacemaker)
+    pace = ros_fake_robot.Pacemaker.__new__(ros_fake_robot.Pacemaker)
     pace._robot, pace._epoch, pace._ending = robot, 1e9, ending
     pace._clock, pace._speed = clock, speed
     pace._run()
     at_once = max(robot.steps.count(now) for now in robot.steps)
-    assert at_once * ros_robot.SIMULATION_STEP == pytest.approx(made_up, abs=3.0 * ros_robot.SIMULATION_STEP)
+    assert at_once * ros_fake_robot.SIMULATION_STEP == pytest.approx(made_up, abs=3.0 * ros_fake_robot.SIMULATION_STEP)
     # it goes on at its own pace
-    assert (len(robot.steps) - at_once) * ros_robot.SIMULATION_STEP == pytest.approx(
+    assert (len(robot.steps) - at_once) * ros_fake_robot.SIMULATION_STEP == pytest.approx(
         speed * (END - PAUSE), rel=0.03)

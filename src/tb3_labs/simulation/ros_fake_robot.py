@@ -1,19 +1,30 @@
-"""A simulated robot on the topics of a real one, and its time: real, or its own on /clock."""
+"""A simulated robot on the topics of a real one, and its time: real, or its own on /clock.
+
+Messages are filled as the firmware fills them. Source: ROBOTIS OpenCR firmware 1.2.6
+(turtlebot3_sensor.cpp for the covariances; it leaves those of the odometry at zero).
+"""
 import itertools
+import math
 import os
 import threading
 import time
+from collections import deque
 from contextlib import suppress
 
 import rospy
-from geometry_msgs.msg import PoseStamped, Twist
+from geometry_msgs.msg import PoseStamped, Twist, Vector3
+from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Empty
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Empty, Header
 from tf2_msgs.msg import TFMessage
 
-from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped, to_transform
+from tb3_labs.robot.samples import ImuSample
+from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
+from tb3_labs.ros.conversions import (
+    TRUTH_PIPE, frame, to_pose_stamped, to_quaternion, to_transform)
 from tb3_labs.ros.node import guarded
-from tb3_labs.simulation.ros_sensors import SensorTopics, publisher
+from tb3_labs.ros.rospy_internals import publish_together
 from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0     # of the simulation [s]
@@ -24,6 +35,24 @@ CATCH_UP = 0.5
 #: /clock the pause is `speed` times as long, and passes at once: after a longer one a node would
 #: find its sensors silent.
 CATCH_UP_CLOCK = 0.02
+#: After a stall at most this number of messages of a topic is sent, the latest ones: real queues
+#: and buffers are finite, too. The number is enough for an IMU at 200 Hz in the longest stall.
+MOST_HELD = 2000
+GRAVITY = 9.80665  # [m/s^2]
+#: The board lies askew by these angles, which were recorded [rad].
+ROLL, PITCH = math.radians(0.7), math.radians(0.4)
+
+
+def _diagonal(variance):
+    return [variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, variance]
+
+
+ORIENTATION_COVARIANCE = _diagonal(0.0025)
+ANGULAR_VELOCITY_COVARIANCE = _diagonal(0.02)
+LINEAR_ACCELERATION_COVARIANCE = _diagonal(0.04)
+#: What the accelerometer shows at rest [m/s^2].
+UPWARDS = (-GRAVITY * math.sin(PITCH), GRAVITY * math.sin(ROLL) * math.cos(PITCH),
+            GRAVITY * math.cos(ROLL) * math.cos(PITCH))
 
 
 class FakeRobot:
@@ -45,8 +74,7 @@ class FakeRobot:
         self._static_tf = None if hidden else publisher('/tf_static', TFMessage, latch=True)
         self._origin = None
         for topic, kind, callback in (('cmd_vel', Twist, self._on_command),
-                                      ('reset', Empty, self._on_reset),
-                                      ('sound', rospy.AnyMsg, self._on_sound)):
+                                      ('reset', Empty, self._on_reset)):
             rospy.Subscriber(topic, kind, guarded(callback), queue_size=1, tcp_nodelay=True)
 
     def configure(self, settings):
@@ -93,10 +121,6 @@ class FakeRobot:
     def _on_reset(self, _message):
         with self._lock:
             self._robot.reset()
-
-    def _on_sound(self, message):
-        with self._lock:
-            self._robot.sound(message._buff[0])
 
 
 class Pacemaker:
@@ -160,3 +184,96 @@ class TruthPipe:
         """Write a pose, or drop it: the robot never waits for a reader."""
         with suppress(OSError):
             os.write(self._pipe, '{:.9g} {:.9g} {:.9g}\n'.format(pose.x, pose.y, pose.yaw).encode())
+
+
+class SensorTopics:
+    """Publishes samples as messages. Its methods are called only by the thread that steps the
+    robot."""
+
+    def __init__(self):
+        #: {name: name in this node's namespace}
+        self.frames = {name: frame(name) for name in (
+            'imu_link', 'odom', 'base_footprint', 'base_link')}
+        self._imu = publisher('imu', Imu)
+        self._odom = publisher('odom', Odometry)
+        self._joints = publisher('joint_states', JointState)
+        self._tf = publisher('/tf', TFMessage)
+        self._wheels = deque(maxlen=MOST_HELD)  # of each odometry: stamp, angles, speeds
+
+    @property
+    def are_heard(self):
+        """Does any node listen to the IMU or the odometry?"""
+        return self._imu.get_num_connections() or self._odom.get_num_connections()
+
+    def note_wheels(self, sensors):
+        """Remember the wheels at the latest odometry of a Simulator's `sensors`. The network may
+        delay this odometry; the joint states are sent together with it."""
+        stamp, odometer = sensors.odometry_stamp, sensors.odometer
+        if not self._wheels or self._wheels[-1][0] != stamp:
+            self._wheels.append((stamp, odometer.wheel_angles, odometer.wheel_speeds))
+
+    def send(self, burst, epoch):
+        """Publish the samples of a `burst`, which arrive at one moment, by one write for each
+        topic. `epoch` is the robot's time 0 [s]."""
+        imu = [sample for sample in burst if isinstance(sample, ImuSample)][-MOST_HELD:]
+        odometry = [sample for sample in burst if not isinstance(sample, ImuSample)][-MOST_HELD:]
+        if imu and self._imu.get_num_connections():
+            publish_together(self._imu, [
+                imu_message(sample, epoch + sample.stamp, self.frames['imu_link'])
+                for sample in imu])
+        if odometry:
+            self._send_odometry(odometry, epoch)
+
+    def _send_odometry(self, samples, epoch):
+        odom, base = self.frames['odom'], self.frames['base_footprint']
+        if self._tf.get_num_connections():
+            publish_together(self._tf, [
+                TFMessage([to_transform(sample.pose, odom, base, epoch + sample.stamp)])
+                for sample in samples])
+        if self._odom.get_num_connections():
+            publish_together(self._odom, [
+                odometry_message(sample, epoch + sample.stamp, odom, base) for sample in samples])
+        if self._joints.get_num_connections():
+            publish_together(self._joints, [
+                joint_message(*self._wheels_at(sample.stamp), epoch + sample.stamp,
+                              self.frames['base_link']) for sample in samples])
+
+    def _wheels_at(self, stamp):
+        """Returns (angles [rad], speeds [rad/s]) at the odometry with this stamp. Ask in order of
+        time."""
+        while self._wheels[0][0] < stamp and len(self._wheels) > 1:
+            self._wheels.popleft()
+        return self._wheels[0][1:]
+
+
+def publisher(topic, kind, **options):
+    """A publisher of a simulated robot: it sends at once, and has a short queue."""
+    return rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True, **options)
+
+
+def imu_message(sample, stamp, frame):
+    """sensor_msgs/Imu of a robot on a level floor."""
+    return Imu(_header(stamp, frame), to_quaternion(sample.yaw, ROLL, PITCH),
+               ORIENTATION_COVARIANCE,
+               Vector3(0.0, 0.0, sample.yaw_rate), ANGULAR_VELOCITY_COVARIANCE,
+               Vector3(*UPWARDS), LINEAR_ACCELERATION_COVARIANCE)
+
+
+def odometry_message(sample, stamp, frame, child_frame):
+    """nav_msgs/Odometry."""
+    message = Odometry(header=_header(stamp, frame), child_frame_id=child_frame)
+    message.pose.pose.position.x = sample.pose.x
+    message.pose.pose.position.y = sample.pose.y
+    message.pose.pose.orientation = to_quaternion(sample.pose.yaw)
+    message.twist.twist.linear.x = sample.linear
+    message.twist.twist.angular.z = sample.angular
+    return message
+
+
+def joint_message(angles, speeds, stamp, frame):
+    """sensor_msgs/JointState of the two wheels, left one first."""
+    return JointState(_header(stamp, frame), WHEEL_JOINTS, angles, speeds, [0.0, 0.0])
+
+
+def _header(stamp, frame):
+    return Header(stamp=rospy.Time.from_sec(stamp), frame_id=frame)
