@@ -131,9 +131,9 @@ class MoveToGoalNode:
         with self._changed:
             self._core.on_command(sender, twist.linear.x, twist.angular.z, rospy.get_time())
 
-    def _told_control(self, granted, **details):
+    def _told_control(self, word):
         with self._changed:
-            self._core.told_control(granted, steady_time(), **details)
+            self._core.told_control(word)
             self._update_control()
 
     def _update_control(self):

@@ -41,7 +41,7 @@ from tb3_labs.ros.node import end, end_roslaunch, guarded, log_news, run
 from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import say_what_is_awaited, subscribe_wheels, to_imu_sample
-from tb3_labs.ros.topics import sent_at, subscribe, subscribe_news
+from tb3_labs.ros.topics import sent_at, subscribe, subscribe_events
 from tb3_labs.supervision.driver import Driver
 
 #: A turn that is asked for before the robot is connected waits this long for the robot [s].
@@ -70,7 +70,7 @@ class ControllerNode:
         subscribe('mouse_info', MouseController, self._on_mouse,
                   lambda message: (message, to_mouse(message)), self._core.mouse.source,
                   queue_size=None)
-        subscribe_news('turn', Float64, self._on_turn)
+        subscribe_events('turn', Float64, self._on_turn)
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         Keyboard(self._on_line, self._on_keyboard_end)
@@ -101,11 +101,8 @@ class ControllerNode:
         self._tick()
         self._watchdog.feed()
 
-    def _on_turn(self, message):
-        try:
-            self._turn(message.data)
-        except ValueError as problem:
-            rospy.logwarn('%s', problem)
+    def _on_turn(self, turn):
+        self._turn(lambda now: self._core.on_turn(turn, now))
 
     def _on_settings(self, config):
         law = make_turn(config, self._model, self._response)
@@ -119,10 +116,11 @@ class ControllerNode:
             return
         try:
             degrees = degrees_of(line.lower())
-            self._wait_for_robot()
-            self._turn(degrees)
         except ValueError as problem:
             rospy.logwarn('%s', problem)
+            return
+        self._wait_for_robot()
+        self._turn(lambda now: self._core.ask(degrees, now))
 
     def _wait_for_robot(self):
         wait_until(
@@ -134,10 +132,13 @@ class ControllerNode:
         rospy.loginfo('No keyboard (any more): turn by "rostopic pub -1 %s std_msgs/Float64 -- '
                       '90", or drive by the mouse', rospy.resolve_name('turn'))
 
-    def _turn(self, degrees):
+    def _turn(self, ask):
         with self._lock:
             self._core.update(steady_time())
-            self._core.ask(degrees, rospy.get_time())
+            try:
+                ask(rospy.get_time())
+            except ValueError as problem:
+                rospy.logwarn('%s', problem)
         self._tick()
 
     def _tick(self):

@@ -34,6 +34,12 @@ class DriveCase(NodeCase):
         self.seen.wait_until(is_declared, STARTING, 'a reset')
         return answers[-1]
 
+    def give_control(self):
+        """A True alone may repeat one from before the node: it was perhaps started after this test.
+        """
+        for word in (False, True):
+            self.control.publish(word)
+
     def go_to(self, goal, frame='local'):
         """Send move_to_goal to the Pose2 `goal`."""
         self.goals.publish(to_pose_stamped(goal, frame, 0.0))

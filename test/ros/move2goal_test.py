@@ -85,7 +85,7 @@ class Move2GoalTest(DriveCase):
 
     def drive(self):
         """Give control; the state in which the drive ends."""
-        self.control.publish(True)
+        self.give_control()
         state = self.seen.wait_for('goal_state', is_over, 60.0)
         self.wait_for_rest()
         return state
@@ -242,7 +242,7 @@ class Move2GoalTest(DriveCase):
     def test_action_reports_feedback_and_success(self):
         self.declared()
         feedback = []
-        self.control.publish(True)
+        self.give_control()
         self.action.send_goal(self.goal(Pose2(0.3, 0.0, 0.0)), feedback_cb=feedback.append)
         self.assertTrue(self.action.wait_for_result(rospy.Duration(40.0)))
         self.assertEqual(self.action.get_state(), GoalStatus.SUCCEEDED)
@@ -260,7 +260,7 @@ class Move2GoalTest(DriveCase):
 
     def test_cancel_stops_and_a_newer_goal_replaces(self):
         self.declared()
-        self.control.publish(True)
+        self.give_control()
         self.drive_by_action(Pose2(2.0, 0.0, 0.0))
         self.action.cancel_goal()
         self.assertTrue(self.action.wait_for_result(rospy.Duration(20.0)))

@@ -166,12 +166,14 @@ class NodeCase(unittest.TestCase):
         rospy counts bytes, also those of the handshake. The first growth is a message, the second
         one says that its callback has ended.
         """
-        node = xmlrpc.client.ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(
-            rospy.resolve_name(name)))
-        topic, totals = rospy.resolve_name(topic), set()
+        master, topic, totals = rosgraph.Master(rospy.get_name()), rospy.resolve_name(topic), set()
 
         def hears():
-            _, _, (_, subscribed, _) = node.getBusStats(rospy.get_name())
+            try:
+                node = xmlrpc.client.ServerProxy(master.lookupNode(rospy.resolve_name(name)))
+                _, _, (_, subscribed, _) = node.getBusStats(rospy.get_name())
+            except (rosgraph.MasterException, OSError):
+                return False    # it is not there yet; the master may know an earlier one
             totals.update(received for subscription, connections in subscribed
                           if subscription == topic for _, received, *_ in connections)
             return len(totals - {0}) >= 3

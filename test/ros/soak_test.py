@@ -42,7 +42,7 @@ class SoakTest(DriveCase):
         self.declare(declared)
         self.seen.forget('goal_state')
         self.go_to(goal)
-        self.control.publish(True)
+        self.give_control()
         self.wait_for_state('GOAL_REACHED', seconds=60.0)
         self.control.publish(False)
         here = local_T_world @ self.rest()

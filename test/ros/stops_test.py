@@ -21,7 +21,7 @@ from std_msgs.msg import Bool, Float64, String
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.topics import LATCHED_WITHIN
+from tb3_labs.supervision.events import LATCHED_WITHIN
 from tb3_labs.supervision.goal_requests import SENDER_PAUSE
 
 from drive_case import DriveCase
@@ -47,12 +47,10 @@ class StopsTest(WithThumb, DriveCase):
         cls.watch_data(String, 'control_holder')
         cls.actions = rospy.Publisher('move2goal/goal', MoveBaseActionGoal, queue_size=1)
         cls.cancels = rospy.Publisher('move2goal/cancel', GoalID, queue_size=1)
-        cls.turns = rospy.Publisher('turn', Float64, queue_size=5)
         cls.thumb = Thumb()
 
     def setUp(self):
-        self.wait_until_unheard({self.control: Bool(False), self.turns: Float64(0.0),
-                                 self.cancels: GoalID()})
+        self.wait_until_unheard({self.control: Bool(False), self.cancels: GoalID()})
         self.forget_parameters('move_to_goal')
         self.thumb.sticks(0.0, 0.0)
         for topic in ('cmd_vel', 'goal_state', 'control_holder'):
@@ -69,6 +67,13 @@ class StopsTest(WithThumb, DriveCase):
         self.wait_for_state('waiting for control', seconds=STARTING)
         self.wait_until_heard(self.control, self.goals, self.actions, self.cancels)
         return node
+
+    def wait_until_turns_are_heard(self):
+        """By a controller that is there before this sender: so its first turn counts."""
+        self.wait_until_hears('controller', 'imu')
+        self.turns = rospy.Publisher('turn', Float64, queue_size=5)
+        self.addCleanup(self.turns.unregister)
+        self.wait_until_heard(self.turns)
 
     def student(self):
         """A student's node that has a terminal."""
@@ -90,10 +95,6 @@ class StopsTest(WithThumb, DriveCase):
 
     def drive_far(self):
         self.go_to(Pose2(90.0))
-
-    def by_hand(self):
-        self.control.publish(False)
-        self.control.publish(True)
 
     def by_pad(self):
         self.thumb.press(A)
@@ -131,12 +132,12 @@ class StopsTest(WithThumb, DriveCase):
     def test_b_takes_what_a_hand_gave_and_a_hand_what_a_gave(self):
         self.move_to_goal()
         self.gamepad()
-        self.let_it_drive(self.by_hand)
+        self.let_it_drive(self.give_control)
         self.seen.wait_for('control_holder', lambda holder: holder == 'move_to_goal')
         self.is_stopped(self.thumb.press(B))
         self.control.publish(True)            # said before, and not taken back since
         self.is_stopped(rospy.get_time(), 0.0)
-        self.let_it_drive(self.by_hand)
+        self.let_it_drive(self.give_control)
         self.thumb.press(B)
         self.let_it_drive(self.by_pad)
         taken = rospy.get_time()
@@ -151,7 +152,7 @@ class StopsTest(WithThumb, DriveCase):
         True that a new connection repeats is."""
         student = self.student()
         node = self.move_to_goal()
-        self.let_it_drive(self.by_hand)
+        self.let_it_drive(self.give_control)
         self.let_pass(LATCHED_WITHIN)
         said = rospy.get_time()
         student.type('False')
@@ -197,7 +198,7 @@ class StopsTest(WithThumb, DriveCase):
             self.actions.publish(goal)
         for send in self.drive_far, by_action:
             send()
-            self.let_it_drive(self.by_hand)
+            self.let_it_drive(self.give_control)
             self.cancel()
             self.wait_for_state('gave up: canceled')
             self.declare()
@@ -235,20 +236,19 @@ class StopsTest(WithThumb, DriveCase):
 
     def test_nodes_that_slept_wait_to_be_told(self):
         mover = self.move_to_goal()
-        self.let_it_drive(self.by_hand)
+        self.let_it_drive(self.give_control)
         self.stands_after_sleep(mover)
-        self.let_it_drive(self.by_hand)
+        self.let_it_drive(self.give_control)
         mover.end()
         controller = self.start('turtlebot_controller.py')
         controller.wait_for('and Enter', STARTING)
-        self.wait_until_heard(self.turns)
-        self.wait_until_hears('controller', 'imu')
+        self.wait_until_turns_are_heard()
         self.let_it_drive(lambda: self.turns.publish(3600.0))
         self.stands_after_sleep(controller)
 
     def test_ctrl_z_stops_the_robot_before_it_stops_the_process(self):
         mover = self.move_to_goal()
-        self.let_it_drive(self.by_hand)
+        self.let_it_drive(self.give_control)
         asked = rospy.get_time()
         mover.send(signal.SIGTSTP)
         self.zero_since(asked, PROMPT)
@@ -267,7 +267,7 @@ class StopsTest(WithThumb, DriveCase):
                 self.closed_send_goal_cancels()
                 self.let_it_drive(self.drive_far)
             else:
-                self.wait_until_heard(self.turns)
+                self.wait_until_turns_are_heard()
                 self.let_it_drive(lambda: os.write(terminal, b'3600\n'))
             closed = rospy.get_time()
             os.close(terminal)
@@ -276,7 +276,7 @@ class StopsTest(WithThumb, DriveCase):
 
     def closed_send_goal_cancels(self):
         """The terminal of send_goal.py is closed; move_to_goal keeps control."""
-        self.let_it_drive(self.by_hand)
+        self.let_it_drive(self.give_control)
         terminal, process = run_in_terminal('send_goal.py', '90', '0', '0')
         self.addCleanup(process.kill)
         self.assertTrue(select.select([terminal], [], [], STARTING)[0], 'it tells no progress')
@@ -289,8 +289,7 @@ class StopsTest(WithThumb, DriveCase):
     def test_a_node_whose_terminal_takes_no_text_waits_to_be_told(self):
         """Ctrl+S: a node that prints there sleeps until Ctrl+Q."""
         node = self.start('turtlebot_controller.py', terminal=True)
-        self.wait_until_heard(self.turns)
-        self.wait_until_hears('controller', 'imu')
+        self.wait_until_turns_are_heard()
         heading = self.rest().yaw
         self.let_it_drive(lambda: self.turns.publish(180.0))
         node.type('\x13')     # Ctrl+S

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """A pad for tests: it publishes `joy` as joy_node does with autorepeat_rate."""
+import contextlib
 import threading
 import time
 from collections import deque
@@ -20,18 +21,20 @@ class Thumb:
     """A pad that repeats itself 20 times a second, with stamps."""
 
     def __init__(self, topic='joy'):
-        self.plugged = True
+        self.plugged, self.closed = True, False
         self._axes, self._buttons = [0.0] * 6, [0] * 8
         self._sent = deque(maxlen=20000)     # (time [s, monotonic], plugged)
         self._publisher = rospy.Publisher(topic, Joy, queue_size=20, tcp_nodelay=True)
         threading.Thread(target=self._repeat, daemon=True).start()
 
     def _repeat(self):
-        while not rospy.is_shutdown():
+        while not (self.closed or rospy.is_shutdown()):
             self._sent.append((time.monotonic(), self.plugged))
             if self.plugged:
-                self._send()
+                with contextlib.suppress(rospy.ROSException):    # the topic is closed
+                    self._send()
             rospy.rostime.wallsleep(PERIOD)
+        self._publisher.unregister()
 
     def _send(self):
         message = Joy(axes=list(self._axes), buttons=list(self._buttons))

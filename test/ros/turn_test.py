@@ -29,14 +29,15 @@ class TurnTest(NodeCase):
         super().setUpClass()
         cls.seen.watch('mouse_info', MouseController, to_mouse)
         cls.seen.watch('bad/mouse_info', MouseController)
-        cls.turn = rospy.Publisher('turn', Float64, queue_size=5)
         cls.seen.wait_for('ground_truth')
 
     def controller(self, **options):
         """A controller, ready; the only one."""
-        self.wait_until_unheard({self.turn: Float64(0.0)})
         node = self.start('turtlebot_controller.py', **options)
         node.wait_for('and Enter')
+        # after the controller, so that its first turn counts
+        self.turn = rospy.Publisher('turn', Float64, queue_size=5)
+        self.addCleanup(self.turn.unregister)
         self.wait_until_heard(self.turn)
         self.wait_until_hears('controller', 'imu')
         self.seen.forget('cmd_vel')

@@ -57,12 +57,14 @@ class TwoRobotsTest(NodeCase):
         for robot, goal in GOALS.items():
             self.seen.forget(robot + '/goal_state')
             self.goals[robot].publish(to_pose_stamped(goal, '', 0.0))
-        self.control['robot1'].publish(True)
+        for word in (False, True):    # a True alone may be older than the node
+            self.control['robot1'].publish(word)
         self.seen.wait_for('robot1/ground_truth', lambda truth: truth.distance_to(
             starts['robot1']) > 0.1, 30.0)
         # the robot without control stands
         self.assertLess(self.truth('robot2').distance_to(starts['robot2']), 1e-6)
-        self.control['robot2'].publish(True)
+        for word in (False, True):
+            self.control['robot2'].publish(word)
         for robot, goal in GOALS.items():
             self.seen.wait_for(robot + '/goal_state', lambda state: state == 'GOAL_REACHED', 30.0)
             self.seen.wait_for_rest(robot + '/ground_truth')

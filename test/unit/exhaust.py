@@ -106,7 +106,7 @@ def listens(world):
 
 
 #: Attributes that change with each step, and no decision depends on.
-IRRELEVANT = {'count', 'dropped', 'attempt', 'drives', 'tremble', 'law', '_law', '_localizer',
+IRRELEVANT = {'count', 'doubts', 'dropped', 'attempt', 'drives', 'tremble', 'law', '_law', '_localizer',
               'repeated_for', '_odometry_turned', '_pace', '_stalls', '_settling', '_time', '_ended',
               '_is_new', 'reading', '_longest_gap', '_config', '_model', '_sent', '_failed_before',
               '_tries_left', '_interrupted', 'begun', 'state', '_heading', '_asked', '_asked_by',

@@ -11,6 +11,7 @@ from tb3_labs.nodes.pad import PadConfig, read_pad
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.driver import Driver
+from tb3_labs.supervision.events import Connection, Event, Origins
 from tb3_labs.supervision.goal_requests import GoalRequest
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
@@ -35,8 +36,11 @@ class Process:
         self.stalled = False
         self.held = {}               # sender: until then its messages are held up
         self.waiting = {}
+        self.is_dead = False
 
     def send(self, sender, method, *details):
+        if self.is_dead:
+            return
         if self.asleep_since is not None or sender in self.held:
             self.waiting.setdefault(sender, []).append((method, details))
         else:
@@ -146,31 +150,59 @@ class Still:
         return []
 
 
+class Sender:
+    """A process that publishes ctrl_relinq. The letter of a process tells it from the one before,
+    which bore its name."""
+
+    def __init__(self, process='a', latches=False, renews=False):
+        self.process, self.latches, self.renews = process, latches, renews
+        self.word = None             # the last one
+
+
 class Mover(Process):
     """move_to_goal, with its sensors."""
 
-    def __init__(self, world, latched=(), has_control=False):
+    def __init__(self, world, has_control=False, connects_after=0.0):
+        """`connects_after`: until then it hears none of the senders that are there."""
         super().__init__(world)
+        self.origins, self.unheard = Origins(world.senders, world.now), set(world.senders)
+        self.ways, self.connects_at = {}, connects_after and world.now + connects_after
         self.core = MoveToGoalCore(Ahead(), has_control)
         self.core._localizer = Still()
         self.core.set_goal(Pose2(50.0))
         self.core.begin_control(world.now)
-        self.unheard = {name for name, _ in latched}
         self.oracle = GoalOracle(world.now)
         if has_control:
             self.oracle.hear(world.now, 'start', True, world.now)
-        self.has_control = False
-        for name, word in latched:
-            if word is not None:
-                self.on_word(name, word, False, None, is_old=True)
+        self.has_control = None      # its pads do not know yet
+        if not connects_after:
+            self.connect(sorted(world.senders))
 
-    def on_word(self, sender, word, renews, at, is_old=False):
-        """Of a sender that latches and was there before, the first word is doubtful."""
-        now, doubtful = self.world.now, sender in self.unheard
-        self.unheard.discard(sender)
-        if not is_old:
-            self.oracle.hear(now, sender, word, None if doubtful and word else self.at(at), renews)
-        self.core.told_control(word, now, sender, renews, doubtful, is_old)
+    def connect(self, names):
+        """From now on these senders are heard. What they have latched comes at once; only a False
+        from before this node's start does not count, see Permission."""
+        for name in names:
+            sender, is_old = self.world.senders[name], self.world.now == self.born_at
+            way = Connection(name, sender.process, self.world.now, sender.latches, sender.renews)
+            self.ways[name] = way
+            if sender.latches and sender.word is not None:
+                self.on_word(way, sender.word, None, is_old)
+
+    def on_word(self, way, word, at, is_old=False):
+        """A sender that latches, and was there before, is doubted at first."""
+        now, age = self.world.now, self.origins.age_of(way, self.world.now)
+        doubtful = way.sender in self.unheard and way.latches and not way.renews
+        self.unheard.discard(way.sender)
+        if word or not is_old:
+            self.oracle.hear(now, way.sender, word, None if doubtful and word else self.at(at),
+                             way.renews)
+        self.core.told_control(Event(word, now, way.sender, age, way.renews))
+
+    def forget(self, name):
+        """A new process has a new name, as rostopic's. Here it has the name of one that ended."""
+        self.origins._present -= {name}
+        self.origins._latest.pop(name, None)
+        self.core._permission._said.pop(name, None)
 
     def on_goal(self, sender, at):
         now, request = self.world.now, GoalRequest(AskedPose(Pose2(40.0)), sender)
@@ -202,6 +234,9 @@ class Mover(Process):
         if self.asleep_since is not None:
             return
         core, now = self.core, self.world.now
+        if self.connects_at and now >= self.connects_at - 1e-9:
+            self.connects_at = 0.0
+            self.connect(sorted(set(self.world.senders) - set(self.ways)))
         is_there = self.hear_robot()
         if is_there:
             core.on_odometry(OdometrySample(now, Pose2(self.tremble), 0.1, self.tremble), now)
@@ -209,7 +244,7 @@ class Mover(Process):
         core.update_control(now)
         if core.due(now):
             self.world.judge(core.command(now), self.oracle)
-        if core.control_stands is not self.has_control:
+        if core.control_stands is not self.has_control and not self.connects_at:
             self.has_control = core.control_stands
             for pad in self.world.pads:
                 pad.send('mover', 'on_control', self.has_control)
@@ -259,7 +294,7 @@ class Pad(Process):
 
     def tick(self):
         self.show()
-        if self.asleep_since is not None:
+        if self.is_dead or self.asleep_since is not None:
             return
         now = self.world.now
         self.core.update(now)
@@ -278,28 +313,42 @@ class Pad(Process):
 
     def say_word(self, word, at):
         self.said_at = self.world.now
-        self.world.tell(self.name, word, True, at)
+        for _ in range(1 if word else 2):    # as operator.ControlSender does
+            self.world.tell(self.name, word, at)
 
 
 class Turner(Process):
-    """controller, with its IMU."""
+    """controller, with its IMU. A script that repeats a turn may be there before it."""
 
     def __init__(self, world):
         super().__init__(world)
+        self.origins, self.script = Origins(['script'] * world.repeats, world.now), world.now
         self.core = ControllerCore(Turning())
         self.core.update(world.now)
         self.by_turn = GoalOracle(world.now)
         self.hands = world.hands
         self.by_mice = {name: HandOracle(world.now) for name in self.hands}
 
-    def on_turn(self, at):
-        self.core.update(self.world.now)
+    def forget_script(self):
+        """A new process has a new name."""
+        self.origins, self.script = Origins([], self.world.now), self.world.now
+        self.core._repetitions._requests.pop('script', None)
+
+    def on_turn(self, at, name='person'):
+        """A person asks for it, or a script, which began to repeat it at `at`, or before (None)."""
+        now = self.world.now
+        way = Connection(name, since=self.script if name == 'script' else self.born_at)
+        self.core.update(now)
+        if name == 'script' and at is not None:
+            self.by_turn.hear(now, 'turn', True, self.at(at))
+            self.by_turn.ask(now, 'goal')
         try:
-            self.core.ask(3600.0, self.world.now)
+            self.core.on_turn(Event(3600.0, now, name, self.origins.age_of(way, now)), now)
         except ValueError:
             return
-        self.by_turn.hear(self.world.now, 'turn', True, self.at(at))
-        self.by_turn.ask(self.world.now, 'goal')
+        if name == 'person':
+            self.by_turn.hear(now, 'turn', True, self.at(at))
+            self.by_turn.ask(now, 'goal')
 
     def on_mouse(self, name, active, y, at):
         """A mouse that is deactivated stops the others, too."""

@@ -78,7 +78,7 @@ class Panel(Process):
 
     def stop(self, at):
         """What ros_control.py sends: False, B, and a pad that is let go."""
-        self.world.tell(self.name, False, False, at)
+        self.world.tell(self.name, False, at)
         self.show(None, 1, 0.0, at, self.world.now)
         self.show(None, None, 0.0, self.world.now, self.world.now)
         self.on_taken()
@@ -177,11 +177,12 @@ class TwoPages(Labs):
         self.panel = Panel(self)
         self.pads = [PagePad(self, 'pad 0'), self.pads[1], self.panel]
         self.nodes = [self.mover] + self.pads
+        self.start_sender('panel')
         self.wait(1.0)
 
     @property
     def actors(self):
-        return self.nodes + list(self.pages.values())
+        return super().actors + list(self.pages.values())
 
     def passed(self):
         for page in self.pages.values() if self.panel else ():

@@ -5,7 +5,7 @@ An event is (words for a story, name of a method, its arguments). Units: seconds
 from types import SimpleNamespace
 
 from oracle import COMPARED, OVER, GoalOracle
-from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Turner, Turning
+from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Sender, Turner, Turning
 from tb3_labs.control.speed_laws import Twist2
 
 #: Stories begin then; so a number above half of it is a time, and no other number is.
@@ -159,41 +159,60 @@ class Labs(World):
     def __init__(self):
         super().__init__()
         self.mover, self.program = None, Program()
-        self.latched = {'student': None}
+        self.senders = {'student': Sender(latches=True)}
         self.start_mover(False)
-        self.pads = [Pad(self, 'pad {}'.format(number)) for number in range(self.PADS)]
-        self.nodes += self.pads
+        for number in range(self.PADS):
+            self.add_pad(number)
         self.wait(2.0 * LONG_AGO)
 
-    def start_mover(self, has_control):
-        # A terminal that repeats True by itself gives control to a node that is started meanwhile: it
-        # cannot be told from one in which a person types (doc/instructor/failures.md).
-        self.latched.pop('terminal', None)
-        self.mover = Mover(self, sorted(self.latched.items()), has_control)
+    @property
+    def actors(self):
+        return self.nodes + [self.senders, self.program]
+
+    def start_mover(self, has_control, connects_after=0.0):
+        self.mover = Mover(self, has_control, connects_after)
         self.nodes = [self.mover] + self.pads
 
-    def tell(self, sender, word, renews, at):
+    def start_sender(self, name, **how):
+        """A new process, which is connected at once. What the one before it sent is lost."""
+        way = self.mover.ways.get(name)
+        self.senders[name] = Sender('b' if way and way.process == 'a' else 'a', **how)
+        if not self.mover.connects_at or name not in self.mover.origins._present:
+            self.mover.connect([name])
+
+    def tell(self, name, word, at):
         """A word on ctrl_relinq."""
-        self.mover.send(sender, 'on_word', sender, word, renews, at)
+        self.senders[name].word = word
+        if name in self.mover.ways:
+            self.mover.send(name, 'on_word', self.mover.ways[name], word, at)
         for pad in self.pads:
-            if pad.name != sender and not word:
+            if pad.name != name and not word:
                 pad.send('others', 'on_taken')
-        self.latched[sender] = word
 
     def student(self, word):
-        self.tell('student', word, False, self.now)
+        self.tell('student', word, self.now)
 
-    def repeat(self):
-        """rostopic pub -r goes on: nobody says anything."""
-        if 'terminal' not in self.latched:
-            return NOTHING
-        self.tell('terminal', self.latched['terminal'], False, None)
-
-    def by_terminal(self, word, is_new):
+    def by_terminal(self, word, is_new, name='terminal'):
         """rostopic pub, in a new process or in one that said something before."""
         if is_new:
-            self.mover.core._permission._said.pop('terminal', None)
-        self.tell('terminal', word, False, self.now)
+            self.mover.forget(name)
+            self.start_sender(name)
+        elif name not in self.senders:
+            return NOTHING
+        self.tell(name, word, self.now)
+
+    def repeat(self):
+        """rostopic pub -r says True, and repeats it until it is ended; see :meth:`passed`."""
+        if 'repeater' in self.senders:
+            del self.senders['repeater']
+            return
+        self.by_terminal(True, True, 'repeater')
+
+    def passed(self):
+        """A moment has passed."""
+        self.program.pass_to(self)
+        if 'repeater' in self.senders:
+            self.tell('repeater', True, None)
 
     def goal(self):
         """A person sends a goal."""
@@ -209,8 +228,6 @@ class Labs(World):
             self.mover.send('program', 'on_goal', 'program', self.now)
             self.wait(program.PERIOD + 0.01)
 
-    def passed(self):
-        self.program.pass_to(self)
 
     def cancel(self, after=0.0):
         self.wait(after)
@@ -222,7 +239,7 @@ class Labs(World):
     def press(self, number, button):
         """A short press."""
         pad = self.pads[number]
-        if not pad.plugged:
+        if pad.is_dead or not pad.plugged:
             return NOTHING
         for pad.button in (button, None):
             pad.show()
@@ -247,22 +264,31 @@ class Labs(World):
             return NOTHING
         pad.plugged = plugged
 
-    def start_pad(self, number):
-        """The old node has died: its messages under way are lost."""
-        name = self.pads[number].name
+    def add_pad(self, number):
+        """A gamepad node starts. It hears what is latched."""
+        name = 'pad {}'.format(number)
         self.mover.waiting.pop(name, None)
-        self.pads[number] = Pad(self, name)
-        self.nodes[1 + number] = self.pads[number]
+        self.start_sender(name, latches=True, renews=True)
+        self.pads[number:number + 1] = [Pad(self, name)]
+        self.nodes = [self.mover] + self.pads
+        if self.mover.has_control is not None:
+            self.pads[number].on_control(self.mover.has_control)
+        if any(sender.latches and sender.word is False for sender in self.senders.values()):
+            self.pads[number].on_taken()
 
-
-    @property
-    def actors(self):
-        return self.nodes + [self.program]
+    def end_pad(self, number):
+        """Its node has died."""
+        if self.pads[number].is_dead:
+            return NOTHING
+        self.pads[number].is_dead = True
 
     def ask_anew(self):
         """A person asks for motion in each way; Unheard if nothing moves."""
         self.repeat_goal(False)
-        for pad in self.pads:
+        for number, pad in enumerate(self.pads):
+            if pad.is_dead:
+                self.add_pad(number)
+            pad = self.pads[number]
             pad.plugged, pad.stick, pad.button = True, 0.0, None
         self.calm()
         self.goal()
@@ -310,7 +336,9 @@ class Senders(Labs):
     EVENTS = PASSING + MOVER + [
         ('move_to_goal is killed and started with control', 'start_mover', True),
         ('the same terminal says True', 'by_terminal', True, False),
-        ('the terminal repeats its word', 'repeat'),
+        ('rostopic pub -r begins to say True, or ends', 'repeat'),
+        ('move_to_goal is killed and started, and connects late', 'start_mover', False, 1.95),
+        ('it is started with control, and connects late', 'start_mover', True, 1.95),
         ('the student says True', 'student', True), ('the student says False', 'student', False)]
 
 
@@ -322,7 +350,7 @@ class OnePad(Labs):
         ('A', 'press', 0, 0), ('B', 'press', 0, 1),
         ('the stick is pushed', 'push', 0, 1.0), ('the stick is let go', 'push', 0, 0.0),
         ('the pad is pulled out', 'plug', 0, False), ('the pad is plugged in', 'plug', 0, True),
-        ('gamepad is killed and started', 'start_pad', 0),
+        ('gamepad dies', 'end_pad', 0), ('gamepad is started anew', 'add_pad', 0),
         ('the clock of the pad is set back', 'set_back', 0)] + held_up(
             'the gamepad', 0, 'pad 0') + held_up('the pad', 1, 'joy')
 
@@ -395,10 +423,12 @@ class MouseAndTurns(World):
     EDGES = {'mouse': 1.0}       # by the names of the mice
     EVENTS = WAITING + sleeping('controller', 0) + mouse('mouse', 1.0) + [
         ('a turn is asked for', 'turn'),
+        ('rostopic pub -r begins to ask for turns, or ends', 'repeat'),
         ('controller is killed and started', 'start')] + held_up('the mouse', 0, 'mouse')
 
     def __init__(self):
         super().__init__()
+        self.repeats = False
         self.hands = {name: [False, 0.0] for name in self.EDGES}    # active, y
         self.start()
         self.wait(2.0 * LONG_AGO)
@@ -410,6 +440,12 @@ class MouseAndTurns(World):
 
     def turn(self):
         self.nodes[0].send('turns', 'on_turn', self.now)
+
+    def repeat(self):
+        self.repeats = not self.repeats
+        if self.repeats:
+            self.nodes[0].forget_script()
+            self.nodes[0].send('script', 'on_turn', self.now, 'script')
 
     def set(self, name, what, value):
         if self.hands[name][what] == value:
@@ -433,7 +469,9 @@ class MouseAndTurns(World):
         self.nodes[0].send(name, 'on_mouse', name, *self.hands[name], self.now)
 
     def passed(self):
-        """An active mouse repeats itself."""
+        """An active mouse repeats itself, and a script its turn."""
+        if self.repeats:
+            self.nodes[0].send('script', 'on_turn', None, 'script')
         for name, (active, _) in self.hands.items():
             if active:
                 self.show(name)

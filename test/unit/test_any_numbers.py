@@ -19,6 +19,7 @@ from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.ros.conversions import to_mouse, to_pose2, to_quaternion
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample
+from tb3_labs.supervision.events import Event
 
 BURGER = robot_model('burger')
 FINITE = st.floats(-3.0, 3.0) | st.floats(allow_nan=False, allow_infinity=False)
@@ -84,8 +85,8 @@ class Driven:
         elif what == 'clock':
             self.now += math.fmod(a, 3.0)
         elif what == 'grant':
-            self.mover.told_control(False, self.now, 'hand')
-            self.mover.told_control(a > 0.0, self.now, 'hand')
+            self.mover.told_control(Event(False, self.now, 'hand'))
+            self.mover.told_control(Event(a > 0.0, self.now, 'hand'))
         else:
             try:
                 if what == 'goal':

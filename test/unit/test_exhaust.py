@@ -7,12 +7,12 @@ from played_worlds import (
     Goals, GoneRobot, LatePad, LateTurns, MouseAndTurns, OnePad, Senders, TwoMice, TwoPads)
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.mouse_reader import Mouse
+from tb3_labs.supervision.events import Age, Origins
 from tb3_labs.supervision.freshness import Lateness, SleepWatch
 from tb3_labs.supervision.goal_requests import GoalRequests
 from tb3_labs.supervision.lost_or_stalled import SensorWatch
-from tb3_labs.supervision.permission import Permission
 
-TOLD, UPDATE, HEARD = Permission.told, SensorWatch.update, Mouse.heard
+AGE_OF, UPDATE, HEARD = Origins.age_of, SensorWatch.update, Mouse.heard
 
 
 @pytest.mark.parametrize('kind, depth', [
@@ -32,9 +32,22 @@ def test_no_long_story_moves_a_robot_against_the_rule(kind):
     assert sum(found.drives for found in told_of) >= 5
 
 
-def believing(self, granted, now, sender='', renews=False, *_doubts):
+def believing(self, way, now):
     """A latched True gives control."""
-    TOLD(self, granted, now, sender, renews)
+    age = AGE_OF(self, way, now)
+    return Age.NEW if age in (Age.OLD, Age.LATCHED) else age
+
+
+def unrepeated(self, way, now):
+    """Only what is latched may be old."""
+    age = AGE_OF(self, way, now)
+    return Age.NEW if age is Age.REPEATED else age
+
+
+def nameless(self, way, now):
+    """What a process said binds the next one that bears its name."""
+    age = AGE_OF(self, way, now)
+    return Age.NEW if age is Age.RESTARTED else age
 
 
 def only_falling(self, stamp, arrival):
@@ -65,7 +78,9 @@ def one_for_all(self, active, x, y, now, name='', stamp=0.0):
 
 
 @pytest.mark.parametrize('kind, owner, method, defect, number, deeds', [
-    (Senders, Permission, 'told', believing, 2, 'student let_pass'),
+    (Senders, Origins, 'age_of', believing, 2, 'student let_pass'),
+    (Senders, Origins, 'age_of', unrepeated, 3, 'repeat start_mover let_pass'),
+    (OnePad, Origins, 'age_of', nameless, 4, 'press end_pad let_pass'),
     (Senders, SleepWatch, 'update', sleepless, 3, 'sleep by_terminal let_pass'),
     (OnePad, Lateness, 'of', only_falling, 1, 'set_back press push'),
     (GoneRobot, SensorWatch, 'update', forgetful, 3, 'press go_and_come let_pass'),

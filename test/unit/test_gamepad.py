@@ -111,7 +111,7 @@ def test_full_stick_is_the_robots_own_limit_or_the_scale_that_is_set(config, sti
 
 
 def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
-    assert pad.holder is GAMEPAD and not pad.controller.messages.grants and pad.said() == [False]
+    assert pad.holder is GAMEPAD and not pad.controller.messages.grants and pad.said() == []
     assert not pad.controller.take_reset()
     pad.press(A)
     assert pad.holder is GOAL and pad.controller.messages.grants and pad.said() == [True]
@@ -123,6 +123,19 @@ def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
     assert BURGER_FULL.linear > pad.run(0.5, sticks=(1.0, 1.0))[-1].linear > 0.0
     first = [time for time, command in pad.sent if command is not None][0]
     assert first - taken >= HAND_BACK - 0.06
+
+
+@pytest.mark.parametrize('repeats', [True, False])
+def test_a_stick_that_rests_outside_its_dead_zone_is_named_once(repeats):
+    pad = Pad(repeats=repeats)
+    pad.controller = GamepadCore(PadConfig(), BURGER)
+    pad.run(2.9, sticks=(0.0, 0.12))
+    assert not warned(pad.controller, 'No stick drives')
+    pad.run(10.0)
+    assert [news.text for news in pad.controller.take_news()] == [
+        'No stick drives: axis 3 is at 0.12, beyond dead_zone 0.08. Let go of it; if it rests '
+        'there, set a larger dead_zone']
+    assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
 
 
 @pytest.mark.parametrize('silence, drives', [(0.2, True), (0.3, False)])

@@ -20,6 +20,7 @@ from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
+from tb3_labs.supervision.events import Event
 
 PERIOD = 0.02
 
@@ -183,11 +184,11 @@ def reset_in_a_spin(robot_config, rate=1.0, after=None):
 
     spin(0.0, 1.0)
     if after is not None:
-        navigator.told_control(True, robot.now)
+        navigator.told_control(Event(True, robot.now))
         navigator.set_goal(after)
         while navigator.status(robot.now).active:
             run(robot, navigator, hear, 0.1)
-        navigator.told_control(False, robot.now)
+        navigator.told_control(Event(False, robot.now))
     spin(0.0, 1.0 + rng.random())
     spin(rate, 1.0 + rng.random())
     there, reset = robot.truth, navigator.reset(AskedPose(Pose2()), robot.now)

@@ -14,6 +14,7 @@ from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.nodes.move_to_goal_core import GoalStaysEnded, MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.freshness import RESUME_TIME
 from tb3_labs.supervision.goal_requests import SENDER_PAUSE, GoalRequest
 
@@ -32,7 +33,7 @@ class Robot:
 
     def control(self, granted, sender='hand'):
         """A sender gives or takes control."""
-        self.core.told_control(granted, self.now, sender)
+        self.core.told_control(Event(granted, self.now, sender))
 
     def ask(self, pose, sender='person', in_odom=False, **goal_id):
         """A goal of the action arrives."""
@@ -273,7 +274,7 @@ def test_renewals_of_what_was_given_leave_the_attempt_as_it_was():
     robot = driving()
     attempt = robot.status.attempt
     for _ in range(10):
-        robot.core.told_control(True, robot.now, 'hand', True)
+        robot.core.told_control(Event(True, robot.now, 'hand', renews=True))
         assert None not in robot.run(0.05)
     assert robot.status.attempt == attempt
 
@@ -475,7 +476,7 @@ def test_after_a_stand_the_law_is_told_that_its_drive_was_interrupted(stand):
 
     def renewed():
         for _ in range(4):
-            robot.core.told_control(True, robot.now, 'pad', renews=True)
+            robot.core.told_control(Event(True, robot.now, 'pad', renews=True))
             robot.run(0.1)
     renewed()
     assert law.times == 0

@@ -3,11 +3,9 @@ import itertools
 
 import pytest
 
+from tb3_labs.supervision.events import Age, Connection, Event, Origins
 from tb3_labs.supervision.freshness import RENEWAL, SleepWatch
 from tb3_labs.supervision.permission import LAPSE, Permission
-
-#: A word that a sender repeats to a new connection.
-OLD = {'is_doubtful': True, 'is_old': True}
 
 
 class Senders:
@@ -21,10 +19,13 @@ class Senders:
         self.sensor_problem = ''
         self._next = {}
 
+    def hear(self, sender, word, age=Age.NEW, renews=False):
+        self.permission.told(Event(word, self.now, sender, age, renews))
+
     def say(self, sender, word):
         """A word of a hand, or of a pad, whose name begins with 'pad'."""
         renews = sender.startswith('pad')
-        self.permission.told(word, self.now, sender, renews)
+        self.hear(sender, word, renews=renews)
         if renews:
             (self.renewing.add if word else self.renewing.discard)(sender)
             self._next[sender] = self.now + RENEWAL
@@ -37,7 +38,7 @@ class Senders:
             for sender in sorted(self.renewing):
                 if self.now >= self._next[sender]:
                     self._next[sender] = self.now + RENEWAL
-                    self.permission.told(True, self.now, sender, True)
+                    self.hear(sender, True, renews=True)
             self.permission.update(self.now)
             self.permission.look(self.sensor_problem)
             might = might or self.permission.granted
@@ -46,7 +47,7 @@ class Senders:
     def at_once(self, times, sender='pad'):
         """A pad says True so often in no time, as after a stall of the network."""
         for _ in range(times):
-            self.permission.told(True, self.now, sender, True)
+            self.hear(sender, True, renews=True)
 
     def give_anew(self, sender):
         """A False and a True; may the robot be driven then?"""
@@ -142,7 +143,7 @@ def test_the_time_in_which_a_node_starts_is_no_sleep(begins):
     permission.update(1000.0)
     if begins:
         permission.sleep.start(1002.5)
-    permission.told(True, 1002.5, 'hand')
+    permission.told(Event(True, 1002.5, 'hand'))
     assert permission.granted is begins
 
 
@@ -172,7 +173,7 @@ def test_what_a_node_hears_as_it_wakes_is_no_grant_but_a_stop(senders, word):
     senders.say('hand', True)
     senders.run(1.0)
     senders.now += 5.0
-    senders.permission.told(word, senders.now, 'another hand')
+    senders.hear('another hand', word)
     assert not senders.granted and not senders.run(5.0)
     assert senders.warned('it may have been given while this node did not run') is word
     senders.say('a third hand', True)
@@ -200,7 +201,7 @@ def test_renewals_that_were_held_up_later_do_no_harm(senders):
 
 
 def test_what_was_given_before_this_node_lived_is_no_grant(senders):
-    senders.permission.told(True, senders.now, 'pad', True, **OLD)
+    senders.hear('pad', True, Age.OLD, renews=True)
     assert senders.warned('Control was given by pad before this node could hear it')
     senders.renewing.add('pad')
     senders._next['pad'] = 0.0
@@ -253,7 +254,7 @@ def test_a_grant_that_is_older_than_this_node_or_its_waking_does_not_count(sende
 def test_a_grant_that_was_under_way_when_somebody_else_stopped_the_robot(
         senders, late, stopper, counts):
     """A False of the same sender came before it, in order."""
-    senders.permission.told(False, senders.now, stopper)
+    senders.hear(stopper, False)
     senders.run(0.01)
     senders.say('pad', False)
     senders.say('pad', True)
@@ -266,20 +267,66 @@ def test_what_was_taken_before_this_node_lived_is_no_stop():
     """The sender's False was older than the start with control."""
     senders = Senders()
     senders.permission = Permission(granted=True)
-    senders.permission.told(False, senders.now, 'pad', True, **OLD)
+    senders.hear('pad', False, Age.OLD, renews=True)
     assert senders.run(1.0) and senders.granted
     assert senders.permission.take_news() == []
 
 
-@pytest.mark.parametrize('stands, is_old', [(False, False), (True, False), (True, True)])
-def test_a_latched_true_is_doubted_and_a_latched_false_stops(senders, stands, is_old):
+@pytest.mark.parametrize('stands, age', [
+    (False, Age.REPEATED), (False, Age.LATCHED), (True, Age.LATCHED), (True, Age.OLD)])
+def test_a_doubtful_true_gives_nothing_and_a_doubtful_false_stops(senders, stands, age):
     """It may be old, or the first message of a sender that was connected all the time."""
     if stands:
         senders.say('hand', True)
-    senders.permission.told(True, senders.now, 'student', is_doubtful=True, is_old=is_old)
+    senders.hear('student', True, age)
+    senders.hear('student', True)      # it repeats itself
     assert senders.run(0.5) is stands
-    senders.permission.told(False, senders.now, 'student', is_doubtful=True, is_old=is_old)
+    senders.hear('student', False, age)
     assert not senders.granted and not senders.run(5.0)
+    assert senders.give_anew('student')
+
+
+def test_what_an_earlier_process_said_does_not_bind_one_that_bears_its_name(senders):
+    """A pad that died while it gave is started again, and A is pressed."""
+    senders.say('pad', True)
+    assert senders.run(1.0)
+    senders.renewing.clear()
+    senders.run(3.0)
+    senders.hear('pad', True, Age.RESTARTED, renews=True)
+    senders.renewing.add('pad')
+    assert senders.run(0.25) and senders.permission.count == 2
+
+
+# How old is a message? ---------------------------------------------------------------------------
+
+HERE = Connection('/a', 'http://a:1', since=100.0)
+
+
+@pytest.mark.parametrize('present, way, now, age', [
+    ([], HERE, 100.1, Age.NEW),                              # rostopic pub -1
+    (['/a'], HERE, 101.9, Age.REPEATED),                     # rostopic pub -r 5, since before
+    (['/a'], HERE, 102.1, Age.NEW),                          # a person types
+    (['/a'], HERE._replace(since=150.0), 151.9, Age.REPEATED),     # connected late
+    (['/a'], HERE._replace(renews=True, latches=True), 100.4, Age.REPEATED),
+    (['/a'], HERE._replace(renews=True, latches=True), 102.1, Age.NEW),
+    (['/a'], HERE._replace(latches=True), 100.2, Age.OLD),
+    (['/a'], HERE._replace(since=150.0, latches=True), 150.1, Age.LATCHED),
+    (['/a'], HERE._replace(latches=True), 160.0, Age.LATCHED)])
+def test_the_first_message_of_a_sender_may_be_older_than_the_node(present, way, now, age):
+    origins = Origins(present, 100.0)
+    assert origins.age_of(way, now) is age
+    assert origins.age_of(way, now) is Age.NEW
+
+
+@pytest.mark.parametrize('change, now, age', [
+    ({}, 200.2, Age.REPEATED), ({}, 203.0, Age.NEW), ({'latches': True}, 203.0, Age.LATCHED),
+    ({'process': 'http://a:2'}, 200.2, Age.REPEATED),        # it is respawned, and repeats True
+    ({'process': 'http://a:2'}, 203.0, Age.RESTARTED),
+    ({'process': 'http://a:2', 'renews': True, 'latches': True}, 200.2, Age.RESTARTED)])
+def test_after_a_lost_connection_or_a_restart_of_the_sender(change, now, age):
+    origins = Origins([], 100.0)
+    origins.age_of(HERE, 101.0)
+    assert origins.age_of(HERE._replace(since=200.0, **change), now) is age
 
 
 # A process that did not run: noticed at the next look at the clock, and once ----------------------

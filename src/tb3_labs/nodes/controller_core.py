@@ -15,6 +15,7 @@ from tb3_labs.nodes.mouse_reader import Mouse
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.driver import DRIVERS, Driver, DriverEvent
+from tb3_labs.supervision.events import REPEATS_WITHIN, Event, Repetitions
 from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, SleepWatch
 from tb3_labs.supervision.lost_or_stalled import SensorWatch, Sight, StallWatch
 
@@ -83,6 +84,7 @@ class ControllerCore:
         self._turn: Optional[AskedTurn] = None        # driven, or to be judged at rest
         self._carried = 0.0                      # error of the turn before, to be corrected [rad]
         self.mouse = Mouse()
+        self._repetitions = Repetitions()        # of turns
         self._mouse_is_new = False               # True: a command is due
         self._mouse_told = False                 # was its user told how to use a lost mouse?
         self._news = NewsDesk()
@@ -134,6 +136,17 @@ class ControllerCore:
             self._news.tell('The mouse was active before: move it to the middle of the screen to '
                             'use it')
 
+    def on_turn(self, turn: 'Event[float]', now: float) -> None:
+        """Turn, as another node asks, see :meth:`ask`; not if it only repeats what it asked before
+        this node could hear it, or before a stop."""
+        doubts = self._repetitions.count(turn)
+        if not doubts:
+            self.ask(turn.what, now)
+        elif doubts == 1:
+            self._news.tell('A turn of {} only repeats an earlier one, and does not count: pause '
+                            'for {:.0f} s, then ask again'.format(turn.sender, REPEATS_WITHIN),
+                            warning=True)
+
     def ask(self, degrees: float, now: float) -> None:
         """Turn by `degrees`, left positive; to be called after :meth:`update`.
 
@@ -157,8 +170,10 @@ class ControllerCore:
         """Give up a turn if this process slept for long during it, and release a mouse that is
         lost. `now` as in :meth:`on_mouse`."""
         self._sleep.update(now)
-        if self._sleep.slept_for > RESUME_TIME and self.driver is Driver.TURN:
-            self._happens(DriverEvent.TURN_OVER, self._sleep.in_words())
+        if self._sleep.slept_for > RESUME_TIME:
+            self._repetitions.stop()
+            if self.driver is Driver.TURN:
+                self._happens(DriverEvent.TURN_OVER, self._sleep.in_words())
         was_active, silence = self.mouse.active, self.mouse.silence(now)
         if self._sleep.slept_for or silence:
             self.mouse.lose(now)
@@ -289,6 +304,8 @@ class ControllerCore:
         before, self.driver = self.driver, DRIVERS.get((self.driver, event), self.driver)
         if self.driver is Driver.MOUSE:
             self._carried = 0.0
+        if reason:
+            self._repetitions.stop()
         is_over = before is Driver.TURN and self.driver is not Driver.TURN
         if is_over and reason and self._turn is not None:
             self._news.tell('Turn given up {:.0f} degrees before its end: {}'.format(

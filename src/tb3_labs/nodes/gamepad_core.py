@@ -11,6 +11,7 @@ set. Without that rate, a stick that is held still looks like a lost pad, and bo
 
 Units: seconds on a clock that never stands still and never goes back (`now`), m/s, rad/s.
 """
+import math
 from typing import List, Optional
 
 from tb3_labs.control.speed_laws import Twist2, saturate
@@ -22,6 +23,8 @@ from tb3_labs.supervision.holder import HOLDERS, ControlMessages, Holder, Holder
 
 #: After taking the robot back the pad waits until move_to_goal has stopped [s].
 HAND_BACK = 0.15
+#: If the sticks do not come to rest for this long, and so do not drive, the operator is told [s].
+RESTLESS = 3.0
 
 
 class GamepadCore:
@@ -38,6 +41,7 @@ class GamepadCore:
         self._silent_until = 0.0
         self._is_new = False         # something changed, so a command is due
         self._reset_asked = False    # by a press that was not taken yet
+        self._restless_since = math.inf    # the sticks drive nothing, and are not at rest
         self._news = NewsDesk()
 
     # -- what comes in
@@ -84,9 +88,17 @@ class GamepadCore:
         """Look at the clock: a pad at rest is ready once it has been heard for long enough."""
         self._look_at_clock(now)
         state = self._pad.state
-        if self.holder is Holder.NOBODY and state is not None and state.at_rest and (
-                not self._config.has_hold and self._pad.is_current(now)):
-            self._happens(HolderEvent.READY, now)
+        if self.holder is not Holder.NOBODY or state is None or self._config.has_hold:
+            self._restless_since = math.inf
+        elif state.at_rest:
+            self._restless_since = math.inf
+            if self._pad.is_current(now):
+                self._happens(HolderEvent.READY, now)
+        else:
+            self._restless_since = min(self._restless_since, now)
+            if now - self._restless_since > RESTLESS:
+                self._restless_since = math.nan    # it is told once
+                self._tell_restless(state)
 
     # -- what comes out
 
@@ -187,6 +199,13 @@ class GamepadCore:
     @property
     def _again(self) -> str:
         return 'press the hold button' if self._config.has_hold else 'let go of the sticks'
+
+    def _tell_restless(self, state: PadState) -> None:
+        config, (axes, _) = self._config, state.sent
+        axis = max(config.linear_axis, config.angular_axis, key=lambda each: abs(axes[each]))
+        self._news.tell('No stick drives: axis {} is at {:.2f}, beyond dead_zone {:g}. Let go of '
+                        'it; if it rests there, set a larger dead_zone'.format(
+                            axis, axes[axis], config.dead_zone), warning=True)
 
     def _tell_loss(self, now: float) -> None:
         hint = '' if self._pad.repeats else (

@@ -8,7 +8,7 @@ Units: seconds on the receiver's clock (`now`), metres, radians; poses in the lo
 """
 import math
 from dataclasses import dataclass
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Dict, List, Optional, Tuple
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.goal_machine import DrivingLaw, GoalMachine
@@ -22,6 +22,7 @@ from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
+from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.freshness import Freshness
 from tb3_labs.supervision.goal_requests import GoalRequest, GoalRequests
 from tb3_labs.supervision.lost_or_stalled import SURELY_DRIVES, SURELY_TURNS, SensorWatch, Sight
@@ -176,10 +177,10 @@ class MoveToGoalCore:
         """From now on senders of control can be heard; `now` as in permission.Permission."""
         self._permission.begin(now)
 
-    def told_control(self, granted: bool, now: float, *details: Any, **more: Any) -> None:
-        """A sender gives control, or takes it; arguments as in permission.Permission.told."""
-        self._permission.told(granted, now, *details, **more)
-        self.update_control(now)
+    def told_control(self, word: 'Event[bool]') -> None:
+        """A sender gives control, or takes it."""
+        self._permission.told(word)
+        self.update_control(word.at)
 
     def update_control(self, now: float) -> None:
         """Check whether the permission still holds, also before a goal is set; `now` as in

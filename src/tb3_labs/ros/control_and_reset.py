@@ -29,13 +29,10 @@ class ControlTaker:
         self._has_control = None
         self._publisher = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
 
-    def hear(self, told):
-        """Call `told(granted, **details)` for each message; see permission.Permission.told."""
-        def hear(event):
-            told(event.value.data, sender=event.sender, renews=event.renews,
-                 is_doubtful=event.is_doubtful, is_old=event.is_old)
-
-        subscribe_events('ctrl_relinq', Bool, hear)
+    @staticmethod
+    def hear(told):
+        """Call ``told(event)`` with the Event of each message; see permission.Permission.told."""
+        subscribe_events('ctrl_relinq', Bool, told)
 
     def say(self, has_control):
         """Publish whether move_to_goal has control, if that has changed."""

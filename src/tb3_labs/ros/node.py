@@ -38,7 +38,7 @@ import rosgraph
 import rospy
 
 from tb3_labs.ros.clocks import say_if_no_clock_comes, wait_until
-from tb3_labs.ros.rospy_internals import hear_all_publishers
+from tb3_labs.ros.rospy_internals import hear_all_publishers, note_connections
 
 #: Time between two looks for a master [s].
 MASTER_PERIOD = 0.5
@@ -75,6 +75,7 @@ def run(name, make_node):
         rospy.set_param(ROSOUT_PARAMETER, False)
         rospy.get_param_cached(ROSOUT_PARAMETER)
         hear_all_publishers()
+        note_connections()
         say_if_no_clock_comes()
         node = make_node()    # noqa: F841 (it lives as long as this name)
         take_ctrl_z()

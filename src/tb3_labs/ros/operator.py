@@ -52,7 +52,7 @@ class ControlSender:
 def hear_takers(on_taken):
     """Call `on_taken()` when another node publishes False."""
     def hear(event):
-        if not event.value.data and event.sender != rospy.get_name():
+        if not event.what and event.sender != rospy.get_name():
             on_taken()
 
     subscribe_events('ctrl_relinq', Bool, hear)

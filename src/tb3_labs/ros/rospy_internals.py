@@ -4,17 +4,20 @@ They are those of rospy 1.15.15 (Debian 12). Each docstring names the part, what
 it, and the test that fails if the part changes. If it names no test, an AttributeError shows the
 change: a node does not start, or ends at once.
 """
+import time
 from io import BytesIO
 
 import rospy
 from rospy.impl import registration
+from rospy.impl.tcpros_base import TCPROSTransport
 from rospy.msg import serialize_message
 
 
 def connection_of(message):
     """The header of a message's connection: a dict of strings, the same object for all messages of
     one connection. 'callerid' is the sender. 'latching' is '1' if the sender's last message is sent
-    to each new connection first. A stop must know both.
+    to each new connection first. A stop must know both. :func:`note_connections` adds
+    'connected_at' and 'process'.
     """
     return message._connection_header
 
@@ -23,6 +26,25 @@ def sender_of(header):
     """The name of the sender with this header of a connection; '' without one. It may be a stranger's
     text, so it is short, and without effect on a terminal."""
     return ''.join(letter for letter in header.get('callerid', '') if letter.isprintable())[:100]
+
+
+def note_connections():
+    """Let the header of each connection tell since when it exists ('connected_at', on
+    clocks.steady_time) and to which process ('process'); to be called before a node subscribes.
+
+    Only this shows whether a sender may be repeating what it said before, or is a new process: a
+    repeated True would drive the robot after a restart (TCPROSTransport's `_validate_header` and
+    `endpoint_id`; test/ros/starts.test).
+    """
+    validate = TCPROSTransport._validate_header
+
+    def noted(self, header):
+        header.update(connected_at=time.clock_gettime(time.CLOCK_BOOTTIME),
+                      process=self.endpoint_id)
+        validate(self, header)
+
+    if validate.__name__ != noted.__name__:
+        TCPROSTransport._validate_header = noted
 
 
 def is_wall_time():

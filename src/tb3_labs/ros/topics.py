@@ -7,19 +7,17 @@ message loses events: a node reads delayed messages all at once.
 """
 import math
 import time
-from typing import Any, NamedTuple
 
 import rosgraph
 import rospy
 
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.node import guarded
-from tb3_labs.ros.rospy_internals import connection_of, is_wall_time
+from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
+from tb3_labs.supervision.events import Age, Connection, Event, Origins
 
 #: Time between two warnings of invalid messages on one topic [s].
 INVALID_TOLD = 1.0
-#: A message that was latched before a node began to listen arrives within this time [s].
-LATCHED_WITHIN = 0.3
 #: In the header of a sender that renews its permission: if it dies, the permission expires, even
 #: before the first renewal.
 RENEWS = {'renewed': '1'}
@@ -65,27 +63,14 @@ def sent_at(message):
     return message.header.stamp.to_sec() if is_wall_time() else 0.0
 
 
-class Event(NamedTuple):
-    """A message with its sender and its connection."""
-
-    value: Any
-    sender: str
-    renews: bool         # the sender renews what it says, see RENEWS
-    is_doubtful: bool    # latched, and perhaps sent before: it must not move a robot
-    is_old: bool         # latched, and sent before this node started
-
-
-def subscribe_events(topic, kind, callback, read=None):
-    """Returns a guarded subscriber whose `callback` gets every message as an Event; see
-    :func:`subscribe`."""
-    replays = _Replays(rospy.resolve_name(topic))
+def subscribe_events(topic, kind, callback, read=lambda message: message.data):
+    """Returns a guarded subscriber whose `callback` gets every message, as `read` reads it, as an
+    events.Event; see :func:`subscribe`."""
+    to_age = _ages(topic)
 
     def to_event(message):
-        header = connection_of(message)
-        is_doubtful, is_old = replays.judge(header)
-        value = message if read is None else read(message)
-        return Event(value, header.get('callerid', ''), RENEWS.items() <= header.items(),
-                     is_doubtful, is_old)
+        way, at = way_of(message), steady_time()
+        return Event(read(message), at, way.sender, to_age(way, at), way.renews)
 
     return subscribe(topic, kind, callback, to_event, queue_size=None)
 
@@ -96,45 +81,31 @@ def subscribe_news(topic, kind, callback, queue_size=None):
 
 
 def only_news(topic, callback):
-    """Returns a function that gives messages of `topic` to `callback`, but drops doubtful ones with
-    a warning."""
-    replays = _Replays(rospy.resolve_name(topic))
+    """Returns a function that gives messages of `topic` to `callback`, but drops latched ones that
+    are doubtful with a warning."""
+    to_age = _ages(topic)
 
     def hear(message):
-        header = connection_of(message)
-        is_doubtful, _ = replays.judge(header)
-        if is_doubtful:
+        way = way_of(message)
+        if to_age(way, steady_time()) in (Age.LATCHED, Age.OLD):
             rospy.logwarn('%s: a message of %s from before this node could hear it does not count; '
-                          'say it again', rospy.resolve_name(topic), header.get('callerid', ''))
+                          'say it again', rospy.resolve_name(topic), way.sender)
         else:
             callback(message)
 
     return hear
 
 
-class _Replays:
-    """Finds latched messages that may be older than this node, or than a connection that was lost.
+def _ages(topic):
+    """Returns events.Origins.age_of for the senders of a topic."""
+    return Origins(publishers_of(rospy.resolve_name(topic)), steady_time()).age_of
 
-    Each connection has a thread of its own; threads of different senders use different entries.
-    """
 
-    def __init__(self, topic):
-        # what these have latched is older than this node, even if it takes long to connect
-        self._before, self._begun_at = publishers_of(topic), steady_time()
-        self._headers = {}    # {sender: header of its latest connection}
-
-    def judge(self, header):
-        """Returns (is doubtful, is old) for a message of the connection with this header."""
-        sender = header.get('callerid', '')
-        known = self._headers.get(sender)
-        self._headers[sender] = header
-        if header.get('latching') != '1' or known is header:
-            return False, False
-        was_there = known is None and sender in self._before
-        # A sender repeats its latched message as soon as it is connected. If it has not sent
-        # anything before, its first message comes later, and is new.
-        is_old = was_there and steady_time() - self._begun_at < LATCHED_WITHIN
-        return was_there or known is not None, is_old
+def way_of(message):
+    """The events.Connection on which a message arrived."""
+    header = connection_of(message)
+    return Connection(sender_of(header), header['process'], header['connected_at'],
+                      header.get('latching') == '1', RENEWS.items() <= header.items())
 
 
 def publishers_of(topic):

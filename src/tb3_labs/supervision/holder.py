@@ -57,13 +57,13 @@ HOLDERS = {
 
 class ControlMessages:
     """The messages of one pad for `ctrl_relinq`: True gives the robot to move_to_goal, False takes
-    it. The first one is False: a pad that has just started gives nothing.
+    it. A pad that has just started says nothing: no person has pressed anything.
     """
 
     def __init__(self) -> None:
         #: Does move_to_goal have control by this pad? Then the pad must renew its permission.
         self.grants = False
-        self._waiting = [False]
+        self._waiting: List[bool] = []
         self._given_at = -math.inf      # time of the last unanswered True
         #: Time at which control was taken from move_to_goal, by anyone [s].
         self.stopped_at = -math.inf

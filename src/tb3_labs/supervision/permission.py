@@ -14,9 +14,9 @@ a person gives the machine anew):
   `RESUME_TIME` (or `ROBOT_START`, while they were never there).
 * If this process did not run for longer than `LONGEST_LAPSE`, all grants have expired. A True that
   it hears while it wakes from a sleep does not count: it may be older than a stop.
-* A stop is never doubted, only a grant. A latched True may have been sent before this node could
-  hear it: it gives nothing, until a False and then a True follow. A latched False that is older
-  than this node does not take the permission that was given at the start.
+* A stop is never doubted, only a grant. A doubtful True (:mod:`tb3_labs.supervision.events`) gives
+  nothing, until a False and then a True follow. A latched False that is older than this node does
+  not take the permission that was given at the start.
 * A True does not count if it was sent more than `LONGEST_LAPSE` ago, before another sender's False,
   or before this node started or woke. If renewals of a sender that renews arrive faster than one in
   each `RENEWAL`, its True was delayed.
@@ -30,6 +30,7 @@ import math
 from typing import Dict, List, Set
 
 from tb3_labs.news import News, NewsDesk
+from tb3_labs.supervision.events import Age, Event
 from tb3_labs.supervision.freshness import (
     LONGEST_LAPSE, RENEWAL, RESUME_TIME, ROBOT_START, SleepWatch)
 
@@ -115,17 +116,16 @@ class Permission:
             for grant in self._grants.values():
                 grant.has_robot = True
 
-    def told(self, granted: bool, now: float, sender: str = '', renews: bool = False,
-             is_doubtful: bool = False, is_old: bool = False) -> None:
-        """`sender` said True or False now; `renews`: it renews its grant, else it gives once.
-
-        `is_doubtful`: the message was latched, and may be older than this node; `is_old`: it surely
-        is older.
-        """
+    def told(self, word: 'Event[bool]') -> None:
+        """A sender says True or False. It renews its grant, or gives once (`word.renews`)."""
+        now, sender, granted = word.at, word.sender, word.what
         self.update(now)
+        if word.age is Age.RESTARTED:    # another process bore this name before
+            self._said.pop(sender, None)
+            self._grants.pop(sender, None)
         repeated, self._said[sender] = granted and self._said.get(sender, False), granted
-        if is_old and not granted and not any(self._grants):    # '' is the grant at the start
-            return
+        if word.age is Age.OLD and not granted and not any(self._grants):
+            return    # '' is the grant at the start
         if not granted:
             self._stops = {other: at for other, at in self._stops.items()
                            if now - at <= LONGEST_LAPSE}
@@ -134,14 +134,14 @@ class Permission:
             self._refused.discard(sender)
         elif sender in self._grants:
             self._grants[sender].renewed(now)
-        elif is_doubtful:
+        elif word.age.is_doubtful:
             self._refuse(sender, 'Control was given by {} before this node could hear it, and does '
                          'not count: False, then True, gives it again')
         elif self.sleep.is_waking:
             self._refuse(sender, 'Control from {} does not count: it may have been given while '
                          'this node did not run. False, then True, gives it again')
         elif not repeated:
-            self._grants[sender] = _Grant(now, renews)
+            self._grants[sender] = _Grant(now, word.renews)
             self._refused.discard(sender)
             self.count += 1
         elif not self.stands:

@@ -1,0 +1,121 @@
+"""What may be the act of a person: a True, a False, a turn. One Event for each message.
+
+The door makes the Event when the message arrives, and the rules read its fields. Only a request
+that makes the robot move is ever doubted. A stop counts however it arrives.
+
+A message is doubtful if it may repeat one from before this node could hear its sender: if it is the
+first on a connection to a sender that was there before, or was heard before. A latched message is
+doubtful at any time. Another one is doubtful only for `REPEATS_WITHIN` after the connection: a
+repetition falls into that time, and a person who acts later says something new.
+
+Units: seconds on a clock that never stands still and never goes back (`at`).
+"""
+import math
+from dataclasses import dataclass
+from enum import Enum
+from typing import Dict, Generic, Iterable, NamedTuple, TypeVar
+
+#: A sender that repeats a message does so within this time [s].
+REPEATS_WITHIN = 2.0
+#: A message that was latched before a node began to listen arrives within this time [s]. If the
+#: connection takes longer, the message may be newer.
+LATCHED_WITHIN = 0.3
+
+What = TypeVar('What')
+
+
+class Age(Enum):
+    """The age of a message, compared with the node that hears it."""
+
+    NEW = 'it was sent after this node could hear its sender'
+    RESTARTED = 'the same, by a new process that bears the name of an earlier sender'
+    REPEATED = 'it may repeat a message from before this node could hear its sender'
+    LATCHED = 'the same, and its sender latches'
+    OLD = 'it was latched before this node began to listen'
+
+    @property
+    def is_doubtful(self) -> bool:
+        """May it be older than this node, or than a lost connection?"""
+        return self in (Age.REPEATED, Age.LATCHED, Age.OLD)
+
+
+@dataclass(frozen=True)
+class Event(Generic[What]):
+    """A message: what was said, when it arrived [s], by whom; `renews`: the sender announces that
+    it renews what it gives."""
+
+    what: What
+    at: float
+    sender: str = ''
+    age: Age = Age.NEW
+    renews: bool = False
+
+
+class Repetitions:
+    """Finds requests that only go on with what was doubtful, or was stopped: the same again from
+    the same sender, without a pause of `REPEATS_WITHIN`."""
+
+    def __init__(self) -> None:
+        self._requests: Dict[str, _Request] = {}    # by sender
+
+    def count(self, event: Event) -> int:
+        """The number of doubtful requests up to this one; 0 if it counts."""
+        last = self._requests.get(event.sender)
+        if last is None or last.what != event.what or event.at - last.at > REPEATS_WITHIN:
+            last = self._requests[event.sender] = _Request(event.what)
+        else:
+            last.is_repeated = True
+        last.at = event.at
+        last.is_doubted = last.is_doubted or event.age.is_doubtful
+        last.doubts += last.is_doubted
+        return last.doubts
+
+    def stop(self) -> None:
+        """A stop: what is being repeated, twice or more, counts no longer."""
+        for last in self._requests.values():
+            last.is_doubted = last.is_doubted or last.is_repeated
+
+
+class _Request:
+    """The last request of one sender, as long as it is not changed, and without a pause."""
+
+    def __init__(self, what: object) -> None:
+        self.what, self.at = what, -math.inf
+        self.is_repeated = self.is_doubted = False
+        self.doubts = 0
+
+
+class Connection(NamedTuple):
+    """The way on which the messages of one sender arrive."""
+
+    sender: str
+    process: str = ''         # another one may bear the same name later
+    since: float = -math.inf  # the time at which it was made [s]
+    latches: bool = False     # the sender repeats its last message to each new connection
+    renews: bool = False      # see Event
+
+
+class Origins:
+    """Tells the Age of each message of one topic, by the connection on which it arrives."""
+
+    def __init__(self, present: Iterable[str], now: float) -> None:
+        """This node begins to listen now; `present`: the senders that were there before."""
+        self._present, self._begun_at = frozenset(present), now
+        self._latest: Dict[str, Connection] = {}    # by the senders' names
+
+    def age_of(self, way: Connection, now: float) -> Age:
+        """The Age of a message that has arrived `way` now."""
+        before = self._latest.get(way.sender)
+        self._latest[way.sender] = way
+        if before == way or (before is None and way.sender not in self._present):
+            return Age.NEW
+        is_restarted = before is not None and before.process != way.process
+        if is_restarted and way.renews:    # it says nothing before a person acts
+            return Age.RESTARTED
+        if way.latches and before is None and now - self._begun_at < LATCHED_WITHIN:
+            return Age.OLD    # if it had said nothing before, its first message would come later
+        if way.latches and not way.renews:
+            return Age.LATCHED
+        if now - way.since < REPEATS_WITHIN:
+            return Age.REPEATED
+        return Age.RESTARTED if is_restarted else Age.NEW

@@ -1,0 +1,83 @@
+#!/usr/bin/env python3
+"""The order in which nodes start decides nothing, and what merely repeats gives nothing."""
+import signal
+import unittest
+
+import rospy
+from std_msgs.msg import Bool, Float64
+
+from node_case import STARTING, Program, run_as_node
+from starts import Stage
+from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.rospy_internals import heard_by
+from thumb import A, B
+
+class StartsTest(unittest.TestCase):
+
+    def stage(self):
+        stage = Stage()
+        self.addCleanup(stage.close)
+        return stage
+
+    def test_all_at_once(self):
+        """Beside a controller; test/benchmark/starts.py tries every order."""
+        stage = self.stage()
+        stage.start_all(('controller', 'panel', 'gamepad', 'move_to_goal', 'turtlebot3'), 0.0, True)
+        self.assertEqual(stage.outcome('drives'), 'drives')
+
+    def test_a_pad_that_starts_late_says_nothing_and_its_b_takes(self):
+        """Its node is stopped while it registers, so that it connects late."""
+        stage = self.stage()
+        stage.start_all(('turtlebot3', 'move_to_goal'), 0.0, True)
+        pad = stage.start('gamepad')
+        wait_until(lambda: 'gamepad' in str(rospy.get_published_topics()), STARTING)
+        pad.send(signal.SIGSTOP)
+        self.assertEqual(stage.outcome('drives'), 'drives')
+        pad.send(signal.SIGCONT)
+        pad.wait_for('move_to_goal drives: press B to take the robot back')
+        self.assertEqual(stage.outcome('drives'), 'drives')
+        stage.thumb.press(B)
+        stage.seen.wait_for(stage.control, lambda has_control: not has_control)
+        self.assertEqual(stage.outcome('stands'), 'was stopped')
+        pad.kill()       # A of the next one counts at once
+        again = stage.start('gamepad')
+        again.wait_for('The gamepad drives')
+        stage.thumb.press(A)
+        stage.seen.wait_for(stage.control, lambda has_control: has_control)
+
+    def test_a_true_that_is_only_repeated_drives_no_node_that_starts_anew(self):
+        stage = self.stage()
+        words = stage.name + '/ctrl_relinq'
+        repeater = Program(['rostopic', 'pub', '-r', '5', words, 'std_msgs/Bool', 'true'])
+        self.addCleanup(repeater.kill)
+        wait_until(lambda: words in str(rospy.get_published_topics()), STARTING)
+        stage.start_all(('turtlebot3', 'move_to_goal'), 0.0, False)
+        stage.nodes['move_to_goal'].wait_for('before this node could hear it')
+        self.assertEqual(stage.outcome('stands'), 'stands')
+        person = rospy.Publisher(words, Bool, queue_size=5)
+        wait_until(lambda: heard_by(person), STARTING)
+        person.publish(True)
+        self.assertEqual(stage.outcome('drives'), 'drives')
+        stage.nodes['move_to_goal'].end(signal.SIGKILL)
+        stage.seen.forget(stage.commands)
+        stage.start('move_to_goal').wait_for('before this node could hear it')
+        self.assertEqual(stage.outcome('stands'), 'stands')
+
+    def test_a_turn_that_is_only_repeated_turns_no_controller_that_starts_anew(self):
+        stage = self.stage()
+        turns = stage.name + '/turn'
+        repeater = Program(['rostopic', 'pub', '-r', '5', turns, 'std_msgs/Float64', '90'])
+        self.addCleanup(repeater.kill)
+        wait_until(lambda: turns in str(rospy.get_published_topics()), STARTING)
+        stage.start_all(('turtlebot3', 'controller'), 0.0, False)
+        stage.nodes['controller'].wait_for('only repeats an earlier one')
+        self.assertEqual(stage.outcome('stands'), 'stands')
+        self.assertEqual(stage.nodes['controller'].text.count('only repeats an earlier one'), 1)
+        person = rospy.Publisher(turns, Float64, queue_size=5)
+        wait_until(lambda: heard_by(person), STARTING)
+        person.publish(90.0)
+        stage.nodes['controller'].wait_for('Turning 90 degrees')
+
+
+if __name__ == '__main__':
+    run_as_node('starts', StartsTest)
