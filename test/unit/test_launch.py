@@ -107,6 +107,11 @@ def test_each_parameter_of_the_simulated_robot_can_be_set(name, robot_set):
         0.1, 'bad', 'waffle']
 
 
+@pytest.mark.parametrize('name', ['fake_robot', 'imu_sub', 'turn', 'move2goal', 'gamepad', 'demo'])
+def test_the_page_has_the_port_that_was_given(name):
+    assert loaded(name, 'web:=true', 'port:=9000').params['/panel/port'].value == 9000
+
+
 @pytest.mark.parametrize('web, nodes', [('true', {'panel'}), ('false', {'mouse'})])
 def test_the_page_takes_the_mouses_place(web, nodes):
     names = {node.name for node in loaded('turn', 'web:=' + web).nodes}
