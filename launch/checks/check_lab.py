@@ -29,13 +29,13 @@ import rosunit
 from roslib.packages import find_node
 
 from tb3_labs.command_line import write_output
-from tb3_labs.marking.criteria import NOT_TRIED, Outcome, judge
-from tb3_labs.marking.evidence import remarks_on
+from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
+from tb3_labs.marking.trial.evidence import remarks_on
 from tb3_labs.marking.feedback import diagnosis
-from tb3_labs.marking.gamepad import HANDOUT, pad_called
+from tb3_labs.marking.labs.gamepad import HANDOUT, pad_called
 from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
-from tb3_labs.marking.ros_stage import try_out
-from tb3_labs.marking.ros_student_node import Launch
+from tb3_labs.marking.trial.ros_stage import try_out
+from tb3_labs.marking.trial.ros_student_node import Launch
 from tb3_labs.report.cause import hints
 
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'

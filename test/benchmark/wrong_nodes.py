@@ -217,11 +217,11 @@ def observe(folder, rows, jobs):
 
 def told(folder, lab, name):
     """(points lost, the first sentence, the hint, all remarks) of the check."""
-    from tb3_labs.marking.criteria import Outcome, judge
-    from tb3_labs.marking.evidence import remarks_on
+    from tb3_labs.marking.labs.criteria import Outcome, judge
+    from tb3_labs.marking.trial.evidence import remarks_on
     from tb3_labs.marking.feedback import diagnosis
     from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
-    from tb3_labs.marking.observation import Observation
+    from tb3_labs.marking.trial.observation import Observation
     from tb3_labs.report import hints
     seen = Observation.from_json((folder / lab / 'marks' / 'logs' / (name + '.json')).read_text())
     marks = Marks(name, seen.node, judge(LABS[lab].criteria, seen, points_of(lab, read_points(None)),

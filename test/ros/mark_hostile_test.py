@@ -18,7 +18,7 @@ from pathlib import Path
 
 import rospkg
 
-from tb3_labs.marking import processes
+from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox
 
 from rosunit_internals import rosrun

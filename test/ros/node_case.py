@@ -21,7 +21,7 @@ from observer import Observer
 from rosunit_internals import Hiccups, rosrun
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import interpolate
-from tb3_labs.marking import processes
+from tb3_labs.marking.trial import processes
 from tb3_labs.ros.conversions import to_pose2
 
 PACKAGE = 'tb3_labs'

@@ -6,13 +6,13 @@ import pytest
 
 from test_marking import observation, stimulus
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import gamepad, move2goal
-from tb3_labs.marking.criteria import NOT_TRIED, Outcome, judge
-from tb3_labs.marking.evidence import remarks_on
+from tb3_labs.marking.labs import gamepad, move2goal
+from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
+from tb3_labs.marking.trial.evidence import remarks_on
 from tb3_labs.marking.marks import LABS
-from tb3_labs.marking.observation import Observation, Run, Stimulus
-from tb3_labs.marking.ros_types import mouse_fields
-from tb3_labs.marking.turn import EACH_TURN, MOUSE_PLACES
+from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
+from tb3_labs.marking.trial.ros_types import mouse_fields
+from tb3_labs.marking.labs.turn import EACH_TURN, MOUSE_PLACES
 
 #: A node that ends with a traceback, after it has said goodbye.
 CRASH = '''Bye

@@ -12,10 +12,10 @@ from right_runs import RIGHT, right_run
 from student_runs import played, text_of, turn_scene
 from test_marking import turned as robot_that_turned
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.criteria import Outcome, Verdict
+from tb3_labs.marking.labs.criteria import Outcome, Verdict
 from tb3_labs.marking.feedback import diagnosis
 from tb3_labs.marking.marks import Marks
-from tb3_labs.marking.observation import (
+from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, Observation, Run, Stimulus)
 from tb3_labs.report.cause import hints
 from tb3_labs.report.cause.diagnosed_drives import Seen, apart

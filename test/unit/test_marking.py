@@ -12,16 +12,17 @@ import pytest
 import yaml
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import imu, move2goal, processes, ros_move2goal, turn
+from tb3_labs.marking.labs import imu, move2goal, ros_move2goal, turn
+from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox, submissions
-from tb3_labs.marking.criteria import Criterion, Place, judge
+from tb3_labs.marking.labs.criteria import Criterion, Place, judge
 from tb3_labs.marking.feedback import Table, feedback, moments, overview
 from tb3_labs.marking.marks import LABS, Marks, points_of
-from tb3_labs.marking.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
-from tb3_labs.marking.processes import BoundedText
-from tb3_labs.marking.gamepad import pad_called, pad_in_words
-from tb3_labs.marking.ros_gamepad import AXES, PAD_BUTTONS_SENT
-from tb3_labs.marking.ros_stage import SCRIPTS, changed
+from tb3_labs.marking.trial.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
+from tb3_labs.marking.trial.processes import BoundedText
+from tb3_labs.marking.labs.gamepad import pad_called, pad_in_words
+from tb3_labs.marking.labs.ros_gamepad import AXES, PAD_BUTTONS_SENT
+from tb3_labs.marking.trial.ros_stage import SCRIPTS, changed
 from tb3_labs.nodes.pad import PadConfig
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]

@@ -61,7 +61,7 @@ def test_a_pad_and_criteria_are_added_as_the_page_says(tmp_path):
     edit(new, 'reset_button: 3', 'reset_button: 4')
 
     for lab in LABS:
-        with (copy / 'src' / 'tb3_labs' / 'marking' / (lab + '.py')).open('a') as file:
+        with (copy / 'src' / 'tb3_labs' / 'marking' / 'labs' / (lab + '.py')).open('a') as file:
             file.write(CRITERION)
         edit(copy / 'launch' / 'checks' / 'points.yaml', '\n{}:\n'.format(lab),
              '\n{}:\n  polite: 2\n'.format(lab))

@@ -10,7 +10,7 @@ import genpy
 import pytest
 from tb3_labs.marking.intake import messages
 from tb3_labs.marking.intake.messages import build
-from tb3_labs.marking.ros_types import Types
+from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.intake.sandbox import NoSandbox
 from tb3_labs.msg import MouseController
 from tb3_labs.srv import SetInitialPose

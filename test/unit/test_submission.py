@@ -20,8 +20,8 @@ from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.lab_names import NODES
 from tb3_labs.marking.intake.packages import NoNode, SourceFile, choose, find_node, is_aside, source_of
 from tb3_labs.marking.intake.reading import Reading, _read, read
-from tb3_labs.marking.ros_gamepad import is_origin, is_unit
-from tb3_labs.marking.ros_move2goal import fill_pose
+from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
+from tb3_labs.marking.labs.ros_move2goal import fill_pose
 from tb3_labs.marking.ros_marker import forget_overlays
 from tb3_labs.marking.intake.sandbox import NoSandbox
 from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare

@@ -11,7 +11,8 @@ import pytest
 import yaml
 
 from test_marking import TABLE, marks_of, observation, turned
-from tb3_labs.marking import feedback, marks_folder, turn
+from tb3_labs.marking import feedback, marks_folder
+from tb3_labs.marking.labs import turn
 from tb3_labs.marking.feedback import Table, results
 from tb3_labs.marking.intake.submissions import chosen, submissions_in
 from tb3_labs.marking.marks import Marks, from_record, points_of, to_record

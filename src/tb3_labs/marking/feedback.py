@@ -19,9 +19,9 @@ from html import escape
 from typing import Any, Dict, List, Sequence
 from urllib.parse import quote
 
-from tb3_labs.marking.criteria import NOT_TRIED, Outcome
+from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
 from tb3_labs.marking.marks import NOT_JUDGED, Marks
-from tb3_labs.marking.observation import GOAL_POSE, Observation
+from tb3_labs.marking.trial.observation import GOAL_POSE, Observation
 from tb3_labs.report.cause import hints
 from tb3_labs.report.cause.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.page.tables import Markup, document, safe, table

@@ -20,10 +20,10 @@ import rospkg
 import yaml
 
 from tb3_labs.command_line import reason
-from tb3_labs.marking import gamepad, imu, move2goal, turn
-from tb3_labs.marking.criteria import Criterion, Outcome, Verdict
+from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
+from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, TURN
-from tb3_labs.marking.observation import Observation
+from tb3_labs.marking.trial.observation import IMU_TOPIC, JOY, ODOM, Observation
 
 #: The words for marks that could not be given.
 NOT_JUDGED = 'not judged'

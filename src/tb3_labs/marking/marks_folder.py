@@ -21,7 +21,7 @@ from tb3_labs.command_line import output_folder, printable, reason, write_output
 from tb3_labs.marking.feedback import Table, feedback, overview, results
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.marks import KEY, LABS, NOT_JUDGED, Marks, from_record, to_record
-from tb3_labs.marking.observation import LONGEST, Observation
+from tb3_labs.marking.trial.observation import LONGEST, Observation
 from tb3_labs.marking.intake.sandbox import OWN_PACKAGE, UNPROTECTED
 
 #: Names of files.

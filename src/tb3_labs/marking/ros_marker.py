@@ -15,18 +15,18 @@ from pathlib import Path
 from typing import Dict, List, Mapping, MutableMapping, Sequence
 
 from tb3_labs.command_line import reason, write_output
-from tb3_labs.marking.criteria import judge
-from tb3_labs.marking.evidence import remarks_on
-from tb3_labs.marking.gamepad import HANDOUT, pad_called, pad_in_words
+from tb3_labs.marking.labs.criteria import judge
+from tb3_labs.marking.trial.evidence import remarks_on
+from tb3_labs.marking.labs.gamepad import HANDOUT, pad_called, pad_in_words
 from tb3_labs.marking.intake.submissions import (
     Refused, Submission, chosen, is_zip, submissions_in, without_wrapping)
 from tb3_labs.marking.lab_names import GAMEPAD, NODES
 from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
 from tb3_labs.marking.marks_folder import MarkedClass, MarkingInterrupted, MarksFolder, tell
-from tb3_labs.marking.observation import Observation
-from tb3_labs.marking.processes import IDENTITY, MODULES, PREFIXES, sweep
+from tb3_labs.marking.trial.observation import Observation
+from tb3_labs.marking.trial.processes import IDENTITY, MODULES, PREFIXES, sweep
 from tb3_labs.marking.intake.reading import Reading, read, unpack_class
-from tb3_labs.marking.ros_student_node import ALWAYS, VARIABLE, Launch
+from tb3_labs.marking.trial.ros_student_node import ALWAYS, VARIABLE, Launch
 from tb3_labs.marking.intake.sandbox import UNPROTECTED, NoSandbox, Sandbox
 from tb3_labs.marking.intake.sandbox import problem as sandbox_problem
 from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare

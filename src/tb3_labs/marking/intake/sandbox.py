@@ -25,7 +25,7 @@ from typing import Dict, Iterable, List, Mapping
 
 import rospkg
 
-from tb3_labs.marking.processes import IDENTITY, MODULES, PREFIXES
+from tb3_labs.marking.trial.processes import IDENTITY, MODULES, PREFIXES
 
 OWN_PACKAGE = 'tb3_labs'
 #: The parts of this package for a student's program: messages, services, and files to find them.

@@ -23,7 +23,7 @@ from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.imports import GIVEN
 from tb3_labs.marking.intake.messages import build
 from tb3_labs.marking.intake.packages import MANIFEST, MESSAGES, NAME
-from tb3_labs.marking.processes import MODULES
+from tb3_labs.marking.trial.processes import MODULES
 from tb3_labs.marking.intake.reading import Reading
 from tb3_labs.marking.intake.sandbox import OWN_PACKAGE, NoSandbox
 

@@ -5,7 +5,7 @@ mistake. A mistake fits if all movements are as it says; a run is right if all a
 say. Mistakes that do not show in the way that a robot takes are found by the commands. Nothing is
 known of the node's text, of its start and its end, of the numbers of a pad's buttons, and of
 persons who drive: a mistake needs evidence that no right node gives, whatever they do. The marking
-makes such a run of what it saw (see :mod:`tb3_labs.marking.observation`), so that a mark, a check
+makes such a run of what it saw (see :mod:`tb3_labs.marking.trial.observation`), so that a mark, a check
 and a report say the same.
 
 Units: metres, radians, seconds since the recording's start.

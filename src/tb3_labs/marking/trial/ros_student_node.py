@@ -20,11 +20,11 @@ import rosnode
 import rospy
 import rosservice
 
-from tb3_labs.marking.criteria import START_TIME
-from tb3_labs.marking.observation import Run
-from tb3_labs.marking.ros_robot import ROBOT
-from tb3_labs.marking.processes import Program, ResourceWatch, waited_for_processor
-from tb3_labs.marking.ros_types import Types
+from tb3_labs.marking.labs.criteria import START_TIME
+from tb3_labs.marking.trial.observation import Run
+from tb3_labs.marking.trial.ros_robot import ROBOT
+from tb3_labs.marking.trial.processes import Program, ResourceWatch, waited_for_processor
+from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.intake.sandbox import OWN_FOLDERS, NoSandbox
 from tb3_labs.ros.clocks import wait_until
 

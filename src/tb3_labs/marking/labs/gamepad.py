@@ -5,11 +5,11 @@ from pathlib import Path
 import rospkg
 import yaml
 
-from tb3_labs.marking.criteria import (ANGULAR, AT_ONCE, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING,
+from tb3_labs.marking.labs.criteria import (ANGULAR, AT_ONCE, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING,
                                        STOPS_AT_ONCE, STOPS_WHEN_LOST, THUMB, Criterion,
                                        Place, ends_cleanly, opposite, starts, steers, stops_robot,
                                        stops_when_silent)
-from tb3_labs.marking.observation import NotSeen, Observation
+from tb3_labs.marking.trial.observation import NotSeen, Observation
 from tb3_labs.nodes.pad import PadConfig
 
 #: The parts of the lab.

@@ -11,14 +11,14 @@ import rospy
 from std_msgs.msg import Bool, Empty
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking import move2goal as asked
-from tb3_labs.marking.move2goal import (
+from tb3_labs.marking.labs import move2goal as asked
+from tb3_labs.marking.labs.move2goal import (
     ANSWER_TIME, ASTRAY, DRIVE_TIME, PROBLEM, REACTION, TAKES_EFFECT, TURNED, WATCHED)
-from tb3_labs.marking.observation import (
+from tb3_labs.marking.trial.observation import (
     CTRL_RELINQ, GOAL_POSE, LOCAL_T_WORLD, LONGEST, MOVED, RESTED, WAS_MOVING)
-from tb3_labs.marking.observation import RESET as ROBOTS_RESET
-from tb3_labs.marking.ros_robot import ODOM_SWITCH, RESTS
-from tb3_labs.marking.ros_student_node import OFFERS
+from tb3_labs.marking.trial.observation import RESET as ROBOTS_RESET
+from tb3_labs.marking.trial.ros_robot import ODOM_SWITCH, RESTS
+from tb3_labs.marking.trial.ros_student_node import OFFERS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
 

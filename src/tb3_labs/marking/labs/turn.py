@@ -5,12 +5,12 @@ from typing import Iterable, NamedTuple, Sequence
 
 import numpy as np
 
-from tb3_labs.marking.criteria import (
+from tb3_labs.marking.labs.criteria import (
     ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE,
     STOPS_WHEN_LOST, TURN_LAB, Criterion, Place, ends_cleanly, first_missed, opposite, says, starts,
     steers, stops_robot, stops_when_silent)
-from tb3_labs.marking.evidence import STILL_DEG, idle
-from tb3_labs.marking.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
+from tb3_labs.marking.trial.evidence import STILL_DEG, idle
+from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
 
 #: The parts of the lab.
 TURNS, MOUSE, BOTH, SHUTDOWN, LOST = 'turns', 'mouse', 'both', 'shutdown', 'lost'

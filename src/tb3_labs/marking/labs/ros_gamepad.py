@@ -16,11 +16,11 @@ from rospy.msg import AnyMsg
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 
-from tb3_labs.marking import gamepad as asked
-from tb3_labs.marking.gamepad import HELD, RESET_TIME, SAYS
-from tb3_labs.marking.observation import CTRL_RELINQ, JOY
-from tb3_labs.marking.ros_move2goal import NAMES
-from tb3_labs.marking.ros_robot import UNDER_WAY, Repeater
+from tb3_labs.marking.labs import gamepad as asked
+from tb3_labs.marking.labs.gamepad import HELD, RESET_TIME, SAYS
+from tb3_labs.marking.trial.observation import CTRL_RELINQ, JOY
+from tb3_labs.marking.labs.ros_move2goal import NAMES
+from tb3_labs.marking.trial.ros_robot import UNDER_WAY, Repeater
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import connection_of
 

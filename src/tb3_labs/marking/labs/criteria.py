@@ -10,10 +10,10 @@ from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.marking.evidence import CTRL_C, idle
-from tb3_labs.marking.observation import (
+from tb3_labs.marking.trial.evidence import CTRL_C, idle
+from tb3_labs.marking.trial.observation import (
     WAS_MOVING, NotOffered, NotSeen, NotTried, Observation, Scene)
-from tb3_labs.marking.printed import NOT_THEIRS
+from tb3_labs.marking.trial.printed import NOT_THEIRS
 
 
 #: Stands for a reason that was given before.

@@ -15,14 +15,14 @@ from dynamic_reconfigure.encoding import decode_config, encode_config
 from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
-from tb3_labs.marking import ros_gamepad, ros_move2goal, ros_turn
-from tb3_labs.marking.criteria import AT_ONCE, ENDING, SIGNAL, TOOK
-from tb3_labs.marking.evidence import CTRL_C
+from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
+from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, SIGNAL, TOOK
+from tb3_labs.marking.trial.evidence import CTRL_C
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, NODES, TURN
-from tb3_labs.marking.observation import LONGEST, TRUTH, WAS_MOVING, Observation, Stimulus
-from tb3_labs.marking.ros_robot import (ROBOT, SWITCHES, UNDER_WAY, WELL_UNDER_WAY, Recorder,
+from tb3_labs.marking.trial.observation import LONGEST, TRUTH, WAS_MOVING, Observation, Stimulus
+from tb3_labs.marking.trial.ros_robot import (ROBOT, SWITCHES, UNDER_WAY, WELL_UNDER_WAY, Recorder,
                                         RobotHand)
-from tb3_labs.marking.ros_student_node import StudentNode
+from tb3_labs.marking.trial.ros_student_node import StudentNode
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.topics import subscribe
 

@@ -20,7 +20,7 @@ from sensor_msgs.msg import Imu
 
 from tb3_labs.geometry.angles import clamp, continuous, difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.observation import CMD_VEL, IMU_TOPIC, ODOM
+from tb3_labs.marking.trial.observation import CMD_VEL, IMU_TOPIC, ODOM
 from tb3_labs.report.bag.messages import LEVELS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_twist

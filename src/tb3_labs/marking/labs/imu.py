@@ -3,10 +3,10 @@ import re
 from typing import List
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
-from tb3_labs.marking.criteria import (CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME,
+from tb3_labs.marking.labs.criteria import (CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME,
                                        Criterion, Place, ends_cleanly, says, starts)
-from tb3_labs.marking.evidence import unprinted
-from tb3_labs.marking.observation import NotSeen, Observation
+from tb3_labs.marking.trial.evidence import unprinted
+from tb3_labs.marking.trial.observation import NotSeen, Observation
 
 #: The parts of the lab.
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'

@@ -14,7 +14,7 @@ import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.printed import counted, exceptions, last_words
+from tb3_labs.marking.trial.printed import counted, exceptions, last_words
 from tb3_labs.report.run_data import (
     Commands, ImuSamples, LogLines, OdometrySamples, Poses, RunData, States, Values)
 

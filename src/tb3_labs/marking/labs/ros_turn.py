@@ -7,13 +7,13 @@ from geometry_msgs.msg import Quaternion
 from sensor_msgs.msg import Imu
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
-from tb3_labs.marking import imu as asked_imu
-from tb3_labs.marking import turn as asked
-from tb3_labs.marking.observation import ASKED_DEG, MOUSE_INFO, MOVED, RESTED, WAS_MOVING
-from tb3_labs.marking.ros_robot import IMU_SWITCH, WELL_UNDER_WAY, Repeater
-from tb3_labs.marking.ros_student_node import LISTENS
-from tb3_labs.marking.ros_types import mouse_fields
-from tb3_labs.marking.turn import LEFT
+from tb3_labs.marking.labs import imu as asked_imu
+from tb3_labs.marking.labs import turn as asked
+from tb3_labs.marking.trial.observation import ASKED_DEG, MOUSE_INFO, MOVED, RESTED, WAS_MOVING
+from tb3_labs.marking.trial.ros_robot import IMU_SWITCH, WELL_UNDER_WAY, Repeater
+from tb3_labs.marking.trial.ros_student_node import LISTENS
+from tb3_labs.marking.trial.ros_types import mouse_fields
+from tb3_labs.marking.labs.turn import LEFT
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion

@@ -8,8 +8,8 @@ from typing import Dict, List
 
 import numpy as np
 
-from tb3_labs.marking.observation import CMD_VEL, Observation, Run, Scene
-from tb3_labs.marking.printed import counted, exceptions, last_words
+from tb3_labs.marking.trial.observation import CMD_VEL, Observation, Run, Scene
+from tb3_labs.marking.trial.printed import counted, exceptions, last_words
 
 #: The type of cmd_vel.
 TWIST = 'geometry_msgs/Twist'
