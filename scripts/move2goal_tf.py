@@ -30,7 +30,7 @@ Action
 Parameters
     ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see MoveToGoalConfig in
         tb3_labs.nodes.move_to_goal_core
-    ~law, ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.goal_state;
+    ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.goal_state;
     they may change while it runs: dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
@@ -42,7 +42,7 @@ import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from tb3_labs.control.driving import make_law
+from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import Response
 from tb3_labs.localization.contradiction import GyroWatch
@@ -74,7 +74,7 @@ class MoveToGoalNode:
             rospy.delete_param('~has_control')
         self._model = read_model()
         self._response = Response()    # of this robot, learned while it moves
-        self._core = MoveToGoalCore(make_law(drive, self._model, self._response),
+        self._core = MoveToGoalCore(PreciseLaw(drive, self._model, self._response),
                                     start.has_control, self._response,
                                     GyroWatch(self._model, rospy.resolve_name('reset')))
         self._core.set_goal(start.goal)
@@ -197,7 +197,7 @@ class MoveToGoalNode:
             return is_meant
 
     def _on_settings(self, drive):
-        law = make_law(drive, self._model, self._response)
+        law = PreciseLaw(drive, self._model, self._response)
         with self._changed:
             self._core.set_law(law)
 

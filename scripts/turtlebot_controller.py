@@ -13,8 +13,8 @@ Publishes
     cmd_vel       geometry_msgs/Twist, only while turning or driven by the mouse; then one zero
     /diagnostics
 Parameters
-    ~law, ~k_hdg, ~hdg_tol, ...: see TurnConfig in tb3_labs.control.turning; they may change while
-    it runs: dynparam set /controller max_ang_z 1.0
+    ~max_ang_z, ~tolerance_deg, ...: see TurnConfig in tb3_labs.control.turning; they may change
+    while it runs: dynparam set /controller max_ang_z 1.0
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)

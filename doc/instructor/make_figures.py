@@ -4,14 +4,12 @@
     python3 doc/instructor/make_figures.py
 
 The numbers of the two frames are those of the sheets' worked example;
-`test/unit/test_worked_examples.py` computes them by another way. The drives are those of the
-simulated robot.
+`test/unit/test_worked_examples.py` computes them by another way.
 
 Units: metres, degrees on labels; radians inside.
 """
 import math
 import pathlib
-import sys
 
 import matplotlib
 import numpy as np
@@ -19,19 +17,12 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, Ellipse, FancyBboxPatch
 
-from tb3_labs.control.driving import make_law
-from tb3_labs.control.goal_state import DRIVING, DriveConfig
+from tb3_labs.control.goal_state import DRIVING
+from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
 from tb3_labs.report.page.figures import BLUE, GREEN, GREY, ORANGE
-from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.simulation.simulator import Simulator
-from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / 'test' / 'benchmark'))
-from rollout import navigation, run    # noqa: E402
-
 DOC = ROOT / 'doc'
 #: The worked example: the pose of B in A, and the robot in A. cos and sin of its angle are 0.6,
 #: 0.8.
@@ -41,8 +32,8 @@ A_T_ROBOT = Pose2(1.0, 3.0, A_T_B.yaw + math.pi / 2.0)
 GOAL, NEAR = Pose2(-0.61, 0.61, 0.0), 0.15
 #: Yaw of the IMU minus that of the odometry, of a real Burger [deg].
 OFFSET_DEG = -34.6
-#: Time between two looks at a drive [s].
-LOOK = 0.05
+#: Time between two commands of the lab's law [s].
+LOOK = 0.1
 #: state: (fill, hatching).
 STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
           'ROTATE_TO_FINAL': ('#d3e8d3', '\\\\\\'), 'GOAL_REACHED': ('#ffffff', '')}
@@ -161,21 +152,22 @@ def heading_in_both_frames():
 
 
 def drive():
-    """A drive by the lab's own law: [(time [s], true pose in local, state, linear, angular)]."""
-    body = Simulator(SimulatorConfig())
-    core = MoveToGoalCore(make_law(DriveConfig(law='lab'), robot_model(body.config.model)),
-                          has_control=True)
-    hear = navigation(body, core)
-    run(body, core, hear, 0.5)
-    core.reset(Pose2(), body.now)
-    local_T_world = body.truth.inverse()
-    core.set_goal(GOAL)
-    seen, begun, command = [], body.now, (0.0, 0.0)
-    while core.status(body.now).active:
-        commands = run(body, core, hear, LOOK)
-        command = commands[-1] if commands else command
-        seen.append((body.now - begun, local_T_world @ body.truth,
-                     core.status(body.now).state.name, *command))
+    """A drive by the lab's law, of a robot without delays: [(time [s], pose in local, state,
+    linear [m/s], angular [rad/s])]."""
+    pose, states, seen = Pose2(), list(DRIVING), []
+    while states:
+        linear = angular = 0.0
+        if states[0] == 'MOVE_FORWARD':
+            linear, is_over = 0.15, pose.distance_to(GOAL) <= NEAR
+        else:
+            final = states[0] == 'ROTATE_TO_FINAL'
+            error = difference(GOAL.yaw if final else pose.bearing_to(GOAL), pose.yaw)
+            angular, is_over = (0.5 if final else 0.3) * error, abs(error) <= 0.05
+        if is_over:
+            del states[0]
+        else:
+            pose = pose @ Pose2(linear * LOOK, 0.0, angular * LOOK)
+            seen.append((len(seen) * LOOK, pose, states[0], linear, angular))
     return seen
 
 

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Accuracy and time of drives and turns, in pure Python, judged by the robot's true pose.
 
-Two tables compare both laws, on the same robots, starts, offsets and goals, all drawn at random
-from a fixed seed. A third table has drives over networks from good to bad, a fourth one the precise
-turns of robots of another kind than the default one: another lag, noise, delay, IMU and distance of
-the wheels. The last one has the ends of motions in which something fails.
+Two tables have drives and turns; robots, starts, offsets and goals are drawn at random from a fixed
+seed. A third table has drives over networks from good to bad, a fourth one the turns of robots of
+another kind than the default one: another lag, noise, delay, IMU and distance of the wheels. The
+last one has the ends of motions in which something fails.
 `at best` is, for a drive, the least time of any turn, straight line and turn within the same limits
 (tb3_labs.control.goal_state); for a turn, its angle at 1.5 rad/s; by its own motors, that with its
 delay, and with its lag until it turns slower than 0.01 rad/s. The time of a turn ends when the
@@ -24,7 +24,6 @@ from stops import setting, stop_of_a_drive, stop_of_a_turn
 from rollout import STILL_ANGULAR, drive, turns
 
 from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState, least_time
-from tb3_labs.control.turning import TurnConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
 from tb3_labs.simulation.network import NETWORKS
@@ -32,20 +31,18 @@ from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
 
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
-DRIVES = [('precise, lab goal', {}, True),
-          ('precise, random goals', {}, False),
-          ('precise, may reverse', {'allow_reverse': True}, False),
-          ("lab's law, lab goal", {'law': 'lab'}, True)]
+DRIVES = [('lab goal', {}, True), ('random goals', {}, False),
+          ('may reverse', {'allow_reverse': True}, False)]
 DRIVE_ROW = '{:24} {:>7} {:>18} {:>16} {:>13} {:>14}'
 
-#: Law, size of the turn [deg], latency of commands [s], lag of the motors [s].
-TURNS = [(law, degrees, latency, lag) for law in ('precise', 'lab')
+#: Size of the turn [deg], latency of commands [s], lag of the motors [s].
+TURNS = [(degrees, latency, lag)
          for latency, lag in ((0.05, 0.05), (0.05, 0.0), (0.0, 0.0)) for degrees in (90, 180)]
 #: Headings at the start [deg]; both ways round from each.
 TURN_STARTS = (0.0, 90.0, 179.0, -179.0)
 #: Number of runs of each turn from each start.
 TURN_REPEATS = 6
-TURN_ROW = '{:8} {:>4} {:>8} {:>6}   {:>16} {:>15} {:>14} {:>16}'
+TURN_ROW = '{:>7} {:>8} {:>6}   {:>16} {:>15} {:>14} {:>16}'
 
 #: Kinds of robots that turn: name, and the settings that are not drawn; None: the default robot.
 TURNING_ROBOTS = [('default', None), ('others', {})] + [
@@ -113,13 +110,12 @@ def is_said_falsely(result, config=DriveConfig()):
 
 def one_turn(job):
     """(error, overshoot, way left [deg], time over the least) of a kind of turn and a seed."""
-    (law, degrees, latency, lag), (start, direction, seed) = job
+    (degrees, latency, lag), (start, direction, seed) = job
     rng = random.Random(seed)
     robot = SimulatorConfig(
         start_yaw_deg=start, imu_offset_deg=rng.uniform(-180.0, 180.0), seed=seed,
         imu_drift_deg_per_min=rng.choice((-1.0, 1.0)), command_latency=latency, motor_lag=lag)
-    turn, = turns([direction * degrees], robot, TurnConfig(law=law), 0.3 + 0.1 * rng.random())
-    # half a turn has two ways round, and the handout's law takes either
+    turn, = turns([direction * degrees], robot, wait=0.3 + 0.1 * rng.random())
     left = degrees - abs(math.degrees(turn.turned))
     return (abs(left), math.degrees(turn.overshoot), left,
             turn.time / (math.radians(degrees) / 1.5))
@@ -168,7 +164,7 @@ def drives_off(drives, places):
 
 
 def rows_of_drives(pool, number):
-    """The table of drives by both laws."""
+    """The table of drives."""
     yield DRIVE_ROW.format('median / worst', 'arrived', 'distance off', 'heading off', 'time',
                            'times at best')
     for kind in DRIVES:
@@ -197,22 +193,22 @@ def rows_of_drives_afar(pool, number):
 
 
 def rows_of_turns(pool):
-    """The table of turns by both laws."""
-    yield '\n' + TURN_ROW.format('turn by', 'deg', 'latency', 'lag', 'off', 'overshoot',
+    """The table of turns."""
+    yield '\n' + TURN_ROW.format('deg', 'latency', 'lag', 'off', 'overshoot',
                                  'short by', 'times at best')
     cases = [(start, direction, seed) for seed, (start, direction, _) in enumerate(
         itertools.product(TURN_STARTS, (1.0, -1.0), range(TURN_REPEATS)))]
-    for law, degrees, latency, lag in TURNS:
+    for degrees, latency, lag in TURNS:
         off, overshoot, left, time = zip(*pool.map(
-            one_turn, [((law, degrees, latency, lag), case) for case in cases]))
+            one_turn, [((degrees, latency, lag), case) for case in cases]))
         yield TURN_ROW.format(
-            law, degrees, '{:.0f} ms'.format(1000.0 * latency), '{:.0f} ms'.format(1000.0 * lag),
+            degrees, '{:.0f} ms'.format(1000.0 * latency), '{:.0f} ms'.format(1000.0 * lag),
             spread('{:.2f} / {:.2f} deg', off), spread('{:.2f} / {:.2f}', overshoot),
             '{:.2f} deg'.format(statistics.median(left)), spread('{:.3f} / {:.3f}', time))
 
 
 def rows_of_turns_of_others(pool):
-    """The table of precise turns by robots of other kinds."""
+    """The table of turns by robots of other kinds."""
     yield '\n' + OTHERS_ROW.format('median, 95 %, worst', 'off', 'times at best',
                                    'by its own motors')
     for name, settings in TURNING_ROBOTS:

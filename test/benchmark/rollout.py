@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from typing import Callable, List, Sequence, Union
 
-from tb3_labs.control.driving import make_law
+from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig, GoalState
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import Twist2
@@ -71,7 +71,7 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
     model = robot_model(robot_config.model)
     robot = Simulator(robot_config)
     response = Response()
-    navigator = MoveToGoalCore(make_law(drive_config, model, response), True, response)
+    navigator = MoveToGoalCore(PreciseLaw(drive_config, model, response), True, response)
     _navigate(robot, navigator, 0.2)
     _reset(robot, navigator, declared)
     _navigate(robot, navigator, 0.5)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from rollout import STILL_ANGULAR, STILL_LINEAR, control, navigation, run
 
-from tb3_labs.control.driving import make_law
+from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.control.turning import TurnConfig, make_turn
@@ -48,7 +48,7 @@ class Stop:
 def stop_of_a_drive(state, fault, robot_config=ROBOT, drive_config=DriveConfig()):
     """Stop of a drive to GOAL: `fault` (robot -> None) begins during a GoalState."""
     robot = Simulator(robot_config)
-    navigator = MoveToGoalCore(make_law(drive_config, robot_model(robot_config.model)), True)
+    navigator = MoveToGoalCore(PreciseLaw(drive_config, robot_model(robot_config.model)), True)
     hear = navigation(robot, navigator)
     run(robot, navigator, hear, 0.5)
     navigator.set_goal(GOAL)

@@ -12,7 +12,7 @@ class BadStartTest(NodeCase):
         """Each node; test/unit/test_config.py has every kind of value."""
         cases = [(node, '_' + parameter, words) for node, parameter, *words in (
             ('move2goal_tf.py', 'model:=vacuum', 'vacuum', 'burger, waffle, waffle_pi'),
-            ('turtlebot_controller.py', 'min_ang_z:=2.0', 'min_ang_z', 'up to max_ang_z'),
+            ('turtlebot_controller.py', 'max_ang_z:=9.0', 'max_ang_z', 'from 0.1 to 5'),
             ('gamepad.py', 'dead_zone:=-0.1', 'dead_zone', 'from 0 to 0.9'),
             ('fake_turtlebot3.py', 'imu_rate:=0', 'imu_rate', 'from 1 to 1000'))]
         self.seen.forget('cmd_vel')
@@ -50,12 +50,12 @@ class BadStartTest(NodeCase):
     def test_what_a_node_refuses_ends_its_launch(self):
         """With a master of its own: none is left. demo.test tries the robot."""
         uri = 'http://localhost:{}'.format(free_port())
-        launch = Program(['roslaunch', '--disable-title', 'tb3_labs', 'turn.launch', 'set:={hdg_tl: 2}'],
+        launch = Program(['roslaunch', '--disable-title', 'tb3_labs', 'turn.launch', 'set:={max_ang: 2}'],
                          environment={'ROS_MASTER_URI': uri, 'DISPLAY': ''})
         self.addCleanup(launch.kill)
         self.assertEqual(launch.wait(STARTING), 0, launch.text)
         fatal, = [each for each in launch.lines if 'FATAL' in each]
-        self.assertIn('parameter /controller/hdg_tl is unknown; is hdg_tol meant?', fatal)
+        self.assertIn('parameter /controller/max_ang is unknown; is max_ang_z meant?', fatal)
         self.assertFalse(rosgraph.is_master_online(uri))
 
     def test_a_node_without_a_master_waits_for_one(self):

@@ -114,7 +114,7 @@ class Ahead:
 class Turning(Ahead):
     """The same for turns."""
 
-    MAX_ANGLE, MAX_ANGLE_IN_WORDS, extends, carries_error = 100.0, '', True, False
+    MAX_ANGLE = 100.0
 
     extend = Ahead.start
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from geometry_msgs.msg import Pose
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
-from tb3_labs.control.driving import make_law
+from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.se2 import AskedPose, Pose2
@@ -63,10 +63,10 @@ def test_a_message_is_read_as_finite_numbers_or_refused_with_a_reason(numbers, i
 class Driven:
     """Both cores that drive by sensors; the sensors are right, but for what a step says."""
 
-    def __init__(self, law):
+    def __init__(self):
         self.now, self.tremble = 1000.0, 1e-9
-        self.mover = MoveToGoalCore(make_law(DriveConfig(law=law), BURGER), True)
-        self.controller = ControllerCore(make_turn(TurnConfig(law=law), BURGER))
+        self.mover = MoveToGoalCore(PreciseLaw(DriveConfig(), BURGER), True)
+        self.controller = ControllerCore(make_turn(TurnConfig(), BURGER))
         self.commands = 0
         self.run()
         for step in ('goal', (1.0, 1.0, 0.0)), ('turn', (90.0, 0.0, 0.0)):
@@ -123,10 +123,9 @@ class Driven:
             self.mover.status(self.now)
 
 
-@pytest.mark.parametrize('law', ['precise', 'lab'])
 @given(STEPS)
-def test_no_number_makes_a_wild_command(law, steps):
-    driven = Driven(law)
+def test_no_number_makes_a_wild_command(steps):
+    driven = Driven()
     for what, numbers in steps:
         driven.take(what, numbers)
         driven.run()

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from real_recordings import NAMES, arrays_of
-from tb3_labs.control.driving import make_law
+from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.se2 import AskedPose, Pose2
@@ -80,7 +80,7 @@ class Watched:
 
 
 def navigator():
-    return MoveToGoalCore(make_law(DriveConfig(), BURGER), has_control=True)
+    return MoveToGoalCore(PreciseLaw(DriveConfig(), BURGER), has_control=True)
 
 
 def controller():

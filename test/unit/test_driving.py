@@ -1,4 +1,4 @@
-"""The lab's own law number by number, and the guarantees of the precise law at each step."""
+"""The guarantees of the law of drives at each step."""
 import math
 from dataclasses import astuple
 
@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tb3_labs.control.approach import ApproachConfig
-from tb3_labs.control.driving import LabLaw, PreciseLaw, driving_approach
+from tb3_labs.control.driving import PreciseLaw, driving_approach
 from tb3_labs.control.goal_state import DriveConfig, GoalState
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.se2 import Pose2
@@ -15,8 +15,6 @@ from tb3_labs.robot.samples import Motion
 from tb3_labs.robot.turtlebot3 import robot_model
 
 BURGER = robot_model('burger')
-GOAL = Pose2(-0.61, 0.61, 0.0)
-LOW = {'max_linear': 0.1, 'max_angular': 0.2}
 
 
 def at(x, y, yaw, linear=0.0, angular=0.0):
@@ -33,35 +31,6 @@ def begun(goal, **settings):
 def moves(law, move, motion, goal, times=10):
     """The last of so many steps of a law, one in each period."""
     return [move(motion, goal, law.period) for _ in range(times)][-1]
-
-
-THERE = GOAL.x, GOAL.y
-
-
-@pytest.mark.parametrize('limits, move, pose, goal, command, finished', [
-    # the goal lies at 135 deg: 0.3 of the error in rad/s, to 0.05 rad
-    ({}, 'rotate_to_goal', (0.0, 0.0, 0.0), GOAL, (0.0, 0.3 * 0.75 * math.pi), False),
-    *[({}, 'rotate_to_goal', (0.0, 0.0, 0.75 * math.pi - error), GOAL, (0.0, 0.3 * error),
-       abs(error) < 0.05) for error in (0.0499, 0.0501, -0.0501)],
-    ({}, 'rotate_to_goal', (-0.61, 0.60, 0.0), GOAL, (0.0, 0.0), True),    # no matter the bearing
-    # 0.15 m/s until 0.15 m away
-    ({}, 'move_forward', (-0.61 + 0.151, 0.61, math.pi), GOAL, (0.15, 0.0), False),
-    ({}, 'move_forward', (-0.61 + 0.149, 0.61, math.pi), GOAL, (0.15, 0.0), True),
-    # half the error, the short way
-    ({}, 'rotate_to_final', (*THERE, math.radians(-170.0)), Pose2(*THERE, math.radians(170.0)),
-     (0.0, 0.5 * math.radians(-20.0)), False),
-    *[({}, 'rotate_to_final', (*THERE, -error), GOAL, (0.0, 0.5 * error), abs(error) < 0.05)
-      for error in (0.0499, 0.0501, -0.0501)],
-    # the limits that are set
-    (LOW, 'rotate_to_goal', (0.0, 0.0, 0.0), GOAL, (0.0, 0.2), False),
-    (LOW, 'move_forward', (1.0, 0.61, math.pi), GOAL, (0.1, 0.0), False),
-    (LOW, 'rotate_to_final', (*THERE, 1.0), GOAL, (0.0, -0.2), False)])
-def test_the_handouts_law(limits, move, pose, goal, command, finished):
-    law = LabLaw(DriveConfig(**dict(dict(law='lab', max_angular=2.635), **limits)), BURGER)
-    step = getattr(law, move)(at(*pose), goal, 0.1)
-    assert step.command == pytest.approx(command) and step.finished is finished
-    assert law.shortfall(Pose2(), goal) == ''
-    assert law.resume(GoalState.MOVE_FORWARD, Pose2(), goal) is GoalState.MOVE_FORWARD
 
 
 yaws = st.floats(-math.pi, math.pi)

@@ -8,7 +8,7 @@ import pytest
 
 from rollout import navigation, run
 from tb3_labs.control.dead_time import CommandHistory
-from tb3_labs.control.driving import make_law
+from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import (
     CRUISING, LEARNING, LEARNING_TIME, LEAST_SAMPLE_DELAY, LONGEST_AGE, SPEEDING_UP, Identification,
@@ -175,7 +175,7 @@ def reset_in_a_spin(robot_config, rate=1.0, after=None):
     The navigator has driven to the goal `after` before."""
     rng = random.Random(robot_config.seed)
     robot, model, response = Simulator(robot_config), robot_model(robot_config.model), Response()
-    navigator = MoveToGoalCore(make_law(DriveConfig(), model, response), response=response)
+    navigator = MoveToGoalCore(PreciseLaw(DriveConfig(), model, response), response=response)
     node, hear = OtherNode(navigator), navigation(robot, navigator)
 
     def spin(at, seconds):

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.control.speed_laws import Twist2, braking_speed, proportional, saturate
+from tb3_labs.control.speed_laws import Twist2, braking_speed, saturate
 from tb3_labs.robot.turtlebot3 import MODELS
 
 BURGER = MODELS['burger']
@@ -65,7 +65,6 @@ def test_where_both_ask_too_much_of_a_wheel_the_curve_stays(linear, angular):
 
 
 @pytest.mark.parametrize('law', [
-    lambda: proportional(NAN, 0.1, 0.5, 1.5),
     lambda: braking_speed(NAN, 1.0, 1.0),
     lambda: saturate(Twist2(NAN, 0.0), 0.2, 1.5, BURGER).linear,
     lambda: saturate(Twist2(0.0, NAN), 0.2, 1.5, BURGER).angular])

@@ -175,10 +175,7 @@ class PreciseTurn:
     """Turns as fast as the limits allow, in the direction asked for, and ends at rest."""
 
     period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
-    MAX_ANGLE = 200.0 * math.pi
-    MAX_ANGLE_IN_WORDS = 'a number from -36000 to 36000'
-    extends = True
-    carries_error = True
+    MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
     #: With a noisy IMU the turn waits at rest for more samples, at most this long [s].
     LONGEST_LOOK = 0.6
 
@@ -201,6 +198,7 @@ class PreciseTurn:
         self._approach.start()
 
     def extend(self, angle: float) -> None:
+        """Move the goal of the present turn by `angle` [rad]."""
         self._face += angle
         self.remaining += angle
         self._approach.extend(angle)
@@ -212,7 +210,11 @@ class PreciseTurn:
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """The command; finished if the robot rests inside the tolerance, as far as noise shows it.
+        """The command for a robot that faces `yaw` [rad] and turns at `rate` [rad/s]; finished if
+        it rests inside the tolerance, as far as noise shows it.
+
+        `dt`: time since the last step [s]; `age`: the sample's age [s]; `noise`: standard
+        deviation of the sample's yaw [rad].
         """
         self._time += dt
         self.remaining = continuous(self._face - yaw, self.remaining)

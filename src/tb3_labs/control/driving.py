@@ -1,16 +1,15 @@
-"""Two laws for a drive to a goal, the lab's own and a precise one: a command for each state.
+"""The law of a drive to a goal: a command for each state. It brakes by
+:mod:`tb3_labs.control.approach`.
 
-Units: metres, radians, seconds; poses in the local frame. Sources: LabLaw is the course's
-first move-to-goal lab, number by number; PreciseLaw brakes by :mod:`tb3_labs.control.approach`.
+Units: metres, radians, seconds; poses in the local frame.
 """
 import math
 from typing import Optional
 
 from tb3_labs.control.approach import Approach, ApproachConfig, PreciseTurn
-from tb3_labs.control.goal_machine import DrivingLaw
 from tb3_labs.control.goal_state import DriveConfig, GoalState, turned
 from tb3_labs.control.motor_response import Response
-from tb3_labs.control.speed_laws import LawStep, Twist2, proportional, saturate
+from tb3_labs.control.speed_laws import LawStep, Twist2, saturate
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
@@ -18,57 +17,6 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: A robot that would stop beyond the goal by more than this share of the tolerance backs up.
 OUTSIDE = 0.8
-
-
-def make_law(config: DriveConfig, model: RobotModel,
-             response: Optional[Response] = None) -> DrivingLaw:
-    """The law named in `config`; `response` holds the known delay and lag of this robot."""
-    if config.law == 'lab':
-        return LabLaw(config, model)
-    return PreciseLaw(config, model, response)
-
-
-class LabLaw:
-    """The lab's own law: proportional turns, a straight line at constant speed."""
-
-    period = 0.1                  # [s]: 10 Hz
-    ROTATE_TO_GOAL_GAIN = 0.3     # [rad/s per rad]
-    ROTATE_TO_FINAL_GAIN = 0.5    # [rad/s per rad]
-    ANGLE_TOLERANCE = 0.05        # [rad]
-    FORWARD_SPEED = 0.15          # [m/s]
-    distance_tolerance = 0.15     # [m]
-
-    def __init__(self, config: DriveConfig, model: RobotModel) -> None:
-        self._forward = min(self.FORWARD_SPEED, config.max_linear, model.max_linear)
-        self._max_angular = min(config.max_angular, model.max_angular)
-
-    def start(self, pose: Pose2, goal: Pose2) -> None:
-        """This law remembers nothing."""
-
-    def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
-        """This law goes on in the same state."""
-        return state
-
-    def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        error = difference(motion.pose.bearing_to(goal), motion.pose.yaw)
-        if motion.pose.distance_to(goal) < self.distance_tolerance:
-            error = 0.0           # at the goal the bearing means nothing
-        return self._turn(error, self.ROTATE_TO_GOAL_GAIN)
-
-    def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        distance = motion.pose.distance_to(goal)
-        return LawStep(Twist2(self._forward, 0.0), distance, distance < self.distance_tolerance)
-
-    def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        return self._turn(difference(goal.yaw, motion.pose.yaw), self.ROTATE_TO_FINAL_GAIN)
-
-    def shortfall(self, pose: Pose2, goal: Pose2) -> str:
-        """This law accepts any pose in which it stopped."""
-        return ''
-
-    def _turn(self, error: float, gain: float) -> LawStep:
-        rate = proportional(error, gain, fastest=self._max_angular)
-        return LawStep(Twist2(0.0, rate), error, abs(error) < self.ANGLE_TOLERANCE)
 
 
 def driving_approach(config: DriveConfig) -> ApproachConfig:
@@ -83,7 +31,8 @@ class PreciseLaw:
     """Drives as fast as the limits allow, and stops exactly.
 
     Each turn is a PreciseTurn. The way along the line from start to goal is an Approach. While
-    driving, the robot steers towards a point of the line a little ahead.
+    driving, the robot steers towards a point of the line a little ahead. Each driving state has a
+    method, whose `dt` is the time since the last step [s].
     """
 
     period = PreciseTurn.period

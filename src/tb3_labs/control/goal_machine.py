@@ -1,7 +1,7 @@
 """Driving to a goal in the four states of :class:`tb3_labs.control.goal_state.GoalState`.
 
-A *law* (:mod:`tb3_labs.control.driving`) gives the command in each of the three driving states, and
-says when the state is finished. This module chooses the state. If the robot gets no nearer,
+The *law* (:mod:`tb3_labs.control.driving`) gives the command in each of the three driving states,
+and says when the state is finished. This module chooses the state. If the robot gets no nearer,
 the drive is given up with a reason. The goal is reached when the robot has settled there, as shown
 by samples that were measured while it rested.
 
@@ -12,8 +12,9 @@ Units: metres, radians, seconds. Poses are in the local frame. Edge case: after 
 failure the command is None, not a zero.
 """
 from collections import defaultdict
-from typing import Dict, Optional, Protocol, Tuple
+from typing import Dict, Optional, Tuple
 
+from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import GoalState
 from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.angles import difference
@@ -26,35 +27,10 @@ from tb3_labs.supervision.lost_or_stalled import Settling, StallWatch
 MORE_TRIES = 2
 
 
-class DrivingLaw(Protocol):
-    """A law for drives to a goal: how to move in each driving state. Poses are in local."""
-
-    period: float                # time from one command to the next [s]
-    distance_tolerance: float    # a robot that is this near to the goal has reached it [m]
-
-    def start(self, pose: Pose2, goal: Pose2) -> None:
-        """Begin a drive from `pose`."""
-
-    def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
-        """Returns the state in which a drive goes on after an interruption in `state`."""
-
-    def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """The command in ROTATE_TO_GOAL, `dt` [s] after the last step."""
-
-    def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """The command in MOVE_FORWARD, `dt` [s] after the last step."""
-
-    def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """The command in ROTATE_TO_FINAL, `dt` [s] after the last step."""
-
-    def shortfall(self, pose: Pose2, goal: Pose2) -> str:
-        """The reason why `pose`, where the last state ended, is not the goal; '' if it is."""
-
-
 class GoalMachine:
     """One robot, one goal at a time."""
 
-    def __init__(self, law: DrivingLaw) -> None:
+    def __init__(self, law: PreciseLaw) -> None:
         self.law = law
         self.goal: Optional[Pose2] = None
         self.state = GoalState.GOAL_REACHED

@@ -21,8 +21,6 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 class DriveConfig(Config):
     """Settings of a drive to a goal."""
 
-    law: str = setting('precise', "precise, or lab for the course's own law",
-                       choices=('precise', 'lab'))
     allow_reverse: bool = setting(False, 'drive backwards where that is the shorter way')
     distance_tolerance: float = setting(0.01, 'the goal is reached within this distance', unit='m',
                                         low=0.002, high=1.0)

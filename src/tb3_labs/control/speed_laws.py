@@ -37,15 +37,6 @@ class LawStep(NamedTuple):
     finished: bool
 
 
-def proportional(error: float, gain: float, slowest: float = 0.0,
-                 fastest: float = math.inf) -> float:
-    """The handouts' law: gain x error, its size clipped to [slowest, fastest].
-
-    At an error of 0 the speed is still `slowest`: the caller stops before that, by a tolerance.
-    """
-    return math.copysign(clamp(abs(gain * error), slowest, fastest), error)
-
-
 def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
     """Fastest speed from which a robot can stop within the remaining way.
 

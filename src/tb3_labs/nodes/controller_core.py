@@ -6,8 +6,8 @@ Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked fo
 import math
 from typing import Any, List, Optional
 
+from tb3_labs.control.approach import PreciseTurn
 from tb3_labs.control.speed_laws import LONGEST_IDLE, Pace, Twist2
-from tb3_labs.control.turning import TurningLaw
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.heading import Heading
 from tb3_labs.news import News, NewsDesk
@@ -37,8 +37,8 @@ class AskedTurn:
         self.goal = yaw + carried + asked
         self.stall = StallWatch()
         #: The remaining angle at the end, as the law computed it from many samples: one sample is
-        #: less exact. None if the law does not wait for rest.
-        self.left_at_end: Optional[float] = None
+        #: less exact.
+        self.left_at_end = 0.0
         self._start = yaw
         self._begun_at = now
 
@@ -52,13 +52,9 @@ class AskedTurn:
         """The angle from `yaw` to the goal."""
         return self.goal - yaw
 
-    def error(self, yaw: float) -> float:
-        """The remaining angle of a turn that is over, for a robot that rests at `yaw`."""
-        return self.left(yaw) if self.left_at_end is None else self.left_at_end
-
-    def result(self, yaw: float, now: float) -> str:
-        """The result in words, for a robot that rests at `yaw`."""
-        error, whole = self.error(yaw), self.goal - self._start
+    def result(self, now: float) -> str:
+        """The result in words, for a robot that rests."""
+        error, whole = self.left_at_end, self.goal - self._start
         text = 'Turned {:.2f} degrees in {:.1f} s: {:.2f} degrees {} {:.2f}'.format(
             math.degrees(whole - error), now - self._begun_at, abs(math.degrees(error)),
             'short of' if error * self.asked > 0.0 else 'beyond', math.degrees(whole))
@@ -72,7 +68,7 @@ class AskedTurn:
 class ControllerCore:
     """One robot that turns by the IMU and drives by the mouse."""
 
-    def __init__(self, law: TurningLaw, gyro: Optional[GyroWatch] = None) -> None:
+    def __init__(self, law: PreciseTurn, gyro: Optional[GyroWatch] = None) -> None:
         self.imu = Freshness('imu')
         self.driver = Driver.NOBODY
         self._law = law
@@ -150,11 +146,10 @@ class ControllerCore:
     def ask(self, degrees: float, now: float) -> None:
         """Turn by `degrees`, left positive; to be called after :meth:`update`.
 
-        During a turn the precise law moves its goal by `degrees`; the handout's law begins anew
-        from the present heading.
+        During a turn its goal moves by `degrees`.
         """
         angle = math.radians(degrees)
-        extended = self._turn if self.driver is Driver.TURN and self._law.extends else None
+        extended = self._turn if self.driver is Driver.TURN else None
         whole = angle if extended is None else extended.left(self._yaw) + angle
         self._check(whole, now)
         if extended is None:
@@ -181,7 +176,7 @@ class ControllerCore:
             self._mouse_is_new = self._mouse_told = True
             self._released(silence + ': move it to the middle of the screen to use it again')
 
-    def set_law(self, law: TurningLaw) -> None:
+    def set_law(self, law: PreciseTurn) -> None:
         """Turn by another law from now on; a present turn goes on to the same goal."""
         self._law = law
         self._pace = Pace(law.period)
@@ -227,8 +222,8 @@ class ControllerCore:
     def _check(self, angle: float, now: float) -> None:
         """Raises ``ValueError`` if the robot cannot turn by `angle` now."""
         if not abs(angle) <= self._law.MAX_ANGLE + 1e-9:    # "not <=" also catches NaN
-            raise ValueError('cannot turn by {:g} degrees: {}'.format(
-                math.degrees(angle), self._law.MAX_ANGLE_IN_WORDS))
+            raise ValueError('cannot turn by {:g} degrees: a number from -{:.0f} to {:.0f}'.format(
+                *map(math.degrees, (angle, self._law.MAX_ANGLE, self._law.MAX_ANGLE))))
         if self._sleep.is_waking:
             raise ValueError('cannot turn: this may have been asked while this node did not run; '
                              'ask again')
@@ -283,14 +278,13 @@ class ControllerCore:
             problem = turn.stall.problem()
         if not step.finished and not problem:
             return step.command
-        if self._law.carries_error:
-            turn.left_at_end = step.remaining
+        turn.left_at_end = step.remaining
         self._happens(DriverEvent.TURN_OVER, problem)
         return None
 
     def _judge_turn(self, turn: AskedTurn, now: float) -> None:
-        self._news.tell(turn.result(self._yaw, now))
-        self._carried = turn.error(self._yaw) if self._law.carries_error else 0.0
+        self._news.tell(turn.result(now))
+        self._carried = turn.left_at_end
         self._turn = None
 
     # -- who drives

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from typing import Dict, List, Optional, Tuple
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.goal_machine import DrivingLaw, GoalMachine
+from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.control.goal_state import DriveStatus
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import LONGEST_IDLE, Pace, Twist2
@@ -57,7 +58,7 @@ class MoveToGoalConfig(Config):
 class MoveToGoalCore:
     """Localizer, goal machine and permission of one robot."""
 
-    def __init__(self, law: DrivingLaw, has_control: bool = False,
+    def __init__(self, law: PreciseLaw, has_control: bool = False,
                  response: Optional[Response] = None,
                  gyro: Optional[GyroWatch] = None) -> None:
         """`response`: the known delays of this robot; `law` and this node improve it."""
@@ -117,7 +118,7 @@ class MoveToGoalCore:
             self._news.tell('{} drives the robot, too: stop one of the two (False on ctrl_relinq '
                             'stops this one)'.format(sender or 'another program'), warning=True)
 
-    def set_law(self, law: DrivingLaw) -> None:
+    def set_law(self, law: PreciseLaw) -> None:
         """Drive by another law from now on; a present drive begins anew."""
         self._machine.law = law
         self._pace = Pace(law.period)
