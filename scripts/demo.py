@@ -45,6 +45,8 @@ from tb3_labs.srv import ResetPose
 LONGEST_WAIT = 120.0
 #: Longest wait for the recorder, which may have ended because its disk was full [s].
 RECORDER_TIMEOUT = 15.0
+#: A drive may begin so many times, if it is given up before the robot moves.
+TRIES = 10
 #: If move_to_goal does not take control in this time, control is given again [s, wall clock].
 GRANT_PERIOD = 1.0
 #: Topics that a recording needs from its first moment on.
@@ -125,11 +127,7 @@ class Demo:
     def _drive(self, number):
         """Let the robot drive once from a new origin. Returns the DemoDrive."""
         world_T_local = self._rest()
-        self._states.clear()
-        if number > 1 or self._latest('has_control'):
-            self._wait(is_reset, 'a reset')
-        self._give_control()
-        begun, _ = self._first(lambda state: state == BEGUN or is_over(state))
+        begun = self._begin(number > 1 or self._latest('has_control'))
         ended, state = self._first(is_over)
         reached = self._rest()
         goal = self._latest('current_goal')
@@ -137,6 +135,19 @@ class Demo:
                            self._law.max_angular, reverse=self._law.allow_reverse)
         return DemoDrive(state, goal, self._latest('local_pose', ended),
                          world_T_local.inverse() @ reached, ended - begun, bound)
+
+    def _begin(self, anew):
+        """Let a drive begin; `anew`: after a reset. Returns the time [s]. A drive that is given up
+        before the robot moved, as while a busy computer's sensors are late, is begun anew."""
+        for attempt in range(TRIES):
+            self._states.clear()
+            if anew or attempt:
+                self._wait(is_reset, 'a reset')
+            self._give_control()
+            begun, state = self._first(lambda state: state == BEGUN or is_over(state))
+            if state == BEGUN:
+                break
+        return begun
 
     def _give_control(self):
         """Give control until move_to_goal says that it has control. A node that was slow to start

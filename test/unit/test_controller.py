@@ -269,7 +269,8 @@ def test_no_turn_without_the_imu():
                        '(asked: 90; left by the turn before: +0.21)')])
 def test_the_result_of_a_turn(asked, carried, turned, words):
     turn = AskedTurn(math.radians(asked), 0.2, math.radians(carried), 5.0)
-    assert turn.result(0.2 + math.radians(turned), 7.5) == 'Turned ' + words
+    turn.left_at_end = turn.left(0.2 + math.radians(turned))
+    assert turn.result(7.5) == 'Turned ' + words
 
 
 # -- the mouse
