@@ -10,9 +10,9 @@ import pytest
 
 from tb3_labs.marking.intake import reading, submissions
 from tb3_labs.marking.intake.submissions import (
-    DEEPEST, Budget, HandedIn, Refused, Submission, by_student, read_name, sort_out, submissions_in,
-    unpack, without_wrapping)
-from tb3_labs.marking.intake.packages import digest, file_name
+    DEEPEST, Budget, HandedIn, Refused, Submission, by_student, file_name, read_name, sort_out,
+    submissions_in, unpack, without_wrapping)
+from tb3_labs.marking.intake.packages import digest
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
 

@@ -8,7 +8,7 @@ from unittest import mock
 
 import genpy
 import pytest
-from tb3_labs.marking.intake import messages
+from tb3_labs.marking.intake import describe, messages
 from tb3_labs.marking.intake.messages import build
 from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.intake.sandbox import NoSandbox
@@ -51,7 +51,7 @@ def described(place):
         here = os.getcwd()
         os.chdir(str(place))
         try:
-            return json.loads(json.dumps(messages.describe(**request)))
+            return json.loads(json.dumps(describe.describe(**request)))
         finally:
             os.chdir(here)
     own = '\n---\n'.join('\n'.join('{} {}'.format(kind, name) for kind, name in zip(

@@ -19,6 +19,7 @@ import rospkg
 
 from tb3_labs.command_line import output_folder, printable, reason, write_output
 from tb3_labs.marking.feedback import Table, feedback, overview, results
+from tb3_labs.marking.intake.packages import NotJudged
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.marks import KEY, LABS, NOT_JUDGED, Marks, from_record, to_record
 from tb3_labs.marking.trial.observation import LONGEST, Observation
@@ -238,11 +239,15 @@ class MarkedClass:
             self._try(submission, name)
         except MarkingInterrupted:
             pass
+        except NotJudged as problem:
+            self._write_unjudged(submission, name, str(problem))
         except Exception as problem:    # any error: the other submissions are still marked
-            said = '{} ({})'.format(reason(problem), type(problem).__name__)
-            self._tell_problem('{}: {}: {}'.format(name, NOT_JUDGED, said))
-            self._write(self._marker.judged(Marks(
-                submission.student, unjudged='The marking of it failed: {}.'.format(said))), '')
+            self._write_unjudged(submission, name, 'The marking of it failed: {} ({}).'.format(
+                reason(problem), type(problem).__name__))
+
+    def _write_unjudged(self, submission, name, why):
+        self._tell_problem('{}: {}: {}'.format(name, NOT_JUDGED, why))
+        self._write(self._marker.judged(Marks(submission.student, unjudged=why)), '')
 
     def _try(self, submission, name):
         """Mark one submission, unless it was marked before and has not changed."""

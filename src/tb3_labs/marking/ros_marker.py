@@ -25,6 +25,7 @@ from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
 from tb3_labs.marking.marks_folder import MarkedClass, MarkingInterrupted, MarksFolder, tell
 from tb3_labs.marking.trial.observation import Observation
 from tb3_labs.marking.trial.processes import IDENTITY, MODULES, PREFIXES, sweep
+from tb3_labs.marking.intake.packages import NotJudged
 from tb3_labs.marking.intake.reading import Reading, read, unpack_class
 from tb3_labs.marking.trial.ros_student_node import ALWAYS, VARIABLE, Launch
 from tb3_labs.marking.intake.sandbox import UNPROTECTED, NoSandbox, Sandbox
@@ -89,17 +90,13 @@ class Marker:
 
     def mark(self, student: str, reading: Reading, work: Path) -> Marks:
         """The Marks of the submission that was read in `work`."""
-        marks = Marks(student, remarks=list(reading.remarks), findings=list(reading.look_at),
-                      unjudged=reading.problem)
-        if reading.lacking:
-            marks.unjudged = ('The node imports {}, which neither the submission nor the marking '
-                              'machine has.'.format(' and '.join(reading.lacking)))
-        if not marks.unjudged:
-            identity = uuid.uuid4().hex
-            try:
-                self._observe(marks, reading, work, identity)
-            finally:
-                sweep(identity)
+        marks, identity = Marks(student), uuid.uuid4().hex
+        try:
+            self._observe(marks, reading, work, identity)
+        except NotJudged as problem:
+            marks.unjudged = str(problem)
+        finally:
+            sweep(identity)
         return self.judged(marks)
 
     def judged(self, marks: Marks) -> Marks:
@@ -116,8 +113,8 @@ class Marker:
         sandbox = Sandbox([work / 'ws', work / 'etc']) if self._options.sandbox else NoSandbox()
         prepared = prepare(reading, work / 'ws', {IDENTITY: identity}, sandbox)
         marks.node = '{}/{}'.format(prepared.package, prepared.executable)
-        marks.remarks += prepared.remarks
-        marks.findings += prepared.look_at
+        marks.remarks += reading.remarks + prepared.remarks
+        marks.findings += reading.look_at + prepared.look_at
         if self._lab == GAMEPAD:
             marks.remarks.append(pad_in_words(self._options.pad))
         if not self._check(prepared, sandbox, work, log, record, identity):
@@ -125,8 +122,7 @@ class Marker:
         if self.interrupted.is_set():
             raise MarkingInterrupted('interrupted')
         if not record.exists():
-            marks.unjudged = 'The check left no record; see {}.'.format(log)
-            return
+            raise NotJudged('The check left no record; see {}.'.format(log))
         observed = record.read_text()       # of no use to a student: the copy's place
         for place in (reading.package + '/', ''):
             observed = observed.replace('{}/ws/{}/{}'.format(work, COPY, place), '')
@@ -136,8 +132,8 @@ class Marker:
         marks.findings += marks.observation.findings + elsewhere(
             '\n'.join(run.printed for run in marks.observation.runs), work / 'ws' / COPY)
         if marks.observation.broken:
-            marks.unjudged = 'The marker itself failed ({}); see {}.'.format(
-                marks.observation.broken, log)
+            raise NotJudged('The marker itself failed ({}); see {}.'.format(
+                marks.observation.broken, log))
 
     def _check(self, prepared, sandbox, work, log, record, identity):
         """Run the lab's check; False if the time was up.

@@ -21,10 +21,6 @@ NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 MANIFEST = 'package.xml'
 #: At most this much of a package.xml is read [bytes].
 LARGEST_MANIFEST = 100000
-#: Names that a student's file cannot have: the folder of marks uses them, or no file can have them.
-TAKEN_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
-#: A name is at most this long, so that an ending fits behind it [bytes]. Linux allows 255.
-LONGEST_NAME = 180
 #: The folders of a package's messages, services and actions; also the endings of their files.
 INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: The folders of a package where nodes usually are, likeliest first.
@@ -49,18 +45,6 @@ def is_name(text: str) -> bool:
 def is_type(text: str) -> bool:
     """Is this the name of a type, such as ``lab2/MouseController``?"""
     return len(text.split('/')) == 2 and all(map(is_name, text.split('/')))
-
-
-def file_name(text: str) -> str:
-    """A valid name of a file, which a line can show; most names stay."""
-    name = printable(text.strip()).replace('/', '_')
-    if TAKEN_NAMES.fullmatch(name):
-        name = '_{}_'.format(name)
-    data = name.encode()
-    if len(data) > LONGEST_NAME:
-        name = '{}-{}'.format(data[:LONGEST_NAME - 9].decode(errors='ignore'),
-                              hashlib.sha256(data).hexdigest()[:8])
-    return name
 
 
 def files_in(folder: Path) -> List[Path]:
@@ -139,8 +123,8 @@ def interface_files(package: Path) -> Dict[str, List[str]]:
 
 # -- the node
 
-class NoNode(Exception):
-    """A submission has no node that could be run; the text is the reason, a sentence."""
+class NotJudged(Exception):
+    """A submission cannot be judged; the text is the reason, a sentence."""
 
 
 class SourceFile(NamedTuple):
@@ -170,6 +154,7 @@ class _Candidate(NamedTuple):
     depth: int
     path: str
     said: Tuple[str, ...]   # the signs that were found
+    text: str
 
 
 def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -> Choice:
@@ -183,7 +168,7 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
                                 path.read_bytes().decode(errors='replace')))
     if not files:
         others = [str(path.relative_to(folder)) for path in files_in(folder)]
-        raise NoNode('{} {}'.format(_nothing_found([], package, (name,) if name else lab.files), (
+        raise NotJudged('{} {}'.format(_nothing_found([], package, (name,) if name else lab.files), (
             'Handed in: {}.'.format(_shortened(others)) if others else 'Nothing was handed in.')))
     return choose(lab, files, package, name)
 
@@ -194,7 +179,7 @@ def is_aside(path: str) -> bool:
 
 
 def source_of(node: Path, folder: Path) -> Path:
-    """Returns the folder to copy for a node: its package's; a guess if there is no package.xml."""
+    """Returns the folder of a node's package; a guess if there is no package.xml."""
     found = package_folder(node, folder)
     if found is not None:
         return found
@@ -214,20 +199,20 @@ def choose(lab: NodeNames, files: Sequence[SourceFile], package: str = '',
 
     A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
     of class and node. Only files of `package` and called `name` count, if these are given.
-    ``NoNode`` if no file is left.
+    ``NotJudged`` if no file is left.
     """
     packages, names = (package,) if package else lab.packages, (name,) if name else lab.files
     found = sorted(candidate for candidate in (
         _candidate(lab, file, packages, names) for file in files)
         if (not package or candidate.package == 0) and _can_be_the_node(candidate, names, name))
     if not found:
-        raise NoNode(_nothing_found(files, package, names))
-    texts = {file.path: file.text for file in files}
-    alike = [each.path for each in found if each[:ALIKE] == found[0][:ALIKE]]
-    differ = len({texts[path] for path in alike}) > 1
+        raise NotJudged(_nothing_found(files, package, names))
+    alike = [each for each in found if each[:ALIKE] == found[0][:ALIKE]]
+    differ = len({each.text for each in alike}) > 1
     return Choice(found[0].path, _remarks(found, packages, names), [
         'Judged was {}. It is as likely the node as {}, and they differ: --package and --type '
-        'choose another one.'.format(found[0].path, _shortened(alike[1:]))] * differ)
+        'choose another one.'.format(found[0].path, _shortened(
+            [each.path for each in alike[1:]]))] * differ)
 
 
 def _candidate(lab, file, packages, names):
@@ -236,15 +221,14 @@ def _candidate(lab, file, packages, names):
     lower = [usual.lower() for usual in names]
     return _Candidate(
         is_aside(file.path),
-        min(_package_rank(usual, [file.package] + folders) for usual in packages),
+        min(_package_rank(usual.lower(), [file.package.lower()] + folders) for usual in packages),
         lower.index(name) if name in lower else len(names), 3 - len(said),
         FOLDERS.index(folders[-1]) if folders and folders[-1] in FOLDERS else len(FOLDERS),
-        len(folders), file.path, said)
+        len(folders), file.path, said, file.text)
 
 
 def _package_rank(usual, called):
     """Returns 0 if one of these names is the `usual` one, 1 if one begins like it, else 2."""
-    usual, called = usual.lower(), [name.lower() for name in called]
     if usual in called:
         return 0
     # lab2_final and Lab2-main, but not lab20
@@ -264,45 +248,30 @@ def _signs(lab, text):
 
 
 def _can_be_the_node(candidate, names, name):
-    if candidate.name < len(names):
-        return True
     said = candidate.said
-    return not name and (len(said) >= 2 or any(clause.startswith(LISTENS_TO) for clause in said))
+    return candidate.name < len(names) or not name and (
+        len(said) >= 2 or any(clause.startswith(LISTENS_TO) for clause in said))
 
 
 def _remarks(found, packages, names):
-    best, others = found[0], found[1:]
+    best, *others = found
+    signs = ' and '.join(best.said)
     if not others:
-        if best.name < len(names):
-            return []
-        return ['There is no {}; judged was {}, which {}.'.format(
-            ' or '.join(names), best.path, _listed(best.said))]
-    second = others[0]
-    if best.aside != second.aside:
-        why = 'the others were put aside'
-    elif best.package != second.package:
-        why = 'it is in the package {}'.format(' or '.join(packages))
-    elif best.name != second.name:
-        why = 'it has the usual name'
-    elif best.signs != second.signs:
-        why = 'it {}'.format(_listed(best.said))
-    else:
-        why = 'it comes first'
+        return [] if best.name < len(names) else [
+            'There is no {}; judged was {}, which {}.'.format(' or '.join(names), best.path, signs)]
+    why = next((why for rank, why in enumerate((
+        'the others were put aside', 'it is in the package ' + ' or '.join(packages),
+        'it has the usual name', 'it ' + signs)) if best[rank] != others[0][rank]),
+        'it comes first')
     if best.package == 2 and any(packages):
         why += ' (there is no package {})'.format(' or '.join(packages))
-    named = _shortened([other.path for other in others])
     return ['{} files can be the node; judged was {}, because {}. The others: {}.'.format(
-        len(found), best.path, why, named)]
+        len(found), best.path, why, _shortened([other.path for other in others]))]
 
 
 def _shortened(paths):
     more = len(paths) - NAMED
     return ', '.join(paths[:NAMED]) + ' and {} more'.format(more) * (more > 0)
-
-
-def _listed(clauses):
-    """`a`, `a and b`, `a, b and c`."""
-    return ' and '.join(filter(None, [', '.join(clauses[:-1]), clauses[-1]]))
 
 
 def _nothing_found(files, package, names):

@@ -9,6 +9,7 @@ within a budget of files and bytes, without links and devices. A zip file may be
 paths that lead out of it: reading.py does this in a process of its own.
 """
 import difflib
+import hashlib
 import os
 import re
 import shutil
@@ -21,7 +22,6 @@ from pathlib import Path
 from typing import Callable, Dict, Iterable, List, NamedTuple, Tuple
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.packages import file_name
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(r'(?P<student>[^_]+)(?:_late)?_(?P<number>\d+)_\d+_(?P<file>.+)',
                     re.IGNORECASE)
@@ -39,6 +39,10 @@ LEFT_OUT = re.compile(r'(^|/)(__MACOSX|\.git|\.svn|build|devel|install|logs|__py
                       r'\.?venv|site-packages|node_modules|[^/]*\.bag)(/|$)', re.IGNORECASE)
 #: Endings of a package's own files: the budget is for these first.
 OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
+#: Names that a student's file cannot have: the folder of marks uses them, or no file can have them.
+TAKEN_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
+#: A name is at most this long, so that an ending fits behind it [bytes]. Linux allows 255.
+LONGEST_NAME = 180
 ENCRYPTED = 1       # the bit for a password, in the flags of a file in a zip file
 #: Archives that are not unpacked; a zip file if it lies in another one.
 OTHER_ARCHIVES = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
@@ -53,6 +57,18 @@ NAMED_FILES = 3
 def is_zip(name: str) -> bool:
     """Is this the name of a zip file?"""
     return name.lower().endswith(ZIP)
+
+
+def file_name(text: str) -> str:
+    """A valid name of a file, which a line can show; most names stay."""
+    name = printable(text.strip()).replace('/', '_')
+    if TAKEN_NAMES.fullmatch(name):
+        name = '_{}_'.format(name)
+    data = name.encode()
+    if len(data) > LONGEST_NAME:
+        name = '{}-{}'.format(data[:LONGEST_NAME - 9].decode(errors='ignore'),
+                              hashlib.sha256(data).hexdigest()[:8])
+    return name
 
 
 class HandedIn(NamedTuple):
