@@ -1,4 +1,4 @@
-"""The marks of a class, and the folder that keeps them from one run to the next.
+"""The folder that keeps the marks of a class from one run to the next.
 
     marks.csv, overview.html     all students
     STUDENT.html                 to hand back
@@ -7,23 +7,16 @@
 """
 import hashlib
 import json
-import sys
-import tempfile
-import threading
-import time
-from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Tuple
 
 import rospkg
 
-from tb3_labs.command_line import output_folder, printable, reason, write_output
+from tb3_labs.command_line import output_folder, printable, write_output
 from tb3_labs.marking.feedback import Table, feedback, overview, results
-from tb3_labs.marking.intake.packages import NotJudged
-from tb3_labs.marking.intake.submissions import Submission
-from tb3_labs.marking.marks import KEY, LABS, NOT_JUDGED, Marks, from_record, to_record
-from tb3_labs.marking.trial.observation import LONGEST, Observation
 from tb3_labs.marking.intake.sandbox import OWN_PACKAGE, UNPROTECTED
+from tb3_labs.marking.marks import KEY, LABS, Marks, from_record, to_record
+from tb3_labs.marking.trial.observation import LONGEST, Observation
 
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
@@ -179,107 +172,3 @@ def _version():
     for path in decisive_files():
         whole.update(path.read_bytes())
     return whole.hexdigest()
-
-
-# -- the class
-
-class MarkingInterrupted(RuntimeError):
-    """A person has interrupted the marking."""
-
-
-def tell(line: str) -> None:
-    """Print a line of progress; several threads may do so."""
-    sys.stdout.write(printable(line) + '\n')
-    sys.stdout.flush()
-
-
-class MarkedClass:
-    """A class whose submissions are marked, and its folder of marks."""
-
-    def __init__(self, marker: Any, folder: MarksFolder, anew: bool,
-                 tell_problem: Callable[[str], None]) -> None:
-        """`marker`: a Marker. `anew`: try all submissions again, also those that were marked and
-        have not changed."""
-        self._marker, self._folder, self._anew = marker, folder, anew
-        self._tell_problem = tell_problem
-        self._failed, self._unchanged = False, 0
-        self._writing = threading.Lock()
-
-    def mark_all(self, submissions: Sequence[Submission], jobs: int) -> bool:
-        """Mark the submissions, `jobs` at a time; write the marks of each as soon as it is marked.
-
-        Returns True if one of them was not judged.
-        """
-        tasks = []
-        with ThreadPoolExecutor(jobs) as pool:
-            try:
-                for number, submission in enumerate(submissions, 1):
-                    tasks.append(pool.submit(self._mark, submission, '[{}/{}] {}'.format(
-                        number, len(submissions), submission.student)))
-                wait(tasks)
-            except KeyboardInterrupt:
-                self._failed = True
-                self._marker.interrupted.set()
-                for task in tasks:
-                    task.cancel()
-                self._tell_problem('interrupted; the marks so far are written, and the same '
-                                   'command goes on from here')
-        for task in tasks:
-            problem = None if task.cancelled() else task.exception()
-            if problem is not None:
-                self._tell_problem(reason(problem))      # its marks cannot be written
-                self._failed = True
-        if self._unchanged:
-            tell('{} of {} had been marked and have not changed (--only NAME tries one again)'
-                 .format(self._unchanged, len(submissions)))
-        return self._failed
-
-    def _mark(self, submission, name):
-        try:
-            self._try(submission, name)
-        except MarkingInterrupted:
-            pass
-        except NotJudged as problem:
-            self._write_unjudged(submission, name, str(problem))
-        except Exception as problem:    # any error: the other submissions are still marked
-            self._write_unjudged(submission, name, 'The marking of it failed: {} ({}).'.format(
-                reason(problem), type(problem).__name__))
-
-    def _write_unjudged(self, submission, name, why):
-        self._tell_problem('{}: {}: {}'.format(name, NOT_JUDGED, why))
-        self._write(self._marker.judged(Marks(submission.student, unjudged=why)), '')
-
-    def _try(self, submission, name):
-        """Mark one submission, unless it was marked before and has not changed."""
-        begun = time.monotonic()
-        for is_last in (False, True):       # once more if the machine held up the robot
-            with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
-                reading = self._marker.read(submission, Path(work))
-                kept = None if self._anew or is_last else self._folder.kept(
-                    submission.student, reading.digest)
-                if kept is not None:
-                    tell('{}: {:g} of {:g} points, marked before'.format(
-                        name, kept.points, kept.worth))
-                    with self._writing:
-                        self._unchanged += 1
-                    return
-                if not is_last:
-                    tell(name + ' ...')
-                marks = self._marker.mark(submission.student, reading, Path(work))
-            if not marks.unfair:
-                break
-            if not is_last:
-                tell('{}: the machine held the robot up for {:.2f} s; tried again'.format(
-                    name, marks.observation.longest_gap))
-        marks.remarks += [marks.unfair] * bool(marks.unfair)
-        marks.seconds = time.monotonic() - begun
-        tell('{}: {}, {:.0f} s'.format(
-            name, '{:g} of {:g} points'.format(marks.points, marks.worth) if marks.judged
-            else NOT_JUDGED, marks.seconds))
-        self._write(marks, reading.digest)
-
-    def _write(self, marks, tried):
-        """Write Marks; `tried`: the digest of the submission."""
-        with self._writing:
-            self._folder.write(marks, '' if marks.unfair or marks.unjudged else tried)
-            self._failed = self._failed or not marks.judged

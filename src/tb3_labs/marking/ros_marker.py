@@ -1,4 +1,4 @@
-"""Marks the submissions of a class, each by the check_LAB.test of its lab: the way in for mark.py.
+"""Marks one submission by the check_LAB.test of its lab.
 
 Each submission has its own master, simulated robot, home and log folder, and a time limit. At the
 end none of its processes is left, whatever the submission did.
@@ -7,30 +7,26 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 import threading
 import uuid
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Dict, List, Mapping, MutableMapping, Sequence
 
-from tb3_labs.command_line import reason, write_output
-from tb3_labs.marking.labs.criteria import judge
-from tb3_labs.marking.trial.evidence import remarks_on
-from tb3_labs.marking.labs.gamepad import HANDOUT, pad_called, pad_in_words
-from tb3_labs.marking.intake.submissions import (
-    Refused, Submission, chosen, is_zip, submissions_in, without_wrapping)
+from tb3_labs.command_line import write_output
+from tb3_labs.marking.intake.packages import NotJudged
+from tb3_labs.marking.intake.reading import Reading, read
+from tb3_labs.marking.intake.sandbox import NoSandbox, Sandbox
+from tb3_labs.marking.intake.submissions import Submission
+from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare
 from tb3_labs.marking.lab_names import GAMEPAD, NODES
-from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
-from tb3_labs.marking.marks_folder import MarkedClass, MarkingInterrupted, MarksFolder, tell
+from tb3_labs.marking.labs.criteria import judge
+from tb3_labs.marking.labs.gamepad import HANDOUT, pad_in_words
+from tb3_labs.marking.marks import LABS, Marks
+from tb3_labs.marking.trial.evidence import remarks_on
 from tb3_labs.marking.trial.observation import Observation
 from tb3_labs.marking.trial.processes import IDENTITY, MODULES, PREFIXES, sweep
-from tb3_labs.marking.intake.packages import NotJudged
-from tb3_labs.marking.intake.reading import Reading, read, unpack_class
 from tb3_labs.marking.trial.ros_student_node import ALWAYS, VARIABLE, Launch
-from tb3_labs.marking.intake.sandbox import UNPROTECTED, NoSandbox, Sandbox
-from tb3_labs.marking.intake.sandbox import problem as sandbox_problem
-from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare
 from tb3_labs.ros.clocks import wait_until
 
 #: Variables of the caller that would change the result.
@@ -70,6 +66,10 @@ class Options:
     name: str = ''              # of the node's file, if it is not a usual one
     pad: str = HANDOUT          # the gamepad that is played
     sandbox: bool = True        # do the submissions' programs run in a Sandbox?
+
+
+class MarkingInterrupted(RuntimeError):
+    """A person has interrupted the marking."""
 
 
 class Marker:
@@ -207,81 +207,3 @@ def _sources_of(prefix):
         return Path(prefix, '.catkin').read_text().split(';')
     except OSError:
         return ()
-
-
-# -- a class
-
-def mark_class(given, tell_problem):
-    """Mark a class as the arguments of mark.py say. Returns the exit status.
-
-    ``tell_problem(words)`` is told why something was not done.
-    """
-    forget_overlays()
-    with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
-        try:
-            lab = LABS[given.lab]
-            parts = lab.checked_parts(given.parts)
-            worth = points_of(given.lab, read_points(given.points))
-            _check_place(given.submissions, given.folder)
-            found = submissions_in(_folder_of(given.submissions, Path(work)), tell_problem)
-            if given.only:
-                names = chosen([submission.student for submission in found], given.only)
-                found = [submission for submission in found if submission.student in names]
-            _check_lab(given)
-            options = Options(given.package, given.type, given.pad, not given.unprotected)
-            _check_sandboxes(given.unprotected)
-            folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),
-                                 given.points is not None)
-        except (OSError, ValueError, Refused) as problem:
-            tell_problem(reason(problem))
-            return 2
-        marked = MarkedClass(Marker(given.lab, worth, folder.logs, parts, options), folder,
-                             bool(given.only), tell_problem)
-        failed = marked.mark_all(found, given.jobs)
-    try:
-        page, notes = folder.write_overview(given.unprotected)
-    except (OSError, ValueError) as problem:
-        tell_problem(reason(problem))
-        return 2
-    for note in notes[given.unprotected:]:      # the note on --unprotected was printed before
-        tell(note)
-    if page is not None:
-        tell('Overview: {}'.format(page))
-    return 1 if failed else 0
-
-
-def _folder_of(submissions, work):
-    """The folder of the submissions; a zip file is unpacked below `work`."""
-    path = submissions.absolute()
-    if path.is_dir():
-        return path
-    if not (path.is_file() and is_zip(path.name)):
-        raise ValueError('{} is neither a folder nor a zip file'.format(submissions))
-    unpack_class(path, work / 'all')
-    return without_wrapping(work / 'all')
-
-
-def _check_lab(given):
-    """Raises ``ValueError`` for an unknown pad, and for an option of another lab."""
-    if given.pad != HANDOUT and given.lab != GAMEPAD:
-        raise ValueError('--pad is for --lab {} alone'.format(GAMEPAD))
-    pad_called(given.pad)
-
-
-def _check_place(submissions, marks):
-    """Raises ``ValueError`` if the marks would lie among the submissions, and be marked, too."""
-    inside, outside = marks.resolve(), submissions.resolve()
-    if outside.is_dir() and outside in (inside, *inside.parents):
-        raise ValueError('-o {}: the marks would lie among the submissions; give a folder beside '
-                         'them'.format(marks))
-
-
-def _check_sandboxes(unprotected):
-    """If `unprotected`, print that there is no protection. Otherwise raise ``ValueError`` if
-    sandboxes do not work here."""
-    if unprotected:
-        tell(UNPROTECTED)
-    elif sandbox_problem():
-        raise ValueError("{}: the submissions' programs cannot be kept in sandboxes here; nothing "
-                         'was started. --unprotected marks without: {}'.format(
-                             sandbox_problem(), UNPROTECTED))

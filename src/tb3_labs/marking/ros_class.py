@@ -1,0 +1,197 @@
+"""A class whose submissions are marked: the way in for mark.py."""
+import sys
+import tempfile
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Callable, Sequence
+
+from tb3_labs.command_line import printable, reason
+from tb3_labs.marking.intake.packages import NotJudged
+from tb3_labs.marking.intake.reading import unpack_class
+from tb3_labs.marking.intake.sandbox import UNPROTECTED
+from tb3_labs.marking.intake.sandbox import problem as sandbox_problem
+from tb3_labs.marking.intake.submissions import (
+    Refused, Submission, chosen, is_zip, submissions_in, without_wrapping)
+from tb3_labs.marking.lab_names import GAMEPAD
+from tb3_labs.marking.labs.gamepad import HANDOUT, pad_called
+from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
+from tb3_labs.marking.marks_folder import MarksFolder
+from tb3_labs.marking.ros_marker import Marker, MarkingInterrupted, Options, forget_overlays
+
+
+def tell(line: str) -> None:
+    """Print a line of progress; several threads may do so."""
+    sys.stdout.write(printable(line) + '\n')
+    sys.stdout.flush()
+
+
+class MarkedClass:
+    """A class whose submissions are marked, and its folder of marks."""
+
+    def __init__(self, marker: Any, folder: MarksFolder, anew: bool,
+                 tell_problem: Callable[[str], None]) -> None:
+        """`marker`: a Marker. `anew`: try all submissions again, also those that were marked and
+        have not changed."""
+        self._marker, self._folder, self._anew = marker, folder, anew
+        self._tell_problem = tell_problem
+        self._failed, self._unchanged = False, 0
+        self._writing = threading.Lock()
+
+    def mark_all(self, submissions: Sequence[Submission], jobs: int) -> bool:
+        """Mark the submissions, `jobs` at a time; write the marks of each as soon as it is marked.
+
+        Returns True if one of them was not judged.
+        """
+        tasks = []
+        with ThreadPoolExecutor(jobs) as pool:
+            try:
+                for number, submission in enumerate(submissions, 1):
+                    tasks.append(pool.submit(self._mark, submission, '[{}/{}] {}'.format(
+                        number, len(submissions), submission.student)))
+                wait(tasks)
+            except KeyboardInterrupt:
+                self._failed = True
+                self._marker.interrupted.set()
+                for task in tasks:
+                    task.cancel()
+                self._tell_problem('interrupted; the marks so far are written, and the same '
+                                   'command goes on from here')
+        for task in tasks:
+            problem = None if task.cancelled() else task.exception()
+            if problem is not None:
+                self._tell_problem(reason(problem))      # its marks cannot be written
+                self._failed = True
+        if self._unchanged:
+            tell('{} of {} had been marked and have not changed (--only NAME tries one again)'
+                 .format(self._unchanged, len(submissions)))
+        return self._failed
+
+    def _mark(self, submission, name):
+        try:
+            self._try(submission, name)
+        except MarkingInterrupted:
+            pass
+        except NotJudged as problem:
+            tell('{}: {}'.format(name, NOT_JUDGED))
+            self._write(self._marker.judged(Marks(submission.student, unjudged=str(problem))), '')
+        except Exception as problem:    # any error: the other submissions are still marked
+            why = '{} ({})'.format(reason(problem), type(problem).__name__)
+            self._tell_problem('{}: {}: {}'.format(name, NOT_JUDGED, why))
+            self._write(self._marker.judged(Marks(
+                submission.student, unjudged='The marking of it failed: {}.'.format(why))), '')
+
+    def _try(self, submission, name):
+        """Mark one submission, unless it was marked before and has not changed."""
+        begun = time.monotonic()
+        for is_last in (False, True):       # once more if the machine held up the robot
+            with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
+                reading = self._marker.read(submission, Path(work))
+                kept = None if self._anew or is_last else self._folder.kept(
+                    submission.student, reading.digest)
+                if kept is not None:
+                    tell('{}: {:g} of {:g} points, marked before'.format(
+                        name, kept.points, kept.worth))
+                    with self._writing:
+                        self._unchanged += 1
+                    return
+                if not is_last:
+                    tell(name + ' ...')
+                marks = self._marker.mark(submission.student, reading, Path(work))
+            if not marks.unfair:
+                break
+            if not is_last:
+                tell('{}: the machine held the robot up for {:.2f} s; tried again'.format(
+                    name, marks.observation.longest_gap))
+        marks.remarks += [marks.unfair] * bool(marks.unfair)
+        marks.seconds = time.monotonic() - begun
+        tell('{}: {}, {:.0f} s'.format(
+            name, '{:g} of {:g} points'.format(marks.points, marks.worth) if marks.judged
+            else NOT_JUDGED, marks.seconds))
+        self._write(marks, reading.digest)
+
+    def _write(self, marks, tried):
+        """Write Marks; `tried`: the digest of the submission."""
+        with self._writing:
+            self._folder.write(marks, '' if marks.unfair or marks.unjudged else tried)
+            self._failed = self._failed or not marks.judged
+
+
+# -- the command
+
+def mark_class(given, tell_problem):
+    """Mark a class as the arguments of mark.py say. Returns the exit status.
+
+    ``tell_problem(words)`` is told why something was not done.
+    """
+    forget_overlays()
+    with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
+        try:
+            lab = LABS[given.lab]
+            parts = lab.checked_parts(given.parts)
+            worth = points_of(given.lab, read_points(given.points))
+            _check_place(given.submissions, given.folder)
+            found = submissions_in(_folder_of(given.submissions, Path(work)), tell_problem)
+            if given.only:
+                names = chosen([submission.student for submission in found], given.only)
+                found = [submission for submission in found if submission.student in names]
+            _check_lab(given)
+            options = Options(given.package, given.type, given.pad, not given.unprotected)
+            _check_sandboxes(given.unprotected)
+            folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),
+                                 given.points is not None)
+        except (OSError, ValueError, Refused) as problem:
+            tell_problem(reason(problem))
+            return 2
+        marked = MarkedClass(Marker(given.lab, worth, folder.logs, parts, options), folder,
+                             bool(given.only), tell_problem)
+        failed = marked.mark_all(found, given.jobs)
+    try:
+        page, notes = folder.write_overview(given.unprotected)
+    except (OSError, ValueError) as problem:
+        tell_problem(reason(problem))
+        return 2
+    for note in notes[given.unprotected:]:      # the note on --unprotected was printed before
+        tell(note)
+    if page is not None:
+        tell('Overview: {}'.format(page))
+    return 1 if failed else 0
+
+
+def _folder_of(submissions, work):
+    """The folder of the submissions; a zip file is unpacked below `work`."""
+    path = submissions.absolute()
+    if path.is_dir():
+        return path
+    if not (path.is_file() and is_zip(path.name)):
+        raise ValueError('{} is neither a folder nor a zip file'.format(submissions))
+    unpack_class(path, work / 'all')
+    return without_wrapping(work / 'all')
+
+
+def _check_lab(given):
+    """Raises ``ValueError`` for an unknown pad, and for an option of another lab."""
+    if given.pad != HANDOUT and given.lab != GAMEPAD:
+        raise ValueError('--pad is for --lab {} alone'.format(GAMEPAD))
+    pad_called(given.pad)
+
+
+def _check_place(submissions, marks):
+    """Raises ``ValueError`` if the marks would lie among the submissions, and be marked, too."""
+    inside, outside = marks.resolve(), submissions.resolve()
+    if outside.is_dir() and outside in (inside, *inside.parents):
+        raise ValueError('-o {}: the marks would lie among the submissions; give a folder beside '
+                         'them'.format(marks))
+
+
+def _check_sandboxes(unprotected):
+    """If `unprotected`, print that there is no protection. Otherwise raise ``ValueError`` if
+    sandboxes do not work here."""
+    if unprotected:
+        tell(UNPROTECTED)
+    elif sandbox_problem():
+        raise ValueError("{}: the submissions' programs cannot be kept in sandboxes here; nothing "
+                         'was started. --unprotected marks without: {}'.format(
+                             sandbox_problem(), UNPROTECTED))
