@@ -96,7 +96,7 @@ class Demo:
         self._states.append((rospy.get_time(), message.data))
 
     def _on_control(self, event):
-        if not event.value.data and event.sender != rospy.get_name():
+        if not event.what and event.sender != rospy.get_name():
             self._taken = self._granted
 
     def _run(self):

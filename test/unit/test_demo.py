@@ -70,7 +70,7 @@ def demo(monkeypatch):
 
 
 def said(word, sender):
-    return SimpleNamespace(value=SimpleNamespace(data=word), sender=sender)
+    return SimpleNamespace(what=word, sender=sender)
 
 
 @pytest.mark.parametrize('refuses', [0, 2])
