@@ -38,7 +38,7 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, run
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.topics import subscribe, subscribe_events
+from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.srv import ResetPose
 
 #: Longest wait for a node that starts, and for the end of a drive [s, wall clock].
@@ -80,23 +80,23 @@ class Demo:
         self._taken = False
         # not latched: move_to_goal would take a latched message for one of an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
-        subscribe_events('ctrl_relinq', Bool, self._on_control)
-        subscribe('goal_state', String, self._on_state, queue_size=None)
-        self._hear('has_control', Bool, lambda message: message.data)
+        hear('ctrl_relinq', Bool, self._on_control)
+        hear('goal_state', String, self._on_state)
+        self._keep('has_control', Bool, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
-            self._hear(topic, PoseStamped, lambda message: to_pose2(message.pose))
+            self._keep(topic, PoseStamped, lambda message: to_pose2(message.pose))
         threading.Thread(target=guarded(self._run), daemon=True).start()
 
-    def _hear(self, topic, kind, read):
-        def keep(value):
-            self._heard[topic] = rospy.get_time(), value
-        subscribe(topic, kind, keep, read)
+    def _keep(self, topic, kind, read):
+        def keep(message):
+            self._heard[topic] = rospy.get_time(), read(message)
+        hear(topic, kind, keep)
 
     def _on_state(self, message):
         self._states.append((rospy.get_time(), message.data))
 
-    def _on_control(self, event):
-        if not event.what and event.sender != rospy.get_name():
+    def _on_control(self, message):
+        if not message.data and connection_of(message)['callerid'] != rospy.get_name():
             self._taken = self._granted
 
     def _run(self):
@@ -188,6 +188,11 @@ class Demo:
         if not wait_until(condition, LONGEST_WAIT):
             raise RuntimeError('waited {:.0f} s in vain for {}; states: {}'.format(
                 LONGEST_WAIT, what, [state for _, state in self._states]))
+
+
+def hear(topic, kind, callback):
+    """Call `callback` for each message, in their order."""
+    rospy.Subscriber(topic, kind, guarded(callback), queue_size=None, tcp_nodelay=True)
 
 
 def is_reset():

@@ -70,7 +70,7 @@ def demo(monkeypatch):
 
 
 def said(word, sender):
-    return SimpleNamespace(what=word, sender=sender)
+    return SimpleNamespace(data=word, _connection_header={'callerid': sender})
 
 
 @pytest.mark.parametrize('refuses', [0, 2])
