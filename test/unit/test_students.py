@@ -101,6 +101,9 @@ def test_every_import_leads_to_a_file_of_it_and_every_module_serves_one(archive)
     """A module that nothing in the archive uses belongs to a solution."""
     used = {'src/{}.py'.format(name.replace('.', '/')) for path, text in archive.items()
             if not path.endswith('.py') for name in re.findall(r'-m (tb3_labs[\w.]+)', text)}
+    # a program that is started by its path
+    used |= {'{}/{}'.format(path.rpartition('/')[0], name) for path, text in archive.items()
+             for name in re.findall(r"'(\w+\.py)'", text)}
     for path, text in archive.items():
         for name, files in imports_of(text) if path.endswith('.py') else ():
             package, _, own = name.rpartition('.')    # or a name of the package's own file
