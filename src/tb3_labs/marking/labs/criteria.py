@@ -112,7 +112,7 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
           parts: Sequence[str] = ()) -> List[Verdict]:
     """One Verdict for each criterion of `parts`, or of all parts if none are given; `worth`: name
     of a criterion -> points."""
-    verdicts = []
+    verdicts: List[Verdict] = []
     for criterion in criteria:
         if not criterion.is_tried(parts):
             continue
