@@ -89,11 +89,15 @@ def drive(goal):
     try:
         progress = Progress()
         while not over.is_set():
-            over.wait(PROGRESS)
+            is_over = over.wait(PROGRESS)
             pause(0.0)
             if rospy.is_shutdown():
                 return 1
-            if not over.is_set():
+            if not is_over and not client.status_sub.get_num_connections():
+                print('send_goal: move_to_goal is gone, and the goal with it: start it, give it '
+                      'control, and send the goal again', file=sys.stderr)
+                return 1
+            if not is_over:
                 progress.tell()
     except Interrupted:
         sent.cancel()

@@ -34,7 +34,7 @@ from tb3_labs.control.turning import TurnConfig, degrees_of, make_turn
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller_core import ControllerCore
-from tb3_labs.ros.clocks import steady_time, wait_until
+from tb3_labs.ros.clocks import Complaints, steady_time, wait_until
 from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Watchdog, values_of
 from tb3_labs.ros.conversions import to_mouse
 from tb3_labs.ros.node import end, end_roslaunch, guarded, log_news, run
@@ -61,6 +61,7 @@ class ControllerNode:
         self._lock = threading.Lock()    # guards `_core` and `_driver`
         self._robot_wait = time.monotonic() + ROBOT_WAIT
         self._cmd_vel = CmdVel()
+        self._complaints = Complaints()    # of turns that are refused
         rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
         self._watchdog = Watchdog(self._tick)
         self._sends_wheels = subscribe_wheels(self._on_wheels)
@@ -102,7 +103,7 @@ class ControllerNode:
         self._watchdog.feed()
 
     def _on_turn(self, turn):
-        self._turn(lambda now: self._core.on_turn(turn, now))
+        self._turn(lambda now: self._core.on_turn(turn, now), self._complaints.warn)
 
     def _on_settings(self, config):
         law = make_turn(config, self._model, self._response)
@@ -132,13 +133,13 @@ class ControllerNode:
         rospy.loginfo('No keyboard (any more): turn by "rostopic pub -1 %s std_msgs/Float64 -- '
                       '90", or drive by the mouse', rospy.resolve_name('turn'))
 
-    def _turn(self, ask):
+    def _turn(self, ask, complain=rospy.logwarn):
         with self._lock:
             self._core.update(steady_time())
             try:
                 ask(rospy.get_time())
             except ValueError as problem:
-                rospy.logwarn('%s', problem)
+                complain('%s', problem)
         self._tick()
 
     def _tick(self):

@@ -176,7 +176,8 @@ class FaultsTest(DriveCase):
 
     def test_messages_that_cannot_be_true(self):
         node, bad = self.drive(Pose2(0.6)), []
-        for w, x in ((math.nan, 0.0), (math.inf, 0.0), (0.0, 0.0), (3.0, 0.0), (1.0, math.nan)):
+        for w, x in ((math.nan, 0.0), (math.inf, 0.0), (0.0, 0.0), (3.0, 0.0), (1.0, math.nan),
+                     (1.0, 1.7e308), (1.0, 1e200), (1.0, -3e4)):
             imu, odom = Imu(), Odometry()
             imu.orientation.w = odom.pose.pose.orientation.w = w
             imu.angular_velocity.z = odom.pose.pose.position.x = x

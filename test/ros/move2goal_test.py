@@ -125,7 +125,8 @@ class Move2GoalTest(DriveCase):
         self.set_goal(goal)
         self.assertEqual(self.drive(), 'GOAL_REACHED')
         self.assert_pose(local_T_world @ self.truth(), goal)
-        path = self.seen.latest('local_path')
+        path = self.seen.wait_for('local_path', lambda path: to_pose2(
+            path.poses[-1].pose).distance_to(goal) < 0.03)    # its last step is 20 mm
         self.assertEqual(path.header.frame_id, 'local')
         self.assertTrue(10 <= len(path.poses) <= 120, len(path.poses))    # it is thinned
         answer = self.reset(-2.0, 0.5, -10.0)
@@ -220,7 +221,7 @@ class Move2GoalTest(DriveCase):
                 self.assertTrue(first.result().success)
             now = rospy.get_time()
             _, here = self.seen.wait_for('local_pose', lambda sample: sample[0] > now)
-            self.assert_pose(here, there, 0.001, 0.1)
+            self.assert_pose(here, there, 0.001, 0.3)
             self.goals.publish(goal)
             self.seen.wait_for('current_goal', lambda pose: pose.distance_to(there) < 0.001)
 

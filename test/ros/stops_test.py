@@ -225,6 +225,36 @@ class StopsTest(WithThumb, DriveCase):
         self.cancels.publish(GoalID())
         self.is_stopped(asked)
 
+    def test_two_nodes_that_obey_one_word_are_named_and_a_dead_one_is_missed(self):
+        """Two move_to_goal that drive to one goal; send_goal.py to a node that is killed."""
+        first = self.move_to_goal()
+        second = self.start('move2goal_tf.py', '_goal_x:=90', '__name:=second')
+        self.seen.wait_until(lambda: self.control.get_num_connections() == 2, STARTING, 'both')
+        self.wait_until_hears('second', 'odom')
+        self.let_pass(1.5)        # in which the second compares gyro and wheels at rest
+        self.let_it_drive(self.give_control)
+        first.wait_for('/second drives the robot, too: stop one of the two')
+        second.wait_for('/move_to_goal drives the robot, too: stop one of the two')
+        second.end()
+        sender = self.start('send_goal.py', '90', '0', '0')
+        sender.wait_for('MOVE_FORWARD: ')      # a line of its progress
+        first.kill()
+        self.assertEqual(sender.wait(STARTING), 1)
+        self.assertIn('move_to_goal is gone, and the goal with it', sender.lines[-1])
+
+    def test_refusals_that_repeat_are_one_line_and_move_no_terminal(self):
+        mover = self.move_to_goal()
+        for frame, pose in ((2 * '\x1b[2J', Pose2()), ('local', Pose2(math.nan))):
+            begun, lines = rospy.get_time(), mover.text.count('Goal refused')
+            for _ in range(100):
+                self.go_to(pose, frame)
+                rospy.rostime.wallsleep(0.01)
+            self.seen.wait_until(lambda: mover.text.count('Goal refused') > lines, what='a line')
+            most = 1.0 + rospy.get_time() - begun
+            self.assertLessEqual(mover.text.count('Goal refused') - lines, most)
+        self.assertNotIn('\x1b[2J', mover.text)
+        self.let_it_drive(self.give_control)
+
     def test_a_latched_goal_of_the_action_is_not_taken_again(self):
         student = self.student()
         student.type('goal')

@@ -231,6 +231,55 @@ def test_without_wheels_or_stamps_nothing_is_said():
     assert len(deaf._readings) < 200      # those of the last 0.6 s
 
 
+# -- the orientation and its gyro
+
+def turn_from_rest(watch, orientation, seconds=1.0, rate=1.5, stamped=True, begin=50.0):
+    """Let a robot rest for a second, then turn. `orientation(true yaw)` is what its IMU shows.
+    Returns the times at which a GyroWatch tells a problem, from the first motion on [s]."""
+    yaw, speed, told = 0.0, 0.0, []
+    for tick in range(round((1.0 + seconds) / 0.01)):
+        now = begin + 0.01 * tick
+        speed = min(abs(rate), speed + 0.3) if tick > 100 else 0.0
+        yaw += 0.01 * math.copysign(speed, rate)
+        wheel = yaw * BURGER.wheel_separation / BURGER.wheel_radius / 2.0
+        if stamped and tick % 3 == 0:
+            watch.on_wheels(WheelSample(now, -wheel, wheel))
+        watch.on_imu(ImuSample(now if stamped else 0.0, orientation(yaw) + 1e-9 * (tick % 2),
+                               math.copysign(speed, rate) + 1e-6 * tick), now)
+        if isinstance(watch, MoveToGoalCore):
+            watch.on_odometry(OdometrySample(now, Pose2(), 0.0, 0.0), now)
+        if isinstance(watch, GyroWatch) and watch.problem():
+            told.append(now - begin - 1.0)
+    return told
+
+
+@pytest.mark.parametrize('rate', [1.5, -1.5, 0.5, 2.6])
+@pytest.mark.parametrize('stamped', [True, False])
+@pytest.mark.parametrize('noise', [0.0, 0.005])
+def test_an_orientation_that_stands_while_the_gyro_turns_is_found_and_forgiven(rate, stamped, noise):
+    watch, chance = GyroWatch(BURGER), random.Random(1)
+    told = turn_from_rest(watch, lambda _: 0.3 + chance.gauss(0.0, noise), 1.0, rate, stamped)
+    assert 0.0 < told[0] <= 0.3 and "the imu's orientation stands" in watch.problem()
+    assert 'switch the robot off and on' in watch.problem()
+    told = turn_from_rest(watch, lambda yaw: 0.3 + yaw, 1.0, rate, stamped, 52.0)
+    assert -0.1 < told[-1] <= 0.02      # until the gyro rested for a second, or the orientation moved
+
+
+@pytest.mark.parametrize('orientation', [lambda yaw: yaw, lambda yaw: 0.8 * yaw + 0.1])
+def test_an_orientation_that_follows_its_gyro_is_not_accused(orientation):
+    for rate in (0.05, 0.12, 1.5, -2.6):
+        assert turn_from_rest(GyroWatch(BURGER), orientation, 3.0, rate) == []
+
+
+def test_both_nodes_refuse_an_orientation_that_stands():
+    drives, turns = navigator(), controller()
+    for core in drives, turns:
+        turn_from_rest(core, lambda _: 0.3, 0.2)
+    with pytest.raises(ValueError, match="cannot turn: the imu's orientation stands"):
+        turns.ask(90.0, 51.2)
+    assert "the imu's orientation stands" in drives.status(51.2).sensor_problem
+
+
 # -- the cores of both nodes
 
 def test_a_lying_gyro_is_neither_driven_nor_turned_by():

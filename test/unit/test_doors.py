@@ -1,0 +1,123 @@
+"""What a stranger's message may hold: absurd numbers, no sender's name, letters that move a terminal."""
+import math
+
+import pytest
+
+pytest.importorskip('rospy')
+
+from genpy import Time    # noqa: E402 (ROS may be missing)
+from nav_msgs.msg import Odometry    # noqa: E402
+from sensor_msgs.msg import Imu, JointState    # noqa: E402
+from std_msgs.msg import Header    # noqa: E402
+
+from tb3_labs.geometry.se2 import AskedPose, Pose2    # noqa: E402
+from tb3_labs.localization.localizer import Localizer    # noqa: E402
+from tb3_labs.robot.samples import ImuSample, OdometrySample    # noqa: E402
+from tb3_labs.ros.conversions import to_asked_pose, to_pose_stamped    # noqa: E402
+from tb3_labs.ros.rospy_internals import sender_of    # noqa: E402
+from tb3_labs.ros.sensor_topics import (    # noqa: E402
+    to_imu_sample, to_odometry_sample, to_wheel_sample)
+
+
+def imu(rate=0.0, covariance=0.0, gyro_covariance=0.0):
+    message = Imu()
+    message.orientation.w = 1.0
+    message.angular_velocity.z = rate
+    message.orientation_covariance[0] = covariance
+    message.angular_velocity_covariance[0] = gyro_covariance
+    return message
+
+
+def odometry(x=0.0, y=0.0, linear=0.0, angular=0.0):
+    message = Odometry()
+    message.pose.pose = to_pose_stamped(Pose2(x, y), 'odom', 0.0).pose
+    message.twist.twist.linear.x, message.twist.twist.angular.z = linear, angular
+    message.pose.covariance = message.twist.covariance = [math.nan] * 36    # is not read
+    return message
+
+
+def wheels(angle=0.0):
+    return JointState(name=['wheel_left_joint', 'wheel_right_joint'], position=[angle, -angle])
+
+
+ABSURD = [1.7e308, -1.7e308, 1e200, math.nan, math.inf]
+
+
+@pytest.mark.parametrize('read, make, field, most', [
+    (to_imu_sample, imu, 'rate', 34.9), (to_odometry_sample, odometry, 'x', 2e4),
+    (to_odometry_sample, odometry, 'y', -2e4), (to_odometry_sample, odometry, 'linear', 3.0),
+    (to_odometry_sample, odometry, 'angular', -2.0 * math.pi * 30.0),      # the firmware's spike
+    (to_wheel_sample, wheels, 'angle', 3e6)])
+def test_numbers_that_no_robot_can_have_are_refused(read, make, field, most):
+    read(make(**{field: most}))
+    for value in ABSURD + [5.0 * most, 6000.0 * most]:
+        if abs(value) < 7e3 and field == 'angular':
+            continue
+        with pytest.raises(ValueError, match='more than a robot can have|finite'):
+            read(make(**{field: value}))
+
+
+@pytest.mark.parametrize('what, message', [
+    ('orientation', imu(covariance=-1.0)), ('gyro', imu(gyro_covariance=-1.0))])
+def test_an_imu_that_says_that_it_has_no_orientation_is_refused(what, message):
+    with pytest.raises(ValueError, match='it has no ' + what):
+        to_imu_sample(message)
+
+
+@pytest.mark.parametrize('read, make', [
+    (to_imu_sample, imu), (to_odometry_sample, odometry), (to_wheel_sample, wheels)])
+def test_a_stamp_that_ros_could_not_send_again_is_refused(read, make):
+    message = make()
+    message.header.stamp = Time(2 ** 32 - 1, 999999999)
+    with pytest.raises(ValueError, match='stamp = 4.29497e.09 s'):
+        read(message)
+    message.header.stamp = Time(2 ** 32 - 3, 0)     # absurd, but harmless
+    read(message)
+
+
+@pytest.mark.parametrize('absurd', [1e200, 1.7e308, 1.9e4])
+def test_a_reset_heals_whatever_was_believed_before(absurd):
+    """Also without a door."""
+    localizer, now = Localizer(), 10.0
+
+    def hear(seconds, x):
+        nonlocal now
+        for _ in range(round(seconds / 0.03)):
+            now += 0.03
+            localizer.on_imu(ImuSample(now, 0.3 + 1e-9 * now, 0.0), now)
+            localizer.on_odometry(OdometrySample(now, Pose2(x + 1e-9 * now, 2.0, 0.1), 0.0, 0.0), now)
+            localizer.take_fix()
+    hear(0.3, 1.0)
+    for x in (absurd, 1.0, -absurd, 1.0):
+        hear(0.03, x)
+    hear(0.3, 1.0)
+    for declared in (Pose2(1.0, 2.0, 3.0), Pose2()):
+        reset = localizer.reset(AskedPose(declared), now)
+        hear(0.3, 1.0)
+        pose = localizer.motion(now).pose
+        assert reset.done and localizer.odom_T_local.distance_to(Pose2()) < 10.0
+        assert (pose.x, pose.y, pose.yaw) == pytest.approx(
+            (declared.x, declared.y, declared.yaw), abs=1e-6)
+
+
+@pytest.mark.parametrize('frame, in_odom', [
+    ('', False), ('local', False), ('/local', False), ('map', False), ('odom', True), ('/odom', True)])
+def test_the_frames_of_a_goal(frame, in_odom):
+    pose = to_pose_stamped(Pose2(1.0, 2.0, 0.5), '', 0.0).pose
+    assert to_asked_pose(Header(frame_id=frame), pose).in_odom is in_odom
+
+
+@pytest.mark.parametrize('frame', ['mars', 'base_link', 'local2', '\x1b[2J\x1b[31m', 'x' * 5000, '\u202e'])
+def test_another_frame_is_refused_in_one_short_line_that_no_terminal_obeys(frame):
+    with pytest.raises(ValueError) as refusal:
+        to_asked_pose(Header(frame_id=frame), to_pose_stamped(Pose2(), '', 0.0).pose)
+    line = str(refusal.value)
+    assert line.isprintable() and len(line) < 200
+    assert 'is not valid: local, odom, or map (or none), which means local' in line
+
+
+@pytest.mark.parametrize('header, name', [
+    ({}, ''), ({'callerid': '/pad'}, '/pad'), ({'callerid': '\x1b[2J/a\n'}, '[2J/a'),
+    ({'callerid': 'x' * 5000}, 'x' * 100)])
+def test_a_senders_name_is_short_and_plain_and_may_be_missing(header, name):
+    assert sender_of(header) == name
