@@ -31,12 +31,11 @@ from roslib.packages import find_node
 from tb3_labs.command_line import write_output
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
 from tb3_labs.marking.trial.evidence import remarks_on
-from tb3_labs.marking.feedback import diagnosis
+from tb3_labs.marking.feedback import hint_in_a_line
 from tb3_labs.marking.labs.gamepad import HANDOUT, pad_called
 from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
 from tb3_labs.marking.trial.ros_stage import try_out
 from tb3_labs.marking.trial.ros_student_node import Launch
-from tb3_labs.report.cause import hints
 
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
 #: rostest names the file for the results by this word.
@@ -201,7 +200,7 @@ def main():
         return report([Check('test_runs', 'nothing was judged: {}'.format(problem))])
     if not marks.verdicts:
         return report([])
-    hint = hints.in_a_line(diagnosis(marks.observation.run(), marks))
+    hint = hint_in_a_line(marks)
     for line in lines_of(marks.graded) + marks.remarks + [hint] * bool(hint) + [total(marks)]:
         tell(line)
     extra = lines_of(marks.extra)

@@ -72,23 +72,22 @@ TABLE = [
     ('turn', 'sleeps in the turn', [(TURNS, TURNS.replace('yaw_err', 'rospy.sleep(1.0)\n            yaw_err'))],
      'sleep', 'step 5'),
     ('turn', 'sleeps in callback_imu', [(IMU_END, '            rospy.sleep(0.5)\n' + IMU_END)], 'sleep', 'step 4'),
-    ('turn', 'no abs', [NO_ABS], 'abs', 'step 5'),
+    ('turn', 'no abs', [NO_ABS], 'abs', 'step 6'),
     ('turn', 'turning never False', [('                self.turning = False\n                ang_z', '                ang_z')],
      'turning', 'step 5'),
     ('turn', 'goal without self', [(LEFT, LEFT[5:]), (TO_RIGHT, TO_RIGHT[5:])], 'self\\.goal_yaw', 'step 5'),
     ('turn', 'heading without self', [(IMU_END, IMU_END.replace('self.curr_yaw', 'curr_yaw'))],
-     'heading', 'step 4'),
+     'self.curr_yaw', 'step 4'),
     ('turn', 'degrees twice', [MATH, ('yaw = q.to_euler(degrees=True)[2]',
                                       'yaw = math.degrees(q.to_euler(degrees=True)[2])')], 'degrees', 'step 4'),
     ('turn', 'heading in radians', [RADIANS], 'radians', 'step 4'),
-    ('turn', 'roll', [('degrees=True)[2]', 'degrees=True)[0]')], 'heading', 'step 4'),
-    ('turn', 'order', [ORDER], 'heading', 'step 4'),
-    ('turn', 'error not wrapped', NO_ERROR_WRAP, 'wrap', 'step 5'),
-    ('turn', 'goal not wrapped', NO_GOAL_WRAP, 'wrap|goal below 0', 'step'),
-    ('turn', 'nothing wrapped', NO_GOAL_WRAP + NO_ERROR_WRAP, 'wrap|near it', 'step'),
+    ('turn', 'roll', [('degrees=True)[2]', 'degrees=True)[0]')], 'third Euler', 'step 4'),
+    ('turn', 'order', [ORDER], 'order of the four', 'step 4'),
+    ('turn', 'error not wrapped', NO_ERROR_WRAP, 'shorter', 'step 5'),
+    ('turn', 'nothing wrapped', NO_GOAL_WRAP + NO_ERROR_WRAP, 'ever come near it', 'step'),
     ('turn', 'swapped', [(LEFT, '#L'), (TO_RIGHT, LEFT), ('#L', TO_RIGHT)], 'right', 'step 5'),
     ('turn', 'no limit', [('elif ang_z > self.MAX_ANG_Z:', 'elif False:'), ('elif ang_z < -self.MAX_ANG_Z:', 'elif False:')],
-     'rad/s while turning', 'step 5'),
+     'up to 9.0 rad/s to the left and 9.0', 'step 5'),
     ('turn', 'no limit to the right', [('elif ang_z < -self.MAX_ANG_Z:', 'elif False:')], 'to the right', 'step 6'),
     ('turn', 'no zero', [('                self.turning = False\n                ang_z = 0\n', '                self.turning = False\n'
                           '                return\n')], 'zero|last one', 'step 5'),
@@ -110,8 +109,8 @@ TABLE = [
         'self.cmd = Twist()', 'self.cmd = TwistStamped()'), ('import Twist\n', 'import Twist, TwistStamped\n'), (
         '        self.cmd.linear.x = 0\n        self.cmd.angular.z = ang_z', '        self.cmd.twist.angular.z = ang_z')],
      'TwistStamped', 'step 5'),
-    ('turn', 'order, sign', [ORDER, SIGN], 'heading|away', 'step'),
-    ('turn', 'radians, no abs', [RADIANS, NO_ABS], 'radians|abs', 'step'),
+    ('turn', 'order, sign', [ORDER, SIGN], 'curr_yaw|away', 'step'),
+    ('turn', 'radians, no abs', [RADIANS, NO_ABS], 'radians', 'step'),
     ('turn', 'no abs, not wrapped', [NO_ABS] + NO_ERROR_WRAP, 'abs|wrap', 'step'),
     ('turn', 'sign, no limit', [SIGN, ('elif ang_z > self.MAX_ANG_Z:', 'elif False:')], 'away', 'step'),
     ('turn', 'swapped, 45', [(LEFT, '#L'), (TO_RIGHT, LEFT), ('#L', TO_RIGHT.replace('90', '45'))], 'to the right', 'step'),
@@ -182,6 +181,7 @@ TABLE = [
     ('turn', 'asks in words', [('"Input l or r to turn 90 deg"', '"left or right? "')], RIGHT, ''),
     ('turn', 'within +-180', [('return 360 + yaw if yaw < 0 else yaw', 'return yaw')] + NO_GOAL_WRAP + [
         ('yaw_err = self.goal_yaw - self.curr_yaw', 'yaw_err = (self.goal_yaw - self.curr_yaw + 180) % 360 - 180')], RIGHT, ''),
+    ('turn', 'goal not wrapped', NO_GOAL_WRAP, RIGHT, ''),      # the error is
     ('turn', 'half as fast', [('MAX_ANG_Z = 1.5', 'MAX_ANG_Z = 0.8')], RIGHT, ''),
     ('move2goal', 'as it is', [], RIGHT, ''),
     ('move2goal', 'slower', [('cmd.linear.x = 0.15', 'cmd.linear.x = 0.1')], RIGHT, ''),
@@ -219,16 +219,14 @@ def told(folder, lab, name):
     """(points lost, the first sentence, the hint, all remarks) of the check."""
     from tb3_labs.marking.labs.criteria import Outcome, judge
     from tb3_labs.marking.trial.evidence import remarks_on
-    from tb3_labs.marking.feedback import diagnosis
+    from tb3_labs.marking.feedback import hint_in_a_line
     from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
     from tb3_labs.marking.trial.observation import Observation
-    from tb3_labs.report import hints
     seen = Observation.from_json((folder / lab / 'marks' / 'logs' / (name + '.json')).read_text())
     marks = Marks(name, seen.node, judge(LABS[lab].criteria, seen, points_of(lab, read_points(None)),
                                          PARTS[lab].split(',')), observation=seen)
     missed = [verdict.sentence for verdict in marks.graded if verdict.outcome is not Outcome.MET]
-    hint = hints.in_a_line(diagnosis(seen.run(), marks))
-    return marks.worth - marks.points, (missed or [''])[0], hint, remarks_on(seen)
+    return marks.worth - marks.points, (missed or [''])[0], hint_in_a_line(marks), remarks_on(seen)
 
 
 def main():

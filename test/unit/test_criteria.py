@@ -384,7 +384,9 @@ def test_a_node_that_dies_of_a_stimulus_does_not_meet_it():
 
 
 #: rospy's own, if a callback publishes while the node ends.
-CLOSED = extended('rospy.exceptions.ROSException: publish() to a closed topic')
+CLOSED = extended('rospy.exceptions.ROSException: publish() to a closed topic') + extended(
+    'ValueError: I/O operation on closed file.\n\nDuring handling of the above exception, another '
+    'exception occurred:\n') + extended('rospy.exceptions.ROSException: topic was closed during publish()')
 
 
 @pytest.mark.parametrize('end, words', [

@@ -20,8 +20,9 @@ from typing import Any, Dict, List, Sequence
 from urllib.parse import quote
 
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
-from tb3_labs.marking.marks import NOT_JUDGED, Marks
-from tb3_labs.marking.trial.observation import GOAL_POSE, Observation
+from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks
+from tb3_labs.marking.trial.evidence import tracebacks_before_the_end
+from tb3_labs.marking.trial.observation import GOAL_POSE, NotSeen, Observation
 from tb3_labs.report.cause import hints
 from tb3_labs.report.cause.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.page.tables import Markup, document, safe, table
@@ -64,7 +65,8 @@ def feedback(marks: Marks, lab: str) -> str:
     points = '{:g} of {:g} points.'.format(marks.points, marks.worth)
     parts = ['<p><b>{}</b> {}</p>'.format(points if marks.judged else 'Not judged.', escape(
         'Node: {}.'.format(marks.node) if marks.node else ''))]
-    parts += ['<p>{}</p>'.format(escape(remark)) for remark in marks.sentences]
+    parts += ['<p>{}</p>'.format(escape(remark)) for remark in marks.sentences + list(
+        filter(None, [own_hint(marks)]))]
     if marks.judged:
         parts.append(_verdicts(marks.graded))
     if marks.judged and marks.extra:
@@ -188,9 +190,28 @@ def diagnosis(run: RunData, marks: Marks) -> Diagnosis:
     """Returns the Diagnosis of a run, the observation of these marks, if a criterion was missed. A
     node that never heard a sensor has none: its remark says which."""
     is_missed = any(verdict.outcome is Outcome.MISSED for verdict in marks.verdicts)
-    if not is_missed or marks.observation is None or marks.observation.deaf:
+    if not is_missed or marks.observation is None or marks.observation.deaf or (
+            own_hint(marks) or tracebacks_before_the_end(marks.observation)):
         return Diagnosis('')
     return diagnose(run)
+
+
+def own_hint(marks: Marks) -> str:
+    """The sentence of the lab on the mistake of a node that lost points; '' if it has none."""
+    seen = marks.observation
+    lost = any(verdict.outcome is Outcome.MISSED for verdict in marks.graded)
+    if not lost or seen is None or seen.lab not in LABS or tracebacks_before_the_end(seen):
+        return ''       # an exception is the mistake
+    try:
+        return LABS[seen.lab].hint(seen)
+    except NotSeen:
+        return ''
+
+
+def hint_in_a_line(marks: Marks) -> str:
+    """The mistake of a node, by the lab or by the way in which the robot moved; '' if unknown."""
+    return own_hint(marks) or (hints.in_a_line(diagnosis(marks.observation.run(), marks))
+                               if marks.observation is not None else '')
 
 
 # -- the table

@@ -14,7 +14,7 @@ key would have the same result.
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import rospkg
 import yaml
@@ -38,6 +38,8 @@ class Lab(NamedTuple):
 
     title: str
     criteria: List[Criterion]
+    #: The mistake that a node may have, in a sentence; '' if it is not known.
+    hint: Callable[[Observation], str] = lambda seen: ''
 
     @property
     def parts(self) -> List[str]:
@@ -53,7 +55,8 @@ class Lab(NamedTuple):
 
 
 LABS = {
-    IMU: Lab('IMU exercise', imu.CRITERIA), TURN: Lab('IMU lab', turn.CRITERIA),
+    IMU: Lab('IMU exercise', imu.CRITERIA, imu.hint),
+    TURN: Lab('IMU lab', turn.CRITERIA, turn.hint),
     MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA),
     GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA)}
 

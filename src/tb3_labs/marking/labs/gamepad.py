@@ -9,6 +9,7 @@ from tb3_labs.marking.labs.criteria import (ANGULAR, AT_ONCE, BEYOND, IN_TIME, L
                                        STOPS_AT_ONCE, STOPS_WHEN_LOST, THUMB, Criterion,
                                        Place, ends_cleanly, opposite, starts, steers, stops_robot,
                                        stops_when_silent)
+from tb3_labs.marking.trial.printed import last_words
 from tb3_labs.marking.trial.observation import NotSeen, Observation
 from tb3_labs.nodes.pad import PadConfig
 
@@ -133,9 +134,13 @@ def _regains(seen: Observation) -> str:
 
 
 def _resets(seen: Observation) -> str:
-    facts = seen.during(RESET_BUTTON).facts
+    scene = seen.during(RESET_BUTTON)
+    facts = scene.facts
     if not facts[CALLS]:
-        return 'after Y no reset service was called (reset_pose, set_pose, reset, ... were there)'
+        return 'after Y no reset service was called (reset_pose, set_pose, reset, ... were there), ' \
+            'and it printed {}'.format(
+                last_words(scene.printed) + ': has its client one of these names?'
+                if scene.printed.strip() else 'nothing: does it read the button of Y?')
     if not facts[ORIGIN]:
         return 'after Y the reset was called with another pose than (0, 0, 0)'
     return '' if facts[UNIT] else \

@@ -12,7 +12,7 @@ from tb3_labs.marking.labs.criteria import (AT_ONCE, BEYOND, IN_TIME, ROUNDING, 
                                        ends_cleanly, starts, stops_robot, stops_when_silent)
 from tb3_labs.marking.trial.evidence import idle
 from tb3_labs.marking.trial.observation import (
-    GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
+    CTRL_RELINQ, GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
 
 #: The parts of the lab.
 DRIVE, RESET, CONTROL, DECLARED, OFFSET, LOST = (
@@ -97,7 +97,9 @@ def _driven(seen: Observation, name: str) -> Scene:
     """The scene of a drive; NotSeen if the node did not move the robot."""
     scene = seen.during(name)
     if not scene.facts[MOVED]:
-        raise NotSeen('it got control, but did not move the robot: {}'.format(idle(scene)))
+        hears = '/' + CTRL_RELINQ in scene.run.listens or not scene.run.listens
+        raise NotSeen('it got control, but did not move the robot: {}'.format(
+            idle(scene) if hears else 'it does not listen to {}'.format(CTRL_RELINQ)))
     return scene
 
 

@@ -24,6 +24,7 @@ from tb3_labs.marking.trial.ros_robot import UNDER_WAY, Repeater
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import connection_of
 
+NO_COVARIANCE = 'The covariance of its reset is all zeros: TODO 4 is open.'
 #: A pad has this number of axes and of buttons; those without a function stay zero.
 AXES, PAD_BUTTONS_SENT = 8, 11
 #: A button is pressed for PRESS [s]; Y is held for HOLD [s].
@@ -105,6 +106,7 @@ def buttons(stage):
                 record.facts.update({asked.CALLS: len(service.calls),
                                      asked.ORIGIN: all(origin for origin, _ in service.calls),
                                      asked.UNIT: all(unit for _, unit in service.calls)})
+            stage.remark([NO_COVARIANCE] * service.lacks_covariance)
             stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
 
 
@@ -181,6 +183,11 @@ def is_unit(request):
                for _, kind, q in _fields(request) if kind == 'geometry_msgs/Quaternion')
 
 
+def has_covariance(request):
+    """Is any number of its covariance not zero, if it has one?"""
+    return all(any(value) for name, _, value in _fields(request) if name == 'covariance')
+
+
 class AnyService:
     """Reset services with the names NAMES. They take calls of any type, and answer with success.
 
@@ -194,6 +201,7 @@ class AnyService:
         #: For each call so far: did it declare (0, 0, 0), and is its quaternion a rotation? Both are
         #: True also if its type is unknown.
         self.calls = []
+        self.lacks_covariance = False
         self._services = [offer_any_service(name, self._on_call) for name in NAMES]
 
     def close(self):
@@ -208,6 +216,7 @@ class AnyService:
         request = kind._request_class()
         request.deserialize(data)
         self.calls.append((is_origin(request), is_unit(request)))
+        self.lacks_covariance |= not has_covariance(request)
         response = kind._response_class()
         for name, value in (('success', True), ('message', 'reset')):
             if name in response.__slots__:

@@ -187,6 +187,9 @@ def reset(stage):
     if not caller.found:
         stage.not_offered([asked.RESET_TO_ORIGIN, asked.SECOND_DRIVE], OFFERS_NONE)
         return
+    if caller.found.rsplit('/', 1)[-1] not in NAMES:
+        stage.remark(['Its reset is called {}: the gamepad of the lab calls set_pose.'.format(
+            caller.found)])
     if _reset(stage, asked.RESET_TO_ORIGIN, caller, Pose2()):
         control.drive(asked.SECOND_DRIVE)
 

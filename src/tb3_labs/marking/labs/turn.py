@@ -7,7 +7,7 @@ import numpy as np
 
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE,
-    STOPS_WHEN_LOST, TURN_LAB, Criterion, Place, ends_cleanly, first_missed, opposite, says, starts,
+    STOPS_WHEN_LOST, TURN_LAB, Criterion, Place, apart, ends_cleanly, first_missed, opposite, says, starts,
     steers, stops_robot, stops_when_silent)
 from tb3_labs.marking.trial.evidence import STILL_DEG, idle
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
@@ -18,8 +18,10 @@ TURNS, MOUSE, BOTH, SHUTDOWN, LOST = 'turns', 'mouse', 'both', 'shutdown', 'lost
 IMU_SILENT = 'IMU silent'
 GOODBYE = 'Controller exiting. Halting robot.'
 
-AT_MOUSE, START, LAW, TO_THE_RIGHT, AT_CTRL_C = (
+AT_MOUSE, START, LAW, TO_RIGHT, AT_CTRL_C = (
     Place(IMU_SHEET, TURN_LAB, step) for step in (2, 4, 5, 6, 7))
+#: The step that names the mistakes of the heading.
+MEASURED = START
 
 #: The letters that a person types.
 LEFT, RIGHT = 'l', 'r'
@@ -140,9 +142,10 @@ def _turning(seen):
 
 
 def _clamped(seen: Observation) -> str:
-    fastest = np.abs(_turning(seen)[:, 2]).max()
-    return '' if fastest <= MAX_ANG_Z + ROUNDING else \
-        'it commanded up to {:.1f} rad/s while turning'.format(fastest)
+    rates = _turning(seen)[:, ANGULAR]
+    fast = ['{:.1f} rad/s to the {}'.format(rate, way) for rate, way in (
+        (rates.max(), 'left'), (-rates.min(), 'right')) if rate > MAX_ANG_Z + ROUNDING]
+    return '' if not fast else 'while turning it commanded up to {}'.format(' and '.join(fast))
 
 
 def _on_the_spot(seen: Observation) -> str:
@@ -215,11 +218,82 @@ def drives_forward(commands: Iterable[Sequence[float]]) -> bool:
     return any(command[LINEAR] > AT_EDGE[0] for command in commands)
 
 
+#: What to look at if the heading that a node has is wrong.
+ITS_HEADING = 'Print self.curr_yaw, and turn the robot once around by hand: it should run from 0 to ' \
+    '360. If it stands still: is it stored in self.curr_yaw, is it the third Euler angle, is the ' \
+    'order of the four numbers w, x, y, z? If it ends at 6.28, it is in radians; far beyond 360, it ' \
+    'was converted to degrees twice; if it comes late, there is a sleep in callback_imu.'
+#: The law is called at least so often, or it sleeps [s]. A node that turns for this angle does not
+#: see its goal [deg]. Near to an angle [deg].
+RARELY, ON_AND_ON, NEARLY = 0.5, 300.0, 15.0
+
+
+def hint(seen: Observation) -> str:
+    """What a node may do that turns wrongly; '' if that is not known."""
+    tried = [(turn, seen.during(name, may_die=True)) for name, turn in EACH_TURN.items()
+             if seen.has(name)]
+    turns = [(turn, scene) for turn, scene in tried if len(scene.moving)]
+    words, where = _why_no_turn(tried) if len(turns) < len(tried) else ('', LAW)
+    words, where = (words, where) if words or not turns else _why_wrong(turns)
+    return words and '{} See {}.'.format(words, where)
+
+
+def _why_no_turn(tried):
+    """Of turns of which some did not begin."""
+    still = [(turn, scene) for turn, scene in tried if not len(scene.moving)]
+    if not all(len(scene.commands) for _, scene in still) or any(scene.odd for _, scene in tried):
+        return '', LAW
+    if len(still) == len(tried):
+        return 'Its turn is over at once: the goal is within the tolerance. Is the angle that it ' \
+            'adds in degrees, as HDG_TOL is?', LAW
+    if {turn.typed for turn, _ in still} == {RIGHT}:
+        return 'A turn to the right is over at once, one to the left is not: any negative error is ' \
+            'less than HDG_TOL (abs).', TO_RIGHT
+    if not len(tried[0][1].moving):
+        return '', LAW
+    return 'Only zeros followed its first turn: does turning become False at the goal, so that the ' \
+        'next letter is read?', LAW
+
+
+def _why_wrong(turns):
+    """Of turns that began; the first of these that fits."""
+    commands = np.vstack([scene.moving for _, scene in turns])
+    if not commands[:, ANGULAR].any():
+        return 'It commands linear.x alone, and no angular.z: which of them turns the robot?', LAW
+    pauses = [np.median(np.diff(scene.commands[:, 0])) for _, scene in turns
+              if len(scene.commands) > 2]
+    if pauses and np.median(pauses) > RARELY:
+        return 'Its commands come every {:.1f} s: is there a sleep in callback_controller? The robot ' \
+            'turns by up to {:.0f} degrees between two of them.'.format(
+                np.median(pauses), np.degrees(np.median(pauses) * MAX_ANG_Z)), LAW
+    wrong = [(turn, scene) for turn, scene in turns if not scene.facts[RESTED]
+             or abs(scene.turned_deg - turn.asked_deg) > TOLERANCE + AFTER_STOP]
+    if not wrong:
+        return '', LAW
+    restless = [scene for _, scene in wrong if not scene.facts[RESTED]]
+    if all(len(scene.commands) and scene.commands[-1, ANGULAR]
+           and scene.end - scene.commands[-1, 0] > RARELY for _, scene in wrong):
+        return 'No zero follows its last command: which message shall be the last one of a turn?', LAW
+    ends = [turn.begins_deg + scene.turned_deg for turn, scene in turns if scene.facts[RESTED]]
+    if len(ends) > 2 and (np.abs(apart(np.array(ends), 0.0)) < NEARLY).all():
+        return 'Each turn ends at the heading 0, which self.goal_yaw has from the beginning: is the ' \
+            'goal of the letter stored in self.goal_yaw?', LAW
+    first = [scene.moving[0, ANGULAR] * turn.asked_deg < 0.0 for turn, scene in wrong]
+    if all(first) and len(restless) > 1:
+        return 'It turns away from the goal, and comes to no rest: is the error goal minus heading?', LAW
+    if all(first) and len(wrong) > 1 and all(
+            abs(abs(scene.turned_deg) - abs(turn.asked_deg)) < NEARLY for turn, scene in wrong):
+        return 'It turns to the other side: to the left the heading grows, to the right it falls.', LAW
+    if len(wrong) > 2 and len({turn.typed for turn, _ in wrong}) > 1 and not any(first[:1]):
+        return ITS_HEADING, MEASURED
+    return '', LAW
+
+
 CRITERIA = [
     Criterion('starts', TURNS, 'runs and listens to imu', START, starts, limits=IN_TIME),
     Criterion('left', TURNS, 'l turns 90 degrees left', LAW,
               partial(turned, name=LEFT, turn=EACH_TURN[LEFT]), limits=TURN_LIMITS),
-    Criterion('right', TURNS, 'r turns 90 degrees right', TO_THE_RIGHT,
+    Criterion('right', TURNS, 'r turns 90 degrees right', TO_RIGHT,
               partial(turned, name=RIGHT, turn=EACH_TURN[RIGHT]), limits=AS_LEFT),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees',
               LAW, _short_way, limits=AS_LEFT),
@@ -228,7 +302,7 @@ CRITERIA = [
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW,
               _on_the_spot, limits='less than {:g} m/s'.format(ROUNDING)),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
-              'ones', TO_THE_RIGHT, _answers_nonsense, limits='within {:g} s, in at most {} lines; '
+              'ones', TO_RIGHT, _answers_nonsense, limits='within {:g} s, in at most {} lines; '
               'the robot rests'.format(ANSWER, LEGIBLE)),
     Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
               'edge'.format(FULL), AT_MOUSE, _steers_robot, limits=DRIVES),

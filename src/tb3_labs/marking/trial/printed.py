@@ -7,11 +7,13 @@ from typing import List
 TRACEBACK = 'Traceback (most recent call last)'
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
+#: Python prints this between the cause of an exception and that exception.
+CHAINED = re.compile('^(During handling of|The above exception was)', re.MULTILINE)
 #: Python reports a file that it cannot read without a traceback.
 UNREAD = re.compile(r'(?=^ *File ".*", line \d+\n(?:.*\n){1,3}(?:Syntax|Indentation|Tab)Error:)',
                     re.MULTILINE)
-#: rospy itself raises this in a callback that publishes while the node ends.
-NOT_THEIRS = 'publish() to a closed topic'
+#: rospy itself raises these in a callback that publishes while the node ends.
+NOT_THEIRS, NOR_THIS = 'publish() to a closed topic', 'topic was closed during publish()'
 #: Frames below these folders are not the student's.
 LIBRARIES = ('/usr/', '/opt/', '<frozen')
 #: The most characters of an exception, and of a line, that are quoted.
@@ -31,7 +33,9 @@ def exceptions(printed: str, file: str = '') -> List[str]:
     for piece in pieces[1:]:
         lines = [line for line in piece.splitlines()[1:] if line.strip()]
         error = next((line for line in lines if ERROR.match(line)), None)
-        if NOT_THEIRS not in (error or piece):
+        if CHAINED.search(piece):
+            continue        # the next one is what ended it
+        if not any(words in (error or piece) for words in (NOT_THEIRS, NOR_THIS)):
             found.append(error[:LONGEST_ERROR] + _place(piece, file) if error else '')
     return found
 
