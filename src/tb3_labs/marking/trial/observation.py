@@ -102,6 +102,8 @@ class Run:
         """A clause on a run that did not listen to the topic that it needs."""
         if self.needed and not self.nodes:
             return 'it ran, but never came to rospy.init_node()'
+        if '/' + self.needed in self.listens:
+            return 'it was not ready in time, though it listened to {}'.format(self.needed)
         others = [topic for topic in self.listens if topic not in self.unheard]
         return 'it ran, but never listened to {}{}'.format(
             self.needed or 'the robot',

@@ -248,15 +248,6 @@ def _below(pid):
     return family[1:]
 
 
-def waited_for_processor(pid: int) -> float:
-    """The time for which a process and those below it were ready, but others ran [s]."""
-    waited = 0.0
-    for each in [pid, *_below(pid)]:
-        with suppress(OSError):     # it has ended meanwhile
-            waited += float(Path('/proc/{}/schedstat'.format(each)).read_text().split()[1]) / 1e9
-    return waited
-
-
 def _memory(pid):
     """The memory of a process, without files [bytes]; shared pages count in full."""
     try:

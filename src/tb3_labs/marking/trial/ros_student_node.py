@@ -23,7 +23,7 @@ import rosservice
 from tb3_labs.marking.labs.criteria import START_TIME
 from tb3_labs.marking.trial.observation import Run
 from tb3_labs.marking.trial.ros_robot import ROBOT
-from tb3_labs.marking.trial.processes import Program, ResourceWatch, waited_for_processor
+from tb3_labs.marking.trial.processes import Program, ResourceWatch
 from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.intake.sandbox import OWN_FOLDERS, NoSandbox
 from tb3_labs.ros.clocks import wait_until
@@ -43,9 +43,9 @@ ALWAYS = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
 #: A node is ready if it listens to its topic and has registered nothing new for QUIET [s]. The
 #: master is asked every LOOK [s].
 QUIET, LOOK = 0.5, 0.1
-#: On a busy computer a node gets more time to start, as much as it waited for a processor, at most
-#: BUSY [s].
-BUSY = 60.0
+#: On a busy computer, with several processes that wait for each processor, a node gets up to BUSY
+#: times as long to start.
+BUSY = 4.0
 #: A node gets this time to end before it is killed [s].
 PATIENCE = 2.0
 #: If a signal ended its program, the exit status of a sandbox is this plus the signal's number.
@@ -131,7 +131,7 @@ class StudentNode:
         return False
 
     def _is_ready_in_time(self, needed, known):
-        new, since, begun = {}, time.monotonic(), time.monotonic()
+        new, since = {}, time.monotonic()
 
         def is_ready():
             nonlocal new, since
@@ -141,10 +141,9 @@ class StudentNode:
                 new, since = seen, time.monotonic()
             return any((LISTENS, needed[0]) in registered for registered in new.values()) and (
                 time.monotonic() - since >= QUIET)
-        ready = wait_until(lambda: not self.alive or is_ready(), START_TIME, LOOK)
-        while not ready and time.monotonic() - begun < START_TIME + min(
-                BUSY, waited_for_processor(self._process.pid)):
-            ready = wait_until(lambda: not self.alive or is_ready(), LOOK, LOOK)
+        waiting = os.getloadavg()[0] / (os.cpu_count() or 1)
+        ready = wait_until(lambda: not self.alive or is_ready(),
+                           START_TIME * min(BUSY, max(1.0, waiting)), LOOK)
         self.graph.names, self.runs[-1].nodes = set(new), sorted(new)
         if self.alive:
             self.runs[-1].unheard = self.graph.unheard(needed)
