@@ -16,8 +16,8 @@ from pathlib import Path
 from tb3_labs.command_line import Parser, printable
 from tb3_labs.marking.lab_names import GAMEPAD
 from tb3_labs.marking.marks import LABS
-from tb3_labs.marking.ros_class import mark_class
-from tb3_labs.marking.ros_marker import Options
+from tb3_labs.marking.classes import mark_class
+from tb3_labs.marking.marker import Options
 
 #: Signals that end the marking: Ctrl+C, the command kill, a terminal that is closed.
 ENDS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP

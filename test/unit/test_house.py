@@ -87,6 +87,19 @@ def test_the_ros_of_a_tool_is_seen_by_the_names_of_its_files():
             and (is_ros(module) or module[:2] == ['tb3_labs', 'ros'])] == []
 
 
+#: A room of marking imports none of these: an intake knows no criterion, a lab starts no process.
+APART = {'intake': {'labs', 'trial'}, 'labs': {'subprocess', 'os', 'pty', 'signal', 'processes'}}
+HALL = {'feedback', 'marks', 'marks_folder', 'marker', 'classes'}
+
+
+def test_the_rooms_of_marking_stay_apart():
+    assert [(path, module) for path, module in imports() if path.parts[0] == 'marking'
+            and len(path.parts) > 2 and (APART.get(path.parts[1], set()) | HALL) & set(module)] == []
+    folders = [SOURCES / 'marking', *(path for path in (SOURCES / 'marking').iterdir() if path.is_dir())]
+    assert max(len(list(folder.glob('[!_]*.py'))) for folder in folders) <= 9
+    assert [module for path, module in imports() if path.name == 'lab_names.py'] == [['typing']]
+
+
 def test_every_room_says_which_question_it_answers():
     assert [path for path in SOURCES.rglob('__init__.py')
             if len(ast.get_docstring(tree_of(path)) or '') < 30] == []

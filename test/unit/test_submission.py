@@ -22,7 +22,7 @@ from tb3_labs.marking.intake.packages import NotJudged, SourceFile, choose, find
 from tb3_labs.marking.intake.reading import Reading, _read, read
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
-from tb3_labs.marking.ros_marker import forget_overlays
+from tb3_labs.marking.marker import forget_overlays
 from tb3_labs.marking.intake.sandbox import NoSandbox
 from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare
 from tb3_labs.msg import MouseController

@@ -11,14 +11,14 @@ import pytest
 import yaml
 
 from test_marking import TABLE, marks_of, observation, turned
-from tb3_labs.marking import feedback, marks_folder, ros_class
+from tb3_labs.marking import feedback, marks_folder, classes
 from tb3_labs.marking.labs import turn
 from tb3_labs.marking.feedback import Table, results
 from tb3_labs.marking.intake.submissions import chosen, submissions_in
 from tb3_labs.marking.marks import Marks, from_record, points_of, to_record
 from tb3_labs.marking.marks_folder import MarksFolder
-from tb3_labs.marking.ros_class import MarkedClass
-from tb3_labs.marking.ros_marker import Marker
+from tb3_labs.marking.classes import MarkedClass
+from tb3_labs.marking.marker import Marker
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.report.page.tables import safe
 
@@ -285,7 +285,7 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
         go_on.set()
         raise KeyboardInterrupt
     marking, found = marked(tmp_path, {'ann': None, 'bob': slowly}, [])
-    monkeypatch.setattr(ros_class, 'wait', interrupted)
+    monkeypatch.setattr(classes, 'wait', interrupted)
     assert marking.mark_all(found, 2) is True
     assert list(marks_below(tmp_path / 'marks')) == ['ann', 'bob']
 

@@ -25,8 +25,10 @@ from typing import Dict, Iterable, List, Mapping
 
 import rospkg
 
-from tb3_labs.marking.trial.processes import IDENTITY, MODULES, PREFIXES
-
+#: The environment variable of the identity; each try of a submission has its own value.
+IDENTITY = 'TB3_LABS_SUBMISSION'
+#: Variables that list the folders of workspaces, and of Python's modules.
+PREFIXES, MODULES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
 OWN_PACKAGE = 'tb3_labs'
 #: The parts of this package for a student's program: messages, services, and files to find them.
 SHARED = ('package.xml', 'cmake', 'msg', 'srv')

@@ -10,6 +10,7 @@ catkin is not run. A CMakeLists.txt often needs packages that the marking machin
 it is a program of the submission.
 """
 import codecs
+import json
 import os
 import re
 import shutil
@@ -23,9 +24,8 @@ from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.imports import GIVEN
 from tb3_labs.marking.intake.messages import build
 from tb3_labs.marking.intake.packages import MANIFEST, MESSAGES, NAME
-from tb3_labs.marking.trial.processes import MODULES
 from tb3_labs.marking.intake.reading import Reading
-from tb3_labs.marking.intake.sandbox import OWN_PACKAGE, NoSandbox
+from tb3_labs.marking.intake.sandbox import MODULES, OWN_PACKAGE, NoSandbox
 
 #: The name of a package in the copy if its own name cannot be used.
 SUBSTITUTE = 'submission'
@@ -49,6 +49,12 @@ ELSEWHERE = re.compile(
     r"""AttributeError: 'Thread' object .* 'isAlive')$""", re.MULTILINE)
 #: Of a workspace: the copy of the submission, and the Python modules that are made for it.
 COPY, MADE = 'src', 'python'
+#: The environment variable with the path of a file that holds a Launch. mark.py writes the file;
+#: another process, the check, reads it and starts the node.
+VARIABLE = 'TB3_LABS_LAUNCH'
+#: The node dies with the process that tries it out. If the processor is busy, the robot comes
+#: before the node.
+ALWAYS = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
 
 
 @dataclass
@@ -62,6 +68,24 @@ class Prepared:
     types: Optional[Dict[str, Any]]     # see messages.describe; None without types
     remarks: List[str] = field(default_factory=list)    # sentences for the student
     look_at: List[str] = field(default_factory=list)    # sentences for the instructor
+
+
+@dataclass
+class Launch:
+    """The start of a node: `prefix`, then its own command."""
+
+    prefix: List[str] = field(default_factory=lambda: ALWAYS + NoSandbox().command([]))
+    environment: Optional[Dict[str, str]] = None            # None: that of this process
+    types: Optional[Dict[str, Any]] = None      # of the student; see messages.describe
+    isolated: bool = False
+    program: str = ''           # the path of the node; '': rosrun finds it
+
+    @classmethod
+    def given(cls) -> 'Launch':
+        """The Launch that mark.py wrote; without mark.py, one without a sandbox."""
+        if VARIABLE not in os.environ:
+            return cls()
+        return cls(**json.loads(Path(os.environ[VARIABLE]).read_text()))
 
 
 def prepare(reading: Reading, workspace: Path, variables: Mapping[str, str],

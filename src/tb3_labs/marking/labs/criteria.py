@@ -109,6 +109,17 @@ class Verdict:
         return '  {:11}  {:8}  {}'.format(outcome, points, words)
 
 
+@dataclass
+class Look(Observation):
+    """An observation as one criterion looks at it."""
+
+    moment: Optional[float] = None      # the start of the stimulus that was looked at last [s]
+
+    def during(self, name: str, may_die: bool = False) -> Scene:
+        self.moment = next((each.begin for each in self.stimuli if each.name == name), self.moment)
+        return super().during(name, may_die)
+
+
 def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
           parts: Sequence[str] = ()) -> List[Verdict]:
     """One Verdict for each criterion of `parts`, or of all parts if none are given; `worth`: name
@@ -117,9 +128,9 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
     for criterion in criteria:
         if not criterion.is_tried(parts):
             continue
-        observation.looked_at = None
+        look = Look(**vars(observation))
         try:
-            seen = criterion.judge(observation)
+            seen = criterion.judge(look)
             outcome = Outcome.MISSED if seen else Outcome.MET
         except NotSeen as reason:
             missing = isinstance(reason, NotOffered)
@@ -127,7 +138,7 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
             if isinstance(reason, NotTried) and seen in {verdict.seen for verdict in verdicts}:
                 seen = NOT_TRIED    # a node that fails at its start has one reason, not fifteen
         verdicts.append(Verdict(criterion, outcome, seen, worth[criterion.name],
-                                observation.looked_at))
+                                look.moment))
     return verdicts
 
 

@@ -132,8 +132,6 @@ class Observation:
     odd: List[List[Any]] = field(default_factory=list)
     drivers: List[str] = field(default_factory=list)    # programs that command the robot by turns
     own_moves: List[List[float]] = field(default_factory=list)   # [begin, end] of the marker's
-    #: The start of the latest stimulus that was looked at [s].
-    looked_at: Optional[float] = None
 
     def to_json(self) -> str:
         """The observation as text."""
@@ -234,7 +232,6 @@ class Observation:
         """
         for stimulus in self.stimuli:
             if stimulus.name == name:
-                self.looked_at = stimulus.begin
                 if stimulus.died and not may_die:
                     errors = exceptions(stimulus.printed, self.file)
                     raise NotSeen('it ended in the middle of this: {}'.format(

@@ -14,10 +14,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Iterable, Optional, Set
 
-#: The environment variable of the identity; each try of a submission has its own value.
-IDENTITY = 'TB3_LABS_SUBMISSION'
-#: Variables that list the folders of workspaces, and of Python's modules.
-PREFIXES, MODULES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
+from tb3_labs.marking.intake.sandbox import IDENTITY
+
 #: The most that the programs of a sandbox may use together: memory [bytes], files in their own
 #: folders [bytes], processes.
 MEMORY, OWN_DISK, PROCESSES = 2 * 10 ** 9, 300 * 10 ** 6, 100

@@ -5,15 +5,11 @@ Each run of the process is recorded.
 This file assumes only that the node meets the requirements of a handout. Every wait here ends,
 whatever the node does.
 """
-import json
 import os
 import signal
 import time
 import xmlrpc.client
 from contextlib import suppress
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any, Dict, List, Optional
 
 import rosgraph
 import rosnode
@@ -25,7 +21,8 @@ from tb3_labs.marking.trial.observation import Run
 from tb3_labs.marking.trial.ros_robot import ROBOT
 from tb3_labs.marking.trial.processes import Program, ResourceWatch
 from tb3_labs.marking.trial.ros_types import Types
-from tb3_labs.marking.intake.sandbox import OWN_FOLDERS, NoSandbox
+from tb3_labs.marking.intake.sandbox import OWN_FOLDERS
+from tb3_labs.marking.intake.workspace import Launch
 from tb3_labs.ros.clocks import wait_until
 
 #: Roles that a node can have at a topic or a service: the place in the master's system state.
@@ -34,12 +31,6 @@ PUBLISHES, LISTENS, OFFERS = 0, 1, 2
 OF_EACH = {'/rosout', '/clock'}
 #: The marker publishes these topics later, if the node listens to them.
 OFFERED_LATER = 'mouse_info', 'joy', 'ctrl_relinq'
-#: The environment variable with the path of a file that holds a Launch. mark.py writes the file;
-#: another process, the check, reads it and starts the node.
-VARIABLE = 'TB3_LABS_LAUNCH'
-#: The node dies with the process that tries it out. If the processor is busy, the robot comes
-#: before the node.
-ALWAYS = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
 #: A node is ready if it listens to its topic and has registered nothing new for QUIET [s]. The
 #: master is asked every LOOK [s].
 QUIET, LOOK = 0.5, 0.1
@@ -55,24 +46,6 @@ ENDED_BY_MARKER = '\nThe marker ended it, since it used {}.\n'
 #: This many characters of a node's output are kept: the last ones of each stimulus, the first and
 #: the last ones of each run.
 PRINTED = 20000
-
-
-@dataclass
-class Launch:
-    """The start of a node: `prefix`, then its own command."""
-
-    prefix: List[str] = field(default_factory=lambda: ALWAYS + NoSandbox().command([]))
-    environment: Optional[Dict[str, str]] = None            # None: that of this process
-    types: Optional[Dict[str, Any]] = None      # of the student; see messages.describe
-    isolated: bool = False
-    program: str = ''           # the path of the node; '': rosrun finds it
-
-    @classmethod
-    def given(cls):
-        """The Launch that mark.py wrote; without mark.py, one without a sandbox."""
-        if VARIABLE not in os.environ:
-            return cls()
-        return cls(**json.loads(Path(os.environ[VARIABLE]).read_text()))
 
 
 class StudentNode:

@@ -19,7 +19,7 @@ from tb3_labs.marking.lab_names import GAMEPAD
 from tb3_labs.marking.labs.gamepad import HANDOUT, pad_called
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder
-from tb3_labs.marking.ros_marker import Marker, MarkingInterrupted, Options, forget_overlays
+from tb3_labs.marking.marker import Marker, MarkingInterrupted, Options, forget_overlays
 
 
 def tell(line: str) -> None:

@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 import uuid
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,18 +17,16 @@ from typing import Dict, List, Mapping, MutableMapping, Sequence
 from tb3_labs.command_line import write_output
 from tb3_labs.marking.intake.packages import NotJudged
 from tb3_labs.marking.intake.reading import Reading, read
-from tb3_labs.marking.intake.sandbox import NoSandbox, Sandbox
+from tb3_labs.marking.intake.sandbox import IDENTITY, MODULES, PREFIXES, NoSandbox, Sandbox
 from tb3_labs.marking.intake.submissions import Submission
-from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare
+from tb3_labs.marking.intake.workspace import ALWAYS, COPY, VARIABLE, Launch, elsewhere, prepare
 from tb3_labs.marking.lab_names import GAMEPAD, NODES
 from tb3_labs.marking.labs.criteria import judge
 from tb3_labs.marking.labs.gamepad import HANDOUT, pad_in_words
 from tb3_labs.marking.marks import LABS, Marks
 from tb3_labs.marking.trial.evidence import remarks_on
 from tb3_labs.marking.trial.observation import Observation
-from tb3_labs.marking.trial.processes import IDENTITY, MODULES, PREFIXES, sweep
-from tb3_labs.marking.trial.ros_student_node import ALWAYS, VARIABLE, Launch
-from tb3_labs.ros.clocks import wait_until
+from tb3_labs.marking.trial.processes import sweep
 
 #: Variables of the caller that would change the result.
 FORGOTTEN = ('ROS_MASTER_URI', 'ROS_IP', 'ROS_NAMESPACE', 'TURTLEBOT3_MODEL', 'ROSCONSOLE_FORMAT',
@@ -54,8 +53,8 @@ qualname=rosout
 class=rosgraph.roslogging.RosStreamHandler
 args=(True,)
 '''
-#: The time for one submission [s].
-LIMIT = 300.0
+#: The time for one submission, and between two looks at its check [s].
+LIMIT, LOOK_PERIOD = 300.0, 0.05
 
 
 @dataclass(frozen=True)
@@ -158,8 +157,11 @@ class Marker:
                     + ['pad:=' + self._options.pad] * (self._lab == GAMEPAD)),
                 env=dict(own, **{VARIABLE: str(work / 'launch.json')}), cwd=str(work),
                 stdin=subprocess.DEVNULL, stdout=file, stderr=file, start_new_session=True)
-            in_time = wait_until(
-                lambda: check.poll() is not None or self.interrupted.is_set(), LIMIT)
+            begun = time.monotonic()
+            while check.poll() is None and not self.interrupted.wait(LOOK_PERIOD) and (
+                    time.monotonic() < begun + LIMIT):
+                pass
+            in_time = check.poll() is not None or self.interrupted.is_set()
             sweep(identity)
             check.wait()
         return in_time
