@@ -25,6 +25,7 @@ SAME = (
     {'heading_kept', 'quaternion_order', 'radians', 'nothing_wrapped', 'goal_not_wrapped_high'},
     {'error_not_wrapped', 'error_not_wrapped_low'}, {'error_not_wrapped', 'error_not_wrapped_high'},
     {'inverse_missing', 'not_rotated', 'imu_rotates'}, {'heading_kept', 'quaternion_order'},
+    {'sign', 'quaternion_order'},
 )
 
 
@@ -116,6 +117,18 @@ TURN_MISTAKES: Dict[str, Tuple[Edits, Edits]] = {
          'imu.orientation.y, imu.orientation.z, imu.orientation.w)\n')], []),
     'radians': ([('to_euler(degrees=True)', 'to_euler()')], []),
     'no_stop': ([(TURN_OVER, '                self.turning = False\n')], []),
+    'sign': ([('self.goal_yaw - self.curr_yaw', 'self.curr_yaw - self.goal_yaw')], []),
+    'degrees_twice': ([MATH, ('self.convert_yaw(yaw)', 'self.convert_yaw(math.degrees(yaw))')], []),
+    'sleeps': ([('        self.cmd.angular.z = ang_z\n        self.cmd_pub.publish(self.cmd)\n',
+                 '        self.cmd.angular.z = ang_z\n        self.cmd_pub.publish(self.cmd)\n'
+                 '        rospy.sleep(1)\n')], []),
+}
+#: Mistakes that a recording shows only if the letters are known.
+BY_LETTERS: Dict[str, Edits] = {
+    'no_abs': [('if abs(yaw_err) <', 'if yaw_err <')],
+    'never_over': [(TURN_OVER, '                ang_z = 0\n')],
+    'goal_kept': [('self.goal_yaw = self.curr_yaw +', 'goal_yaw = self.curr_yaw +'),
+                  ('self.goal_yaw = self.curr_yaw -', 'goal_yaw = self.curr_yaw -')],
 }
 
 # The drive ----------------------------------------------------------------------------------------
@@ -140,6 +153,7 @@ KEPT = [(IMU_YAW, IMU_YAW + '\n        self.yaw = global_yaw'),
 WRAP = 'return math.atan2(math.sin(angle), math.cos(angle))'
 BEARING = 'self.normalize_angle(math.atan2(dy, dx) - self.local_yaw)'
 FINAL_SPEED = 'cmd.angular.z = 0.5 * yaw_error'
+TAKEN_STATE = "        self.state = 'ROTATE_TO_GOAL'\n        rospy.loginfo("
 AT_GOAL = "                rospy.loginfo('Goal reached!')\n"
 FORWARD = 'cmd.linear.x = 0.15'
 PLACE_NONE = '        self.initial_global_x = None\n        self.initial_global_y = None\n'
@@ -210,6 +224,7 @@ DRIVE_MISTAKES: Dict[str, Tuple[Edits, Edits]] = {
         (IMU_YAW, IMU_YAW.replace('Quaternion(q.w, q.x, q.y, q.z)', XYZW))], []),
     'degrees': ([(IMU_YAW, IMU_YAW.replace('to_euler()', 'to_euler(degrees=True)'))], []),
     'no_stop': ([(AT_GOAL, AT_GOAL + '                return\n')], CONSTANT_SPEED),
+    'state_kept': ([(TAKEN_STATE, '        rospy.loginfo(')], []),
 }
 #: TODO 5 in three of its four lines. What follows the stroke is not a part of the identifier.
 PARTIAL = {'no_local_frame/' + name: ([(line, line.replace('local_', ''))] + KEPT, []) for name, line in (

@@ -20,6 +20,7 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple, Tuple
 
 import genpy
+import numpy as np
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, Joy
 from std_msgs.msg import Bool, Header
@@ -28,7 +29,7 @@ from tb3_labs.srv import SetInitialPoseRequest
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag.messages import LEVELS, make_collectors, samples_of
-from tb3_labs.report.run_data import RunData
+from tb3_labs.report.run_data import RunData, Values
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.simulation.network import NETWORKS
@@ -163,9 +164,12 @@ def pad_scene(source: random.Random, buttons: Tuple[int, ...] = (A, B, Y, X)) ->
                  clock_offset=source.uniform(-0.8, 0.8))
 
 
-def played(text: str, scene: Scene, seed: int) -> RunData:
-    """Returns the RunData of the node `text` in `scene`. What it raises at its start ends it."""
-    return _World(scene, seed).play(text)
+def played(text: str, scene: Scene, seed: int, knows_letters: bool = False) -> RunData:
+    """Returns the RunData of the node `text` in `scene`. What it raises at its start ends it. A mark
+    knows the letters that were typed, a bag does not."""
+    world = _World(scene, seed)
+    run = world.play(text)
+    return replace(run, letters=world.letters) if knows_letters else run
 
 
 class _End(BaseException):
@@ -185,7 +189,7 @@ class _World:
         self.subscribers, self.services = {}, {}    # topic: callbacks; name: handler
         self.timers, self.hooks, self._later = [], [], []
         self._numbers = itertools.count()
-        self.typed, self._hand, self._joy = [], None, None
+        self.typed, self._letters, self._hand, self._joy = [], [], None, None
         self._mouse = MouseController() if scene.mouse else None
         self._step, self._step_began, self._rest_since = -1, 0.0, 0.0
         self._recorded = make_collectors(TOPICS, '/')
@@ -212,6 +216,12 @@ class _World:
         return RunData('run.bag', EPOCH, self.now, devices=self._scene.devices,
                        topics={part: TOPICS[part] for part in samples if part in TOPICS},
                        dropped={part: 0 for part in samples}, **samples)
+
+    @property
+    def letters(self):
+        """The letters that were typed: 1 for l, -1 for r."""
+        time, side = np.array(self._letters).reshape(-1, 2).T
+        return Values(time, time, side)
 
     def advance(self, until):
         """Let time pass; this is where a waiting thread waits."""
@@ -279,6 +289,7 @@ class _World:
     def _do(self, what, value):
         if what == 'type':
             self.typed.append(value)
+            self._letters.append((self.now - 0.1, float('rl'.index(value)) * 2.0 - 1.0))
         elif what == 'control':
             self._hand = None
             self.control(value)
@@ -374,6 +385,7 @@ class _Rospy:
         self.world, self.node, self.waits = world, node, waits
         for name, level in dict(loginfo=2, logwarn=4, logerr=8).items():
             setattr(self, name, self._logger(level))
+        self.sleep = lambda seconds: world.advance(world.now + seconds)
         self.Time = SimpleNamespace(now=lambda: genpy.Time.from_sec(EPOCH + world.now))
 
     def _logger(self, level):

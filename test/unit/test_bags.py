@@ -26,6 +26,8 @@ from tb3_labs.report.bag.messages import LONGEST_LINE
 from tb3_labs.report.bag.ros_bag import BagProblem, read_run
 from tb3_labs.report.cause.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.motion.drives import drives
+from tb3_labs.report.motion.movements import completed
+from tb3_labs.report.page import timeline
 from tb3_labs.ros.conversions import to_pose_stamped, to_twist
 
 
@@ -110,6 +112,25 @@ def test_a_definition_in_a_bag_is_never_run(tmp_path, topic, kind, checksum, lef
         [] if left_out else [90.0])
     assert sorted(os.listdir(str(tmp_path))) == ['evil.bag']
     assert left_out in ' '.join(told) and len(told) == bool(left_out)
+
+
+def test_a_program_that_drove_is_named_and_its_square_is_split_where_it_turns(tmp_path):
+    turning = known_run()
+    turning = replace(turning, imu=replace(turning.imu, yaw=0.3 * turning.imu.time))
+    path = write_bag(tmp_path / 'square.bag', turning, sources=(sensors,))
+    header = {'topic': '/cmd_vel', 'type': Twist._type, 'md5sum': Twist._md5sum,
+              'message_definition': Twist._full_text, 'callerid': '/testsuite'}
+    with rosbag.Bag(str(path), 'a') as bag:
+        for time in np.arange(1.0, 9.0, 0.1):
+            turns = time % 2.0 >= 1.0
+            bag.write('/cmd_vel', to_twist(0.0 if turns else 0.2, 0.5 if turns else 0.0),
+                      rospy.Time.from_sec(BEGIN + time), connection_header=header)
+    run = completed(read_run(path))
+    found = [each for each in timeline.marks(run, [], []) if each['kind'] == 'hand']
+    assert [each['begin'] for each in found] == pytest.approx(list(range(1, 9)), abs=0.1)
+    assert all(each['text'].startswith('driven by /testsuite: ') for each in found)
+    by_hand = replace(run, senders=('/teleop_twist_keyboard',))
+    assert timeline.marks(by_hand, [], [])[0]['text'].startswith('by hand: ')
 
 
 # A clock that was set -----------------------------------------------------------------------------

@@ -2,12 +2,15 @@
 import math
 import random
 import re
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from mutants import PARTIAL, SAME, mistaken_node, right_node, scene_of
+from made_run import made
+from mutants import BY_LETTERS, PARTIAL, SAME, edited, mistaken_node, right_node, scene_of
 from right_runs import RIGHT, right_run
 from student_runs import played, text_of, turn_scene
 from test_marking import turned as robot_that_turned
@@ -23,6 +26,7 @@ from tb3_labs.report.cause.diagnosed_turns import LAWS, Law
 from tb3_labs.report.cause.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.cause.mistakes import WAYS, Declared, Drive, Way
 from tb3_labs.report.motion.movements import completed
+from tb3_labs.report.run_data import LogLines, Values
 
 DOC = Path(__file__).resolve().parents[2] / 'doc'
 GOAL = Pose2(-0.61, 0.61, 0.0)
@@ -31,7 +35,7 @@ AT_RESET = Declared(Pose2(0.8, 0.5, math.radians(100.0)), math.radians(65.4))
 
 
 def turned(law, heading, side):
-    return math.degrees(law.turned(math.radians(heading), side, math.radians(0.1)))
+    return math.degrees(law.turned(math.radians(heading), side, math.radians(0.1))[0])
 
 
 @pytest.mark.parametrize('heading, side, right, unwrapped', [
@@ -97,7 +101,8 @@ def run_of(lab, mistake, seed):
 
 @pytest.mark.parametrize('lab, mistake, seed', [
     ('drive', 'place_kept', 1), ('drive', 'declared_lost', 1), ('drive', 'no_local_frame', 1),
-    ('drive', 'no_stop', 1), ('turn', 'error_not_wrapped', 3), ('turn', 'no_negative_clamp', 1),
+    ('drive', 'no_stop', 1), ('drive', 'state_kept', 0), ('turn', 'error_not_wrapped', 3),
+    ('turn', 'no_negative_clamp', 1), ('turn', 'degrees_twice', 1), ('turn', 'sleeps', 1),
     ('pad', 'two_senders', 1)])
 def test_the_mistake_of_a_run_is_found(lab, mistake, seed):
     run = completed(run_of(lab, mistake, seed))
@@ -111,13 +116,47 @@ def test_the_mistake_of_a_run_is_found(lab, mistake, seed):
         'The mistake')
 
 
+@pytest.mark.parametrize('mistake', BY_LETTERS)
+def test_a_mark_knows_by_the_letters_which_turns_are_missing(mistake):
+    text = edited(text_of('turtlebot_controller'), BY_LETTERS[mistake])
+    run = played(text, turn_scene(random.Random(1)), 1, knows_letters=True)
+    assert diagnose(run).mistake == mistake
+    found = diagnose(replace(run, letters=Values.none()))
+    assert not found.mistake or mistake in found.causes
+
+
+def test_of_several_mistakes_that_move_a_robot_in_the_same_way_none_is_preferred():
+    """An error with the wrong sign, and a heading that falls where it shall grow; one that stays."""
+    for mistake, causes in [('sign', {'sign', 'quaternion_order'}), (
+            'quaternion_order', {'heading_kept', 'quaternion_order', 'radians'})]:
+        found = diagnose(run_of('turn', mistake, 1))
+        assert set(found.causes) == causes
+        said, line = ' '.join(hints.sentences(found)), hints.in_a_line(found)
+        for cause in found.causes:
+            hint = hints.HINTS['turn', cause]
+            assert said.count(hint.does) == 2 and hint.tell in said and hint.look in line
+            assert hint.todo in hints.section(found)
+        assert not re.search(r'\d degrees|cm|2 m', said)
+
+
+def test_an_exception_and_open_todos_stand_once_above_the_rest():
+    text = 'bad callback: <f>\nTraceback (most recent call last):\n  File "a.py", line 8, in f\n' \
+        "NameError: name 'raw_input' is not defined\n"
+    time, lines = np.arange(9.0), [text] * 6 + ['TODO 2 is open: x', 'TODO 4 is open', 'hello']
+    page = hints.said_by_node(made(log=LogLines(time, time, *np.array(
+        [('error', '/node', line) for line in lines], dtype=object).T)))
+    assert page.count('An exception came 6 times: NameError: name &#x27;raw_input&#x27; is not '
+                      'defined (line 8).') == 1 and '#t=0.0' in page
+    assert 'The node said: TODO 2 is open, TODO 4 is open.' in page and 'hello' not in page
+
+
 @pytest.mark.parametrize('old, new', [('to_euler(degrees=True)', 'to_euler()'),
                                       ('self.curr_yaw = self.convert_yaw(yaw)', 'pass')])
-def test_a_heading_that_never_changes_is_not_said_to_be_in_radians(old, new):
+def test_a_heading_that_hardly_changes_is_not_said_to_be_in_radians_alone(old, new):
     text = text_of('turtlebot_controller').replace(old, new)
     found = diagnose(played(text, turn_scene(random.Random(1)), 1))
-    assert found.mistake == 'heading_kept'
-    assert 'hardly changes' in hints.section(found) and 'radians' not in hints.section(found)
+    assert {'heading_kept', 'radians', 'quaternion_order'} <= set(found.causes)
+    assert 'hardly changes' in hints.section(found) and 'These move' in hints.section(found)
 
 
 @pytest.mark.parametrize('lab, kind', [(lab, kind) for lab in RIGHT for kind in RIGHT[lab]])
@@ -181,7 +220,8 @@ def test_a_mark_and_a_report_say_the_same_also_of_partial_mends(mistake):
 
 def test_a_node_that_never_heard_a_sensor_is_not_diagnosed():
     seen = robot_that_turned(200.0)
-    marks = Marks('', '', [Verdict(None, Outcome.MISSED, 'it turned', 1.0)], observation=seen)
+    criterion = SimpleNamespace(extra=False)
+    marks = Marks('', '', [Verdict(criterion, Outcome.MISSED, 'it turned', 1.0)], observation=seen)
     assert diagnosis(seen.run(), marks) != Diagnosis('')
     seen.runs[0].unheard = ['/imu_data']
     assert diagnosis(seen.run(), marks) == Diagnosis('')

@@ -43,7 +43,7 @@ def test_one_turn_is_drawn_alone():
     run = driven([turn(2.0, 90.0), turn(8.0, -90.0)])
     left, rate = turns(run, alone=2).axes
     legend, = left.figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == ['2: -90 deg']
+    assert [text.get_text() for text in legend.get_texts()] == ['2: -90 deg', 'commanded']
     assert len(lines(rate, 'commanded')) == 1 and len(lines(rate)) == 2
 
 

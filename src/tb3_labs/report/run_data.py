@@ -196,6 +196,7 @@ class RunData:
     log: LogLines = field(default_factory=LogLines.none)       # of the robot's namespace
     devices: Tuple[str, ...] = ()                              # recorded ones of joy, mouse_info
     senders: Tuple[str, ...] = ()                              # of the commands; (): unknown
+    sent: Values = field(default_factory=Values.none)          # index in senders of each command
     starts: Tuple[float, ...] = ()                             # of the node [s]; (): unknown
     letters: Values = field(default_factory=Values.none)       # typed: 1 for l, -1 for r, 0
     derived: Tuple[str, ...] = ()                              # fields that were not recorded

@@ -8,6 +8,7 @@ import struct
 from collections import Counter
 
 import genpy
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import Odometry
@@ -20,7 +21,7 @@ from tb3_labs.msg import MouseController
 from tb3_labs.report.bag.clock import one_clock
 from tb3_labs.report.bag.messages import make_collectors, samples_of
 from tb3_labs.report.bag.records import Bag, BagProblem, open_bag
-from tb3_labs.report.run_data import RunData
+from tb3_labs.report.run_data import RunData, Values
 
 #: RunData's field: (name of the topic, class), besides the IMU and the odometry.
 OPTIONAL = {
@@ -86,8 +87,8 @@ def _read(bag, path, namespace, tell):
                  len(others) - NAMED_TOPICS)] * (len(others) > NAMED_TOPICS))))
     prefix = parent(topics['odometry'])
     collectors = make_collectors(topics, prefix)
-    start, notes = _collect(bag, {topic: (collectors[part], types[topic][0])
-                                  for part, topic in topics.items()})
+    start, notes, sent = _collect(bag, {topic: (collectors[part], types[topic][0])
+                                        for part, topic in topics.items()})
     for part in ('imu', 'odometry'):
         if not len(collectors[part].arrival):
             raise BagProblem('not one good message on {} (bad quaternions?)'.format(topics[part]))
@@ -98,21 +99,26 @@ def _read(bag, path, namespace, tell):
     for note in notes:
         tell('{}: {}'.format(path, note))
     absolute = {_absolute(topic) for topic in types}
-    return RunData(str(path), start, duration, topics=topics, notes=tuple(notes),
-                   senders=tuple(sorted(senders.get(topics.get('commands'), ()))),
+    names = tuple(sorted(senders.get(topics.get('commands'), ())))
+    samples = samples_of(collectors)
+    if 'commands' in samples:
+        order = np.argsort(collectors['commands'].arrival, kind='stable')
+        samples['sent'] = Values(samples['commands'].arrival, samples['commands'].time, np.array(
+            [names.index(sent[k]) for k in np.array(collectors['commands'].number)[order]]))
+    return RunData(str(path), start, duration, topics=topics, notes=tuple(notes), senders=names,
                    devices=tuple(name for name in DEVICES if prefix + name in absolute),
                    dropped={part: collector.bad for part, collector in collectors.items()},
-                   **samples_of(collectors))
+                   **samples)
 
 
 def _collect(bag, of_topic):
     """Fill the collectors, {topic: (Collector, class)}. Returns (time of the first message [s since
-    1970], [why the rest was not read])."""
+    1970], [why the rest was not read], {number of each Twist: its sender})."""
     def is_wanted(connection):
         return connection.topic in of_topic and (
             CLASSES.get((connection.kind, connection.checksum)) is of_topic[connection.topic][1])
 
-    start, number, size, too_much = None, 0, 0, []
+    start, number, size, too_much, sent = None, 0, 0, [], {}
     for connection, (seconds, nanoseconds), data in bag.messages(is_wanted):
         if start is None:
             start = seconds + 1e-9 * nanoseconds
@@ -130,8 +136,10 @@ def _collect(bag, of_topic):
         except (genpy.DeserializationError, struct.error, ValueError):
             collector.bad += 1
             continue
+        if made is Twist:
+            sent[number] = connection.sender
         collector.add(message, (seconds - start) + 1e-9 * nanoseconds, start, number)
-    return start, too_much or [problem for problem in [bag.problem] if problem]
+    return start, too_much or [problem for problem in [bag.problem] if problem], sent
 
 
 def choose_topics(types, namespace):

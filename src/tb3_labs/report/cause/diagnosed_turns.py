@@ -8,14 +8,14 @@ Units: radians, left positive; rad/s; seconds since the recording's start.
 """
 import math
 from dataclasses import dataclass
-from typing import Callable, List, NamedTuple, Sequence, Tuple
+from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.report.cause.diagnosed_drives import CLOSE, SETTLED, Fit, swings, turn_apart, was_lost
-from tb3_labs.report.cause.mistakes import turned, unwrapped
+from tb3_labs.report.cause.mistakes import settled, unwrapped
 from tb3_labs.report.motion.movements import FASTEST_BY_MOUSE, NO_SPEED
 from tb3_labs.report.run_data import RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
@@ -24,6 +24,8 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 NEAR_TURN = math.radians(10.0)
 #: A robot goes on after the end of its turn, and may fall short of it a little [rad].
 GOES_ON, FALLS_SHORT = math.radians(22.0), math.radians(4.0)
+#: A robot that goes left and right does so within SWINGS_AT of where its node holds it [rad].
+SWINGS_AT = math.radians(35.0)
 #: A shorter turn is a zero of another sender, not the end of a turn [s].
 SHORTEST = 0.15
 #: A faster command comes from a node without an upper limit: the lab's is 1.5 [rad/s].
@@ -36,7 +38,8 @@ SLOW, AT_START = 0.7, 0.5
 class Turn(NamedTuple):
     """A recorded turn. `turned` is NaN if it went left and right; `peak`: of the commands. A
     person may have ended the last one of a node. `is_persons`: one rate, without a letter before it
-    and a zero at its end. `sides`: 1.0 for l, -1.0 for r; both if the letter is not known."""
+    and a zero at its end. `sides`: 1.0 for l, -1.0 for r; both if the letter is not known. `centre`:
+    the angle about which it went left and right, in its second half."""
 
     begin: float
     heading: float
@@ -46,6 +49,7 @@ class Turn(NamedTuple):
     is_stopped: bool = True
     is_persons: bool = False
     sides: Tuple[float, ...] = (1.0, -1.0)
+    centre: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,9 @@ class Law:
 
     `goal_wraps`, `error_wraps`: does the node wrap a value below the range, and one above it?
     `reading`: the heading that the node reads [deg], by the true one. `quarter`: the angle that it
-    adds for a turn to the left. `command`: the error that it turns by, of (error, side).
+    adds for a turn to the left. `command`: the error that it turns by, of (error, side). `kept`: the
+    goal of all turns, if it never changes [deg]. `leaps`: is it chance when a turn ends that goes
+    left and right, since the heading leaps?
     """
 
     mistake: str = ''
@@ -63,9 +69,13 @@ class Law:
     reading: Callable[[float], float] = unwrapped
     quarter: float = 90.0
     command: Callable[[float, float], float] = lambda error, side: error
+    kept: Optional[float] = None
+    leaps: bool = False
 
     def goal(self, heading: float, side: float) -> float:
         """The goal of a turn from `heading`, both [deg]; `side`: 1 left, -1 right."""
+        if self.kept is not None:
+            return self.kept
         goal = self.reading(heading) + side * self.quarter
         goal += 360.0 * (self.goal_wraps[0] and goal < 0.0)
         return goal - 360.0 * (self.goal_wraps[1] and goal > 360.0)
@@ -77,11 +87,12 @@ class Law:
         error -= 360.0 * (self.error_wraps[1] and error > 180.0)
         return self.command(error, side)
 
-    def turned(self, heading: float, side: float, near: float = NEAR_TURN) -> float:
-        """The angle by which the robot turns from `heading`, both [rad]."""
+    def turned(self, heading: float, side: float, near: float = NEAR_TURN) -> Tuple[float, bool]:
+        """(The angle by which the robot turns from `heading`, both [rad]; does it go left and right
+        there without an end?)."""
         goal = self.goal(math.degrees(heading) % 360.0, side)
-        return turned(lambda yaw: math.radians(self.error(goal, math.degrees(yaw) % 360.0, side)),
-                      heading, near)
+        return settled(lambda yaw: math.radians(self.error(goal, math.degrees(yaw) % 360.0, side)),
+                       heading, near)
 
 
 def signed(heading: float) -> float:
@@ -105,11 +116,14 @@ LAWS = (
     Law('goal_not_wrapped_low', (False, True), (False, False), command=by_letter),
     Law('goal_not_wrapped_high', (True, False), (False, False), command=by_letter),
     Law('no_negative_clamp', command=lambda error, side: abs(error)),
-    # not read, in radians, or by numbers in another order, which may also mirror it
+    # a heading that stays; in radians it hardly changes; numbers in another order may mirror it
     Law('heading_kept', reading=lambda heading: 0.0),
-    Law('heading_kept', reading=lambda heading: math.radians(signed(heading)) % 360.0),
+    Law('radians', reading=lambda heading: math.radians(signed(heading)) % 360.0),
     Law('radians', quarter=math.pi / 2.0),
+    Law('quaternion_order', reading=lambda heading: 180.0),
     Law('swapped', quarter=-90.0),
+    Law('sign', command=lambda error, side: -error), Law('goal_kept', kept=0.0),
+    Law('degrees_twice', reading=lambda heading: math.degrees(signed(heading)), leaps=True),
     Law('quaternion_order', reading=lambda heading: (180.0 - heading) % 360.0))
 
 
@@ -123,8 +137,12 @@ def _apart(law: Law, turn: Turn) -> float:
     far = []
     for side in turn.sides:
         for near in (NEAR_TURN, CLOSE * NEAR_TURN):
-            ideal = law.turned(turn.heading, side, near)
-            off = turn_apart(turn.turned, ideal, turn.may_be_cut)
+            ideal, swings = law.turned(turn.heading, side, near)
+            if swings and (math.isnan(turn.turned) or law.leaps or turn.may_be_cut):
+                at = turn.centre if math.isnan(turn.turned) else turn.turned
+                far.append(max(0.0, abs(at - ideal) - SWINGS_AT))
+                continue
+            off = turn_apart(turn.turned, math.nan if swings else ideal, turn.may_be_cut)
             far.append(max(0.0, off - (
                 GOES_ON if abs(turn.turned) > abs(ideal) else FALLS_SHORT)))
     return min(far)
@@ -161,13 +179,15 @@ def turns_of(run: RunData) -> List[Turn]:
             continue
         before, then = run.imu.yaw_at((begin, end))
         angle = math.nan if swings(run, begin, end) else float(then - before)
+        centre = float(run.imu.yaw_at(np.linspace((begin + end) / 2.0, end)).mean() - before)
         typed = int(np.searchsorted(run.letters.time, begin, side='right'))
         sides = tuple(run.letters.value[:typed][-1:])
         if len(run.letters) and not any(sides):
             continue
         found.append(Turn(begin, wrap(float(before)), angle, peak,
                           bool((run.letters.time[typed:] < following).any()), is_stopped,
-                          not (sides or is_stopped or np.ptp(rates)), sides or (1.0, -1.0)))
+                          not (sides or is_stopped or np.ptp(rates)), sides or (1.0, -1.0),
+                          centre))
     if found and not len(run.letters):
         found[-1] = found[-1]._replace(may_be_cut=True)
     return found

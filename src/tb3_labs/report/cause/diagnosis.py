@@ -18,12 +18,15 @@ from typing import Dict, Iterable, Optional, Sequence, Tuple
 
 import numpy as np
 
+from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.cause import diagnosed_drives, diagnosed_turns
-from tb3_labs.report.cause.diagnosed_drives import Fit, Fresh, fresh_drives, ghost, said_reached
+from tb3_labs.report.cause.diagnosed_drives import (
+    Fit, Fresh, fresh_drives, ghost, said_reached, was_lost)
 from tb3_labs.report.cause.diagnosed_turns import LAWS, TOO_FAST, Turn, turns_of
 from tb3_labs.report.cause.mistakes import WAYS, Way, lost
-from tb3_labs.report.motion.movements import LAB_GOAL, cuts, has_control, movements, moving
+from tb3_labs.report.motion.movements import (
+    LAB_GOAL, cuts, has_control, movements, moving, programs)
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
@@ -44,6 +47,16 @@ SOON = 1.0
 SECOND_AFTER = 1.0
 #: The last command before a node says that it reached its goal is not older than this [s].
 BEFORE = 0.3
+#: The handouts' nodes send ten commands a second. A node sleeps if after each command that moves
+#: the robot, at least SLOW_STEPS of them, more than SLOWEST [s] pass, and less than QUICKEST_PERSON,
+#: all within the factor EVEN.
+SLOW_STEPS, SLOWEST, QUICKEST_PERSON, EVEN = 4, 0.45, 6.0, 1.15
+#: A letter is answered by a turn within this time [s].
+ANSWERED_BY = 1.2
+#: A node must drive to a goal that is farther than this [m].
+LEAST_WAY = 0.3
+#: A robot whose node always turns to 0 rests this near to it [rad].
+NEAR_ZERO = math.radians(20.0)
 #: A button answers within this time [s].
 ANSWERED = 0.6
 
@@ -58,13 +71,18 @@ class Diagnosis:
 
     mistake: Optional[str]              # '' if the run is right, None if no known mistake fits
     lab: str = DRIVE
-    also: Tuple[str, ...] = ()          # other mistakes that fit as well
+    also: Tuple[str, ...] = ()          # others that fit as well, its equals
     besides: str = ''                   # a second mistake in the same run
     apart: Tuple[float, float, float] = (math.nan, math.nan, math.nan)
     other: str = ''                     # the next likely mistake
     moment: float = 0.0                 # start of the movement farthest from a right one [s]
     ghost: Poses = Poses.none()         # of a robot with this mistake
     asked: Poses = Poses.none()         # of a right robot
+
+    @property
+    def causes(self) -> Tuple[str, ...]:
+        """All mistakes that explain the run equally well."""
+        return (self.mistake, *self.also) if self.mistake else ()
 
 
 def diagnose(run: RunData) -> Diagnosis:
@@ -73,9 +91,11 @@ def diagnose(run: RunData) -> Diagnosis:
     if not is_students(run):
         return Diagnosis('')
     goal = run.goals.pose(0) if len(run.goals) else LAB_GOAL
-    two = _two_senders(run)
+    two, slow = _two_senders(run), _slow_commands(run)
     if two is not None:
         return Diagnosis('two_senders', PAD, moment=two)
+    if slow is not None:
+        return Diagnosis('sleeps', DRIVE if len(run.control) else TURN, moment=slow)
     if len(run.control):
         drives = list(islice(fresh_drives(run, movements(run)), MOST_COMPARED))
         by_way, unstopped = _by_drives(drives, goal), [
@@ -88,7 +108,7 @@ def diagnose(run: RunData) -> Diagnosis:
             turn.begin for turn in whole if not any(each.is_stopped for each in whole)]
     if by_way.mistake == '' and unstopped:
         return Diagnosis('no_stop', DRIVE if len(run.control) else TURN, moment=unstopped[0])
-    return by_way
+    return _unanswered(run) or _state_kept(run, by_way, goal) or by_way
 
 
 def is_students(run: RunData) -> bool:
@@ -180,6 +200,55 @@ def _two_senders(run: RunData) -> Optional[float]:
                 last - first < JUMPS * QUICK and first < begin + SOON
                 for first, last in zip(edges, edges[JUMPS:])):
             return begin
+    return None
+
+
+def _slow_commands(run: RunData) -> Optional[float]:
+    """Returns the time of the first command if all of a node's commands to a moving robot were
+    followed too late by the next, else None. A person who sends single commands is not so even."""
+    if programs(run, 0.0, run.duration) == ['rostopic pub']:
+        return None
+    moves = np.flatnonzero(moving(run.commands)[:-1])
+    steps = run.commands.time[moves + 1] - run.commands.time[moves]
+    is_even = len(steps) >= SLOW_STEPS and SLOWEST < steps.min() and steps.max() < min(
+        EVEN * steps.min(), QUICKEST_PERSON)
+    return float(run.commands.time[moves[0]]) if is_even else None
+
+
+def _unanswered(run: RunData) -> Optional[Diagnosis]:
+    """Returns the Diagnosis if no turn followed some of the letters that were typed."""
+    if not len(run.letters) or len(run.control):
+        return None
+    ends = np.append(run.letters.time[1:], run.duration)
+    asked = [(side, run.commands.between(begin, end), begin) for begin, end, side in zip(
+        run.letters.time, ends, run.letters.value) if side and end - begin > ANSWERED_BY]
+    is_answered = [bool(moving(sent).any()) for _, sent, _ in asked]
+    if all(is_answered) or not any(is_answered):
+        return None
+    _, _, moment = asked[is_answered.index(False)]
+    if all(answered == (side > 0.0) for answered, (side, _, _) in zip(is_answered, asked)):
+        return Diagnosis('no_abs', TURN, moment=float(moment))
+    if is_answered[0] and not any(is_answered[1:]):
+        at_zero = abs(wrap(float(run.imu.yaw_at(moment)))) < NEAR_ZERO
+        return Diagnosis('goal_kept' if at_zero else 'never_over', TURN, moment=float(moment))
+    return None
+
+
+def _state_kept(run: RunData, by_way: Diagnosis, goal: Pose2) -> Optional[Diagnosis]:
+    """Returns the Diagnosis if the node told of a reset after it had reached its goal, and then did
+    not move although control was given anew."""
+    if by_way.mistake != '' or not len(run.control):
+        return None
+    reached, moves = said_reached(run), run.commands.time[moving(run.commands)]
+    given = run.control.time[np.diff(run.control.value, prepend=0.0) > 0.0]
+    for k, reset in enumerate(run.resets.time):
+        far = run.resets.pose(k).distance_to(goal) > LEAST_WAY
+        for grant in given[given > reset][:1] if far and (reached < reset).any() else ():
+            ends = np.concatenate([run.resets.time, run.control.time, [run.duration]])
+            end = ends[ends > grant].min()
+            if end - grant > ANSWERED_BY and not ((moves > grant) & (moves < end)).any() and not (
+                    was_lost(run.imu, reset, end) or was_lost(run.odometry, reset, end)):
+                return Diagnosis('state_kept', moment=float(grant))
     return None
 
 

@@ -31,17 +31,23 @@ def unwrapped(error: float) -> float:
 
 def turned(error_at: Callable[[float], float], yaw: float, near: float) -> float:
     """The angle by which a robot turns from `yaw`, until |error_at(yaw)| < `near`."""
+    angle, swings = settled(error_at, yaw, near)
+    return math.nan if swings else angle
+
+
+def settled(error_at: Callable[[float], float], yaw: float, near: float) -> Tuple[float, bool]:
+    """As `turned`: (angle, does the robot go left and right there without an end?)."""
     angle, swings, side = 0.0, 0, 0.0
     for _ in range(MOST_STEPS):
         error = error_at(yaw + angle)
         if abs(error) <= near or swings > 4:
-            return angle if abs(error) <= near else math.nan
+            return angle, abs(error) > near
         if abs(angle) > ENDLESS:
-            return math.copysign(math.inf, angle)
+            return math.copysign(math.inf, angle), False
         swings += side * error < 0.0
         side = math.copysign(1.0, error)
         angle += side * min(STEP, abs(error) - near + 1e-6)
-    return math.nan
+    return angle, True
 
 
 def in_radians(yaw: float) -> float:
@@ -214,6 +220,7 @@ WAYS = (
     Way('error_not_wrapped', wraps=unwrapped),
     Way('error_not_wrapped', wraps=unwrapped, wraps_heading=unwrapped),
     Way('heading_kept', reading=lambda yaw: 0.0),
+    Way('quaternion_order', reading=lambda yaw: math.pi),
     Way('quaternion_order', reading=mirrored),
     Way('quaternion_order', lambda reference: mirrored(reference.odom.yaw), reading=mirrored),
     Way('quaternion_order', lambda reference: 0.0, reading=mirrored),

@@ -30,6 +30,7 @@ Edge cases: a command is in force until the next one, at most for the robot's ti
 commands has no movements.
 """
 import math
+import re
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import List, Tuple
@@ -47,6 +48,10 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A movement ends if no command moves the robot for this time [s].
 PAUSE = 1.0
+#: Programs by which a person drives.
+PERSONS = re.compile('teleop|joy|pad|mouse|key|rqt_|rviz|panel')
+#: A movement by hand has parts longer than this [s].
+SHORTEST_PART = 0.4
 #: Later movements of a run are left out.
 MOST_MOVEMENTS = 1000
 #: A command that is slower than this is zero [m/s], [rad/s].
@@ -90,6 +95,29 @@ class Movement:
 def moving(commands: Commands) -> np.ndarray:
     """Does each of the commands move the robot?"""
     return (np.abs(commands.linear) > NO_SPEED) | (np.abs(commands.angular) > NO_SPEED)
+
+
+def programs(run: RunData, begin: float, end: float) -> List[str]:
+    """The programs that commanded the robot from `begin` to `end` [s], without those by which a
+    person drives; [] if the recording does not tell."""
+    names = {run.senders[int(k)] for k in run.sent.between(begin, end).value}
+    return sorted('rostopic pub' if '/rostopic_' in name else name for name in names if not (
+        PERSONS.search(name) or name == '?' or 'mouse_info' in run.devices))
+
+
+def parts_of(run: RunData, movement: Movement) -> List[Tuple[float, float]]:
+    """(begin, end) of the parts of a movement by hand: it goes forward in some, and turns on the spot
+    in others. A part that is shorter than SHORTEST_PART belongs to the part before it."""
+    commands = run.commands.between(movement.begin, movement.end)
+    commands = commands.take(moving(commands))
+    is_ahead = np.abs(commands.linear) > NO_SPEED
+    begins = [movement.begin]
+    for k in np.flatnonzero(is_ahead[1:] != is_ahead[:-1]) + 1:
+        later = np.flatnonzero(is_ahead[k:] != is_ahead[k])
+        until = commands.time[k + later[0]] if len(later) else movement.end
+        if min(until - commands.time[k], commands.time[k] - begins[-1]) > SHORTEST_PART:
+            begins.append(float(commands.time[k]))
+    return list(zip(begins, begins[1:] + [movement.end]))[:MOST_MOVEMENTS]
 
 
 @once

@@ -98,10 +98,10 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
     left.axhline(0.0, color=GREY, linewidth=0.8)
     left.set_ylabel('angle left [deg]')
     rate.set(ylabel='rate of turn [rad/s]\n(gyro)', xlabel='time since the first command [s]')
-    rate.legend(fontsize=8, frameon=False)
     for axes in (left, rate):
         axes.grid(True, linewidth=0.3)
-    legend_below(figure, *left.get_legend_handles_labels())
+    legend_below(figure, *(a + b for a, b in zip(left.get_legend_handles_labels(),
+                                                 rate.get_legend_handles_labels())))
     return figure
 
 

@@ -38,15 +38,15 @@ NO_DRIVE = 'neither goal_state nor the commands show one'
 #: Sentences: how turns and drives are distinguished from movements by hand.
 BY_CONTROL = ('Drives are found by the commands and ctrl_relinq. A movement while a node had control '
               'is a drive; a turn alone is one only if it followed a reset or control at once, or was '
-              'cut off. All other movements are by hand.')
+              'cut off. All other movements are by hand, or by another program.')
 PAD_ALONE = ('A gamepad (joy) was recorded, but it never gave control (ctrl_relinq): all movements '
              'count as by hand.')
 WITH_MOUSE = ('Turns are found by the commands. A turn begins and ends at rest, without forward '
               'speed, and is faster than any by the mouse ({:g} rad/s). All other movements are '
-              'by hand.'.format(FASTEST_BY_MOUSE))
+              'by hand, or by another program.'.format(FASTEST_BY_MOUSE))
 BY_SHAPE = ('Turns and drives are found by the commands. A turn begins and ends at rest, without '
             'forward speed. A drive is a turn, a straight line and a turn, with pauses under '
-            '{:g} s. All other movements are by hand.'.format(PAUSE))
+            '{:g} s. All other movements are by hand, or by another program.'.format(PAUSE))
 
 
 def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn: int = 0) -> Path:
@@ -67,7 +67,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
     write_output(page, tables.document('Run report: ' + name, [
         *('<p>{}</p>'.format(escape(text)) for text in [
             *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]),
-        timeline.section(timeline.timeline(
+        hints.said_by_node(run), timeline.section(timeline.timeline(
             run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)),
         hints.section(found, run), _turns(run, turned), shown['turns'],
         _drives(run, driven, turned), shown['paths'], _along(driven)]))

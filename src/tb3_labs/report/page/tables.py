@@ -30,7 +30,11 @@ figure img { max-width: 100%; } figcaption { font-size: 8.5pt; }
 details { margin: 0.3em 0; } details details { margin-left: 1.2em; }
 summary { cursor: pointer; font-weight: bold; }
 section { break-inside: avoid; } .next { break-before: page; }
-@media screen { body { padding: 0 8px; } pre { white-space: pre-wrap; overflow-wrap: anywhere; } }
+@media screen {
+  body { padding: 0 12px; max-width: 1156px; } p, details { max-width: 48em; }
+  pre { white-space: pre-wrap; overflow-wrap: anywhere; }
+  table { max-width: 760px; } figure { text-align: left; } figure img { max-width: min(100%, 760px); }
+}
 @media print { body { margin: 0; } figure img { max-height: 84mm; } }'''
 #: On a narrow screen a row is a paragraph, so that no column is cut off.
 NARROW = '''
@@ -40,6 +44,7 @@ NARROW = '''
   td { display: inline-block; border: 0; padding: 0 10px 0 0; text-align: left; }
   td.words { display: block; } td::before { content: attr(data-head) ' '; color: #666; }
   td:empty { display: none; }
+  figure { overflow-x: auto; } figure img { max-width: none; width: 760px; }
 }'''
 PAGE = '''<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{0}</title>

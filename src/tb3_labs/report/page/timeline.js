@@ -78,6 +78,10 @@ class Timeline {
     for (const list of ['mark-list', 'run-log']) {
       $(list).closest('section').hidden = !$(list).childElementCount;
     }
+    const known = {state: run.goals, error: run.distance.time, command: run.commands, mark: run.marks};
+    for (const [name, rows] of Object.entries(known)) {
+      $(`now-${name}`).parentElement.hidden = !rows.length;
+    }
     this.map = new RobotMap($('run-map'));
     this.map.radius = run.radius;
     new MapInput(this.map, () => this.show());

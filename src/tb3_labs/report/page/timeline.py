@@ -9,6 +9,7 @@ are in ``odom``; but the poses of `local` and of the goals are in ``local``.
 import json
 import math
 from html import escape
+from itertools import groupby
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
 
@@ -17,7 +18,7 @@ import numpy as np
 from tb3_labs import drawing
 from tb3_labs.report.motion.drives import DriveReport, goal_errors, spans
 from tb3_labs.report.motion.epochs import Epoch, epochs, local_in_odom
-from tb3_labs.report.motion.movements import Movement, movements
+from tb3_labs.report.motion.movements import Kind, movements, parts_of, programs
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.curves import curves, mark_line
 from tb3_labs.report.page.tables import degrees, number
@@ -165,7 +166,9 @@ def marks(run: RunData, turned: Sequence[TurnReport],
     found += [mark('drive', drive.begin, 'drive {}: {}, {} m and {} deg off'.format(
         k, drive.outcome, number(drive.measured[0], '{:.3f}'),
         degrees(drive.measured[1], '{:.1f}')), drive.end) for k, drive in enumerate(driven, 1)]
-    found += [_by_hand(run, movement) for movement in movements(run) if not any(
+    found += [_by_hand(run, *part) for movement in movements(run) for part in (
+        parts_of(run, movement) if movement.kind is Kind.BY_HAND else [
+            (movement.begin, movement.end)]) if not any(
         movement.begin < each['end'] and each['begin'] < movement.end for each in found)]
     found += [mark('reset', epoch.begin, 'reset {} of local'.format(k))
               for k, epoch in enumerate(epochs(run)[1:], 1)]
@@ -181,11 +184,12 @@ def marks(run: RunData, turned: Sequence[TurnReport],
     return found
 
 
-def _by_hand(run: RunData, movement: Movement) -> Mark:
-    before, after = run.imu.yaw_at((movement.begin, movement.end))
-    return mark('hand', movement.begin, 'by hand: {:.2f} m, turned {} deg'.format(
-        run.odometry.between(movement.begin, movement.end).length,
-        degrees(after - before, '{:+.1f}')), movement.end)
+def _by_hand(run: RunData, begin: float, end: float) -> Mark:
+    before, after = run.imu.yaw_at((begin, end))
+    drivers = programs(run, begin, end)
+    return mark('hand', begin, '{}: {:.2f} m, turned {} deg'.format(
+        'driven by ' + ' and '.join(drivers) if drivers else 'by hand',
+        run.odometry.between(begin, end).length, degrees(after - before, '{:+.1f}')), end)
 
 
 def _changes(run: RunData) -> List[Any]:
@@ -196,11 +200,16 @@ def _changes(run: RunData) -> List[Any]:
 
 
 def _lines(log: LogLines) -> List[List[Any]]:
-    """[time, level, text] of the log lines; the text begins with the node's name."""
-    rows = [[round(float(at), 3), str(level), '{}: {}'.format(
-        node.lstrip('/'), text)[:LONGEST_TEXT]]
+    """[time, level, text] of the log lines; the text begins with the node's name. A line that is
+    repeated stands once."""
+    said = [(level, '{}: {}'.format(node.lstrip('/'), text)[:LONGEST_TEXT], at)
             for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
             if node.rpartition('/')[2] != RECORDER]
+    rows: List[List[Any]] = []
+    for (level, text), group in groupby(said, key=lambda line: line[:2]):
+        times = [at for *_, at in group]
+        rows.append([round(float(times[0]), 3), str(level),
+                     text + (' ({} times)'.format(len(times)) if len(times) > 1 else '')])
     first, last = rows[:MOST_LINES // 2], rows[MOST_LINES // 2:][-MOST_LINES // 2:]
     left_out = len(rows) - len(first) - len(last)
     return first + [[first[-1][0], '', '({} lines are left out)'.format(left_out)]
