@@ -3,7 +3,7 @@
 
     python3 doc/instructor/make_graded.py
 
-A criterion and its numbers stand in `src/tb3_labs/marking/LAB.py`, its points in
+A criterion and its numbers stand in `src/tb3_labs/marking/labs/LAB.py`, its points in
 `launch/checks/points.yaml`. `test/unit/test_sheets.py` compares the sheets with this command.
 """
 import pathlib

@@ -35,7 +35,7 @@ from tb3_labs.marking.feedback import hint_in_a_line
 from tb3_labs.marking.labs.gamepad import HANDOUT, pad_called
 from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
 from tb3_labs.marking.trial.ros_stage import try_out
-from tb3_labs.marking.trial.ros_student_node import Launch
+from tb3_labs.marking.intake.workspace import Launch
 
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
 #: rostest names the file for the results by this word.
