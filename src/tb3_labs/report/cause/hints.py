@@ -38,7 +38,7 @@ AFTER_RESET = 'Print local_x, local_y and local_yaw a second after a reset, at r
 PRINT_YAW = 'Print the yaw that your node has, and turn the robot once around by hand. Over ' \
     'which range shall the number run, and which way?'
 BY_HAND = 'the yaw that it prints while you turn the robot to the left by hand: '
-HEARD = 'rosnode info NODE: does it listen to imu, and who publishes that topic? '
+HEARD = 'rosnode info NODE: does it listen to imu, and who publishes that topic?'
 LAST_MESSAGE = 'rostopic echo /cmd_vel: which message shall be the last one of a movement?'
 SLEEPS = Hint(
     'sleeps in a callback or in a loop', 'rostopic hz /cmd_vel while the robot moves: how often '
@@ -74,8 +74,7 @@ HINTS = {
         'limits make of it?', TURNS_STEP, 6, 'TODO 7',
         'ang_z after r: it is 0.5 or more'),
     (TURN, 'heading_kept'): Hint(
-        'turns by a heading that hardly changes', HEARD + PRINT_YAW, TURNS_STEP, 4,
-        'the subscriber, and TODO 6',
+        'turns by a heading that hardly changes', HEARD, TURNS_STEP, 4, 'the subscriber, and TODO 6',
         BY_HAND + 'it stays since nothing is heard, or follows late since a callback sleeps'),
     (TURN, 'swapped'): Hint(
         'turns right for l, and left for r', 'The heading is 100. Which goal has l, if the heading '
@@ -87,9 +86,9 @@ HINTS = {
     (TURN, 'radians'): Hint('mixes radians and degrees', PRINT_YAW, TURNS_STEP, 4, 'TODO 6',
         BY_HAND + 'it grows, but never beyond 6.3; or the goal is 1.57 from it'),
     (TURN, 'sign'): Hint(
-        'turns away from its goal: the error has the wrong sign', 'The heading is 100, the goal is '
-        '190. What is yaw_err, and to which side does a positive command turn?', TURNS_STEP, 5,
-        'TODO 7', BY_HAND + 'it grows, as it shall'),
+        'takes the error with the wrong sign, and so turns away from its goal', 'The heading is '
+        '100, the goal is 190. What is yaw_err, and to which side does a positive command turn?',
+        TURNS_STEP, 5, 'TODO 7', BY_HAND + 'it grows, as it shall'),
     (TURN, 'goal_kept'): Hint(
         'turns to the same heading after each letter', 'Print self.goal_yaw after each letter. '
         'Which line changes it, and is that the same variable?', TURNS_STEP, 5, 'TODO 7',
@@ -117,8 +116,7 @@ HINTS = {
     (DRIVE, 'imu_rotates'): Hint(
         "rotates the displacement by the IMU's yaw", 'Compare the yaws of /imu and of /odom, while '
         'the robot stands. In which of the two frames was the displacement measured?', POSE, 4,
-        'TODO 4',
-        PUSHED + 'the same wrong numbers as after a reset at 0 degrees'),
+        'TODO 4', PUSHED + 'the same wrong numbers as after a reset at 0 degrees'),
     (DRIVE, 'reference_kept'): Hint(
         'keeps its references at a reset', AFTER_RESET, RESET_STEP, 2, 'set_pose_callback',
         'local_x, local_y and local_yaw a second after a reset elsewhere: they are not the '
@@ -149,8 +147,7 @@ HINTS = {
         'reads the numbers of a quaternion in another order', PRINT_YAW, POSE, 2, 'TODO 2',
         BY_HAND + 'it falls, or stays although the node hears the IMU'),
     (DRIVE, 'heading_kept'): Hint(
-        'turns by a heading that hardly changes', HEARD + PRINT_YAW, POSE, 2,
-        'the subscriber, and TODO 2',
+        'turns by a heading that hardly changes', HEARD, POSE, 2, 'the subscriber, and TODO 2',
         BY_HAND + 'it stays since nothing is heard, or follows late since a callback sleeps'),
     (DRIVE, 'degrees'): Hint(
         'mixes degrees and radians', PRINT_YAW, POSE, 2, 'the callbacks, and TODO 2',
