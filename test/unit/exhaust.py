@@ -113,7 +113,7 @@ IRRELEVANT = {'count', 'doubts', 'dropped', 'attempt', 'drives', 'tremble', 'law
               '_last', '_read', 'world', '_news', 'said_at', '_heard_for', '_candidates',
               '_last_arrival', 'name', 'timeout', 'goal', '_refused', 'odometry', '_sources',
               '_window', '_readings', 'longest_gap', 'silent_for', '_orientation', '_rivals', '_given_up',
-              '_over', 'latest'}
+              '_over', 'latest', '_door'}
 
 
 def state_of(world):
@@ -149,8 +149,7 @@ def _state(value, now, ages, oldest=LONG_AGO):
                                    value.heard_at - value.given_at > OVER))
     if isinstance(value, GyroWatch):
         return value.problem(), value.is_checked or (
-            round(value._rested_for, 2), round(value._alone_for, 2)), _state(
-                value._heard_at, now, ages)
+            round(value._rested_for, 2), round(value._alone_for, 2))
     attributes = vars(value)
     return tuple([_state(attributes[name], now, ages, ages.get(name, LONG_AGO))
                   for name in _relevant(type(value), tuple(attributes))])

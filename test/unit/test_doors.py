@@ -10,8 +10,8 @@ from nav_msgs.msg import Odometry    # noqa: E402
 from sensor_msgs.msg import Imu, JointState    # noqa: E402
 from std_msgs.msg import Header    # noqa: E402
 
+from at_door import AtDoor    # noqa: E402
 from tb3_labs.geometry.se2 import AskedPose, Pose2    # noqa: E402
-from tb3_labs.localization.localizer import Localizer    # noqa: E402
 from tb3_labs.robot.samples import ImuSample, OdometrySample    # noqa: E402
 from tb3_labs.ros.conversions import to_asked_pose, to_pose_stamped    # noqa: E402
 from tb3_labs.ros.rospy_internals import sender_of    # noqa: E402
@@ -78,7 +78,7 @@ def test_a_stamp_that_ros_could_not_send_again_is_refused(read, make):
 @pytest.mark.parametrize('absurd', [1e200, 1.7e308, 1.9e4])
 def test_a_reset_heals_whatever_was_believed_before(absurd):
     """Also without a door."""
-    localizer, now = Localizer(), 10.0
+    localizer, now = AtDoor.localizer(), 10.0
 
     def hear(seconds, x):
         nonlocal now

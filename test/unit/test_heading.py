@@ -4,16 +4,18 @@ import random
 
 import pytest
 
+from at_door import AtDoor
 from tb3_labs.geometry.angles import WHOLE_TURN
+from tb3_labs.geometry.estimates import YawNoise
 from tb3_labs.localization.heading import Heading
-from tb3_labs.robot.samples import ImuSample, YawNoise
+from tb3_labs.robot.samples import ImuSample
 
 
 @pytest.mark.parametrize('turned, said', [
     (0.98, ''), (-0.98, ''), (1.02, '58 degrees'), (-1.02, '58 degrees'), (2.0 * math.pi, '')])
 def test_more_than_a_radian_at_once_is_a_jump(turned, said):
     """A node that does not see it drives on by a heading that is not the robot's."""
-    heading = Heading()
+    heading = AtDoor(Heading())
     heading.on_imu(ImuSample(1.0, 3.0, 0.0), 1.0)
     jump = heading.jump_to(ImuSample(1.1, math.remainder(3.0 + turned, WHOLE_TURN), 0.0))
     assert said in jump and bool(said) == bool(jump)
@@ -22,7 +24,7 @@ def test_more_than_a_radian_at_once_is_a_jump(turned, said):
 
 @pytest.mark.parametrize('clock_ahead', [0.0, 0.8, -300.0])
 def test_the_age_counts_from_the_measurement_by_the_least_delay(clock_ahead):
-    heading = Heading()
+    heading = AtDoor(Heading())
     for sent, delay in ((1.0, 0.004), (1.1, 0.0), (1.2, 0.1)):
         heading.on_imu(ImuSample(1000.0 + sent + clock_ahead, 0.0, 0.0), 1000.0 + sent + delay)
     assert heading.age(1001.31) == pytest.approx(0.11)
@@ -31,7 +33,7 @@ def test_the_age_counts_from_the_measurement_by_the_least_delay(clock_ahead):
 
 def test_the_heading_of_a_robot_at_rest_is_better_known_than_by_one_sample():
     """Yaws of +/-0.01 rad in turns, at rest; then it turns away, and the new yaw counts."""
-    heading = Heading()
+    heading = AtDoor(Heading())
     for k in range(40):
         heading.on_imu(ImuSample(1.0 + 0.01 * k, 0.01 * (-1) ** k, 0.0), 0.01 * k)
     assert heading.yaw == -0.01
@@ -42,7 +44,7 @@ def test_the_heading_of_a_robot_at_rest_is_better_known_than_by_one_sample():
 
 
 def test_the_heading_at_rest_follows_a_drift():
-    heading = Heading()
+    heading = AtDoor(Heading())
     for k in range(2000):    # 1 deg/min with noise of 0.1 deg, in steps of 0.03 s
         yaw = math.radians(0.03 * k / 60.0 + 0.1 * (-1) ** k)
         heading.on_imu(ImuSample(1.0 + 0.03 * k, yaw, 0.0), 0.03 * k)
@@ -55,8 +57,8 @@ def test_the_noise_of_an_imu_is_measured_while_it_turns_slowly(noise_deg, rate):
     chance, noise = random.Random(1), YawNoise()
     for k in range(400):
         time = 0.03 * k
-        noise.learn(ImuSample(time, math.remainder(
-            3.0 + rate * time + math.radians(chance.gauss(0.0, noise_deg)), 2.0 * math.pi), rate), time)
+        noise.learn(math.remainder(3.0 + rate * time + math.radians(
+            chance.gauss(0.0, noise_deg)), 2.0 * math.pi), rate, 0.03)
     assert math.degrees(noise.deviation) == pytest.approx(noise_deg, rel=0.3, abs=1e-6)
 
 
@@ -64,7 +66,7 @@ def test_a_turn_that_speeds_up_is_not_taken_for_noise():
     noise = YawNoise()
     for k in range(100):
         time = 0.03 * k
-        noise.learn(ImuSample(time, 0.5 * 2.0 * time ** 2 % 3.0, 2.0 * time), time)
+        noise.learn(0.5 * 2.0 * time ** 2 % 3.0, 2.0 * time, 0.03)
     assert noise.deviation < math.radians(0.01)
 
 
@@ -72,5 +74,5 @@ def test_a_turn_that_speeds_up_is_not_taken_for_noise():
 def test_only_a_robot_that_turns_slowly_and_evenly_shows_the_noise(rates):
     noise = YawNoise()
     for k in range(20):
-        noise.learn(ImuSample(0.0, 0.02 * (k % 2), rates[k % 2]), 0.01 * k)
+        noise.learn(0.02 * (k % 2), rates[k % 2], 0.01)
     assert noise.deviation == 0.0

@@ -17,7 +17,8 @@ from tb3_labs.control.dead_time import CommandHistory, followed, way_at_rest
 from tb3_labs.control.motor_response import TIME_DOUBT, Identification, Response
 from tb3_labs.control.speed_laws import LawStep, Twist2, braking_speed
 from tb3_labs.geometry.angles import clamp, continuous, difference
-from tb3_labs.robot.samples import REST_ANGULAR, Estimate
+from tb3_labs.geometry.estimates import Estimate
+from tb3_labs.robot.samples import REST_ANGULAR
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.lost_or_stalled import Settling
 

@@ -16,6 +16,7 @@ from tb3_labs.doctor.streams import (
     HEARING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused,
     judge_stream, judge_wheels)
 from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.door import Door
 from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS, model_called
@@ -95,7 +96,7 @@ def compared(heard, reset_topic):
     """Returns a GyroWatch and an EncoderWatch, the samples that they took in, and {topic: why each
     of its other messages is refused, as the labs' nodes refuse it}."""
     watch, encoders = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), EncoderWatch()
-    samples, refused = [], {topic: [] for topic in TOPICS}
+    door, samples, refused = Door(), [], {topic: [] for topic in TOPICS}
     for topic, at, _, message, _ in heard:
         try:
             sample = READERS[topic](message) if topic in READERS else None
@@ -104,7 +105,7 @@ def compared(heard, reset_topic):
                 refused[topic].append(str(problem))    # else: of other joints, such as an arm's
             continue
         if isinstance(sample, ImuSample):
-            watch.on_imu(sample, at)
+            watch.on_imu(door.hear_imu(sample, at))
         elif isinstance(sample, WheelSample):
             watch.on_wheels(sample)
             encoders.on_wheels(sample)

@@ -19,16 +19,18 @@ Times are the samples' stamps, so delays of the network do not matter. Cases:
 * In motion, an error of the gyro is not found if slip or uneven wheels may explain it: 5.5 % of
   the turn, and 7.5 deg/s at full speed.
 
-Units: seconds, radians; `now` on the receiver's clock. Sources: the firmware's lag of 13 to 105 ms;
+Units: seconds, radians. Sources: the firmware's lag of 13 to 105 ms;
 a recorded drive of a Burger: at most 0.5 deg of its turns are unexplained.
 """
 from collections import deque
 from typing import Deque, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import clamp, difference
+from tb3_labs.localization.door import Heard
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.supervision.freshness import RESUME_TIME
+from tb3_labs.supervision.freshness import (
+    GYRO_GAP, MEAN_ONLY, RESUME_TIME, SMALL_STEP, WHEEL_GAP)
 from tb3_labs.supervision.lost_or_stalled import SURELY_TURNS
 
 #: A turn of the wheels may show in the gyro up to this much later [s].
@@ -61,15 +63,6 @@ AGREED = 1.0
 RESTING_MARGIN = 1.2 * DRIFT
 #: A robot that turns more slowly than this stands [rad/s].
 STANDING_RATE = 0.03
-#: A sender's clock that goes back by more than this was set [s]; by less it is being corrected.
-CLOCK_SET = 0.1
-#: If two samples of the gyro are farther apart than this, the motion between them is unknown [s].
-GYRO_GAP = 0.15
-#: If two samples of the wheels are farther apart than this, the motion between them is unknown [s].
-WHEEL_GAP = 0.3
-#: If two samples of moving wheels are farther apart than this, only the mean rate is known [s]:
-#: samples were lost, as on a busy computer.
-MEAN_ONLY = 0.08
 #: Turns of the wheels are remembered for this long [s].
 WHEEL_MEMORY = 0.6
 #: The problem in words, and its remedy.
@@ -156,7 +149,6 @@ class GyroWatch:
         self._sends_wheels = False
         self._rested_for = 0.0       # time of all that was compared at rest [s]
         self._alone_for = 0.0        # time of the gyro since anything was compared [s]
-        self._heard_at = 0.0         # arrival of the latest sample of the IMU
         self._orientation = OrientationWatch()
         self._contradicts = False
         self._imu: Optional[ImuSample] = None        # the latest
@@ -169,24 +161,22 @@ class GyroWatch:
         self._unexplained = 0.0      # [rad]
         self._agreed_for = 0.0       # [s]
 
-    def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
+    def on_imu(self, heard: Heard, sends_wheels: bool = False) -> None:
         """Take in a sample of the IMU. `sends_wheels`: does the robot send its wheels, too?"""
-        silent_for, self._heard_at = now - self._heard_at, now
         self._sends_wheels = self._sends_wheels or sends_wheels
-        if silent_for > RESUME_TIME:
+        if heard.silence > RESUME_TIME:
             self._rested_for = self._alone_for = 0.0
         elif self._alone_for < AGREED:
-            self._alone_for += max(0.0, silent_for)
-        last, time = self._imu, sample.stamp
-        by_stamp = 0.0 if last is None else time - last.stamp
-        self._orientation.on_imu(sample, by_stamp if 0.0 < by_stamp <= GYRO_GAP else silent_for)
+            self._alone_for += heard.silence
+        sample, last = heard.sample, self._imu
+        self._orientation.on_imu(sample, heard.step)
         if last is not None:
-            if time < last.stamp - CLOCK_SET:
+            if heard.by_stamps < -SMALL_STEP:
                 self._begin()
-            elif 0.0 < time - last.stamp <= GYRO_GAP:
-                self._readings.append(_Reading(last.stamp, time, last.yaw_rate,
+            elif 0.0 < heard.by_stamps <= GYRO_GAP:
+                self._readings.append(_Reading(last.stamp, sample.stamp, last.yaw_rate,
                                                sample[1:] == last[1:]))
-            if self._readings and self._readings[0].end < time - WHEEL_MEMORY:
+            if self._readings and self._readings[0].end < sample.stamp - WHEEL_MEMORY:
                 self._readings.popleft()    # the wheels are not heard
         self._imu = sample
 
@@ -195,7 +185,7 @@ class GyroWatch:
         self._sends_wheels = True
         last, time = self._wheels, sample.stamp
         if last is not None:
-            if not -CLOCK_SET <= time - last.stamp <= WHEEL_GAP:
+            if not -SMALL_STEP <= time - last.stamp <= WHEEL_GAP:
                 self._begin()
             elif time > last.stamp:
                 self._add_turn(last, sample)

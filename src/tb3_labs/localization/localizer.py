@@ -15,16 +15,18 @@ Units: metres, radians, seconds on the receiver's clock (`now`); the caller prov
 """
 import math
 from dataclasses import dataclass, replace
-from typing import Any, List, NamedTuple, Optional
+from typing import List, Optional
 
 from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.estimates import YawNoise
 from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.localization.door import Heard, SenderClock
 from tb3_labs.localization.local_frame import LocalFrame
-from tb3_labs.localization.odometry_jumps import (
-    POSE_LOST, RESET_SILENCE, Jump, JumpFilter)
+from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFilter
 from tb3_labs.localization.sample_buffer import SampleBuffer
-from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, YawNoise, heading_jump
+from tb3_labs.robot.samples import Motion, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
+from tb3_labs.supervision.freshness import RESET_SILENCE
 
 #: Motion is extrapolated from the latest samples for two control periods at most [s]. In this time
 #: a command takes effect and is measured; the later motion is not known.
@@ -67,21 +69,12 @@ class Reset:
         self.problem = 'no sample of imu and odom at that instant'
 
 
-class _Latest(NamedTuple):
-    """The latest sample of a sensor, and when it was measured [s, receiver's clock]."""
-
-    sample: Any
-    measured_at: float
-
-    def age(self, now: float) -> float:
-        """Time since the measurement [s]; 0 if the clock went back."""
-        return max(0.0, now - self.measured_at)
-
-
 class Localizer:
     """Computes poses in the local frame from samples."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: SenderClock) -> None:
+        """`clock`: that of the Door of the samples, by which an instant is found in them."""
+        self._clock = clock
         #: The LocalFrame in force; None before the first pair of samples, and while the pose is
         #: lost.
         self.frame: Optional[LocalFrame] = None
@@ -94,30 +87,34 @@ class Localizer:
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
         self._resets: List[Reset] = []    # in the order of their requests, until they are taken
-        self._imu: Optional[_Latest] = None
-        self._odometry: Optional[_Latest] = None
+        self._imu: Optional[Heard] = None           # the latest sample of each sensor
+        self._odometry: Optional[Heard] = None
+        self._awaits_imu = True    # a silence of both sensors has ended, but not yet the IMU's
 
-    def on_imu(self, sample: ImuSample, now: float) -> None:
+    def on_imu(self, heard: Heard) -> None:
         """Take in a sample of the IMU."""
+        sample = heard.sample
         jump = heading_jump(self._imu.sample.yaw, sample.yaw) if self._imu else ''
         if jump:
             self._jumps.append(Jump(jump))
-        time = self._buffer.add_imu(sample, now)
-        self._imu = _Latest(sample, self._buffer.clock.measured_at(time, now))
-        self._yaw_noise.learn(sample, time)
+        self._buffer.add_imu(heard)
+        self._imu, self._awaits_imu = heard, False
+        self._yaw_noise.learn(sample.yaw, sample.yaw_rate, heard.step)
         self._carry_out_resets()
 
-    def on_odometry(self, sample: OdometrySample, now: float) -> None:
+    def on_odometry(self, heard: Heard) -> None:
         """Take in a message of the odometry."""
-        if self._imu is None or self._awaits_imu(self._imu, now):
+        self._awaits_imu = self._awaits_imu or heard.all_silent > RESET_SILENCE
+        if self._imu is None or self._awaits_imu:
+            self._jump_filter.skip(heard)
             return
-        shift, jump = self._jump_filter.take(sample, now, self._imu.sample, self.driven_at)
+        shift, jump = self._jump_filter.take(heard, self._imu.sample, self.driven_at)
         if jump is not None:
             self._on_jump(jump)
         if shift is not None:
             self._shift(shift)
-        time = self._buffer.add_odometry(sample, now)
-        self._odometry = _Latest(sample, self._buffer.clock.measured_at(time, now))
+        self._buffer.add_odometry(heard)
+        self._odometry = heard
         self._carry_out_resets()
 
     def take_fix(self) -> Optional[Fix]:
@@ -158,8 +155,7 @@ class Localizer:
         Resets are carried out in the order of their requests. `sample_delay`: time by which samples
         are older than their stamps show [s].
         """
-        reset = Reset(asked, now, self._buffer.clock.stamp_of(now), self._buffer.clock.epoch,
-                      sample_delay)
+        reset = Reset(asked, now, self._clock.stamp_of(now), self._clock.epoch, sample_delay)
         self._resets.append(reset)
         return reset
 
@@ -194,11 +190,6 @@ class Localizer:
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self._waiting)
 
-    def _awaits_imu(self, imu: _Latest, now: float) -> bool:
-        """Has a silence of both sensors just ended, but without a sample of the IMU so far?"""
-        return (imu.age(now) > RESET_SILENCE and self._odometry is not None
-                and self._odometry.age(now) > RESET_SILENCE)
-
     def _on_jump(self, jump: Jump) -> None:
         self._jumps.append(jump)
         if jump.outcome == POSE_LOST:    # old data no longer applies
@@ -219,8 +210,8 @@ class Localizer:
         for reset in self._waiting:
             if reset.stamp is None:
                 reset.stamp, reset.epoch = (
-                    self._buffer.clock.stamp_of(reset.asked_at), self._buffer.clock.epoch)
-            if reset.epoch != self._buffer.clock.epoch:    # its instant is lost
+                    self._clock.stamp_of(reset.asked_at), self._clock.epoch)
+            if reset.epoch != self._clock.epoch:    # its instant is lost
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 continue
             readings = None if reset.stamp is None else self._buffer.at(

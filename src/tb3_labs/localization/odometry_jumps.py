@@ -23,8 +23,10 @@ from typing import NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.door import Heard
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample, is_slow
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
+from tb3_labs.supervision.freshness import LONGEST_SILENCE, RESET_SILENCE
 
 #: No TurtleBot3 drives faster than this [m/s].
 SPEED_BOUND = 0.5
@@ -34,17 +36,12 @@ TURN_BOUND = 4.0
 SLACK = 0.05
 #: Messages that arrive unevenly may show a turn that is larger by this [rad].
 SLACK_TURN = 0.3
-#: The displacement that is allowed grows with the silence up to this length [s]. After a longer
-#: one the robot may have been moved.
-LONGEST_SILENCE = 5.0
 #: A rate of turn beyond this is the firmware's spike [rad/s].
 SPIKE = 10.0
 #: An odometry that was just set to zero has a place of exactly zero, and a yaw below this [rad].
 ZERO_YAW = 0.01
 #: If the place was this near to zero before, a place of zero does not show a reset [m].
 ZERO_PLACE = 0.001
-#: While the board resets, it is silent for longer than this [s].
-RESET_SILENCE = 1.0
 #: The robot may move a little before its first message after a reset. That message may show a place
 #: this far from zero [m].
 NEAR_ZERO_PLACE = 0.03
@@ -78,26 +75,35 @@ POSE_KEPT = 'the local pose is kept'
 POSE_LOST = 'pose lost: reset_pose, or place the robot and reset'
 
 
-class _Heard(NamedTuple):
+class _Gap:
+    """The time between two odometry messages: the sum of what the door measured before each."""
+
+    def __init__(self) -> None:
+        self._by_stamps = self._by_arrival = 0.0
+
+    def add(self, heard: Heard) -> None:
+        """The next message has passed the door."""
+        self._by_stamps += heard.by_stamps
+        self._by_arrival += heard.silence
+
+    @property
+    def seconds(self) -> float:
+        """By stamps or by arrivals: the longer of both, up to LONGEST_SILENCE [s]."""
+        return min(max(self._by_stamps, self._by_arrival, 0.0), LONGEST_SILENCE)
+
+    @property
+    def silence(self) -> float:
+        """Time for which the sender was silent [s]. Neither messages that are delayed nor a clock
+        that is set make it longer."""
+        return min(self._by_stamps, self._by_arrival) if self._by_stamps > 0.0 else self._by_arrival
+
+
+class _Taken(NamedTuple):
     """An odometry message as sent, and the IMU's latest sample at its arrival."""
 
     sample: OdometrySample
     arrival: float
     imu: ImuSample
-
-    def seconds_to(self, later: '_Heard') -> float:
-        """Time until a later message [s], by stamps or by arrivals: the longer of both."""
-        by_stamps, by_arrival = self._intervals(later)
-        return min(max(by_stamps, by_arrival, 0.0), LONGEST_SILENCE)
-
-    def silence_to(self, later: '_Heard') -> float:
-        """Time for which the sender was silent [s]. Neither messages that are
-        delayed nor a clock that is set make it longer."""
-        by_stamps, by_arrival = self._intervals(later)
-        return min(by_stamps, by_arrival) if by_stamps > 0.0 else by_arrival
-
-    def _intervals(self, later: '_Heard') -> Tuple[float, float]:
-        return later.sample.stamp - self.sample.stamp, later.arrival - self.arrival
 
     @property
     def rests(self) -> bool:
@@ -105,7 +111,7 @@ class _Heard(NamedTuple):
         return is_slow(self.sample.linear, self.imu.yaw_rate)
 
 
-def _is_reset(before: _Heard, after: _Heard) -> bool:
+def _is_reset(before: _Taken, after: _Taken, gap: _Gap) -> bool:
     """Was the robot, or its board, reset between two messages?"""
     was, now = before.sample.pose, after.sample.pose
     turned = difference(after.imu.yaw, before.imu.yaw)
@@ -113,7 +119,7 @@ def _is_reset(before: _Heard, after: _Heard) -> bool:
     # after the reset of a board the IMU is near zero, too
     is_near_zero = math.hypot(now.x, now.y) <= NEAR_ZERO_PLACE and (
         min(abs(difference(now.yaw, turned)), abs(now.yaw)) <= NEAR_ZERO_YAW)
-    if before.silence_to(after) <= RESET_SILENCE or not (is_zero or is_near_zero):
+    if gap.silence <= RESET_SILENCE or not (is_zero or is_near_zero):
         return False
     contradicts_imu = abs(difference(now.yaw - was.yaw, turned)) > NEAR_ZERO_YAW
     is_calibrated = is_zero and before.rests and abs(turned) > CALIBRATION_TURN
@@ -124,46 +130,54 @@ class JumpFilter:
     """Finds the jumps of the odometry of one robot, message by message."""
 
     def __init__(self) -> None:
-        self._last: Optional[_Heard] = None      # the last message with a new pose
-        self._latest: Optional[_Heard] = None    # the last message of all
+        self._last: Optional[_Taken] = None      # the last message with a new pose
+        self._latest: Optional[_Taken] = None    # the last message of all
+        self._since_last, self._since_latest = _Gap(), _Gap()
 
-    def take(self, sample: OdometrySample, arrival: float, imu: ImuSample,
+    def skip(self, heard: Heard) -> None:
+        """An odometry message was heard, but is not used."""
+        self._since_last.add(heard)
+        self._since_latest.add(heard)
+
+    def take(self, heard: Heard, imu: ImuSample,
              driven_at: float = -math.inf) -> Tuple[Optional[Pose2], Optional[Jump]]:
-        """Returns (the shift of ``odom``, the Jump that the sample shows), each of them or None.
+        """Returns (the shift of ``odom``, the Jump that an odometry message shows), each of them or
+        None.
 
         `imu`: the latest ImuSample, which shows the robot's turn while the odometry jumped;
         `driven_at`: when the robot was last told to move, as far as known [s, as `arrival`].
         """
-        shift, jump, heard = None, None, _Heard(sample, arrival, imu)
+        self.skip(heard)
+        sample = heard.sample
+        shift, jump, taken = None, None, _Taken(sample, heard.arrival, imu)
         if self._last is not None and self._latest is not None:
             before = self._last.sample.pose
-            problem = _jump(before, sample.pose, self._last.seconds_to(heard))
-            if _is_reset(self._latest, heard):
-                shift, jump = self._after_reset(self._latest, heard, driven_at)
+            problem = _jump(before, sample.pose, self._since_last.seconds)
+            if _is_reset(self._latest, taken, self._since_latest):
+                shift, jump = self._after_reset(self._latest, taken, driven_at)
             elif problem:
-                shift, jump = self._stand_still(problem, self._last, heard)
+                shift, jump = self._stand_still(problem, self._last, taken)
             elif _is_backwards(before, sample):
                 # The robot drove the opposite of this step, from its last place.
                 shift = _shift(Pose2(2.0 * before.x - sample.pose.x,
                                      2.0 * before.y - sample.pose.y, sample.pose.yaw), sample.pose)
         if self._last is None or sample.pose != self._last.sample.pose:
-            self._last = heard
-        self._latest = heard
+            self._last, self._since_last = taken, _Gap()
+        self._latest, self._since_latest = taken, _Gap()
         return shift, jump
 
-    @staticmethod
-    def _after_reset(before: _Heard, after: _Heard,
+    def _after_reset(self, before: _Taken, after: _Taken,
                      driven_at: float) -> Tuple[Optional[Pose2], Jump]:
         """A reset between two messages. The pose is kept if the robot surely stood."""
         turned = difference(after.imu.yaw, before.imu.yaw)
         stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
-        if stood and abs(turned) <= RESTING_TURN and before.seconds_to(after) < LONGEST_SILENCE:
+        if stood and abs(turned) <= RESTING_TURN and self._since_latest.seconds < LONGEST_SILENCE:
             return (_shift(before.sample.pose, after.sample.pose),
                     Jump(SET_TO_ZERO, POSE_KEPT, turned))
         return None, Jump(SET_TO_ZERO, POSE_LOST)
 
     @staticmethod
-    def _stand_still(problem: str, last: _Heard, now: _Heard) -> Tuple[Optional[Pose2], Jump]:
+    def _stand_still(problem: str, last: _Taken, now: _Taken) -> Tuple[Optional[Pose2], Jump]:
         """The odometry jumped, but the robot stands where it was at `last`."""
         turned = difference(now.imu.yaw, last.imu.yaw)
         if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(last.imu.yaw_rate):

@@ -4,7 +4,7 @@ The IMU sends far more often than is needed, and a node does not read every samp
 message of the odometry. The odometry bridges a longer gap of the IMU: after the last sample before
 the gap, the IMU's yaw is taken to turn as the odometry's.
 
-Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sender_clock`), metres, radians.
+Units: seconds on the sender's clock (:mod:`tb3_labs.localization.door`), metres, radians.
 Edge cases: a new epoch of that clock empties the buffer; a gap of the odometry longer than
 `MAX_GAP` is not interpolated; the order of arrival between the two sensors does not matter.
 """
@@ -16,8 +16,8 @@ from typing import Any, Callable, Deque, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference, interpolate_angle, wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
-from tb3_labs.localization.sender_clock import SenderClock
-from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
+from tb3_labs.localization.door import Heard
+from tb3_labs.robot.samples import OdometrySample
 
 #: Samples are remembered for this long [s].
 SAMPLE_MEMORY = 1.5
@@ -81,29 +81,26 @@ class SampleBuffer:
     """Remembers IMU and odometry samples, and interpolates both to one instant."""
 
     def __init__(self) -> None:
-        #: The SenderClock by which samples are ordered.
-        self.clock = SenderClock()
-        self._forget()
+        self._forget(epoch=0)
 
-    def _forget(self) -> None:
+    def _forget(self, epoch: int) -> None:
+        self._epoch = epoch    # of all samples
         self._imu = Track(interpolate_angle)
         self._odometry = Track(interpolate)
         self._unpaired: Deque[Tuple[float, OdometrySample]] = deque()
 
-    def add_imu(self, sample: ImuSample, arrival: float) -> float:
-        """Remember a sample that arrived at `arrival` [s, receiver's clock]. Returns its time."""
-        time = self._time_of('imu', sample, arrival)
-        self._imu.add(time, sample.yaw)
-        return time
+    def add_imu(self, heard: Heard) -> None:
+        """Remember a sample of the IMU."""
+        self._look_at_epoch(heard.epoch)
+        self._imu.add(heard.time, heard.sample.yaw)
 
-    def add_odometry(self, sample: OdometrySample, arrival: float) -> float:
-        """Remember a message that arrived at `arrival` [s, receiver's clock]. Returns its time."""
-        time = self._time_of('odometry', sample, arrival)
-        self._odometry.add(time, sample.pose)
-        self._unpaired.append((time, sample))
-        while self._unpaired[0][0] < time - SAMPLE_MEMORY:
+    def add_odometry(self, heard: Heard) -> None:
+        """Remember a message of the odometry."""
+        self._look_at_epoch(heard.epoch)
+        self._odometry.add(heard.time, heard.sample.pose)
+        self._unpaired.append((heard.time, heard.sample))
+        while self._unpaired[0][0] < heard.time - SAMPLE_MEMORY:
             self._unpaired.popleft()
-        return time
 
     def shift(self, shift: Pose2) -> None:
         """The frame of the odometry jumped: its old frame has the pose `shift` in the new one."""
@@ -141,9 +138,6 @@ class SampleBuffer:
             yaw += drift * (time - begin) / (end - begin)
         return wrap(yaw)
 
-    def _time_of(self, source: str, sample: Sample, arrival: float) -> float:
-        epoch = self.clock.epoch
-        time = self.clock.time_of(source, sample.stamp, arrival)
-        if self.clock.epoch != epoch:
-            self._forget()
-        return time
+    def _look_at_epoch(self, epoch: int) -> None:
+        if epoch != self._epoch:
+            self._forget(epoch)

@@ -9,6 +9,7 @@ from typing import Any, List, Optional
 from tb3_labs.control.approach import PreciseTurn
 from tb3_labs.control.speed_laws import LONGEST_IDLE, Pace, Twist2
 from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.door import Door
 from tb3_labs.localization.heading import Heading
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.nodes.mouse_reader import Mouse
@@ -16,7 +17,7 @@ from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.driver import DRIVERS, Driver, DriverEvent
 from tb3_labs.supervision.events import REPEATS_WITHIN, Event, Repetitions
-from tb3_labs.supervision.freshness import RESUME_TIME, Freshness, SleepWatch
+from tb3_labs.supervision.freshness import RESUME_TIME, SleepWatch
 from tb3_labs.supervision.lost_or_stalled import SensorWatch, Sight, StallWatch
 
 #: A robot that turns faster than this without commands from here is driven by another node [rad/s].
@@ -69,7 +70,8 @@ class ControllerCore:
     """One robot that turns by the IMU and drives by the mouse."""
 
     def __init__(self, law: PreciseTurn, gyro: Optional[GyroWatch] = None) -> None:
-        self.imu = Freshness('imu')
+        self._door = Door()
+        self.imu = self._door.imu
         self.driver = Driver.NOBODY
         self._law = law
         self._pace = Pace(law.period)
@@ -91,9 +93,9 @@ class ControllerCore:
         jump = self._heading.jump_to(sample)
         if jump and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, jump)
-        self.imu.heard(now, sample[1:])
-        self._gyro.on_imu(sample, now, sends_wheels)
-        self._heading.on_imu(sample, now)
+        heard = self._door.hear_imu(sample, now)
+        self._gyro.on_imu(heard, sends_wheels)
+        self._heading.on_imu(heard)
         rate = abs(self._heading.rate)
         if self.driver is Driver.TURN:
             return

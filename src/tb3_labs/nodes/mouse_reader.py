@@ -10,10 +10,8 @@ from typing import DefaultDict
 
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import clamp
-from tb3_labs.supervision.freshness import WAKING, Freshness, Lateness
+from tb3_labs.supervision.freshness import MOUSE_TIMEOUT, WAKING, Freshness, Lateness
 
-#: An active mouse that is silent for longer than this is lost [s].
-MOUSE_TIMEOUT = 0.2
 #: Within this distance of the middle of the screen, in each direction, the mouse asks for zero.
 MOUSE_DEAD_ZONE = 0.25
 #: The edge of the screen asks for this [m/s], [rad/s]; the robot clips it to its own limit.

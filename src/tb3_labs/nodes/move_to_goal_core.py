@@ -18,13 +18,13 @@ from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import LONGEST_IDLE, Pace, Twist2
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, AskedPose, Pose2, TypedPose
 from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.door import Door
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.events import Event
-from tb3_labs.supervision.freshness import Freshness
 from tb3_labs.supervision.goal_requests import GoalRequest, GoalRequests
 from tb3_labs.supervision.lost_or_stalled import SURELY_DRIVES, SURELY_TURNS, SensorWatch, Sight
 from tb3_labs.supervision.permission import Permission
@@ -63,9 +63,9 @@ class MoveToGoalCore:
                  gyro: Optional[GyroWatch] = None) -> None:
         """`response`: the known delays of this robot; `law` and this node improve it."""
         self._response = response or Response()
-        self.imu = Freshness('imu')
-        self.odometry = Freshness('odom')
-        self._localizer = Localizer()
+        self._door = Door()
+        self.imu, self.odometry = self._door.imu, self._door.odometry
+        self._localizer = Localizer(self._door.clock)
         self._machine = GoalMachine(law)
         self._permission = Permission(has_control)
         self._requests = GoalRequests(GoalRequest(None, stamp=1), self._permission.sleep)
@@ -86,17 +86,17 @@ class MoveToGoalCore:
     # -- what comes in
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
-        self.imu.heard(now, sample[1:])
-        self._gyro.on_imu(sample, now, sends_wheels)
-        self._localizer.on_imu(sample, now)
+        heard = self._door.hear_imu(sample, now)
+        self._gyro.on_imu(heard, sends_wheels)
+        self._localizer.on_imu(heard)
         self._look_at_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
         before = self.odometry.reading
-        self.odometry.heard(now, (sample.pose, sample.linear, sample.angular))
+        heard = self._door.hear_odometry(sample, now)
         self._odometry_turned = before is None or before[0].yaw != sample.pose.yaw
         self._encoders.on_odometry(sample)
-        self._localizer.on_odometry(sample, now)
+        self._localizer.on_odometry(heard)
         self._look_at_localizer()
 
     def on_wheels(self, sample: WheelSample) -> None:

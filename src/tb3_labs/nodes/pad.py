@@ -11,10 +11,8 @@ from dataclasses import dataclass
 from typing import NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs.config import Config, setting
-from tb3_labs.supervision.freshness import Freshness, Lateness
+from tb3_labs.supervision.freshness import PAD_TIMEOUT, Freshness, Lateness
 
-#: A pad that is silent for longer than this is lost [s].
-PAD_TIMEOUT = 0.25
 #: The lateness of a message is known after a pad has been heard for this long [s].
 LATENESS_SHOWS = 0.3
 #: The highest index of an axis or button. No pad has as many.

@@ -5,6 +5,9 @@ a delay (:class:`Lateness`). A process sleeps when it is stopped, swapped out, o
 suspended. Only the clock shows a sleep: the process looks at the clock repeatedly, and a long time
 between two looks is a sleep (:class:`SleepWatch`).
 
+The table below has every limit of a silence, a delay, a lapse or a sleep in the package, with its
+reason. `Freshness` alone measures a silence: up to the next message, or to a look at the clock.
+
 Units: seconds on the receiver's clock (`now`). Edge cases: a source that was never heard has an
 infinite age. If the clock goes back, the last message counts as just received; otherwise it would
 count as fresh for too long.
@@ -13,30 +16,75 @@ import math
 from collections import deque
 from typing import Any, Deque, Optional, Tuple
 
-from tb3_labs.geometry.angles import clamp
+# -- a sensor, a pad or a mouse is silent
 
-#: A sensor that is silent for longer than this is lost [s]; a robot at full speed drives 5 cm in
-#: this time.
+#: A sensor that is silent for longer than this is lost; a robot at full speed drives 5 cm in this
+#: time.
 SENSOR_TIMEOUT = 0.22
-#: A motion goes on by itself after a silence of the sensors up to this long [s]. A grant, a goal or
-#: a turn that is asked for in a silence is void if the silence goes on for longer than this.
+#: A sensor that repeats itself for longer than this, though the robot is told to move, is frozen. A
+#: slow network and slow motors delay the motion by less.
+FROZEN_TIME = 0.6
+#: A motion goes on by itself after a silence of the sensors up to this long. A grant, a goal or a
+#: turn that is asked for in a silence is void if the silence goes on for longer than this.
 RESUME_TIME = 2.0
-#: The same limit for a robot that was never heard: its board needs up to 14 s to start [s].
+#: The same limit for a robot that was never heard: its board needs up to 14 s to start.
 ROBOT_START = 20.0
-#: Time from one renewal of a permission to the next [s].
+#: While the board resets (firmware: 2.6 s), it is silent for longer than this.
+RESET_SILENCE = 1.0
+#: A pad that is silent for longer than this is lost.
+PAD_TIMEOUT = 0.25
+#: An active mouse that is silent for longer than this is lost.
+MOUSE_TIMEOUT = 0.2
+#: The displacement that is allowed grows with the silence up to this length. After a longer one the
+#: robot may have been moved.
+LONGEST_SILENCE = 5.0
+
+# -- two samples are too far apart to be compared
+
+#: Of the gyro: the rate between them is unknown.
+GYRO_GAP = 0.15
+#: Of the wheels: the motion between them is unknown.
+WHEEL_GAP = 0.3
+#: Of moving wheels: only the mean rate is known; samples were lost, as on a busy computer.
+MEAN_ONLY = 0.08
+
+# -- the sender's clock
+
+#: A clock that goes back by less than this is being corrected; by more, it was set.
+SMALL_STEP = 0.1
+#: A stamp that is this far ahead of its arrival belongs to a new clock.
+CLOCK_STEP = 1.0
+#: A message after a silence of all sources of this length belongs to a new clock.
+LONG_SILENCE = 1.5
+#: A source that is off by a clock step for longer than this does not have a clock.
+MAX_OFF = 1.0
+#: A source whose stamps went back does not have a clock if they catch up later than this.
+MAX_BEHIND = 0.5
+#: The least delay is taken over the messages of this time.
+WINDOW = 5.0
+#: A sender counts as heard for this long before each of its messages.
+HEARD_BEFORE = 0.1
+
+# -- a person's permission
+
+#: Time from one renewal of a permission to the next.
 RENEWAL = 0.1
-#: A grant expires after this silence [s]. A True that was delayed for longer does not count.
+#: A grant holds after a renewal that comes later than this. Earlier renewals may have been delayed
+#: and arrived together with it; they do not show that the sender is alive.
+CONFIRMATION = 0.04
+#: A grant whose renewals stop is suspended after this silence.
+LAPSE = 0.5
+#: A grant expires after this silence. A True that was delayed for longer does not count.
 LONGEST_LAPSE = 2.0
-#: A longer time than this between two looks at the clock is a sleep [s]. On a busy machine a
-#: process waits for less.
+
+# -- this process sleeps
+
+#: A longer time than this between two looks at the clock is a sleep. On a busy machine a process
+#: waits for less.
 LONGEST_GAP = 1.0
-#: Messages within this time after a sleep may be as old as the sleep [s]. Their order is not known,
+#: Messages within this time after a sleep may be as old as the sleep. Their order is not known,
 #: since each topic is read by its own thread.
 WAKING = 0.3
-#: The least delay is taken over the messages of this time [s].
-WINDOW = 5.0
-#: A sender counts as heard for this long before each of its messages [s].
-HEARD_BEFORE = 0.1
 
 
 class Freshness:
@@ -55,14 +103,16 @@ class Freshness:
         self._longest_gap = 0.0
         self._is_new = False
 
-    def heard(self, now: float, reading: Any = None) -> None:
-        """A valid message arrived at `now`."""
-        if self._heard_at is not None and self.count > 1:
-            self._longest_gap = max(self._longest_gap, now - self._heard_at)
+    def heard(self, now: float, reading: Any = None) -> float:
+        """A valid message arrived at `now`. Returns the silence before it [s]."""
+        silence = self.age(now)
+        if self.count > 1:
+            self._longest_gap = max(self._longest_gap, silence)
         self._heard_at = now
         self.count += 1
         if reading != self.reading:
             self.reading, self._is_new = reading, True
+        return silence
 
     def look(self, must_change: bool, dt: float) -> None:
         """Note whether the reading changed in the last `dt` [s]; `must_change`: it had to."""
@@ -139,12 +189,11 @@ class Lateness:
     def __init__(self) -> None:
         self._least = Least()
         self._heard_for = 0.0
-        self._last_arrival = math.inf    # before the first message
+        self._last = Freshness('the sender')
 
     def of(self, stamp: float, arrival: float) -> float:
         """The extra delay [s] of a message of this stamp [sender's clock] and arrival."""
-        self._heard_for += clamp(arrival - self._last_arrival, 0.0, HEARD_BEFORE)
-        self._last_arrival = arrival
+        self._heard_for += min(self._last.heard(arrival), HEARD_BEFORE)
         self._least.add(self._heard_for, arrival - stamp)
         assert self._least.value is not None
         return arrival - stamp - self._least.value

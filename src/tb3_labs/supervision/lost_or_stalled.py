@@ -12,13 +12,10 @@ import math
 from enum import Enum
 from typing import Optional
 
-from tb3_labs.supervision.freshness import RESUME_TIME, ROBOT_START, Freshness
+from tb3_labs.supervision.freshness import FROZEN_TIME, RESUME_TIME, ROBOT_START, Freshness
 
 #: The reason why a robot stands whose sensors are fresh.
 UNCHECKED = 'gyro and wheels are not compared yet: the robot must rest for a second'
-#: A sensor that repeats itself for longer than this, though the robot is told to move, is frozen
-#: [s]. A slow network and slow motors delay the motion by less.
-FROZEN_TIME = 0.6
 #: If the robot is told to drive faster than this, the readings must show a motion [m/s].
 SURELY_DRIVES = 0.02
 #: If the robot is told to turn faster than this, the readings must show a motion [rad/s].

@@ -32,13 +32,7 @@ from typing import Dict, List, Set
 from tb3_labs.news import News, NewsDesk
 from tb3_labs.supervision.events import Age, Event
 from tb3_labs.supervision.freshness import (
-    LONGEST_LAPSE, RENEWAL, RESUME_TIME, ROBOT_START, SleepWatch)
-
-#: A grant whose renewals stop is suspended after this silence [s].
-LAPSE = 0.5
-#: A grant holds after a renewal that comes later than this [s]. Earlier renewals may have been
-#: delayed and arrived together with it; they do not show that the sender is alive.
-CONFIRMATION = 0.04
+    CONFIRMATION, LAPSE, LONGEST_LAPSE, RENEWAL, RESUME_TIME, ROBOT_START, SleepWatch)
 
 
 class _Grant:

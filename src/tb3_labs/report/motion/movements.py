@@ -40,11 +40,13 @@ import numpy as np
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.odometry_jumps import POSE_LOST, RESET_SILENCE, JumpFilter
+from tb3_labs.localization.door import Door
+from tb3_labs.localization.odometry_jumps import POSE_LOST, JumpFilter
 from tb3_labs.report.motion.epochs import robot_in_odom
 from tb3_labs.report.run_data import Commands, Poses, RunData, States, once
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
+from tb3_labs.supervision.freshness import RESET_SILENCE
 
 #: A movement ends if no command moves the robot for this time [s].
 PAUSE = 1.0
@@ -230,14 +232,15 @@ def _steady_odometry(run: RunData) -> Tuple[Poses, List[float]]:
     """Returns the odometry as move_to_goal corrects it: (Poses without jumps, the times at which
     the pose is lost [s])."""
     odometry, imu = run.odometry, run.imu
-    jumps, first_T_odom, poses, lost = JumpFilter(), Pose2(), [], []
+    jumps, door, first_T_odom, poses, lost = JumpFilter(), Door(), Pose2(), [], []
     newest = np.searchsorted(imu.arrival, odometry.arrival, side='right') - 1
     for k, heard in enumerate(newest.clip(0)):
         if odometry.arrival[k] - imu.arrival[heard] > RESET_SILENCE:
             heard = min(heard + 1, len(imu) - 1)    # the first sample after the silence
         shift, jump = jumps.take(
-            OdometrySample(odometry.time[k], odometry.pose(k), float(odometry.linear[k]),
-                           float(odometry.angular[k])), odometry.arrival[k],
+            door.hear_odometry(OdometrySample(
+                odometry.time[k], odometry.pose(k), float(odometry.linear[k]),
+                float(odometry.angular[k])), odometry.arrival[k]),
             ImuSample(imu.time[heard], imu.yaw[heard], imu.yaw_rate[heard]))
         if shift is not None:
             first_T_odom = first_T_odom @ shift.inverse()

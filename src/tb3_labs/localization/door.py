@@ -1,4 +1,7 @@
-"""The robot's clock as its messages show it: when was a sample measured?
+"""The door of samples: each sample of a sensor is timed here, once.
+
+`Door.hear` measures the silence before a sample and reads the sender's clock; a :class:`Heard` carries
+all that later rooms ask. SensorWatch looks at the same sources while nothing is heard.
 
 Header stamps show intervals well, but come from the robot's clock, which may be a second off, step,
 or stand at zero. Arrivals are on the receiver's clock, but a network delays messages. So samples
@@ -19,26 +22,67 @@ Units: seconds. Cases:
 Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
 """
 import math
-from typing import Dict, Optional, Tuple
+from typing import Any, Dict, NamedTuple, Optional, Tuple
 
-from tb3_labs.supervision.freshness import Least
+from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
+from tb3_labs.supervision.freshness import (
+    CLOCK_STEP, LONG_SILENCE, MAX_BEHIND, MAX_OFF, SMALL_STEP, Freshness, Least)
 
-#: A clock that goes back by less than this is being corrected [s].
-SMALL_STEP = 0.1
-#: A stamp that is this far ahead of its arrival belongs to a new clock [s].
-CLOCK_STEP = 1.0
-#: A message after a silence of this length belongs to a new clock [s].
-LONG_SILENCE = 1.5
 #: A stamp that is repeated more often than this does not belong to a clock.
 MAX_REPEATS = 3
-#: A source that is off by a clock step for longer than this does not have a clock [s].
-MAX_OFF = 1.0
-#: A source whose stamps went back does not have a clock if they catch up later than this [s].
-MAX_BEHIND = 0.5
+
+
+class Heard(NamedTuple):
+    """A sample, and all times that later rooms ask of it; made by :class:`Door` alone."""
+
+    sample: Any           # an ImuSample or OdometrySample
+    arrival: float        # [s, receiver's clock]
+    time: float           # of the measurement [s, sender's clock; or by arrival]
+    epoch: int            # of the sender's clock: times of different epochs cannot be compared
+    measured_at: float    # [s, receiver's clock], as if the fastest message needed no time
+    silence: float        # of its source before it, by arrivals [s]; infinite before the first
+    all_silent: float     # the same of all sources of its door
+    by_stamps: float      # time since its source's sample before, by their stamps [s]; 0: none
+
+    def age(self, now: float) -> float:
+        """Time since the measurement [s]; 0 if the receiver's clock went back."""
+        return max(0.0, now - self.measured_at)
+
+    @property
+    def step(self) -> float:
+        """Time since its source's sample before [s]: by their stamps, if these are a clock."""
+        is_clock = 0.0 < self.by_stamps <= self.silence + CLOCK_STEP
+        return self.by_stamps if is_clock else self.silence
+
+
+class Door:
+    """The door of one robot: its IMU, and its odometry if it is heard."""
+
+    def __init__(self) -> None:
+        self.imu, self.odometry = Freshness('imu'), Freshness('odom')
+        self.clock = SenderClock()
+        self._stamps: Dict[str, float] = {}    # of each source's last sample
+
+    def hear_imu(self, sample: ImuSample, now: float) -> Heard:
+        """A sample of the IMU has arrived."""
+        return self._hear(self.imu, sample, sample[1:], now)
+
+    def hear_odometry(self, sample: OdometrySample, now: float) -> Heard:
+        """A message of the odometry has arrived."""
+        return self._hear(self.odometry, sample, (sample.pose, sample.linear, sample.angular), now)
+
+    def _hear(self, source: Freshness, sample: Sample, reading: Any, now: float) -> Heard:
+        all_silent = min(self.imu.age(now), self.odometry.age(now))
+        silence, stamp = source.heard(now, reading), sample.stamp
+        by_stamps = stamp - self._stamps.get(source.name, stamp)
+        self._stamps[source.name] = stamp
+        time = self.clock.time_of(source.name, stamp, now, all_silent)
+        return Heard(sample, now, time, self.clock.epoch, self.clock.measured_at(time, now),
+                     silence, all_silent, by_stamps)
 
 
 class SenderClock:
-    """Reads the stamps of one sender's several sources."""
+    """The robot's clock as its messages show it: reads the stamps of its sources."""
 
     def __init__(self) -> None:
         #: Number of the epoch; the first is 0.
@@ -49,12 +93,13 @@ class SenderClock:
         self._last_arrival = math.nan    # before the first sample
         self._new_epoch()
 
-    def time_of(self, source: str, stamp: float, arrival: float) -> float:
-        """The time at which `source` measured a sample, on the sender's clock (or by arrival)."""
+    def time_of(self, source: str, stamp: float, arrival: float, all_silent: float) -> float:
+        """The time at which `source` measured a sample, on the sender's clock (or by arrival);
+        `all_silent`: the silence of all sources before it [s]."""
         if self.uses_stamps and self._is_no_clock(source, stamp, arrival):
             self.uses_stamps = False
             self._new_epoch()
-        elif self._is_new_clock(source, stamp, arrival):
+        elif self._is_new_clock(source, stamp, arrival, all_silent):
             self._new_epoch()
         time = arrival
         if self.uses_stamps:
@@ -90,10 +135,11 @@ class SenderClock:
             return False
         return arrival - self._off_since.setdefault(source, arrival) > MAX_OFF
 
-    def _is_new_clock(self, source: str, stamp: float, arrival: float) -> bool:
+    def _is_new_clock(self, source: str, stamp: float, arrival: float,
+                      all_silent: float) -> bool:
         if self._least.value is None:
             return False
-        if abs(arrival - self._last_arrival) > LONG_SILENCE:
+        if all_silent > LONG_SILENCE:
             return True
         if not self.uses_stamps:
             return arrival < self._last_arrival
