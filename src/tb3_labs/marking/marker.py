@@ -54,7 +54,7 @@ class=rosgraph.roslogging.RosStreamHandler
 args=(True,)
 '''
 #: The time for one submission, and between two looks at its check [s].
-LIMIT, LOOK_PERIOD = 300.0, 0.05
+LIMIT, LOOK = 300.0, 0.1
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ class Marker:
                 env=dict(own, **{VARIABLE: str(work / 'launch.json')}), cwd=str(work),
                 stdin=subprocess.DEVNULL, stdout=file, stderr=file, start_new_session=True)
             begun = time.monotonic()
-            while check.poll() is None and not self.interrupted.wait(LOOK_PERIOD) and (
+            while check.poll() is None and not self.interrupted.wait(LOOK) and (
                     time.monotonic() < begun + LIMIT):
                 pass
             in_time = check.poll() is not None or self.interrupted.is_set()

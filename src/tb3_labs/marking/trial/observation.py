@@ -139,8 +139,10 @@ class Observation:
 
     @classmethod
     def from_json(cls, text: str) -> 'Observation':
-        """The Observation that :meth:`to_json` wrote as this text."""
-        parts = json.loads(text)
+        """The Observation that :meth:`to_json` wrote as this text; an older version's may have more
+        parts, which are left out."""
+        parts = {name: part for name, part in json.loads(text).items()
+                 if name in cls.__dataclass_fields__}
         parts['stimuli'] = [Stimulus(**item) for item in parts['stimuli']]
         parts['runs'] = [Run(**item) for item in parts['runs']]
         return cls(**parts)
