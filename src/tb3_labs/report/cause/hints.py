@@ -166,11 +166,11 @@ MOST_ERRORS, LONGEST_ERROR = 5, 300
 #: The skeletons' nodes name each TODO that they meet.
 OPEN_TODO = re.compile(r'TODO \d+ is open')
 SAID = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
-SECTION = '''<section id="hints"><h2>What went wrong</h2>
+SECTION = '''<section id="hints"><h2>{}</h2>
 {}</section>'''
 FOLDED = '<details{}><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
-NONE_FITS = '<p>Some movements differ from those of the handout. No known mistake explains them: was ' \
-    'the node ended in one of them, or started anew?</p>\n'
+NONE_FITS = '<p>Some movements differ from those of the handout. No known mistake explains them: ' \
+    'was the node ended in one of them, started anew, or is its task another one?</p>\n'
 
 
 def said_by_node(run: RunData) -> str:
@@ -202,7 +202,7 @@ def section(found: Diagnosis, run: Optional[RunData] = None) -> str:
         goal = '<p>The goal was taken to be ({:g}, {:g}). If it was another one, give it by --goal.' \
             '</p>\n'.format(run.goals.x[0], run.goals.y[0])
     if found.mistake is None:
-        return SECTION.format(NONE_FITS + goal)
+        return SECTION.format('Not as in the handout', NONE_FITS + goal)
     evidence = ' '.join(map(escape, sentences(found)))
     link = ' <a href="#t={:.1f}">Watch it</a>'.format(found.moment)
     folded = FOLDED.format(' id="mistake"', 'The mistake' if len(found.causes) == 1 else
@@ -212,8 +212,8 @@ def section(found: Diagnosis, run: Optional[RunData] = None) -> str:
             ('Hint 2: where it is explained', lambda hint: _place(found.lab, hint)),
             ('Hint 3: where to change it', lambda hint: hint.todo + '.')]):
         folded = FOLDED.format('', title, escape(_each(found, of_hint)), folded)
-    return SECTION.format(
-        '<p>Open one hint, then try again before you open the next.</p>\n' + goal + folded)
+    return SECTION.format('What went wrong', '<p>Open one hint, then try again before you open the '
+                          'next.</p>\n' + goal + folded)
 
 
 def in_a_line(found: Diagnosis) -> str:

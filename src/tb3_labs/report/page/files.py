@@ -8,7 +8,7 @@ from datetime import datetime
 from html import escape
 from io import BytesIO
 from pathlib import Path
-from typing import Dict, Optional, Sequence, Union
+from typing import Any, Dict, Optional, Sequence, Union
 
 import numpy as np
 
@@ -69,8 +69,12 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
             *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]),
         hints.said_by_node(run), timeline.section(timeline.timeline(
             run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)),
-        hints.section(found, run), _turns(run, turned), shown['turns'],
-        _drives(run, driven, turned), shown['paths'], _along(driven)]))
+        hints.section(found, run),
+        _part('Turns', tables.TURN_COLUMNS, turned, _rule_of_turns(run, turned)) * bool(turned),
+        shown['turns'], _part('Drives', tables.REACHED_COLUMNS, driven, _rule_of_drives(run) if (
+            driven) else _nothing(run)) * bool(driven or not turned), shown['paths'],
+        '<div class="next"></div>' * bool(driven), _part(
+            'Along the way', tables.ALONG, driven, tables.NOTE) * bool(driven)]))
     return page
 
 
@@ -115,26 +119,11 @@ def _summary(run: RunData, model: RobotModel) -> str:
             degrees(offset.drift, '{:+.3f}')))
 
 
-def _turns(run: RunData, turned: Sequence[TurnReport]) -> str:
-    if not turned:
-        return ''
-    return '<h2>Turns</h2>{}<p>{}</p>'.format(
-        tables.numbered('turn', tables.TURN_COLUMNS, turned), escape(_rule_of_turns(run, turned)))
-
-
-def _drives(run: RunData, driven: Sequence[DriveReport], turned: Sequence[TurnReport]) -> str:
-    if not driven and turned:
-        return ''
-    words = _rule_of_drives(run) if driven else _nothing(run)
-    return '<h2>Drives</h2>{}<p>{}</p>'.format(
-        tables.numbered('drive', tables.REACHED_COLUMNS, driven) if driven else '', escape(words))
-
-
-def _along(driven: Sequence[DriveReport]) -> str:
-    if not driven:
-        return ''
-    return '<div class="next"></div><h2>Along the way</h2>{}<p>{}</p>'.format(
-        tables.numbered('drive', tables.ALONG, driven), escape(tables.NOTE))
+def _part(title: str, columns: Sequence[tables.Column], reports: Sequence[Any], words: str) -> str:
+    """HTML of a heading, the table of the reports if there are some, and the words below it."""
+    row = 'turn' if columns is tables.TURN_COLUMNS else 'drive'
+    return '<h2>{}</h2>{}<p>{}</p>'.format(
+        title, tables.numbered(row, columns, reports) if reports else '', escape(words))
 
 
 # Sentences: findings, rules and frames --------------------------------------------------------
