@@ -29,7 +29,7 @@ from tb3_labs.command_line import number_or_text
 from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_over, to_go
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.node import Interrupted, Output, pause, take_signals
+from tb3_labs.ros.node import Interrupted, SafeStream, pause, take_signals
 from tb3_labs.ros.topics import subscribe
 
 HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with blanks between ' \
@@ -126,7 +126,7 @@ def main(words):
         return 1
     take_signals()    # from here on Ctrl+C, `kill` and a closed terminal raise Interrupted
     # a line for a closed terminal is lost; as an error it would come before Interrupted
-    sys.stdout, sys.stderr = Output(sys.stdout), Output(sys.stderr)
+    sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     try:
         return drive(goal)
     except Interrupted:

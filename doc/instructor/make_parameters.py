@@ -71,13 +71,15 @@ The model `default` is `TURTLEBOT3_MODEL` in the environment, else burger.
 
 
 class Node:
-    """A script's node, with the configurations that it reads, and its element in the launch file.
-    """
+    """A node with the configurations that it reads, and its element in the launch file."""
 
     def __init__(self, name, script, launch_file, kinds):
         self.name, self.script, self.launch_file = name, script, launch_file
-        spec = importlib.util.spec_from_file_location(name + '_script',
-                                                      str(ROOT / 'scripts' / script))
+        #: The file that reads the settings: the node's ROS side in its room, if it has one.
+        self.source = ROOT / 'src/tb3_labs/nodes' / name / 'ros_node.py'
+        if not self.source.exists():
+            self.source = ROOT / 'scripts' / script
+        spec = importlib.util.spec_from_file_location(name + '_source', str(self.source))
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
         self.configs = [getattr(module, kind) for kind in kinds]

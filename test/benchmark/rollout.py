@@ -13,16 +13,15 @@ from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig, GoalState
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.geometry.se2 import AskedPose, Pose2
-from tb3_labs.nodes.controller_core import ControllerCore
+from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
 from tb3_labs.robot.samples import REST_ANGULAR, REST_LINEAR, ImuSample, Sample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
-from tb3_labs.supervision.driver import Driver
+from tb3_labs.nodes.controller.turns import Driver, TurnConfig, make_turn
 
 #: Time between two looks at the robot's true pose [s].
 LOOK_PERIOD = 0.02

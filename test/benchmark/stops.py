@@ -13,10 +13,10 @@ from rollout import STILL_ANGULAR, STILL_LINEAR, control, navigation, run
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.controller_core import ControllerCore
+from tb3_labs.nodes.controller.core import ControllerCore
+from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator

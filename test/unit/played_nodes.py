@@ -4,19 +4,18 @@ from types import SimpleNamespace
 from oracle import GoalOracle, HandOracle
 from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.se2 import AskedPose, Pose2
-from tb3_labs.nodes.controller_core import ControllerCore
-from tb3_labs.nodes.gamepad_core import GamepadCore
+from tb3_labs.nodes.controller.core import ControllerCore
+from tb3_labs.nodes.controller.mouse_reader import MouseState
+from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
-from tb3_labs.nodes.pad import PadConfig, read_pad
+from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.supervision.driver import Driver
 from tb3_labs.supervision.events import Connection, Event, Origins
 from tb3_labs.supervision.goal_requests import GoalRequest
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
 TICK = 0.05
-RENEWAL_PERIOD = 0.1
 #: The clock of a pad or mouse, beside that of its node.
 CLOCK = -77.0
 #: A process that did not run for longer than the second must be told anew. Within the first it
@@ -258,28 +257,26 @@ class Pad(Process):
         super().__init__(world)
         self.name = name
         self.core = GamepadCore(PadConfig(), robot_model('burger'))
-        self.core.update(world.now)
         self.oracle = HandOracle(world.now)
         self.plugged, self.button, self.stick = True, None, 0.0
-        self.said_at = 0.0
         self.clock = CLOCK
-        self.say(world.now)
+        self.decide(world.now)
 
     def on_joy(self, button, stick, at, stamp):
         axes, buttons = [0.0, stick, 0.0, 0.0], [0] * 4
         if button is not None:
             buttons[button] = 1
         self.oracle.hear(self.world.now, stick != 0.0, self.at(at))
-        self.core.on_joy(read_pad(axes, buttons, PadConfig()), self.world.now, stamp)
-        self.say(at)
+        self.core.on_joy(Event(read_pad(axes, buttons, PadConfig()), self.world.now, sent_at=stamp))
+        self.decide(at)
 
     def on_control(self, granted):
-        self.core.on_control(granted, self.world.now)
+        self.core.on_has_control(Event(granted, self.world.now))
         if granted:
             self.oracle.lose(self.world.now)
 
     def on_taken(self):
-        self.core.on_taken(self.world.now)
+        self.core.on_word(Event(False, self.world.now))
         self.oracle.stop(self.world.now)
 
     def woke(self, slept_for):
@@ -296,25 +293,31 @@ class Pad(Process):
         self.show()
         if self.is_dead or self.asleep_since is not None:
             return
-        now = self.world.now
-        self.core.update(now)
-        if self.core.due(now):
-            self.world.judge(self.core.command(now), self.oracle)
-        self.say(now)
-        if self.core.messages.grants and now - self.said_at >= RENEWAL_PERIOD - 1e-6:
-            self.say_word(True, None)
-        self.core.take_news()
+        self.decide(self.world.now)
 
-    def say(self, at):
-        """Say the words of the core, which an action at `at` caused."""
-        for word in self.core.messages.take():
+    def decide(self, at):
+        """Carry out what the core wants after an action at `at`."""
+        output = self.core.tick(self.world.now)
+        self.world.judge(output.command, self.oracle)
+        for word in output.words:
             self.say_word(word, at)
             at = at if not word else None    # the others of a grant are renewals
+        if output.renews:
+            self.say_word(True, None)
 
     def say_word(self, word, at):
-        self.said_at = self.world.now
-        for _ in range(1 if word else 2):    # as operator.ControlSender does
+        for _ in range(1 if word else 2):    # as GamepadNode does
             self.world.tell(self.name, word, at)
+
+
+class Asked(ControllerCore):
+    """Notes whether it took a turn."""
+
+    accepted = False
+
+    def ask(self, degrees, now):
+        super().ask(degrees, now)
+        self.accepted = True
 
 
 class Turner(Process):
@@ -323,8 +326,8 @@ class Turner(Process):
     def __init__(self, world):
         super().__init__(world)
         self.origins, self.script = Origins(['script'] * world.repeats, world.now), world.now
-        self.core = ControllerCore(Turning())
-        self.core.update(world.now)
+        self.core = Asked(Turning())
+        self.core.tick(world.now, world.now)
         self.by_turn = GoalOracle(world.now)
         self.hands = world.hands
         self.by_mice = {name: HandOracle(world.now) for name in self.hands}
@@ -338,15 +341,12 @@ class Turner(Process):
         """A person asks for it, or a script, which began to repeat it at `at`, or before (None)."""
         now = self.world.now
         way = Connection(name, since=self.script if name == 'script' else self.born_at)
-        self.core.update(now)
         if name == 'script' and at is not None:
             self.by_turn.hear(now, 'turn', True, self.at(at))
             self.by_turn.ask(now, 'goal')
-        try:
-            self.core.on_turn(Event(3600.0, now, name, self.origins.age_of(way, now)), now)
-        except ValueError:
-            return
-        if name == 'person':
+        self.core.accepted = False
+        self.core.on_turn(Event(3600.0, now, name, self.origins.age_of(way, now)), now)
+        if name == 'person' and self.core.accepted:
             self.by_turn.hear(now, 'turn', True, self.at(at))
             self.by_turn.ask(now, 'goal')
 
@@ -357,7 +357,7 @@ class Turner(Process):
             if other != name and self.by_mice[name].repeats and not active:
                 oracle.lose(now)
         self.by_mice[name].hear(now, pushed, self.at(at), repeats=active)
-        self.core.on_mouse(active, 0.0, y, now, name, at + CLOCK)
+        self.core.on_mouse(Event(MouseState(active, 0.0, y), now, name, sent_at=at + CLOCK))
         if (was_active and not self.core.mouse.active) or (pushed and self.core.mouse.active):
             self.by_turn.hear(now, 'mouse', False, self.at(at))
 
@@ -373,9 +373,7 @@ class Turner(Process):
             return
         core, now = self.core, self.world.now
         self.by_turn.look(now, self.hear_robot())
-        core.update(now)
-        if core.due(now):
-            by_turn, command = core.driver is Driver.TURN, core.command(now)
-            mouse = 'page' if command and command.linear < 0.0 else 'mouse'    # by their edges
-            self.world.judge(command, self.by_turn if by_turn else self.by_mice[mouse])
-        core.take_news()
+        command = core.tick(now, now).command
+        mouse = 'page' if command and command.linear < 0.0 else 'mouse'    # by their edges
+        self.world.judge(command, self.by_turn if command and command.angular else
+                         self.by_mice[mouse])

@@ -10,10 +10,10 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
-from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.msg import MouseController
-from tb3_labs.nodes.controller_core import ControllerCore
+from tb3_labs.nodes.controller.core import ControllerCore
+from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model

@@ -10,11 +10,11 @@ from at_door import AtDoor
 from real_recordings import NAMES, arrays_of
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
-from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.odometry_jumps import EncoderWatch
-from tb3_labs.nodes.controller_core import ControllerCore
+from tb3_labs.nodes.controller.core import ControllerCore
+from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
 from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model

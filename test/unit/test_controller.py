@@ -6,15 +6,15 @@ import pytest
 
 from rollout import control, run
 from tb3_labs.control.speed_laws import LONGEST_IDLE, LawStep, Twist2
-from tb3_labs.control.turning import TurnConfig, make_turn
 from tb3_labs.geometry.angles import continuous
-from tb3_labs.nodes.controller_core import AskedTurn, ControllerCore
-from tb3_labs.nodes.mouse_reader import MOUSE_TIMEOUT
+from tb3_labs.nodes.controller.core import ControllerCore
+from tb3_labs.nodes.controller.mouse_reader import MOUSE_TIMEOUT, MouseState
+from tb3_labs.nodes.controller.turns import AskedTurn, Driver, TurnConfig, make_turn
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
-from tb3_labs.supervision.driver import Driver
+from tb3_labs.supervision.events import Event
 
 BURGER = robot_model('burger')
 MOUSE_PERIOD = 0.05
@@ -54,7 +54,7 @@ class Desk:
         self.mouse = None            # (active, x, y), or None: no messages
         self.news = []
         self._next_mouse = 0.0
-        self.core.on_mouse(False, 0.0, 0.0, self.now)
+        self.core.on_mouse(Event(MouseState(False, 0.0, 0.0), self.now))
         self.run(0.2)
 
     def run(self, seconds, imu=True):
@@ -68,7 +68,7 @@ class Desk:
                 self.core.on_imu(ImuSample(self.now, self.yaw + self.tremble, self.rate), self.now)
             if self.mouse and self.now >= self._next_mouse:
                 self._next_mouse = self.now + MOUSE_PERIOD - 1e-6
-                self.core.on_mouse(*self.mouse, self.now)
+                self.core.on_mouse(Event(MouseState(*self.mouse), self.now))
             if self.core.due(self.now):
                 commands.append(self.core.command(self.now))
             self.news += self.core.take_news()
@@ -115,7 +115,7 @@ def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_ac
     desk.finish()
     assert not desk.core.watched
     for active in (True, False):
-        desk.core.on_mouse(active, 0.0, 0.0, desk.now)
+        desk.core.on_mouse(Event(MouseState(active, 0.0, 0.0), desk.now))
         assert desk.core.watched is desk.core.mouse.active is active
 
 
@@ -153,8 +153,8 @@ def test_an_error_is_forgotten_when_the_robot_was_in_other_hands(desk, between):
         desk.ask()
         desk.run(2.0 if between == 'stuck' else 0.2)
     if between in ('mouse', 'given up'):
-        desk.core.on_mouse(True, 1.0, 0.0, desk.now)
-        desk.core.on_mouse(False, 1.0, 0.0, desk.now)
+        desk.core.on_mouse(Event(MouseState(True, 1.0, 0.0), desk.now))
+        desk.core.on_mouse(Event(MouseState(False, 1.0, 0.0), desk.now))
     desk.run(1.0)
     assert sum('Turned' in news.text for news in desk.news) == 1     # not the one given up
     desk.ask()
@@ -313,7 +313,7 @@ def test_another_mouse_that_is_deactivated_stops_a_turn_after_a_mouse_was_lost(d
     desk.ask(180.0)
     desk.run(0.5)
     for active in (True, False):     # as a page's STOP
-        desk.core.on_mouse(active, 0.0, 0.0, desk.now, 'page')
+        desk.core.on_mouse(Event(MouseState(active, 0.0, 0.0), desk.now, 'page'))
     assert desk.core.driver is Driver.NOBODY and set(desk.run(1.0)) <= {None}
     assert desk.told('the mouse was deactivated', warning=True)
 
@@ -339,7 +339,7 @@ def test_a_bad_position_is_refused_and_does_not_keep_the_mouse_alive(desk):
     for _ in range(5):
         for position in ((math.nan, 1.0), (1.0, -math.inf)):
             with pytest.raises(ValueError, match='not finite'):
-                desk.core.on_mouse(True, *position, desk.now)
+                desk.core.on_mouse(Event(MouseState(True, *position), desk.now))
             desk.run(0.05)
     assert desk.core.driver is Driver.NOBODY
 
@@ -347,7 +347,7 @@ def test_a_bad_position_is_refused_and_does_not_keep_the_mouse_alive(desk):
 def test_the_user_of_a_mouse_that_was_active_before_is_told_what_to_do_once():
     core = ControllerCore(Told())
     for k in range(5):
-        core.on_mouse(True, 0.0, 1.0, 100.0 + 0.1 * k)
+        core.on_mouse(Event(MouseState(True, 0.0, 1.0), 100.0 + 0.1 * k))
         assert core.command(100.0 + 0.1 * k) is None
     told = [news.text for news in core.take_news()]
     assert told == ['The mouse was active before: move it to the middle of the screen to use it']

@@ -1,7 +1,7 @@
 """The driver after every event: the rule as the handout and its users would state it."""
 import pytest
 
-from tb3_labs.supervision.driver import DRIVERS, Driver, DriverEvent
+from tb3_labs.nodes.controller.turns import DRIVERS, Driver, DriverEvent
 from tb3_labs.supervision.holder import HOLDERS, Holder, HolderEvent
 from tb3_labs.supervision.page_grip import PAGE_TIMEOUT, Grip
 

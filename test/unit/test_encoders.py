@@ -4,10 +4,10 @@ import pytest
 from real_recordings import NAMES, arrays_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import SERVOS_SILENT, EncoderWatch
+from tb3_labs.nodes.controller.turns import Driver
 from tb3_labs.robot.samples import OdometrySample, WheelSample
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator_config import HOSTS
-from tb3_labs.supervision.driver import Driver
 from test_contradiction import Watched, controller, navigator
 
 

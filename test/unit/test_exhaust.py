@@ -1,4 +1,6 @@
 """All short stories of stops and grants. Longer ones: exhaust.py."""
+from dataclasses import replace
+
 import pytest
 
 from exhaust import search, told, walk
@@ -6,7 +8,7 @@ from played_pages import LatePages, TwoPages
 from played_worlds import (
     Goals, GoneRobot, LatePad, LateTurns, MouseAndTurns, OnePad, Senders, TwoMice, TwoPads)
 from tb3_labs.localization.contradiction import GyroWatch
-from tb3_labs.nodes.mouse_reader import Mouse
+from tb3_labs.nodes.controller.mouse_reader import Mouse
 from tb3_labs.supervision.events import Age, Origins
 from tb3_labs.supervision.freshness import Lateness, SleepWatch
 from tb3_labs.supervision.goal_requests import GoalRequests
@@ -72,9 +74,9 @@ def once(self, request):
     return False
 
 
-def one_for_all(self, active, x, y, now, name='', stamp=0.0):
+def one_for_all(self, message):
     """All mice are one."""
-    return HEARD(self, active, x, y, now, '', stamp)
+    return HEARD(self, replace(message, sender=''))
 
 
 @pytest.mark.parametrize('kind, owner, method, defect, number, deeds', [

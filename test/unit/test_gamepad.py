@@ -2,9 +2,10 @@
 import pytest
 
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.nodes.gamepad_core import HAND_BACK, GamepadCore
-from tb3_labs.nodes.pad import PAD_TIMEOUT, PadConfig, read_pad
+from tb3_labs.nodes.gamepad.core import HAND_BACK, GamepadCore
+from tb3_labs.nodes.gamepad.pad import PAD_TIMEOUT, PadConfig, read_pad
 from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.holder import Holder
 
 NOBODY, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL
@@ -13,14 +14,39 @@ PERIOD = 0.05      # of a pad that repeats itself
 REST, PUSHED = (0.0, 0.0), (1.0, 0.0)      # its sticks
 
 
+class Core(GamepadCore):
+    """Keeps what its ticks put out until it is asked for."""
+
+    def __init__(self, config, model):
+        super().__init__(config, model)
+        self.now = 0.0
+        self.put_out = {'news': [], 'words': [], 'asks_reset': []}
+
+    def on_joy(self, joy):
+        self.now = joy.at
+        super().on_joy(joy)
+
+    def tick(self, now):
+        self.now, output = now, super().tick(now)
+        self.put_out['news'] += output.news
+        self.put_out['words'] += output.words
+        self.put_out['asks_reset'] += [True] * output.asks_reset
+        return output
+
+    def take(self, what):
+        """All of it since the last call."""
+        self.tick(self.now)
+        taken, self.put_out[what] = self.put_out[what], []
+        return taken
+
+
 class Pad:
     """A pad that repeats its state until it is unplugged."""
 
     def __init__(self, config=PadConfig(), repeats=True):
-        self.controller, self._config = GamepadCore(config, BURGER), config
+        self.controller, self._config = Core(config, BURGER), config
         self.now = 0.0
         self.sent = []                    # (time, command)
-        self.words = []                   # said on ctrl_relinq
         self.sticks, self.pressed = REST, ()
         self.plugged, self.repeats = True, repeats
         self._next, self._said = 0.0, None
@@ -43,16 +69,14 @@ class Pad:
         changed = (axes, buttons) != self._said
         if self.plugged and (changed or (self.repeats and self.now >= self._next)):
             self._said, self._next = (axes, buttons), self.now + PERIOD
-            self.controller.on_joy(read_pad(axes, buttons, self._config), self.now)
-        self.controller.update(self.now)
-        if self.controller.due(self.now):
-            self.sent.append((self.now, self.controller.command(self.now)))
-        self.words += self.controller.messages.take()
+            self.controller.on_joy(Event(read_pad(axes, buttons, self._config), self.now))
+        command = self.controller.tick(self.now).command
+        if command is not None:
+            self.sent.append((self.now, command if command != Twist2() else None))
 
     def said(self):
         """The words on ctrl_relinq since the last call."""
-        words, self.words = self.words, []
-        return words
+        return self.controller.take('words')
 
     def press(self, *buttons):
         """Press and let go."""
@@ -72,18 +96,19 @@ class Pad:
 def hear(controller, now, stamp, *pressed, forward=0.0):
     """A message of a pad with a clock of its own."""
     buttons = [int(button in pressed) for button in range(8)]
-    controller.on_joy(read_pad([0.0, forward] + [0.0] * 4, buttons, PadConfig()), now, stamp)
+    controller.on_joy(Event(read_pad([0.0, forward] + [0.0] * 4, buttons, PadConfig()), now,
+                            sent_at=stamp))
 
 
 def look(controller, since, until):
     """The node runs, and hears nothing of the pad."""
     for tick in range(int((until - since) / 0.1)):
-        controller.update(since + 0.1 * tick)
-    controller.update(until)
+        controller.tick(since + 0.1 * tick)
+    controller.tick(until)
 
 
 def warned(controller, words):
-    return any(words in news.text and news.warning for news in controller.take_news())
+    return any(words in news.text and news.warning for news in controller.take('news'))
 
 
 A, B, Y, HOLD = 0, 1, 2, 5
@@ -112,7 +137,7 @@ def test_full_stick_is_the_robots_own_limit_or_the_scale_that_is_set(config, sti
 
 def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
     assert pad.holder is GAMEPAD and not pad.controller.messages.grants and pad.said() == []
-    assert not pad.controller.take_reset()
+    assert not pad.controller.take('asks_reset')
     pad.press(A)
     assert pad.holder is GOAL and pad.controller.messages.grants and pad.said() == [True]
     assert set(pad.run(1.0, sticks=(1.0, 1.0))) == {None}
@@ -128,11 +153,11 @@ def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
 @pytest.mark.parametrize('repeats', [True, False])
 def test_a_stick_that_rests_outside_its_dead_zone_is_named_once(repeats):
     pad = Pad(repeats=repeats)
-    pad.controller = GamepadCore(PadConfig(), BURGER)
+    pad.controller = Core(PadConfig(), BURGER)
     pad.run(2.9, sticks=(0.0, 0.12))
     assert not warned(pad.controller, 'No stick drives')
     pad.run(10.0)
-    assert [news.text for news in pad.controller.take_news()] == [
+    assert [news.text for news in pad.controller.take('news')] == [
         'No stick drives: axis 3 is at 0.12, beyond dead_zone 0.08. Let go of it; if it rests '
         'there, set a larger dead_zone']
     assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
@@ -153,18 +178,18 @@ def test_each_press_counts_though_the_messages_come_all_at_once(pad):
     pad.said()
     for pressed in (), (B,), (B, Y), (Y,), (), (A,), (), (B,), ():
         hear(pad.controller, pad.now, 0.0, *pressed)
-    assert pad.controller.messages.take() == [False, True, False]
-    assert pad.controller.take_reset() and not pad.controller.take_reset()
+    assert pad.controller.take('words') == [False, True, False]
+    assert pad.controller.take('asks_reset') and not pad.controller.take('asks_reset')
     assert pad.holder is GAMEPAD
 
 
 @pytest.fixture
 def stamped():
     """A core that heard a resting pad for 1 s, up to 101.0 s; the pad's own clock says 8.0 s."""
-    controller = GamepadCore(PadConfig(), BURGER)
+    controller = Core(PadConfig(), BURGER)
     for tick in range(20):
         hear(controller, 100.05 + 0.05 * tick, 7.05 + 0.05 * tick)
-    controller.messages.take()
+    controller.take('words')
     return controller
 
 
@@ -173,28 +198,28 @@ def test_an_a_that_the_network_held_up_for_long_does_not_count(stamped, late, co
     look(stamped, 101.0, 101.04 + late)
     hear(stamped, 101.04 + late, 8.04)
     hear(stamped, 101.05 + late, 8.05, A)
-    words = stamped.messages.take()
+    words = stamped.take('words')
     # with the renewals that were due since, so that they show the age of the grant
     assert words == [True] * (counts * (1 + round(late / 0.1)))
     assert warned(stamped, 'press it again') is not counts
     hear(stamped, 101.06 + late, 8.06, B)
-    assert stamped.messages.take() == [False]       # a stop is never too late
+    assert stamped.take('words') == [False]       # a stop is never too late
 
 
 @pytest.mark.parametrize('stop', ['lost', 'taken', 'B'])
 def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stamped, stop):
     if stop == 'lost':
         hear(stamped, 101.0, 8.0, forward=1.0)
-        assert stamped.command(101.3) is None
+        assert stamped.tick(101.3).command == Twist2()
     look(stamped, 101.0, 101.3)
     if stop == 'taken':
-        stamped.on_taken(101.3)
-    stamped.messages.take()
+        stamped.on_word(Event(False, 101.3))
+    stamped.take('words')
     look(stamped, 101.3, 101.5)
     # released at 101.5: rest, A pressed at 101.1; or B before it
     for stamp, *pressed in ((8.05,), (8.07, *[B] * (stop == 'B')), (8.1, A), (8.2,)):
         hear(stamped, 101.5, stamp, *pressed)
-    assert stamped.messages.take()[:2] == ([False, True] if stop == 'B' else [])
+    assert stamped.take('words')[:2] == ([False, True] if stop == 'B' else [])
 
 
 # Other nodes --------------------------------------------------------------------------------------
@@ -202,7 +227,7 @@ def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stamped, s
 def test_a_stop_of_another_node_reaches_a_stick_that_is_held(pad):
     """One zero; the stick counts again once it was in its middle."""
     assert pad.rest_and_push()
-    pad.controller.on_taken(pad.now)
+    pad.controller.on_word(Event(False, pad.now))
     assert set(pad.run(1.0)) == {None} and pad.holder is NOBODY
     assert pad.rest_and_push()
 
@@ -211,29 +236,29 @@ def test_a_stop_of_another_node_reaches_a_stick_that_is_held(pad):
 def test_a_stick_that_was_pushed_before_the_stop_of_another_node_does_not_drive(
         stamped, pushed_at, drives):
     hear(stamped, 101.1, 8.1)
-    stamped.on_taken(101.2)
+    stamped.on_word(Event(False, 101.2))
     hear(stamped, 101.25, pushed_at, forward=1.0)
-    assert (stamped.command(101.25) is not None) is drives
+    assert (stamped.tick(101.25).command != Twist2()) is drives
 
 
 @pytest.mark.parametrize('after, is_believed', [(0.1, False), (0.5, True)])
 def test_that_move_to_goal_has_no_control_may_cross_with_an_a(pad, after, is_believed):
     pad.press(A)
     pad.run(after - 0.04)
-    pad.controller.on_control(False, pad.now)
+    pad.controller.on_has_control(Event(False, pad.now))
     assert pad.controller.messages.grants is not is_believed
-    pad.controller.on_control(True, pad.now)
-    pad.controller.on_control(False, pad.now)       # it had it, and lost it
+    pad.controller.on_has_control(Event(True, pad.now))
+    pad.controller.on_has_control(Event(False, pad.now))       # it had it, and lost it
     assert not pad.controller.messages.grants
 
 
 def test_what_somebody_else_gave_silences_the_sticks(pad):
-    assert any(pad.run(0.3, sticks=PUSHED)) and not pad.controller.due(pad.now)
-    pad.controller.on_control(True, pad.now)
+    assert any(pad.run(0.3, sticks=PUSHED)) and pad.controller.tick(pad.now).command is None
+    pad.controller.on_has_control(Event(True, pad.now))
     assert pad.holder is GOAL and not pad.controller.messages.grants
-    assert pad.controller.due(pad.now)              # without waiting for the pad
+    assert pad.controller.tick(pad.now).command == Twist2()    # without waiting for the pad
     assert set(pad.run(1.0)) == {None}
-    pad.controller.on_control(False, pad.now)
+    pad.controller.on_has_control(Event(False, pad.now))
     assert pad.holder is NOBODY
     assert set(pad.run(1.0)) == {None}              # still pushed
 
@@ -257,7 +282,7 @@ def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
 def test_a_pad_lost_while_move_to_goal_drives(by_hand, allowed, stays):
     """What somebody else gave is not taken by a pad that is not there."""
     pad = Pad(PadConfig(drive_without_pad=allowed))
-    pad.controller.on_control(True, pad.now) if by_hand else pad.press(A)
+    pad.controller.on_has_control(Event(True, pad.now)) if by_hand else pad.press(A)
     pad.said()
     pad.plugged = False
     for seconds in PAD_TIMEOUT + 0.05, 10.0:
@@ -284,10 +309,10 @@ def test_hold_to_drive():
 @pytest.mark.parametrize('stamped', [False, True])
 def test_an_a_of_a_pad_that_was_heard_for_a_moment_only_does_not_count(after, counts, stamped):
     """It may have waited with the first message, for an unknown time."""
-    controller = GamepadCore(PadConfig(), BURGER)
+    controller = Core(PadConfig(), BURGER)
     for now, *pressed in (100.0,), (100.0 + after, A):
         hear(controller, now, now - 90.0 if stamped else 0.0, *pressed)
-    assert (True in controller.messages.take()) is counts
+    assert (True in controller.take('words')) is counts
     assert warned(controller, 'the moment the pad was first heard') is not counts
 
 
@@ -331,10 +356,10 @@ def test_a_button_that_is_held_through_a_loss_is_not_pressed_by_the_return(pad, 
     pad.press(A)
     pad.run(0.05, pressed=(held,))
     pad.run(1.0, plugged=False)
-    pad.said(), pad.controller.take_reset()
+    pad.said(), pad.controller.take('asks_reset')
     pad.run(1.0, plugged=True)
     assert pad.holder is not GOAL and not pad.controller.messages.grants
-    assert True not in pad.said() and not pad.controller.take_reset()
+    assert True not in pad.said() and not pad.controller.take('asks_reset')
 
 
 def test_a_pad_without_repetition_that_returns_with_a_pressed_gives_nothing():
@@ -349,14 +374,14 @@ def test_a_pad_without_repetition_that_returns_with_a_pressed_gives_nothing():
 def test_the_operator_is_told_of_each_change_of_hands_once(pad):
     def told():
         pad.run(1.0)
-        return [news.text.split(':')[0] for news in pad.controller.take_news()]
+        return [news.text.split(':')[0] for news in pad.controller.take('news')]
 
     assert told() == ['The gamepad drives']
-    pad.controller.on_control(False, pad.now)      # it had none
+    pad.controller.on_has_control(Event(False, pad.now))      # it had none
     assert told() == []
     pad.press(A)
     assert told() == ['move_to_goal drives']
-    pad.controller.on_control(False, pad.now)
+    pad.controller.on_has_control(Event(False, pad.now))
     assert told() == ['Control was taken from move_to_goal', 'The gamepad drives']
 
 
@@ -365,14 +390,14 @@ def test_somebody_must_look_at_the_clock_while_the_robot_depends_on_the_pad(pad)
         pad.sticks = sticks
         pad.press(*buttons)
         pad.run(0.1)
-        return pad.controller.watched
+        return pad.controller.tick(pad.now).watched
 
-    assert not GamepadCore(PadConfig(), BURGER).watched      # nothing was heard
+    assert not Core(PadConfig(), BURGER).tick(0.0).watched      # nothing was heard
     assert not watched()
     assert watched(PUSHED)                # it drives
     assert not watched()
     assert watched(REST, A)             # it gives
     assert watched(PUSHED, B)             # it waits for its sticks to come to rest
     assert pad.holder is NOBODY
-    pad.controller.on_control(True, pad.now)
+    pad.controller.on_has_control(Event(True, pad.now))
     assert not watched()                      # another one gives

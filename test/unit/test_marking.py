@@ -23,7 +23,7 @@ from tb3_labs.marking.trial.processes import BoundedText
 from tb3_labs.marking.labs.gamepad import pad_called, pad_in_words
 from tb3_labs.marking.labs.ros_gamepad import AXES, PAD_BUTTONS_SENT
 from tb3_labs.marking.trial.ros_stage import SCRIPTS, changed
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.gamepad.pad import PadConfig
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 TABLE = yaml.safe_load(

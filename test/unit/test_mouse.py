@@ -2,24 +2,30 @@
 import pytest
 
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.nodes.mouse_reader import Mouse, mouse_twist
+from tb3_labs.nodes.controller.mouse_reader import Mouse, MouseState, mouse_twist
+from tb3_labs.supervision.events import Event
+
+
+def hear(mouse, active, x, y, now, name='', stamp=0.0):
+    """A message of one mouse; was a mouse deactivated?"""
+    return mouse.heard(Event(MouseState(active, x, y), now, name, sent_at=stamp))
 
 
 def inactive_mouse(*names):
     mouse = Mouse()
     for name in names or ['']:
-        mouse.heard(False, 0.0, 0.0, 0.0, name)
+        hear(mouse, False, 0.0, 0.0, 0.0, name)
     return mouse
 
 
 def test_a_mouse_that_was_active_before_this_node_drives_nothing():
     mouse = Mouse()
     for now in (1.0, 1.05, 1.1, 2.0):
-        mouse.heard(True, 0.0, 0.5, now)
+        hear(mouse, True, 0.0, 0.5, now)
         assert not mouse.active
     for now in (2.1, 2.2, 2.3, 2.4):
-        mouse.heard(True, 0.0, 0.0, now)    # the middle
-    mouse.heard(True, 0.0, 0.5, 2.5)
+        hear(mouse, True, 0.0, 0.0, now)    # the middle
+    hear(mouse, True, 0.0, 0.5, 2.5)
     assert mouse.active
 
 
@@ -41,14 +47,14 @@ def test_mouse(x, y, linear, angular):
 @pytest.mark.parametrize('active, x', [(True, 0.0), (False, 0.9)])
 def test_a_lost_mouse_comes_back_by_the_middle_or_a_deactivation(active, x):
     mouse = inactive_mouse()
-    mouse.heard(True, 0.9, 0.0, 0.0)
+    hear(mouse, True, 0.9, 0.0, 0.0)
     mouse.lose(0.3)
     assert not mouse.active
     for now in (1.0, 1.1, 1.2, 1.3):
-        mouse.heard(True, 0.9, 0.0, now)
+        hear(mouse, True, 0.9, 0.0, now)
     assert not mouse.active
-    mouse.heard(active, x, 0.0, 1.4)
-    mouse.heard(True, 0.9, 0.0, 1.5)
+    hear(mouse, active, x, 0.0, 1.4)
+    hear(mouse, True, 0.9, 0.0, 1.5)
     assert mouse.active and mouse.twist != Twist2()
 
 
@@ -56,53 +62,53 @@ def test_a_lost_mouse_comes_back_by_the_middle_or_a_deactivation(active, x):
 def test_messages_of_a_silence_do_not_bring_a_lost_mouse_back(active, x):
     """They come together when the silence ends, and may be as old as that."""
     mouse = inactive_mouse()
-    mouse.heard(True, 0.9, 0.0, 0.0)
+    hear(mouse, True, 0.9, 0.0, 0.0)
     mouse.lose(0.3)
     for k in range(20):
-        mouse.heard(active, x, 0.0, 5.0 + 0.001 * k)
-    mouse.heard(True, 0.9, 0.0, 5.1)
+        hear(mouse, active, x, 0.0, 5.0 + 0.001 * k)
+    hear(mouse, True, 0.9, 0.0, 5.1)
     assert not mouse.active
 
 
 def test_a_mouse_that_is_deactivated_as_a_silence_ends_drives_when_it_is_activated_later():
     mouse = inactive_mouse()
-    mouse.heard(True, 0.9, 0.0, 0.0)
+    hear(mouse, True, 0.9, 0.0, 0.0)
     mouse.lose(0.3)
-    mouse.heard(False, 0.9, 0.0, 0.4)
-    mouse.heard(True, 0.9, 0.0, 5.0)
+    hear(mouse, False, 0.9, 0.0, 0.4)
+    hear(mouse, True, 0.9, 0.0, 5.0)
     assert mouse.active
 
 
 def test_what_the_network_delayed_is_no_activation_but_a_stop():
     mouse = inactive_mouse('laptop')
-    assert not mouse.heard(True, 0.0, 0.0, 10.0, 'laptop', 510.0)
+    assert not hear(mouse, True, 0.0, 0.0, 10.0, 'laptop', 510.0)
     assert mouse.active
     for k in range(5):                  # 0.3 s late
-        mouse.heard(True, 0.0, 0.0, 10.4 + 0.05 * k, 'laptop', 510.1 + 0.05 * k)
+        hear(mouse, True, 0.0, 0.0, 10.4 + 0.05 * k, 'laptop', 510.1 + 0.05 * k)
         assert not mouse.active
-    mouse.heard(True, 0.9, 0.0, 10.65, 'laptop', 510.65)
+    hear(mouse, True, 0.9, 0.0, 10.65, 'laptop', 510.65)
     assert not mouse.active
     for k in range(10):
-        mouse.heard(True, 0.0, 0.0, 10.7 + 0.05 * k, 'laptop', 510.7 + 0.05 * k)
+        hear(mouse, True, 0.0, 0.0, 10.7 + 0.05 * k, 'laptop', 510.7 + 0.05 * k)
     assert mouse.active
-    assert mouse.heard(False, 0.0, 0.0, 12.2, 'laptop', 511.2) and not mouse.active
+    assert hear(mouse, False, 0.0, 0.0, 12.2, 'laptop', 511.2) and not mouse.active
 
 
 def test_a_stamp_that_is_repeated_tells_no_time():
     mouse = inactive_mouse('laptop')
     for k in range(100):
-        mouse.heard(True, 0.9, 0.0, 10.0 + 0.05 * k, 'laptop', 510.0)
+        hear(mouse, True, 0.9, 0.0, 10.0 + 0.05 * k, 'laptop', 510.0)
         assert mouse.active
 
 
 def test_a_mouse_that_is_not_active_does_not_end_the_loss_of_another():
     mouse = inactive_mouse('A', 'B')
-    mouse.heard(True, 0.9, 0.0, 1.0, 'A')
+    hear(mouse, True, 0.9, 0.0, 1.0, 'A')
     assert mouse.active
     mouse.lose(1.1)
     for now in (1.5, 2.0, 2.5):
-        mouse.heard(False, 0.0, 0.0, now, 'B')
-        mouse.heard(True, 0.9, 0.0, now + 0.05, 'A')
+        hear(mouse, False, 0.0, 0.0, now, 'B')
+        hear(mouse, True, 0.9, 0.0, now + 0.05, 'A')
         assert not mouse.active
-    mouse.heard(True, 0.0, 0.9, 2.6, 'B')
+    hear(mouse, True, 0.0, 0.9, 2.6, 'B')
     assert mouse.active and mouse.twist == mouse_twist(0.0, 0.9)

@@ -148,7 +148,7 @@ class Gone:
 
 @pytest.mark.parametrize('stream', [Gone(), None])
 def test_a_terminal_that_has_gone_ends_nothing(stream):
-    output = node.Output(stream)
+    output = node.SafeStream(stream)
     print('a line', file=output, flush=True)
 
 def test_news_are_logged_warnings_as_such(monkeypatch):

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tb3_labs.geometry.se2 import TypedPose
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.panel.requests import Held, Pad, Request, Viewer, read_request
 
 PAD = {'forward': 0.4, 'left': -0.1, 'a': False, 'y': False, 'hold': True}

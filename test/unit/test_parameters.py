@@ -23,10 +23,10 @@ def test_the_files_are_as_the_command_makes_them():
             path + ' is old: python3 doc/instructor/make_parameters.py'
 
 
-def test_each_script_that_reads_settings_is_among_the_nodes():
-    readers = {path.name for path in (ROOT / 'scripts').glob('*.py')
-               if 'read_config(' in path.read_text(encoding='utf-8')}
-    assert readers - {'demo.py'} == {node.script for node in NODES}
+def test_each_node_that_reads_settings_is_among_the_nodes():
+    places = [*(ROOT / 'scripts').glob('*.py'), *ROOT.glob('src/tb3_labs/nodes/*/ros_*.py')]
+    readers = {path for path in places if 'read_config(' in path.read_text(encoding='utf-8')}
+    assert readers - {ROOT / 'scripts/demo.py'} == {node.source for node in NODES}
 
 
 @every_node
@@ -59,8 +59,8 @@ def test_a_pads_file_holds_the_numbers_of_one(path):
 
 @every_node
 def test_what_may_change_while_it_runs_is_what_the_nodes_offer(node):
-    """Only a script with LiveSettings has live parameters, and each such script has some."""
-    source = (ROOT / 'scripts' / node.script).read_text(encoding='utf-8')
+    """Only a node with LiveSettings has live parameters, and each such node has some."""
+    source = node.source.read_text(encoding='utf-8')
     offers = any(isinstance(part, ast.Call) and getattr(part.func, 'id', '') == 'LiveSettings'
                  for part in ast.walk(ast.parse(source)))
     assert any(live for _, live in node.settings) == offers

@@ -11,8 +11,10 @@ from test_skeletons import answers
 from tb3_labs.marking.marks import LABS
 
 pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING)
-SOLUTIONS = ['scripts/turtlebot_controller.py', 'scripts/move2goal_tf.py', 'scripts/gamepad.py']
-PLAIN = ['scripts/imu_sub.py'] + [path.replace('/', '/plain_') for path in SOLUTIONS]
+NODES = ['scripts/turtlebot_controller.py', 'scripts/move2goal_tf.py', 'scripts/gamepad.py']
+PLAIN = ['scripts/imu_sub.py'] + [path.replace('/', '/plain_') for path in NODES]
+SOLUTIONS = NODES + ['src/tb3_labs/nodes/controller/ros_node.py',
+                     'src/tb3_labs/nodes/gamepad/ros_node.py']
 #: Long lines of the solutions that stand in any program.
 IDIOMS = {'rospy.on_shutdown(self._close)', 'self._lock = threading.Lock()',
           'self._changed.notify_all()', 'except ValueError as problem:',

@@ -7,7 +7,7 @@ from rollout import turns
 
 from tb3_labs.control.approach import ApproachConfig, PreciseTurn, turning_approach
 from tb3_labs.control.motor_response import Response
-from tb3_labs.control.turning import TurnConfig, degrees_of
+from tb3_labs.nodes.controller.turns import TurnConfig, degrees_of
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 

@@ -1,18 +1,13 @@
-"""What does each node decide? Each node of `scripts/` that decides something has its core here, in
-NODE_core.py. `pad` and `mouse_reader` read the actions of a person; the numbers of a pad's buttons
-are in launch/params/pad_*.yaml. `demonstration` is the table of demo.py.
+"""What does each node decide? Each node of `scripts/` that decides something has a room here: its
+core, which knows neither ROS nor a clock, and its ROS side in a file `ros_*.py`.
 
-How every core is used:
+How every core is used (:class:`tb3_labs.ros.gate.Gate` does so):
 
-* *In*: samples, messages and requests go in by methods, with the time of their arrival (`now`).
-  `update...(now)` makes the core look at the clock when no message comes: call it ten times a
-  second. While `watched` is True, call it more often, since messages may stop.
-* *The command*: `due(now)` asks whether a command is due. `command(now)` takes the step and returns
-  the Twist2 to send. None means silence, after one zero if the robot was being driven. For the time
-  of `idle_for(now)` no sample of the IMU needs to be read.
-* *Events*, which happen once: `take_...()` returns those since the last call, in order. News are
-  lines for the user.
-* *State*: properties, `status(now)`, `problem(now)`. A question never changes anything.
-* *A request that takes time* returns its handle at once (localizer.Reset), which shows the outcome.
-* *A refusal* is a ``ValueError`` with the reason.
+* *In*: ``on_<what>(...)`` takes in a sample, a message or a request, and answers nothing. What a
+  person may have caused comes as an events.Event.
+* *Out*: ``tick(now)`` looks at the clock and decides. It returns one output.Output: the command,
+  and all that is to be done once. Call it after each message, and ten times a second; while an
+  Output is `watched`, call it more often, since messages may stop. For the time of
+  ``idle_for(now)`` no sample of the IMU needs to be read.
+* *State*: properties, ``status(now)``, ``problem(now)``. A question never changes anything.
 """

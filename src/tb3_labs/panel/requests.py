@@ -22,7 +22,7 @@ import json
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.gamepad.pad import PadConfig
 
 #: A message with more characters is refused; the longest valid one has about 250. JSON of this
 #: length is not nested too deeply for Python.

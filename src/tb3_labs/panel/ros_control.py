@@ -10,14 +10,14 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, Float64
 
 from tb3_labs.msg import MouseController
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.panel.requests import Pad
 from tb3_labs.panel.ros_server import in_thread
 from tb3_labs.panel.ros_watch import Watch
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame, to_pose_stamped
-from tb3_labs.ros.operator import call_reset
 from tb3_labs.ros.parameters import read_config
+from tb3_labs.ros.reset_call import call_reset
 from tb3_labs.ros.rospy_internals import heard_by
 from tb3_labs.supervision.page_grip import Grip
 

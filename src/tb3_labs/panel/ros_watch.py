@@ -1,6 +1,7 @@
 """Listens to the robot for pages, and no faster than a page draws."""
 import threading
 
+import rospy
 from actionlib_msgs.msg import GoalID
 from dynamic_reconfigure.msg import Config as Values
 from geometry_msgs.msg import PoseStamped, Twist
@@ -12,10 +13,9 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.panel.picture import RobotView
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame, to_pose2, transform_to_pose2
-from tb3_labs.ros.operator import hear_takers
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample
-from tb3_labs.ros.topics import subscribe
+from tb3_labs.ros.topics import subscribe, subscribe_events
 
 #: The odometry, which moves the robot on the page, is read once in this time [s].
 ODOMETRY_PERIOD = 0.045
@@ -57,7 +57,7 @@ class Watch:
         self._view = RobotView()
         self._odom, self._local = frame('odom'), frame('local')
         transforms = TFMessage, self._write(_transforms), self._read_transforms
-        hear_takers(on_stop)
+        subscribe_events('ctrl_relinq', Bool, self._on_permission)
         for topic, *how in (    # every message counts
                 ('goal_state', String, self._hear('state'), _data),
                 ('has_control', Bool, self._on_control, _data),
@@ -113,6 +113,10 @@ class Watch:
                               stamped.child_frame_id.lstrip('/'))), stamped.transform)
                  for stamped in message.transforms]
         return [(kind, transform_to_pose2(transform)) for kind, transform in found if kind]
+
+    def _on_permission(self, event):
+        if not event.what and event.sender != rospy.get_name():
+            self._on_stop()
 
     def _on_control(self, granted):
         had_control = self.read(lambda view: view.latest('has_control'))

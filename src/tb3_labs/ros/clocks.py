@@ -1,4 +1,4 @@
-"""The clocks, the use of each, and reports of a /clock that is missing or stands still.
+"""The clocks, the use of each, and reports of a /clock that is missing.
 
     rospy.get_time()   ROS time, simulated or not: the age of sensors, all steps of a drive
     steady_time()      input of people: a pad, a mouse, a permission that is renewed
@@ -21,9 +21,7 @@ FIRST_REMINDER = 2.0
 NEXT_REMINDER = 10.0
 #: Time between two warnings of one kind [s, wall clock].
 COMPLAINT_PERIOD = 1.0
-#: A clock that does not change for this long stands still [s, wall clock].
-STANDSTILL = 0.3
-#: Time between two looks at a clock, or at a condition [s, wall clock].
+#: Time between two looks at a condition [s, wall clock].
 LOOK_PERIOD = 0.05
 
 
@@ -83,31 +81,3 @@ class Complaints:
         if time.monotonic() - self._warned_at >= COMPLAINT_PERIOD:
             self._warned_at = time.monotonic()
             rospy.logwarn(text, *arguments)
-
-
-class ClockWatch:
-    """Knows whether ROS time runs; `on_standstill()` is called when it stops.
-
-    With wall time there is nothing to watch, and no thread.
-    """
-
-    def __init__(self, on_standstill):
-        self._on_standstill = on_standstill
-        #: False while the clock stands still: nothing may be driven then.
-        self.runs = is_wall_time()
-        if not self.runs:
-            threading.Thread(target=self._watch, name='clock_watch', daemon=True).start()
-
-    def _watch(self):
-        last, changed_at = 0.0, -STANDSTILL
-        while not rospy.is_shutdown():
-            now = rospy.get_time()
-            if now != last:
-                last, changed_at = now, time.monotonic()
-            runs = time.monotonic() - changed_at < STANDSTILL
-            # `runs` changes before the zero is sent, so that no command can follow the zero
-            stopped, self.runs = self.runs and not runs, runs
-            if stopped:
-                self._on_standstill()
-                rospy.logwarn('/clock stands still: nothing is driven until it goes on')
-            time.sleep(LOOK_PERIOD)

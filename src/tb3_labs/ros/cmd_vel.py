@@ -16,10 +16,10 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import Updater
 from geometry_msgs.msg import Twist
 
-from tb3_labs.ros.clocks import ClockWatch, steady_time
+from tb3_labs.ros.clocks import LOOK_PERIOD, steady_time
 from tb3_labs.ros.conversions import to_twist
 from tb3_labs.ros.node import guarded, when_stopped
-from tb3_labs.ros.rospy_internals import connection_of, sender_of
+from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
 from tb3_labs.ros.topics import subscribe
 
 #: A smaller speed turns no motor [m/s], [rad/s]: their steps are eight times as large. The firmware
@@ -27,6 +27,8 @@ from tb3_labs.ros.topics import subscribe
 LEAST_SPEED = 1e-4
 #: Wait until the last zero has left the process [s]: rospy that ends drops what its queues hold.
 DELIVERY_TIME = 0.15
+#: A clock that does not change for this long stands still [s, wall clock].
+STANDSTILL = 0.3
 #: The watchdog begins to check a node when no message came for this long [s, wall clock], half the
 #: shortest timeout.
 QUIET_TIME = 0.1
@@ -94,6 +96,34 @@ class CmdVel:
     def _open(self):
         with self._lock:
             self._closed = rospy.is_shutdown()
+
+
+class ClockWatch:
+    """Knows whether ROS time runs; `on_standstill()` is called when it stops.
+
+    With wall time there is nothing to watch, and no thread.
+    """
+
+    def __init__(self, on_standstill):
+        self._on_standstill = on_standstill
+        #: False while the clock stands still: nothing may be driven then.
+        self.runs = is_wall_time()
+        if not self.runs:
+            threading.Thread(target=self._watch, name='clock_watch', daemon=True).start()
+
+    def _watch(self):
+        last, changed_at = 0.0, -STANDSTILL
+        while not rospy.is_shutdown():
+            now = rospy.get_time()
+            if now != last:
+                last, changed_at = now, time.monotonic()
+            runs = time.monotonic() - changed_at < STANDSTILL
+            # `runs` changes before the zero is sent, so that no command can follow the zero
+            stopped, self.runs = self.runs and not runs, runs
+            if stopped:
+                self._on_standstill()
+                rospy.logwarn('/clock stands still: nothing is driven until it goes on')
+            time.sleep(LOOK_PERIOD)
 
 
 class Watchdog:

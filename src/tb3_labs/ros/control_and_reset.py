@@ -1,7 +1,7 @@
 """The requests that move_to_goal takes: control, and resets ("the robot is here, now").
 
 Control comes by `ctrl_relinq`. Resets come in three ways: the services `reset_pose` and `set_pose`,
-and `initialpose`, RViz's 2D Pose Estimate. The other side is :mod:`tb3_labs.ros.operator`.
+and `initialpose`, RViz's 2D Pose Estimate. The other side is :mod:`tb3_labs.ros.reset_call`.
 """
 import math
 

@@ -13,7 +13,7 @@ Threads and locks
     main     builds the node, then waits without a lock; runs the hooks of Ctrl+Z, and after a
              signal those of the shutdown
     rospy's  one for each connection of a topic, and for each call of a service
-    daemons  watchdog, keyboard, diagnostics and others, by their names
+    daemons  watchdog, keyboard, gate, diagnostics and others, by their names
     Locks are taken in this order, each only before those below it:
     1  locks of the parts that call a node back: the shutdown and its hooks, dynamic settings,
        diagnostics, actionlib. A node that calls these parts, or :func:`end`, holds no lock.
@@ -21,8 +21,9 @@ Threads and locks
     3  the lock of CmdVel, which calls nothing back
     4  locks of rospy's topics, and of its log
     A thread that holds a node's lock does not wait for a service or a message. Its longest wait is
-    in CmdVel, for the last zero, when the node does not drive any more. If the terminal takes no
-    text (Ctrl+S), it waits there, and the robot stops by its own timeout.
+    in CmdVel, for the last zero, when the node does not drive any more. A terminal that takes no
+    text (Ctrl+S) holds up only the thread that prints: the gate's (:mod:`tb3_labs.ros.gate`), or a
+    node's own, and then the robot stops by its own timeout.
 """
 import contextlib
 import functools
@@ -58,16 +59,17 @@ _sleepers = []    # (function to call before the process is stopped, function to
 _end_has_begun = threading.Event()    # rospy.is_shutdown() is true only after the hooks
 
 
-def run(name, make_node):
+def run(name, make_node, interface=None):
     """Initialise node `name`, build it by ``make_node()``, wait for the end; exits the process.
 
-    With --help the docstring of the script of the class `make_node` is printed.
+    With --help the `interface` is printed: the docstring of the script, by default that of the
+    file of the class `make_node`.
     """
     if set(rospy.myargv()[1:]) & {'-h', '--help'}:
-        print(make_node.__init__.__globals__['__doc__'].strip())
+        print((interface or make_node.__init__.__globals__['__doc__']).strip())
         sys.exit(0)
     take_signals()
-    sys.stdout, sys.stderr = Output(sys.stdout), Output(sys.stderr)
+    sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     try:
         _wait_for_master()
         rospy.init_node(name, disable_signals=True)
@@ -92,7 +94,7 @@ def run(name, make_node):
     sys.exit(1 if _failures else 0)
 
 
-class Output:
+class SafeStream:
     """A stream whose terminal may be closed at any time: then its text is lost. Otherwise a hook
     that logs a line would end the shutdown before the last zero."""
 

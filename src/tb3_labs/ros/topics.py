@@ -5,19 +5,16 @@ order, each once, and only if they are new. A latched topic repeats an event wit
 each node that starts, and after each new connection. A subscriber that keeps only the latest
 message loses events: a node reads delayed messages all at once.
 """
-import math
 import time
 
 import rosgraph
 import rospy
 
-from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.clocks import Complaints, steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
 from tb3_labs.supervision.events import Age, Connection, Event, Origins
 
-#: Time between two warnings of invalid messages on one topic [s].
-INVALID_TOLD = 1.0
 #: In the header of a sender that renews its permission: if it dies, the permission expires, even
 #: before the first renewal.
 RENEWS = {'renewed': '1'}
@@ -36,16 +33,13 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
     is unknown, every message is read.
     """
     in_rhythm = idle_for is not None and is_wall_time()
-    warned_at = -math.inf    # rospy's own throttle would count all topics together
+    complaints = Complaints()
 
     def handle(message):
-        nonlocal warned_at
         try:
             value = message if read is None else read(message)
         except ValueError as problem:
-            if steady_time() - warned_at >= INVALID_TOLD:
-                warned_at = steady_time()
-                rospy.logwarn('invalid message on %s dropped: %s', topic, problem)
+            complaints.warn('invalid message on %s dropped: %s', topic, problem)
             if source is not None:
                 source.dropped += 1
             return
@@ -63,16 +57,17 @@ def sent_at(message):
     return message.header.stamp.to_sec() if is_wall_time() else 0.0
 
 
-def subscribe_events(topic, kind, callback, read=lambda message: message.data):
+def subscribe_events(topic, kind, callback, read=lambda message: message.data, source=None):
     """Returns a guarded subscriber whose `callback` gets every message, as `read` reads it, as an
     events.Event; see :func:`subscribe`."""
     to_age = _ages(topic)
 
     def to_event(message):
         way, at = way_of(message), steady_time()
-        return Event(read(message), at, way.sender, to_age(way, at), way.renews)
+        sent = sent_at(message) if hasattr(message, 'header') else 0.0
+        return Event(read(message), at, way.sender, to_age(way, at), way.renews, sent)
 
-    return subscribe(topic, kind, callback, to_event, queue_size=None)
+    return subscribe(topic, kind, callback, to_event, source, queue_size=None)
 
 
 def subscribe_news(topic, kind, callback, queue_size=None):

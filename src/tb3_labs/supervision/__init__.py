@@ -5,7 +5,7 @@
 3. *A new grant* is a False, then a True, of one sender after any stop or lapse (`permission`).
 4. *It needs its robot*: without fresh sensors a grant, a goal or a turn is void
    (`lost_or_stalled`).
-5. *A stop reaches hands*: sticks (`holder`) and mouse (nodes/mouse_reader) count again once they
+5. *A stop reaches hands*: sticks (`holder`) and mouse (nodes/controller) count again once they
    were in their middle, a page once it is gripped anew (`page_grip`).
 6. *A cancel* ends the goal that it means, and a goal that is repeated stays ended (`goal_requests`).
 7. *Used is used up*: the start that reads `~has_control` deletes it (scripts/move2goal_tf.py).

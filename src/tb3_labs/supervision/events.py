@@ -41,14 +41,16 @@ class Age(Enum):
 
 @dataclass(frozen=True)
 class Event(Generic[What]):
-    """A message: what was said, when it arrived [s], by whom; `renews`: the sender announces that
-    it renews what it gives."""
+    """A message: what was said, when it arrived [s], and by whom."""
 
     what: What
     at: float
     sender: str = ''
     age: Age = Age.NEW
+    #: The sender announces that it renews what it gives.
     renews: bool = False
+    #: When it was sent [s, sender's clock]; 0 if that is unknown.
+    sent_at: float = 0.0
 
 
 class Repetitions:

@@ -65,19 +65,28 @@ class ControlMessages:
         self.grants = False
         self._waiting: List[bool] = []
         self._given_at = -math.inf      # time of the last unanswered True
+        self._said_at = -math.inf       # time of the last message, or renewal
         #: Time at which control was taken from move_to_goal, by anyone [s].
         self.stopped_at = -math.inf
 
     def take(self) -> List[bool]:
+        """The messages since the last call."""
         messages, self._waiting = self._waiting, []
         return messages
+
+    def renews(self, now: float) -> bool:
+        """Is a renewal due? It counts as said then."""
+        is_due = self.grants and now - self._said_at >= RENEWAL
+        if is_due:
+            self._said_at = now
+        return is_due
 
     def grant(self, now: float, lateness: float) -> None:
         """Queue a True, by a press that was delayed by `lateness` [s].
 
         The renewals that were due since the press are added, so that they show its age.
         """
-        self.grants, self._given_at = True, now
+        self.grants, self._given_at, self._said_at = True, now, now
         self._waiting += [True] * (1 + int(lateness / RENEWAL))
 
     def stop(self, caused_at: float) -> None:

@@ -11,7 +11,7 @@ from tb3_labs.marking.labs.criteria import (ANGULAR, AT_ONCE, BEYOND, IN_TIME, L
                                        stops_when_silent)
 from tb3_labs.marking.trial.printed import last_words
 from tb3_labs.marking.trial.observation import NotSeen, Observation
-from tb3_labs.nodes.pad import PadConfig
+from tb3_labs.nodes.gamepad.pad import PadConfig
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE, LOST = 'sticks', 'buttons', 'no service', 'lost'

@@ -12,12 +12,15 @@ set. Without that rate, a stick that is held still looks like a lost pad, and bo
 Units: seconds on a clock that never stands still and never goes back (`now`), m/s, rad/s.
 """
 import math
-from typing import List, Optional
+from dataclasses import dataclass
+from typing import Optional, Sequence
 
 from tb3_labs.control.speed_laws import Twist2, saturate
-from tb3_labs.news import News, NewsDesk
-from tb3_labs.nodes.pad import PadConfig, PadListener, PadMessage, PadState
+from tb3_labs.news import NewsDesk
+from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadMessage, PadState
+from tb3_labs.nodes.output import Output
 from tb3_labs.robot.turtlebot3 import RobotModel
+from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.freshness import LONGEST_LAPSE, SleepWatch
 from tb3_labs.supervision.holder import HOLDERS, ControlMessages, Holder, HolderEvent
 
@@ -25,6 +28,23 @@ from tb3_labs.supervision.holder import HOLDERS, ControlMessages, Holder, Holder
 HAND_BACK = 0.15
 #: If the sticks do not come to rest for this long, and so do not drive, the operator is told [s].
 RESTLESS = 3.0
+
+
+@dataclass(frozen=True)
+class PadOutput(Output):
+    """What the pad wants done now."""
+
+    #: The holder of the robot, if it has changed.
+    holder: Optional[Holder] = None
+    #: To be said on `ctrl_relinq`, in this order; `renews`: then True once more.
+    words: Sequence[bool] = ()
+    renews: bool = False
+    #: Was the reset button pressed?
+    asks_reset: bool = False
+
+    @property
+    def has_more(self) -> bool:
+        return bool(self.news) or self.holder is not None or self.asks_reset
 
 
 class GamepadCore:
@@ -40,16 +60,18 @@ class GamepadCore:
         self._sleep = SleepWatch()
         self._silent_until = 0.0
         self._is_new = False         # something changed, so a command is due
-        self._reset_asked = False    # by a press that was not taken yet
+        self._asks_reset = False     # since the last tick
+        self._told_holder: Optional[Holder] = None
         self._restless_since = math.inf    # the sticks drive nothing, and are not at rest
         self._news = NewsDesk()
 
     # -- what comes in
 
-    def on_joy(self, state: PadState, now: float, stamp: float = 0.0) -> None:
-        """Take in the state of the pad, sent at `stamp` (0: unknown)."""
+    def on_joy(self, joy: 'Event[PadState]') -> None:
+        """Take in the state of the pad."""
+        now, state = joy.at, joy.what
         self._look_at_clock(now)
-        message = self._pad.hear(state, now, stamp)
+        message = self._pad.hear(state, now, joy.sent_at)
         before = message.before
         self._is_new = True
         if state.regain and not before.regain:
@@ -62,31 +84,56 @@ class GamepadCore:
             self._happens(HolderEvent.LOST, now)    # the loss is noticed only now
         elif self._drives() and now - message.lateness < self.messages.stopped_at:
             self._happens(HolderEvent.STOPPED, now)    # it was pushed before the stop
-        self._reset_asked = self._reset_asked or (state.reset and not before.reset)
+        self._asks_reset = self._asks_reset or (state.reset and not before.reset)
 
-    def on_control(self, granted: bool, now: float) -> None:
-        """move_to_goal says that it has control now, or that it has none."""
-        if granted:
+    def on_has_control(self, has_control: 'Event[bool]') -> None:
+        """move_to_goal says whether it has control."""
+        now = has_control.at
+        if has_control.what:
             self.messages.move_to_goal_has_control()
             self._happens(HolderEvent.GRANTED, now)
         elif not self.messages.crossed(now):
             self._happens(HolderEvent.TAKEN, now)
 
-    def on_taken(self, now: float) -> None:
-        """Another node says False: it takes control from move_to_goal, and stops held sticks.
+    def on_word(self, word: 'Event[bool]') -> None:
+        """Another node says True or False. Its False takes control from move_to_goal, and stops
+        held sticks.
 
         If others gave control, it is over only when move_to_goal says so, since only move_to_goal
         knows the order of both messages.
         """
+        if not word.what:
+            self._on_taken(word.at)
+
+    def on_leave(self, now: float) -> None:
+        """The node ends, or is stopped: its operator leaves."""
+        if self.messages.grants:
+            self._on_taken(now)
+
+    def _on_taken(self, now: float) -> None:
         self.messages.stopped_at = now
         if self.messages.grants:
             self._happens(HolderEvent.TAKEN, now)
         elif self._drives():
             self._happens(HolderEvent.STOPPED, now)
 
-    def update(self, now: float) -> None:
-        """Look at the clock: a pad at rest is ready once it has been heard for long enough."""
+    # -- what comes out
+
+    def tick(self, now: float) -> PadOutput:
+        """Look at the clock, and decide."""
         self._look_at_clock(now)
+        self._look_at_rest(now)
+        command = None
+        if self._is_new or self._is_lost(now):
+            command = self._command(now) or Twist2()
+        holder = None if self.holder is self._told_holder else self.holder
+        asks_reset, self._told_holder, self._asks_reset = self._asks_reset, self.holder, False
+        return PadOutput(command, news=self._news.take(), watched=self._watched(), holder=holder,
+                         words=self.messages.take(), renews=self.messages.renews(now),
+                         asks_reset=asks_reset)
+
+    def _look_at_rest(self, now: float) -> None:
+        """A pad at rest is ready once it has been heard for long enough."""
         state = self._pad.state
         if self.holder is not Holder.NOBODY or state is None or self._config.has_hold:
             self._restless_since = math.inf
@@ -100,25 +147,11 @@ class GamepadCore:
                 self._restless_since = math.nan    # it is told once
                 self._tell_restless(state)
 
-    # -- what comes out
-
-    def take_reset(self) -> bool:
-        """Was the reset button pressed since the last call?"""
-        asked, self._reset_asked = self._reset_asked, False
-        return asked
-
-    def take_news(self) -> List[News]:
-        return self._news.take()
-
-    @property
-    def watched(self) -> bool:
+    def _watched(self) -> bool:
         return self.messages.grants or self._drives() or (
             self._pad.state is not None and self.holder is Holder.NOBODY)
 
-    def due(self, now: float) -> bool:
-        return self._is_new or self._is_lost(now)
-
-    def command(self, now: float) -> Optional[Twist2]:
+    def _command(self, now: float) -> Optional[Twist2]:
         self._is_new = False
         if self._is_lost(now):
             self._pad.state = None      # the last one no longer counts
@@ -155,7 +188,7 @@ class GamepadCore:
         if self.messages.grants:
             self._news.tell('This node did not run for {:.1f} s: press A to let move_to_goal drive '
                             'again'.format(self._sleep.slept_for), warning=True)
-            self.on_taken(now)
+            self._on_taken(now)
         elif self.holder is Holder.GAMEPAD:
             self._happens(HolderEvent.LOST, now)
 

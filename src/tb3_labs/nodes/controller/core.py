@@ -4,7 +4,7 @@
 Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked for in degrees.
 """
 import math
-from typing import Any, List, Optional
+from typing import List, Optional
 
 from tb3_labs.control.approach import PreciseTurn
 from tb3_labs.control.speed_laws import LONGEST_IDLE, Pace, Twist2
@@ -12,58 +12,21 @@ from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.door import Door
 from tb3_labs.localization.heading import Heading
 from tb3_labs.news import News, NewsDesk
-from tb3_labs.nodes.mouse_reader import Mouse
+from tb3_labs.nodes.controller.mouse_reader import Mouse, MouseState
+from tb3_labs.nodes.controller.turns import DRIVERS, AskedTurn, Driver, DriverEvent
+from tb3_labs.nodes.output import Output
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
-from tb3_labs.supervision.driver import DRIVERS, Driver, DriverEvent
 from tb3_labs.supervision.events import REPEATS_WITHIN, Event, Repetitions
 from tb3_labs.supervision.freshness import RESUME_TIME, SleepWatch
 from tb3_labs.supervision.lost_or_stalled import SensorWatch, Sight, StallWatch
 
 #: A robot that turns faster than this without commands from here is driven by another node [rad/s].
 DRIVEN_RATE = 0.1
+#: Time between two lines about turns of other nodes that are refused [s].
+REFUSAL_PERIOD = 1.0
 #: A turn is judged when the robot turns slower than this [rad/s].
 JUDGING_RATE = 0.01
-
-
-class AskedTurn:
-    """One turn, from the request until it is judged at rest.
-
-    Angles are yaws that do not jump at +/-pi [rad], counter-clockwise positive.
-    """
-
-    def __init__(self, asked: float, yaw: float, carried: float, now: float) -> None:
-        """Turn by `asked` from `yaw`, and by the error that the turn before left (`carried`)."""
-        self.asked = asked
-        self.goal = yaw + carried + asked
-        self.stall = StallWatch()
-        #: The remaining angle at the end, as the law computed it from many samples: one sample is
-        #: less exact.
-        self.left_at_end = 0.0
-        self._start = yaw
-        self._begun_at = now
-
-    def extend(self, angle: float) -> None:
-        """Turn by `angle` more, or less."""
-        self.asked += angle
-        self.goal += angle
-        self.stall = StallWatch()
-
-    def left(self, yaw: float) -> float:
-        """The angle from `yaw` to the goal."""
-        return self.goal - yaw
-
-    def result(self, now: float) -> str:
-        """The result in words, for a robot that rests."""
-        error, whole = self.left_at_end, self.goal - self._start
-        text = 'Turned {:.2f} degrees in {:.1f} s: {:.2f} degrees {} {:.2f}'.format(
-            math.degrees(whole - error), now - self._begun_at, abs(math.degrees(error)),
-            'short of' if error * self.asked > 0.0 else 'beyond', math.degrees(whole))
-        carried = math.degrees(whole - self.asked)
-        if abs(carried) >= 0.005:
-            text += ' (asked: {:g}; left by the turn before: {:+.2f})'.format(
-                round(math.degrees(self.asked), 2), carried)
-        return text
 
 
 class ControllerCore:
@@ -72,7 +35,7 @@ class ControllerCore:
     def __init__(self, law: PreciseTurn, gyro: Optional[GyroWatch] = None) -> None:
         self._door = Door()
         self.imu = self._door.imu
-        self.driver = Driver.NOBODY
+        self.driver = self._last_driver = Driver.NOBODY    # now, and at the last tick
         self._law = law
         self._pace = Pace(law.period)
         self._heading = Heading()
@@ -83,6 +46,7 @@ class ControllerCore:
         self._carried = 0.0                      # error of the turn before, to be corrected [rad]
         self.mouse = Mouse()
         self._repetitions = Repetitions()        # of turns
+        self._refused_at = -math.inf             # time of the last line about a refused turn
         self._mouse_is_new = False               # True: a command is due
         self._mouse_told = False                 # was its user told how to use a lost mouse?
         self._news = NewsDesk()
@@ -109,15 +73,11 @@ class ControllerCore:
         """Take in a sample of the wheels, if the robot sends them: they only check the gyro."""
         self._gyro.on_wheels(sample)
 
-    def on_mouse(self, active: bool, x: float, y: float, now: float, *details: Any) -> None:
-        """Take in a message of the mouse; ``ValueError`` for a position that is not finite.
-
-        `now` is on a clock that never stands still and never goes back, since a person moves the
-        mouse; `details`: further arguments of mouse_reader.Mouse.heard.
-        """
-        self.update(now)
-        was_active = self.mouse.active
-        deactivated = self.mouse.heard(active, x, y, now, *details)
+    def on_mouse(self, message: 'Event[MouseState]') -> None:
+        """Take in a message of a mouse; ``ValueError`` for a position that is not finite."""
+        self.update(message.at)
+        was_active, active = self.mouse.active, message.what.active
+        deactivated = self.mouse.heard(message)
         if self.mouse.active:
             if not was_active:
                 self._news.tell('The mouse is active: it drives outside the middle of the screen; '
@@ -135,18 +95,34 @@ class ControllerCore:
                             'use it')
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
-        """Turn, as another node asks, see :meth:`ask`; not if it only repeats what it asked before
-        this node could hear it, or before a stop."""
+        """Turn by an angle [deg], as another node asks, see :meth:`ask`; not if it only repeats
+        what it asked before this node could hear it, or before a stop."""
+        self.update(turn.at)
         doubts = self._repetitions.count(turn)
         if not doubts:
-            self.ask(turn.what, now)
+            self._try(turn, now)
         elif doubts == 1:
             self._news.tell('A turn of {} only repeats an earlier one, and does not count: pause '
                             'for {:.0f} s, then ask again'.format(turn.sender, REPEATS_WITHIN),
                             warning=True)
 
+    def on_typed(self, turn: 'Event[float]', now: float) -> None:
+        """Turn by an angle [deg] that a person typed here: it is never doubted."""
+        self.update(turn.at)
+        self._refused_at = -math.inf
+        self._try(turn, now)
+
+    def _try(self, turn: 'Event[float]', now: float) -> None:
+        """A refusal is one line; those of a node that repeats itself are one in a second."""
+        try:
+            self.ask(turn.what, now)
+        except ValueError as refusal:
+            if turn.at - self._refused_at >= REFUSAL_PERIOD:
+                self._refused_at = turn.at
+                self._news.tell(str(refusal), warning=True)
+
     def ask(self, degrees: float, now: float) -> None:
-        """Turn by `degrees`, left positive; to be called after :meth:`update`.
+        """Turn by `degrees`, left positive; ``ValueError`` with the reason of a refusal.
 
         During a turn its goal moves by `degrees`.
         """
@@ -165,7 +141,7 @@ class ControllerCore:
 
     def update(self, now: float) -> None:
         """Give up a turn if this process slept for long during it, and release a mouse that is
-        lost. `now` as in :meth:`on_mouse`."""
+        lost. `now` as in Event.at."""
         self._sleep.update(now)
         if self._sleep.slept_for > RESUME_TIME:
             self._repetitions.stop()
@@ -188,6 +164,13 @@ class ControllerCore:
 
     # -- what comes out
 
+    def tick(self, now: float, at: float) -> Output:
+        """Look at the clock, and decide; `at` is on the clock of Event.at."""
+        self.update(at)
+        command = (self.command(now) or Twist2()) if self.due(now) else None
+        has_changed, self._last_driver = self.driver is not self._last_driver, self.driver
+        return Output(command, has_changed, self._news.take(), self.watched)
+
     def take_news(self) -> List[News]:
         return self._news.take()
 
@@ -199,12 +182,12 @@ class ControllerCore:
         """The problem of the IMU; '' if there is none."""
         return self._sensors.problem(now) or self._gyro.problem()
 
+    def idle_for(self, now: float) -> float:
+        return self._pace.idle_for(now) if self.driver is Driver.TURN else LONGEST_IDLE
+
     def due(self, now: float) -> bool:
         return self._mouse_is_new or self.driver is Driver.TURN and (
             self._pace.due(now) or not self._sensors.are_fresh(now))
-
-    def idle_for(self, now: float) -> float:
-        return self._pace.idle_for(now) if self.driver is Driver.TURN else LONGEST_IDLE
 
     def command(self, now: float) -> Optional[Twist2]:
         self._mouse_is_new = False

@@ -6,16 +6,25 @@ Source: the course's mouse lab.
 """
 import math
 from collections import defaultdict
-from typing import DefaultDict
+from typing import DefaultDict, NamedTuple
 
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import clamp
+from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.freshness import MOUSE_TIMEOUT, WAKING, Freshness, Lateness
 
 #: Within this distance of the middle of the screen, in each direction, the mouse asks for zero.
 MOUSE_DEAD_ZONE = 0.25
 #: The edge of the screen asks for this [m/s], [rad/s]; the robot clips it to its own limit.
 MOUSE_FULL = 0.5
+
+
+class MouseState(NamedTuple):
+    """A mouse at one moment."""
+
+    active: bool
+    x: float
+    y: float
 
 
 class _Sender:
@@ -79,17 +88,17 @@ class Mouse:
         """Is any mouse active, and not lost?"""
         return any(sender.active for sender in self._senders.values())
 
-    def heard(self, active: bool, x: float, y: float, now: float, name: str = '',
-              stamp: float = 0.0) -> bool:
-        """A message of the mouse `name` arrived, sent at `stamp` [s, sender's clock; 0: unknown].
-        Returns True if it deactivates a mouse, also a lost one. This is a stop.
+    def heard(self, message: 'Event[MouseState]') -> bool:
+        """A message of a mouse arrived. Returns True if it deactivates this mouse, also a lost one.
+        This is a stop.
 
         Raises ``ValueError`` for a position that is not finite.
         """
-        twist, sender = mouse_twist(x, y), self._senders[name]
+        (active, x, y), now, sender = message.what, message.at, self._senders[message.sender]
+        twist = mouse_twist(x, y)
         was_active, deactivated = sender.active, not active and sender.says_active
         self.source.heard(now)
-        sender.heard(active, not active or twist == Twist2(), now, stamp)
+        sender.heard(active, not active or twist == Twist2(), now, message.sent_at)
         if deactivated or was_active and not sender.active:
             for other in self._senders.values():
                 if other is not sender:

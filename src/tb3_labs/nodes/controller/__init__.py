@@ -1,0 +1,1 @@
+"""Turns by keyboard and IMU, beside the mouse: the node `controller`."""

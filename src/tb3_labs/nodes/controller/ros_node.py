@@ -1,0 +1,123 @@
+"""Connects ROS, the keyboard and the ControllerCore."""
+import contextlib
+import signal
+import sys
+import threading
+import time
+
+import rospy
+from sensor_msgs.msg import Imu
+from std_msgs.msg import Float64
+
+from tb3_labs.control.motor_response import Response
+from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.msg import MouseController
+from tb3_labs.nodes.controller.core import ControllerCore
+from tb3_labs.nodes.controller.mouse_reader import MouseState
+from tb3_labs.nodes.controller.turns import TurnConfig, degrees_of, make_turn
+from tb3_labs.ros.clocks import steady_time, wait_until
+from tb3_labs.ros.cmd_vel import Diagnostics, values_of
+from tb3_labs.ros.conversions import to_mouse
+from tb3_labs.ros.gate import Gate
+from tb3_labs.ros.node import end, end_roslaunch, guarded
+from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
+from tb3_labs.ros.sensor_topics import say_what_is_awaited, subscribe_wheels, to_imu_sample
+from tb3_labs.ros.topics import subscribe, subscribe_events
+from tb3_labs.supervision.events import Event
+
+#: A turn that is asked for before the robot is connected waits this long for the robot [s].
+ROBOT_WAIT = 5.0
+
+
+class ControllerNode:
+    """Hears the IMU, the keyboard, the mouse and asked turns; turns and drives the robot."""
+
+    def __init__(self):
+        config, self._model = read_config(TurnConfig), read_model()
+        self._response = Response()    # of this robot, learned while it moves
+        self._core = core = ControllerCore(self._law(config), GyroWatch(
+            self._model, rospy.resolve_name('reset')))
+        self._robot_wait = time.monotonic() + ROBOT_WAIT
+        self._gate = gate = Gate(lambda: core.tick(rospy.get_time(), steady_time()))
+        rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
+        self._sends_wheels = subscribe_wheels(lambda sample: gate.ask(core.on_wheels, sample))
+        subscribe('imu', Imu, self._on_imu, to_imu_sample, core.imu,
+                  idle_for=lambda now: gate.ask(core.idle_for, now))
+        # every message is read: scrolling up stops at once, even if later messages came with it
+        subscribe_events('mouse_info', MouseController,
+                         lambda mouse: gate.take_in(core.on_mouse, mouse),
+                         lambda message: MouseState(*to_mouse(message)), core.mouse.source)
+        subscribe_events('turn', Float64, self._on_turn)
+        rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
+                      'and Enter')
+        Keyboard(self._on_line, self._on_keyboard_end)
+        Diagnostics(self._model.name, lambda: gate.ask(self._diagnose))
+        say_what_is_awaited({'imu': lambda: core.imu.count})
+        LiveSettings(config, lambda new: gate.take_in(core.set_law, self._law(new)))
+        gate.look()
+
+    def _law(self, config):
+        return make_turn(config, self._model, self._response)
+
+    def _on_imu(self, sample):
+        self._gate.take_in(lambda: self._core.on_imu(
+            sample, rospy.get_time(), self._sends_wheels()))
+
+    def _on_turn(self, turn):
+        self._gate.take_in(lambda: self._core.on_turn(turn, rospy.get_time()))
+
+    def _on_line(self, line):
+        if line.lower() == 'q':
+            end_roslaunch()
+            end()
+            return
+        try:
+            degrees = degrees_of(line.lower())
+        except ValueError as problem:
+            rospy.logwarn('%s', problem)
+            return
+        self._wait_for_robot()
+        turn = Event(degrees, steady_time())
+        self._gate.take_in(lambda: self._core.on_typed(turn, rospy.get_time()))
+
+    def _wait_for_robot(self):
+        wait_until(
+            lambda: self._gate.cmd_vel.is_heard and self._core.imu.is_fresh(rospy.get_time()),
+            self._robot_wait - time.monotonic())
+
+    @staticmethod
+    def _on_keyboard_end():
+        rospy.loginfo('No keyboard (any more): turn by "rostopic pub -1 %s std_msgs/Float64 -- '
+                      '90", or drive by the mouse', rospy.resolve_name('turn'))
+
+    def _diagnose(self):
+        core, now = self._core, rospy.get_time()
+        return core.problem(now), dict(
+            values_of(core.imu, now), **values_of(core.mouse.source, steady_time()),
+            driver=core.driver.value, mouse='active' if core.mouse.active else 'not active')
+
+
+class Keyboard:
+    """Calls `on_line(text)` for each line typed or piped in, and `on_end()` once after the last.
+
+    It works in a terminal, in an xterm, under roslaunch (which gives its own terminal to its
+    nodes), and from a pipe. Without input (no terminal, or a job in the background) `on_end()` is
+    called at once.
+    """
+
+    def __init__(self, on_line, on_end):
+        self._on_line = guarded(on_line)
+        self._on_end = guarded(on_end)
+        # This signal stops a job in the background that reads its terminal. If the signal is
+        # ignored, the read fails instead.
+        signal.signal(signal.SIGTTIN, signal.SIG_IGN)
+        threading.Thread(target=self._run, name='keyboard', daemon=True).start()
+
+    def _run(self):
+        if sys.stdin is not None:      # else descriptor 0 may belong to another file by now
+            with contextlib.suppress(OSError):
+                # Unbuffered: a thread that waits in Python's own buffer holds a lock that the
+                # interpreter needs to end.
+                for line in open(0, 'rb', buffering=0, closefd=False):
+                    self._on_line(line.decode(errors='replace').strip())
+        self._on_end()

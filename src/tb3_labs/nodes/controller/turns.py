@@ -1,0 +1,120 @@
+"""A turn: its settings, its request and its result. Its law is
+:class:`tb3_labs.control.approach.PreciseTurn`. And who drives: a turn or the mouse?
+
+Units: radians, counter-clockwise positive. A turn is asked for as an angle, not as a heading: 180
+and -180 are different turns, and 360 is a full turn. The handout's law cannot tell them apart.
+"""
+import math
+from dataclasses import dataclass
+from enum import Enum
+from typing import Optional
+
+from tb3_labs.config import Config, setting
+from tb3_labs.control.approach import PreciseTurn
+from tb3_labs.control.motor_response import Response
+from tb3_labs.robot.turtlebot3 import RobotModel
+from tb3_labs.supervision.lost_or_stalled import StallWatch
+
+#: Turns by the keys of the keyboard [deg].
+TURN_KEYS = {'l': 90.0, 'r': -90.0, 'b': 180.0}
+
+
+def degrees_of(text: str) -> float:
+    """The turn that `text` asks for [deg]: a key, or a number; else ``ValueError``."""
+    try:
+        return TURN_KEYS[text] if text in TURN_KEYS else float(text)
+    except ValueError:
+        raise ValueError('{!r} is not valid: l (90 degrees left), r (90 right), b (180, about '
+                         'turn), a number of degrees (left positive), q (quit)'.format(
+                             text[:20])) from None
+
+
+@dataclass(frozen=True)
+class TurnConfig(Config):
+    """Settings of a turn."""
+
+    max_ang_z: float = setting(1.5, "fastest turn; the robot's own limit holds as well", 'rad/s',
+                               low=0.1, high=5.0)
+    tolerance_deg: float = setting(0.12, 'the goal is reached within this angle', 'deg',
+                                   low=0.1, high=45.0)
+    angular_acceleration: float = setting(45.0, 'speeding up; a quarter of it for braking',
+                                          'rad/s^2', low=1.0, high=80.0)
+
+
+def make_turn(config: TurnConfig, model: RobotModel,
+              response: Optional[Response] = None) -> PreciseTurn:
+    """The law of a turn; `response` holds the known delay and lag of this robot."""
+    return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
+                       math.radians(config.tolerance_deg), response or Response())
+
+
+class AskedTurn:
+    """One turn, from the request until it is judged at rest.
+
+    Angles are yaws that do not jump at +/-pi [rad], counter-clockwise positive.
+    """
+
+    def __init__(self, asked: float, yaw: float, carried: float, now: float) -> None:
+        """Turn by `asked` from `yaw`, and by the error that the turn before left (`carried`)."""
+        self.asked = asked
+        self.goal = yaw + carried + asked
+        self.stall = StallWatch()
+        #: The remaining angle at the end, as the law computed it from many samples: one sample is
+        #: less exact.
+        self.left_at_end = 0.0
+        self._start = yaw
+        self._begun_at = now
+
+    def extend(self, angle: float) -> None:
+        """Turn by `angle` more, or less."""
+        self.asked += angle
+        self.goal += angle
+        self.stall = StallWatch()
+
+    def left(self, yaw: float) -> float:
+        """The angle from `yaw` to the goal."""
+        return self.goal - yaw
+
+    def result(self, now: float) -> str:
+        """The result in words, for a robot that rests."""
+        error, whole = self.left_at_end, self.goal - self._start
+        text = 'Turned {:.2f} degrees in {:.1f} s: {:.2f} degrees {} {:.2f}'.format(
+            math.degrees(whole - error), now - self._begun_at, abs(math.degrees(error)),
+            'short of' if error * self.asked > 0.0 else 'beyond', math.degrees(whole))
+        carried = math.degrees(whole - self.asked)
+        if abs(carried) >= 0.005:
+            text += ' (asked: {:g}; left by the turn before: {:+.2f})'.format(
+                round(math.degrees(self.asked), 2), carried)
+        return text
+
+
+class Driver(Enum):
+    """The driver of the robot. At each change the robot is stopped first, by one zero."""
+
+    NOBODY = 'nobody'
+    TURN = 'turn'
+    MOUSE = 'mouse'
+
+
+class DriverEvent(Enum):
+    """An event that may change the driver. A message of an inactive mouse is not an event."""
+
+    TURN_ASKED = 'turn asked'
+    TURN_OVER = 'turn over'
+    MOUSE_MOVED = 'mouse moved'           # it is active, and outside its dead zone
+    MOUSE_CENTRED = 'mouse centred'       # it is active, and inside; a turn goes on
+    MOUSE_RELEASED = 'mouse released'     # once, when it is deactivated or lost
+
+
+#: {(driver, event): driver after it}. An event that is not here changes nothing: a turn that is
+#: asked for during a turn moves its goal, and is refused while the mouse drives. Sources: the
+#: course's mouse lab, and the failures of nodes without such a rule.
+DRIVERS = {
+    (Driver.NOBODY, DriverEvent.TURN_ASKED): Driver.TURN,
+    (Driver.NOBODY, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
+    (Driver.TURN, DriverEvent.TURN_OVER): Driver.NOBODY,
+    (Driver.TURN, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
+    (Driver.TURN, DriverEvent.MOUSE_RELEASED): Driver.NOBODY,
+    (Driver.MOUSE, DriverEvent.MOUSE_CENTRED): Driver.NOBODY,
+    (Driver.MOUSE, DriverEvent.MOUSE_RELEASED): Driver.NOBODY,
+}
