@@ -44,6 +44,14 @@ def test_a_turn_by_less_than_half_a_quarter_is_none_and_a_spin_is_by_hand(degree
     assert turns(driven([turn(3.0, degrees)])) == []
 
 
+@pytest.mark.parametrize('sender, number', [
+    ('/turtlebot_controller', 1), ('/rostopic_7_1', 0), ('/teleop_twist_keyboard', 0)])
+def test_a_turn_that_a_node_made_too_small_is_listed_but_not_a_persons(sender, number):
+    run = driven([turn(3.0, 20.0)])
+    sent = values(run.commands.time, np.zeros(len(run.commands)))
+    assert len(turns(replace(run, senders=(sender,), sent=sent))) == number
+
+
 @pytest.mark.parametrize('said, asked', [
     ([(2.9, 30.0)], 30.0),                    # a small turn
     ([(2.9, 20.0), (3.1, 10.0)], 30.0),       # asked for in two parts

@@ -26,7 +26,7 @@ from tb3_labs.report.cause.diagnosed_drives import (
 from tb3_labs.report.cause.diagnosed_turns import LAWS, TOO_FAST, Turn, turns_of
 from tb3_labs.report.cause.mistakes import WAYS, Way, lost
 from tb3_labs.report.motion.movements import (
-    LAB_GOAL, cuts, has_control, movements, moving, programs)
+    LAB_GOAL, TERMINAL, cuts, has_control, movements, moving, programs)
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
@@ -206,7 +206,7 @@ def _two_senders(run: RunData) -> Optional[float]:
 def _slow_commands(run: RunData) -> Optional[float]:
     """Returns the time of the first command if all of a node's commands to a moving robot were
     followed too late by the next, else None. A person who sends single commands is not so even."""
-    if programs(run, 0.0, run.duration) == ['rostopic pub']:
+    if programs(run, 0.0, run.duration) == [TERMINAL]:
         return None
     moves = np.flatnonzero(moving(run.commands)[:-1])
     steps = run.commands.time[moves + 1] - run.commands.time[moves]

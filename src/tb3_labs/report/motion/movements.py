@@ -52,6 +52,8 @@ from tb3_labs.supervision.freshness import RESET_SILENCE
 PAUSE = 1.0
 #: Programs by which a person drives.
 PERSONS = re.compile('teleop|joy|pad|mouse|key|rqt_|rviz|panel')
+#: The name of a sender in a terminal.
+TERMINAL = 'rostopic pub'
 #: A movement by hand has parts longer than this [s].
 SHORTEST_PART = 0.4
 #: Later movements of a run are left out.
@@ -103,7 +105,7 @@ def programs(run: RunData, begin: float, end: float) -> List[str]:
     """The programs that commanded the robot from `begin` to `end` [s], without those by which a
     person drives; [] if the recording does not tell."""
     names = {run.senders[int(k)] for k in run.sent.between(begin, end).value}
-    return sorted('rostopic pub' if '/rostopic_' in name else name for name in names if not (
+    return sorted(TERMINAL if '/rostopic_' in name else name for name in names if not (
         PERSONS.search(name) or name == '?' or 'mouse_info' in run.devices))
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angle_arrays import continuous_at
 from tb3_labs.report.motion.drives import spans
-from tb3_labs.report.motion.movements import NO_SPEED, Kind, Movement, movements, programs
+from tb3_labs.report.motion.movements import NO_SPEED, TERMINAL, Kind, Movement, movements, programs
 from tb3_labs.report.run_data import ImuSamples, RunData, once
 
 #: A robot rests if its mean rate of turn over REST_LOOK [s] is less than AT_REST [rad/s].
@@ -32,7 +32,7 @@ LEAST_TURN = math.radians(45.0)
 MOST_TURN = math.radians(225.0)
 #: At most this many turns follow each other at once.
 MOST_PARTS = 100
-#: What a program turns farther than this is a turn [rad].
+#: What a node turns farther than this is a turn [rad].
 LEAST_BY_NODE = math.radians(5.0)
 #: A turn may be asked for this long before it begins [s].
 ASKED_BEFORE = 2.0
@@ -155,7 +155,7 @@ def _asked(run: RunData, since: float, end: float, turned: float) -> Tuple[float
     if len(said):
         return float(said.value.sum()), True
     if not LEAST_TURN <= abs(turned) <= MOST_TURN and not (
-            programs(run, since, end) and abs(turned) > LEAST_BY_NODE):
+            {*programs(run, since, end)} - {TERMINAL} and abs(turned) > LEAST_BY_NODE):
         return 0.0, False
     quarters = 1.0 if abs(turned) < math.radians(135.0) else 2.0
     return math.copysign(quarters * math.pi / 2.0, turned), False
