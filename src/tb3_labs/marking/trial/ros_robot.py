@@ -32,8 +32,8 @@ from tb3_labs.ros.topics import subscribe
 ROBOT = 'turtlebot3'
 #: Its settings that the marker itself switches.
 SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
-#: The robot publishes its pose within this time [s].
-START_TIME = 15.0
+#: The robot publishes its pose within this time, also on a busy computer [s].
+ROBOT_STARTS = 60.0
 #: Equal commands in a row are recorded at most once in this time [s].
 SAME_COMMAND = 0.04
 #: At most this many commands, odd commands and log lines of a node are recorded, of each line at most
@@ -85,7 +85,7 @@ class Recorder:
         subscribe(IMU_TOPIC, Imu, self._on_imu, to_imu_sample)
         subscribe(ODOM, Odometry, self._on_odometry, to_odometry_sample)
         subscribe('/rosout', Log, self._on_log, queue_size=None)
-        if not wait_until(lambda: observation.truth, START_TIME):
+        if not wait_until(lambda: observation.truth, ROBOT_STARTS):
             raise RuntimeError('the simulated robot does not run')
         #: The robot's address.
         self.robot = rosgraph.Master(rospy.get_name()).lookupNode('/' + ROBOT)
