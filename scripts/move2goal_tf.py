@@ -84,18 +84,16 @@ class MoveToGoalNode:
         self._resets = Resets(self._core, self._changed, self._display.forget_path)
         self._status = DriveStatusPublisher(self._core, frame('local'))
         self._control = ControlTaker()
-        self._had_control = False                # at the last update
-        self._watchdog = Watchdog(self._tick)
+        self._watchdog = Watchdog(self._pass)
         self._goals = GoalInterfaces(self)
         self._resets.offer()
         hear_other_drivers(self._heard_command)
         LiveSettings(drive, self._on_settings)
-        with self._changed:
-            self._update_control()
+        self._pass()
         self._control.hear(self._told_control)
         self._sends_wheels = subscribe_wheels(self._on_wheels)
         subscribe('imu', Imu, self._on_imu, to_imu_sample, self._core.imu,
-                  idle_for=self._idle_for)
+                  idle_for=self._core.idle_for)
         # every message is read: any of them may have the displacement that the firmware reverses
         subscribe('odom', Odometry, self._on_odometry, to_odometry_sample,
                   self._core.odometry, queue_size=None)
@@ -105,23 +103,11 @@ class MoveToGoalNode:
                              'odom': lambda: self._core.odometry.count})
 
     def _on_imu(self, sample):
-        with self._changed:
-            self._core.on_imu(sample, rospy.get_time(), self._sends_wheels())
-            self._resets.look()
-        self._tick()
+        self._pass(lambda: self._core.on_imu(sample, rospy.get_time(), self._sends_wheels()))
         self._watchdog.feed()
-        self._show_fix()
-
-    def _idle_for(self, now):
-        with self._changed:
-            return self._core.idle_for(now)
 
     def _on_odometry(self, sample):
-        with self._changed:
-            self._core.on_odometry(sample, rospy.get_time())
-            self._resets.look()
-            log_news(self._core.take_news())
-        self._show_fix()
+        self._pass(lambda: self._core.on_odometry(sample, rospy.get_time()), steps=False)
 
     def _on_wheels(self, sample):
         with self._changed:
@@ -132,60 +118,47 @@ class MoveToGoalNode:
             self._core.on_command(sender, twist.linear.x, twist.angular.z, rospy.get_time())
 
     def _told_control(self, word):
-        with self._changed:
-            self._core.told_control(word)
-            self._update_control()
+        self._pass(lambda: self._core.told_control(word))
 
-    def _update_control(self):
-        """Stop at once if control is lost, and publish each change."""
-        core = self._core
-        core.update_control(steady_time())
-        if not core.has_control:
+    def _pass(self, take_in=lambda: None, steps=True, shows=False):
+        """Take something in and carry out what comes out, in one hold of the lock: commands and
+        stops leave in the order in which they were decided. The client of a goal hears of it after
+        that."""
+        with self._changed:
+            try:
+                take_in()
+            finally:    # also if a goal is refused
+                now = rospy.get_time()
+                output = self._core.tick(now, steady_time(), steps)
+                self._carry_out(output, now, shows)
+        if output.end is not None:
+            self._goals.ended(*output.end)
+        if output.fix is not None:
+            self._goals.feedback(output.fix, self._display.frame)
+
+    def _carry_out(self, output, now, shows):
+        """Carry out a DriveOutput of the core, but for its end; `shows`: publish a new status, too."""
+        if output.stops_first:
             self._cmd_vel.stop()
-        self._control.say(core.control_stands)
-        self._watchdog.keep(awake=core.watched)
-        news = core.take_news()
-        if news or core.has_control is not self._had_control:
-            self._had_control = core.has_control
-            log_news(news)
-            self._status.update(rospy.get_time())
-
-    def _tick(self):
-        """Send the command that is due; report the end of a drive."""
-        with self._changed:
-            self._update_control()
-            now = rospy.get_time()
-            if not self._core.due(now):
-                return
-            self._cmd_vel.send(self._core.command(now))
+        if output.command is not None:
+            self._cmd_vel.send(output.command)
+        self._control.say(self._core.control_stands)
+        self._watchdog.keep(awake=output.watched)
+        self._resets.tell(output.resets)
+        log_news(output.news)
+        if output.acts or output.news or shows:
             self._status.update(now)
-            end = self._core.take_end()
-        if end is not None:
-            self._goals.ended(*end)
-
-    def _show_fix(self):
-        with self._changed:
-            fix = self._core.take_fix()
-            if fix is None:
-                return
-            self._status.plot(fix)
-            self._display.show(fix, self._core.odom_T_local)
-        self._goals.feedback(fix, self._display.frame)
+        if output.fix is not None:
+            self._status.plot(output.fix)
+            self._display.show(output.fix, self._core.odom_T_local)
 
     def hear_goal(self, request):
         """A GoalRequest has arrived; GoalInterfaces calls this, and the next two."""
-        with self._changed:
-            self._core.hear_goal(request, steady_time())
-            self._update_control()
+        self._pass(lambda: self._core.hear_goal(request, steady_time()), steps=False)
 
     def on_goal(self, request):
         """Drive to the goal of `request`. Raises ``ValueError`` with the reason of a refusal."""
-        with self._changed:
-            try:
-                self._core.on_goal(request)
-            finally:
-                self._update_control()
-                self._status.update(rospy.get_time())
+        self._pass(lambda: self._core.on_goal(request), steps=False, shows=True)
 
     def on_cancel(self, name, stamp):
         """Cancel goals. Returns True if this ends the drive."""
@@ -203,7 +176,6 @@ class MoveToGoalNode:
 
     def _diagnose(self):
         with self._changed:
-            self._update_control()    # also if no sensor wakes this node
             now = rospy.get_time()
             problem, values = self._status.report(now)
             return problem, dict(

@@ -148,6 +148,9 @@ class Still:
     def take_jumps(self):
         return []
 
+    def take_fix(self):
+        return None
+
 
 class Sender:
     """A process that publishes ctrl_relinq. The letter of a process tells it from the one before,
@@ -240,14 +243,13 @@ class Mover(Process):
         if is_there:
             core.on_odometry(OdometrySample(now, Pose2(self.tremble), 0.1, self.tremble), now)
         self.oracle.look(now, is_there)
-        core.update_control(now)
-        if core.due(now):
-            self.world.judge(core.command(now), self.oracle)
+        output = core.tick(now, now)
+        if output.acts:
+            self.world.judge(output.command, self.oracle)
         if core.control_stands is not self.has_control and not self.connects_at:
             self.has_control = core.control_stands
             for pad in self.world.pads:
                 pad.send('mover', 'on_control', self.has_control)
-        core.take_news()
 
 
 class Pad(Process):

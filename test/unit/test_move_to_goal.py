@@ -243,6 +243,22 @@ def test_the_words_of_a_drive_from_waiting_to_its_end():
     assert None not in robot.run(0.2)[2:]
 
 
+def test_a_tick_gives_the_zero_at_once_and_each_event_once():
+    robot = driving()
+    assert robot.core.tick(robot.now, robot.now).acts    # its first shows that it has control
+    robot.now += 0.001
+    assert not robot.core.tick(robot.now, robot.now).acts
+    robot.control(False)
+    output = robot.core.tick(robot.now, robot.now, steps=False)    # as after an odometry message
+    assert output.acts and output.command is None
+    reset = robot.reset()
+    robot.run(0.3)
+    robot.cancel()
+    outputs = [robot.core.tick(robot.now, robot.now) for _ in range(2)]
+    assert [output.resets for output in outputs] == [[reset], []]
+    assert [output.end and output.end[1] for output in outputs] == ['canceled', None]
+
+
 def test_an_end_is_taken_once_and_a_question_changes_nothing():
     robot = driving()
     assert robot.core.take_end() is None

@@ -8,7 +8,7 @@ Units: seconds on the receiver's clock (`now`), metres, radians; poses in the lo
 """
 import math
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.driving import PreciseLaw
@@ -22,6 +22,7 @@ from tb3_labs.localization.door import Door
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
 from tb3_labs.news import News, NewsDesk
+from tb3_labs.nodes.output import Output
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.events import Event
@@ -55,6 +56,20 @@ class MoveToGoalConfig(Config):
         return TypedPose(self.goal_x, self.goal_y, self.goal_yaw_deg).pose
 
 
+@dataclass(frozen=True)
+class DriveOutput(Output):
+    """What move_to_goal wants done now."""
+
+    #: Was a step of the drive taken, or control gained or lost? Then the status may be new.
+    acts: bool = False
+    #: Resets that are over.
+    resets: Sequence[Reset] = ()
+    #: A new Fix, if there is one.
+    fix: Optional[Fix] = None
+    #: A drive that has ended: its request, and the failure or ''.
+    end: Optional[Tuple[GoalRequest, str]] = None
+
+
 class MoveToGoalCore:
     """Localizer, goal machine and permission of one robot."""
 
@@ -70,6 +85,7 @@ class MoveToGoalCore:
         self._permission = Permission(has_control)
         self._requests = GoalRequests(GoalRequest(None, stamp=1), self._permission.sleep)
         self._may_drive = has_control      # the permission at the last update
+        self._had_control = False          # at the last tick
         self._grants = 0                   # number of grants at the last update
         self._pace = Pace(law.period)
         self._sensors = SensorWatch(self.imu, self.odometry)
@@ -206,6 +222,22 @@ class MoveToGoalCore:
             self._requests.give_up(now)
 
     # -- what comes out, once
+
+    def tick(self, now: float, steady: float, steps: bool = True) -> DriveOutput:
+        """Look at the clocks, and return what is to be done; to be called after each message, and
+        while there is none.
+
+        `steady`: as `now` in permission.Permission; `steps`: may the drive take its step? After a
+        message of the odometry it waits for the next sample of the IMU, which is fresher.
+        """
+        self.update_control(steady)
+        changed, self._had_control = self._had_control is not self.has_control, self.has_control
+        is_due = steps and self.due(now)
+        command = self.command(now) if is_due else None
+        acts = is_due or changed
+        return DriveOutput(
+            command, acts and command is None, self.take_news(), self.watched, acts,
+            self.take_resets(), self.take_fix(), self.take_end() if steps else None)
 
     def take_news(self) -> List[News]:
         return self._news.take()

@@ -61,10 +61,8 @@ class Resets:
         rospy.Service('set_pose', SetInitialPose, guarded(self._on_set_pose))
         subscribe_news('initialpose', PoseWithCovarianceStamped, self._on_initialpose, queue_size=1)
 
-    def look(self):
-        """Log the resets that the latest sample has carried out, and wake their callers; `changed`
-        is held."""
-        over = self._core.take_resets()
+    def tell(self, over):
+        """Log the resets that are over, and wake their callers; `changed` is held."""
         for reset in over:
             if reset.done:
                 self._forget_path()
