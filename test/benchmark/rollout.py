@@ -16,7 +16,7 @@ from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.nodes.controller.core import ControllerCore
-from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
+from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import REST_ANGULAR, REST_LINEAR, ImuSample, Sample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator

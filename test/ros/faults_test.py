@@ -224,7 +224,7 @@ class FaultsTest(DriveCase):
 
     def test_a_node_that_raises(self):
         for executable, where, *arguments in (
-                (MOVER, 'tb3_labs.nodes.move_to_goal_core:MoveToGoalCore.on_odometry',
+                (MOVER, 'tb3_labs.nodes.move_to_goal.core:MoveToGoalCore.on_odometry',
                  '_has_control:=true', '_goal_x:=3.0'),
                 (TURNER, 'tb3_labs.nodes.controller.core:ControllerCore.command')):
             if executable in self.nodes:

@@ -26,7 +26,7 @@ from played_worlds import (
     BEGIN, LONG_AGO, NOTHING, Goals, GoneRobot, LatePad, LateRobot, LateTurns, MouseAndTurns,
     OnePad, Senders, TwoMice, TwoPads, Unheard, Wrong)
 from tb3_labs.localization.contradiction import GyroWatch
-from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
+from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.supervision.freshness import Freshness
 from tb3_labs.supervision.permission import _Grant
 

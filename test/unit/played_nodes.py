@@ -7,7 +7,7 @@ from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse_reader import MouseState
 from tb3_labs.nodes.gamepad.core import GamepadCore
-from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
+from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model

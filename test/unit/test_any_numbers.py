@@ -14,7 +14,7 @@ from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
-from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
+from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.ros.conversions import to_mouse, to_pose2, to_quaternion

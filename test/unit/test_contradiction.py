@@ -15,7 +15,7 @@ from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
-from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
+from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS

@@ -25,8 +25,7 @@ ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 
 #: Floors within ros/, from the ground up.
 ROS_FLOORS = [{'rospy_internals', 'conversions', 'launch', 'robot_description'},
               {'clocks'}, {'node'}, {'topics', 'parameters'},
-              {'dynparam', 'cmd_vel', 'sensor_topics', 'reset_call', 'goals', 'control_and_reset',
-               'display'}, {'gate'}]
+              {'dynparam', 'cmd_vel', 'sensor_topics', 'reset_call'}, {'gate'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: This file alone touches private parts of libraries.
 INTERNALS = 'rospy_internals.py'

@@ -6,9 +6,9 @@ for a wait for tf: a thread that waits must not keep the node from driving.
 """
 import ast
 
-from pages import SCRIPTS
+from pages import ROOT
 
-SCRIPT = SCRIPTS / 'move2goal_tf.py'
+SCRIPT = ROOT / 'src' / 'tb3_labs' / 'nodes' / 'move_to_goal' / 'ros_node.py'
 LOCK = '_changed'
 #: The objects whose calls take actionlib's lock, or wait for tf.
 NEVER_UNDER_IT = {'_goals', '_frames'}

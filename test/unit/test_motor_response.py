@@ -16,7 +16,7 @@ from tb3_labs.control.motor_response import (
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import AskedPose, Pose2
-from tb3_labs.nodes.move_to_goal_core import MoveToGoalCore
+from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig

@@ -11,7 +11,7 @@ from tb3_labs.control.goal_state import (
     DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
 from tb3_labs.control.speed_laws import LONGEST_IDLE, Twist2
 from tb3_labs.geometry.se2 import AskedPose, Pose2
-from tb3_labs.nodes.move_to_goal_core import GoalStaysEnded, MoveToGoalCore
+from tb3_labs.nodes.move_to_goal.core import GoalStaysEnded, MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.events import Event

@@ -11,7 +11,7 @@ from recorded_run import BURGER, odometry_jumps
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs.move2goal import GOAL
-from tb3_labs.nodes.move_to_goal_core import MoveToGoalConfig
+from tb3_labs.nodes.move_to_goal.core import MoveToGoalConfig
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.epochs import epochs
 from tb3_labs.report.motion.movements import LAB_GOAL, CAME_TO_REST, CONTROL_GONE, Kind, completed, movements

@@ -13,8 +13,8 @@ from tb3_labs.marking.marks import LABS
 pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 NODES = ['scripts/turtlebot_controller.py', 'scripts/move2goal_tf.py', 'scripts/gamepad.py']
 PLAIN = ['scripts/imu_sub.py'] + [path.replace('/', '/plain_') for path in NODES]
-SOLUTIONS = NODES + ['src/tb3_labs/nodes/controller/ros_node.py',
-                     'src/tb3_labs/nodes/gamepad/ros_node.py']
+SOLUTIONS = NODES + ['src/tb3_labs/nodes/{}/ros_node.py'.format(room)
+                     for room in ('controller', 'gamepad', 'move_to_goal')]
 #: Long lines of the solutions that stand in any program.
 IDIOMS = {'rospy.on_shutdown(self._close)', 'self._lock = threading.Lock()',
           'self._changed.notify_all()', 'except ValueError as problem:',

@@ -7,7 +7,7 @@ from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import (
     MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult)
 
-from tb3_labs.nodes.move_to_goal_core import GoalStaysEnded
+from tb3_labs.nodes.move_to_goal.core import GoalStaysEnded
 from tb3_labs.ros.clocks import Complaints
 from tb3_labs.ros.conversions import to_asked_pose, to_pose_stamped
 from tb3_labs.ros.node import guarded
