@@ -1,0 +1,54 @@
+"""The gate of a node: commands leave in the order of decisions, whatever the rest waits for."""
+import threading
+
+import pytest
+
+pytest.importorskip('rospy')
+
+from tb3_labs.control.speed_laws import Twist2    # noqa: E402 (ROS may be missing)
+from tb3_labs.news import News    # noqa: E402
+from tb3_labs.nodes.output import Output    # noqa: E402
+from tb3_labs.ros import gate    # noqa: E402
+
+DRIVE, STOP = Twist2(0.1, 0.0), Twist2()
+
+
+class Record(list):
+    """Takes the place of CmdVel, and of the Watchdog."""
+
+    def send(self, command):
+        self.append(command)
+
+    def stop(self):
+        self.append('a zero')
+
+    def keep(self, awake):
+        self.append(awake)
+
+    def feed(self):
+        """Nothing sleeps here."""
+
+
+def test_what_waits_outside_holds_up_neither_a_drive_nor_a_stop(monkeypatch):
+    record, told, go_on = Record(), [], threading.Event()
+    monkeypatch.setattr(gate, 'CmdVel', lambda: record)
+    monkeypatch.setattr(gate, 'Watchdog', lambda check, quiet_time: record)
+    monkeypatch.setattr(gate, 'log_news', lambda news: go_on.wait(20.0) and told.extend(news))
+    outputs, lines = [], [News(word, False) for word in ('driving', 'stopped')]
+    carried = threading.Event()
+
+    def carry_out(output):
+        assert not node._lock.locked()
+        (carried.set if output.news[0] is lines[1] else record.copy)()
+
+    node = gate.Gate(lambda: outputs.pop(0), record.append, carry_out)
+    outputs += [Output(DRIVE, True, lines[:1], True), Output(STOP, news=lines[1:]), Output()]
+    all_of_them = list(outputs)
+    node.take_in(list)
+    node.look()
+    node.look()
+    assert record == ['a zero', DRIVE, all_of_them[0], True, STOP, all_of_them[1], False,
+                      all_of_them[2], False]
+    assert told == []
+    go_on.set()
+    assert carried.wait(20.0) and told == lines
