@@ -36,14 +36,15 @@ def parse(words):
     parser.add_argument('--only', metavar='NAME', action='append', default=[],
                         help='try this student again, and no other; more than once for several')
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
-                        'default: launch/checks/points.yaml of this package, if MARKS has no others')
+                        'default: launch/checks/points.yaml of this package, if MARKS has no '
+                        'others')
     parser.add_argument('--package', default='', metavar='NAME',
                         help="the node's package, if it has an unusual name")
     parser.add_argument('--type', default='', metavar='NAME',
                         help="the node's file, if it has an unusual name")
     parser.add_argument('--parts', default='', help='these parts of the lab alone, with commas: '
                         + '; '.join('{}: {}'.format(name, ', '.join(lab.parts))
-                        for name, lab in sorted(LABS.items())))
+                                    for name, lab in sorted(LABS.items())))
     parser.add_argument('--pad', metavar='NAME', default=Options().pad,
                         help='for the lab {}: numbers of the gamepad that is played, '
                         'launch/params/pad_NAME.yaml; default: %(default)s'.format(GAMEPAD))

@@ -15,8 +15,8 @@ from tb3_labs.marking.marks import LABS, points_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 POINTS = ROOT / 'launch' / 'checks' / 'points.yaml'
-#: The line before the table of a lab, or the list of its extras, and these. Without a list the extras
-#: are in the table.
+#: The line before the table of a lab, or the list of its extras, and these. Without a list the
+#: extras are in the table.
 PLACE = re.compile(r'(<!-- (\w+)( extras)?: made by make_graded\.py -->\n\n)((?:[|*].*\n)*)')
 HEAD = '| criterion | what is asked | limits | points |\n|---|---|---|---|\n'
 

@@ -26,7 +26,8 @@ NODES = (
     ('move_to_goal', 'move2goal_tf.py', 'move2goal.launch',
      ('MoveToGoalConfig', 'DriveConfig')),
     ('gamepad', 'gamepad.py', 'gamepad.launch', ('PadConfig',)),
-    ('turtlebot3', 'fake_turtlebot3.py', 'fake_robot.launch', ('SimulatorConfig', 'FakeTurtlebot3Config')),
+    ('turtlebot3', 'fake_turtlebot3.py', 'fake_robot.launch',
+     ('SimulatorConfig', 'FakeTurtlebot3Config')),
     ('panel', 'panel.py', 'panel.launch', ('PanelConfig',)),
 )
 #: Configurations that dynamic_reconfigure offers, and their fields that it does not.
@@ -43,13 +44,15 @@ class ModelConfig(Config):
 HEAD = """\
 # Parameters of all nodes
 
-`python3 doc/instructor/make_parameters.py` makes this page from the settings in the code. Edit the settings.
+`python3 doc/instructor/make_parameters.py` makes this page from the settings in the code. Edit \
+the settings.
 
 Each parameter can be given in several ways. If two of them differ, the lower one holds.
 
 | way | example |
 |---|---|
-| an argument, for those that are typed most | `roslaunch tb3_labs turn.launch sim:=true model:=waffle` |
+| an argument, for those that are typed most | \
+`roslaunch tb3_labs turn.launch sim:=true model:=waffle` |
 | a file of your own | `roslaunch tb3_labs move2goal.launch sim:=true params:=my.yaml` |
 | `set:=`, for any parameter | `roslaunch tb3_labs turn.launch sim:=true set:="{max_ang_z: 1}"` |
 | while the node runs, where *live* says yes | `dynparam set /move_to_goal max_linear 0.1` |
@@ -142,7 +145,8 @@ def annotated_yaml(node):
     """launch/params/NODE.yaml: each default, and beside it the valid values and the meaning."""
     lines = ['# {} ({}): all parameters: default, valid values, meaning. (live): dynparam sets it.'
              .format(node.name, node.script),
-             '# Made by `python3 doc/instructor/make_parameters.py`. Copy lines that you change to a file of',
+             '# Made by `python3 doc/instructor/make_parameters.py`. Copy lines that you change '
+             'to a file of',
              '# your own: roslaunch tb3_labs {} params:=my.yaml'.format(node.launch_file),
              '# A line with # in front is an argument of the launch file; your file overrides it.']
     for item, live in node.settings:

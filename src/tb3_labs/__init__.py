@@ -1,7 +1,7 @@
 """Two robotics labs. Each folder answers one question; its `__init__.py` says which.
 
-Imports only go down: scripts -> the tools (report, marking, panel, doctor, skeletons, simulation) ->
-ros -> nodes -> control, localization -> robot, supervision -> geometry. The folders from `nodes`
+Imports only go down: scripts -> the tools (report, marking, panel, doctor, skeletons, simulation)
+-> ros -> nodes -> control, localization -> robot, supervision -> geometry. The folders from `nodes`
 down are the notions, in pure Python and numpy: no ROS, no clock, no print. Time comes in as `now`
 or `dt` in seconds. Angles are radians, counter-clockwise positive; lengths are metres.
 

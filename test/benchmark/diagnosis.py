@@ -16,11 +16,11 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, 'unit'))
-from mutants import SAME, agree, known, mistaken_node, scene_of    # noqa: E402
-from right_runs import RIGHT, right_run    # noqa: E402
-from student_runs import played    # noqa: E402
-from tb3_labs.report.cause.diagnosis import diagnose    # noqa: E402
-from tb3_labs.report.motion.movements import completed    # noqa: E402
+from mutants import SAME, agree, known, mistaken_node, scene_of
+from right_runs import RIGHT, right_run
+from student_runs import played
+from tb3_labs.report.cause.diagnosis import diagnose
+from tb3_labs.report.motion.movements import completed
 
 #: The right runs: (lab, what a person does in it).
 RIGHT_RUNS = [(lab, kind) for lab, kinds in RIGHT.items() for kind in kinds]
@@ -62,7 +62,8 @@ def main():
     runs = [run for run in runs if run]
     table = collections.defaultdict(collections.Counter)
     for lab, mistake, kind, guess in runs:
-        table[lab, mistake or ('right, ' + kind if kind else 'right')]['none fits' if guess is None else guess or 'right'] += 1
+        row = table[lab, mistake or ('right, ' + kind if kind else 'right')]
+        row['none fits' if guess is None else guess or 'right'] += 1
     for (lab, mistake), guesses in sorted(table.items()):
         print('{:6}{:27}{:4}   {}'.format(lab, mistake, sum(guesses.values()), ', '.join(
             '{} {}'.format(guess, count) for guess, count in guesses.most_common())))

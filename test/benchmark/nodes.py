@@ -27,7 +27,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'ros'))
-from costs import benchmark, memory, shares, start, wait_for_node    # noqa: E402
+from costs import benchmark, memory, shares, start, wait_for_node
 
 #: A node of rospy alone; its arguments: topic, package and type of each topic. It answers each Joy.
 BARE = '''

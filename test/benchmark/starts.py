@@ -12,8 +12,8 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', 'ros'))
-from costs import benchmark    # noqa: E402
-from starts import Stage    # noqa: E402
+from costs import benchmark
+from starts import Stage
 
 FOUR = 'turtlebot3', 'move_to_goal', 'gamepad', 'panel'
 #: Time from one start to the next [s].

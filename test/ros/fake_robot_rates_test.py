@@ -59,7 +59,7 @@ class FakeRobotRatesTest(unittest.TestCase):
         robot = rosgraph.Master('/fake_robot_rates_test').lookupNode('/turtlebot3')
         pid = xmlrpc.client.ServerProxy(robot).getPid('/fake_robot_rates_test')[2]
         start, used = time.monotonic(), cpu_time(pid)
-        topics = {'imu': (Imu, 200.0), 'odom': (Odometry, 30.0), 
+        topics = {'imu': (Imu, 200.0), 'odom': (Odometry, 30.0),
                   '/tf': (TFMessage, 30.0, lambda message: message.transforms[0].header.stamp)}
         arrivals = {topic: Arrivals(topic, kind, int(COUNT * rate / 200.0), *stamp_of)
                     for topic, (kind, rate, *stamp_of) in topics.items()}

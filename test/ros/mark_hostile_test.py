@@ -25,7 +25,7 @@ from rosunit_internals import rosrun
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 
-import sandboxes  # noqa: E402
+import sandboxes
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 NODE = PACKAGE / 'scripts' / 'imu_sub.py'

@@ -2,8 +2,9 @@
 """Marks submissions whose marks are known.
 
 They are the plain nodes in the layout of a course's repository; the same nodes with deliberate
-mistakes; and the skeletons as a student gets them. The plain nodes must earn full marks. Each mistake must lose the marks that it should, and
-no others. A skeleton must earn what its given parts do, and no more.
+mistakes; and the skeletons as a student gets them. The plain nodes
+must earn full marks. Each mistake must lose the marks that it should, and no others. A skeleton
+must earn what its given parts do, and no more.
 """
 import csv
 import html
@@ -33,7 +34,7 @@ from rosunit_internals import rosrun
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 
-import sandboxes  # noqa: E402
+import sandboxes
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 TURN, MOVE, IMU, PAD = 'turtlebot_controller.py', 'move2goal_tf.py', 'imu_sub.py', 'gamepad.py'

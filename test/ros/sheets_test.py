@@ -90,7 +90,9 @@ class Student:
         self._environment = {
             'HOME': str(home), 'PATH': '/usr/bin:/bin', 'ROSCONSOLE_FORMAT': '${message}',
             # make shall not wait for a quiet machine, as by catkin_make's own -l2
-            'TERM': 'dumb', 'ROS_PARALLEL_JOBS': '-j2', 'ROS_LANG_DISABLE': 'gencpp:geneus:genlisp:gennodejs', 'ROS_MASTER_URI': 'http://localhost:{}'.format(free_port()),
+            'TERM': 'dumb', 'ROS_PARALLEL_JOBS': '-j2',
+            'ROS_LANG_DISABLE': 'gencpp:geneus:genlisp:gennodejs',
+            'ROS_MASTER_URI': 'http://localhost:{}'.format(free_port()),
             'SETUPTOOLS_USE_DISTUTILS': os.environ.get('SETUPTOOLS_USE_DISTUTILS', 'local')}    # see test.sh
         self._sourced = None    # the environment after PROFILE, if that has not changed since
 

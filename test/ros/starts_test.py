@@ -12,6 +12,7 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import heard_by
 from thumb import A, B
 
+
 class StartsTest(unittest.TestCase):
 
     def stage(self):

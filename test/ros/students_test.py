@@ -13,8 +13,8 @@ from rosunit_internals import rosrun
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'unit'))
 
-import sandboxes  # noqa: E402
-from students_archive import MISSING, ROOT, unpack  # noqa: E402
+import sandboxes
+from students_archive import MISSING, ROOT, unpack
 
 SOLUTION = ROOT / 'scripts' / 'imu_sub.py'
 #: Paths that lead to this package are not a student's.

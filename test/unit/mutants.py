@@ -113,8 +113,9 @@ TURN_MISTAKES: Dict[str, Tuple[Edits, Edits]] = {
     'error_not_wrapped': ([(ERROR_BOTH, '')], []),
     'nothing_wrapped': ([(GOAL_BOTH, ''), (ERROR_BOTH, '')], []),
     'no_negative_clamp': ([(NEGATIVE, '')], []),
-    'quaternion_order': ([(TURN_QUATERNION, '            q = Quaternion(imu.orientation.x, '
-         'imu.orientation.y, imu.orientation.z, imu.orientation.w)\n')], []),
+    'quaternion_order': ([(
+        TURN_QUATERNION, '            q = Quaternion(imu.orientation.x, '
+        'imu.orientation.y, imu.orientation.z, imu.orientation.w)\n')], []),
     'radians': ([('to_euler(degrees=True)', 'to_euler()')], []),
     'no_stop': ([(TURN_OVER, '                self.turning = False\n')], []),
     'sign': ([('self.goal_yaw - self.curr_yaw', 'self.curr_yaw - self.goal_yaw')], []),

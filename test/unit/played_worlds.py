@@ -228,7 +228,6 @@ class Labs(World):
             self.mover.send('program', 'on_goal', 'program', self.now)
             self.wait(program.PERIOD + 0.01)
 
-
     def cancel(self, after=0.0):
         self.wait(after)
         self.mover.send('cancels', 'on_cancel', self.now)

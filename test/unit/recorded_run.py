@@ -17,12 +17,12 @@ from tb3_labs.robot.turtlebot3 import robot_model
 
 rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
 
-import rospy  # noqa: E402
-from nav_msgs.msg import Odometry  # noqa: E402
-from rosgraph_msgs.msg import Log  # noqa: E402
-from sensor_msgs.msg import Imu  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
-from tf2_msgs.msg import TFMessage  # noqa: E402
+import rospy
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import Imu
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
 
 from tb3_labs.ros.conversions import to_pose_stamped, to_quaternion, to_transform, to_twist
 

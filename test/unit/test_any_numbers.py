@@ -1,7 +1,6 @@
 """Whatever numbers a message has: it is refused with a reason, or no command leaves the limits."""
 import math
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -224,7 +224,7 @@ def peak_while_reading(path, tell=lambda line: None):
     (start_of_bag() + record(b'BZh9' + bytes(99), op=b'\5', compression=b'bz2'), 'damaged near byte'),
     (start_of_bag() + record(b'', op=b'\5', compression=b'zip'), 'damaged near byte'),
     (start_of_bag() + struct.pack('<I', 2 ** 32 - 1), 'damaged near byte'),
-    (start_of_bag() + record(b'', op=b'\7') , 'damaged near byte'),
+    (start_of_bag() + record(b'', op=b'\7'), 'damaged near byte'),
     (start_of_bag() + record(b'', op=b'\2', conn=b'none'), 'damaged near byte'),
     (start_of_bag() + bytes(2 ** 20), 'damaged near byte'),
     (start_of_bag() + record(bytes(2 ** 21), op=b'\7', topic=b'/imu', conn=b'0'), 'damaged near byte'),

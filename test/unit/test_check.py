@@ -13,7 +13,7 @@ from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
 from tb3_labs.marking.trial.observation import Observation, Run
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'checks'))
-from check_lab import checks_of, lines_of, place_of, total    # noqa: E402 (it is beside this folder)
+from check_lab import checks_of, lines_of, place_of, total
 
 
 def verdict(name, outcome, worth=2.0, extra=False):

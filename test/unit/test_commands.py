@@ -8,7 +8,7 @@ from pages import PAGES, ROOT, by_name
 
 sys.path.insert(0, str(ROOT / 'test' / 'ros'))
 
-from sheets_steps import KINDS, steps_of, without_comment  # noqa: E402
+from sheets_steps import KINDS, steps_of, without_comment
 
 WALK = ROOT / 'test' / 'ros' / 'sheets_walk.md'
 INLINE = re.compile(r'^ *```.*?^ *```$|`([^`]+)`', re.MULTILINE | re.DOTALL)

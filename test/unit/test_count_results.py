@@ -10,7 +10,7 @@ import pytest
 
 TEST = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(TEST))
-from count_results import COLUMN, FIRST, LAST, main    # noqa: E402 (it is beside this folder)
+from count_results import COLUMN, FIRST, LAST, main
 
 PASSED = '<testcase classname="C" name="a"/>'
 SKIPPED = '<testcase classname="C" name="b"><skipped message="no screen"/></testcase>'

@@ -327,8 +327,8 @@ def test_a_sound_robot_is_found_sound(robot, monkeypatch):
     assert 'Wheels' not in lines
     for subject, words in (
             ('Address', 'this computer alone'), ('Master', 'answers in'), ('Robot', CORE),
-            ('Nodes', CORE + ' answers in'), ('Way back', 'connected to /pad'), ('Drivers', '/pad drives'), ('imu', '102/s'),
-            ('odom', '102/s'), ('joint_states', '102/s'), ('Clock', 'right within'),
+            ('Nodes', CORE + ' answers in'), ('Way back', 'connected to /pad'), ('Drivers', '/pad drives'),
+            ('imu', '102/s'), ('odom', '102/s'), ('joint_states', '102/s'), ('Clock', 'right within'),
             ('Gyro', 'agrees'), ('Drift', '+0.0 deg/min')):
         check(lines[subject], OK, words)
 

@@ -5,17 +5,17 @@ import pytest
 
 pytest.importorskip('rospy')
 
-from genpy import Time    # noqa: E402 (ROS may be missing)
-from nav_msgs.msg import Odometry    # noqa: E402
-from sensor_msgs.msg import Imu, JointState    # noqa: E402
-from std_msgs.msg import Header    # noqa: E402
+from genpy import Time
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Header
 
-from at_door import AtDoor    # noqa: E402
-from tb3_labs.geometry.se2 import AskedPose, Pose2    # noqa: E402
-from tb3_labs.robot.samples import ImuSample, OdometrySample    # noqa: E402
-from tb3_labs.ros.conversions import to_asked_pose, to_pose_stamped    # noqa: E402
-from tb3_labs.ros.rospy_internals import sender_of    # noqa: E402
-from tb3_labs.ros.sensor_topics import (    # noqa: E402
+from at_door import AtDoor
+from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.ros.conversions import to_asked_pose, to_pose_stamped
+from tb3_labs.ros.rospy_internals import sender_of
+from tb3_labs.ros.sensor_topics import (
     to_imu_sample, to_odometry_sample, to_wheel_sample)
 
 

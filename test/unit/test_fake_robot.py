@@ -6,10 +6,10 @@ import pytest
 
 pytest.importorskip('rospy')
 
-from tb3_labs.robot.samples import OdometrySample    # noqa: E402
-from tb3_labs.simulation import ros_fake_robot    # noqa: E402
-from tb3_labs.simulation.mystery_robot import HiddenFault    # noqa: E402
-from tb3_labs.simulation.simulator_config import SimulatorConfig    # noqa: E402
+from tb3_labs.robot.samples import OdometrySample
+from tb3_labs.simulation import ros_fake_robot
+from tb3_labs.simulation.mystery_robot import HiddenFault
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: Times of a computer that pauses after a second [s].
 PAUSE_AT, PAUSE = 1.0, 0.4

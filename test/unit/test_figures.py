@@ -12,8 +12,8 @@ from tb3_labs.robot.turtlebot3 import robot_model
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.motion.movements import completed  # noqa: E402
-from tb3_labs.report.page.figures import draw_path, new_figure, paths, turns  # noqa: E402
+from tb3_labs.report.motion.movements import completed
+from tb3_labs.report.page.figures import draw_path, new_figure, paths, turns
 
 BURGER = robot_model('burger')
 

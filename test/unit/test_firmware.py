@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from simulated import STIFF, TICK as TRAVEL, close, drive, imu_of, odom_of
+from simulated import STIFF, TICK as TRAVEL, close, drive, odom_of
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import robot_model

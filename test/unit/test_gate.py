@@ -5,10 +5,10 @@ import pytest
 
 pytest.importorskip('rospy')
 
-from tb3_labs.control.speed_laws import Twist2    # noqa: E402 (ROS may be missing)
-from tb3_labs.news import News    # noqa: E402
-from tb3_labs.nodes.output import Output    # noqa: E402
-from tb3_labs.ros import gate    # noqa: E402
+from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.news import News
+from tb3_labs.nodes.output import Output
+from tb3_labs.ros import gate
 
 DRIVE, STOP = Twist2(0.1, 0.0), Twist2()
 

@@ -108,8 +108,8 @@ def test_errors_are_distance_and_signed_angle_the_short_way():
     assert math.degrees(angle) == pytest.approx(20.0)
 
 
-@pytest.mark.parametrize('misses, starts, reached', [(0, 1, True), (1, 2, True), (2, 3, True),
-                                                      (3, 3, False)])
+@pytest.mark.parametrize('misses, starts, reached', [
+    (0, 1, True), (1, 2, True), (2, 3, True), (3, 3, False)])
 def test_a_drive_that_ends_outside_is_driven_on_from_there_twice(misses, starts, reached):
     law = Told(left=0.0)
     ends = iter(misses * ['stopped 30 mm from the goal'] + [''])

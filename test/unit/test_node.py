@@ -12,13 +12,13 @@ import pytest
 
 pytest.importorskip('rospy')    # the processes below need it
 
-from pages import SCRIPTS    # noqa: E402
-from tb3_labs.control.speed_laws import Twist2    # noqa: E402
-from tb3_labs.news import News    # noqa: E402
-from tb3_labs.ros import cmd_vel, node, start    # noqa: E402
-from rospy.impl.registration import RegManager    # noqa: E402
-from tb3_labs.ros.clocks import wait_until    # noqa: E402
-from tb3_labs.ros.rospy_internals import join_updates    # noqa: E402
+from pages import SCRIPTS
+from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.news import News
+from tb3_labs.ros import cmd_vel, node, start
+from rospy.impl.registration import RegManager
+from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.rospy_internals import join_updates
 
 BEGIN = '''
 import os, signal, threading, time
@@ -150,6 +150,7 @@ class Gone:
 def test_a_terminal_that_has_gone_ends_nothing(stream):
     output = node.SafeStream(stream)
     print('a line', file=output, flush=True)
+
 
 def test_news_are_logged_warnings_as_such(monkeypatch):
     logged = []

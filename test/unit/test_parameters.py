@@ -11,7 +11,7 @@ from pages import PAGES, ROOT, by_name, commands
 
 sys.path.insert(0, str(ROOT / 'doc' / 'instructor'))
 
-import make_parameters  # noqa: E402
+import make_parameters
 
 NODES = make_parameters.nodes()
 every_node = pytest.mark.parametrize('node', NODES, ids=lambda node: node.name)

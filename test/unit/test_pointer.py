@@ -4,7 +4,7 @@ import runpy
 import pytest
 
 pytest.importorskip('rospy')
-from pages import SCRIPTS    # noqa: E402
+from pages import SCRIPTS
 
 screen_position = runpy.run_path(str(SCRIPTS / 'mouse_client.py'))['screen_position']
 

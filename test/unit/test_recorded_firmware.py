@@ -5,7 +5,6 @@ fast computer and behind a slow one. Times count from a moment before the first 
 waits up to 33 ms for the board's tick, in the recording and here: 7 mm, or 2 deg.
 """
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest

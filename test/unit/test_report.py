@@ -17,7 +17,6 @@ from made_run import (
 from pages import SCRIPTS
 from recorded_run import (  # noqa: F401
     BURGER, MISS, MISS_DEG, bag, odometry_jumps, rosbag, run, sensors, write_bag)
-from sensor_msgs.msg import Imu
 
 from tb3_labs.command_line import write_output
 from tb3_labs.geometry.se2 import Pose2
@@ -27,12 +26,12 @@ from tb3_labs.report.run_data import LEAP, Commands, ImuSamples, OdometrySamples
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from matplotlib import image  # noqa: E402
+from matplotlib import image
 
-from tb3_labs.report.motion.drives import drives  # noqa: E402
-from tb3_labs.report.motion.movements import completed  # noqa: E402
-from tb3_labs.report.page.figures import paths  # noqa: E402
-from tb3_labs.report.page.files import write_csv, write_report  # noqa: E402
+from tb3_labs.report.motion.drives import drives
+from tb3_labs.report.motion.movements import completed
+from tb3_labs.report.page.figures import paths
+from tb3_labs.report.page.files import write_csv, write_report
 
 UNKNOWN = '\u2013'
 
@@ -57,8 +56,8 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
     assert '0.99 m driven, 1 reset. ' in page
     images = re.findall(r'alt="(\w+)" src="data:image/png;base64,([^"]*)"', page)
     assert [name for name, _ in images] == ['paths']
-    for name, image in images:
-        png = base64.b64decode(image)
+    for name, coded in images:
+        png = base64.b64decode(coded)
         assert png[:4] == b'\x89PNG' and png == (tmp_path / 'out' / (name + '.png')).read_bytes()
     text = re.sub('base64,[^"]*', '', page)
     assert not re.search('https?:|<script src|<link|url\\(', text)

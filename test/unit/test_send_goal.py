@@ -6,11 +6,11 @@ import pytest
 
 pytest.importorskip('actionlib')
 
-from actionlib import CommState    # noqa: E402 (ROS may be missing)
-from actionlib_msgs.msg import GoalStatus    # noqa: E402
+from actionlib import CommState
+from actionlib_msgs.msg import GoalStatus
 
-from pages import SCRIPTS    # noqa: E402
-from tb3_labs.geometry.se2 import Pose2    # noqa: E402
+from pages import SCRIPTS
+from tb3_labs.geometry.se2 import Pose2
 
 
 @pytest.mark.parametrize('status, ends_with', [(GoalStatus.REJECTED, 1), (GoalStatus.SUCCEEDED, 0)])

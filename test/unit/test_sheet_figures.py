@@ -7,10 +7,10 @@ from pages import ROOT
 
 sys.path.insert(0, str(ROOT / 'doc' / 'instructor'))
 
-import make_figures  # noqa: E402
-import make_wrong_figures  # noqa: E402
-from tb3_labs.geometry.se2 import Pose2  # noqa: E402
-from tb3_labs.report.cause.diagnosed_turns import Law  # noqa: E402
+import make_figures
+import make_wrong_figures
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.cause.diagnosed_turns import Law
 
 #: First line of the title -> the way in which the node of that drive computes its pose.
 ENDS = {title.split('\n')[0]: way for title, way in make_wrong_figures.DRIVES}

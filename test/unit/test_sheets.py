@@ -8,8 +8,8 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'doc' / 'instructor'))
 
-import make_graded  # noqa: E402
-from tb3_labs.marking.marks import LABS  # noqa: E402
+import make_graded
+from tb3_labs.marking.marks import LABS
 
 CRITERIA = [criterion for lab in LABS.values() for criterion in lab.criteria]
 

@@ -261,9 +261,11 @@ def test_a_system_without_ros_1_is_refused_in_one_line(tmp_path, system, said):
 #: An apt that answers as apt-get 2.6 and 3.0 do: `update`, the plan, and whether it installs.
 APT = """ws={folder} log={folder}/log missing=(catkin)
 sudo() {{ :; }}; as_root() {{ :; }}; fail_log() {{ fail "$*"; }}; free_mb() {{ echo 9999; }}
-apt() {{ case "$*" in update*) printf '%s\n' {update} ;; *--assume-no*) printf '%s\n' {plan} ;; *) echo installed >&2 ;; esac; }}
+apt() {{ case "$*" in update*) printf '%s\n' {update} ;; *--assume-no*) printf '%s\n' {plan} ;;
+  *) echo installed >&2 ;; esac; }}
 install_packages"""
-REFUSED = "'Err:1 http://mirror/debian trixie InRelease' 'W: Failed to fetch http://mirror/debian/InRelease  Temporary failure'"
+REFUSED = "'Err:1 http://mirror/debian trixie InRelease' " \
+    "'W: Failed to fetch http://mirror/debian/InRelease  Temporary failure'"
 
 
 @pytest.mark.parametrize('update, plan, is_tried', [

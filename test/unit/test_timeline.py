@@ -13,10 +13,10 @@ from made_run import TIME, X, ZERO, goals, made, poses, reset_lines, states
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.motion.drives import drives  # noqa: E402
-from tb3_labs.report.page import timeline  # noqa: E402
-from tb3_labs.report.run_data import Commands, ImuSamples, LogLines, Values  # noqa: E402
-from tb3_labs.robot.turtlebot3 import robot_model  # noqa: E402
+from tb3_labs.report.motion.drives import drives
+from tb3_labs.report.page import timeline
+from tb3_labs.report.run_data import Commands, ImuSamples, LogLines, Values
+from tb3_labs.robot.turtlebot3 import robot_model
 
 BURGER = robot_model('burger')
 CHROMIUM = shutil.which('chromium')
@@ -204,7 +204,7 @@ def test_a_browser_shows_each_moment(page, tmp_path):
     clocks = [float(row[0].split()[0]) for row in seen]
     assert clocks == pytest.approx([3.5, 4.5, 8.0, 10.0, 0.0, 10.0, 6.0, 2.5], abs=0.06)
     assert [row[1] for row in seen[:5]] == ['MOVE_FORWARD', 'MOVE_FORWARD', 'GOAL_REACHED',
-                                        'GOAL_REACHED', '\u2013']
+                                            'GOAL_REACHED', '\u2013']
     assert seen[0][2].startswith('0.500 m, 0.000 m') and seen[3][2].startswith('0.000 m')
     assert seen[0][3].startswith('0.500 m') and seen[2][4] == 'reset 1 of local'
     assert [row[5] for row in seen[:5]] == [1, 1, 2, 2, 1]

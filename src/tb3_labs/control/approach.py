@@ -114,7 +114,7 @@ class Approach:
             self._measured_at = self._now - age
             estimate = self._identification.estimate
             self.at_rest.add(way_at_rest(remaining, self._motor_speed, self._history,
-                                      estimate.delay + age, estimate.lag, estimate.gain), noise)
+                                         estimate.delay + age, estimate.lag, estimate.gain), noise)
         wanted = self._wanted(fastest)
         latest, change = self._history.command, self._config.acceleration * dt
         self._history.send(clamp(wanted, latest - change, latest + change))

@@ -122,7 +122,7 @@ class Response:
 
 def look_at_start(time: float, first: float, travelled: float,
                   speed: float) -> Optional[Tuple[float, float]]:
-    """(delay, lag) [s] from one sample of a robot that speeds up; None if the sample says too little.
+    """(delay, lag) [s] from one sample of a robot that speeds up; None if it says too little.
 
     `time` [s] counts from the first command, which was not changed since; `first` is the steady
     speed of this command; `travelled` and `speed` are those of the sample. `speed` must be the

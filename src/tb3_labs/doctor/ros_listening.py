@@ -1,5 +1,5 @@
-"""Listens to the robot's messages as an ordinary node, which is gone when the doctor ends: the lines
-on drivers, sensors, clock and gyro."""
+"""Listens to the robot's messages as an ordinary node, which is gone when the doctor ends: the
+lines on drivers, sensors, clock and gyro."""
 import os
 import time
 from collections import Counter

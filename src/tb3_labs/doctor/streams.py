@@ -108,9 +108,9 @@ def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
     if problem:
         return fault('Gyro', problem, remedy)
     if not is_compared:
-        return warning('Gyro', 'it cannot be compared with the wheels: joint_states, or stamps, are '
-                       'missing', "restart the robot's bringup; turn with care, a wrong gyro is not "
-                       'noticed')
+        return warning('Gyro', 'it cannot be compared with the wheels: joint_states, or stamps, '
+                       'are missing', "restart the robot's bringup; turn with care, a wrong gyro "
+                       'is not noticed')
     return ok('Gyro', 'it agrees with the wheels')
 
 

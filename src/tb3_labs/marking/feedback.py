@@ -55,7 +55,8 @@ WIDE = '''
 body { max-width: 269mm; }
 th, td { padding: 1px 2px; text-align: center; }
 td:first-child { min-width: 7em; overflow-wrap: anywhere; } td:nth-child(2) { white-space: nowrap; }
-td.words { min-width: 9em; overflow-wrap: anywhere; } td:nth-child(3):not(:empty) { min-width: 24em; }
+td.words { min-width: 9em; overflow-wrap: anywhere; }
+td:nth-child(3):not(:empty) { min-width: 24em; }
 tr { break-inside: avoid; } td details, td summary { margin: 0; font-weight: normal; }
 .upright { writing-mode: vertical-rl; transform: rotate(180deg); white-space: nowrap; }'''
 

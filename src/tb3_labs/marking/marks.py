@@ -14,7 +14,7 @@ key would have the same result.
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence
 
 import rospkg
 import yaml
@@ -23,7 +23,7 @@ from tb3_labs.command_line import reason
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, TURN
-from tb3_labs.marking.trial.observation import IMU_TOPIC, JOY, ODOM, Observation
+from tb3_labs.marking.trial.observation import Observation
 
 #: The words for marks that could not be given.
 NOT_JUDGED = 'not judged'
@@ -43,7 +43,7 @@ class Lab(NamedTuple):
 
     @property
     def parts(self) -> List[str]:
-            return list(dict.fromkeys(criterion.part for criterion in self.criteria))
+        return list(dict.fromkeys(criterion.part for criterion in self.criteria))
 
     def checked_parts(self, text: str) -> List[str]:
         """The parts in a list with commas; ``ValueError`` for a part that the lab does not have."""

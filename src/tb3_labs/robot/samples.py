@@ -74,7 +74,6 @@ class Motion:
 Sample = Union[ImuSample, OdometrySample]
 
 
-
 def bounded(name: str, value: float, bound: float, unit: str) -> float:
     """`value`, which no robot exceeds; ``ValueError`` if it does, or is not finite."""
     if not abs(value) <= bound:    # "not <=" also catches NaN

@@ -52,7 +52,7 @@ ANGULAR_VELOCITY_COVARIANCE = _diagonal(0.02)
 LINEAR_ACCELERATION_COVARIANCE = _diagonal(0.04)
 #: What the accelerometer shows at rest [m/s^2].
 UPWARDS = (-GRAVITY * math.sin(PITCH), GRAVITY * math.sin(ROLL) * math.cos(PITCH),
-            GRAVITY * math.cos(ROLL) * math.cos(PITCH))
+           GRAVITY * math.cos(ROLL) * math.cos(PITCH))
 
 
 class FakeRobot:
@@ -90,7 +90,8 @@ class FakeRobot:
     def tick(self, step, epoch):
         """Let one SIMULATION_STEP pass, and send what is due; `epoch`: the robot's time 0 [s]."""
         truth_is_due = step % TRUTH_EVERY == 0 and (
-            self._pipe.is_heard() if self._pipe else self._truth and self._truth.get_num_connections())
+            self._pipe.is_heard() if self._pipe
+            else self._truth and self._truth.get_num_connections())
         with self._lock:
             self._use_hidden_settings()
             bursts = self._robot.step_in_bursts(SIMULATION_STEP)

@@ -13,7 +13,6 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
-from tb3_labs.command_line import printable
 from tb3_labs.marking.lab_names import NodeNames
 
 #: A name of a package, a type or a field that ROS allows. `\\w` would allow more letters.
@@ -168,8 +167,9 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
                                 path.read_bytes().decode(errors='replace')))
     if not files:
         others = [str(path.relative_to(folder)) for path in files_in(folder)]
-        raise NotJudged('{} {}'.format(_nothing_found([], package, (name,) if name else lab.files), (
-            'Handed in: {}.'.format(_shortened(others)) if others else 'Nothing was handed in.')))
+        raise NotJudged('{} {}'.format(
+            _nothing_found([], package, (name,) if name else lab.files),
+            'Handed in: {}.'.format(_shortened(others)) if others else 'Nothing was handed in.'))
     return choose(lab, files, package, name)
 
 

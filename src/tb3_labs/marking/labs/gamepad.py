@@ -5,10 +5,10 @@ from pathlib import Path
 import rospkg
 import yaml
 
-from tb3_labs.marking.labs.criteria import (ANGULAR, AT_ONCE, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING,
-                                       STOPS_AT_ONCE, STOPS_WHEN_LOST, THUMB, Criterion,
-                                       Place, ends_cleanly, opposite, starts, steers, stops_robot,
-                                       stops_when_silent)
+from tb3_labs.marking.labs.criteria import (
+    ANGULAR, AT_ONCE, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, STOPS_WHEN_LOST,
+    THUMB, Criterion, Place, ends_cleanly, opposite, starts, steers, stops_robot,
+    stops_when_silent)
 from tb3_labs.marking.trial.printed import last_words
 from tb3_labs.marking.trial.observation import NotSeen, Observation
 from tb3_labs.nodes.gamepad.pad import PadConfig
@@ -137,8 +137,8 @@ def _resets(seen: Observation) -> str:
     scene = seen.during(RESET_BUTTON)
     facts = scene.facts
     if not facts[CALLS]:
-        return 'after Y no reset service was called (reset_pose, set_pose, reset, ... were there), ' \
-            'and it printed {}'.format(
+        return 'after Y no reset service was called (reset_pose, set_pose, reset, ... were ' \
+            'there), and it printed {}'.format(
                 last_words(scene.printed) + ': has its client one of these names?'
                 if scene.printed.strip() else 'nothing: does it read the button of Y?')
     if not facts[ORIGIN]:

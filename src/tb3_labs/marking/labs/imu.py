@@ -5,8 +5,9 @@ from typing import List
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
-from tb3_labs.marking.labs.criteria import (CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME,
-                                       Criterion, Place, apart, ends_cleanly, says, starts)
+from tb3_labs.marking.labs.criteria import (
+    CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME, Criterion, Place, apart, ends_cleanly,
+    says, starts)
 from tb3_labs.marking.trial.evidence import unprinted
 from tb3_labs.marking.trial.observation import NotSeen, Observation
 
@@ -119,14 +120,15 @@ def hint(seen: Observation) -> str:
     if np.ptp(said) < SAME:
         return 'It printed the same number, {:.1f}, at each heading. {} See {}.'.format(
             said[0], 'Is it the roll or the pitch in place of the yaw? (Radians would run up to '
-            '3.14.)' if abs(said[0]) < LEVEL else 'Is the order of the four numbers w, x, y, z?', EXERCISE)
+            '3.14.)' if abs(said[0]) < LEVEL else 'Is the order of the four numbers w, x, y, z?',
+            EXERCISE)
     if (np.minimum(abs(said - radians), abs(said - radians - 360.0)) < 0.1).all():
         return 'Its numbers are radians. See {}.'.format(EXERCISE)
     if (abs(apart(said, -true)) < HEADING_TOLERANCE).all():
         return 'It counts to the right: a left turn should count up. See {}.'.format(EXERCISE)
     if (abs(apart(said, true)) < HEADING_TOLERANCE).all():
-        return 'Its headings are right but for the range: a negative one is not converted. See {}.'.format(
-            EXERCISE) if said.min() < 0.0 else ''
+        return 'Its headings are right but for the range: a negative one is not converted. ' \
+            'See {}.'.format(EXERCISE) if said.min() < 0.0 else ''
     if (abs(apart(said[1:], true[:-1])) < HEADING_TOLERANCE).sum() > 1:
         return 'It printed headings at which the robot had stood before: is there a sleep in ' \
             'callback_imu? See {}.'.format(EXERCISE)

@@ -7,9 +7,9 @@ import numpy as np
 
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.labs.criteria import (AT_ONCE, BEYOND, IN_TIME, ROUNDING, STATES, STOPS_AT_ONCE,
-                                       STOPS_WHEN_LOST, TRANSFORMATION_SHEET, Criterion, Place,
-                                       ends_cleanly, starts, stops_robot, stops_when_silent)
+from tb3_labs.marking.labs.criteria import (
+    AT_ONCE, BEYOND, IN_TIME, ROUNDING, STATES, STOPS_AT_ONCE, STOPS_WHEN_LOST,
+    TRANSFORMATION_SHEET, Criterion, Place, ends_cleanly, starts, stops_robot, stops_when_silent)
 from tb3_labs.marking.trial.evidence import idle
 from tb3_labs.marking.trial.observation import (
     CTRL_RELINQ, GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)

@@ -198,8 +198,8 @@ class AnyService:
         """`own`: classes of the student's services."""
         self._types = service_types()
         self._types.update({kind._md5sum: kind for kind in own})
-        #: For each call so far: did it declare (0, 0, 0), and is its quaternion a rotation? Both are
-        #: True also if its type is unknown.
+        #: For each call so far: did it declare (0, 0, 0), and is its quaternion a rotation? Both
+        #: are True also if its type is unknown.
         self.calls = []
         self.lacks_covariance = False
         self._services = [offer_any_service(name, self._on_call) for name in NAMES]

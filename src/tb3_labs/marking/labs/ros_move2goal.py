@@ -36,7 +36,7 @@ OFFERS_NONE = 'it offers no service whose name has "reset" or "pose" in it'
 
 #: Name of a field of a request -> the part of a pose that it takes.
 FIELDS_OF_POSE = {'x': 'x', 'pos_x': 'x', 'x_pos': 'x', 'x0': 'x', 'pose_x': 'x',
-          'y': 'y', 'pos_y': 'y', 'y_pos': 'y', 'y0': 'y', 'pose_y': 'y'}
+                  'y': 'y', 'pos_y': 'y', 'y_pos': 'y', 'y0': 'y', 'pose_y': 'y'}
 #: ALL: the parts of a pose that a request can take. UNIT: the unit of the request's yaw is known.
 ALL, UNIT = frozenset({'x', 'y', 'yaw'}), 'unit'
 ANGLES = ('yaw', 'theta', 'th', 'heading', 'angle', 'phi')

@@ -7,8 +7,8 @@ import numpy as np
 
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE,
-    STOPS_WHEN_LOST, TURN_LAB, Criterion, Place, apart, ends_cleanly, first_missed, opposite, says, starts,
-    steers, stops_robot, stops_when_silent)
+    STOPS_WHEN_LOST, TURN_LAB, Criterion, Place, apart, ends_cleanly, first_missed, opposite, says,
+    starts, steers, stops_robot, stops_when_silent)
 from tb3_labs.marking.trial.evidence import STILL_DEG, idle
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
 
@@ -80,7 +80,7 @@ FULL = 0.5
 AT_EDGE = (FULL - NEAR, FULL + NEAR)
 #: The speeds at 0.6 of the way: a wide range, since the mouse lab does not fix the dead zone.
 HALF_WAY = (0.2 * FULL, 0.8 * FULL)
-#: The mouse is held at a place for MOUSE_HELD; moved during a turn, it must drive within AT_LAST [s].
+#: The mouse is held at a place for MOUSE_HELD; moved in a turn, it must drive within AT_LAST [s].
 MOUSE_HELD, AT_LAST = 0.8, 4.0
 #: The limits of the criteria of the mouse, in words.
 DRIVES, DRIVES_AFTER_TURN, IN_DEAD_ZONE = (
@@ -219,10 +219,10 @@ def drives_forward(commands: Iterable[Sequence[float]]) -> bool:
 
 
 #: What to look at if the heading that a node has is wrong.
-ITS_HEADING = 'Print self.curr_yaw, and turn the robot once around by hand: it should run from 0 to ' \
-    '360. If it stands still: is it stored in self.curr_yaw, is it the third Euler angle, is the ' \
-    'order of the four numbers w, x, y, z? If it ends at 6.28, it is in radians; far beyond 360, it ' \
-    'was converted to degrees twice; if it comes late, there is a sleep in callback_imu.'
+ITS_HEADING = 'Print self.curr_yaw, and turn the robot once around by hand: it should run from 0 ' \
+    'to 360. If it stands still: is it stored in self.curr_yaw, is it the third Euler angle, is ' \
+    'the order of the four numbers w, x, y, z? If it ends at 6.28, it is in radians; far beyond ' \
+    '360, it was converted to degrees twice; if it comes late, there is a sleep in callback_imu.'
 #: The law is called at least so often, or it sleeps [s]. A node that turns for this angle does not
 #: see its goal [deg]. Near to an angle [deg].
 RARELY, ON_AND_ON, NEARLY = 0.5, 300.0, 15.0
@@ -247,12 +247,12 @@ def _why_no_turn(tried):
         return 'Its turn is over at once: the goal is within the tolerance. Is the angle that it ' \
             'adds in degrees, as HDG_TOL is?', LAW
     if {turn.typed for turn, _ in still} == {RIGHT}:
-        return 'A turn to the right is over at once, one to the left is not: any negative error is ' \
-            'less than HDG_TOL (abs).', TO_RIGHT
+        return 'A turn to the right is over at once, one to the left is not: any negative error ' \
+            'is less than HDG_TOL (abs).', TO_RIGHT
     if not len(tried[0][1].moving):
         return '', LAW
-    return 'Only zeros followed its first turn: does turning become False at the goal, so that the ' \
-        'next letter is read?', LAW
+    return 'Only zeros followed its first turn: does turning become False at the goal, so that ' \
+        'the next letter is read?', LAW
 
 
 def _why_wrong(turns):
@@ -263,8 +263,8 @@ def _why_wrong(turns):
     pauses = [np.median(np.diff(scene.commands[:, 0])) for _, scene in turns
               if len(scene.commands) > 2]
     if pauses and np.median(pauses) > RARELY:
-        return 'Its commands come every {:.1f} s: is there a sleep in callback_controller? The robot ' \
-            'turns by up to {:.0f} degrees between two of them.'.format(
+        return 'Its commands come every {:.1f} s: is there a sleep in callback_controller? The ' \
+            'robot turns by up to {:.0f} degrees between two of them.'.format(
                 np.median(pauses), np.degrees(np.median(pauses) * MAX_ANG_Z)), LAW
     wrong = [(turn, scene) for turn, scene in turns if not scene.facts[RESTED]
              or abs(scene.turned_deg - turn.asked_deg) > TOLERANCE + AFTER_STOP]
@@ -273,17 +273,20 @@ def _why_wrong(turns):
     restless = [scene for _, scene in wrong if not scene.facts[RESTED]]
     if all(len(scene.commands) and scene.commands[-1, ANGULAR]
            and scene.end - scene.commands[-1, 0] > RARELY for _, scene in wrong):
-        return 'No zero follows its last command: which message shall be the last one of a turn?', LAW
+        return 'No zero follows its last command: which message shall be the last one of a ' \
+            'turn?', LAW
     ends = [turn.begins_deg + scene.turned_deg for turn, scene in turns if scene.facts[RESTED]]
     if len(ends) > 2 and (np.abs(apart(np.array(ends), 0.0)) < NEARLY).all():
-        return 'Each turn ends at the heading 0, which self.goal_yaw has from the beginning: is the ' \
-            'goal of the letter stored in self.goal_yaw?', LAW
+        return 'Each turn ends at the heading 0, which self.goal_yaw has from the beginning: is ' \
+            'the goal of the letter stored in self.goal_yaw?', LAW
     first = [scene.moving[0, ANGULAR] * turn.asked_deg < 0.0 for turn, scene in wrong]
     if all(first) and len(restless) > 1:
-        return 'It turns away from the goal, and comes to no rest: is the error goal minus heading?', LAW
+        return 'It turns away from the goal, and comes to no rest: is the error goal minus ' \
+            'heading?', LAW
     if all(first) and len(wrong) > 1 and all(
             abs(abs(scene.turned_deg) - abs(turn.asked_deg)) < NEARLY for turn, scene in wrong):
-        return 'It turns to the other side: to the left the heading grows, to the right it falls.', LAW
+        return 'It turns to the other side: to the left the heading grows, to the right it ' \
+            'falls.', LAW
     if len(wrong) > 2 and len({turn.typed for turn, _ in wrong}) > 1 and not any(first[:1]):
         return ITS_HEADING, MEASURED
     return '', LAW

@@ -35,8 +35,8 @@ TRUTH = 'ground_truth'
 MOVED, RESTED, WAS_MOVING = 'moved', 'rested', 'was_moving'
 #: Key of the facts of a turn: the angle that was asked for [deg].
 ASKED_DEG = 'asked_deg'
-#: Keys of the facts of a drive. GOAL_POSE: the goal in the local frame. LOCAL_T_WORLD: the transform
-#: from the robot's true frame to the local frame. Both are [x, y, yaw] in [m], [rad].
+#: Keys of the facts of a drive. GOAL_POSE: the goal in the local frame. LOCAL_T_WORLD: the
+#: transform from the robot's true frame to the local frame. Both are [x, y, yaw] in [m], [rad].
 GOAL_POSE, LOCAL_T_WORLD = 'goal', 'local_T_world'
 #: If the machine held up the robot for longer than this, the node was not judged fairly [s].
 HELD_UP = 0.15
@@ -79,12 +79,12 @@ class Run:
     end: Optional[float] = None     # None: it still runs
     ended_by_itself: bool = False
     printed: str = ''               # head and tail
-    unheard: List[str] = field(default_factory=list)    # in place of a sensor; nobody published them
+    unheard: List[str] = field(default_factory=list)    # a sensor's place; nobody published them
     needed: str = ''                # the topic to which it must listen
     nodes: List[str] = field(default_factory=list)      # their names at the master
     listens: List[str] = field(default_factory=list)
     publishes: Dict[str, str] = field(default_factory=dict)     # topic -> type
-    unconnected: List[str] = field(default_factory=list)    # sensors that it hears not, though it asked
+    unconnected: List[str] = field(default_factory=list)    # asked for, yet not heard
     interrupted: bool = False       # did the marker send Ctrl+C?
     status: Optional[int] = None    # exit status, if it ended by itself; -N: by signal N
 
@@ -312,4 +312,3 @@ def _rows(kind, rows):
 def _between(rows, columns, begin, end):
     rows = np.array(rows, dtype=float).reshape(-1, columns)
     return rows[(rows[:, 0] >= begin) & (rows[:, 0] <= end)]
-

@@ -21,8 +21,8 @@ LONGEST_ERROR, LONGEST_LINE = 160, 160
 
 
 def exceptions(printed: str, file: str = '') -> List[str]:
-    """The exceptions in the text, in their order: each with its line in `file`, the node's, if it is
-    known, and '' for one that cannot be read. rospy's own are left out.
+    """The exceptions in the text, in their order: each with its line in `file`, the node's, if it
+    is known, and '' for one that cannot be read. rospy's own are left out.
 
     For example ``NameError: name 'raw_input' is not defined (line 54, in callback_controller)``.
     """

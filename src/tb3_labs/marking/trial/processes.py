@@ -157,8 +157,8 @@ class BoundedText:
 def sweep(identity: str) -> None:
     """Kill every process that has this identity in its environment, until none is left.
 
-    Programs that start others faster than they are found are stopped first, by whole groups: what is
-    stopped starts nothing, and its places among the processes stay taken.
+    Programs that start others faster than they are found are stopped first, by whole groups: what
+    is stopped starts nothing, and its places among the processes stay taken.
     """
     mark = '{}={}'.format(IDENTITY, identity).encode()
     looks = 0

@@ -36,8 +36,8 @@ SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 ROBOT_STARTS = 60.0
 #: Equal commands in a row are recorded at most once in this time [s].
 SAME_COMMAND = 0.04
-#: At most this many commands, odd commands and log lines of a node are recorded, of each line at most
-#: LINE_LENGTH characters.
+#: At most this many commands, odd commands and log lines of a node are recorded, of each line at
+#: most LINE_LENGTH characters.
 MOST_COMMANDS, MOST_ODD, MOST_LINES, LINE_LENGTH = 40000, 1000, 1000, 300
 #: Samples of the sensors are rounded to this number of digits.
 PLACE_DIGITS = 5
@@ -80,7 +80,8 @@ class Recorder:
         #: The addresses of the programs that commanded the robot, the latest first.
         self._drivers = []
         self._imu = self._commands = None
-        threading.Thread(target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
+        threading.Thread(
+            target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         self._commands = subscribe(CMD_VEL, Twist, self._on_command, queue_size=None)
         subscribe(IMU_TOPIC, Imu, self._on_imu, to_imu_sample)
         subscribe(ODOM, Odometry, self._on_odometry, to_odometry_sample)
@@ -124,7 +125,8 @@ class Recorder:
 
     def _note_driver(self, sender, message):
         if sender in self._drivers[1:]:     # it had been followed by another one
-            self._observation.drivers = sorted({*self._observation.drivers, name_of_sender(message)})
+            self._observation.drivers = sorted(
+                {*self._observation.drivers, name_of_sender(message)})
         self._drivers = [sender] + [other for other in self._drivers if other != sender]
 
     def _on_imu(self, sample):

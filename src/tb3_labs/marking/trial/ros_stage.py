@@ -20,15 +20,16 @@ from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, SIGNAL, TOOK
 from tb3_labs.marking.trial.evidence import CTRL_C
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, NODES, TURN
 from tb3_labs.marking.trial.observation import LONGEST, TRUTH, WAS_MOVING, Observation, Stimulus
-from tb3_labs.marking.trial.ros_robot import (ROBOT, SWITCHES, UNDER_WAY, WELL_UNDER_WAY, Recorder,
-                                        RobotHand)
+from tb3_labs.marking.trial.ros_robot import (
+    ROBOT, SWITCHES, UNDER_WAY, WELL_UNDER_WAY, Recorder, RobotHand)
 from tb3_labs.marking.trial.ros_student_node import StudentNode
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.topics import subscribe
 
 #: An input or a sensor is silent for this time: LOST, plus a margin [s].
 SILENCE = 1.5
-#: The master is asked every PERIOD [s]. The robot's settings are set back at most MOST_REPAIRS times.
+#: The master is asked every PERIOD [s]. The robot's settings are set back at most MOST_REPAIRS
+#: times.
 PERIOD, MOST_REPAIRS = 1.0, 20
 ENDED = 'The {} was ended while the node ran.'
 #: lab -> part -> its script, given a Stage

@@ -203,7 +203,7 @@ def _is_field(field):
 
 # -- the message of the mouse
 
-#: The mouse lab's names of the fields; MOUSE_FLAGS and MOUSE_NUMBERS are the types that they may have.
+#: The mouse lab's names of fields; MOUSE_FLAGS and MOUSE_NUMBERS are the types that they may have.
 STATUS, X, Y = 'status', 'xPos', 'yPos'
 MOUSE_FLAGS = ('bool', 'std_msgs/Bool')
 MOUSE_NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')

@@ -17,7 +17,7 @@ import numpy as np
 SET_BACK = 0.05
 #: In a longer silence of all topics the clock was set, or the computer slept [s].
 LONGEST_OUTAGE = 3600.0
-#: A sender's lag is looked at for this long before and after a silence [s], of at most MOST_OUTAGES.
+#: A sender's lag is looked at this long before and after a silence [s], of at most MOST_OUTAGES.
 LAG_LOOK, MOST_OUTAGES = 5.0, 100
 #: A recording whose clock was set more often has no times.
 MOST_SET = 20
@@ -58,10 +58,10 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     """Returns the sender's times on the recorder's clock [s]; they never run back.
 
     `robot_clock` is the odometry's RecordedClock, or None. It is used for all senders that share
-    this clock, so that their stamps stay comparable to the microsecond. Messages come late while the
-    recorder is busy, and early while its simulated clock stands still: their stamps count. If all
-    messages before some moment, or all after it, are not in time, the sender's clock was set: their
-    arrivals count.
+    this clock, so that their stamps stay comparable to the microsecond. Messages come late while
+    the recorder is busy, and early while its simulated clock stands still: their stamps count. If
+    all messages before some moment, or all after it, are not in time, the sender's clock was set:
+    their arrivals count.
     """
     if not len(stamp):
         return arrival
@@ -81,7 +81,7 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
 
 def one_clock(collectors: Dict[str, Any]) -> Tuple[float, List[str]]:
     """Correct the arrivals and stamps of the collectors ({field of RunData: Collector}) as if no
-    clock had been set. Returns (the last arrival [s], a sentence for each time that one was set)."""
+    clock had been set. Returns (the last arrival [s], a sentence each time that one was set)."""
     filled = [each for each in collectors.values() if len(each.arrival)]
     number = np.concatenate([each.number for each in filled])
     order = np.argsort(number, kind='stable')

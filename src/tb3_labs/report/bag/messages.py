@@ -35,12 +35,12 @@ RESET_LINE = re.compile(
 MOST_SAMPLES, MOST_LINES, LONGEST_LINE = 3000000, 20000, 4000
 #: A reset is looked for in this many characters of a line; later resets are left out.
 LONGEST_RESET, MOST_RESETS = 500, 1000
-#: No number of a robot is larger: metres, radians, m/s, rad/s. The firmware's spikes are below 1000.
+#: No number of a robot is larger: m, rad, m/s, rad/s. The firmware's spikes are below 1000.
 LARGEST = 1e5
 
 
 def declared_by(line: str) -> Optional[Pose2]:
-    """Returns the declared pose of the robot in ``local``; None if the line tells no valid reset."""
+    """Returns the declared pose of the robot in ``local``; None if it tells no valid reset."""
     found = RESET_LINE.search(line[:LONGEST_RESET])
     if found is None:
         return None
@@ -122,7 +122,7 @@ class Collector:
 
 
 def samples_of(collectors):
-    """Returns {field of RunData: Samples} of all collectors, and the resets of which a log tells."""
+    """Returns {field of RunData: Samples} of all collectors, and the resets that a log tells of."""
     odometry = collectors['odometry']
     clock = RecordedClock.of(np.array(odometry.arrival), np.array(odometry.stamp))
     samples = {part: collector.samples(clock) for part, collector in collectors.items()}

@@ -28,7 +28,8 @@ LENGTH, LONG, TIME = struct.Struct('<I'), struct.Struct('<Q'), struct.Struct('<I
 CONVERT = 'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
 #: First bytes of files that are taken for bags: (what it is, what to do).
 OTHERS = (
-    (b'#ROSBAG V1', 'a bag of version 1', 'convert it where it was recorded: rosbag fix {} run.bag'),
+    (b'#ROSBAG V1', 'a bag of version 1',
+     'convert it where it was recorded: rosbag fix {} run.bag'),
     (b'SQLite format 3', 'a bag of ROS 2', CONVERT), (b'\x89MCAP', 'a bag of ROS 2', CONVERT),
     (b'version https://git-lfs', 'a pointer of Git LFS', 'fetch the recording: git lfs pull'),
     (b'<', 'a web page or XML', 'download the file itself: the link led to a page, of a login '
@@ -57,7 +58,7 @@ class Connection(NamedTuple):
 
 
 class Record(NamedTuple):
-    """A recorded message: `time` [s since 1970, ns], `data` b'' if it is too large or not wanted."""
+    """A recorded message: `time` [s since 1970, ns], `data` b'' if too large or not wanted."""
 
     connection: Connection
     time: Tuple[int, int]

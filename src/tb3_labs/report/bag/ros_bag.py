@@ -93,7 +93,8 @@ def _read(bag, path, namespace, tell):
         if not len(collectors[part].arrival):
             raise BagProblem('not one good message on {} (bad quaternions?)'.format(topics[part]))
     duration, set_at = one_clock(collectors)
-    notes = ['{}: the report ends at {:.1f} s'.format(note, duration) for note in notes] + set_at + [
+    notes = ['{}: the report ends at {:.1f} s'.format(note, duration) for note in notes]
+    notes += set_at + [
         '{} has more than {} messages: the later ones are left out'.format(
             topics[part], len(each.arrival)) for part, each in collectors.items() if each.is_full]
     for note in notes:

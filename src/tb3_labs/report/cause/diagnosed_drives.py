@@ -113,7 +113,7 @@ def ghost(seen: Sequence[Seen], ideals: Sequence[Drive]) -> Poses:
 
 
 def fresh_drives(run: RunData, found: Sequence[Movement]) -> Iterator[Fresh]:
-    """Yields each drive among the movements `found` that begins from a state that is known: the robot
+    """Yields each drive among the movements `found` that begins from a known state: the robot
     stood from the reset, or from the recording's start, to the drive, and no sensor was lost."""
     said = said_reached(run)
     ends = np.concatenate([cuts(run), [run.duration], [
@@ -241,8 +241,8 @@ def apart(seen: Seen, ideal: Drive) -> float:
     far = max(far, 2.0 * (ideal.way - was.way), 2.0 * (was.way - ideal.way - NEAR_PLACE))
     if seen.ended == 'last' or math.isnan(was.last_turn):
         return max(far, LEAST_LEVER * turn_apart(was.last_turn, ideal.last_turn, True))
-    return max(far, LEAST_LEVER * turn_apart(was.first_turn + was.last_turn,
-                                        ideal.first_turn + ideal.last_turn, False))
+    return max(far, LEAST_LEVER * turn_apart(
+        was.first_turn + was.last_turn, ideal.first_turn + ideal.last_turn, False))
 
 
 def _only_turned_apart(seen: Seen, ideal: Drive) -> float:
@@ -250,7 +250,7 @@ def _only_turned_apart(seen: Seen, ideal: Drive) -> float:
     was, was_cut = seen.drive, bool(seen.ended)
     if was.last_turn and ideal.way == 0.0 and math.isfinite(ideal.first_turn):
         return LEAST_LEVER * max(abs(was.first_turn - ideal.first_turn),
-                           turn_apart(was.last_turn, ideal.last_turn, was_cut))
+                                 turn_apart(was.last_turn, ideal.last_turn, was_cut))
     if was.last_turn or (
             ideal.way and math.isfinite(ideal.first_turn) and not was_cut):
         return UNLIKE

@@ -38,8 +38,8 @@ SLOW, AT_START = 0.7, 0.5
 class Turn(NamedTuple):
     """A recorded turn. `turned` is NaN if it went left and right; `peak`: of the commands. A
     person may have ended the last one of a node. `is_persons`: one rate, without a letter before it
-    and a zero at its end. `sides`: 1.0 for l, -1.0 for r; both if the letter is not known. `centre`:
-    the angle about which it went left and right, in its second half."""
+    and a zero at its end. `sides`: 1.0 for l, -1.0 for r; both if the letter is not known.
+    `centre`: the angle about which it went left and right, in its second half."""
 
     begin: float
     heading: float
@@ -58,9 +58,9 @@ class Law:
 
     `goal_wraps`, `error_wraps`: does the node wrap a value below the range, and one above it?
     `reading`: the heading that the node reads [deg], by the true one. `quarter`: the angle that it
-    adds for a turn to the left. `command`: the error that it turns by, of (error, side). `kept`: the
-    goal of all turns, if it never changes [deg]. `leaps`: is it chance when a turn ends that goes
-    left and right, since the heading leaps?
+    adds for a turn to the left. `command`: the error that it turns by, of (error, side). `kept`:
+    the goal of all turns, if it never changes [deg]. `leaps`: is it chance when a turn ends that
+    goes left and right, since the heading leaps?
     """
 
     mistake: str = ''
@@ -156,8 +156,8 @@ def begin_slowly(run: RunData, seen: Sequence[Turn]) -> bool:
 
 
 def turns_of(run: RunData) -> List[Turn]:
-    """The turns of a run, in order; those by the mouse, those in which the IMU was lost, and, if the
-    letters are known, those without one are left out. One that goes on when the next letter is
+    """The turns of a run, in order; those by the mouse, those in which the IMU was lost, and, if
+    the letters are known, those without one are left out. One that goes on when the next letter is
     typed was cut; without letters the last one may have been."""
     commands = run.commands
     turning = (np.abs(commands.angular) > NO_SPEED) & (np.abs(commands.linear) <= NO_SPEED)

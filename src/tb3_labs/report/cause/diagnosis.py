@@ -5,8 +5,8 @@ mistake. A mistake fits if all movements are as it says; a run is right if all a
 say. Mistakes that do not show in the way that a robot takes are found by the commands. Nothing is
 known of the node's text, of its start and its end, of the numbers of a pad's buttons, and of
 persons who drive: a mistake needs evidence that no right node gives, whatever they do. The marking
-makes such a run of what it saw (see :mod:`tb3_labs.marking.trial.observation`), so that a mark, a check
-and a report say the same.
+makes such a run of what it saw (see :mod:`tb3_labs.marking.trial.observation`), so that a mark, a
+check and a report say the same.
 
 Units: metres, radians, seconds since the recording's start.
 """
@@ -48,8 +48,8 @@ SECOND_AFTER = 1.0
 #: The last command before a node says that it reached its goal is not older than this [s].
 BEFORE = 0.3
 #: The handouts' nodes send ten commands a second. A node sleeps if after each command that moves
-#: the robot, at least SLOW_STEPS of them, more than SLOWEST [s] pass, and less than QUICKEST_PERSON,
-#: all within the factor EVEN.
+#: the robot, at least SLOW_STEPS of them, more than SLOWEST [s] pass, and less than
+#: QUICKEST_PERSON, all within the factor EVEN.
 SLOW_STEPS, SLOWEST, QUICKEST_PERSON, EVEN = 4, 0.45, 6.0, 1.15
 #: A letter is answered by a turn within this time [s].
 ANSWERED_BY = 1.2

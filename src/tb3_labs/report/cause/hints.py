@@ -74,7 +74,8 @@ HINTS = {
         'limits make of it?', TURNS_STEP, 6, 'TODO 7',
         'ang_z after r: it is 0.5 or more'),
     (TURN, 'heading_kept'): Hint(
-        'turns by a heading that hardly changes', HEARD, TURNS_STEP, 4, 'the subscriber, and TODO 6',
+        'turns by a heading that hardly changes', HEARD, TURNS_STEP, 4,
+        'the subscriber, and TODO 6',
         BY_HAND + 'it stays since nothing is heard, or follows late since a callback sleeps'),
     (TURN, 'swapped'): Hint(
         'turns right for l, and left for r', 'The heading is 100. Which goal has l, if the heading '
@@ -83,7 +84,8 @@ HINTS = {
     (TURN, 'quaternion_order'): Hint(
         'reads the numbers of the quaternion in another order', PRINT_YAW, TURNS_STEP, 4, 'TODO 6',
         BY_HAND + 'it falls, or stays although the node hears the IMU'),
-    (TURN, 'radians'): Hint('mixes radians and degrees', PRINT_YAW, TURNS_STEP, 4, 'TODO 6',
+    (TURN, 'radians'): Hint(
+        'mixes radians and degrees', PRINT_YAW, TURNS_STEP, 4, 'TODO 6',
         BY_HAND + 'it grows, but never beyond 6.3; or the goal is 1.57 from it'),
     (TURN, 'sign'): Hint(
         'takes the error with the wrong sign, and so turns away from its goal', 'The heading is '
@@ -111,7 +113,8 @@ HINTS = {
     (DRIVE, 'inverse_missing'): Hint(
         'rotates the displacement by R in place of its inverse', PUSH, POSE, 3, 'TODO 4',
         PUSHED + 'local_x is -0.5'),
-    (DRIVE, 'not_rotated'): Hint('does not rotate the displacement', PUSH, POSE, 3, 'TODO 4',
+    (DRIVE, 'not_rotated'): Hint(
+        'does not rotate the displacement', PUSH, POSE, 3, 'TODO 4',
         PUSHED + 'local_y is 0.5, local_x is 0'),
     (DRIVE, 'imu_rotates'): Hint(
         "rotates the displacement by the IMU's yaw", 'Compare the yaws of /imu and of /odom, while '
@@ -183,8 +186,8 @@ def said_by_node(run: RunData) -> str:
             words = text.strip().splitlines()[-1] + (' (line {})'.format(at[-1]) if at else '')
             errors.setdefault(words, []).append(float(time))
     parts = [SAID.format(escape('An exception came {}: {}.'.format(
-        'once' if len(times) == 1 else '{} times'.format(len(times)), words[:LONGEST_ERROR])), times[0])
-        for words, times in list(errors.items())[:MOST_ERRORS]]
+        'once' if len(times) == 1 else '{} times'.format(len(times)), words[:LONGEST_ERROR])),
+        times[0]) for words, times in list(errors.items())[:MOST_ERRORS]]
     todos = [(float(time), found.group()) for time, text in zip(log.time, log.texts)
              for found in [OPEN_TODO.match(text)] if found]
     if todos:
@@ -194,13 +197,13 @@ def said_by_node(run: RunData) -> str:
 
 
 def section(found: Diagnosis, run: Optional[RunData] = None) -> str:
-    """Returns the HTML of the hints; '' for a run that is right. `run`: if its goal is not known."""
+    """Returns the HTML of the hints; '' if the run is right. `run`: if its goal is not known."""
     if found.mistake == '':
         return ''
     goal = ''
     if run is not None and 'goals' in run.derived and found.lab == DRIVE:
-        goal = '<p>The goal was taken to be ({:g}, {:g}). If it was another one, give it by --goal.' \
-            '</p>\n'.format(run.goals.x[0], run.goals.y[0])
+        goal = '<p>The goal was taken to be ({:g}, {:g}). If it was another one, give it by ' \
+            '--goal.</p>\n'.format(run.goals.x[0], run.goals.y[0])
     if found.mistake is None:
         return SECTION.format('Not as in the handout', NONE_FITS + goal)
     evidence = ' '.join(map(escape, sentences(found)))

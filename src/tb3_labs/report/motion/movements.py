@@ -110,8 +110,8 @@ def programs(run: RunData, begin: float, end: float) -> List[str]:
 
 
 def parts_of(run: RunData, movement: Movement) -> List[Tuple[float, float]]:
-    """(begin, end) of the parts of a movement by hand: it goes forward in some, and turns on the spot
-    in others. A part that is shorter than SHORTEST_PART belongs to the part before it."""
+    """(begin, end) of the parts of a movement by hand: it goes forward in some, and turns on the
+    spot in others. A part that is shorter than SHORTEST_PART belongs to the part before it."""
     commands = run.commands.between(movement.begin, movement.end)
     commands = commands.take(moving(commands))
     is_ahead = np.abs(commands.linear) > NO_SPEED
@@ -140,8 +140,8 @@ def movements(run: RunData) -> List[Movement]:
 
 
 def cuts(run: RunData) -> np.ndarray:
-    """The times of resets, and of changes of control, in order [s]: they end a movement. A True does
-    not if it came within PAUSE after the movement's begin: the node heard it before the recorder."""
+    """The times of resets, and of changes of control, in order [s]: they end a movement. A True
+    does not if it came within PAUSE after the movement's begin: the node heard it first."""
     changes = np.flatnonzero(np.diff(run.control.value)) + 1
     times, given = run.control.time[changes], run.control.value[changes] == 1.0
     moves = run.commands.time[moving(run.commands)]

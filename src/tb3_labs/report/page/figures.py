@@ -19,7 +19,7 @@ try:
 finally:
     os.fchdir(_HERE)
     os.close(_HERE)
-from matplotlib.axes import Axes  # noqa: E402
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -90,7 +90,7 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
         looks: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
         name = '{}: {:+.0f} deg'.format(number + 1, math.degrees(turn.asked))
         left.plot(imu.time - turn.begin, np.degrees(remaining),
-              label=name if number < first + MOST_NAMES else None, **looks)
+                  label=name if number < first + MOST_NAMES else None, **looks)
         rate.plot(imu.time - turn.begin, sign * imu.yaw_rate, **looks)
         commands = run.commands.between(turn.begin - SHOWN_BEFORE, until)
         rate.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
@@ -147,7 +147,8 @@ def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
 def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
     """Draw a line with blanks at jumps of the poses, such as a reset of the odometry."""
     if len(poses):
-        axes.plot(*(np.insert(column, poses.leaps, np.nan) for column in (poses.x, poses.y)), **looks)
+        axes.plot(*(np.insert(column, poses.leaps, np.nan) for column in (poses.x, poses.y)),
+                  **looks)
 
 
 def _in_odom(run: RunData, frames: Sequence[Epoch], drive: DriveReport, goal: Pose2) -> Pose2:

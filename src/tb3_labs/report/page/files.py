@@ -36,9 +36,9 @@ NOTHING = 'No drives are listed: {}. The local frame is {}.'
 NO_COMMANDS = 'the recording holds neither goal_state nor commands; record /cmd_vel too'
 NO_DRIVE = 'neither goal_state nor the commands show one'
 #: Sentences: how turns and drives are distinguished from movements by hand.
-BY_CONTROL = ('Drives are found by the commands and ctrl_relinq. A movement while a node had control '
-              'is a drive; a turn alone is one only if it followed a reset or control at once, or was '
-              'cut off. All other movements are by hand, or by another program.')
+BY_CONTROL = ('Drives are found by the commands and ctrl_relinq. A movement while a node had '
+              'control is a drive; a turn alone is one only if it followed a reset or control at '
+              'once, or was cut off. All other movements are by hand, or by another program.')
 PAD_ALONE = ('A gamepad (joy) was recorded, but it never gave control (ctrl_relinq): all movements '
              'count as by hand.')
 WITH_MOUSE = ('Turns are found by the commands. A turn begins and ends at rest, without forward '

@@ -33,7 +33,8 @@ section { break-inside: avoid; } .next { break-before: page; }
 @media screen {
   body { padding: 0 12px; max-width: 1156px; } p, details { max-width: 48em; }
   pre { white-space: pre-wrap; overflow-wrap: anywhere; }
-  table { max-width: 760px; } figure { text-align: left; } figure img { max-width: min(100%, 760px); }
+  table { max-width: 760px; } figure { text-align: left; }
+  figure img { max-width: min(100%, 760px); }
 }
 @media print { body { margin: 0; } figure img { max-height: 84mm; } }'''
 #: On a narrow screen a row is a paragraph, so that no column is cut off.
