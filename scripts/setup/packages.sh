@@ -16,14 +16,14 @@ name_packages() {
   if [ -n "$ros" ]; then
     run_packages=(make g++ python3-venv python3-numpy python3-setuptools)
     for p in ros-core actionlib diagnostic-updater dynamic-reconfigure move-base-msgs robot-state-publisher rostest std-srvs tf tf2-geometry-msgs tf2-msgs tf2-ros; do run_packages+=("ros-noetic-$p"); done
-    test_packages=(python3-pytest python3-hypothesis python3-mypy catkin-lint xvfb xdotool)
+    test_packages=(python3-pytest python3-hypothesis python3-flake8 python3-mypy catkin-lint xvfb xdotool)
   else
     run_packages=(make g++ python3-venv python3-numpy python3-setuptools catkin rosbash ros-core ros-environment
       ros-message-generation libgeometry-msgs-dev ros-std-msgs ros-geometry-msgs ros-robot-state-publisher
       python3-rospy python3-rosbag python3-rosnode python3-rostest python3-actionlib python3-tf2-ros python3-tf python3-tf2-geometry-msgs python3-std-srvs python3-diagnostic-updater python3-dynamic-reconfigure
       libdynamic-reconfigure-config-init-mutex-dev)    # rosrun dynamic_reconfigure wants its package.xml
     for p in actionlib diagnostic geometry move-base nav rosgraph sensor std tf2 visualization; do run_packages+=("python3-$p-msgs"); done
-    test_packages=(python3-pytest python3-hypothesis python3-mypy librostest-dev catkin-lint xvfb xdotool)
+    test_packages=(python3-pytest python3-hypothesis python3-flake8 python3-mypy librostest-dev catkin-lint xvfb xdotool)
   fi
   test_packages+=("${late_packages[@]}")
   run_packages+=(python3-paramiko)    # roslaunch reaches the robot by it, but only recommends it

@@ -1,8 +1,11 @@
 """The rooms of the package: imports only go down, and every room states its purpose."""
 import ast
+import importlib.util
 import os
 import pathlib
 import re
+import subprocess
+import sys
 from collections import defaultdict
 from functools import lru_cache
 
@@ -147,6 +150,25 @@ def test_one_file_alone_touches_the_private_parts_of_rospy():
     files = [path for path in [*SOURCES.rglob('*.py'), *(ROOT / 'scripts').rglob('*.py')]
              if 'marking' not in path.parts]
     assert {path.name for path in files if list(private_parts(tree_of(path)))} == {INTERNALS}
+
+
+# ----- the form of the lines -----
+
+@pytest.mark.skipif(importlib.util.find_spec('flake8') is None,
+                    reason='flake8 is not installed (TB3_LABS_TESTS=1 ./scripts/setup.sh installs it)')
+def test_flake8_finds_nothing():
+    """.flake8 has its settings, and the reason of each exception."""
+    result = subprocess.run(
+        [sys.executable, '-m', 'flake8', 'src', 'scripts', 'launch', 'doc', 'test', 'setup.py'],
+        cwd=str(ROOT), timeout=600.0, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        universal_newlines=True, check=False)
+    assert (result.stdout, result.returncode) == ('', 0)
+
+
+def test_a_line_of_a_test_has_at_most_120_characters():
+    """wrong_nodes.py has a table of whole lines of nodes."""
+    assert [(path.name, line) for path in (ROOT / 'test').rglob('*.py') if path.name != 'wrong_nodes.py'
+            for line in path.read_text(encoding='utf-8').splitlines() if len(line) > 120] == []
 
 
 # ----- what must be read for one node -----
