@@ -1,7 +1,7 @@
 """The door of samples: each sample of a sensor is timed here, once.
 
-`Door.hear` measures the silence before a sample and reads the sender's clock; a :class:`Heard` carries
-all that later rooms ask. SensorWatch looks at the same sources while nothing is heard.
+`Door.hear` measures the silence before a sample and reads the sender's clock; a :class:`Heard`
+carries all that later rooms ask. SensorWatch looks at the same sources while nothing is heard.
 
 Header stamps show intervals well, but come from the robot's clock, which may be a second off, step,
 or stand at zero. Arrivals are on the receiver's clock, but a network delays messages. So samples

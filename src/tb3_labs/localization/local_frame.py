@@ -18,6 +18,8 @@ from dataclasses import dataclass
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
+
+
 @dataclass(frozen=True)
 class LocalFrame:
     """The pose of ``local`` in ``odom``, and the IMU's yaw along the x axis of ``local``."""

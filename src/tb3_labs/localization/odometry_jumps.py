@@ -12,8 +12,8 @@ There are three kinds of jumps:
   the robot is assumed to stand where it was, turned as the IMU says. If the IMU jumps as well,
   the pose is lost.
 
-Frames: with a jump, the frame ``odom`` itself moves. The *shift* is the pose of the old frame in the
-new one: whatever is known in ``odom`` is to be shifted. Units: metres, radians, seconds.
+Frames: with a jump, the frame ``odom`` itself moves. The *shift* is the pose of the old frame in
+the new one: whatever is known in ``odom`` is to be shifted. Units: metres, radians, seconds.
 Source: OpenCR firmware 1.2.6 (see :mod:`tb3_labs.simulation.firmware`): its `reset` takes 2.6 s,
 then the odometry's yaw begins at the IMU's turn of that time. A recording of a real Burger shows a
 displacement of 7.3 mm backwards at the crossing.
@@ -57,8 +57,8 @@ STOPPING_TIME = 0.5
 #: The odometry contradicts the wheels if it runs on for this long while they stand [s].
 CONTRADICTS = 0.5
 #: The contradiction in words.
-SERVOS_SILENT = ("the odometry runs on but the wheels stand: the servos do not answer (battery empty? "
-                 "a cable out?); switch the robot off and on")
+SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '
+                 'empty? a cable out?); switch the robot off and on')
 
 
 class Jump(NamedTuple):

@@ -45,8 +45,8 @@ def to_pose2(pose):
 
 
 def to_asked_pose(header, pose):
-    """The AskedPose of a geometry_msgs/Pose in the frame of `header`. A frame may be named with this
-    node's namespace, or without it. Raises ``ValueError`` for other frames."""
+    """The AskedPose of a geometry_msgs/Pose in the frame of `header`. A frame may be named with
+    this node's namespace, or without it. Raises ``ValueError`` for other frames."""
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM, frame(ODOM))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):

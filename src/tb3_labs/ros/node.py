@@ -181,8 +181,8 @@ class Interrupted(BaseException):
 
 
 def take_signals():
-    """From now on the first signal of END_SIGNALS raises Interrupted in the main thread; also SIGINT
-    in a script's background job, whose shell lets it be ignored. Only nohup's SIGHUP stays so."""
+    """The first signal of END_SIGNALS now raises Interrupted in the main thread; also SIGINT in a
+    script's background job, whose shell lets it be ignored. Only nohup's SIGHUP stays so."""
     for number in END_SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)

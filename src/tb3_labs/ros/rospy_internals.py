@@ -23,8 +23,8 @@ def connection_of(message):
 
 
 def sender_of(header):
-    """The name of the sender with this header of a connection; '' without one. It may be a stranger's
-    text, so it is short, and without effect on a terminal."""
+    """The name of the sender with this header of a connection; '' without one. It may be a
+    stranger's text, so it is short, and without effect on a terminal."""
     return ''.join(letter for letter in header.get('callerid', '') if letter.isprintable())[:100]
 
 

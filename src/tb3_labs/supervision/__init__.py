@@ -7,7 +7,8 @@
    (`lost_or_stalled`).
 5. *A stop reaches hands*: sticks (`holder`) and mouse (nodes/controller) count again once they
    were in their middle, a page once it is gripped anew (`page_grip`).
-6. *A cancel* ends the goal that it means, and a goal that is repeated stays ended (`goal_requests`).
+6. *A cancel* ends the goal that it means, and a goal that is repeated stays ended
+   (`goal_requests`).
 7. *Used is used up*: the start that reads `~has_control` deletes it (nodes/move_to_goal).
 
 `driver` and `holder` have the tables of who drives and who holds the robot. `freshness` shows the

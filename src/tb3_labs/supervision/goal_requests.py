@@ -11,7 +11,7 @@ goal again within `SENDER_PAUSE`, unchanged but for its stamp. The rules:
   does the wait for sensors.
 
 Units: seconds on a clock that never stands still and never goes back (`now`). Edge cases: a sender
-is not silent while this process sleeps; a link that holds up a sender for `SENDER_PAUSE` is a pause.
+is not silent while this process sleeps; a link that holds one up for `SENDER_PAUSE` is a pause.
 """
 import math
 from typing import Any, Dict, NamedTuple, Optional

@@ -1,5 +1,5 @@
-"""Goals of move_to_goal: the `move2goal` action. A goal on `move_base_simple/goal` becomes a goal of
-this action, as in move_base.
+"""Goals of move_to_goal: the `move2goal` action. A goal on `move_base_simple/goal` becomes a goal
+of this action, as in move_base.
 """
 import rospy
 from actionlib import ActionServer
@@ -74,7 +74,8 @@ class GoalInterfaces(ActionServer):
         guarded(self._on_cancel)(goal_id)
 
     def _on_simple_goal(self, message):
-        self._hear(MoveBaseActionGoal(goal=MoveBaseGoal(message)), sender_of(connection_of(message)))
+        self._hear(
+            MoveBaseActionGoal(goal=MoveBaseGoal(message)), sender_of(connection_of(message)))
 
     def _on_action_goal(self, goal):
         self._hear(goal, sender_of(connection_of(goal)))

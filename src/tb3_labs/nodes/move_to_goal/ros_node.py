@@ -100,7 +100,7 @@ class MoveToGoalNode:
             self._goals.feedback(output.fix, self._display.frame)
 
     def _carry_out(self, output, now, shows):
-        """Carry out a DriveOutput of the core, but for its end; `shows`: publish a new status, too."""
+        """Carry out a DriveOutput of the core, but for its end; `shows`: publish a status, too."""
         if output.stops_first:
             self._cmd_vel.stop()
         if output.command is not None:
