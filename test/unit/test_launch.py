@@ -146,7 +146,8 @@ def test_what_rviz_draws_is_published_and_what_it_sends_is_heard():
     assert {'odom', 'local_path', 'goal_marker', 'ground_truth', 'initialpose', 'move_base_simple/goal'} <= topics
     package = ROOT / 'src' / 'tb3_labs'
     code = ''.join(path.read_text(encoding='utf-8') for path in [
-        *(package / 'ros').glob('*.py'), package / 'simulation' / 'ros_fake_robot.py'])
+        *(package / 'ros').glob('*.py'), *(package / 'nodes').rglob('ros_*.py'),
+        package / 'simulation' / 'ros_fake_robot.py'])
     assert [topic for topic in topics if "'{}'".format(topic) not in code] == []
 
 
