@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from oracle import COMPARED, OVER, GoalOracle
 from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Sender, Turner, Turning
 from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.supervision.events import LATCHED_WITHIN
 
 #: Stories begin then; so a number above half of it is a time, and no other number is.
 BEGIN = 1e5
@@ -190,6 +191,10 @@ class Labs(World):
                 pad.send('others', 'on_taken')
 
     def student(self, word):
+        """Nothing tells the first word of all from a latched one in the moment of a start."""
+        is_first = self.senders['student'].word is None
+        if is_first and self.now - self.mover.born_at < LATCHED_WITHIN:
+            return NOTHING
         self.tell('student', word, self.now)
 
     def by_terminal(self, word, is_new, name='terminal'):
@@ -444,7 +449,8 @@ class MouseAndTurns(World):
         self.repeats = not self.repeats
         if self.repeats:
             self.nodes[0].forget_script()
-            self.nodes[0].send('script', 'on_turn', self.now, 'script')
+            for at in (self.now, None):     # a repetition is known by its second message
+                self.nodes[0].send('script', 'on_turn', at, 'script')
 
     def set(self, name, what, value):
         if self.hands[name][what] == value:

@@ -60,8 +60,9 @@ class Repetitions:
     def __init__(self) -> None:
         self._requests: Dict[str, _Request] = {}    # by sender
 
-    def count(self, event: Event) -> int:
-        """The number of doubtful requests up to this one; 0 if it counts."""
+    def count(self, event: Event, is_waking: bool = False) -> int:
+        """The number of doubtful requests up to this one; 0 if it counts. `is_waking`: it may be
+        older than a sleep of this process, and so may be what goes on with it."""
         last = self._requests.get(event.sender)
         if last is None or last.what != event.what or event.at - last.at > REPEATS_WITHIN:
             last = self._requests[event.sender] = _Request(event.what)
@@ -70,6 +71,7 @@ class Repetitions:
         last.at = event.at
         last.is_doubted = last.is_doubted or event.age.is_doubtful
         last.doubts += last.is_doubted
+        last.is_doubted = last.is_doubted or is_waking
         return last.doubts
 
     def stop(self) -> None:

@@ -98,7 +98,7 @@ class ControllerCore:
         """Turn by an angle [deg], as another node asks, see :meth:`ask`; not if it only repeats
         what it asked before this node could hear it, or before a stop."""
         self.update(turn.at)
-        doubts = self._repetitions.count(turn)
+        doubts = self._repetitions.count(turn, self._sleep.is_waking)
         if not doubts:
             self._try(turn, now)
         elif doubts == 1:
