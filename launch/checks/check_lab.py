@@ -31,9 +31,9 @@ from roslib.packages import find_node
 from tb3_labs.command_line import write_output
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
 from tb3_labs.marking.trial.evidence import remarks_on
-from tb3_labs.marking.feedback import hint_in_a_line
 from tb3_labs.marking.labs.gamepad import HANDOUT, pad_called
 from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
+from tb3_labs.marking.shown_run import hint_in_a_line, shown
 from tb3_labs.marking.trial.ros_stage import try_out
 from tb3_labs.marking.intake.workspace import Launch
 
@@ -68,9 +68,13 @@ def marked():
         if record:
             write_output(record, observation.to_json())
     observation = try_out(name, package, executable, parts, keep, pad, tell)
-    verdicts = [] if of_a_class() else judge(lab.criteria, observation, worth, parts)
+    verdicts = judge(lab.criteria, observation, worth, parts)
     remarks = remarks_on(observation) + [observation.unfair] * bool(observation.unfair)
-    return Marks('', observation.node, verdicts, remarks, observation)
+    marks = Marks('', observation.node, verdicts, remarks, observation)
+    if record:
+        observation.shown = shown(marks)
+        keep(observation)
+    return marks
 
 
 def tell(line):
@@ -198,7 +202,7 @@ def main():
     except (OSError, ValueError) as problem:
         tell('check_lab.py: nothing was judged: {}'.format(problem))
         return report([Check('test_runs', 'nothing was judged: {}'.format(problem))])
-    if not marks.verdicts:
+    if of_a_class():
         return report([])
     hint = hint_in_a_line(marks)
     for line in lines_of(marks.graded) + marks.remarks + [hint] * bool(hint) + [total(marks)]:

@@ -219,7 +219,7 @@ def told(folder, lab, name):
     """(points lost, the first sentence, the hint, all remarks) of the check."""
     from tb3_labs.marking.labs.criteria import Outcome, judge
     from tb3_labs.marking.trial.evidence import remarks_on
-    from tb3_labs.marking.feedback import hint_in_a_line
+    from tb3_labs.marking.shown_run import hint_in_a_line
     from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
     from tb3_labs.marking.trial.observation import Observation
     seen = Observation.from_json((folder / lab / 'marks' / 'logs' / (name + '.json')).read_text())

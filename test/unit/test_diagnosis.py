@@ -16,7 +16,7 @@ from student_runs import played, text_of, turn_scene
 from test_marking import turned as robot_that_turned
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs.criteria import Outcome, Verdict
-from tb3_labs.marking.feedback import diagnosis
+from tb3_labs.marking.shown_run import as_run, diagnosis
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, Observation, Run, Stimulus)
@@ -211,7 +211,7 @@ def test_a_mark_and_a_report_say_the_same_also_of_partial_mends(mistake):
     node = mistaken_node('drive', mistake, source) if mistake else right_node('drive', source)
     run = played(node.text, scene_of(node, source), 5)
     found, seen = diagnose(completed(run)), as_marked(run)
-    marked = diagnose(Observation.from_json(seen.to_json()).run())
+    marked = diagnose(as_run(Observation.from_json(seen.to_json())))
     assert marked.mistake == found.mistake
     assert is_same(mistake.split('/')[0], found.mistake)
     if mistake and found.ghost.length:      # in the robot's odom
@@ -222,15 +222,15 @@ def test_a_node_that_never_heard_a_sensor_is_not_diagnosed():
     seen = robot_that_turned(200.0)
     criterion = SimpleNamespace(extra=False)
     marks = Marks('', '', [Verdict(criterion, Outcome.MISSED, 'it turned', 1.0)], observation=seen)
-    assert diagnosis(seen.run(), marks) != Diagnosis('')
+    assert diagnosis(as_run(seen), marks) != Diagnosis('')
     seen.runs[0].unheard = ['/imu_data']
-    assert diagnosis(seen.run(), marks) == Diagnosis('')
+    assert diagnosis(as_run(seen), marks) == Diagnosis('')
     assert seen.deaf == 'it listens to /imu_data, which nobody publishes'
 
 
 @pytest.mark.parametrize('name, asked', [('l', True), ('x', False)])
 def test_a_mark_is_diagnosed_by_the_turns_that_were_asked_for(name, asked):
-    assert (diagnose(robot_that_turned(45.0, name).run()).mistake != '') is asked
+    assert (diagnose(as_run(robot_that_turned(45.0, name))).mistake != '') is asked
 
 
 @pytest.mark.parametrize('degrees, letter, mistake', [
@@ -238,4 +238,4 @@ def test_a_mark_is_diagnosed_by_the_turns_that_were_asked_for(name, asked):
 def test_a_mark_knows_the_letters(degrees, letter, mistake):
     seen = robot_that_turned(degrees, letter)
     seen.commands[1:1] = [[k / 10.0, *seen.commands[0][1:]] for k in range(2, 19)]
-    assert diagnose(seen.run()).mistake == mistake
+    assert diagnose(as_run(seen)).mistake == mistake

@@ -16,8 +16,9 @@ from tb3_labs.marking.labs import imu, move2goal, ros_move2goal, turn
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox, submissions
 from tb3_labs.marking.labs.criteria import Criterion, Place, judge
-from tb3_labs.marking.feedback import Table, feedback, moments, overview
+from tb3_labs.marking.feedback import Table, feedback, overview
 from tb3_labs.marking.marks import LABS, Marks, points_of
+from tb3_labs.marking.shown_run import moments, as_run, shown
 from tb3_labs.marking.trial.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.trial.processes import BoundedText
 from tb3_labs.marking.labs.gamepad import pad_called, pad_in_words
@@ -195,8 +196,10 @@ def test_bounded_text_keeps_head_and_tail(pieces):
 
 def marks_of(student, seen):
     worth = points_of('turn', TABLE)
-    return Marks(student, 'lab2/node.py', judge(turn.CRITERIA, seen, worth), ['A "remark", <b>.'],
-                 seen)
+    marks = Marks(student, 'lab2/node.py', judge(turn.CRITERIA, seen, worth), ['A "remark", <b>.'],
+                  seen)
+    seen.shown = shown(marks)
+    return marks
 
 
 class Strict(HTMLParser):
@@ -245,7 +248,7 @@ def test_a_criterion_that_is_not_met_leads_to_its_moment():
     seen = turned(81.0)
     seen.stimuli[0].begin = 0.4
     marks = marks_of('Bobby', seen)
-    lost = [mark for mark in moments(seen.run(), marks)['marks'] if mark['kind'] == 'lost']
+    lost = [mark for mark in moments(as_run(seen), marks)['marks'] if mark['kind'] == 'lost']
     assert lost and {mark['begin'] for mark in lost} == {0.4}
     assert '<a href="#t=0.4">Watch it</a>' in feedback(marks, 'IMU lab')
 
@@ -259,7 +262,7 @@ def test_the_timeline_of_a_mark_shows_heading_commands_stimuli_and_starts():
     seen = turned(90.0)
     seen.stimuli.append(stimulus('x', 1.0, 1.5))
     seen.runs.append(Run(1.5))
-    data = moments(seen.run(), Marks('', observation=seen))
+    data = moments(as_run(seen), Marks('', observation=seen))
     time, heading = numbers(data['heading'])
     true = np.array(seen.truth)
     assert np.interp(true[:, 0], time, heading) == pytest.approx(np.degrees(true[:, 3]), abs=0.2)
@@ -281,7 +284,7 @@ def test_the_drives_of_a_mark_are_in_their_local_frames():
                  stimulus('none', 0.6, 0.7),
                  stimulus('second', 1.6, 1.9, facts={'goal': [4.0, 5.0, 0.0],
                                                      'local_T_world': frames[1]})])
-    data = moments(seen.run(), Marks('', observation=seen))
+    data = moments(as_run(seen), Marks('', observation=seen))
     time, x, y, yaw = numbers(data['local'])
     assert time == pytest.approx([0.0, 0.2, 0.4, 1.6, 1.8])
     assert x == pytest.approx([0.0, 0.1, 0.2, 0.0, 0.2], abs=0.002)

@@ -21,7 +21,7 @@ from recorded_run import (  # noqa: F401
 from tb3_labs.command_line import write_output
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag.ros_bag import read_run
-from tb3_labs.report.page.tables import number, table
+from tb3_labs.report.page.document import number, table
 from tb3_labs.report.run_data import LEAP, Commands, ImuSamples, OdometrySamples, Poses, States
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')

@@ -1,7 +1,6 @@
 """Feedback: a page and a results.json for each student, an overview and a table of the class.
 
-A page needs no other file. It shows an observation in the report's timeline: the robot, the
-commands, the stimuli of the node, and the moments of criteria that were not met.
+A page needs no other file. The check has made its timeline, see shown_run.py.
 
 Gradescope reads results.json. In it each test has a score; the whole score is their sum. Nothing is
 shown before the instructor publishes the grades.
@@ -22,13 +21,8 @@ from urllib.parse import quote
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks
 from tb3_labs.marking.trial.evidence import tracebacks_before_the_end
-from tb3_labs.marking.trial.observation import GOAL_POSE, NotSeen, Observation
-from tb3_labs.report.cause import hints
-from tb3_labs.report.cause.diagnosis import Diagnosis, diagnose
-from tb3_labs.report.page.tables import Markup, document, safe, table
-from tb3_labs.report.page.timeline import mark, section, timeline
-from tb3_labs.report.run_data import RunData
-from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
+from tb3_labs.marking.trial.observation import NotSeen
+from tb3_labs.report.page.document import Markup, document, safe, table
 
 #: A page shows the last SHOWN_LINES lines of each run, each with at most LINE_LENGTH characters.
 SHOWN_LINES, LINE_LENGTH = 15, 300
@@ -68,31 +62,28 @@ def feedback(marks: Marks, lab: str) -> str:
         'Node: {}.'.format(marks.node) if marks.node else ''))]
     parts += ['<p>{}</p>'.format(escape(remark)) for remark in marks.sentences + list(
         filter(None, [own_hint(marks)]))]
+    shown = marks.observation.shown if marks.observation is not None else ''
     if marks.judged:
-        parts.append(_verdicts(marks.graded))
+        parts.append(_verdicts(marks.graded, bool(shown)))
     if marks.judged and marks.extra:
-        parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra)]
-    if marks.observation is not None and marks.observation.truth:
-        run = marks.observation.run()
-        found = diagnosis(run, marks)
-        parts += [section(moments(run, marks, found)), hints.section(found)]
+        parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra, bool(shown))]
     if marks.observation is not None:
-        parts += _printed(marks.observation)
+        parts += [shown] + _printed(marks.observation)
     return document('{}: {}'.format(lab, marks.student), parts, STUDENTS)
 
 
-def _verdicts(verdicts):
+def _verdicts(verdicts, has_timeline):
     sentences = [_sentence(verdict, verdict.seen != NOT_TRIED and verdict.seen in [
-        above.seen for above in verdicts[:number]])
+        above.seen for above in verdicts[:number]], has_timeline)
                  for number, verdict in enumerate(verdicts)]
     return table(['what is asked', '', 'points', SEEN], [
         [v.criterion.meaning, _mark(v), '{:g} / {:g}'.format(v.points, v.worth), sentence]
         for v, sentence in zip(verdicts, sentences)], words=(SEEN,))
 
 
-def _sentence(verdict, is_repeated):
+def _sentence(verdict, is_repeated, has_timeline):
     said = replace(verdict, seen='the same').sentence if is_repeated else verdict.sentence
-    if verdict.moment is None or verdict.outcome is not Outcome.MISSED:
+    if not has_timeline or verdict.moment is None or verdict.outcome is not Outcome.MISSED:
         return said
     return Markup('{} <a href="#t={:.1f}">Watch it</a>'.format(escape(said), verdict.moment))
 
@@ -113,6 +104,18 @@ def _printed(observation):
             number, len(observation.runs), '' if run.ready is not None else ', never ready',
             escape('\n'.join(line[:LINE_LENGTH] for line in lines[-SHOWN_LINES:])) or '(nothing)'))
     return parts
+
+
+def own_hint(marks: Marks) -> str:
+    """The sentence of the lab on the mistake of a node that lost points; '' if it has none."""
+    seen = marks.observation
+    lost = any(verdict.outcome is Outcome.MISSED for verdict in marks.graded)
+    if not lost or seen is None or seen.lab not in LABS or tracebacks_before_the_end(seen):
+        return ''       # an exception is the mistake
+    try:
+        return LABS[seen.lab].hint(seen)
+    except NotSeen:
+        return ''
 
 
 def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
@@ -169,50 +172,6 @@ def results(marks: Marks) -> Dict[str, Any]:
         } for number, verdict in enumerate(marks.graded + marks.extra, 1)],
         'extra_data': {'student': marks.student},
     }
-
-
-# -- the timeline, and the diagnosis
-
-def moments(run: RunData, marks: Marks, found: Diagnosis = Diagnosis('')) -> Dict[str, Any]:
-    """The timeline's data of a run, the observation of these marks, and its diagnosis."""
-    seen = marks.observation or Observation('', '')
-    shown = [mark('drive' if GOAL_POSE in stimulus.facts else 'hand', stimulus.begin, stimulus.name,
-                  stimulus.end) for stimulus in seen.stimuli]
-    shown += [mark('hand', begin, "the check's own movement of the robot", end)
-              for begin, end in seen.own_moves]
-    shown += [mark('start', start.begin, 'the node is started') for start in seen.runs]
-    shown += [mark('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
-              for verdict in marks.verdicts
-              if verdict.outcome is Outcome.MISSED and verdict.moment is not None]
-    return timeline(run, MODELS[DEFAULT_MODEL], shown, found.asked, found.ghost)
-
-
-def diagnosis(run: RunData, marks: Marks) -> Diagnosis:
-    """Returns the Diagnosis of a run, the observation of these marks, if a criterion was missed. A
-    node that never heard a sensor has none: its remark says which."""
-    is_missed = any(verdict.outcome is Outcome.MISSED for verdict in marks.verdicts)
-    if not is_missed or marks.observation is None or marks.observation.deaf or (
-            own_hint(marks) or tracebacks_before_the_end(marks.observation)):
-        return Diagnosis('')
-    return diagnose(run)
-
-
-def own_hint(marks: Marks) -> str:
-    """The sentence of the lab on the mistake of a node that lost points; '' if it has none."""
-    seen = marks.observation
-    lost = any(verdict.outcome is Outcome.MISSED for verdict in marks.graded)
-    if not lost or seen is None or seen.lab not in LABS or tracebacks_before_the_end(seen):
-        return ''       # an exception is the mistake
-    try:
-        return LABS[seen.lab].hint(seen)
-    except NotSeen:
-        return ''
-
-
-def hint_in_a_line(marks: Marks) -> str:
-    """The mistake of a node, by the lab or by the way in which the robot moved; '' if unknown."""
-    return own_hint(marks) or (hints.in_a_line(diagnosis(marks.observation.run(), marks))
-                               if marks.observation is not None else '')
 
 
 # -- the table

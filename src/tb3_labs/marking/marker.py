@@ -133,6 +133,8 @@ class Marker:
         if marks.observation.broken:
             raise NotJudged('The marker itself failed ({}); see {}.'.format(
                 marks.observation.broken, log))
+        marks.findings += ['Its page has no timeline; see {}.'.format(log)] * (
+            not marks.observation.shown)
 
     def _check(self, prepared, sandbox, work, log, record, identity):
         """Run the lab's check; False if the time was up.

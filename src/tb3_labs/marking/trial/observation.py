@@ -2,8 +2,7 @@
 
 Units: seconds since the observation began, m/s, rad/s, metres, radians. The yaw of the true poses
 is continuous over whole turns. The commands are those of the node that is judged; those of other
-nodes are left out. :meth:`Observation.run` is the same as a recorded run, for the report's
-diagnosis and timeline.
+nodes are left out.
 """
 import json
 import math
@@ -12,11 +11,7 @@ from typing import Any, Dict, List, Optional
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.trial.printed import counted, exceptions, last_words
-from tb3_labs.report.run_data import (
-    Commands, ImuSamples, LogLines, OdometrySamples, Poses, RunData, States, Values)
 
 #: The topics that the labs are about, as the handouts call them; all names are relative.
 IMU_TOPIC = 'imu'
@@ -132,6 +127,7 @@ class Observation:
     odd: List[List[Any]] = field(default_factory=list)
     drivers: List[str] = field(default_factory=list)    # programs that command the robot by turns
     own_moves: List[List[float]] = field(default_factory=list)   # [begin, end] of the marker's
+    shown: str = ''                                              # see shown_run.shown
 
     def to_json(self) -> str:
         """The observation as text."""
@@ -192,35 +188,6 @@ class Observation:
         topics = sorted({topic for run in self.runs for topic in run.unheard})
         return 'it listens to {}, which nobody publishes'.format(
             ' and '.join(topics)) if topics else ''
-
-    def run(self) -> RunData:
-        """Returns the observation as a recorded run. Its poses in ``local`` are the true ones; its
-        resets are the poses at which a drive began; its states are the names of the stimuli."""
-        true = Poses(*(np.array(self.truth, dtype=float).T[[0, 0, 1, 2, 3]]))
-        rows = self.sensed or [[*row, 0.0, row[3], 0.0] for row in self.truth]
-        time, x, y, yaw, speed, imu_yaw, rate = np.array(rows, dtype=float).T
-        commands = np.array(self.commands, dtype=float).reshape(-1, 3).T
-        drives = [stimulus for stimulus in self.stimuli if GOAL_POSE in stimulus.facts]
-        frames = [Pose2(*drive.facts[LOCAL_T_WORLD]) for drive in drives]
-        ends = [drive.begin for drive in drives[1:]] + [math.inf]
-        resets = [(drive.begin, frame @ true.at(drive.begin))
-                  for drive, frame in zip(drives, frames)]
-        return RunData(
-            self.node, 0.0, float(true.time[-1]), ImuSamples(time, time, wrap_all(imu_yaw), rate),
-            OdometrySamples(time, time, x, y, wrap_all(yaw), speed, rate),
-            Commands(commands[0], *commands), Poses.joined(
-                [true.between(drive.begin, end).seen_from(frame)
-                 for drive, end, frame in zip(drives, ends, frames)]) if drives else true, true,
-            goals=_rows(Poses, [[drive.begin, *drive.facts[GOAL_POSE]] for drive in drives]),
-            states=_rows(States, [[each.begin, each.name] for each in self.stimuli]),
-            resets=_rows(Poses, [[at, pose.x, pose.y, pose.yaw] for at, pose in resets]),
-            control=_rows(Values, [row for drive in drives for row in (
-                [drive.begin, 1.0], [drive.end, 0.0])]),
-            log=_rows(LogLines, self.log), derived=('states',),
-            starts=tuple(run.begin for run in self.runs),
-            letters=_rows(Values, [row for each in self.stimuli if ASKED_DEG in each.facts
-                                   for row in ([each.begin, np.sign(each.facts[ASKED_DEG])],
-                                               [each.end, 0.0])]))
 
     def has(self, name: str) -> bool:
         """Was there a stimulus of this name?"""
@@ -300,13 +267,6 @@ class Scene:
         """The distance between the places at which the robot truly was at its ends [m]."""
         return float(np.hypot(*(self.truth[-1, 1:3] - self.truth[0, 1:3]))) if len(
             self.truth) else 0.0
-
-
-def _rows(kind, rows):
-    """The Samples of these rows: time, and the other columns."""
-    columns = list(zip(*rows))
-    return kind(*(np.array(column, dtype=object if isinstance(column[0], str) else float)
-                  for column in columns[:1] + columns)) if rows else kind.none()
 
 
 def _between(rows, columns, begin, end):

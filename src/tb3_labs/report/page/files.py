@@ -21,7 +21,7 @@ from tb3_labs.report.motion.epochs import epochs
 from tb3_labs.report.motion.movements import FASTEST_BY_MOUSE, PAUSE
 from tb3_labs.report.motion.turns import TurnReport, turns
 from tb3_labs.report.page import figures, tables, timeline
-from tb3_labs.report.page.tables import degrees, number
+from tb3_labs.report.page.document import degrees, document, number
 from tb3_labs.report.run_data import Poses, RunData, yaw_offset
 from tb3_labs.robot.turtlebot3 import RobotModel
 
@@ -64,7 +64,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
     page = folder / 'report.html'
     shown = _figures(run, folder, turn, driven)
     found = diagnose(run)
-    write_output(page, tables.document('Run report: ' + name, [
+    write_output(page, document('Run report: ' + name, [
         *('<p>{}</p>'.format(escape(text)) for text in [
             *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]),
         hints.said_by_node(run), timeline.section(timeline.timeline(

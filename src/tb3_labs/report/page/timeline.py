@@ -21,7 +21,7 @@ from tb3_labs.report.motion.epochs import Epoch, epochs, local_in_odom
 from tb3_labs.report.motion.movements import Kind, movements, parts_of, programs
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.curves import curves, mark_line
-from tb3_labs.report.page.tables import degrees, number
+from tb3_labs.report.page.document import degrees, number
 from tb3_labs.report.run_data import GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 

@@ -1,0 +1,100 @@
+"""The run of a node that was tried: its timeline and its diagnosis, as a part of the node's page.
+
+The check makes this part, and keeps it in the observation: who reads marks needs no report.
+"""
+import math
+from typing import Any, Dict
+
+import numpy as np
+
+from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.feedback import own_hint
+from tb3_labs.marking.labs.criteria import Outcome
+from tb3_labs.marking.marks import Marks
+from tb3_labs.marking.trial.evidence import tracebacks_before_the_end
+from tb3_labs.marking.trial.observation import (
+    ASKED_DEG, GOAL_POSE, LOCAL_T_WORLD, Observation)
+from tb3_labs.report.cause import hints
+from tb3_labs.report.cause.diagnosis import Diagnosis, diagnose
+from tb3_labs.report.page.timeline import mark, section, timeline
+from tb3_labs.report.run_data import (
+    Commands, ImuSamples, LogLines, OdometrySamples, Poses, RunData, States, Values)
+from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
+
+
+def shown(marks: Marks) -> str:
+    """The part of a page, HTML; '' if the robot was not seen."""
+    if marks.observation is None or not marks.observation.truth:
+        return ''
+    run = as_run(marks.observation)
+    found = diagnosis(run, marks)
+    return '\n'.join([section(moments(run, marks, found)), hints.section(found)])
+
+
+def moments(run: RunData, marks: Marks, found: Diagnosis = Diagnosis('')) -> Dict[str, Any]:
+    """The timeline's data of a run, the observation of these marks, and its diagnosis: the robot,
+    the commands, the stimuli of the node, and the moments of criteria that were not met."""
+    seen = marks.observation or Observation('', '')
+    shown_marks = [mark('drive' if GOAL_POSE in stimulus.facts else 'hand', stimulus.begin,
+                        stimulus.name, stimulus.end) for stimulus in seen.stimuli]
+    shown_marks += [mark('hand', begin, "the check's own movement of the robot", end)
+                    for begin, end in seen.own_moves]
+    shown_marks += [mark('start', start.begin, 'the node is started') for start in seen.runs]
+    shown_marks += [mark('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
+                    for verdict in marks.verdicts
+                    if verdict.outcome is Outcome.MISSED and verdict.moment is not None]
+    return timeline(run, MODELS[DEFAULT_MODEL], shown_marks, found.asked, found.ghost)
+
+
+def diagnosis(run: RunData, marks: Marks) -> Diagnosis:
+    """Returns the Diagnosis of a run, the observation of these marks, if a criterion was missed. A
+    node that never heard a sensor has none: its remark says which."""
+    is_missed = any(verdict.outcome is Outcome.MISSED for verdict in marks.verdicts)
+    if not is_missed or marks.observation is None or marks.observation.deaf or (
+            own_hint(marks) or tracebacks_before_the_end(marks.observation)):
+        return Diagnosis('')
+    return diagnose(run)
+
+
+def hint_in_a_line(marks: Marks) -> str:
+    """The mistake of a node, by the lab or by the way in which the robot moved; '' if unknown."""
+    return own_hint(marks) or (hints.in_a_line(diagnosis(as_run(marks.observation), marks))
+                               if marks.observation is not None else '')
+
+
+def as_run(seen: Observation) -> RunData:
+    """Returns an observation as a recorded run. Its poses in ``local`` are the true ones; its
+    resets are the poses at which a drive began; its states are the names of the stimuli."""
+    true = Poses(*(np.array(seen.truth, dtype=float).T[[0, 0, 1, 2, 3]]))
+    rows = seen.sensed or [[*row, 0.0, row[3], 0.0] for row in seen.truth]
+    time, x, y, yaw, speed, imu_yaw, rate = np.array(rows, dtype=float).T
+    commands = np.array(seen.commands, dtype=float).reshape(-1, 3).T
+    drives = [stimulus for stimulus in seen.stimuli if GOAL_POSE in stimulus.facts]
+    frames = [Pose2(*drive.facts[LOCAL_T_WORLD]) for drive in drives]
+    ends = [drive.begin for drive in drives[1:]] + [math.inf]
+    resets = [(drive.begin, frame @ true.at(drive.begin))
+              for drive, frame in zip(drives, frames)]
+    return RunData(
+        seen.node, 0.0, float(true.time[-1]), ImuSamples(time, time, wrap_all(imu_yaw), rate),
+        OdometrySamples(time, time, x, y, wrap_all(yaw), speed, rate),
+        Commands(commands[0], *commands), Poses.joined(
+            [true.between(drive.begin, end).seen_from(frame)
+             for drive, end, frame in zip(drives, ends, frames)]) if drives else true, true,
+        goals=_rows(Poses, [[drive.begin, *drive.facts[GOAL_POSE]] for drive in drives]),
+        states=_rows(States, [[each.begin, each.name] for each in seen.stimuli]),
+        resets=_rows(Poses, [[at, pose.x, pose.y, pose.yaw] for at, pose in resets]),
+        control=_rows(Values, [row for drive in drives for row in (
+            [drive.begin, 1.0], [drive.end, 0.0])]),
+        log=_rows(LogLines, seen.log), derived=('states',),
+        starts=tuple(run.begin for run in seen.runs),
+        letters=_rows(Values, [row for each in seen.stimuli if ASKED_DEG in each.facts
+                               for row in ([each.begin, np.sign(each.facts[ASKED_DEG])],
+                                           [each.end, 0.0])]))
+
+
+def _rows(kind, rows):
+    """The Samples of these rows: time, and the other columns."""
+    columns = list(zip(*rows))
+    return kind(*(np.array(column, dtype=object if isinstance(column[0], str) else float)
+                  for column in columns[:1] + columns)) if rows else kind.none()
