@@ -6,9 +6,9 @@ import pytest
 pytest.importorskip('rospy')
 
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.news import News
 from tb3_labs.nodes.output import Output
 from tb3_labs.ros import gate
+from tb3_labs.supervision.events import News
 
 DRIVE, STOP = Twist2(0.1, 0.0), Twist2()
 

@@ -14,11 +14,11 @@ pytest.importorskip('rospy')    # the processes below need it
 
 from pages import SCRIPTS
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.news import News
 from tb3_labs.ros import cmd_vel, node, start
 from rospy.impl.registration import RegManager
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.rospy_internals import join_updates
+from tb3_labs.ros.rospy_internals import hear_others_alone, join_updates
+from tb3_labs.supervision.events import News
 
 BEGIN = '''
 import os, signal, threading, time
@@ -210,7 +210,10 @@ def test_an_answer_without_a_publisher_does_not_hide_one_of_its_topic_that_was_t
     manager = RegManager(None)
     join_updates(manager)
     one, two = ['http://robot:1/'], ['http://robot:2/', 'http://robot:3/']
-    for topic, given, kept in ('/odom', one, one), ('/odom', [], one), ('/imu', two, two):
+    hear_others_alone('/cmd_vel')
+    manager.uri = two[0]
+    for topic, given, kept in (('/odom', one, one), ('/odom', [], one), ('/imu', two, two),
+                               ('/cmd_vel', one + two, one + two[1:])):
         manager.publisher_update(topic, given)
         assert manager.updates[-1] == (topic, kept)
 

@@ -3,7 +3,7 @@ from dataclasses import dataclass
 from typing import Optional, Sequence
 
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.news import News
+from tb3_labs.supervision.events import News
 
 
 @dataclass(frozen=True)

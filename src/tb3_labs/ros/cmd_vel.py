@@ -19,7 +19,8 @@ from geometry_msgs.msg import Twist
 from tb3_labs.ros.clocks import LOOK_PERIOD, steady_time
 from tb3_labs.ros.conversions import to_twist
 from tb3_labs.ros.node import guarded, when_stopped
-from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
+from tb3_labs.ros.rospy_internals import (
+    connection_of, hear_others_alone, is_wall_time, sender_of)
 from tb3_labs.ros.topics import subscribe
 
 #: A smaller speed turns no motor [m/s], [rad/s]: their steps are eight times as large. The firmware
@@ -36,8 +37,6 @@ QUIET_TIME = 0.1
 CHECK_PERIOD = 0.02
 #: A node that does not drive looks at the clock with this period, so that it notices a sleep [s].
 IDLE_PERIOD = 0.1
-#: A node hears its own commands, too. It reads them once in this time [s].
-OWN_PERIOD = 0.3
 #: Time between two reports [s, wall clock].
 REPORT_PERIOD = 1.0
 
@@ -167,14 +166,8 @@ class Watchdog:
 
 def hear_other_drivers(heard):
     """Call ``heard(sender, Twist)`` with each command that another node gives the robot."""
-    def hear(message):
-        sender = sender_of(connection_of(message))
-        if sender == rospy.get_name():
-            time.sleep(OWN_PERIOD)    # in the thread of that connection, which drops the others
-        else:
-            heard(sender, message)
-
-    subscribe('cmd_vel', Twist, hear)
+    subscribe(hear_others_alone('cmd_vel'), Twist,
+              lambda message: heard(sender_of(connection_of(message)), message))
 
 
 class Diagnostics:

@@ -80,6 +80,17 @@ def publish_together(publisher, messages):
         topic.release()
 
 
+_others_alone = set()    # names of topics; see hear_others_alone
+
+
+def hear_others_alone(topic):
+    """Returns the full name of `topic`, on which this node does not hear itself from now on; to be
+    called before it subscribes. Its own commands would come back to it 30 times a second."""
+    name = rospy.resolve_name(topic)
+    _others_alone.add(name)
+    return name
+
+
 def hear_all_publishers():
     """Make subscribers find publishers that register just after them; to be called after
     init_node().
@@ -97,12 +108,14 @@ def hear_all_publishers():
 
 
 def join_updates(manager):
-    """Make a RegManager join the lists of publishers that wait. rospy drops all but the last."""
+    """Make a RegManager join the lists of publishers that wait. rospy drops all but the last. This
+    node is not in them if it hears others alone."""
     update = manager.publisher_update
 
     def joined(name, addresses):
         with manager.cond:
-            update(name, sorted(set(addresses).union(
-                *(others for topic, others in manager.updates if topic == name))))
+            together = set(addresses).union(
+                *(others for topic, others in manager.updates if topic == name))
+            update(name, sorted(together - {name in _others_alone and manager.uri}))
 
     manager.publisher_update = joined

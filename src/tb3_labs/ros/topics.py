@@ -10,7 +10,7 @@ import time
 import rosgraph
 import rospy
 
-from tb3_labs.ros.clocks import Complaints, steady_time
+from tb3_labs.ros.clocks import Complaints, ros_time, steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
 from tb3_labs.supervision.events import Age, Connection, Event, Origins
@@ -45,7 +45,7 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
             return
         callback(value)
         if in_rhythm:
-            time.sleep(idle_for(rospy.get_time()))
+            time.sleep(idle_for(ros_time()))
 
     return rospy.Subscriber(topic, kind, guarded(handle), queue_size=queue_size,
                             buff_size=65536, tcp_nodelay=True)

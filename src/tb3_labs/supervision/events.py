@@ -1,4 +1,5 @@
-"""What may be the act of a person: a True, a False, a turn. One Event for each message.
+"""What may be the act of a person: a True, a False, a turn. One Event for each message. And what a
+person is told of it: News.
 
 The door makes the Event when the message arrives, and the rules read its fields. Only a request
 that makes the robot move is ever doubted. A stop counts however it arrives.
@@ -13,7 +14,7 @@ Units: seconds on a clock that never stands still and never goes back (`at`).
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import Dict, Generic, Iterable, NamedTuple, TypeVar
+from typing import Dict, Generic, Iterable, List, NamedTuple, TypeVar
 
 #: A sender that repeats a message does so within this time [s].
 REPEATS_WITHIN = 2.0
@@ -123,3 +124,26 @@ class Origins:
         if now - way.since < REPEATS_WITHIN:
             return Age.REPEATED
         return Age.RESTARTED if is_restarted else Age.NEW
+
+
+class News(NamedTuple):
+    """A line of a core for its user; `warning`: something went otherwise than asked for."""
+
+    text: str
+    warning: bool
+
+
+class NewsDesk:
+    """Collects News until they are taken."""
+
+    def __init__(self) -> None:
+        self._waiting: List[News] = []
+
+    def tell(self, text: str, warning: bool = False) -> None:
+        """Add a line."""
+        self._waiting.append(News(text, warning))
+
+    def take(self) -> List[News]:
+        """All News since the last call."""
+        news, self._waiting = self._waiting, []
+        return news

@@ -29,8 +29,7 @@ sender, or a delayed True, does not move the robot.
 import math
 from typing import Dict, List, Set
 
-from tb3_labs.news import News, NewsDesk
-from tb3_labs.supervision.events import Age, Event
+from tb3_labs.supervision.events import Age, Event, News, NewsDesk
 from tb3_labs.supervision.freshness import (
     CONFIRMATION, LAPSE, LONGEST_LAPSE, RENEWAL, RESUME_TIME, ROBOT_START, SleepWatch)
 

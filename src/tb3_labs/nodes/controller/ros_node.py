@@ -15,7 +15,7 @@ from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse_reader import MouseState
 from tb3_labs.nodes.controller.turns import TurnConfig, degrees_of, make_turn
-from tb3_labs.ros.clocks import steady_time, wait_until
+from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.cmd_vel import Diagnostics, values_of
 from tb3_labs.ros.conversions import to_mouse
 from tb3_labs.ros.gate import Gate
@@ -38,7 +38,7 @@ class ControllerNode:
         self._core = core = ControllerCore(self._law(config), GyroWatch(
             self._model, rospy.resolve_name('reset')))
         self._robot_wait = time.monotonic() + ROBOT_WAIT
-        self._gate = gate = Gate(lambda: core.tick(rospy.get_time(), steady_time()))
+        self._gate = gate = Gate(lambda: core.tick(ros_time(), steady_time()))
         rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
         self._sends_wheels = subscribe_wheels(lambda sample: gate.ask(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, core.imu,
@@ -61,10 +61,10 @@ class ControllerNode:
 
     def _on_imu(self, sample):
         self._gate.take_in(lambda: self._core.on_imu(
-            sample, rospy.get_time(), self._sends_wheels()))
+            sample, ros_time(), self._sends_wheels()))
 
     def _on_turn(self, turn):
-        self._gate.take_in(lambda: self._core.on_turn(turn, rospy.get_time()))
+        self._gate.take_in(lambda: self._core.on_turn(turn, ros_time()))
 
     def _on_line(self, line):
         if line.lower() == 'q':
@@ -78,11 +78,11 @@ class ControllerNode:
             return
         self._wait_for_robot()
         turn = Event(degrees, steady_time())
-        self._gate.take_in(lambda: self._core.on_typed(turn, rospy.get_time()))
+        self._gate.take_in(lambda: self._core.on_typed(turn, ros_time()))
 
     def _wait_for_robot(self):
         wait_until(
-            lambda: self._gate.cmd_vel.is_heard and self._core.imu.is_fresh(rospy.get_time()),
+            lambda: self._gate.cmd_vel.is_heard and self._core.imu.is_fresh(ros_time()),
             self._robot_wait - time.monotonic())
 
     @staticmethod
@@ -91,7 +91,7 @@ class ControllerNode:
                       '90", or drive by the mouse', rospy.resolve_name('turn'))
 
     def _diagnose(self):
-        core, now = self._core, rospy.get_time()
+        core, now = self._core, ros_time()
         return core.problem(now), dict(
             values_of(core.imu, now), **values_of(core.mouse.source, steady_time()),
             driver=core.driver.value, mouse='active' if core.mouse.active else 'not active')
