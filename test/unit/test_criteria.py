@@ -11,7 +11,7 @@ from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
 from tb3_labs.marking.trial.evidence import remarks_on
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
-from tb3_labs.marking.trial.ros_types import mouse_fields
+from tb3_labs.marking.labs.ros_turn import mouse_fields
 from tb3_labs.marking.labs.turn import EACH_TURN, MOUSE_PLACES
 
 #: A node that ends with a traceback, after it has said goodbye.
@@ -448,9 +448,7 @@ def test_an_observation_comes_back_from_its_file():
      ['Your c was taken for status.', 'Your a was taken for xPos.', 'Your b was taken for yPos.']),
 ])
 def test_fields_are_matched_by_name_else_by_type_and_position(names, types, fields, told):
-    found = mouse_fields(names, types)
-    assert (found.names, found.remarks) == (fields, told)
-    assert found.types == tuple(types[names.index(name)] for name in fields)
+    assert mouse_fields(list(zip(names, types))) == (list(fields), told)
 
 
 @pytest.mark.parametrize('names, types', [
@@ -458,7 +456,7 @@ def test_fields_are_matched_by_name_else_by_type_and_position(names, types, fiel
     (('status', 'xPos', 'yPos'), ('bool', 'int32', 'int32')), ((), ())])
 def test_a_message_without_a_flag_or_two_numbers_holds_no_mouse(names, types):
     with pytest.raises(ValueError, match='its message has no flag and two numbers, but'):
-        mouse_fields(names, types)
+        mouse_fields(list(zip(names, types)))
 
 
 # ----- what was seen in place of a movement -----

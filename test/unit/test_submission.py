@@ -1,5 +1,5 @@
-"""The node of a submission is found, repaired and built, as real students keep it; services of
-unknown types are filled and read."""
+"""The node of a submission is found, repaired and built, as real students keep it; resets are filled
+and read."""
 import math
 import os
 import resource
@@ -26,7 +26,7 @@ from tb3_labs.marking.marker import forget_overlays
 from tb3_labs.marking.intake.sandbox import NoSandbox
 from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare
 from tb3_labs.msg import MouseController
-from tb3_labs.srv import SetInitialPoseRequest
+from tb3_labs.srv import ResetPoseRequest, SetInitialPoseRequest
 
 TURN, PAD, LAB = NODES['turn'], NODES['gamepad'], NODES['move2goal']
 MANIFEST = '<package format="2"><name>{}</name></package>'
@@ -337,7 +337,7 @@ def test_the_skeletons_message_stands_in_for_a_package_that_was_not_handed_in(tm
                      'from lab2.msg import MouseController\nprint(MouseController().status.data)\n')
     ready, reading = ready_in(tmp_path, folder)
     assert output_of(ready) == 'False\n'
-    assert ready.types['sums'] == {'lab2/MouseController': MouseController._md5sum}
+    assert ready.types['msg']['lab2/MouseController']['sum'] == MouseController._md5sum
     assert ('The package lab2 was not handed in: the message MouseController of the skeleton stands in '
             'for its own.') in ready.remarks
     other = hand_in(tmp_path / 'eve', turtlebot_controller='from lab2.msg import Mouse\nMouse()\n')
@@ -373,7 +373,7 @@ def test_messages_that_cannot_be_read_are_told(tmp_path):
     folder = hand_in(tmp_path / 'lab1', **{'msg__M.msg': 'int32 x\n'})
     built = messages.build({'lab1': folder}, tmp_path / 'python', {}, remarks, Fails())
     assert remarks == ['The messages and services could not be built.']
-    assert built['fields'] == {}
+    assert built['msg'] == {}
 
 
 def test_a_node_has_its_packages_own_modules_and_of_two_packages_the_nearer(tmp_path):
@@ -512,20 +512,17 @@ def message(**fields):
 
 def test_a_standard_pose_is_filled():
     request = SetInitialPoseRequest()
-    assert fill_pose(request, POSE) == {'x', 'y', 'yaw', 'unit'}
+    assert fill_pose(request, POSE)
     pose = request.pose.pose.pose
     assert (pose.position.x, pose.position.y) == (1.0, -2.0)
     assert pose.orientation.z == pytest.approx(math.sqrt(0.5))
+    request = ResetPoseRequest()
+    assert fill_pose(request, POSE) and request == ResetPoseRequest(1.0, -2.0, pytest.approx(90.0))
 
 
-@pytest.mark.parametrize('fields, filled, yaw', [
-    (('x', 'y', 'theta'), {'x', 'y', 'yaw'}, math.pi / 2), (('pos_x', 'pos_y'), {'x', 'y'}, None),
-    (('x', 'y', 'heading_deg'), {'x', 'y', 'yaw', 'unit'}, 90.0), (('speed',), set(), 0.0)])
-def test_services_of_unknown_types_are_filled_by_the_names_of_their_fields(fields, filled, yaw):
-    request = message(**dict.fromkeys(fields, 0.0))
-    assert fill_pose(request, POSE) == filled
-    if 'yaw' in filled:
-        assert getattr(request, fields[-1]) == pytest.approx(yaw)
+def test_a_request_without_a_place_for_a_pose_stays():
+    request = message(x=0.0, y=0.0, theta=0.0)
+    assert not fill_pose(request, POSE) and (request.x, request.theta) == (0.0, 0.0)
 
 
 def test_a_request_that_declares_the_origin():

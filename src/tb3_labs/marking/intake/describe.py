@@ -1,31 +1,38 @@
-"""Makes modules of messages and services, and describes them: a program for a sandbox.
+"""Makes modules of messages and services, and an example of each: a program for a sandbox.
 
 genpy pastes names into Python code, and genmsg of Noetic evaluates constants. The program gets an
 object on its input: `search` has the system's packages and the folders of their messages;
 `definitions` has package, 'msg' or 'srv', name and text of each. It prints an object: "modules"
 (package, 'msg' or 'srv', name of the file, text), "problems" (file -> why it cannot be built),
-"fields" (type -> type and name of each), "sums" (type -> checksum, of messages and services).
+"msg" and "srv" (type -> example, see `example_of`).
 """
+import importlib
+import io
 import json
 import os
 import resource
+import struct
 import sys
 import tempfile
 
 import genmsg
-from genmsg.msg_loader import load_msg_from_file, load_srv_from_file
+import genpy
 from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
 #: The most that the program may use: memory [bytes], processor time [s].
 LIMITS = {resource.RLIMIT_AS: 10 ** 9, resource.RLIMIT_CPU: 20}
+#: An example has at most this many bytes.
+LONGEST_EXAMPLE = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
-LOADERS = {'msg': load_msg_from_file, 'srv': load_srv_from_file}
+#: The types of the fields that another program may fill in, and their bytes; of a header the stamp.
+FORMS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
+         'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 
 
 def describe(search, definitions):
     """Make the modules in the present folder. Returns the object that is printed."""
-    said = {'problems': {}, 'fields': {}, 'sums': {}, 'modules': []}
+    said = {'problems': {}, 'msg': {}, 'srv': {}, 'modules': []}
     paths = [os.path.join('in', package, kind, '{}.{}'.format(name, kind))
              for package, kind, name, _ in definitions]
     for path, (package, *_, text) in zip(paths, definitions):
@@ -34,14 +41,12 @@ def describe(search, definitions):
         with open(path, 'w', encoding='utf-8') as file:
             file.write(text)
     for path, (package, kind, name, _) in zip(paths, definitions):
-        full_name = '{}/{}'.format(package, name)
         target = os.path.join('out', package, kind)
         module = os.path.join(target, '_{}.py'.format(name))
         try:
-            GENERATORS[kind]().generate(genmsg.MsgContext.create_default(), full_name, path,
-                                        target, search)
-            fields, said['sums'][full_name] = _describe(path, kind, full_name, search)
-            said['fields'].update(fields)
+            GENERATORS[kind]().generate(
+                genmsg.MsgContext.create_default(), '{}/{}'.format(package, name), path, target,
+                search)
         except Exception as problem:    # any error: the other files may be valid
             said['problems'][os.path.relpath(path, 'in')] = str(problem).replace(
                 path + ': ', '') or repr(problem)
@@ -53,21 +58,61 @@ def describe(search, definitions):
         for name in names:
             with open(os.path.join(folder, name), encoding='utf-8') as file:
                 said['modules'].append(folder.split(os.sep)[1:] + [name, file.read()])
+    sys.path.insert(0, os.path.abspath('out'))
+    for package, kind, name, _ in definitions:
+        try:
+            said[kind]['{}/{}'.format(package, name)] = example_of(getattr(
+                importlib.import_module('{}.{}._{}'.format(package, kind, name)), name))
+        except Exception:   # any error: it was not built, or is too large
+            continue
     return said
 
 
-def _describe(path, kind, full_name, search):
-    """Returns the fields of a type and of all types in it, and the checksum of the type."""
-    context, fields = genmsg.MsgContext.create_default(), {}
-    spec = LOADERS[kind](context, path, full_name)
-    genmsg.load_depends(context, spec, search)
-    waiting = [spec] if kind == 'msg' else [spec.request, spec.response]
-    while waiting:
-        one = waiting.pop()
-        fields[one.full_name] = list(zip(one.types, one.names))
-        waiting += [context.get_registered(field.base_type) for field in one.parsed_fields()
-                    if (field.is_header or not field.is_builtin) and field.base_type not in fields]
-    return fields, genmsg.compute_md5(context, spec)
+def example_of(kind):
+    """The example of a class of messages or services: its checksum; of a message the bytes of a new
+    one, and name, type and place of each field (None if FORMS lacks its type); of a service the
+    bytes of a request with the pose (0, 0, 0), and of a response that tells success."""
+    if not hasattr(kind, '_request_class'):
+        data = _bytes_of(kind())
+        return {'sum': kind._md5sum, 'data': data.hex(), 'fields': [
+            [name, of, _place(kind(), name, of, data) if of in FORMS else None]
+            for name, of in zip(kind.__slots__, kind._slot_types)]}
+    request, response = kind._request_class(), kind._response_class()
+    _turn_upright(request)
+    for name, value in (('success', True), ('message', 'reset')):
+        if name in response.__slots__:
+            setattr(response, name, value)
+    return {'sum': kind._md5sum, 'request': _bytes_of(request).hex(),
+            'response': _bytes_of(response).hex()}
+
+
+def _bytes_of(message):
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    if buffer.tell() > LONGEST_EXAMPLE:
+        raise ValueError('it is too large')
+    return buffer.getvalue()
+
+
+def _place(message, name, of, before):
+    """The place of a field: the first byte that changes if all bytes of the field become 1."""
+    ones = struct.unpack(FORMS[of], b'\1' * struct.calcsize(FORMS[of]))
+    if of == 'std_msgs/Header':
+        message.header.stamp = genpy.Time(*ones)
+    elif '/' in of:
+        getattr(message, name).data = ones[0]
+    else:
+        setattr(message, name, ones[0])
+    return [one == other for one, other in zip(before, _bytes_of(message))].index(False)
+
+
+def _turn_upright(message):
+    """Make each quaternion in a message the rotation by 0."""
+    for name, of in zip(message.__slots__, message._slot_types):
+        if of == 'geometry_msgs/Quaternion':
+            getattr(message, name).w = 1.0
+        elif hasattr(getattr(message, name), '_slot_types'):
+            _turn_upright(getattr(message, name))
 
 
 if __name__ == '__main__':

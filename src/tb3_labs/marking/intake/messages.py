@@ -29,7 +29,7 @@ PROGRAM = Path(__file__).with_name('describe.py').read_text(encoding='utf-8')
 def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], remarks: List[str],
           sandbox: NoSandbox) -> Optional[Dict[str, Any]]:
     """Make the Python modules of `packages`, {name: folder}, below `folder`. Returns the
-    description of their types, see describe.py; None if they define none.
+    examples of their types, see describe.py; None if they define none.
 
     `environment`: for the sandbox that reads the messages. Sentences are added to `remarks`.
     """
@@ -44,7 +44,7 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
     done = _read({'search': system_messages(), 'definitions': files}, environment, sandbox)
     if done is None:
         remarks.append('The messages and services could not be built.')
-        done = {'modules': [], 'problems': {}, 'fields': {}, 'sums': {}}
+        done = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
     for package_name, kind, name, text in done['modules']:
         if not (package_name in packages and kind in (MESSAGES, SERVICES)
                 and MODULE.fullmatch(name)):

@@ -65,7 +65,7 @@ class Prepared:
     executable: str
     program: str                        # the path of the node
     environment: Dict[str, str]
-    types: Optional[Dict[str, Any]]     # see messages.describe; None without types
+    types: Optional[Dict[str, Any]]     # see describe.py; None without types
     remarks: List[str] = field(default_factory=list)    # sentences for the student
     look_at: List[str] = field(default_factory=list)    # sentences for the instructor
 
@@ -76,7 +76,7 @@ class Launch:
 
     prefix: List[str] = field(default_factory=lambda: ALWAYS + NoSandbox().command([]))
     environment: Optional[Dict[str, str]] = None            # None: that of this process
-    types: Optional[Dict[str, Any]] = None      # of the student; see messages.describe
+    types: Optional[Dict[str, Any]] = None      # of the student; see describe.py
     isolated: bool = False
     program: str = ''           # the path of the node; '': rosrun finds it
 

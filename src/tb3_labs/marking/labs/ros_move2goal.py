@@ -1,7 +1,7 @@
 """The scripts for a node of the Transformation lab, and the reset that it offers.
 
-A student may define the type of the reset. Its fields are filled by their names, such as x, pos_x,
-y, yaw, theta, heading, yaw_deg. A standard pose is possible too.
+The type of the reset is that of the handout, ResetPose of this package, one of std_srvs, or a
+student's own: of this only a request with the pose (0, 0, 0) is known.
 """
 import math
 import threading
@@ -21,6 +21,7 @@ from tb3_labs.marking.trial.ros_robot import ODOM_SWITCH, RESTS
 from tb3_labs.marking.trial.ros_student_node import OFFERS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
+from tb3_labs.srv import ResetPoseRequest
 
 #: A robot has arrived if it rests and had no command to move for this time [s].
 ARRIVAL = 1.5
@@ -34,43 +35,26 @@ DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
 MOVES = 'the robot did not come to rest, so that it could not be reset'
 OFFERS_NONE = 'it offers no service whose name has "reset" or "pose" in it'
 
-#: Name of a field of a request -> the part of a pose that it takes.
-FIELDS_OF_POSE = {'x': 'x', 'pos_x': 'x', 'x_pos': 'x', 'x0': 'x', 'pose_x': 'x',
-                  'y': 'y', 'pos_y': 'y', 'y_pos': 'y', 'y0': 'y', 'pose_y': 'y'}
-#: ALL: the parts of a pose that a request can take. UNIT: the unit of the request's yaw is known.
-ALL, UNIT = frozenset({'x', 'y', 'yaw'}), 'unit'
-ANGLES = ('yaw', 'theta', 'th', 'heading', 'angle', 'phi')
 #: The reset's usual names by the handouts, likeliest first. Any other name with one of WORDS in it
 #: comes after them.
 NAMES = ('reset_pose', 'reset', 'set_pose', 'reset_local_pose', 'set_local_pose')
 WORDS = ('reset', 'pose')
 
 
-def fill_pose(request, pose):
-    """Fill a Pose2 into the fields of a message that are meant for a pose.
-
-    Returns the parts that were filled, of ALL, and UNIT. A yaw is filled in rad if its name does
-    not end in '_deg'.
-    """
-    filled = set()
-    for name, kind in zip(request.__slots__, request._slot_types):
-        low, value = name.lower(), getattr(request, name)
-        bare = low[:-4] if low.endswith(('_deg', '_rad')) else low
+def fill_pose(message, pose):
+    """Fill a Pose2 into a request like that of SetInitialPose, which has a geometry_msgs/Pose, or
+    into one of ResetPose. Returns True if there is a place for it."""
+    for name, kind in zip(message.__slots__, message._slot_types):
+        value = getattr(message, name)
         if kind == 'geometry_msgs/Pose':
             value.position.x, value.position.y = pose.x, pose.y
             value.orientation = to_quaternion(pose.yaw)
-            filled |= ALL | {UNIT}
-        elif hasattr(value, '_slot_types') and kind not in ('std_msgs/Header', 'time', 'duration'):
-            filled |= fill_pose(value, pose)
-        elif not kind.startswith('float') or '[' in kind:
-            continue
-        elif low in FIELDS_OF_POSE:
-            setattr(request, name, getattr(pose, FIELDS_OF_POSE[low]))
-            filled.add(FIELDS_OF_POSE[low])
-        elif bare in ANGLES:
-            setattr(request, name, math.degrees(pose.yaw) if low.endswith('_deg') else pose.yaw)
-            filled |= {'yaw', UNIT} if bare != low else {'yaw'}
-    return filled
+            return True
+        if hasattr(value, '_slot_types') and fill_pose(value, pose):
+            return True
+    if isinstance(message, ResetPoseRequest):
+        message.x, message.y, message.yaw_deg = pose.x, pose.y, math.degrees(pose.yaw)
+    return isinstance(message, ResetPoseRequest)
 
 
 class ResetCaller:
@@ -82,10 +66,8 @@ class ResetCaller:
         usual = [name for wanted in NAMES for name in sorted(likely) if bases[name] == wanted]
         self.found = (usual + sorted(likely) + [''])[0]
         self._kind = graph.service(self.found) if self.found else None
-        #: The parts of a pose that its request takes, as fill_pose() returns them.
-        self.takes = set()
-        if self._kind is not None:      # if unknown, call() returns the reason
-            self.takes = fill_pose(self._kind._request_class(), Pose2())
+        #: Can its request declare any pose?
+        self.takes_pose = self._kind is not None and fill_pose(self._kind._request_class(), Pose2())
 
     def call(self, pose):
         """Call the reset with a Pose2. Returns the reason why it failed, else ''."""
@@ -220,14 +202,12 @@ def declared(stage):
     if not stage.node.start():
         return
     caller = ResetCaller(stage.node.graph)
-    if not ALL <= caller.takes:
+    if not caller.takes_pose:
         stage.not_offered([asked.RESET_ELSEWHERE, asked.DECLARED_DRIVE],
                           'its reset takes no pose' if caller.found else OFFERS_NONE)
         return
-    # a zero yaw is the same in any unit, so the unit may be unknown
-    pose = DECLARED_POSE if UNIT in caller.takes else Pose2(DECLARED_POSE.x, DECLARED_POSE.y, 0.0)
-    if _reset(stage, asked.RESET_ELSEWHERE, caller, pose):
-        control.drive(asked.DECLARED_DRIVE, pose)
+    if _reset(stage, asked.RESET_ELSEWHERE, caller, DECLARED_POSE):
+        control.drive(asked.DECLARED_DRIVE, DECLARED_POSE)
 
 
 def offset(stage):

@@ -12,7 +12,6 @@ from tb3_labs.marking.labs import turn as asked
 from tb3_labs.marking.trial.observation import ASKED_DEG, MOUSE_INFO, MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.trial.ros_robot import IMU_SWITCH, WELL_UNDER_WAY, Repeater
 from tb3_labs.marking.trial.ros_student_node import LISTENS
-from tb3_labs.marking.trial.ros_types import mouse_fields
 from tb3_labs.marking.labs.turn import LEFT
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
@@ -77,23 +76,51 @@ class HeldMouse(Repeater):
     """
 
     def __init__(self, graph):
-        self._kind = graph.kind_of(MOUSE_INFO) or MouseController
-        empty = self._kind()
-        self._fields = mouse_fields(empty.__slots__, empty._slot_types)
-        self.remarks = self._fields.remarks
+        self._kind = graph.kind_of(MOUSE_INFO) or graph.types.message(MouseController._type)
+        self._names, self.remarks = mouse_fields(self._kind.fields)
         super().__init__(MOUSE_INFO, self._kind)
 
     def at(self, x, y, active=True):
         """Hold the mouse at a place: x to the right, y up, each -1 to 1."""
         message = self._kind()
-        if getattr(message, 'header', None) is not None:
-            message.header.stamp = rospy.Time.now()
-        for name, kind, value in zip(self._fields.names, self._fields.types, (active, x, y)):
-            if '/' in kind:
-                getattr(message, name).data = value
-            else:
-                setattr(message, name, value)
+        if ['header', 'std_msgs/Header'] in [field[:2] for field in message.fields]:
+            now = rospy.Time.now()
+            message.put('header', now.secs, now.nsecs)
+        for name, value in zip(self._names, (active, x, y)):
+            message.put(name, value)
         self.hold(message)
+
+
+#: The mouse lab's names of fields; FLAGS and NUMBERS are the types that they may have.
+STATUS, X, Y = 'status', 'xPos', 'yPos'
+FLAGS = ('bool', 'std_msgs/Bool')
+NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
+
+
+def mouse_fields(fields):
+    """([names of status, x and y], sentences about names that differ) of a message that has these
+    `fields`: name, type, place. They are found by name, else by type and position.
+
+    ``ValueError`` with a clause if the message has no flag, or fewer than two numbers.
+    """
+    flags = [name for name, of, *_ in fields if of in FLAGS]
+    numbers = [name for name, of, *_ in fields if of in NUMBERS]
+    if not flags or len(numbers) < 2:
+        raise ValueError('its message has no flag and two numbers, but {}'.format(', '.join(
+            '{} {}'.format(of, name) for name, of, *_ in fields) or 'no field'))
+    places = [_named(X, numbers), _named(Y, numbers)]
+    chosen = [_named(STATUS, flags) or flags[0]] + (places if all(places) else numbers[:2])
+    return chosen, ['Your {} was taken for {}.'.format(name, usual)
+                    for name, usual in zip(chosen, (STATUS, X, Y)) if name != usual]
+
+
+def _named(usual, names):
+    """The name that is this one in any case, with or without `Pos`; '' if there is none."""
+    for wanted in (usual.lower(), usual.lower().replace('pos', '')):
+        for name in names:
+            if name.lower().replace('_', '') == wanted:
+                return name
+    return ''
 
 
 def mouse_of(stage, names):
