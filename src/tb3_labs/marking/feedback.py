@@ -108,12 +108,21 @@ def _printed(observation):
 
 def own_hint(marks: Marks) -> str:
     """The sentence of the lab on the mistake of a node that lost points; '' if it has none."""
+    return _hint(marks, lambda lab, seen: lab.hint(seen))
+
+
+def last_hint(marks: Marks) -> str:
+    """What such a node may do if nothing else explains it; '' if that is not known."""
+    return _hint(marks, lambda lab, seen: lab.last_hint(seen))
+
+
+def _hint(marks, hint):
     seen = marks.observation
     lost = any(verdict.outcome is Outcome.MISSED for verdict in marks.graded)
     if not lost or seen is None or seen.lab not in LABS or tracebacks_before_the_end(seen):
         return ''       # an exception is the mistake
     try:
-        return LABS[seen.lab].hint(seen)
+        return hint(LABS[seen.lab], seen)
     except NotSeen:
         return ''
 

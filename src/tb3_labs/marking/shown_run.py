@@ -3,13 +3,15 @@
 The check makes this part, and keeps it in the observation: who reads marks needs no report.
 """
 import math
+from html import escape
 from typing import Any, Dict
 
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.feedback import own_hint
+from tb3_labs.marking.feedback import last_hint, own_hint
+from tb3_labs.marking.lab_names import GAMEPAD
 from tb3_labs.marking.labs.criteria import Outcome
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.trial.evidence import tracebacks_before_the_end
@@ -29,7 +31,9 @@ def shown(marks: Marks) -> str:
         return ''
     run = as_run(marks.observation)
     found = diagnosis(run, marks)
-    return '\n'.join([section(moments(run, marks, found)), hints.section(found)])
+    said = hints.section(found) if found.mistake else ''.join(
+        '<p>{}</p>'.format(escape(words)) for words in [last_hint(marks)] if words)
+    return '\n'.join([section(moments(run, marks, found)), said or hints.section(found)])
 
 
 def moments(run: RunData, marks: Marks, found: Diagnosis = Diagnosis('')) -> Dict[str, Any]:
@@ -49,18 +53,20 @@ def moments(run: RunData, marks: Marks, found: Diagnosis = Diagnosis('')) -> Dic
 
 def diagnosis(run: RunData, marks: Marks) -> Diagnosis:
     """Returns the Diagnosis of a run, the observation of these marks, if a criterion was missed. A
-    node that never heard a sensor has none: its remark says which."""
+    node that never heard a sensor has none: its remark says which. Nor has a gamepad's."""
     is_missed = any(verdict.outcome is Outcome.MISSED for verdict in marks.verdicts)
     if not is_missed or marks.observation is None or marks.observation.deaf or (
-            own_hint(marks) or tracebacks_before_the_end(marks.observation)):
+            marks.observation.lab == GAMEPAD or own_hint(marks)
+            or tracebacks_before_the_end(marks.observation)):
         return Diagnosis('')
     return diagnose(run)
 
 
 def hint_in_a_line(marks: Marks) -> str:
     """The mistake of a node, by the lab or by the way in which the robot moved; '' if unknown."""
-    return own_hint(marks) or (hints.in_a_line(diagnosis(as_run(marks.observation), marks))
-                               if marks.observation is not None else '')
+    if own_hint(marks) or marks.observation is None or not marks.observation.truth:
+        return own_hint(marks)
+    return hints.in_a_line(diagnosis(as_run(marks.observation), marks)) or last_hint(marks)
 
 
 def as_run(seen: Observation) -> RunData:

@@ -9,8 +9,9 @@ from tb3_labs.marking.labs.criteria import (
     ANGULAR, AT_ONCE, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, STOPS_WHEN_LOST,
     THUMB, Criterion, Place, ends_cleanly, opposite, starts, steers, stops_robot,
     stops_when_silent)
+from tb3_labs.marking.trial.evidence import other_topics
+from tb3_labs.marking.trial.observation import CTRL_RELINQ, NotSeen, Observation
 from tb3_labs.marking.trial.printed import last_words
-from tb3_labs.marking.trial.observation import NotSeen, Observation
 from tb3_labs.nodes.gamepad.pad import PadConfig
 
 #: The parts of the lab.
@@ -106,11 +107,14 @@ def _lets_go(seen: Observation) -> str:
 
 def _control(seen: Observation, name: str, wanted: bool) -> str:
     """'' if `wanted` is the latest on ctrl_relinq after the button `name`, else what was seen."""
-    said = seen.during(name).facts[RELINQUISHED]
+    scene = seen.during(name)
+    said = scene.facts[RELINQUISHED]
     if said is wanted:
         return ''
-    return 'after {} {}'.format(name, 'nothing was published on ctrl_relinq' if said is None else
-                                'it published {} on ctrl_relinq'.format(said))
+    if said is not None:
+        return 'after {} it published {} on ctrl_relinq'.format(name, said)
+    return ': '.join(filter(None, ['after {} nothing was published on ctrl_relinq'.format(name),
+                                   other_topics(scene.run, CTRL_RELINQ)]))
 
 
 def _handed_over(seen):
@@ -166,8 +170,9 @@ def _says_why_not(seen: Observation) -> str:
     if scene.exceptions:
         return 'after Y without a reset service there was a traceback'
     return '' if scene.printed.strip() else \
-        'after Y without a reset service nothing was printed within {:.1f} s'.format(
-            scene.end - scene.begin)
+        'after Y without a reset service nothing was printed within {:.1f} s{}'.format(
+            scene.end - scene.begin, '' if len(scene.moving) else
+            ', and the stick did not drive: does it wait for the service without a timeout?')
 
 
 def _once(seen: Observation) -> str:

@@ -107,32 +107,47 @@ def _survives_nonsense(seen: Observation) -> str:
 
 #: Differences of printed headings below SAME are none [deg]; roll and pitch are below LEVEL [deg].
 SAME, LEVEL = 3.0, 5.0
+#: A node that prints fewer headings in a second sleeps [1/s].
+SELDOM = 2.0
+#: What a wrong node prints, by the yaw from -180 to 180 [deg], and the mistake.
+PRINTS = [
+    (np.radians, 'Its numbers are radians.'),
+    (lambda yaw: np.radians(yaw) % 360.0, 'Its numbers are radians.'),
+    (lambda yaw: yaw, 'Its headings are right but for the range: a negative one is not '
+     'converted.'),
+    (lambda yaw: yaw + 360.0, 'It adds 360 to each yaw: only a negative one needs it.'),
+    (lambda yaw: yaw + 180.0, 'Its headings are all 180 degrees too large: what is added to a yaw, '
+     'and to which?'),
+    (abs, 'It makes a negative yaw positive (abs): a heading of 350 becomes 10.'),
+    (lambda yaw: -yaw, 'It counts to the right: a left turn should count up.'),
+    (lambda yaw: -yaw % 360.0, 'It counts to the right: a left turn should count up.'),
+    (np.degrees, 'It converts degrees to degrees again: 50 becomes 2865.'),
+    (lambda yaw: np.degrees(yaw) % 360.0, 'It converts degrees to degrees again.')]
 
 
 def hint(seen: Observation) -> str:
     """What a node may do that prints wrong headings; '' if that is not known."""
-    stands = [(heading, printed[-1]) for heading, printed in (
-        _standing(seen)) if printed]
-    if len(stands) < len(STANDS):
-        return ''
-    true, said = (np.array(column) for column in zip(*stands))
-    radians = np.radians(apart(true, 0.0))
+    stands = _standing(seen)
+    words = ''
+    if all(printed for _, printed in stands):
+        words = _prints(*map(np.array, zip(*((true, said[-1]) for true, said in stands))))
+    number = sum(len(printed) for _, printed in stands)
+    watched = sum(scene.end - scene.begin for scene in map(seen.during, STANDS))
+    if not words and number < SELDOM * watched:
+        words = 'It printed {} heading{} in {:.0f} s, and late: is there a sleep in ' \
+            'callback_imu?'.format(number, 's' * (number > 1), watched)
+    return words and '{} See {}.'.format(words, EXERCISE)
+
+
+def _prints(true, said):
+    """The mistake of a node that says these headings for the true ones [deg]."""
     if np.ptp(said) < SAME:
-        return 'It printed the same number, {:.1f}, at each heading. {} See {}.'.format(
+        return 'It printed the same number, {:.1f}, at each heading. {}'.format(
             said[0], 'Is it the roll or the pitch in place of the yaw? (Radians would run up to '
-            '3.14.)' if abs(said[0]) < LEVEL else 'Is the order of the four numbers w, x, y, z?',
-            EXERCISE)
-    if (np.minimum(abs(said - radians), abs(said - radians - 360.0)) < 0.1).all():
-        return 'Its numbers are radians. See {}.'.format(EXERCISE)
-    if (abs(apart(said, -true)) < HEADING_TOLERANCE).all():
-        return 'It counts to the right: a left turn should count up. See {}.'.format(EXERCISE)
-    if (abs(apart(said, true)) < HEADING_TOLERANCE).all():
-        return 'Its headings are right but for the range: a negative one is not converted. ' \
-            'See {}.'.format(EXERCISE) if said.min() < 0.0 else ''
-    if (abs(apart(said[1:], true[:-1])) < HEADING_TOLERANCE).sum() > 1:
-        return 'It printed headings at which the robot had stood before: is there a sleep in ' \
-            'callback_imu? See {}.'.format(EXERCISE)
-    return ''
+            '3.14.)' if abs(said[0]) < LEVEL else 'Is the order of the four numbers w, x, y, z?')
+    yaw = apart(true, 0.0)
+    return next((words for prints, words in PRINTS if (
+        np.abs(said - prints(yaw)) < HEADING_TOLERANCE).all()), '')
 
 
 CRITERIA = [

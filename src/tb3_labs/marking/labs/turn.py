@@ -11,6 +11,7 @@ from tb3_labs.marking.labs.criteria import (
     starts, steers, stops_robot, stops_when_silent)
 from tb3_labs.marking.trial.evidence import STILL_DEG, idle
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
+from tb3_labs.marking.trial.printed import LONGEST_LINE
 
 #: The parts of the lab.
 TURNS, MOUSE, BOTH, SHUTDOWN, LOST = 'turns', 'mouse', 'both', 'shutdown', 'lost'
@@ -223,19 +224,36 @@ ITS_HEADING = 'Print self.curr_yaw, and turn the robot once around by hand: it s
     'to 360. If it stands still: is it stored in self.curr_yaw, is it the third Euler angle, is ' \
     'the order of the four numbers w, x, y, z? If it ends at 6.28, it is in radians; far beyond ' \
     '360, it was converted to degrees twice; if it comes late, there is a sleep in callback_imu.'
-#: The law is called at least so often, or it sleeps [s]. A node that turns for this angle does not
-#: see its goal [deg]. Near to an angle [deg].
-RARELY, ON_AND_ON, NEARLY = 0.5, 300.0, 15.0
+#: The law is called at least so often, or it sleeps [s]. Near to an angle [deg].
+RARELY, NEARLY = 0.5, 15.0
+#: A node whose turn is over at once sends at most this number of zeros.
+FEW = 5
 
 
 def hint(seen: Observation) -> str:
     """What a node may do that turns wrongly; '' if that is not known."""
-    tried = [(turn, seen.during(name, may_die=True)) for name, turn in EACH_TURN.items()
-             if seen.has(name)]
+    tried = _tried(seen)
     turns = [(turn, scene) for turn, scene in tried if len(scene.moving)]
     words, where = _why_no_turn(tried) if len(turns) < len(tried) else ('', LAW)
     words, where = (words, where) if words or not turns else _why_wrong(turns)
     return words and '{} See {}.'.format(words, where)
+
+
+def last_hint(seen: Observation) -> str:
+    """The questions on its heading, for a node that turns wrongly to both sides."""
+    wrong = {turn.typed for turn, scene in _tried(seen) if len(scene.moving) and _is_wrong(
+        turn, scene)}
+    return '{} See {}.'.format(ITS_HEADING, MEASURED) if len(wrong) > 1 else ''
+
+
+def _tried(seen):
+    return [(turn, seen.during(name, may_die=True)) for name, turn in EACH_TURN.items()
+            if seen.has(name)]
+
+
+def _is_wrong(turn, scene):
+    return not scene.facts[RESTED] or (
+        abs(scene.turned_deg - turn.asked_deg) > TOLERANCE + AFTER_STOP)
 
 
 def _why_no_turn(tried):
@@ -243,12 +261,18 @@ def _why_no_turn(tried):
     still = [(turn, scene) for turn, scene in tried if not len(scene.moving)]
     if not all(len(scene.commands) for _, scene in still) or any(scene.odd for _, scene in tried):
         return '', LAW
+    answers = [scene.printed.splitlines()[1:-1] for _, scene in still]
+    if all(answers):        # between the letter and the prompt
+        return '{} is answered by {!r}: with what is the letter compared?'.format(
+            still[0][0].typed, answers[0][0][:LONGEST_LINE]), LAW
     if len(still) == len(tried):
-        return 'Its turn is over at once: the goal is within the tolerance. Is the angle that it ' \
-            'adds in degrees, as HDG_TOL is?', LAW
+        return 'Its commands go on, all of them zero: which field of the Twist turns the robot, ' \
+            'and is it set?' if min(len(scene.commands) for _, scene in still) > FEW else \
+            'Its turn is over at once: is self.turning True after the letter, and is the angle ' \
+            'that it adds in degrees, as HDG_TOL is?', LAW
     if {turn.typed for turn, _ in still} == {RIGHT}:
-        return 'A turn to the right is over at once, one to the left is not: any negative error ' \
-            'is less than HDG_TOL (abs).', TO_RIGHT
+        return 'A turn to the right is over at once, one to the left is not: is there a branch ' \
+            'for r, as for l? Any negative error is less than HDG_TOL (abs).', TO_RIGHT
     if not len(tried[0][1].moving):
         return '', LAW
     return 'Only zeros followed its first turn: does turning become False at the goal, so that ' \
@@ -263,11 +287,10 @@ def _why_wrong(turns):
     pauses = [np.median(np.diff(scene.commands[:, 0])) for _, scene in turns
               if len(scene.commands) > 2]
     if pauses and np.median(pauses) > RARELY:
-        return 'Its commands come every {:.1f} s: is there a sleep in callback_controller? The ' \
-            'robot turns by up to {:.0f} degrees between two of them.'.format(
+        return 'Its commands come every {:.1f} s: is there a sleep in callback_controller, or is ' \
+            'its Timer as slow? The robot turns by up to {:.0f} degrees meanwhile.'.format(
                 np.median(pauses), np.degrees(np.median(pauses) * MAX_ANG_Z)), LAW
-    wrong = [(turn, scene) for turn, scene in turns if not scene.facts[RESTED]
-             or abs(scene.turned_deg - turn.asked_deg) > TOLERANCE + AFTER_STOP]
+    wrong = [each for each in turns if _is_wrong(*each)]
     if not wrong:
         return '', LAW
     restless = [scene for _, scene in wrong if not scene.facts[RESTED]]
@@ -275,21 +298,43 @@ def _why_wrong(turns):
            and scene.end - scene.commands[-1, 0] > RARELY for _, scene in wrong):
         return 'No zero follows its last command: which message shall be the last one of a ' \
             'turn?', LAW
-    ends = [turn.begins_deg + scene.turned_deg for turn, scene in turns if scene.facts[RESTED]]
-    if len(ends) > 2 and (np.abs(apart(np.array(ends), 0.0)) < NEARLY).all():
-        return 'Each turn ends at the heading 0, which self.goal_yaw has from the beginning: is ' \
-            'the goal of the letter stored in self.goal_yaw?', LAW
+    where = _where_it_ends(turns)
+    if where:
+        return where, LAW
     first = [scene.moving[0, ANGULAR] * turn.asked_deg < 0.0 for turn, scene in wrong]
     if all(first) and len(restless) > 1:
         return 'It turns away from the goal, and comes to no rest: is the error goal minus ' \
-            'heading?', LAW
+            'heading, and K_HDG positive?', LAW
     if all(first) and len(wrong) > 1 and all(
             abs(abs(scene.turned_deg) - abs(turn.asked_deg)) < NEARLY for turn, scene in wrong):
         return 'It turns to the other side: to the left the heading grows, to the right it ' \
             'falls.', LAW
-    if len(wrong) > 2 and len({turn.typed for turn, _ in wrong}) > 1 and not any(first[:1]):
-        return ITS_HEADING, MEASURED
+    if restless and all(abs(scene.turned_deg - turn.asked_deg) < 2.0 * NEARLY
+                        for turn, scene in wrong):
+        return 'It comes to its goal, and goes on to and fro: is HDG_TOL 10, and the turn over ' \
+            'within it?', LAW
     return '', LAW
+
+
+def _where_it_ends(turns):
+    """What the headings say at which turns end, and the angles; '' if they say nothing."""
+    rested = [(turn, scene) for turn, scene in turns if scene.facts[RESTED]]
+    if len(rested) < 3 or len(rested) < len(turns):
+        return ''
+    ends = np.array([turn.begins_deg + scene.turned_deg for turn, scene in rested])
+    if (np.abs(apart(ends, 0.0)) < NEARLY).all():
+        return 'Each turn ends at the heading 0, which self.goal_yaw has from the beginning: is ' \
+            'the goal of the letter stored in self.goal_yaw?'
+    if (np.abs(apart(ends, [turn.asked_deg for turn, _ in rested])) < NEARLY).all():
+        return 'Each l ends at the heading 90, each r at 270, wherever it began: does the goal ' \
+            'count from self.curr_yaw?'
+    angles = np.array([abs(scene.turned_deg) for _, scene in rested])
+    is_half = abs(angles.mean() - 180.0) < NEARLY       # its side is chance
+    if np.ptp(angles) > NEARLY or abs(angles.mean() - 90.0) < NEARLY or not is_half and any(
+            scene.turned_deg * turn.asked_deg < 0.0 for turn, scene in rested):
+        return ''
+    return 'Each turn is one of {:.0f} degrees: which angle does a letter add to self.curr_yaw{}' \
+        '?'.format(angles.mean(), ', and is HDG_TOL 10' if angles.mean() < 90.0 else '')
 
 
 CRITERIA = [

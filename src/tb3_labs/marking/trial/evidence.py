@@ -3,6 +3,7 @@
 A sentence names the first of these that explains it: an exception since the node's start; commands
 that are not numbers; a topic that nobody hears, or of another type; no command at all, or zeros.
 """
+import re
 from collections import defaultdict
 from typing import Dict, List
 
@@ -17,6 +18,8 @@ TWIST = 'geometry_msgs/Twist'
 CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
 #: Without a command a robot turns or drives by less than this [deg], [m].
 STILL_DEG, STILL_WAY = 3.0, 0.02
+#: A terminal shows the letter that was typed.
+LETTER = re.compile(r'^\w\r?\n')
 #: A rate is known from this number of commands on.
 FEWEST_COMMANDS = 3
 
@@ -60,8 +63,9 @@ def idle(scene: Scene) -> str:
     if len(scene.moving):
         return 'its last command on {} was zero'.format(CMD_VEL)
     if len(scene.commands):
-        return '{} command{} came on {}, all of them zero'.format(
-            len(scene.commands), 's' * (len(scene.commands) > 1), CMD_VEL)
+        number = len(scene.commands)
+        return 'one command came on {}, a zero'.format(CMD_VEL) if number == 1 else \
+            '{} commands came on {}, all of them zero'.format(number, CMD_VEL)
     return _silence(scene, run) + _printed(scene)
 
 
@@ -69,8 +73,8 @@ def _silence(scene, run):
     kind = run.publishes.get('/' + CMD_VEL)
     if kind not in (None, TWIST):
         return 'it publishes {} as {}, and the robot takes {} alone'.format(CMD_VEL, kind, TWIST)
-    if run.publishes and kind is None:
-        return 'it does not publish {}, but {}'.format(CMD_VEL, ' and '.join(sorted(run.publishes)))
+    if other_topics(run, CMD_VEL):
+        return other_topics(run, CMD_VEL)
     whole = np.array([time for time, _, _ in scene.seen.commands if run.begin <= time and (
         run.end is None or time <= run.end)])
     if len(whole) >= FEWEST_COMMANDS:
@@ -79,9 +83,15 @@ def _silence(scene, run):
     return 'nothing came on {}'.format(CMD_VEL)
 
 
+def other_topics(run: Run, topic: str) -> str:
+    """A clause on the topics that a node publishes; '' if `topic` is one, or none is known."""
+    return '' if not run.publishes or '/' + topic in run.publishes else \
+        'it does not publish {}, but {}'.format(topic, ' and '.join(sorted(run.publishes)))
+
+
 def _printed(scene):
-    return ', and it printed {}'.format(
-        last_words(scene.printed) if scene.printed.strip() else 'nothing')
+    printed = LETTER.sub('', scene.printed)
+    return ', and it printed {}'.format(last_words(printed) if printed.strip() else 'nothing')
 
 
 def unprinted(scene: Scene) -> str:

@@ -16,6 +16,10 @@ UNREAD = re.compile(r'(?=^ *File ".*", line \d+\n(?:.*\n){1,3}(?:Syntax|Indentat
 NOT_THEIRS, NOR_THIS = 'publish() to a closed topic', 'topic was closed during publish()'
 #: Frames below these folders are not the student's.
 LIBRARIES = ('/usr/', '/opt/', '<frozen')
+#: The colours of a log line on a terminal.
+COLOUR = re.compile(r'\x1b\[[\d;]*m')
+#: rospy calls what it was given as a callback.
+CALLED = ' (was a callback given as self.f(), not as self.f?)'
 #: The most characters of an exception, and of a line, that are quoted.
 LONGEST_ERROR, LONGEST_LINE = 160, 160
 
@@ -45,7 +49,7 @@ def _place(piece, file):
     own = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file] or [
         frame for frame in frames if not frame[0].startswith(LIBRARIES)]
     if not own:
-        return ''
+        return CALLED if "'NoneType' object is not callable" in piece else ''
     _, line, function = own[-1]
     return ' (line {}{})'.format(line, ', in ' + function if function.isidentifier() else '')
 
@@ -58,5 +62,5 @@ def counted(errors: List[str]) -> List[str]:
 
 def last_words(printed: str) -> str:
     """The last line that a node printed, in quotes, or a clause if there is none."""
-    lines = [line.strip() for line in printed.splitlines() if line.strip()]
+    lines = list(filter(None, map(str.strip, COLOUR.sub('', printed).splitlines())))
     return repr(lines[-1][:LONGEST_LINE]) if lines else 'it printed nothing'

@@ -205,10 +205,11 @@ def _two_senders(run: RunData) -> Optional[float]:
 
 def _slow_commands(run: RunData) -> Optional[float]:
     """Returns the time of the first command if all of a node's commands to a moving robot were
-    followed too late by the next, else None. A person who sends single commands is not so even."""
+    followed too late by the next, else None. A person who sends single commands is not so even.
+    The last command of a run may come at Ctrl+C."""
     if programs(run, 0.0, run.duration) == [TERMINAL]:
         return None
-    moves = np.flatnonzero(moving(run.commands)[:-1])
+    moves = np.flatnonzero(moving(run.commands)[:-2])
     steps = run.commands.time[moves + 1] - run.commands.time[moves]
     is_even = len(steps) >= SLOW_STEPS and SLOWEST < steps.min() and steps.max() < min(
         EVEN * steps.min(), QUICKEST_PERSON)

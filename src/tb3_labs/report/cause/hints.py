@@ -220,12 +220,12 @@ def section(found: Diagnosis, run: Optional[RunData] = None) -> str:
 
 
 def in_a_line(found: Diagnosis) -> str:
-    """The first two hints in a line; '' if no mistake is known."""
+    """The mistake, and what to look at, in a line; '' if no mistake is known."""
     if not found.mistake:
         return ''
-    return '{} a robot so. {} See: {}'.format(
-        'A known mistake moves' if len(found.causes) == 1 else 'Several known mistakes move',
-        _each(found, lambda hint: hint.look), _each(found, lambda hint: _place(found.lab, hint)))
+    return '{} {} See: {}'.format(
+        sentences(found)[0], _each(found, lambda hint: hint.look),
+        _each(found, lambda hint: _place(found.lab, hint)))
 
 
 def _each(found: Diagnosis, words: Callable[[Hint], str]) -> str:

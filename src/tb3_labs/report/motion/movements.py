@@ -106,7 +106,7 @@ def programs(run: RunData, begin: float, end: float) -> List[str]:
     person drives; [] if the recording does not tell."""
     names = {run.senders[int(k)] for k in run.sent.between(begin, end).value}
     return sorted(TERMINAL if '/rostopic_' in name else name for name in names if not (
-        PERSONS.search(name) or name == '?' or 'mouse_info' in run.devices))
+        PERSONS.search(name) or name == '?'))
 
 
 def parts_of(run: RunData, movement: Movement) -> List[Tuple[float, float]]:

@@ -186,7 +186,8 @@ def marks(run: RunData, turned: Sequence[TurnReport],
 
 def _by_hand(run: RunData, begin: float, end: float) -> Mark:
     before, after = run.imu.yaw_at((begin, end))
-    drivers = programs(run, begin, end)
+    # a controller sends what its mouse asks for
+    drivers = [] if 'mouse_info' in run.devices else programs(run, begin, end)
     return mark('hand', begin, '{}: {:.2f} m, turned {} deg'.format(
         'driven by ' + ' and '.join(drivers) if drivers else 'by hand',
         run.odometry.between(begin, end).length, degrees(after - before, '{:+.1f}')), end)
