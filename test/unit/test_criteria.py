@@ -469,7 +469,7 @@ def test_a_message_without_a_flag_or_two_numbers_holds_no_mouse(names, types):
     ('', {'/cmd_vel': 'geometry_msgs/Twist'}, [], [], 'nothing came on cmd_vel, and it printed nothing'),
     ('Input?', {'/cmd_vel': 'geometry_msgs/Twist'}, [[t, 0.0, 0.0] for t in (1.0, 5.0, 9.0)], [],
      "for 8.0 s (in this run a command every 4 s), and it printed 'Input?'"),
-    ('', {}, [[11.0, 0.0, 0.0]], [], '1 command came on cmd_vel, all of them zero'),
+    ('', {}, [[11.0, 0.0, 0.0]], [], 'one command came on cmd_vel, a zero'),
     ('', {}, [], [[11.0, 'nan m/s and 0 rad/s']] * 3, '3 of its commands were not finite numbers, such as nan')])
 def test_a_robot_that_did_not_turn_is_explained(printed, publishes, commands, odd, words):
     seen = observed('turn', l=turn(0.0, moved=False, printed=printed))

@@ -226,6 +226,8 @@ ITS_HEADING = 'Print self.curr_yaw, and turn the robot once around by hand: it s
     '360, it was converted to degrees twice; if it comes late, there is a sleep in callback_imu.'
 #: The law is called at least so often, or it sleeps [s]. Near to an angle [deg].
 RARELY, NEARLY = 0.5, 15.0
+#: A robot that turns away from its goal comes at least this far [deg].
+AWAY = 45.0
 #: A node whose turn is over at once sends at most this number of zeros.
 FEW = 5
 
@@ -302,7 +304,9 @@ def _why_wrong(turns):
     if where:
         return where, LAW
     first = [scene.moving[0, ANGULAR] * turn.asked_deg < 0.0 for turn, scene in wrong]
-    if all(first) and len(restless) > 1:
+    if all(first) and len(restless) > 1 and all(
+            scene.turned_deg * turn.asked_deg < 0.0 and abs(scene.turned_deg) > AWAY
+            for turn, scene in wrong):
         return 'It turns away from the goal, and comes to no rest: is the error goal minus ' \
             'heading, and K_HDG positive?', LAW
     if all(first) and len(wrong) > 1 and all(
