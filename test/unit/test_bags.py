@@ -230,7 +230,9 @@ def peak_while_reading(path, tell=lambda line: None):
     (start_of_bag() + record(bytes(2 ** 21), op=b'\7', topic=b'/imu', conn=b'0'), 'damaged near byte'),
     (start_of_bag() + b''.join(record(b'', op=b'\7', topic=b'x', conn=struct.pack('<I', number))
                                for number in range(10001)), 'it has more than 10000 connections'),
-    (start_of_bag(2 ** 40), 'the recording was cut off')])
+    (start_of_bag(2 ** 40), 'the recording was cut off')],
+    ids=('bz2', 'lz4', 'broken_bz2', 'zip', 'length', 'no_topic', 'number', 'zeros', 'big_record',
+         'connections', 'index'))
 def test_a_small_file_cannot_take_the_memory(content, said, tmp_path, monkeypatch):
     monkeypatch.setattr(records, 'MOST_CHUNK', 2 ** 20)
     (tmp_path / 'run.bag').write_bytes(content)
