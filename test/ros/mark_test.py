@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """Marks submissions whose marks are known.
 
-They are the plain nodes in the layout of a course's repository; the same nodes with deliberate
-mistakes; and the skeletons as a student gets them. The plain nodes
-must earn full marks. Each mistake must lose the marks that it should, and no others. A skeleton
-must earn what its given parts do, and no more.
+They are plain nodes in the layout of a course's repository; the same nodes with deliberate mistakes;
+and a skeleton as a student gets it. A plain node must earn full marks. Each mistake must lose the
+marks that it should, and no others. A skeleton must earn what its given parts do, and no more.
+
+The check tests of this package's own nodes judge by the same criteria; test/benchmark/wrong_nodes.py
+marks many wrong nodes of each lab.
 """
 import csv
 import html
@@ -22,7 +24,6 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple, Optional
 
-import rosgraph
 import rospkg
 
 from tb3_labs.skeletons import FOLDER, skeleton, write
@@ -37,12 +38,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 import sandboxes
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
-TURN, MOVE, IMU, PAD = 'turtlebot_controller.py', 'move2goal_tf.py', 'imu_sub.py', 'gamepad.py'
+IMU, PAD = 'imu_sub.py', 'gamepad.py'
 EVERYTHING = 'everything'
 #: A machine that cannot make sandboxes marks without; on any other one they must work.
 UNPROTECTED = ['--unprotected'] * bool(sandboxes.MISSING)
 #: No other program sleeps for this time [s], nor does this test in another checkout.
 SLEEP = str(900000 + os.getpid())
+#: At Ctrl+C it hangs, and leaves a process.
 HANG = """        import subprocess
         import time
         subprocess.Popen(['sleep', '{}'], start_new_session=True)
@@ -53,10 +55,12 @@ HANG = """        import subprocess
 FLOOD = """        def flood():
             import time
             while True:
-                print('{} {}\\n'.format(self.curr_yaw, self.goal_yaw) * 2000)
+                print('{} {}\\n'.format(self, msg) * 2000)
                 time.sleep(0.1)
         import threading
-        threading.Thread(target=flood, daemon=True).start()
+        if not hasattr(self, 'flooded'):
+            self.flooded = threading.Thread(target=flood, daemon=True)
+            self.flooded.start()
 """
 
 
@@ -68,7 +72,6 @@ class Case(NamedTuple):
     node: str
     changes: Optional[list]
     lost: set
-    always: bool = False    # else only by `rostest tb3_labs mark.test all:=true`
 
 
 #: Number of mark.py that run at a time. With more robots the machine holds them up, and mark.py tries
@@ -76,59 +79,29 @@ class Case(NamedTuple):
 AT_A_TIME = 3
 NO_WRAP = ('return 360 + yaw if yaw < 0 else yaw', 'return yaw')
 UNFILLED = None
-WRONG_SIDE = ('self.curr_yaw + 90', 'self.curr_yaw - 90')
-#: The message comes from the package of another lab, as in the handout.
-MESSAGE_OF_LAB1 = ('from lab2.msg', 'from lab1.msg')
 GAMEPAD = ('gamepad', 'buttons,no service')
-XBOX = 'gamepad', 'sticks,buttons,no service', '--pad', 'xbox'
-#: This one comes as a zip file of a learning platform.
-ZIPPED = 'no wrap'
+XBOX = GAMEPAD + ('--pad', 'xbox')
+#: This one comes as a zip file of a learning platform; that one from Windows.
+ZIPPED, WINDOWS = 'no wrap', 'careless'
 TWO_JOBS = 'imu', 'heading'
-#: This node drives to another goal.
-ASTRAY = [('self.goal_x = -0.61', 'self.goal_x = 0.73'), ('self.goal_y = 0.61', 'self.goal_y = -0.65'),
-          ('self.goal_yaw = 0.0', 'self.goal_yaw = 2.27')]
 #: (lab, its parts, options of mark.py ...) -> submissions, the longest runs first. A submission has
 #: several mistakes if they lose different criteria, since each submission costs a robot and a master.
-#: The suite marks few of them: each way in which a node can fail the machine that marks it, and a lab
-#: with several parts. The check tests of this package's own nodes judge by the same criteria.
 CASES = {
-    ('turn', 'turns'): [
-        Case('flood', TURN, [WRONG_SIDE, (
-            '        self.cmd = Twist()\n', '        self.cmd = Twist()\n' + FLOOD)],
-             {'answers_nonsense', 'left', 'short_way'}, always=True),
-    ],
-    ('move2goal', 'drive,reset,control'): [
-        Case('good', MOVE, [], set()),
-    ],
-    ('move2goal', 'drive'): [
-        Case('astray', MOVE, ASTRAY, {'goal_place', 'goal_heading'}, always=True),
+    XBOX: [
+        # the line that tells success is lost in the flood, which tells in its way why a reset failed
+        Case(WINDOWS, PAD, [
+            ('    def joy_callback(self, msg):\n', '    def joy_callback(self, msg):\n' + FLOOD),
+            ('msg.buttons[2]', 'msg.buttons[3]'), ('        if self.has_control:', '        if True:'),
+            ('self.ctrl_pub.publish(False)', 'pass'), ('_request(0.0', '_request(1.0')],
+             {'silent_meanwhile', 'regains', 'resets', 'says_success'}),
     ],
     GAMEPAD: [
-        Case('good', PAD, [], set(), always=True),
-        Case('skeleton', PAD, UNFILLED, {'resets', 'says_success'}),
-    ],
-    ('turn', 'mouse,both,shutdown'): [
-        Case('no mouse, hangs', TURN, [
-            ('        self.cmd_pub.publish(cmd)\n', '        self.mouse_cmd = cmd\n'),
-            ('        self.cmd.angular.z = 0\n        self.cmd_pub.publish(self.cmd)\n', HANG)],
-            {'mouse_drives', 'mouse_dead_zone', 'mouse_off', 'mouse_after_turn', 'mouse_in_turn',
-             'clean_exit', 'stops_robot'}),
-    ],
-    ('turn', ''): [
-        Case('good', TURN, [MESSAGE_OF_LAB1], set()),
-    ],
-    XBOX: [
-        Case('careless', PAD, [
-            ('        self.has_control = True\n        self.cmd_pub', '        rospy.on_shutdown(lambda: '
-             'self.cmd_pub.publish(Twist()))\n        self.has_control = True\n        self.cmd_pub'),
-            ('msg.buttons[2]', 'msg.buttons[3]'), ('        if self.has_control:', '        if True:'),
-            ('self.ctrl_pub.publish(False)', 'pass'), ('_request(0.0', '_request(1.0'),
-            ('rospy.logwarn("Service \'reset_pose\' not available.")', 'pass')],
-             {'silent_meanwhile', 'regains', 'resets', 'says_why_not'}),
+        Case('good', PAD, [], set()),
     ],
     TWO_JOBS: [
-        Case(ZIPPED, IMU, [NO_WRAP], {'from_0_to_360'}, always=True),
-        Case('skeleton', IMU, UNFILLED, EVERYTHING, always=True),
+        Case(ZIPPED, IMU, [NO_WRAP, ('        self.ctrl_c = True\n', '        self.ctrl_c = True\n' + HANG)],
+             {'from_0_to_360', 'clean_exit'}),
+        Case('skeleton', IMU, UNFILLED, EVERYTHING),
     ],
 }
 
@@ -144,13 +117,10 @@ def hand_in(folder, case):
         place, code = 'src/' + node, plain_node(node, 'lab2')
         if node == case.node:
             code = files[place] if case.changes is UNFILLED else changed(code, case.changes)
-        files[place] = code.replace('\n', '\r\n') if (
-            node == case.node and WRONG_SIDE in (case.changes or ())) else code
+        is_from_windows = node == case.node and case.student == WINDOWS
+        files[place] = code.replace('\n', '\r\n') if is_from_windows else code
         write(files, repository / package)
         (repository / package / place).chmod(0o644)
-    if MESSAGE_OF_LAB1 in (case.changes or ()):
-        write(skeleton(PACKAGE / FOLDER / 'turn', 'lab1'), repository / 'lab1')
-        shutil.rmtree(str(repository / 'lab2' / 'msg'))
     if case.student == ZIPPED:
         shutil.make_archive(str(folder / (ZIPPED + '_LATE_12_345_lab2')), 'zip',
                             str(folder / ZIPPED))
@@ -173,12 +143,8 @@ class MarkTest(unittest.TestCase):
         cls.folder = tempfile.TemporaryDirectory(prefix='mark test ')    # spaces happen
         cls.temporary = Path(cls.folder.name) / 'tmp'
         cls.temporary.mkdir()
-        everything = rosgraph.Master('/mark_test').getParam('/mark_all')
-        cls.cases = {key: [case for case in cases if case.always or everything]
-                     for key, cases in CASES.items()}
-        keys = [key for key, cases in cls.cases.items() if cases]
         with ThreadPoolExecutor(AT_A_TIME) as pool:
-            cls.runs = dict(zip(keys, pool.map(cls.run_mark, keys)))
+            cls.runs = dict(zip(CASES, pool.map(cls.run_mark, CASES)))
 
     @classmethod
     def tearDownClass(cls):
@@ -188,7 +154,7 @@ class MarkTest(unittest.TestCase):
     def run_mark(cls, key):
         """Mark these submissions; (folder of the marks, output, exit status)."""
         base = Path(cls.folder.name) / ' '.join(key)
-        for case in cls.cases[key]:
+        for case in CASES[key]:
             hand_in(base / 'submissions', case)
         return cls.mark(key)
 
@@ -213,8 +179,8 @@ class MarkTest(unittest.TestCase):
 
     def test_each_submission_loses_these_criteria_and_no_others(self):
         lost, expected, said = {}, {}, []
-        for key, cases in self.cases.items():
-            rows = self.rows(key) if cases else {}
+        for key, cases in CASES.items():
+            rows = self.rows(key)
             self.assertEqual(sorted(rows), sorted(case.student for case in cases))
             for case in cases:
                 row = rows[case.student]
@@ -238,21 +204,17 @@ class MarkTest(unittest.TestCase):
 
     def test_what_was_seen_is_told(self):
         for key, student, sentence in (
-                (('turn', 'turns'), 'flood', 'to the right, then stopped; see doc/imu_lab.md'),
-                (('turn', 'turns'), 'flood', 'Windows line endings'),
-                (('move2goal', 'drive'), 'astray', 'from the goal'),
-                (('turn', 'turns'), 'flood', 'lines were printed in'),
-                (('turn', 'mouse,both,shutdown'), 'no mouse, hangs', 'still running 5 s after Ctrl+C'),
+                (XBOX, WINDOWS, 'Windows line endings'),
+                (XBOX, WINDOWS, 'The pad was "xbox"'),
+                (XBOX, WINDOWS, '3 is Y'),
+                (TWO_JOBS, ZIPPED, 'still running 5 s after Ctrl+C'),
+                (TWO_JOBS, ZIPPED, 'see doc/imu_lab.md'),
                 (TWO_JOBS, 'skeleton', 'TODO 2 is open: nothing listens to imu'),
-                (GAMEPAD, 'skeleton', 'TODO 1 is open: there is no client of /set_pose'),
-                (GAMEPAD, 'good', 'The pad was "handout": axis 1 drives'),
-                (XBOX, 'careless', 'The pad was "xbox"'),
-                (XBOX, 'careless', '3 is Y')):
-            if student in [case.student for case in self.cases[key]]:
-                self.assertIn(sentence, self.words_of(key, student))
+                (GAMEPAD, 'good', 'The pad was "handout": axis 1 drives')):
+            self.assertIn(sentence, self.words_of(key, student))
 
     def test_a_flood_fills_nothing(self):
-        folder = self.runs['turn', 'turns'][0]
+        folder = self.runs[XBOX][0]
         sizes = {path: path.stat().st_size for path in folder.rglob('*') if path.is_file()}
         self.assertLess(max(sizes.values()), 1000000, sizes)
 
@@ -267,7 +229,7 @@ class MarkTest(unittest.TestCase):
         return os.listdir(str(folder)) + [line for line in lines.splitlines() if str(folder) in line]
 
     def test_nothing_is_left_if_its_terminal_is_closed_or_it_is_killed(self):
-        for signals in ([], [signal.SIGTERM, signal.SIGTERM], [signal.SIGKILL]):
+        for number in (signal.SIGTERM, signal.SIGKILL):
             folder = Path(tempfile.mkdtemp(dir=self.folder.name))
             theirs, terminal = pty.openpty()
             marking = subprocess.Popen(     # setsid: the terminal is its own
@@ -278,16 +240,14 @@ class MarkTest(unittest.TestCase):
                 stderr=terminal)
             os.close(terminal)
             self.assertTrue(wait_until(
-                lambda: any('check_lab.py' in line for line in self.left(folder)), 30.0), signals)
-            for number in signals:
-                marking.send_signal(number)
-            if not signals:
-                os.close(theirs)
-            marking.wait(30.0)
-            if signals:
+                lambda: any('check_lab.py' in line for line in self.left(folder)), 30.0), number)
+            if number == signal.SIGTERM:        # after SIGHUP, which a closed terminal sends
                 self.assertNotIn(b'Traceback', os.read(theirs, 100000))
                 os.close(theirs)
-            if signal.SIGKILL in signals:       # the files are the parent's
+            marking.send_signal(number)
+            marking.wait(30.0)
+            if number == signal.SIGKILL:        # the files are the parent's
+                os.close(theirs)
                 self.assertTrue(wait_until(lambda: not [
                     line for line in self.left(folder) if ' ' in line], 10.0), self.left(folder))
             else:

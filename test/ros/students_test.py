@@ -38,9 +38,7 @@ source devel/setup.bash
 rospack find tb3_labs
 mkdir class
 cp -r src/ice6 class/ann
-rosrun tb3_labs mark.py class --lab imu --parts heading -o marks {protection} &
-rostest tb3_labs check_imu.test pkg:=ice6 type:=imu_sub.py parts:=heading
-wait $!
+rosrun tb3_labs mark.py class --lab imu --parts heading -o marks {protection}
 '''
 
 
@@ -67,7 +65,6 @@ class StudentsTest(unittest.TestCase):
             self.assertEqual(status, 0, program.text)
             self.assertIn('\n{}\n'.format(place), program.text)
             self.assertEqual(program.text.count(' is written. '), 4)
-            self.assertIn('RESULT: SUCCESS', program.text)
             self.assertRegex(program.text, r'ann: (\d+) of \1 points')
 
 

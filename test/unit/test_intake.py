@@ -102,20 +102,6 @@ def test_paths_that_lead_out_are_refused(tmp_path, name):
     assert files_below(tmp_path) == {'in/a.zip'}
 
 
-def test_a_bomb_is_refused_by_the_sizes_that_it_declares(tmp_path, monkeypatch):
-    monkeypatch.setattr(submissions, 'MOST_BYTES', 100000)
-    path = zipped(tmp_path / 'a.zip', {'a.txt': '0' * 90000, 'b.txt': '0' * 90000, 'c/n.py': 'x'})
-    budget = Budget()
-    unpack(path, tmp_path / 'out', budget)
-    assert budget.exceeded == 'More than 0.1 MB: not all of it was unpacked.'
-    assert files_below(tmp_path / 'out') == {'c/n.py', 'a.txt'}     # a package's files come first
-    monkeypatch.setattr(submissions, 'MOST_FILES', 1)
-    budget = Budget()
-    unpack(path, tmp_path / 'few', budget)
-    assert budget.exceeded == 'More than 1 files: not all of it was unpacked.'
-    assert files_below(tmp_path / 'few') == {'c/n.py'}
-
-
 def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
     """Sixty bombs of 90 kB each, and a file that is nothing but holes."""
     monkeypatch.setattr(submissions, 'MOST_BYTES', 100000)
@@ -131,16 +117,11 @@ def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
     assert 'More than 0.1 MB: not all of it was unpacked.' in unread
 
 
-def test_an_archive_that_lies_of_its_size_is_refused(tmp_path):
-    path = zipped(tmp_path / 'a.zip', {'a.txt': 'x' * 5000})
-    data = path.read_bytes()
-    path.write_bytes(data.replace((5000).to_bytes(4, 'little'), (50).to_bytes(4, 'little')))
-    with pytest.raises(Refused):
-        unpack(path, tmp_path / 'out', Budget())
-
-
 def test_what_is_no_zip_file_is_refused(tmp_path):
-    for data in (b'', b'no zip file', b'PK\x03\x04 cut off'):
+    """Nor is one that lies of its sizes."""
+    data = zipped(tmp_path / 'a.zip', {'a.txt': 'x' * 5000}).read_bytes()
+    liar = data.replace((5000).to_bytes(4, 'little'), (50).to_bytes(4, 'little'))
+    for data in (b'', b'no zip file', b'PK\x03\x04 cut off', liar):
         (tmp_path / 'a.zip').write_bytes(data)
         with pytest.raises(Refused, match='cannot be unpacked: .*'):
             unpack(tmp_path / 'a.zip', tmp_path / 'out', Budget())
