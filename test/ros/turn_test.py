@@ -14,6 +14,7 @@ from std_msgs.msg import Float64
 
 from node_case import STARTING, ZERO, NodeCase, run_as_node
 from tb3_labs.msg import MouseController
+from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_mouse
 from virtual_screen import VirtualScreen
 
@@ -63,11 +64,15 @@ class TurnTest(NodeCase):
         self.xdotool('click', 5 if down else 4)
 
     def activate_mouse(self, node):
-        """Scroll down while the pointer is in the middle: elsewhere a lost mouse does not drive."""
+        """Scroll down while the pointer is in the middle: elsewhere a lost mouse does not drive.
+        pynput says that it listens a moment before it does, so a person may scroll again."""
         times = node.text.count('The mouse is active')
         self.point(0.0, 0.0)
-        self.scroll(down=True)
-        node.wait_for('The mouse is active', times=times + 1)
+
+        def is_activated():
+            self.scroll(down=True)
+            return wait_until(lambda: node.text.count('The mouse is active') > times, 2.0)
+        self.assertTrue(wait_until(is_activated, STARTING), node.text)
 
     def wait_for_command(self, *command):
         self.seen.wait_for('cmd_vel', lambda sent: sent == command)
