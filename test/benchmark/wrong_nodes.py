@@ -109,18 +109,27 @@ def told(seen, lab):
 
 
 def reported(seen):
-    """What the report of such a run says; it does not know the letters."""
+    """What the report of the node's first start says; it does not know the letters."""
     from tb3_labs.report.cause import hints
     from tb3_labs.report.cause.diagnosis import diagnose
+    from tb3_labs.report.motion.movements import moving
+    from tb3_labs.report.page.files import nothing_driven
     from tb3_labs.marking.shown_run import as_run
     from tb3_labs.report.run_data import Values
+    from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
     if not seen.truth or seen.lab not in ('turn', 'move2goal'):
         return ''
-    run = replace(as_run(seen), letters=Values.none())
+    end = (seen.runs[0].end or seen.truth[-1][0]) + COMMAND_TIMEOUT
+    run = replace(as_run(replace(seen, stimuli=[
+        each for each in seen.stimuli if each.begin < end], **{
+            name: [row for row in getattr(seen, name) if row[0] < end]
+            for name in ('commands', 'truth', 'sensed', 'log')})), letters=Values.none())
     found = diagnose(run)
     words = [unescape(re.sub('<[^>]*>', '', hints.said_by_node(run)))]
     if found.mistake:
-        words += [' '.join(hints.sentences(found)), hints.in_a_line(found)]
+        words += [*hints.sentences(found), 'See: ' + hints.in_a_line(found).split(' See: ')[1]]
+    elif not moving(run.commands).any():
+        words.append(nothing_driven(run).partition('. The local frame')[0])
     return ' '.join(filter(None, words))
 
 

@@ -156,7 +156,7 @@ def test_a_heading_that_hardly_changes_is_not_said_to_be_in_radians_alone(old, n
     text = text_of('turtlebot_controller').replace(old, new)
     found = diagnose(played(text, turn_scene(random.Random(1)), 1))
     assert {'heading_kept', 'radians', 'quaternion_order'} <= set(found.causes)
-    assert 'hardly changes' in hints.section(found) and 'These move' in hints.section(found)
+    assert 'a heading that stays' in hints.section(found) and 'These move' in hints.section(found)
 
 
 @pytest.mark.parametrize('lab, kind', [(lab, kind) for lab in RIGHT for kind in RIGHT[lab]])

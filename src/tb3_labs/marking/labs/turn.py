@@ -307,8 +307,9 @@ def _why_wrong(turns):
     if all(first) and len(restless) > 1 and all(
             scene.turned_deg * turn.asked_deg < 0.0 and abs(scene.turned_deg) > AWAY
             for turn, scene in wrong):
-        return 'It turns away from the goal, and comes to no rest: is the error goal minus ' \
-            'heading, and K_HDG positive?', LAW
+        return 'It turns away from the goal, and comes to no rest. Turn it to the left by hand: ' \
+            'if self.curr_yaw grows, is the error goal minus heading, and K_HDG positive? If it ' \
+            'falls, step 4 has the heading.', LAW
     if all(first) and len(wrong) > 1 and all(
             abs(abs(scene.turned_deg) - abs(turn.asked_deg)) < NEARLY for turn, scene in wrong):
         return 'It turns to the other side: to the left the heading grows, to the right it ' \

@@ -38,6 +38,8 @@ AFTER_RESET = 'Print local_x, local_y and local_yaw a second after a reset, at r
 PRINT_YAW = 'Print the yaw that your node has, and turn the robot once around by hand. Over ' \
     'which range shall the number run, and which way?'
 BY_HAND = 'the yaw that it prints while you turn the robot to the left by hand: '
+LATE = 'turns by a heading that stays (it hears nothing, stores nothing in self, takes another Euler ' \
+    'angle) or comes late (it sleeps in the callback)'
 HEARD = 'rosnode info NODE: does it listen to imu, and who publishes that topic?'
 LAST_MESSAGE = 'rostopic echo /cmd_vel: which message shall be the last one of a movement?'
 SLEEPS = Hint(
@@ -73,8 +75,11 @@ HINTS = {
         'limits positive commands only', 'An error of -90 gives a command of -9. What do both '
         'limits make of it?', TURNS_STEP, 6, 'TODO 7',
         'ang_z after r: it is 0.5 or more'),
+    (TURN, 'no_clamp'): Hint(
+        'does not limit its commands', 'An error of 90 gives a command of 9. What do both limits '
+        'make of it?', TURNS_STEP, 5, 'TODO 7'),
     (TURN, 'heading_kept'): Hint(
-        'turns by a heading that hardly changes', HEARD, TURNS_STEP, 4,
+        LATE, HEARD, TURNS_STEP, 4,
         'the subscriber, and TODO 6',
         BY_HAND + 'it stays since nothing is heard, or follows late since a callback sleeps'),
     (TURN, 'swapped'): Hint(
@@ -150,7 +155,7 @@ HINTS = {
         'reads the numbers of a quaternion in another order', PRINT_YAW, POSE, 2, 'TODO 2',
         BY_HAND + 'it falls, or stays although the node hears the IMU'),
     (DRIVE, 'heading_kept'): Hint(
-        'turns by a heading that hardly changes', HEARD, POSE, 2, 'the subscriber, and TODO 2',
+        LATE, HEARD, POSE, 2, 'the subscriber, and TODO 2',
         BY_HAND + 'it stays since nothing is heard, or follows late since a callback sleeps'),
     (DRIVE, 'degrees'): Hint(
         'mixes degrees and radians', PRINT_YAW, POSE, 2, 'the callbacks, and TODO 2',

@@ -18,7 +18,7 @@ from tb3_labs.report.cause import hints
 from tb3_labs.report.cause.diagnosis import diagnose
 from tb3_labs.report.motion.drives import DriveReport, drives, goal_errors, spans
 from tb3_labs.report.motion.epochs import epochs
-from tb3_labs.report.motion.movements import FASTEST_BY_MOUSE, PAUSE
+from tb3_labs.report.motion.movements import FASTEST_BY_MOUSE, PAUSE, moving
 from tb3_labs.report.motion.turns import TurnReport, turns
 from tb3_labs.report.page import figures, tables, timeline
 from tb3_labs.report.page.document import degrees, document, number
@@ -33,7 +33,9 @@ CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
     'turns': 'Angle left to what was asked, and rate of turn, from the first command on.'}
 NOTHING = 'No drives are listed: {}. The local frame is {}.'
-NO_COMMANDS = 'the recording holds neither goal_state nor commands; record /cmd_vel too'
+NO_COMMANDS = ('no command came on cmd_vel (does the terminal of a node that should drive show an '
+               'exception? Does rosnode info name cmd_vel among its publications?)')
+ONLY_ZEROS = 'all {} commands on cmd_vel are zero'
 NO_DRIVE = 'neither goal_state nor the commands show one'
 #: Sentences: how turns and drives are distinguished from movements by hand.
 BY_CONTROL = ('Drives are found by the commands and ctrl_relinq. A movement while a node had '
@@ -72,7 +74,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
         hints.section(found, run),
         _part('Turns', tables.TURN_COLUMNS, turned, _rule_of_turns(run, turned)) * bool(turned),
         shown['turns'], _part('Drives', tables.REACHED_COLUMNS, driven, _rule_of_drives(run) if (
-            driven) else _nothing(run)) * bool(driven or not turned), shown['paths'],
+            driven) else nothing_driven(run)) * bool(driven or not turned), shown['paths'],
         '<div class="next"></div>' * bool(driven), _part(
             'Along the way', tables.ALONG, driven, tables.NOTE) * bool(driven)]))
     return page
@@ -129,10 +131,11 @@ def _part(title: str, columns: Sequence[tables.Column], reports: Sequence[Any], 
 # Sentences: findings, rules and frames --------------------------------------------------------
 
 
-def _nothing(run: RunData) -> str:
+def nothing_driven(run: RunData) -> str:
     """Returns the sentence that tells why no drives are listed."""
     words = NOTHING.format(
-        NO_DRIVE if len(run.states) or len(run.commands) else NO_COMMANDS,
+        NO_DRIVE if len(run.states) or moving(run.commands).any() else
+        ONLY_ZEROS.format(len(run.commands)) if len(run.commands) else NO_COMMANDS,
         _declared(run) if 'frames' in run.derived else 'the recorded one')
     return words if len(run.states) or not len(run.commands) else words + ' ' + _rule(run)
 
