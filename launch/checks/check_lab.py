@@ -30,7 +30,7 @@ from roslib.packages import find_node
 
 from tb3_labs.command_line import write_output
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
-from tb3_labs.marking.trial.evidence import remarks_on
+from tb3_labs.marking.trial.evidence import remarks_on, untold
 from tb3_labs.marking.labs.gamepad import HANDOUT, pad_called
 from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
 from tb3_labs.marking.shown_run import hint_in_a_line, shown
@@ -69,7 +69,8 @@ def marked():
             write_output(record, observation.to_json())
     observation = try_out(name, package, executable, parts, keep, pad, tell)
     verdicts = judge(lab.criteria, observation, worth, parts)
-    remarks = remarks_on(observation) + [observation.unfair] * bool(observation.unfair)
+    remarks = untold(remarks_on(observation), ' '.join(each.seen for each in verdicts)) + [
+        observation.unfair] * bool(observation.unfair)
     marks = Marks('', observation.node, verdicts, remarks, observation)
     if record:
         observation.shown = shown(marks)

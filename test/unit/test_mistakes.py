@@ -37,7 +37,8 @@ def printing(prints):
     (lambda yaw: 180.0, 'order of the four numbers w, x, y, z'), (signed, 'a negative one is not'),
     (lambda yaw: signed(yaw) + 360.0, 'adds 360 to each'), (lambda yaw: abs(signed(yaw)), '(abs)'),
     (lambda yaw: signed(yaw) + 180.0, '180 degrees too large'), (lambda yaw: 360.0 - yaw, 'to the right'),
-    (lambda yaw: np.degrees(signed(yaw)), 'degrees to degrees again'), (lambda yaw: yaw - 7.0, 'a sleep in')])
+    (lambda yaw: np.degrees(signed(yaw)) + 360.0 * (yaw > 180.0), 'degrees to degrees again'),
+    (lambda yaw: yaw - 7.0, 'a sleep in'), (lambda yaw: [yaw - 7.0, yaw], 'a sleep in')])
 def test_the_numbers_of_a_heading_name_its_mistake(prints, words):
     said = printing(prints)
     assert words in said and bool(said) is bool(words)

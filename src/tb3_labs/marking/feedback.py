@@ -73,7 +73,7 @@ def feedback(marks: Marks, lab: str) -> str:
 
 
 def _verdicts(verdicts, has_timeline):
-    sentences = [_sentence(verdict, verdict.seen != NOT_TRIED and verdict.seen in [
+    sentences = [_sentence(verdict, verdict.seen not in ('', NOT_TRIED) and verdict.seen in [
         above.seen for above in verdicts[:number]], has_timeline)
                  for number, verdict in enumerate(verdicts)]
     return table(['what is asked', '', 'points', SEEN], [

@@ -24,7 +24,7 @@ from tb3_labs.marking.lab_names import GAMEPAD, NODES
 from tb3_labs.marking.labs.criteria import judge
 from tb3_labs.marking.labs.gamepad import HANDOUT, pad_in_words
 from tb3_labs.marking.marks import LABS, Marks
-from tb3_labs.marking.trial.evidence import remarks_on
+from tb3_labs.marking.trial.evidence import remarks_on, untold
 from tb3_labs.marking.trial.observation import Observation
 from tb3_labs.marking.trial.processes import sweep
 
@@ -104,6 +104,7 @@ class Marker:
             marks.findings.append('Not judged: ' + marks.unjudged)
         observation = marks.observation or Observation(self._lab, marks.node)
         marks.verdicts = judge(LABS[self._lab].criteria, observation, self._worth, self._parts)
+        marks.remarks = untold(marks.remarks, ' '.join(each.seen for each in marks.verdicts))
         return marks
 
     def _observe(self, marks, reading, work, identity):

@@ -6,12 +6,12 @@ else one clause about the behaviour that was seen. Students read this clause tog
 """
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Set, Tuple, Union
 
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.marking.trial.evidence import CTRL_C, idle
+from tb3_labs.marking.trial.evidence import CTRL_C, STOPPED, idle
 from tb3_labs.marking.trial.observation import (
     WAS_MOVING, NotOffered, NotSeen, NotTried, Observation, Scene)
 from tb3_labs.marking.trial.printed import NOT_THEIRS
@@ -125,21 +125,32 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
     """One Verdict for each criterion of `parts`, or of all parts if none are given; `worth`: name
     of a criterion -> points."""
     verdicts: List[Verdict] = []
+    quoted: Set[str] = set()
     for criterion in criteria:
         if not criterion.is_tried(parts):
             continue
         look = Look(**vars(observation))
         try:
-            seen = criterion.judge(look)
+            seen = _once(criterion.judge(look), quoted)
             outcome = Outcome.MISSED if seen else Outcome.MET
         except NotSeen as reason:
             missing = isinstance(reason, NotOffered)
-            outcome, seen = Outcome.NOT_OFFERED if missing else Outcome.MISSED, str(reason)
+            outcome = Outcome.NOT_OFFERED if missing else Outcome.MISSED
+            seen = _once(str(reason), quoted)
             if isinstance(reason, NotTried) and seen in {verdict.seen for verdict in verdicts}:
                 seen = NOT_TRIED    # a node that fails at its start has one reason, not fifteen
         verdicts.append(Verdict(criterion, outcome, seen, worth[criterion.name],
                                 look.moment))
     return verdicts
+
+
+def _once(seen: str, quoted: Set[str]) -> str:
+    """The clause; an exception that is `quoted` is not quoted again."""
+    words, stopped, error = seen.partition(STOPPED + ', ')
+    if not stopped or error not in quoted:
+        quoted.add(error)
+        return seen
+    return words + 'the same exception had stopped it'
 
 
 def first_missed(*missed: str) -> str:

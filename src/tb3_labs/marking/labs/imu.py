@@ -112,7 +112,6 @@ SELDOM = 2.0
 #: What a wrong node prints, by the yaw from -180 to 180 [deg], and the mistake.
 PRINTS = [
     (np.radians, 'Its numbers are radians.'),
-    (lambda yaw: np.radians(yaw) % 360.0, 'Its numbers are radians.'),
     (lambda yaw: yaw, 'Its headings are right but for the range: a negative one is not '
      'converted.'),
     (lambda yaw: yaw + 360.0, 'It adds 360 to each yaw: only a negative one needs it.'),
@@ -120,9 +119,7 @@ PRINTS = [
      'and to which?'),
     (abs, 'It makes a negative yaw positive (abs): a heading of 350 becomes 10.'),
     (lambda yaw: -yaw, 'It counts to the right: a left turn should count up.'),
-    (lambda yaw: -yaw % 360.0, 'It counts to the right: a left turn should count up.'),
-    (np.degrees, 'It converts degrees to degrees again: 50 becomes 2865.'),
-    (lambda yaw: np.degrees(yaw) % 360.0, 'It converts degrees to degrees again.')]
+    (np.degrees, 'It converts degrees to degrees again: 50 becomes 2865.')]
 
 
 def hint(seen: Observation) -> str:
@@ -145,9 +142,11 @@ def _prints(true, said):
         return 'It printed the same number, {:.1f}, at each heading. {}'.format(
             said[0], 'Is it the roll or the pitch in place of the yaw? (Radians would run up to '
             '3.14.)' if abs(said[0]) < LEVEL else 'Is the order of the four numbers w, x, y, z?')
+    def is_said(numbers):
+        return (np.abs(said - numbers) < HEADING_TOLERANCE).all()
     yaw = apart(true, 0.0)
-    return next((words for prints, words in PRINTS if (
-        np.abs(said - prints(yaw)) < HEADING_TOLERANCE).all()), '')
+    return '' if is_said(yaw % 360.0) else next((words for prints, words in PRINTS if any(
+        is_said(prints(yaw) + added) for added in (0.0, 360.0 * (prints(yaw) < 0.0)))), '')
 
 
 CRITERIA = [

@@ -18,6 +18,10 @@ TWIST = 'geometry_msgs/Twist'
 CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
 #: Without a command a robot turns or drives by less than this [deg], [m].
 STILL_DEG, STILL_WAY = 3.0, 0.02
+#: These words, and then the exception.
+STOPPED = 'an exception had stopped it'
+#: The exception that a remark quotes.
+QUOTED = re.compile(r'^A traceback was printed .*?: ([\'"].*[\'"])\. The clean exit')
 #: A terminal shows the letter that was typed.
 LETTER = re.compile(r'^\w\r?\n')
 #: A rate is known from this number of commands on.
@@ -42,6 +46,12 @@ def tracebacks_before_the_end(seen: Observation) -> List[str]:
         error and ': {!r}'.format(error)) for error, each in names.items()]
 
 
+def untold(remarks: List[str], said: str) -> List[str]:
+    """The remarks without those on an exception that the verdicts' sentences `said` quote."""
+    return [remark for remark in remarks if not any(
+        error in said for error in QUOTED.findall(remark))]
+
+
 def errors_in(seen: Observation, run: Run) -> List[str]:
     """The exceptions of a run before it got Ctrl+C."""
     text = run.printed
@@ -54,9 +64,10 @@ def errors_in(seen: Observation, run: Run) -> List[str]:
 def idle(scene: Scene) -> str:
     """A clause on the reason why a node did not move the robot in this scene."""
     run = scene.run
-    errors = errors_in(scene.seen, run)
-    if errors and any(errors):
-        return 'an exception had stopped it, {}'.format(counted(list(filter(None, errors))[:1])[0])
+    errors = list(filter(None, errors_in(scene.seen, run)))
+    if errors:
+        number = sum(errors_in(scene.seen, each).count(errors[0]) for each in scene.seen.runs)
+        return '{}, {}'.format(STOPPED, counted(errors[:1] * max(number, 1))[0])
     if scene.odd:
         return '{} of its commands were not finite numbers, such as {}'.format(
             len(scene.odd), scene.odd[0])

@@ -38,8 +38,8 @@ AFTER_RESET = 'Print local_x, local_y and local_yaw a second after a reset, at r
 PRINT_YAW = 'Print the yaw that your node has, and turn the robot once around by hand. Over ' \
     'which range shall the number run, and which way?'
 BY_HAND = 'the yaw that it prints while you turn the robot to the left by hand: '
-LATE = 'turns by a heading that stays (it hears nothing, stores nothing in self, takes another Euler ' \
-    'angle) or comes late (it sleeps in the callback)'
+LATE = 'turns by a heading that stays (it hears nothing, stores nothing in self, takes another ' \
+    'Euler angle) or comes late (it sleeps in the callback)'
 HEARD = 'rosnode info NODE: does it listen to imu, and who publishes that topic?'
 LAST_MESSAGE = 'rostopic echo /cmd_vel: which message shall be the last one of a movement?'
 SLEEPS = Hint(
