@@ -18,7 +18,6 @@ import time
 import rospy
 from std_msgs.msg import Bool
 
-from tb3_labs.geometry.angles import clamp
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.node import end, guarded, run
 
@@ -121,8 +120,8 @@ class Pointer:
 
 def screen_position(pixel_x, pixel_y, width, height):
     """Returns the position (x, y), -1 to 1, of a pixel; pixels count from the top left corner."""
-    return (clamp(2.0 * pixel_x / max(width - 1, 1) - 1.0, -1.0, 1.0),
-            clamp(1.0 - 2.0 * pixel_y / max(height - 1, 1), -1.0, 1.0))
+    x, y = 2.0 * pixel_x / max(width - 1, 1) - 1.0, 1.0 - 2.0 * pixel_y / max(height - 1, 1)
+    return max(-1.0, min(1.0, x)), max(-1.0, min(1.0, y))
 
 
 def _libraries():

@@ -14,8 +14,8 @@ from std_msgs.msg import Float64
 
 from node_case import STARTING, ZERO, NodeCase, run_as_node
 from tb3_labs.msg import MouseController
+from tb3_labs.nodes.controller.mouse_reader import to_mouse
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.conversions import to_mouse
 from virtual_screen import VirtualScreen
 
 WIDTH, HEIGHT = 800, 600

@@ -12,12 +12,13 @@ from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.core import ControllerCore
+from tb3_labs.nodes.controller.mouse_reader import to_mouse
 from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.ros.conversions import to_mouse, to_pose2, to_quaternion
-from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample
+from tb3_labs.ros.conversions import to_odometry_sample, to_pose2, to_quaternion
+from tb3_labs.ros.sensor_topics import to_imu_sample
 from tb3_labs.supervision.events import Event
 
 BURGER = robot_model('burger')

@@ -342,18 +342,6 @@ def test_a_silent_mouse_is_lost_and_stops_the_robot(x):
     assert desk.told('No mouse for 0.2 s')
 
 
-def test_a_bad_position_is_refused_and_does_not_keep_the_mouse_alive(desk):
-    desk.hold(True, 0.0, 1.0)
-    desk.run(0.3)
-    desk.mouse = None
-    for _ in range(5):
-        for position in ((math.nan, 1.0), (1.0, -math.inf)):
-            with pytest.raises(ValueError, match='not finite'):
-                desk.core.on_mouse(Event(MouseState(True, *position), desk.now))
-            desk.run(0.05)
-    assert desk.core.driver is Driver.NOBODY
-
-
 def test_the_user_of_a_mouse_that_was_active_before_is_told_what_to_do_once():
     core = ControllerCore(Told())
     for k in range(5):

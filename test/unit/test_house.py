@@ -28,7 +28,7 @@ ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 
 #: Floors within ros/, from the ground up.
 ROS_FLOORS = [{'rospy_internals', 'conversions', 'launch', 'robot_description'},
               {'clocks'}, {'node'}, {'topics', 'parameters'},
-              {'dynparam', 'cmd_vel', 'sensor_topics', 'reset_call'}, {'gate'}]
+              {'dynparam', 'gate', 'sensor_topics', 'reset_call'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: This file alone touches private parts of libraries.
 INTERNALS = 'rospy_internals.py'

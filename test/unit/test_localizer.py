@@ -12,7 +12,6 @@ from known_motion import SteadyRobot, Truth, angle_between, as_pose2, assert_pos
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.robot.samples import ImuSample
-from tb3_labs.simulation.sensors import with_stamp
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(4.8 - 0.3j, -1.8),
                        imu_offset=math.radians(140.6), clock_ahead=0.775)
@@ -157,7 +156,7 @@ def test_a_reset_that_waits_while_the_clock_steps_says_why_it_cannot_be_carried_
     feed(localizer, robot.messages(0.0, 2.0))
     reset = localizer.reset(AskedPose(Pose2()), 2.001)
     assert localizer.has_resets and reset.problem == ''
-    localizer.on_imu(with_stamp(robot.imu(2.01), 1007.01), 2.01)
+    localizer.on_imu(robot.imu(2.01)._replace(stamp=1007.01), 2.01)
     assert reset.problem.startswith("the robot's clock was set") and not reset.done
     assert not localizer.has_resets
 
@@ -167,7 +166,7 @@ def test_a_reset_that_waits_while_the_board_restarts_says_why_it_cannot_be_carri
     feed(localizer, RESTING.messages(0.0, 1.0))
     reset = localizer.reset(AskedPose(Pose2()), 1.02)
     localizer.on_imu(RESTING.imu(1.01)._replace(yaw=0.0), 1.01)
-    localizer.on_odometry(replace(RESTING.odometry(1.01), pose=Pose2()), 1.01)
+    localizer.on_odometry(RESTING.odometry(1.01)._replace(pose=Pose2()), 1.01)
     assert reset.problem == 'the robot started anew at that moment' and not reset.done
     assert not localizer.has_resets and localizer.motion(1.01) is None
 
@@ -208,7 +207,7 @@ def test_motion_carries_the_newest_samples_on(robot, later):
 def test_the_speed_of_turning_is_the_gyros_not_the_odometrys_spike():
     localizer = AtDoor.localizer()
     feed(localizer, SPINNING.messages(0.0, 1.0))
-    localizer.on_odometry(replace(SPINNING.odometry(1.05), angular=-143.6), 1.05)
+    localizer.on_odometry(SPINNING.odometry(1.05)._replace(angular=-143.6), 1.05)
     motion = localizer.motion(1.06)
     assert motion.angular == 2.6
     assert_pose(motion.pose, Truth(0j, 2.6 * 1.06), radians=1e-6)

@@ -3,6 +3,7 @@ import os
 import re
 import runpy
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -12,12 +13,16 @@ import pytest
 
 pytest.importorskip('rospy')    # the processes below need it
 
+from geometry_msgs.msg import Twist
 from pages import SCRIPTS
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.ros import cmd_vel, node, start
+from tb3_labs.ros import gate, node, start
 from rospy.impl.registration import RegManager
+from rospy.impl.tcpros_base import TCPROSTransport
+from rospy.impl.tcpros_pubsub import TCPROSPub
+from rospy.topics import _PublisherImpl
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.rospy_internals import hear_others_alone, join_updates
+from tb3_labs.ros.rospy_internals import hear_others_alone, join_updates, write_at_once
 from tb3_labs.supervision.events import News
 
 BEGIN = '''
@@ -154,9 +159,9 @@ def test_a_terminal_that_has_gone_ends_nothing(stream):
 
 def test_news_are_logged_warnings_as_such(monkeypatch):
     logged = []
-    monkeypatch.setattr(node.rospy, 'loginfo', lambda *words: logged.append(('info',) + words))
-    monkeypatch.setattr(node.rospy, 'logwarn', lambda *words: logged.append(('warn',) + words))
-    node.log_news([News('50 % done', warning=False), News('lost', warning=True)])
+    monkeypatch.setattr(gate.rospy, 'loginfo', lambda *words: logged.append(('info',) + words))
+    monkeypatch.setattr(gate.rospy, 'logwarn', lambda *words: logged.append(('warn',) + words))
+    gate.log_news([News('50 % done', warning=False), News('lost', warning=True)])
     assert logged == [('info', '%s', '50 % done'), ('warn', '%s', 'lost')]
 
 
@@ -197,11 +202,31 @@ def test_ctrl_c_ends_a_node_that_still_imports(name, before_it):
     ((1e-40, -1e-40), None)])
 def test_a_speed_that_turns_no_motor_is_sent_as_zero(monkeypatch, command, sent):
     published = []
-    monkeypatch.setattr(cmd_vel.rospy, 'Publisher',
-                        lambda *_, **__: SimpleNamespace(publish=published.append))
-    monkeypatch.setattr(cmd_vel, 'ClockWatch', lambda stop: SimpleNamespace(runs=True))
-    cmd_vel.CmdVel().send(Twist2(*command))
-    assert [(twist.linear.x, twist.angular.z) for twist in published] == ([sent] if sent else [])
+    monkeypatch.setattr(gate.rospy, 'Publisher',
+                        lambda *_, **__: SimpleNamespace(publish=lambda twist: published.append(
+                            (twist.linear.x, twist.angular.z))))
+    monkeypatch.setattr(gate, 'write_at_once', lambda publisher: None)
+    monkeypatch.setattr(gate, 'ClockWatch', lambda stop: SimpleNamespace(runs=True))
+    gate.CmdVel().send(Twist2(*command))
+    assert published == ([sent] if sent else [])
+
+
+def test_a_subscriber_that_hangs_is_dropped_and_holds_up_no_other():
+    """Private parts of rospy that are changed."""
+    topic, readers = _PublisherImpl('/cmd_vel', Twist), []
+    write_at_once(SimpleNamespace(impl=topic))
+    for name in '/robot', '/hangs':
+        written, read = socket.socketpair()
+        readers.append(read)
+        connection = TCPROSTransport(TCPROSPub('/cmd_vel', Twist), '/cmd_vel')
+        connection.set_socket(written, name)
+        topic.add_connection(connection)
+    begun, count = time.monotonic(), 0
+    while topic.has_connection('/hangs') and time.monotonic() < begun + 20.0:
+        topic.publish(Twist())
+        count += len(readers[0].recv(1000)) // 52
+    assert count == topic.seq > 100 and topic.has_connection('/robot')
+    assert time.monotonic() < begun + 5.0
 
 
 def test_an_answer_without_a_publisher_does_not_hide_one_of_its_topic_that_was_told_before():

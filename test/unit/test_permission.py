@@ -3,7 +3,7 @@ import itertools
 
 import pytest
 
-from tb3_labs.supervision.events import Age, Connection, Event, Origins
+from tb3_labs.supervision.events import Age, Connection, Event, NewsDesk, Origins
 from tb3_labs.supervision.freshness import RENEWAL, SleepWatch
 from tb3_labs.supervision.permission import LAPSE, Permission
 
@@ -13,7 +13,8 @@ class Senders:
     """
 
     def __init__(self):
-        self.permission = Permission()
+        self.desk = NewsDesk()
+        self.permission = Permission(False, self.desk.tell)
         self.now = 1000.0
         self.renewing = set()
         self.sensor_problem = ''
@@ -60,7 +61,7 @@ class Senders:
         return self.permission.granted
 
     def warned(self, words):
-        return any(words in news.text and news.warning for news in self.permission.take_news())
+        return any(words in news.text and news.warning for news in self.desk.take())
 
 
 @pytest.fixture
@@ -77,7 +78,7 @@ def test_given_by_hand_it_stands(senders):
 
 
 def test_given_at_the_start_it_stands_until_anybody_takes_it(senders):
-    senders.permission = Permission(granted=True)
+    senders.permission = Permission(True, senders.desk.tell)
     assert senders.run(10.0) and senders.granted
     senders.say('pad', False)
     assert not senders.run(10.0)
@@ -139,7 +140,7 @@ def test_a_giver_that_comes_back_revives_it_only_after_a_short_silence(senders, 
 
 @pytest.mark.parametrize('begins', [True, False])
 def test_the_time_in_which_a_node_starts_is_no_sleep(begins):
-    permission = Permission()
+    permission = Permission(False, NewsDesk().tell)
     permission.update(1000.0)
     if begins:
         permission.sleep.start(1002.5)
@@ -163,7 +164,7 @@ def test_a_pad_that_renews_what_does_not_count_is_told_so_once(senders):
     senders.renewing.add('pad')
     senders._next['pad'] = senders.now
     assert not senders.run(5.0)
-    refusals = [news.text for news in senders.permission.take_news() if 'count' in news.text]
+    refusals = [news.text for news in senders.desk.take() if 'count' in news.text]
     assert len(refusals) == 1 and 'while this node did not run' in refusals[0]
     assert senders.give_anew('pad')
 
@@ -214,7 +215,7 @@ def test_what_was_given_before_this_node_lived_is_no_grant(senders):
 def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, comes_after, stands):
     senders.sensor_problem = 'no imu'
     if not was_there:
-        senders.permission = Permission(granted=True)
+        senders.permission = Permission(True, senders.desk.tell)
     senders.permission.begin(senders.now)
     if was_there:
         senders.say('pad', True)
@@ -224,7 +225,7 @@ def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, com
     assert senders.granted is stands
     told = 'Control from {} is gone: no imu for {} s (is the robot running?). False, then True, ' \
            'gives it again'.format(*('pad', 2) if was_there else ('the start', 20))
-    assert [news.text for news in senders.permission.take_news()] == [told] * (not stands)
+    assert [news.text for news in senders.desk.take()] == [told] * (not stands)
     assert senders.give_anew('pad')
 
 
@@ -242,7 +243,7 @@ def test_a_grant_that_is_older_than_this_node_or_its_waking_does_not_count(sende
     if slept:
         senders.now += 3.0               # no update meanwhile
     else:
-        senders.permission = Permission()
+        senders.permission = Permission(False, senders.desk.tell)
     assert not senders.run(0.5)
     senders.say('pad', True)
     senders.at_once(8)                   # pressed 0.8 s ago
@@ -266,10 +267,10 @@ def test_a_grant_that_was_under_way_when_somebody_else_stopped_the_robot(
 def test_what_was_taken_before_this_node_lived_is_no_stop():
     """The sender's False was older than the start with control."""
     senders = Senders()
-    senders.permission = Permission(granted=True)
+    senders.permission = Permission(True, senders.desk.tell)
     senders.hear('pad', False, Age.OLD, renews=True)
     assert senders.run(1.0) and senders.granted
-    assert senders.permission.take_news() == []
+    assert senders.desk.take() == []
 
 
 @pytest.mark.parametrize('stands, age', [

@@ -10,7 +10,6 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.door import Door
 from tb3_labs.localization.sample_buffer import MAX_GAP, SAMPLE_MEMORY, SampleBuffer, Track
 from tb3_labs.robot.samples import ImuSample, OdometrySample
-from tb3_labs.simulation.sensors import with_stamp
 from tb3_labs.supervision.freshness import Lateness
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offset=-1.8,
@@ -59,7 +58,7 @@ def assert_instant(instant, robot, now, ahead=None, seconds=1e-6, radians=1e-6):
 
 
 def restamped(messages, new_stamp):
-    return [(arrival, with_stamp(sample, new_stamp(arrival, sample.stamp)))
+    return [(arrival, sample._replace(stamp=new_stamp(arrival, sample.stamp)))
             for arrival, sample in messages]
 
 
@@ -155,7 +154,7 @@ def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
 @pytest.mark.parametrize('whose', [ImuSample, OdometrySample, object])
 def test_arrival_takes_the_place_of_stamps_of_zero_or_standing_still(useless, whose):
     history = filled(
-        (arrival, with_stamp(sample, useless) if isinstance(sample, whose) else sample)
+        (arrival, sample._replace(stamp=useless) if isinstance(sample, whose) else sample)
         for arrival, sample in SPINNING.messages(0.0, 2.0))
     assert not history.clock.uses_stamps
     assert_instant(instant_at(history, 1.55), SPINNING, 1.55, ahead=0.0)
@@ -199,7 +198,7 @@ def test_late_messages_are_no_new_clock(stall):
 def test_two_clocks_that_disagree_are_no_use(apart):
     """Odometry stamped by another machine: both sensors have only the arrival in common."""
     history = filled(
-        (arrival, with_stamp(sample, sample.stamp + (
+        (arrival, sample._replace(stamp=sample.stamp + (
             10.0 if isinstance(sample, ImuSample) else 10.0 + apart)))
         for arrival, sample in SPINNING.messages(0.0, 4.0))
     assert not history.clock.uses_stamps

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.control.speed_laws import Twist2, braking_speed, saturate
-from tb3_labs.robot.turtlebot3 import MODELS
+from tb3_labs.control.speed_laws import braking_speed
+from tb3_labs.robot.turtlebot3 import MODELS, Twist2, saturate
 
 BURGER = MODELS['burger']
 SPEEDS = st.floats(-10.0, 10.0)

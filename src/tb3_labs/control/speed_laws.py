@@ -1,4 +1,4 @@
-"""Speed laws and limits shared by turning and driving, and the rhythm of their steps.
+"""The braking law shared by turning and driving, and the rhythm of their steps.
 
 A step reads the latest samples and gives one command. The robot obeys the latest command once in
 each of its control periods (turtlebot3.CONTROL_RATE). So a law asks for one step in each period
@@ -13,20 +13,13 @@ import math
 from typing import NamedTuple, Optional
 
 from tb3_labs.geometry.angles import clamp
-from tb3_labs.robot.turtlebot3 import RobotModel
+from tb3_labs.robot.turtlebot3 import Twist2
 
 #: Steps after the first one are planned earlier by this [s]. The sample for a step may come 5 ms
 #: late, and the robot obeys the command before until a late command arrives.
 EARLY = 0.0035
 #: A stream of samples is left alone for this long at most [s]: a little more than a control period.
 LONGEST_IDLE = 0.036
-
-
-class Twist2(NamedTuple):
-    """A planar velocity: forward speed [m/s] and rate of turn [rad/s]."""
-
-    linear: float = 0.0
-    angular: float = 0.0
 
 
 class LawStep(NamedTuple):
@@ -50,23 +43,6 @@ def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
     if distance <= meeting:
         return math.copysign(gain * distance, remaining)
     return math.copysign(math.sqrt(deceleration * (2.0 * distance - meeting)), remaining)
-
-
-def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:
-    """Returns `twist` within the limits asked for ([m/s], [rad/s]) and the robot's own.
-
-    First each speed is clipped on its own. If both together are still too fast for a wheel, both
-    are scaled alike: the robot drives the same curve, only slower.
-    """
-    linear_limit = min(max_linear, model.max_linear)
-    angular_limit = min(max_angular, model.max_angular)
-    linear = clamp(twist.linear, -linear_limit, linear_limit)
-    angular = clamp(twist.angular, -angular_limit, angular_limit)
-    wheel = abs(linear) + model.half_track * abs(angular)
-    if wheel > model.max_wheel_speed:
-        scale = model.max_wheel_speed / wheel
-        linear, angular = scale * linear, scale * angular
-    return Twist2(linear, angular)
 
 
 class Pace:

@@ -21,7 +21,8 @@ from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS, model_called
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
-from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample, to_wheel_sample
+from tb3_labs.ros.conversions import to_odometry_sample
+from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 
 #: The topics of a robot that the doctor hears, with their messages.
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'cmd_vel': rospy.AnyMsg}

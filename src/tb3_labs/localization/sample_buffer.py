@@ -11,7 +11,6 @@ Edge cases: a new epoch of that clock empties the buffer; a gap of the odometry 
 import math
 from bisect import bisect_left
 from collections import deque
-from dataclasses import replace
 from typing import Any, Callable, Deque, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference, interpolate_angle, wrap
@@ -105,7 +104,7 @@ class SampleBuffer:
     def shift(self, shift: Pose2) -> None:
         """The frame of the odometry jumped: its old frame has the pose `shift` in the new one."""
         self._odometry.change(lambda pose: shift @ pose)
-        self._unpaired = deque((time, replace(sample, pose=shift @ sample.pose))
+        self._unpaired = deque((time, sample._replace(pose=shift @ sample.pose))
                                for time, sample in self._unpaired)
 
     def take_pair(self) -> Optional[Tuple[OdometrySample, float]]:

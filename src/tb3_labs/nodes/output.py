@@ -2,7 +2,7 @@
 from dataclasses import dataclass
 from typing import Optional, Sequence
 
-from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import News
 
 

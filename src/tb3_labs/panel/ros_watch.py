@@ -12,9 +12,9 @@ from tf2_msgs.msg import TFMessage
 
 from tb3_labs.panel.picture import RobotView
 from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.conversions import frame, to_pose2, transform_to_pose2
+from tb3_labs.ros.conversions import frame, to_odometry_sample, to_pose2, transform_to_pose2
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
-from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample
+from tb3_labs.ros.sensor_topics import to_imu_sample
 from tb3_labs.ros.topics import subscribe, subscribe_events
 
 #: The odometry, which moves the robot on the page, is read once in this time [s].

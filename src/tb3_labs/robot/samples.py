@@ -3,11 +3,9 @@
 Units: seconds, metres, radians. `stamp` is the sender's clock, which may be off by a second.
 """
 import math
-from dataclasses import dataclass
-from typing import NamedTuple, Union
+from typing import Any, NamedTuple, Union
 
 from tb3_labs.geometry.angles import difference
-from tb3_labs.geometry.se2 import Pose2
 
 #: A robot does not turn farther than this between two samples of its IMU [rad]. In a silence of the
 #: IMU, a node that drives by the IMU stops the robot.
@@ -31,7 +29,7 @@ REST_LINEAR = 0.005
 REST_ANGULAR = 0.03
 
 
-class ImuSample(NamedTuple):    # faster than a dataclass: hundreds are made in a second
+class ImuSample(NamedTuple):    # all are faster than dataclasses: hundreds are made in a second
     """One message of the IMU: heading in a frame of its own and the gyro's rate."""
 
     stamp: float
@@ -39,12 +37,11 @@ class ImuSample(NamedTuple):    # faster than a dataclass: hundreds are made in 
     yaw_rate: float       # [rad/s]
 
 
-@dataclass(frozen=True)
-class OdometrySample:
+class OdometrySample(NamedTuple):
     """One message of the wheels' odometry: pose and speed in the `odom` frame."""
 
     stamp: float
-    pose: Pose2           # odom_T_base
+    pose: Any             # odom_T_base, a geometry.se2.Pose2; a node of the IMU alone has none
     linear: float         # forward speed [m/s]
     angular: float        # [rad/s]; a spike of 2 pi times the rate at each +/-180 deg crossing
 
@@ -57,11 +54,10 @@ class WheelSample(NamedTuple):
     right: float          # [rad]
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(NamedTuple):
     """The robot's motion as a law needs it; ages count from the measurement, see door."""
 
-    pose: Pose2                 # local_T_base, now, extrapolated from the samples
+    pose: Any                   # local_T_base, now, a Pose2 extrapolated from the samples
     linear: float               # [m/s], from the wheels
     angular: float              # [rad/s], from the gyro
     imu_age: float = 0.0        # [s]

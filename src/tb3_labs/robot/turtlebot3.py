@@ -6,7 +6,7 @@ for the Burger are rounded up: its wheels reach only 61 rpm; `motor_steps` cut o
 """
 import math
 from dataclasses import dataclass
-from typing import Dict, Mapping
+from typing import Dict, Mapping, NamedTuple
 
 from tb3_labs.config import NOT_GIVEN
 
@@ -23,6 +23,13 @@ COMMAND_TIMEOUT = 0.5
 WHEEL_WIDTH = 0.018
 #: The wheels' names in the robot's messages, as in turtlebot3_description.
 WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'
+
+
+class Twist2(NamedTuple):
+    """A planar velocity: forward speed [m/s] and rate of turn [rad/s]."""
+
+    linear: float = 0.0
+    angular: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -57,6 +64,23 @@ MODELS: Dict[str, RobotModel] = {
 DEFAULT_MODEL = 'burger'
 #: The environment variable that names the model if nothing else does.
 MODEL_VARIABLE = 'TURTLEBOT3_MODEL'
+
+
+def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:
+    """Returns `twist` within the limits asked for ([m/s], [rad/s]) and the robot's own.
+
+    First each speed is clipped on its own. If both together are still too fast for a wheel, both
+    are scaled alike: the robot drives the same curve, only slower.
+    """
+    linear_limit = min(max_linear, model.max_linear)
+    angular_limit = min(max_angular, model.max_angular)
+    linear = max(min(twist.linear, linear_limit), -linear_limit)    # in this order NaN stays NaN
+    angular = max(min(twist.angular, angular_limit), -angular_limit)
+    wheel = abs(linear) + model.half_track * abs(angular)
+    if wheel > model.max_wheel_speed:
+        scale = model.max_wheel_speed / wheel
+        linear, angular = scale * linear, scale * angular
+    return Twist2(linear, angular)
 
 
 def robot_model(name: str, said_by: str = 'model') -> RobotModel:

@@ -10,6 +10,8 @@ from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
 
 from tb3_labs.geometry.quaternions import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.robot.samples import (
+    FARTHEST_PLACE, FASTEST_DRIVE, FASTEST_SPIKE, LAST_STAMP, OdometrySample, bounded)
 
 #: Frames of a goal or a reset that mean ``local``; the handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
@@ -67,10 +69,14 @@ def transform_to_pose2(transform):
                               yaw_of(transform.rotation)))
 
 
-def to_mouse(message):
-    """A tb3_labs/MouseController as (active, x, y)."""
-    position = message.xPos, message.yPos
-    return (message.status.data,) + finite(position, *position)
+def to_odometry_sample(message):
+    """The OdometrySample of a nav_msgs/Odometry."""
+    twist, pose = message.twist.twist, to_pose2(message.pose.pose)
+    bounded('place', max(abs(pose.x), abs(pose.y)), FARTHEST_PLACE, 'm')
+    return OdometrySample(
+        bounded('stamp', message.header.stamp.to_sec(), LAST_STAMP, 's'), pose,
+        bounded('speed', twist.linear.x, FASTEST_DRIVE, 'm/s'),
+        bounded('rate of turn', twist.angular.z, FASTEST_SPIKE, 'rad/s'))
 
 
 def to_pose_stamped(pose, frame, stamp):

@@ -3,7 +3,7 @@
 A ``ValueError`` at the start, such as that of an invalid parameter, ends the node with one fatal
 line and exit status 1; its roslaunch ends, too. An exception inside a callback ends the node as
 well: rospy alone would print a traceback and let the robot drive on with its last command. The
-shutdown hook of :mod:`tb3_labs.ros.cmd_vel` sends the last zero velocity.
+shutdown hook of :mod:`tb3_labs.ros.gate` sends the last zero velocity.
 
 Ctrl+Z stops the robot before it stops the process. rospy's own signal handlers interrupt the main
 thread at any point to shut down, and hang if it holds one of rospy's locks. Here a signal is an
@@ -18,10 +18,10 @@ Threads and locks
     1  locks of the parts that call a node back: the shutdown and its hooks, dynamic settings,
        diagnostics, actionlib. A node that calls these parts, or :func:`end`, holds no lock.
     2  the lock of the node, which guards its core
-    3  the lock of CmdVel, which calls nothing back
+    3  the lock of gate.CmdVel, which calls nothing back
     4  locks of rospy's topics, and of its log
     A thread that holds a node's lock does not wait for a service or a message. Its longest wait is
-    in CmdVel, for the last zero, when the node does not drive any more. A terminal that takes no
+    in CmdVel, for a subscriber that hangs (rospy_internals.STUCK). A terminal that takes no
     text (Ctrl+S) holds up only the thread that prints: the gate's (:mod:`tb3_labs.ros.gate`), or a
     node's own, and then the robot stops by its own timeout.
 """
@@ -166,12 +166,6 @@ def end_roslaunch():
     words = Path('/proc/{}/cmdline'.format(os.getppid())).read_text().split('\0')
     if 'roslaunch' in map(os.path.basename, words[:2]):    # the first word may be python
         os.kill(os.getppid(), signal.SIGTERM)
-
-
-def log_news(news):
-    """Log each line of `news`, a core's news.News: as a warning if it is one, else as info."""
-    for line in news:
-        (rospy.logwarn if line.warning else rospy.loginfo)('%s', line.text)
 
 
 # ----- signals -----

@@ -3,13 +3,14 @@
 A node of this package (:mod:`tb3_labs.nodes.move_to_goal.ros_resets`) offers `reset_pose`, which
 says why a reset is refused. A node as in the handout offers only `set_pose`.
 """
+import math
+
 import rosgraph
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 
-from tb3_labs.geometry.se2 import TypedPose
+from tb3_labs.geometry.quaternions import quaternion_from_yaw
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.srv import ResetPose, SetInitialPose
 
 #: Longest wait until a service is offered (WAIT), and for the connection to it (CONTACT) [s].
@@ -24,9 +25,9 @@ def call_reset(x, y, yaw_deg):
     own, handout = (rospy.resolve_name(name) for name in ('reset_pose', 'set_pose'))
     try:
         if _first_offered(own, handout) == handout:
-            pose = TypedPose(x, y, yaw_deg).pose
-            rospy.ServiceProxy(handout, SetInitialPose)(_stamped(pose))
-            return '{} was called with {}'.format(handout, pose)
+            rospy.ServiceProxy(handout, SetInitialPose)(_stamped(x, y, math.radians(yaw_deg)))
+            return '{} was called with x={:.3f}, y={:.3f}, yaw={:.1f} deg'.format(
+                handout, x, y, yaw_deg)
         response = rospy.ServiceProxy(own, ResetPose)(x, y, yaw_deg)
     except (rospy.ROSException, rospy.ServiceException) as problem:
         raise ValueError(str(problem)) from None
@@ -58,9 +59,11 @@ def _answers(service):
     return True
 
 
-def _stamped(pose):
-    """The geometry_msgs/PoseWithCovarianceStamped of a Pose2, as the handout's gamepad sends it."""
-    plain = to_pose_stamped(pose, 'map', rospy.get_time())
-    message = PoseWithCovarianceStamped(header=plain.header)
-    message.pose.pose, message.pose.covariance = plain.pose, COVARIANCE
+def _stamped(x, y, yaw):
+    """The geometry_msgs/PoseWithCovarianceStamped that the handout's gamepad sends."""
+    message = PoseWithCovarianceStamped()
+    message.header.frame_id, message.header.stamp = 'map', rospy.Time.now()
+    message.pose.covariance, pose = COVARIANCE, message.pose.pose
+    pose.position.x, pose.position.y, turn = x, y, pose.orientation
+    turn.w, turn.x, turn.y, turn.z = quaternion_from_yaw(yaw)
     return message

@@ -4,6 +4,8 @@ They are those of rospy 1.15.15 (Debian 12). Each docstring names the part, what
 it, and the test that fails if the part changes. If it names no test, an AttributeError shows the
 change: a node does not start, or ends at once.
 """
+import socket
+import struct
 import time
 from io import BytesIO
 
@@ -11,6 +13,9 @@ import rospy
 from rospy.impl import registration
 from rospy.impl.tcpros_base import TCPROSTransport
 from rospy.msg import serialize_message
+
+#: A subscriber whose full buffers take nothing for this long is stopped, or hangs [s].
+STUCK = 0.05
 
 
 def connection_of(message):
@@ -56,6 +61,24 @@ def heard_by(publisher):
     """The names of the nodes that are connected to `publisher` (`endpoint_id`): a stop that no node
     hears is not shown as done (test/ros/panel.test)."""
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
+
+
+def write_at_once(publisher):
+    """Let ``publish()`` itself write to the subscribers, and drop one that takes nothing for STUCK.
+
+    rospy's queue has a thread for each subscriber. To wake it costs more than the message, and what
+    is in the queue is lost when the process ends (`impl`, its `add_connection`;
+    test/unit/test_node.py).
+    """
+    topic, add = publisher.impl, publisher.impl.add_connection
+
+    def add_bounded(connection):
+        connection.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO,
+                                     struct.pack('ll', 0, int(1e6 * STUCK)))
+        return add(connection)
+
+    topic.set_queue_size(None)
+    topic.add_connection = add_bounded
 
 
 def publish_together(publisher, messages):

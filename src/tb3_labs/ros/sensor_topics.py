@@ -1,37 +1,32 @@
-"""The robot's sensors: their messages as samples, and reminders of sensors that are not heard.
+"""The IMU and the wheels: their messages as samples, and reminders of sensors that are not heard.
 
-An invalid message raises ``ValueError``: NaN, infinity, an invalid quaternion, a place or a speed
-that no such robot can have, an IMU that says that it has no orientation.
+An invalid message raises ``ValueError``: NaN, infinity, an invalid quaternion, a speed that no such
+robot can have, an IMU that says that it has no orientation.
 """
 import rospy
 from sensor_msgs.msg import JointState
 
+from tb3_labs.geometry.quaternions import yaw_from_quaternion
 from tb3_labs.robot.samples import (
-    FARTHEST_PLACE, FARTHEST_WHEEL, FASTEST_DRIVE, FASTEST_GYRO, FASTEST_SPIKE, LAST_STAMP,
-    ImuSample, OdometrySample, WheelSample, bounded)
+    FARTHEST_WHEEL, FASTEST_GYRO, LAST_STAMP, ImuSample, WheelSample, bounded)
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.clocks import remind
-from tb3_labs.ros.conversions import to_pose2, yaw_of
 from tb3_labs.ros.topics import publishers_of, subscribe
+
+#: The wheels are read once in this time [s]: each second message of a TurtleBot3. The gyro is
+#: compared with wheels whose messages are nearer than freshness.MEAN_ONLY.
+WHEEL_PERIOD = 0.06
 
 
 def to_imu_sample(message):
     """The ImuSample of a sensor_msgs/Imu."""
-    for covariance, what in ((message.orientation_covariance, 'orientation'),
-                             (message.angular_velocity_covariance, 'gyro')):
-        if covariance[0] == -1.0:
-            raise ValueError('it has no {0} ({0} covariance -1)'.format(what))
-    return ImuSample(_stamp(message), yaw_of(message.orientation), bounded(
+    if message.orientation_covariance[0] == -1.0:
+        raise ValueError('it has no orientation (orientation covariance -1)')
+    if message.angular_velocity_covariance[0] == -1.0:
+        raise ValueError('it has no gyro (gyro covariance -1)')
+    q = message.orientation
+    return ImuSample(_stamp(message), yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z), bounded(
         'rate of turn', message.angular_velocity.z, FASTEST_GYRO, 'rad/s'))
-
-
-def to_odometry_sample(message):
-    """The OdometrySample of a nav_msgs/Odometry."""
-    twist, pose = message.twist.twist, to_pose2(message.pose.pose)
-    bounded('place', max(abs(pose.x), abs(pose.y)), FARTHEST_PLACE, 'm')
-    return OdometrySample(
-        _stamp(message), pose, bounded('speed', twist.linear.x, FASTEST_DRIVE, 'm/s'),
-        bounded('rate of turn', twist.angular.z, FASTEST_SPIKE, 'rad/s'))
 
 
 def to_wheel_sample(message):
@@ -50,7 +45,7 @@ def _stamp(message):
 
 
 def subscribe_wheels(callback):
-    """Hear every sample of the wheels on `joint_states`, but no message of other joints, such as an
+    """Hear samples of the wheels on `joint_states`, but no message of other joints, such as an
     arm's. Returns a function that answers whether anybody publishes there."""
     def hear(message):
         try:
@@ -60,7 +55,7 @@ def subscribe_wheels(callback):
         callback(sample)
 
     were_sent = bool(publishers_of(rospy.resolve_name('joint_states')))
-    subscriber = subscribe('joint_states', JointState, hear, queue_size=None)
+    subscriber = subscribe('joint_states', JointState, hear, idle_for=lambda now: WHEEL_PERIOD)
     return lambda: were_sent or subscriber.get_num_connections() > 0
 
 

@@ -4,12 +4,11 @@ Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (dropo
 a driver that went on sending one sample with new stamps for half a minute).
 """
 import random
-from dataclasses import replace
-from typing import List, Optional, Sequence, TypeVar
+from typing import List, Optional, Sequence
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
+from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.body import Body
 from tb3_labs.simulation.firmware import Odometer, encoder
@@ -20,7 +19,6 @@ from tb3_labs.simulation.simulator_config import FAULTS, SimulatorConfig
 DROPOUT = (0.3, 4.3)
 #: Time from one time sync of the serial node to the next [s].
 SYNC_PERIOD = 5.0
-AnySample = TypeVar('AnySample', ImuSample, OdometrySample, Sample)
 
 
 class Rhythm:
@@ -69,7 +67,7 @@ class SensorFaults:
             return []
         if self._frozen and samples:
             self._kept = self._kept or samples[0]
-            samples = [with_stamp(self._kept, sample.stamp) for sample in samples]
+            samples = [self._kept._replace(stamp=sample.stamp) for sample in samples]
         if self._dropouts:
             samples = [sample for sample in samples
                        if self._dropouts.release(sample.stamp) == sample.stamp]
@@ -95,7 +93,7 @@ class TimeSyncs:
         """Returns `arrivals` with the stamps of the board's clock in place of the true stamps."""
         if not self._largest:
             return arrivals
-        return [(moment, with_stamp(sample, sample.stamp + self.error(sample.stamp)))
+        return [(moment, sample._replace(stamp=sample.stamp + self.error(sample.stamp)))
                 for moment, sample in arrivals]
 
 
@@ -158,10 +156,3 @@ class Sensors:
         """Returns the samples since the last call, oldest first; their stamps are true."""
         samples, self._samples = self._samples, []
         return samples
-
-
-def with_stamp(sample: AnySample, stamp: float) -> AnySample:
-    """The same sample with another stamp [s]."""
-    if isinstance(sample, ImuSample):
-        return sample._replace(stamp=stamp)
-    return replace(sample, stamp=stamp)

@@ -27,9 +27,9 @@ Edge case: a sender that renews must do so once before the robot may move. So a 
 sender, or a delayed True, does not move the robot.
 """
 import math
-from typing import Dict, List, Set
+from typing import Callable, Dict, Set
 
-from tb3_labs.supervision.events import Age, Event, News, NewsDesk
+from tb3_labs.supervision.events import Age, Event
 from tb3_labs.supervision.freshness import (
     CONFIRMATION, LAPSE, LONGEST_LAPSE, RENEWAL, RESUME_TIME, ROBOT_START, SleepWatch)
 
@@ -70,7 +70,8 @@ class _Grant:
 class Permission:
     """The permission that follows from the messages of all senders."""
 
-    def __init__(self, granted: bool = False) -> None:
+    def __init__(self, granted: bool, tell: Callable[[str, bool], None]) -> None:
+        """`granted`: from the start; `tell(text, warning)` gets each line for the user."""
         #: May the robot be driven? As of the last :meth:`update`.
         self.granted = granted
         #: Number of grants so far.
@@ -83,11 +84,7 @@ class Permission:
         self._refused: Set[str] = set()    # senders that were told that their True did not count
         self._began_at = math.nan      # the time of the first update, or of the end of a long sleep
         self.sleep = SleepWatch()
-        self._news = NewsDesk()
-
-    def take_news(self) -> List[News]:
-        """The News since the last call."""
-        return self._news.take()
+        self._tell = tell
 
     @property
     def stands(self) -> bool:
@@ -146,7 +143,7 @@ class Permission:
         """Tell once that a True does not count, since a sender repeats it ten times a second."""
         if sender not in self._refused:
             self._refused.add(sender)
-            self._news.tell(text.format(sender), warning=True)
+            self._tell(text.format(sender), True)
 
     def update(self, now: float) -> None:
         """Suspend or end grants that were not renewed in time. To be called repeatedly."""
@@ -157,12 +154,12 @@ class Permission:
             self._began_at = now
             if self._grants:
                 self._grants = {}
-                self._news.tell('Control is gone: ' + self.sleep.in_words(), warning=True)
+                self._tell('Control is gone: ' + self.sleep.in_words(), True)
         for sender, grant in list(self._grants.items()):
             reason = self._objection(sender, grant, now)
             if reason:
-                self._news.tell('Control from {} is gone: {}. False, then True, gives it '
-                                'again'.format(sender or 'the start', reason), warning=True)
+                self._tell('Control from {} is gone: {}. False, then True, gives it again'.format(
+                    sender or 'the start', reason), True)
                 self._refused.add(sender)    # so its next True is not worth a line
                 del self._grants[sender]
         self.granted = any(grant.holds(now) for grant in self._grants.values())

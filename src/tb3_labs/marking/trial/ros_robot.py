@@ -23,8 +23,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.trial.observation import CMD_VEL, IMU_TOPIC, ODOM
 from tb3_labs.report.bag.messages import LEVELS
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.conversions import TRUTH_PIPE, to_twist
-from tb3_labs.ros.sensor_topics import to_imu_sample, to_odometry_sample
+from tb3_labs.ros.conversions import TRUTH_PIPE, to_odometry_sample, to_twist
+from tb3_labs.ros.sensor_topics import to_imu_sample
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.ros.topics import subscribe
 

@@ -10,9 +10,8 @@ from tb3_labs.control.approach import PreciseTurn
 from tb3_labs.control.speed_laws import LONGEST_IDLE, Pace, Twist2
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.door import Door
-from tb3_labs.localization.heading import Heading
 from tb3_labs.nodes.controller.mouse_reader import Mouse, MouseState
-from tb3_labs.nodes.controller.turns import DRIVERS, AskedTurn, Driver, DriverEvent
+from tb3_labs.nodes.controller.turns import DRIVERS, AskedTurn, Driver, DriverEvent, Heading
 from tb3_labs.nodes.output import Output
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
@@ -73,7 +72,6 @@ class ControllerCore:
         self._gyro.on_wheels(sample)
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
-        """Take in a message of a mouse; ``ValueError`` for a position that is not finite."""
         self.update(message.at)
         was_active, active = self.mouse.active, message.what.active
         deactivated = self.mouse.heard(message)

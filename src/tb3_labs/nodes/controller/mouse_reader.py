@@ -27,6 +27,14 @@ class MouseState(NamedTuple):
     y: float
 
 
+def to_mouse(message) -> MouseState:
+    """The state in a tb3_labs/MouseController; ``ValueError`` for a position that is not finite."""
+    x, y = message.xPos, message.yPos
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ValueError('mouse position ({}, {}) is not finite'.format(x, y))
+    return MouseState(message.status.data, x, y)
+
+
 class _Sender:
     """One mouse, as its messages show it."""
 
@@ -90,10 +98,7 @@ class Mouse:
 
     def heard(self, message: 'Event[MouseState]') -> bool:
         """A message of a mouse arrived. Returns True if it deactivates this mouse, also a lost one.
-        This is a stop.
-
-        Raises ``ValueError`` for a position that is not finite.
-        """
+        This is a stop.        """
         (active, x, y), now, sender = message.what, message.at, self._senders[message.sender]
         twist = mouse_twist(x, y)
         was_active, deactivated = sender.active, not active and sender.says_active
@@ -120,13 +125,11 @@ class Mouse:
 
 
 def mouse_twist(x: float, y: float) -> Twist2:
-    """The velocity that a mouse at (x, y) asks for; ``ValueError`` if they are not finite.
+    """The velocity that a mouse at (x, y) asks for.
 
     Each direction has its own dead zone, the closed interval +/-MOUSE_DEAD_ZONE. Outside of it
     the position counts from the middle. A position beyond the screen's edge counts as at the edge.
     """
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise ValueError('mouse position ({}, {}) is not finite'.format(x, y))
     return Twist2(_scaled(y), _scaled(-x))
 
 

@@ -13,12 +13,10 @@ from tb3_labs.control.motor_response import Response
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.core import ControllerCore
-from tb3_labs.nodes.controller.mouse_reader import MouseState
+from tb3_labs.nodes.controller.mouse_reader import to_mouse
 from tb3_labs.nodes.controller.turns import TurnConfig, degrees_of, make_turn
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
-from tb3_labs.ros.cmd_vel import Diagnostics, values_of
-from tb3_labs.ros.conversions import to_mouse
-from tb3_labs.ros.gate import Gate
+from tb3_labs.ros.gate import Diagnostics, Gate, values_of
 from tb3_labs.ros.node import end, end_roslaunch, guarded
 from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
 from tb3_labs.ros.sensor_topics import say_what_is_awaited, subscribe_wheels, to_imu_sample
@@ -46,7 +44,7 @@ class ControllerNode:
         # every message is read: scrolling up stops at once, even if later messages came with it
         subscribe_events('mouse_info', MouseController,
                          lambda mouse: gate.take_in(core.on_mouse, mouse),
-                         lambda message: MouseState(*to_mouse(message)), core.mouse.source)
+                         to_mouse, core.mouse.source)
         subscribe_events('turn', Float64, self._on_turn)
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')

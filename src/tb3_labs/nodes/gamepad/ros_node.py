@@ -8,8 +8,7 @@ from std_msgs.msg import Bool, String
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PAD_TIMEOUT, PadConfig, read_pad
 from tb3_labs.ros.clocks import remind, steady_time
-from tb3_labs.ros.cmd_vel import Diagnostics, values_of
-from tb3_labs.ros.gate import Gate
+from tb3_labs.ros.gate import Diagnostics, Gate, values_of
 from tb3_labs.ros.node import guarded, when_stopped
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reset_call import call_reset

@@ -81,7 +81,8 @@ class MoveToGoalCore:
         self.imu, self.odometry = self._door.imu, self._door.odometry
         self._localizer = Localizer(self._door.clock)
         self._machine = GoalMachine(law)
-        self._permission = Permission(has_control)
+        self._news = NewsDesk()
+        self._permission = Permission(has_control, self._news.tell)
         self._requests = GoalRequests(GoalRequest(None, stamp=1), self._permission.sleep)
         self._may_drive = has_control      # the permission at the last update
         self._had_control = False          # at the last tick
@@ -96,7 +97,6 @@ class MoveToGoalCore:
         self._given_up = 0                 # number of the last attempt that was given up
         self._rivals: Dict[str, float] = {}    # since when another node drives, too
         self._over: List[Reset] = []       # resets that are over
-        self._news = NewsDesk()
 
     # -- what comes in
 
@@ -203,8 +203,6 @@ class MoveToGoalCore:
         permission.Permission."""
         permission, machine = self._permission, self._machine
         permission.update(now)
-        for news in permission.take_news():
-            self._news.tell(*news)
         before, self._may_drive = self._may_drive, permission.granted
         given, self._grants = permission.count > self._grants, permission.count
         if given and (machine.failure or not before):

@@ -13,13 +13,12 @@ from tb3_labs.nodes.move_to_goal.core import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.nodes.move_to_goal.ros_display import DriveStatusPublisher, LocalDisplay
 from tb3_labs.nodes.move_to_goal.ros_goals import GoalInterfaces
 from tb3_labs.nodes.move_to_goal.ros_resets import ControlTaker, Resets
-from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.cmd_vel import CmdVel, Diagnostics, Watchdog, hear_other_drivers, values_of
-from tb3_labs.ros.conversions import frame
-from tb3_labs.ros.node import log_news
+from tb3_labs.ros.clocks import ros_time, steady_time
+from tb3_labs.ros.conversions import frame, to_odometry_sample
+from tb3_labs.ros.gate import (
+    CmdVel, Diagnostics, Watchdog, hear_other_drivers, log_news, values_of)
 from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
-from tb3_labs.ros.sensor_topics import (
-    say_what_is_awaited, subscribe_wheels, to_imu_sample, to_odometry_sample)
+from tb3_labs.ros.sensor_topics import say_what_is_awaited, subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import subscribe
 
 
@@ -66,11 +65,11 @@ class MoveToGoalNode:
                              'odom': lambda: self._core.odometry.count})
 
     def _on_imu(self, sample):
-        self._pass(lambda: self._core.on_imu(sample, rospy.get_time(), self._sends_wheels()))
+        self._pass(lambda: self._core.on_imu(sample, ros_time(), self._sends_wheels()))
         self._watchdog.feed()
 
     def _on_odometry(self, sample):
-        self._pass(lambda: self._core.on_odometry(sample, rospy.get_time()), steps=False)
+        self._pass(lambda: self._core.on_odometry(sample, ros_time()), steps=False)
 
     def _on_wheels(self, sample):
         with self._changed:
@@ -78,7 +77,7 @@ class MoveToGoalNode:
 
     def _heard_command(self, sender, twist):
         with self._changed:
-            self._core.on_command(sender, twist.linear.x, twist.angular.z, rospy.get_time())
+            self._core.on_command(sender, twist.linear.x, twist.angular.z, ros_time())
 
     def _told_control(self, word):
         self._pass(lambda: self._core.told_control(word))
@@ -91,7 +90,7 @@ class MoveToGoalNode:
             try:
                 take_in()
             finally:    # also if a goal is refused
-                now = rospy.get_time()
+                now = ros_time()
                 output = self._core.tick(now, steady_time(), steps)
                 self._carry_out(output, now, shows)
         if output.end is not None:
@@ -129,7 +128,7 @@ class MoveToGoalNode:
             is_meant = self._core.on_cancel(steady_time(), name, stamp)
             if is_meant:
                 self._cmd_vel.stop()
-                self._status.update(rospy.get_time())
+                self._status.update(ros_time())
             return is_meant
 
     def _on_settings(self, drive):
@@ -139,7 +138,7 @@ class MoveToGoalNode:
 
     def _diagnose(self):
         with self._changed:
-            now = rospy.get_time()
+            now = ros_time()
             problem, values = self._status.report(now)
             return problem, dict(
                 values_of(self._core.imu, now), **values_of(self._core.odometry, now), **values)
