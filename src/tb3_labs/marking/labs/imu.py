@@ -142,9 +142,10 @@ def _prints(true, said):
         return 'It printed the same number, {:.1f}, at each heading. {}'.format(
             said[0], 'Is it the roll or the pitch in place of the yaw? (Radians would run up to '
             '3.14.)' if abs(said[0]) < LEVEL else 'Is the order of the four numbers w, x, y, z?')
+    yaw = apart(true, 0.0)
+
     def is_said(numbers):
         return (np.abs(said - numbers) < HEADING_TOLERANCE).all()
-    yaw = apart(true, 0.0)
     return '' if is_said(yaw % 360.0) else next((words for prints, words in PRINTS if any(
         is_said(prints(yaw) + added) for added in (0.0, 360.0 * (prints(yaw) < 0.0)))), '')
 
