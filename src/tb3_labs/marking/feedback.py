@@ -106,23 +106,16 @@ def _printed(observation):
     return parts
 
 
-def own_hint(marks: Marks) -> str:
-    """The sentence of the lab on the mistake of a node that lost points; '' if it has none."""
-    return _hint(marks, lambda lab, seen: lab.hint(seen))
-
-
-def last_hint(marks: Marks) -> str:
-    """What such a node may do if nothing else explains it; '' if that is not known."""
-    return _hint(marks, lambda lab, seen: lab.last_hint(seen))
-
-
-def _hint(marks, hint):
+def own_hint(marks: Marks, is_last: bool = False) -> str:
+    """The sentence of the lab on the mistake of a node that lost points; '' if it has none.
+    `is_last`: the one for a node whose mistake nothing else explains."""
     seen = marks.observation
     lost = any(verdict.outcome is Outcome.MISSED for verdict in marks.graded)
     if not lost or seen is None or seen.lab not in LABS or tracebacks_before_the_end(seen):
         return ''       # an exception is the mistake
     try:
-        return hint(LABS[seen.lab], seen)
+        lab = LABS[seen.lab]
+        return (lab.last_hint if is_last else lab.hint)(seen)
     except NotSeen:
         return ''
 

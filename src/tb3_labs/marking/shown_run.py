@@ -10,7 +10,7 @@ import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.feedback import last_hint, own_hint
+from tb3_labs.marking.feedback import own_hint
 from tb3_labs.marking.lab_names import GAMEPAD
 from tb3_labs.marking.labs.criteria import Outcome
 from tb3_labs.marking.marks import Marks
@@ -32,7 +32,7 @@ def shown(marks: Marks) -> str:
     run = as_run(marks.observation)
     found = diagnosis(run, marks)
     said = hints.section(found) if found.mistake else ''.join(
-        '<p>{}</p>'.format(escape(words)) for words in [last_hint(marks)] if words)
+        '<p>{}</p>'.format(escape(words)) for words in [own_hint(marks, True)] if words)
     return '\n'.join([section(moments(run, marks, found)), said or hints.section(found)])
 
 
@@ -66,7 +66,8 @@ def hint_in_a_line(marks: Marks) -> str:
     """The mistake of a node, by the lab or by the way in which the robot moved; '' if unknown."""
     if own_hint(marks) or marks.observation is None or not marks.observation.truth:
         return own_hint(marks)
-    return hints.in_a_line(diagnosis(as_run(marks.observation), marks)) or last_hint(marks)
+    return hints.in_a_line(diagnosis(as_run(marks.observation), marks)) or own_hint(
+        marks, is_last=True)
 
 
 def as_run(seen: Observation) -> RunData:
