@@ -31,7 +31,8 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, String
 
-from tb3_labs.control.goal_state import DriveConfig, is_over, least_time
+from tb3_labs.control.goal_state import DriveConfig, is_over
+from tb3_labs.control.least_time import least_time
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.demonstration import BEGUN, STILL_TIME, DemoConfig, DemoDrive, rests, table
 from tb3_labs.ros.clocks import wait_until

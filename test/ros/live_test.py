@@ -35,7 +35,6 @@ class LiveTest(NodeCase):
         mover = self.diagnosis('move_to_goal', lambda values: (
             float(values['imu age [s]']) < 0.1 and float(values['odom age [s]']) < 0.1
             and (values['imu dropped'], values['odom dropped']) == ('0', '0')))
-        self.assertAlmostEqual(float(mover['imu yaw - odom yaw [deg]']), 59.1, delta=0.1)
         self.assertTrue(mover['state'] and mover['control'] and mover['goal'])
         controller = self.diagnosis('controller', lambda values: (
             float(values['imu age [s]']) < 0.1))

@@ -108,6 +108,7 @@ class Move2GoalTest(DriveCase):
             self.assert_silence(seconds=1.0)
             self.assertEqual(self.states_driven()[-4:], [
                 'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED'])
+            self.control.publish(False)    # else the reset begins the next drive
 
     def states_driven(self):
         """The states of the drive, without stops because this machine delayed the robot, for 0.1 s

@@ -316,6 +316,21 @@ class StopsTest(WithThumb, DriveCase):
         self.wait_for_state('gave up: canceled')
         self.is_stopped(closed)
 
+    def test_a_terminal_that_takes_no_text_holds_up_neither_a_drive_nor_its_stop(self):
+        node = self.start('move2goal_tf.py', '_goal_x:=90', terminal=True)
+        self.wait_for_state('waiting for control', seconds=STARTING)
+        self.wait_until_heard(self.control, self.goals)
+        node.type('\x13')     # Ctrl+S
+        for _ in range(2):
+            self.drive_far()
+            self.let_it_drive(self.give_control)
+            said = rospy.get_time()
+            self.control.publish(False)
+            self.is_stopped(said)
+        self.assertNotIn('MOVE_FORWARD', node.text)
+        node.type('\x11')     # Ctrl+Q
+        node.wait_for('MOVE_FORWARD')
+
     def test_a_terminal_that_takes_no_text_holds_up_no_turn(self):
         """Ctrl+S: what prints there sleeps until Ctrl+Q."""
         node = self.start('turtlebot_controller.py', terminal=True)

@@ -1,6 +1,6 @@
 """A part of a node behind a door of samples, as in the node: it hears (sample, arrival)."""
 from tb3_labs.localization.door import Door
-from tb3_labs.localization.localizer import Localizer
+from tb3_labs.localization.localizer import Localizer, Reset
 from tb3_labs.robot.samples import ImuSample
 
 
@@ -25,6 +25,12 @@ class AtDoor:
 
     def on_odometry(self, sample, now):
         self.part.on_odometry(self.door.hear_odometry(sample, now))
+
+    def reset(self, asked, *when):
+        """A Reset to an AskedPose."""
+        reset = Reset(asked)
+        self.part.on_reset(reset, *when)
+        return reset
 
     def add(self, sample, now):
         """For a SampleBuffer."""

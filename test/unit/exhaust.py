@@ -109,13 +109,13 @@ def listens(world):
 IRRELEVANT = {'accepted', '_last_driver', 'count', 'doubts', 'dropped', 'attempt', 'drives', 'tremble',
               'law', '_law', '_localizer',
               'repeated_for', '_odometry_turned', '_pace', '_stalls', '_settling', '_time', '_ended',
-              '_is_new', 'reading', '_longest_gap', '_config', '_model', '_sent', '_failed_before',
+              '_is_new', 'reading', '_longest_gap', '_config', '_model', '_sent', '_shown',
               '_tries_left', '_interrupted', 'begun', 'state', '_heading', '_asked', '_asked_by',
               '_last', '_read', 'world', '_news', '_told_holder', '_said_at',
               '_heard_for', '_candidates',
               '_last_arrival', 'name', 'timeout', 'goal', '_refused', 'odometry', '_sources',
-              '_window', '_readings', 'longest_gap', 'silent_for', '_orientation', '_rivals', '_given_up',
-              '_over', 'latest', '_door'}
+              '_window', '_readings', 'longest_gap', 'silent_for', '_orientation', '_rivals', '_open',
+              '_answers', '_announcer', 'latest', '_door'}
 
 
 def state_of(world):

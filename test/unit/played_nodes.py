@@ -1,9 +1,8 @@
 """The nodes of a story: the real cores, with messages that may wait, and with their oracles."""
-from types import SimpleNamespace
-
 from oracle import GoalOracle, HandOracle
 from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse_reader import MouseState
 from tb3_labs.nodes.gamepad.core import GamepadCore
@@ -135,8 +134,9 @@ class Still:
 
     on_odometry = on_imu
 
-    def reset(self, *_):
-        self._resets.append(SimpleNamespace(done=True))
+    def on_reset(self, reset, *_):
+        reset.declared = reset.asked.pose
+        self._resets.append(reset)
 
     def motion(self, _now):
         return Motion(Pose2(), 0.1, 0.2)
@@ -198,7 +198,7 @@ class Mover(Process):
         if word or not is_old:
             self.oracle.hear(now, way.sender, word, None if doubtful and word else self.at(at),
                              way.renews)
-        self.core.told_control(Event(word, now, way.sender, age, way.renews))
+        self.core.on_word(Event(word, now, way.sender, age, way.renews))
 
     def forget(self, name):
         """A new process has a new name, as rostopic's. Here it has the name of one that ended."""
@@ -208,12 +208,8 @@ class Mover(Process):
 
     def on_goal(self, sender, at):
         now, request = self.world.now, GoalRequest(AskedPose(Pose2(40.0)), sender)
-        self.core.hear_goal(request, now)
-        try:
-            self.core.on_goal(request)
-        except ValueError:
-            return
-        if at is not None:    # else it is repeated
+        self.core.on_goal(request, now)
+        if at is not None and self.core._requests.present is request:    # else it is repeated
             self.oracle.goal(now, self.at(at))
 
     def on_cancel(self, at):
@@ -222,11 +218,10 @@ class Mover(Process):
 
     def on_reset(self):
         self.core.update_control(self.world.now)
-        try:
-            self.core.reset(AskedPose(Pose2()), self.world.now)
-        except ValueError:
-            return
-        self.oracle.ask(self.world.now, 'goal')
+        reset = Reset(AskedPose(Pose2()))
+        self.core.on_reset(reset, self.world.now)
+        if not reset.problem:
+            self.oracle.ask(self.world.now, 'goal')
 
     def woke(self, slept_for):
         if slept_for > OVER:
@@ -244,10 +239,9 @@ class Mover(Process):
             core.on_odometry(OdometrySample(now, Pose2(self.tremble), 0.1, self.tremble), now)
         self.oracle.look(now, is_there)
         output = core.tick(now, now)
-        if output.acts:
-            self.world.judge(output.command, self.oracle)
-        if core.control_stands is not self.has_control and not self.connects_at:
-            self.has_control = core.control_stands
+        self.world.judge(output.command, self.oracle)
+        if output.control_stands is not self.has_control and not self.connects_at:
+            self.has_control = output.control_stands
             for pad in self.world.pads:
                 pad.send('mover', 'on_control', self.has_control)
 

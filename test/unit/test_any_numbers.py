@@ -10,6 +10,7 @@ from sensor_msgs.msg import Imu
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.localization.localizer import Reset
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse_reader import to_mouse
@@ -85,14 +86,14 @@ class Driven:
         elif what == 'clock':
             self.now += math.fmod(a, 3.0)
         elif what == 'grant':
-            self.mover.told_control(Event(False, self.now, 'hand'))
-            self.mover.told_control(Event(a > 0.0, self.now, 'hand'))
+            self.mover.on_word(Event(False, self.now, 'hand'))
+            self.mover.on_word(Event(a > 0.0, self.now, 'hand'))
         else:
             try:
                 if what == 'goal':
                     self.mover.set_goal(Pose2(a, b, yaw))
                 elif what == 'reset':
-                    self.mover.reset(AskedPose(Pose2(a, b, yaw)), self.now)
+                    self.mover.on_reset(Reset(AskedPose(Pose2(a, b, yaw))), self.now)
                 else:
                     self.controller.ask(a, self.now)
             except ValueError as problem:

@@ -12,6 +12,7 @@ from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.localizer import Reset
 from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
@@ -341,7 +342,7 @@ def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
     watched.robot.reset()
     watched.run(6.0)
     assert watched.robot.truth == Pose2()      # nobody gave it anew, and the pose is lost
-    drives.reset(AskedPose(Pose2()), watched.robot.now)
+    drives.on_reset(Reset(AskedPose(Pose2())), watched.robot.now)
     watched.run(6.0)
     assert watched.robot.truth.distance_to(Pose2(0.3, 0.0)) < 0.01
     assert drives.status(watched.robot.now).words == 'GOAL_REACHED'

@@ -274,8 +274,3 @@ def test_the_heading_is_the_imus_also_where_odometry_slipped():
     frame = LocalFrame.declared(Pose2(0.0, 0.0, 0.0), Pose2(0.0, 0.0, 0.0), 1.0)
     assert frame.pose(Pose2(0.0, 0.0, 0.5), 1.25).yaw == pytest.approx(0.25)
     assert frame.heading(1.25) == pytest.approx(0.25)
-
-
-def test_knows_by_how_much_imu_and_odometry_differ():
-    frame = LocalFrame.declared(Pose2(1.0, -2.0, 0.4), Pose2(4.8, -0.3, -1.84), 0.6)
-    assert frame.imu_minus_odometry == pytest.approx(0.6 + 1.84)

@@ -16,6 +16,7 @@ from tb3_labs.control.motor_response import (
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.simulator import Simulator
@@ -184,14 +185,15 @@ def reset_in_a_spin(robot_config, rate=1.0, after=None):
 
     spin(0.0, 1.0)
     if after is not None:
-        navigator.told_control(Event(True, robot.now))
+        navigator.on_word(Event(True, robot.now))
         navigator.set_goal(after)
         while navigator.status(robot.now).active:
             run(robot, navigator, hear, 0.1)
-        navigator.told_control(Event(False, robot.now))
+        navigator.on_word(Event(False, robot.now))
     spin(0.0, 1.0 + rng.random())
     spin(rate, 1.0 + rng.random())
-    there, reset = robot.truth, navigator.reset(AskedPose(Pose2()), robot.now)
+    there, reset = robot.truth, Reset(AskedPose(Pose2()))
+    navigator.on_reset(reset, robot.now)
     while not reset.done:
         spin(rate, PERIOD)
     spin(0.0, 1.5)

@@ -1,5 +1,4 @@
 """Permission, and lost sensors; samples are made in closed form for a standing robot."""
-import contextlib
 import math
 
 import numpy as np
@@ -11,7 +10,8 @@ from tb3_labs.control.goal_state import (
     DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
 from tb3_labs.control.speed_laws import LONGEST_IDLE, Twist2
 from tb3_labs.geometry.se2 import AskedPose, Pose2
-from tb3_labs.nodes.move_to_goal.core import GoalStaysEnded, MoveToGoalCore
+from tb3_labs.localization.localizer import Reset
+from tb3_labs.nodes.move_to_goal.core import STAYS_ENDED, MoveToGoalCore, Outcome
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.events import Event
@@ -30,22 +30,38 @@ class Robot:
         self.imu = self.odom = True
         self.imu_yaw, self.odom_pose = 1.0, Pose2(1.0, 2.0, 0.3)
         self.tremble = 1e-10           # noise: sensors that are not frozen never repeat themselves
+        self.refused, self.heard = [], []    # warnings; what clients of goals heard
 
     def control(self, granted, sender='hand'):
         """A sender gives or takes control."""
-        self.core.told_control(Event(granted, self.now, sender))
+        self.core.on_word(Event(granted, self.now, sender))
 
     def ask(self, pose, sender='person', in_odom=False, **goal_id):
         """A goal of the action arrives."""
         request = GoalRequest(AskedPose(pose, in_odom), sender, **goal_id)
-        self.core.hear_goal(request, self.now)
-        self.core.on_goal(request)
+        self.core.on_goal(request, self.now)
+        return self.answers(request)
 
     def cancel(self, *which):
-        return self.core.on_cancel(self.now, *which)
+        """Returns True if the goal is a canceled one."""
+        self.core.on_cancel(self.now, *which)
+        return self.status.failure == 'canceled'
 
     def reset(self, pose=Pose2(), in_odom=False):
-        return self.core.reset(AskedPose(pose, in_odom), self.now)
+        reset = Reset(AskedPose(pose, in_odom))
+        self.core.on_reset(reset, self.now)
+        return reset
+
+    def tick(self):
+        output = self.core.tick(self.now, self.now)
+        self.refused += [line.text for line in output.news
+                         if line.warning and not line.text.startswith('Goal')]
+        return output
+
+    def answers(self, request=None):
+        """What clients hear now: [(outcome, text)], of all or of one."""
+        return [(outcome, text) for client, outcome, text in self.tick().answers
+                if client is (request or client)]
 
     @property
     def status(self):
@@ -63,10 +79,10 @@ class Robot:
             if self.odom:
                 self.core.on_odometry(
                     OdometrySample(self.now, self.odom_pose, self.tremble, 0.0), self.now)
-            self.core.take_fix()
-            self.core.update_control(self.now)
-            if self.core.due(self.now):
-                commands.append(self.core.command(self.now))
+            is_due, output = self.core.due(self.now), self.tick()
+            self.heard += [(outcome, text) for _, outcome, text in output.answers]
+            if is_due:
+                commands.append(output.command)
         return commands
 
 
@@ -119,8 +135,8 @@ def test_odometry_that_jumps_stops_the_drive_and_leaves_the_pose(odom_pose, word
     robot.odom_pose = odom_pose
     assert set(robot.run(0.5)[1:]) == {None}
     assert words in robot.status.failure
-    news, = robot.core.take_news()
-    assert words in news.text and 'the local pose is kept' in news.text and news.warning
+    line, = robot.refused
+    assert words in line and 'the local pose is kept' in line
     after = robot.core.pose(robot.now)
     assert (after.x, after.y, after.yaw) == pytest.approx((before.x, before.y, before.yaw))
     robot.core.set_goal(Pose2(1.0, 0.0, 0.0))
@@ -170,11 +186,10 @@ def test_what_may_have_been_said_during_a_short_sleep_sets_nothing_in_motion():
     robot.control(False)
     robot.now += 1.5
     robot.control(True)
-    with pytest.raises(ValueError, match='while this node did not run'):
-        robot.ask(Pose2(5.0))
-    assert set(robot.run(0.4)) == {None}
-    news, = robot.core.take_news()
-    assert news.text.startswith('Control from hand does not count') and news.warning
+    (outcome, reason), = robot.ask(Pose2(5.0))
+    assert outcome is Outcome.REJECTED and 'while this node did not run' in reason
+    assert set(robot.run(0.4)) == {None} and len(robot.refused) == 1
+    assert robot.refused[0].startswith('Control from hand does not count')
     robot.core.set_goal(Pose2(5.0))
     robot.control(False)
     robot.control(True)
@@ -187,7 +202,7 @@ def test_the_time_in_which_a_node_starts_is_no_sleep():
     robot.now += 5.0
     robot.core.begin_control(robot.now)
     robot.control(True)
-    assert robot.core.control_stands
+    assert robot.tick().control_stands
 
 
 def test_a_drive_that_was_given_up_begins_anew_when_control_is_given_not_when_it_goes():
@@ -198,7 +213,7 @@ def test_a_drive_that_was_given_up_begins_anew_when_control_is_given_not_when_it
     robot.control(True, 'another hand')
     assert robot.status.attempt == attempt + 1
     assert None not in robot.run(0.2)[2:]
-    assert not robot.status.failure and 'does not move' in robot.status.last_failure
+    assert not robot.status.failure
     robot.run(3.0)
     assert robot.status.failure
     robot.control(False)
@@ -245,31 +260,47 @@ def test_the_words_of_a_drive_from_waiting_to_its_end():
 
 def test_a_tick_gives_the_zero_at_once_and_each_event_once():
     robot = driving()
-    assert robot.core.tick(robot.now, robot.now).acts    # its first shows that it has control
     robot.now += 0.001
-    assert not robot.core.tick(robot.now, robot.now).acts
+    output = robot.tick()
+    assert output.command is None and not output.stops_first     # no step is due
     robot.control(False)
-    output = robot.core.tick(robot.now, robot.now, steps=False)    # as after an odometry message
-    assert output.acts and output.command is None
-    reset = robot.reset()
-    robot.run(0.3)
+    output = robot.tick()
+    assert output.command is None and output.stops_first
+    robot.control(True)
+    assert not robot.tick().stops_first
     robot.cancel()
-    outputs = [robot.core.tick(robot.now, robot.now) for _ in range(2)]
-    assert [output.resets for output in outputs] == [[reset], []]
-    assert [output.end and output.end[1] for output in outputs] == ['canceled', None]
+    output = robot.tick()
+    assert output.command is None and output.stops_first
+    words = [robot.tick().status for _ in range(2)]
+    assert output.status.words == 'gave up: canceled' and words == [None, None]
+    assert [line.text for line in output.news] == [
+        'Goal (x=-0.610, y=0.610, yaw=0.0 deg) given up: canceled']
 
 
-def test_an_end_is_taken_once_and_a_question_changes_nothing():
+def test_a_client_hears_of_the_beginning_and_of_one_end():
     robot = driving()
-    assert robot.core.take_end() is None
-    robot.cancel()
-    assert robot.status == robot.status
-    _, failure = robot.core.take_end()
-    assert failure == 'canceled' and robot.core.take_end() is None
-    robot.ask(Pose2(), name='home')
+    first = GoalRequest(AskedPose(Pose2(3.0)), 'client', 'first', 5)
+    robot.core.on_goal(first, robot.now)
+    assert robot.tick().answers == [(first, Outcome.ACCEPTED, 'driving')]
+    second = GoalRequest(AskedPose(Pose2(2.0)), 'client', 'second', 6)
+    robot.core.on_goal(second, robot.now)
+    assert robot.tick().answers == [(first, Outcome.CANCELED, 'replaced by a newer goal'),
+                                    (second, Outcome.ACCEPTED, 'driving')]
+    robot.cancel('second')
+    assert robot.answers() == [(Outcome.CANCELED, 'canceled')] and robot.answers() == []
+    assert robot.ask(Pose2(), name='home') == [(Outcome.ACCEPTED, 'driving')]
     robot.run(0.5)
-    request, failure = robot.core.take_end()
-    assert (request.name, failure) == ('home', '')
+    assert robot.heard == [(Outcome.REACHED, 'Goal reached!')]
+    robot.heard.clear()
+    robot.reset(Pose2(1.0))            # the ended goal is driven to again: its client has its end
+    robot.run(0.5)
+    assert robot.status.active and robot.cancel('home') and robot.answers() == []
+    robot.ask(Pose2(3.0))
+    robot.run(0.2)
+    robot.odom_pose = Pose2(4.0, 2.0, 0.3)
+    robot.run(0.1)
+    (outcome, reason), = robot.heard
+    assert outcome is Outcome.GIVEN_UP and 'jumped by' in reason
 
 
 # -- the effect of a wrong sign, a missing line or another constant
@@ -280,15 +311,14 @@ def test_a_reset_is_refused_while_a_sensor_is_silent(lost):
     robot = driving()
     setattr(robot, lost, False)
     robot.run(0.5)
-    with pytest.raises(ValueError, match='no {} for 0.5 s.*is the robot running'.format(lost)):
-        robot.reset()
+    assert robot.reset().problem.startswith('no {} for 0.5 s'.format(lost))
 
 
 def test_renewals_of_what_was_given_leave_the_attempt_as_it_was():
     robot = driving()
     attempt = robot.status.attempt
     for _ in range(10):
-        robot.core.told_control(Event(True, robot.now, 'hand', renews=True))
+        robot.core.on_word(Event(True, robot.now, 'hand', renews=True))
         assert None not in robot.run(0.05)
     assert robot.status.attempt == attempt
 
@@ -302,7 +332,7 @@ def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(
     robot.run(0.2)
     robot.odom_pose, robot.imu_yaw = moved
     robot.run(0.2)
-    assert robot.status.failure == '' and len(robot.core.take_news()) == told
+    assert robot.status.failure == '' and len(robot.refused) == told
     robot.control(True)
     assert None not in robot.run(0.2)[2:]
 
@@ -327,7 +357,7 @@ def test_somebody_must_look_at_the_clock_while_it_drives_and_only_then():
             (robot.cancel, False), (lambda: robot.core.set_goal(Pose2(1.0)), True),
             (lambda: robot.control(False), False)):
         act()
-        assert robot.core.watched is is_watched
+        assert robot.tick().watched is is_watched
 
 
 @pytest.mark.parametrize('in_odom', [False, True])
@@ -343,8 +373,10 @@ def test_a_place_that_is_far_away_is_a_mistake(in_odom):
     robot.run(0.05)
     assert reset.done and not refused.done
     assert 'is not valid: a number from -100 to 100 m' in refused.problem
-    with pytest.raises(ValueError, match='is not valid: a number from -100 to 100 m$'):
-        robot.ask(robot.core.odom_T_local @ Pose2(-71.0, 100.5) if in_odom else far, in_odom=in_odom)
+    (outcome, reason), = robot.ask(
+        robot.core.odom_T_local @ Pose2(-71.0, 100.5) if in_odom else far, in_odom=in_odom)
+    assert outcome is Outcome.REJECTED
+    assert reason.endswith('is not valid: a number from -100 to 100 m')
 
 
 def test_a_goal_that_is_repeated_stays_cancelled_until_its_sender_pauses_or_changes_it():
@@ -354,16 +386,15 @@ def test_a_goal_that_is_repeated_stays_cancelled_until_its_sender_pauses_or_chan
         """Every 0.5 s; returns True if the robot drove."""
         drove = False
         for _ in range(round(2 * seconds)):
-            with contextlib.suppress(GoalStaysEnded):
-                robot.ask(goal, 'program', **goal_id)
+            if robot.ask(goal, 'program', **goal_id)[-1] != (Outcome.REJECTED, STAYS_ENDED):
                 sent.append(robot.status.attempt)
             drove = any(robot.run(0.5)[1:]) or drove
         return drove
     assert repeat(2.0, name='first', stamp=5) and len(set(sent)) == 1    # the drive goes on
     assert not robot.cancel('another') and not robot.cancel('', 4)
     assert robot.cancel() and not repeat(3.0)
-    told = [line.text for line in robot.core.take_news()]
-    assert len(told) == 1 and 'that program repeats stays ended' in told[0]
+    told = [line for line in robot.refused if 'that program repeats stays ended' in line]
+    assert len(told) == 1
     robot.reset()
     robot.control(False)
     robot.control(True)
@@ -389,8 +420,8 @@ def test_a_cancel_that_means_one_goal_ends_its_repetitions_with_other_names(whic
         robot.ask(Pose2(3.0), 'program', name=name, stamp=6 + number)
         robot.run(0.5)
     assert not robot.cancel('first') and robot.cancel(*which)
-    with pytest.raises(GoalStaysEnded):
-        robot.ask(Pose2(3.0), 'program', name='third', stamp=8)
+    assert robot.ask(Pose2(3.0), 'program', name='third', stamp=8) == [
+        (Outcome.REJECTED, STAYS_ENDED)]
 
 
 def test_a_repeated_goal_does_not_drive_on_after_a_failure_nor_renew_the_wait_for_sensors():
@@ -398,8 +429,7 @@ def test_a_repeated_goal_does_not_drive_on_after_a_failure_nor_renew_the_wait_fo
 
     def repeat(seconds):
         for _ in range(round(2 * seconds)):
-            with contextlib.suppress(GoalStaysEnded):
-                robot.ask(Pose2(3.0), 'program')
+            robot.ask(Pose2(3.0), 'program')
             robot.run(0.5)
     repeat(1.0)
     robot.imu = robot.odom = False
@@ -416,8 +446,7 @@ def test_poses_in_odom_are_converted_by_the_frame_that_the_reset_before_them_mad
     robot = Robot()
     robot.run(0.1)
     first, second = robot.reset(Pose2(5.0, 5.0, math.pi / 2.0)), robot.reset(robot.odom_pose, True)
-    with pytest.raises(ValueError):
-        robot.ask(Pose2(math.nan))
+    assert robot.ask(Pose2(math.nan))[0][0] is Outcome.REJECTED
     robot.run(0.05)
     for reset in (first, second):
         there = reset.declared
@@ -490,7 +519,7 @@ def test_after_a_stand_the_law_is_told_that_its_drive_was_interrupted(stand):
 
     def renewed():
         for _ in range(4):
-            robot.core.told_control(Event(True, robot.now, 'pad', renews=True))
+            robot.core.on_word(Event(True, robot.now, 'pad', renews=True))
             robot.run(0.1)
     renewed()
     assert law.times == 0
@@ -503,16 +532,6 @@ def test_after_a_stand_the_law_is_told_that_its_drive_was_interrupted(stand):
     robot.imu = True
     renewed()
     assert law.times == 1 and robot.status.attempt == attempt
-
-
-def test_what_others_may_know_of_frames_and_errors():
-    robot = Robot()
-    assert robot.core.odom_T_local is None and robot.core.imu_minus_odometry is None
-    robot.run(0.1)
-    assert robot.core.odom_T_local == robot.odom_pose
-    assert robot.core.imu_minus_odometry == pytest.approx(1.0 - 0.3)
-    robot.core.set_goal(Pose2(3.0, 4.0, 0.5))
-    assert robot.core.errors(Pose2()) == pytest.approx((5.0, 0.5))
 
 
 def test_the_reason_of_a_stand_ends_with_the_drive():

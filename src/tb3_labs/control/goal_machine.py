@@ -12,12 +12,11 @@ Units: metres, radians, seconds. Poses are in the local frame. Edge case: after 
 failure the command is None, not a zero.
 """
 from collections import defaultdict
-from typing import Dict, Optional, Tuple
+from typing import Dict, Optional
 
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import GoalState
 from tb3_labs.control.speed_laws import LawStep, Twist2
-from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion, is_slow
 from tb3_labs.supervision.lost_or_stalled import Settling, StallWatch
@@ -36,7 +35,6 @@ class GoalMachine:
         self.state = GoalState.GOAL_REACHED
         #: The reason why the drive was given up; '' if it was not.
         self.failure = ''
-        self._failed_before = ''     # the failure of an earlier drive
         #: True after a person or program cancelled the drive. Only a new goal starts another drive.
         self.cancelled = False
         #: True once the robot has been told to move for this goal.
@@ -54,11 +52,6 @@ class GoalMachine:
         """True while a drive goes on."""
         return self.state is not GoalState.GOAL_REACHED and not self.failure
 
-    @property
-    def last_failure(self) -> str:
-        """The reason why the last failed drive was given up; '' if no drive failed."""
-        return self.failure or self._failed_before
-
     def set_goal(self, goal: Pose2) -> None:
         """Drive to another goal (in local) from now on."""
         self.goal = goal
@@ -68,7 +61,7 @@ class GoalMachine:
     def restart(self) -> None:
         """Begin the drive to the goal anew, as after a reset, unless it was cancelled."""
         if self.goal is not None and not self.cancelled:
-            self._failed_before, self.failure = self.last_failure, ''
+            self.failure = ''
             self.begun = self._interrupted = False
             self.attempt += 1
             self._tries_left = MORE_TRIES
@@ -115,12 +108,6 @@ class GoalMachine:
             self._finish_state(motion.pose, goal)
             dt = 0.0
         return None
-
-    def errors(self, pose: Pose2) -> Tuple[float, float]:
-        """(distance [m], angle [rad]) from `pose` to the goal; ``ValueError`` without a goal."""
-        if self.goal is None:
-            raise ValueError('there is no goal')
-        return pose.distance_to(self.goal), difference(self.goal.yaw, pose.yaw)
 
     def _move(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         if self.state is GoalState.ROTATE_TO_GOAL:

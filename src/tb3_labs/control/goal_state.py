@@ -1,4 +1,5 @@
-"""A drive to a goal as others see it: its settings, its four states, the texts of `goal_state`.
+"""A drive to a goal as others see it: its settings, its four states, the texts of `goal_state`, and
+the lines for the user.
 
 The states are those that the Transformation lab lists:
 
@@ -9,12 +10,16 @@ Units: metres, radians. Source: the course's first move-to-goal lab.
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple, Optional
+from typing import NamedTuple, Optional, Tuple
 
 from tb3_labs.config import Config, setting
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.turtlebot3 import RobotModel
+from tb3_labs.robot.samples import Motion
+from tb3_labs.supervision.events import NewsDesk
+
+#: Time between two lines of progress [s].
+PROGRESS_PERIOD = 1.0
 
 
 @dataclass(frozen=True)
@@ -72,10 +77,15 @@ class DriveStatus(NamedTuple):
     begun: bool                   # has the robot been told to move in this attempt?
     active: bool                  # is the drive going on?
     failure: str                  # reason why the drive was given up; '' if it was not
-    last_failure: str             # reason of the last drive that was given up, or ''
     hold_reason: str              # reason why the robot stands during a drive, or ''
     has_control: bool             # may the node drive?
     sensor_problem: str           # lost or contradicting sensors, in words; '' if there are none
+
+    def left(self, motion: Optional[Motion]) -> Tuple[float, float]:
+        """The distance [m] and the angle [deg, not negative] from here to the goal."""
+        assert self.goal is not None and motion is not None
+        distance, angle = errors(motion.pose, self.goal)
+        return distance, abs(math.degrees(angle))
 
     @property
     def words(self) -> str:
@@ -91,6 +101,16 @@ class DriveStatus(NamedTuple):
         return with_reason(STOPPED, self.hold_reason) if self.hold_reason else self.state.name
 
 
+def turned(start: float, face: float, end: float) -> float:
+    """Sum of both turns [rad] of a drive: from yaw `start` to the line's `face`, then to `end`."""
+    return abs(difference(face, start)) + abs(difference(end, face))
+
+
+def errors(pose: Pose2, goal: Pose2) -> Tuple[float, float]:
+    """(distance [m], angle [rad]) by which `pose` misses `goal`."""
+    return pose.distance_to(goal), difference(goal.yaw, pose.yaw)
+
+
 def is_stopped(goal_state: str) -> bool:
     """Does this text say that a drive is interrupted for a moment?"""
     return goal_state.startswith(STOPPED)
@@ -101,25 +121,45 @@ def is_over(goal_state: str) -> bool:
     return goal_state == GoalState.GOAL_REACHED.name or goal_state.startswith(GAVE_UP)
 
 
-def turned(start: float, face: float, end: float) -> float:
-    """Sum of both turns [rad] of a drive: from yaw `start` to the line's `face`, then to `end`."""
-    return abs(difference(face, start)) + abs(difference(end, face))
+class Announcer:
+    """Finds what is new in the status of a drive, and tells the user of it."""
 
+    def __init__(self, news: NewsDesk) -> None:
+        self._news = news
+        self._said: Tuple = ()         # the state that was told last
+        self._begun = 0                # the attempt that began last
+        self._begun_at = 0.0           # the time at which it began
+        self._progress_at = 0.0
 
-def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float = math.inf,
-               max_angular: float = math.inf, reverse: bool = False) -> float:
-    """Least time [s] from pose to pose by a turn, a straight line and a turn.
+    def is_due(self, now: float) -> bool:
+        """Is it time for a line of progress?"""
+        return abs(now - self._progress_at) >= PROGRESS_PERIOD
 
-    If the wheels are the only limit, this time is (Balkcom and Mason, Time optimal trajectories for
-    bounded velocity differential drive vehicles, 2002)
-    (b (|turn1| + |turn2|) + distance) / V, with b half the track and V a wheel's speed. The limits
-    `max_linear` [m/s] and `max_angular` [rad/s] can make the time longer.
-    """
-    linear = min(max_linear, model.max_linear)
-    angular = min(max_angular, model.max_angular)
-    line = start.bearing_to(goal)
-    times = []
-    for face in (line, line + math.pi) if reverse else (line,):
-        times.append(turned(start.yaw, face, goal.yaw) / angular
-                     + start.distance_to(goal) / linear)
-    return min(times)
+    def look(self, status: DriveStatus, motion: Optional[Motion], now: float) -> bool:
+        """Returns True if the status is new. A drive's progress is told once a second, too."""
+        said = (status.attempt, status.goal, status.words)
+        if not status.words or said == self._said:
+            if self.is_due(now):
+                self._progress_at = now
+                if status.words in DRIVING:
+                    self._news.tell('{}: {}'.format(status.words, to_go(*status.left(motion))))
+            return False
+        self._said, self._progress_at = said, now
+        begins = status.begun and status.attempt != self._begun
+        if begins:
+            self._begun, self._begun_at = status.attempt, now
+        if status.failure:
+            self._news.tell('Goal ({}) given up: {}'.format(status.goal, status.failure), True)
+        elif not status.active:
+            self._news.tell('Goal reached! {:.3f} m and {:.1f} deg off, after {:.1f} s'.format(
+                *status.left(motion), now - self._begun_at))
+        elif status.words in DRIVING:
+            if begins:
+                self._news.tell('Goal ({}): {}'.format(status.goal, to_go(*status.left(motion))))
+            self._news.tell(status.words)
+        elif is_stopped(status.words):
+            self._news.tell(status.words.capitalize(), warning=True)
+        else:
+            hint = ' (True on ctrl_relinq)' if status.words == WAITING_FOR_CONTROL else ''
+            self._news.tell('Goal ({}): {}{}'.format(status.goal, status.words, hint))
+        return True

@@ -33,11 +33,6 @@ class LocalFrame:
         and `imu_yaw` [rad]."""
         return cls(odom_T_base @ local_T_base.inverse(), wrap(imu_yaw - local_T_base.yaw))
 
-    @property
-    def imu_minus_odometry(self) -> float:
-        """The IMU's yaw minus the odometry's when this frame was declared [rad]."""
-        return wrap(self.imu_yaw_of_x - self.odom_T_local.yaw)
-
     def pose(self, odom_T_base: Pose2, imu_yaw: float) -> Pose2:
         """The robot's pose in ``local``: place by odometry, heading by IMU."""
         place = self.odom_T_local.inverse() @ odom_T_base

@@ -8,8 +8,9 @@ reset. If the odometry jumps and the robot did not move, ``local`` is shifted in
 (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unseen, the pose is lost:
 there is no local frame until a reset declares one.
 
-Samples go in by `on_imu` and `on_odometry`. Fixes, jumps and carried-out resets are events, taken
-once (`take_fix`, `take_jumps`, `take_resets`); `motion` and the properties are state.
+Samples and resets go in by `on_imu`, `on_odometry`, `on_reset`. Fixes, jumps and carried-out resets
+are events, taken once (`take_fix`, `take_jumps`, `take_resets`); `motion` and the properties are
+state.
 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
@@ -39,20 +40,22 @@ class Fix:
 
     stamp: float
     local_T_base: Pose2
+    frame_number: int = 0    # each reset begins a new frame
 
 
 @dataclass
 class Reset:
-    """One declaration, from its request to its answer; only the localizer changes it."""
+    """One declaration, from its request to its answer; only the localizer changes the rest."""
 
     asked: AskedPose
-    asked_at: float                  # [s, receiver's clock]
-    stamp: Optional[float]           # `asked_at` on the sender's clock [s]; None: no sample yet
-    epoch: int                       # epoch of the sender's clock to which `stamp` belongs
+    asked_at: float = 0.0            # [s, receiver's clock]
+    stamp: Optional[float] = None    # `asked_at` on the sender's clock [s]; None: no sample yet
+    epoch: int = 0                   # epoch of the sender's clock to which `stamp` belongs
     sample_delay: float = 0.0        # samples of that instant are stamped this much later [s]
     before: Optional[Pose2] = None   # the pose at that instant in the old frame, if known
     declared: Optional[Pose2] = None    # the pose in local, once the new frame is in force
     problem: str = ''                # the reason why the reset was not carried out
+    hint: str = ''                   # what its caller may want to do next
 
     @property
     def done(self) -> bool:
@@ -64,9 +67,15 @@ class Reset:
         """Was it carried out, or refused?"""
         return self.done or bool(self.problem)
 
+    @property
+    def answer(self) -> str:
+        """What became of it, in words, once it is over."""
+        return self.problem or 'Local pose set to {}{}'.format(self.declared, self.hint)
+
     def give_up(self) -> None:
         """The caller waits no longer: the old frame stays."""
-        self.problem = 'no sample of imu and odom at that instant'
+        if not self.is_over:
+            self.problem = 'no sample of imu and odom at that instant'
 
 
 class Localizer:
@@ -78,6 +87,7 @@ class Localizer:
         #: The LocalFrame in force; None before the first pair of samples, and while the pose is
         #: lost.
         self.frame: Optional[LocalFrame] = None
+        self._frame_number = 0
         #: True from a loss of the pose to the next reset.
         self.is_lost = False
         #: When the robot was last told to move, as far as known [s, receiver's clock].
@@ -130,7 +140,7 @@ class Localizer:
         odometry, imu_yaw = pair
         if self.frame is None:
             self.frame = LocalFrame.declared(Pose2(), odometry.pose, imu_yaw)
-        return Fix(odometry.stamp, self.frame.pose(odometry.pose, imu_yaw))
+        return Fix(odometry.stamp, self.frame.pose(odometry.pose, imu_yaw), self._frame_number)
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
@@ -149,15 +159,15 @@ class Localizer:
             self._resets = self._waiting
         return over
 
-    def reset(self, asked: AskedPose, now: float, sample_delay: float = 0.0) -> Reset:
-        """Declare that the robot is at `asked` at `now`. Returns the Reset to watch.
+    def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
+        """Declare that the robot is at `reset.asked` at `now`.
 
         Resets are carried out in the order of their requests. `sample_delay`: time by which samples
         are older than their stamps show [s].
         """
-        reset = Reset(asked, now, self._clock.stamp_of(now), self._clock.epoch, sample_delay)
+        reset.asked_at, reset.sample_delay = now, sample_delay
+        reset.stamp, reset.epoch = self._clock.stamp_of(now), self._clock.epoch
         self._resets.append(reset)
-        return reset
 
     @property
     def has_resets(self) -> bool:
@@ -229,4 +239,5 @@ class Localizer:
         if self.frame is not None:
             reset.before = self.frame.pose(odom_T_base, imu_yaw)
         self.frame = LocalFrame.declared(reset.declared, odom_T_base, imu_yaw)
+        self._frame_number += 1
         self.is_lost = False

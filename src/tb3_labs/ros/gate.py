@@ -61,11 +61,13 @@ class Gate:
         self._watchdog = Watchdog(self.look, quiet_time)
 
     def take_in(self, method, *arguments):
-        """Hand over what was heard by ``method(*arguments)`` of the core, and let it decide."""
+        """Hand over what was heard by ``method(*arguments)`` of the core, and let it decide.
+        Returns the Output."""
         with self._lock:
             method(*arguments)
-            self._decide()
+            output = self._decide()
         self._watchdog.feed()
+        return output
 
     def look(self):
         """Let the core look at the clock."""
@@ -90,6 +92,7 @@ class Gate:
         self._watchdog.keep(output.watched)
         if output.has_more:
             self._waiting.put(output)
+        return output
 
     def _run(self):
         while True:

@@ -1,6 +1,6 @@
 """An operator's reset of move_to_goal, a call of a service.
 
-A node of this package (:mod:`tb3_labs.nodes.move_to_goal.ros_resets`) offers `reset_pose`, which
+A node of this package (:mod:`tb3_labs.nodes.move_to_goal.ros_requests`) offers `reset_pose`, which
 says why a reset is refused. A node as in the handout offers only `set_pose`.
 """
 import math

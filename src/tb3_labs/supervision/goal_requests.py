@@ -31,6 +31,7 @@ class GoalRequest(NamedTuple):
     sender: str = ''
     name: str = ''        # that of its GoalID; '' if it has none
     stamp: int = 0        # that of its GoalID [ns, sender's clock]; 0 if it has none
+    client: Any = None    # who hears what becomes of it
 
     def is_meant(self, name: str, stamp: int) -> bool:
         """Does a cancel with this name and stamp mean it?"""

@@ -8,15 +8,16 @@ Units: seconds on the receiver's clock (`now`), metres, radians; poses in the lo
 """
 import math
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Sequence, Tuple
+from enum import Enum
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_machine import GoalMachine
-from tb3_labs.control.goal_state import DriveStatus
+from tb3_labs.control.goal_state import Announcer, DriveStatus
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import LONGEST_IDLE, Pace, Twist2
-from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, AskedPose, Pose2, TypedPose
+from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.door import Door
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
@@ -33,8 +34,26 @@ from tb3_labs.supervision.permission import Permission
 RIVAL = 0.3
 
 
-class GoalStaysEnded(ValueError):
-    """A goal is refused because its sender repeats it."""
+class Outcome(Enum):
+    """What becomes of a goal, by the methods of actionlib's handle of it."""
+
+    ACCEPTED = 'set_accepted'
+    REJECTED = 'set_rejected'
+    REACHED = 'set_succeeded'
+    GIVEN_UP = 'set_aborted'
+    CANCELED = 'set_canceled'
+
+
+class GoalAnswer(NamedTuple):
+    """What the client of a goal is to hear."""
+
+    request: GoalRequest
+    outcome: Outcome
+    text: str
+
+
+#: The text of a goal that is rejected because its sender repeats it.
+STAYS_ENDED = 'its sender repeats it since before it was ended'
 
 
 @dataclass(frozen=True)
@@ -59,14 +78,19 @@ class MoveToGoalConfig(Config):
 class DriveOutput(Output):
     """What move_to_goal wants done now."""
 
-    #: Was a step of the drive taken, or control gained or lost? Then the status may be new.
-    acts: bool = False
-    #: Resets that are over.
-    resets: Sequence[Reset] = ()
-    #: A new Fix, if there is one.
+    #: Was control given, and not taken back? Its sender may be silent for a moment.
+    control_stands: bool = False
+    #: What clients of goals are to hear, in order.
+    answers: Sequence[GoalAnswer] = ()
+    #: The status of the drive, if it is new.
+    status: Optional[DriveStatus] = None
+    #: A new Fix, if there is one, and the pose of ``local`` in the odometry's frame.
     fix: Optional[Fix] = None
-    #: A drive that has ended: its request, and the failure or ''.
-    end: Optional[Tuple[GoalRequest, str]] = None
+    odom_T_local: Optional[Pose2] = None
+
+    @property
+    def has_more(self) -> bool:
+        return bool(self.news or self.answers or self.status)
 
 
 class MoveToGoalCore:
@@ -85,7 +109,6 @@ class MoveToGoalCore:
         self._permission = Permission(has_control, self._news.tell)
         self._requests = GoalRequests(GoalRequest(None, stamp=1), self._permission.sleep)
         self._may_drive = has_control      # the permission at the last update
-        self._had_control = False          # at the last tick
         self._grants = 0                   # number of grants at the last update
         self._pace = Pace(law.period)
         self._sensors = SensorWatch(self.imu, self.odometry)
@@ -93,10 +116,12 @@ class MoveToGoalCore:
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderWatch()
         self._sent = Twist2()
-        self._ended = 0                    # number of the last attempt that take_end returned
-        self._given_up = 0                 # number of the last attempt that was given up
+        self._open: Optional[GoalRequest] = None    # its client waits for its end
+        self._answers: List[GoalAnswer] = []
+        self._shown: Tuple = ()            # of the status that was looked at last
+        self._ended = 0                    # number of the last attempt whose end was found
         self._rivals: Dict[str, float] = {}    # since when another node drives, too
-        self._over: List[Reset] = []       # resets that are over
+        self._announcer = Announcer(self._news)
 
     # -- what comes in
 
@@ -145,55 +170,57 @@ class MoveToGoalCore:
         self._machine.set_goal(goal)
         self._begin_anew()
 
-    def hear_goal(self, request: GoalRequest, now: float) -> None:
-        """A goal has arrived, which :meth:`on_goal` may accept; `now` as in permission.Permission.
-        """
-        self.update_control(now)    # finds a sleep: the goal may be older than that
-        self._requests.hear(request, now)
-
-    def on_goal(self, request: GoalRequest) -> None:
-        """Drive to the AskedPose of a goal that was heard, unless it repeats the present one.
-
-        Raises ``ValueError`` with the reason of a refusal; it is a GoalStaysEnded if `request`
-        repeats a goal that was ended.
-        """
+    def on_goal(self, request: GoalRequest, now: float) -> None:
+        """Drive to the AskedPose of a goal, unless it repeats the present one, or must not count;
+        `now` as in permission.Permission."""
+        self.on_repetition(request, now)
         requests, machine = self._requests, self._machine
         if self._permission.sleep.is_waking:
-            raise ValueError('it may have been sent while this node did not run: send it again')
-        if requests.stays_ended(request):
+            self._answer(request, Outcome.REJECTED, 'it may have been sent while this node did not '
+                         'run: send it again')
+        elif requests.stays_ended(request):
             line = requests.tell(request)
             if line:
                 self._news.tell(line, warning=True)
-            raise GoalStaysEnded('its sender repeats it since before it was ended')
-        goal = request.goal.in_local(self.odom_T_local)
-        if not (machine.active and machine.goal == goal and requests.is_repeated(request)):
-            self.set_goal(goal)
-        requests.accept(request)
+            self._answer(request, Outcome.REJECTED, STAYS_ENDED)
+        else:
+            try:
+                goal = request.goal.in_local(self.odom_T_local)
+            except ValueError as problem:
+                self._answer(request, Outcome.REJECTED, str(problem))
+                return
+            if not (machine.active and machine.goal == goal and requests.is_repeated(request)):
+                self.set_goal(goal)
+            requests.accept(request)
+            self._end(Outcome.CANCELED, 'replaced by a newer goal')
+            self._answer(request, Outcome.ACCEPTED, 'driving')
+            self._open = request
 
-    def on_cancel(self, now: float, name: str = '', stamp: int = 0) -> bool:
-        """A person or program cancels goals, see GoalRequest. Returns True if this ends the drive.
-        """
-        is_meant = self._requests.cancel(now, name, stamp)
-        if is_meant:
+    def on_repetition(self, request: GoalRequest, now: float) -> None:
+        """A goal was sent again, by the name that it had before."""
+        self.update_control(now)    # finds a sleep: the goal may be older than that
+        self._look_at_end(now)
+        self._requests.hear(request, now)
+
+    def on_cancel(self, now: float, name: str = '', stamp: int = 0) -> None:
+        """A person or program cancels goals, see GoalRequest."""
+        if self._requests.cancel(now, name, stamp):
             self._machine.cancel()
             self._pause()
-        return is_meant
 
-    def reset(self, asked: AskedPose, now: float) -> Reset:
-        """Declare that the robot is at `asked` now. The Reset shows when this is done.
-
-        Raises ``ValueError`` if a sensor is not fresh.
-        """
+    def on_reset(self, reset: Reset, now: float) -> None:
+        """Declare that the robot is at `reset.asked` now. The Reset shows when it is over."""
         problem = self._sensors.problem(now, with_age=True)
         if problem:
-            raise ValueError('{}: is the robot running?'.format(problem))
-        return self._localizer.reset(asked, now, self._response.sample_delay)
+            reset.problem = '{}: is the robot running?'.format(problem)
+        else:
+            self._localizer.on_reset(reset, now, self._response.sample_delay)
 
     def begin_control(self, now: float) -> None:
         """From now on senders of control can be heard; `now` as in permission.Permission."""
         self._permission.begin(now)
 
-    def told_control(self, word: 'Event[bool]') -> None:
+    def on_word(self, word: 'Event[bool]') -> None:
         """A sender gives control, or takes it."""
         self._permission.told(word)
         self.update_control(word.at)
@@ -214,27 +241,23 @@ class MoveToGoalCore:
             machine.interrupt()
         elif before and not self._may_drive:
             self._pause()
-        if machine.failure and machine.attempt != self._given_up:
-            self._given_up = machine.attempt
-            self._requests.give_up(now)
 
     # -- what comes out, once
 
-    def tick(self, now: float, steady: float, steps: bool = True) -> DriveOutput:
-        """Look at the clocks, and return what is to be done; to be called after each message, and
-        while there is none.
-
-        `steady`: as `now` in permission.Permission; `steps`: may the drive take its step? After a
-        message of the odometry it waits for the next sample of the IMU, which is fresher.
+    def tick(self, now: float, steady: float) -> DriveOutput:
+        """Look at the clocks, and return what is to be done; to be called after each sample of the
+        IMU and each request, and while there is none; `steady`: as `now` in permission.Permission.
         """
         self.update_control(steady)
-        changed, self._had_control = self._had_control is not self.has_control, self.has_control
-        is_due = steps and self.due(now)
+        is_due = self.due(now)
         command = self.command(now) if is_due else None
-        acts = is_due or changed
+        self._look_at_end(steady)
+        answers, self._answers = self._answers, []
         return DriveOutput(
-            command, acts and command is None, self.take_news(), self.watched, acts,
-            self.take_resets(), self.take_fix(), self.take_end() if steps else None)
+            command, command is None and (is_due or not self._drives), status=self._new_status(now),
+            news=self.take_news(), watched=self._permission.stands and self._machine.active,
+            control_stands=self._permission.stands, answers=answers,
+            fix=self.take_fix(), odom_T_local=self.odom_T_local)
 
     def take_news(self) -> List[News]:
         return self._news.take()
@@ -242,23 +265,10 @@ class MoveToGoalCore:
     def take_fix(self) -> Optional[Fix]:
         return self._localizer.take_fix()
 
-    def take_resets(self) -> List[Reset]:
-        """The resets that are over."""
-        over, self._over = self._over, []
-        return over
-
-    def take_end(self) -> Optional[Tuple[GoalRequest, str]]:
-        """(request, failure) of a drive that has ended; `failure` is '' at the goal. Else None."""
-        machine = self._machine
-        if machine.goal is None or machine.active or machine.attempt == self._ended:
-            return None
-        self._ended = machine.attempt
-        return self._requests.present, machine.failure
-
     def command(self, now: float) -> Optional[Twist2]:
         self._look_at_sensors(now)
         refusal = POSE_LOST if self._localizer.is_lost else self._contradiction()
-        if not (self.has_control and self._machine.active):
+        if not self._drives:
             self._pause()
         elif refusal:
             self._machine.give_up(refusal)
@@ -276,6 +286,39 @@ class MoveToGoalCore:
         self._pace.skip(now)
         return None
 
+    def _look_at_end(self, now: float) -> None:
+        """Find the end of a drive, once; `now` as in permission.Permission."""
+        machine = self._machine
+        if machine.goal is None or machine.active or machine.attempt == self._ended:
+            return
+        self._ended = machine.attempt
+        if machine.failure:
+            self._requests.give_up(now)
+        self._end(Outcome.CANCELED if machine.cancelled else
+                  Outcome.GIVEN_UP if machine.failure else Outcome.REACHED,
+                  machine.failure or 'Goal reached!')
+
+    def _end(self, outcome: Outcome, text: str) -> None:
+        """The client of the present goal hears of its end, unless it has heard of one."""
+        if self._open is not None:
+            self._answer(self._open, outcome, text)
+            self._open = None
+
+    def _answer(self, request: GoalRequest, outcome: Outcome, text: str) -> None:
+        self._answers.append(GoalAnswer(request, outcome, text))
+
+    def _new_status(self, now: float) -> Optional[DriveStatus]:
+        """The status, if it is new; while the robot drives, only a change of these makes it new."""
+        machine = self._machine
+        shown = (machine.attempt, machine.state, machine.failure, self.has_control,
+                 self._sensors.hold_reason, self._localizer.is_lost)
+        if machine.goal is None or (machine.begun and shown == self._shown
+                                    and not self._announcer.is_due(now)):
+            return None
+        self._shown = shown
+        status = self.status(now)
+        return status if self._announcer.look(status, self._localizer.motion(now), now) else None
+
     # -- state
 
     @property
@@ -284,20 +327,13 @@ class MoveToGoalCore:
         return self._permission.granted
 
     @property
-    def control_stands(self) -> bool:
-        """Was control given, and not taken back? Its sender may be silent for a moment."""
-        return self._permission.stands
+    def _drives(self) -> bool:
+        return self.has_control and self._machine.active
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
         """The pose of ``local`` in the odometry's frame; None before the first fix."""
         return self._localizer.odom_T_local
-
-    @property
-    def imu_minus_odometry(self) -> Optional[float]:
-        """The IMU's yaw minus the odometry's when the frame was declared [rad]."""
-        frame = self._localizer.frame
-        return None if frame is None else frame.imu_minus_odometry
 
     def status(self, now: float) -> DriveStatus:
         machine, problem = self._machine, self._sensors.problem(now) or self._contradiction()
@@ -305,21 +341,13 @@ class MoveToGoalCore:
         return DriveStatus(
             machine.state, machine.goal,
             machine.law.distance_tolerance, machine.attempt, machine.begun,
-            machine.active and not failure, failure, failure or machine.last_failure,
-            self._sensors.hold_reason, self.has_control, problem)
+            machine.active and not failure, failure, self._sensors.hold_reason, self.has_control,
+            problem)
 
     def pose(self, now: float) -> Optional[Pose2]:
         """The robot's pose in local at this moment; None if it is not known (yet)."""
         motion = self._localizer.motion(now)
         return None if motion is None else motion.pose
-
-    def errors(self, pose: Pose2) -> Tuple[float, float]:
-        """(distance [m], angle [rad]) by which `pose` misses the goal."""
-        return self._machine.errors(pose)
-
-    @property
-    def watched(self) -> bool:
-        return self._permission.stands and self._machine.active
 
     def due(self, now: float) -> bool:
         """Is a command due? At the law's own rate, and whenever a sensor is lost."""
@@ -328,8 +356,7 @@ class MoveToGoalCore:
     def idle_for(self, now: float) -> float:
         if self._localizer.has_resets:
             return 0.0
-        driving = self.has_control and self._machine.active
-        return self._pace.idle_for(now) if driving else LONGEST_IDLE
+        return self._pace.idle_for(now) if self._drives else LONGEST_IDLE
 
     # -- the drive
 
@@ -379,8 +406,9 @@ class MoveToGoalCore:
                 self._machine.give_up(POSE_LOST)
             elif self._permission.stands and self._machine.begun and self._machine.active:
                 self._machine.give_up(jump.text)
-        over = self._localizer.take_resets()
-        self._over += over
-        if any(reset.done for reset in over):
-            self._machine.restart()
-            self._begin_anew()
+        for reset in self._localizer.take_resets():
+            if reset.done:
+                self._machine.restart()
+                self._begin_anew()
+                reset.hint = '' if self._machine.active else '; no goal: send one'
+                self._news.tell(reset.answer)

@@ -14,7 +14,8 @@ from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState, is_stopped, least_time
+from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState, is_stopped
+from tb3_labs.control.least_time import least_time
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
@@ -60,7 +61,7 @@ class DriveReport:
     drift: float                      # heading after driving straight minus before [rad]
     deviation: float                  # largest difference from the heading before [rad]
     seconds: Tuple[float, ...]        # in each state of DRIVING
-    least_time: float                 # [s], see goal_state.least_time
+    least_time: float                 # [s], see control.least_time
 
     @property
     def time(self) -> float:

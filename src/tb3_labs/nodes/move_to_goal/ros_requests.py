@@ -1,0 +1,194 @@
+"""The requests that move_to_goal takes: goals, and resets ("the robot is here, now").
+
+Goals come by the `move2goal` action; a goal on `move_base_simple/goal` becomes a goal of this
+action, as in move_base. Resets come in three ways: the services `reset_pose` and `set_pose`, and
+`initialpose`, RViz's 2D Pose Estimate. The other side is :mod:`tb3_labs.ros.reset_call`.
+"""
+import math
+
+import rospy
+from actionlib import ActionServer
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from move_base_msgs.msg import (
+    MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult)
+
+from tb3_labs.geometry.se2 import AskedPose, TypedPose
+from tb3_labs.localization.localizer import Reset
+from tb3_labs.nodes.move_to_goal.core import STAYS_ENDED, Outcome
+from tb3_labs.ros.clocks import Complaints, ros_time, steady_time, wait_until
+from tb3_labs.ros.conversions import frame, to_asked_pose, to_pose_stamped
+from tb3_labs.ros.node import guarded
+from tb3_labs.ros.rospy_internals import connection_of, sender_of
+from tb3_labs.ros.topics import only_news, subscribe_news
+from tb3_labs.srv import (
+    ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
+from tb3_labs.supervision.goal_requests import GoalRequest
+
+#: Longest time of a reset, so that each is answered within a second, and between two looks at it
+#: [s].
+ANSWER_WITHIN, LOOK = 0.85, 0.005
+#: Time between two messages of the action's status [s].
+STATUS_PERIOD = 0.2
+REFUSED = 'Reset refused, the old frame stays: %s'
+
+
+class GoalServer(ActionServer):
+    """An ActionServer whose goals a MoveToGoalCore takes, behind its ros.gate.Gate.
+
+    A goal or cancel is given to the core with actionlib's lock held, so that both know one order.
+    The answers of the core come back by :meth:`answer`, which no lock waits for.
+
+    actionlib (1.14.0) takes a goal whose GoalID it knows for the same goal for 5 s, then for a new
+    one. It takes a repeated latched goal for a new one, and does not cancel an ended goal that is
+    driven to again after a reset. So each message comes here first (test/ros/stops.test).
+    """
+
+    def __init__(self, gate, core):
+        super().__init__('move2goal', MoveBaseAction, self._keep, auto_start=False)
+        self._gate, self._core = gate, core
+        self._new = None        # actionlib's handle of the goal that has just arrived
+        self._present = None    # the same of the goal that is driven to
+        self._complaints = Complaints()
+        self._hear_goal = guarded(only_news('move2goal/goal', self._on_goal))
+
+    def offer(self):
+        """Take goals from now on."""
+        subscribe_news('move_base_simple/goal', PoseStamped, self._on_simple_goal, queue_size=1)
+        # otherwise the server's status thread may still publish while the topics are closed
+        rospy.on_shutdown(self.stop)
+        self.start()
+
+    def answer(self, answers):
+        """Give GoalAnswers to their clients, without the lock of the core."""
+        for request, outcome, text in answers:
+            if outcome is Outcome.REJECTED and text != STAYS_ENDED:
+                self._complaints.warn('Goal refused: %s', text)
+            tell = getattr(request.client, outcome.value)
+            if outcome is Outcome.ACCEPTED:
+                self._present = request.client
+                tell(text)
+            else:
+                self._present = self._present if outcome is Outcome.REJECTED else None
+                tell(MoveBaseResult(), text)
+
+    def feedback(self, fix):
+        """Send a localizer.Fix to the client of the present goal, if there is one."""
+        handle = self._present
+        if handle is not None and self.feedback_pub.get_num_connections():
+            handle.publish_feedback(MoveBaseFeedback(base_position=to_pose_stamped(
+                fix.local_T_base, frame('local'), fix.stamp)))
+
+    def initialize(self):
+        """actionlib's own status timer would die with a traceback if the clock jumps back."""
+        super().initialize()
+        self.status_timer.shutdown()
+        self.status_timer = rospy.Timer(rospy.Duration(STATUS_PERIOD), self.publish_status_async,
+                                        reset=True)
+
+    def internal_goal_callback(self, goal):
+        """actionlib's own subscriber calls this."""
+        self._hear_goal(goal)
+
+    def internal_cancel_callback(self, goal_id):
+        """actionlib's own subscriber calls this. Every cancel counts, also an old one."""
+        guarded(self._on_cancel)(goal_id)
+
+    def _on_simple_goal(self, message):
+        self._hear(MoveBaseActionGoal(goal=MoveBaseGoal(message)), message)
+
+    def _on_goal(self, message):
+        self._hear(message, message)
+
+    def _hear(self, goal, message):
+        target = goal.goal.target_pose
+        with self.lock:
+            self._new = None
+            super().internal_goal_callback(goal)
+            handle = self._new
+            goal_id = handle.get_goal_id() if handle else goal.goal_id    # it may give an id
+            request = GoalRequest(None, sender_of(connection_of(message)), goal_id.id,
+                                  goal_id.stamp.to_nsec(), handle)
+            try:
+                request = request._replace(goal=to_asked_pose(target.header, target.pose))
+            except ValueError as problem:
+                if handle:
+                    self.answer([(request, Outcome.REJECTED, str(problem))])
+                return
+            self._gate.take_in(self._core.on_goal if handle else self._core.on_repetition,
+                               request, steady_time())
+
+    def _keep(self, handle):
+        """actionlib calls this for a goal that it does not know."""
+        self._new = handle
+
+    def _on_cancel(self, goal_id):
+        with self.lock:
+            self._gate.take_in(self._core.on_cancel, steady_time(), goal_id.id,
+                               goal_id.stamp.to_nsec())
+            super().internal_cancel_callback(goal_id)
+
+
+class Resets:
+    """Offers `reset_pose`, `set_pose` and `initialpose`, which a MoveToGoalCore carries out.
+
+    A reset waits in the core for samples of the moment at which it was asked for.
+    """
+
+    def __init__(self, gate, core):
+        self._gate, self._core = gate, core
+        self._complaints = Complaints()
+
+    def offer(self):
+        """Take resets from now on."""
+        rospy.Service('reset_pose', ResetPose, guarded(self._on_reset_pose))
+        rospy.Service('set_pose', SetInitialPose, guarded(self._on_set_pose))
+        subscribe_news('initialpose', PoseWithCovarianceStamped, self._on_initialpose, queue_size=1)
+
+    def _on_reset_pose(self, request):
+        response = ResetPoseResponse()
+        try:
+            reset = self._reset(AskedPose(TypedPose(request.x, request.y, request.yaw_deg).pose))
+        except ValueError as problem:
+            response.message = self._refused(problem)
+            return response
+        response.success, response.message, response.stamp = True, reset.answer, reset.stamp
+        if reset.before is not None:
+            response.before = _in_degrees(reset.before)
+        response.after = _in_degrees(reset.declared)
+        return response
+
+    def _on_set_pose(self, request):
+        try:
+            self._reset_to(request.pose)
+        except ValueError as problem:
+            raise rospy.ServiceException(self._refused(problem)) from None
+        return SetInitialPoseResponse()
+
+    def _on_initialpose(self, stamped):
+        try:
+            self._reset_to(stamped)
+        except ValueError as problem:
+            self._refused(problem)
+
+    def _refused(self, problem):
+        self._complaints.warn(REFUSED, problem)
+        return str(problem)
+
+    def _reset_to(self, stamped):
+        self._reset(to_asked_pose(stamped.header, stamped.pose.pose))
+
+    def _reset(self, asked):
+        """Reset to an AskedPose. Returns the localizer.Reset; ``ValueError`` if it is refused, or
+        not carried out within ANSWER_WITHIN."""
+        reset, gate = Reset(asked), self._gate
+        gate.take_in(self._core.on_reset, reset, ros_time())
+        if not wait_until(lambda: gate.ask(lambda: reset.is_over), ANSWER_WITHIN, LOOK):
+            gate.ask(reset.give_up)
+        if reset.problem:
+            raise ValueError(reset.problem)
+        return reset
+
+
+def _in_degrees(pose):
+    """Returns [x [m], y [m], yaw [deg]], rounded for people to read."""
+    return [round(value, 6) for value in (pose.x, pose.y, math.degrees(pose.yaw))]
