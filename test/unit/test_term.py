@@ -1,19 +1,20 @@
-"""A term's marks: the table, with a person's columns, results.json, and marks that are kept from one
-run to the next."""
+"""A term's marks: the pages, the table with a person's columns, results.json, and marks that are kept
+from one run to the next."""
 import csv
 import io
 import json
 import os
+import re
 import threading
 import zipfile
 
 import pytest
 import yaml
 
-from test_marking import TABLE, marks_of, observation, turned
+from test_marking import TABLE, Strict, marks_of, observation, turned
 from tb3_labs.marking import classes, marks_folder
 from tb3_labs.marking.labs import turn
-from tb3_labs.marking.feedback import Table, results
+from tb3_labs.marking.feedback import Table
 from tb3_labs.marking.intake.submissions import chosen, submissions_in
 from tb3_labs.marking.marks import Marks, from_record, points_of, to_record
 from tb3_labs.marking.marks_folder import MarksFolder
@@ -23,24 +24,119 @@ from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.report.page.document import safe
 
 WORTH = points_of('turn', TABLE)
+FULL = sum(WORTH.values())
 
 
 def rows_of(text):
     return {row['student']: row for row in csv.DictReader(io.StringIO(text))}
 
 
-# -- the table
+def folder_of(path, table=TABLE, lab='turn', parts=(), **options):
+    return MarksFolder(path, lab, parts, points_of(lab, table), options, table is not TABLE)
+
+
+# -- what is written
+
+@pytest.fixture
+def written(tmp_path):
+    """(The folder of a class, its notes): a good node, a wrong one of an odd student, a crash, and a
+    submission that could not be judged."""
+    folder = folder_of(tmp_path)
+    ann, bobby = marks_of('Ann', turned(90.0)), marks_of('<xx>=Bobby', turned(81.0))
+    bobby.observation.runs[0].printed = '<script>alert("x")</script> & so on\n'
+    bobby.findings, bobby.seconds = ['It did <that>.'], 41.4
+    crash = marks_of('Cy', observation())
+    crash.observation.runs[0].ready, crash.observation.runs[0].printed = None, "ImportError: no 'lab2'"
+    crash.observation.runs[0].ended_by_itself = True
+    marks = [ann, bobby, marks_of('Cy', crash.observation), Marks('Di', 'lab2/n.py', unjudged='It lacks cv2.')]
+    marks[3].verdicts = marks[2].verdicts
+    for each in marks:
+        if each.observation:
+            (folder.logs / (each.student + '.json')).write_text(each.observation.to_json())
+        folder.write(each, 'digest')
+    return tmp_path, folder.write_overview(unprotected=True)[1]
+
+
+def test_a_students_page_has_what_the_student_may_see_as_text(written):
+    text = (written[0] / '<xx>=Bobby.html').read_text(encoding='utf-8')
+    page = Strict(text)
+    assert '<script>alert("x")</script> & so on' in page.words and 'A "remark", <b>.' in page.words
+    assert page.tags.count('script') == 2       # the timeline's data, and its program
+    assert '<xx>=Bobby' in page.words and 'xx' not in page.tags
+    assert 'that>' not in page.words and 'content="width=device-width' in text
+    crash = Strict((written[0] / 'Cy.html').read_text(encoding='utf-8')).words      # told once in each table
+    assert crash.count('it ended at once: ') == 1 and crash.count('this could not be tried') > 9
+    unjudged = Strict((written[0] / 'Di.html').read_text(encoding='utf-8')).words
+    assert 'Not judged.' in unjudged and unjudged.count('It lacks cv2.') == 1
+    assert ' of {:g} points'.format(FULL) not in unjudged
+
+
+def test_the_overview_tells_the_instructor_and_each_zero_has_its_reason(written):
+    folder, lines = written
+    page = (folder / 'overview.html').read_text(encoding='utf-8')
+    assert lines == [UNPROTECTED, 'To look at: <xx>=Bobby: It did <that>.']
+    first, _, rest = Strict(page).words.partition('4 submissions, 1 not judged. Median ')
+    assert all(line in first for line in ['For the instructor alone', *lines]) and '<td data-head="short way">' in page
+    assert '0 / {:g}'.format(FULL) in rest and 'xx' not in Strict(page).tags
+    rows = [re.findall('<td class="words"[^>]*>(.*?)</td>', row)[0] for row in page.split('<tr>')[2:]]
+    assert [bool(row) for row in rows] == [False, False, True, True]
+    assert 'it ended at once' in rows[2] and rows[3] == 'It lacks cv2.'
+    other = folder_of(folder / 'other')
+    other.write(marks_of('smith', turned(90.0)), '')
+    assert 'For the instructor' not in other.write_overview()[0].read_text()
+
+
+def test_the_table_and_results_as_gradescope_reads_them(written):
+    rows = rows_of((written[0] / 'marks.csv').read_text())
+    ann, crash, unjudged = (rows[name] for name in ('Ann', 'Cy', 'Di'))
+    assert (ann['left'], ann['extra_within_1_deg'], ann['node']) == ('3', 'no', 'lab2/node.py')
+    assert ann['of'] == '{:g}'.format(FULL) and float(ann['points']) > 0
+    assert {unjudged[name] for name in ('points', 'starts', 'left', 'extra_within_1_deg')} == {''}
+    assert {crash[name] for name in ('points', 'starts', 'left')} == {'0'}
+    results = {name: written[0] / 'gradescope' / name / 'results.json' for name in rows}
+    assert not results['Di'].exists()
+    found = json.loads(results['<xx>=Bobby'].read_text())
+    assert (found['visibility'], found['stdout_visibility']) == ('after_published', 'hidden')
+    assert all(test['visibility'] == 'after_published' for test in found['tests'])
+    assert [test['number'] for test in found['tests']] == [str(1 + k) for k in range(len(found['tests']))]
+    assert found['score'] == pytest.approx(sum(test['score'] for test in found['tests']), abs=0.01)
+    assert found['execution_time'] == 41 and 'A "remark"' in found['output']
+    assert sum(test['max_score'] for test in found['tests']) == FULL
+    tests = {test['name']: test for test in json.loads(results['Ann'].read_text())['tests']}
+    left = tests['l turns 90 degrees left']
+    assert left['status'] == 'passed' and left['score'] == left['max_score'] > 0
+    missed = [test for test in tests.values() if test['status'] == 'failed']
+    assert 'see doc/' in missed[0]['output'] and {test['score'] for test in missed} == {0}
+
+
+def test_marks_are_not_written_through_a_link(tmp_path):
+    """A new file takes the place of a link; a folder that is one is refused."""
+    mine, marks = tmp_path / 'mine', tmp_path / 'marks'
+    mine.write_text('mine')
+    (marks / 'logs').mkdir(parents=True)
+    for name in ('Ann.html', 'overview.html', 'logs/Ann.marks.json'):
+        (marks / name).symlink_to(mine)
+    folder = folder_of(marks)
+    folder.write(marks_of('Ann', turned(90.0)), '')
+    folder.write_overview()
+    assert mine.read_text() == 'mine' and rows_of((marks / 'marks.csv').read_text())
+    (tmp_path / 'link').symlink_to(marks)
+    with pytest.raises(OSError, match='link'):
+        folder_of(tmp_path / 'link')
+
+
+# -- what a person writes into the table
 
 def test_what_a_person_wrote_stays():
+    """As a spreadsheet writes it, with a column and a row of one's own."""
     ann, bo = marks_of('Ann', turned(90.0)), marks_of('Bo', turned(10.0))
-    rows = rows_of(Table().renewed([ann, bo]))
-    written = io.StringIO()     # as a spreadsheet writes it, with a column and a row of one's own
-    writer = csv.DictWriter(written, list(rows['Ann']) + ['note'], delimiter=';')
+    rows, text = rows_of(Table().renewed([ann, bo])), io.StringIO()
+    writer = csv.DictWriter(text, list(rows['Ann']) + ['note'], delimiter=';')
     writer.writeheader()
     writer.writerow(dict(rows['Ann'], **{'points': '99', 'note': 'ill in May'}))
     writer.writerow(rows['Bo'])
     writer.writerow({'student': 'Cy', 'points': '30'})
-    renewed = rows_of(Table('\ufeff' + written.getvalue()).renewed([ann, bo]))
+    renewed = rows_of(Table('\ufeff' + text.getvalue()).renewed([ann, bo]))
     assert renewed['Ann']['note'] == 'ill in May' and renewed['Bo']['note'] == ''
     assert renewed['Cy']['points'] == '30' and list(renewed) == ['Ann', 'Bo', 'Cy']
     assert float(renewed['Ann']['points']) == ann.points
@@ -61,33 +157,17 @@ def test_columns_and_rows_of_a_person_stay_wherever_they_are_also_if_their_headi
         assert [other[:2] for other in others[:4]] == own[:4] and others[4] == ['long'] * 60
 
 
-# -- Gradescope
-
-def test_results_are_as_gradescope_reads_them():
-    marks = marks_of('Ann <b>', turned(90.0))
-    marks.remarks, marks.seconds = ['It runs.'], 41.4
-    found = json.loads(json.dumps(results(marks)))
-    assert (found['visibility'], found['stdout_visibility']) == ('after_published', 'hidden')
-    assert all(test['visibility'] == 'after_published' for test in found['tests'])
-    assert [test['number'] for test in found['tests']] == [
-        str(1 + place) for place in range(len(found['tests']))]
-    assert found['score'] == pytest.approx(sum(test['score'] for test in found['tests']), abs=0.01)
-    assert sum(test['max_score'] for test in found['tests']) == pytest.approx(
-        marks.worth, abs=0.01)
-    assert found['execution_time'] == 41 and 'It runs.' in found['output']
-    first = {test['name']: test for test in found['tests']}['l turns 90 degrees left']
-    assert first['status'] == 'passed' and first['score'] == first['max_score'] > 0
-    missed = [test for test in found['tests'] if test['status'] == 'failed']
-    assert 'see doc/' in missed[0]['output'] and {test['score'] for test in missed} == {0}
+@pytest.mark.parametrize('text, cell', [
+    ('=1+1', "'=1+1"), ('+1', "'+1"), ('-1', "'-1"), ('@x', "'@x"), ('\t=x', "'\t=x"),
+    ('\r', "'\r"), (' =x', "' =x"), ('a;=x', "a;'=x"), ('a;"=x', "a;'\"=x"), ('', ''),
+    ('a=1; b - 1', 'a=1; b - 1')])
+def test_no_text_of_a_submission_is_a_formula(text, cell):
+    assert safe(text) == cell == safe(cell)
 
 
 # -- kept from one run to the next
 
-def folder_of(path, table=TABLE, lab='turn', parts=(), **options):
-    return MarksFolder(path, lab, parts, points_of(lab, table), options, table is not TABLE)
-
-
-def written(path, digest='digest'):
+def marked_once(path, digest='digest'):
     folder, marks = folder_of(path), marks_of('Ann', turned(90.0))
     (folder.logs / 'Ann.json').write_text(marks.observation.to_json())
     folder.write(marks, digest)
@@ -104,13 +184,13 @@ def test_a_record_that_lacks_a_criterion_gives_marks_of_other_parts_alone():
 
 
 def test_what_has_not_changed_is_kept(tmp_path):
-    marks = written(tmp_path)
+    marks = marked_once(tmp_path)
     assert marks.observation is None
     assert folder_of(tmp_path).kept('Ann', 'digest') == marks
     assert folder_of(tmp_path).kept('Ann', 'other digest') is None
     assert folder_of(tmp_path).kept('Bo', 'digest') is None
     assert folder_of(tmp_path, pad='xbox').kept('Ann', 'digest') is None
-    written(tmp_path, digest='')
+    marked_once(tmp_path, digest='')
     assert folder_of(tmp_path).kept('Ann', 'digest') is None
 
 
@@ -120,34 +200,19 @@ def test_what_a_trial_runs_decides_whether_marks_are_kept(tmp_path, monkeypatch)
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text('1')
     monkeypatch.setattr(marks_folder, 'PACKAGE', tmp_path)
-    written(tmp_path / 'marks')
+    marked_once(tmp_path / 'marks')
     assert folder_of(tmp_path / 'marks').kept('Ann', 'digest')
     (tmp_path / 'launch' / 'checks' / 'points.yaml').write_text('2')
     assert folder_of(tmp_path / 'marks').kept('Ann', 'digest')
     for name in ('launch/a.launch', 'scripts/fake_turtlebot3.py'):
         (tmp_path / name).write_text('2')
         assert folder_of(tmp_path / 'marks').kept('Ann', 'digest') is None
-        written(tmp_path / 'marks')
+        marked_once(tmp_path / 'marks')
     assert any(path.match('simulation/simulator.py') for path in marks_folder.decisive_files())
 
 
-def test_marks_are_not_written_through_a_link(tmp_path):
-    """A new file takes the place of a link; a folder that is one is refused."""
-    mine, marks = tmp_path / 'mine', tmp_path / 'marks'
-    mine.write_text('mine')
-    (marks / 'logs').mkdir(parents=True)
-    for name in ('Ann.html', 'marks.csv', 'overview.html', 'logs/Ann.marks.json'):
-        (marks / name).symlink_to(mine)
-    (marks / 'marks.csv').unlink()      # it is read before
-    written(marks)
-    assert mine.read_text() == 'mine' and rows_of((marks / 'marks.csv').read_text())
-    (tmp_path / 'link').symlink_to(marks)
-    with pytest.raises(OSError, match='link'):
-        folder_of(tmp_path / 'link')
-
-
 def test_new_points_reach_the_pages_without_another_try(tmp_path):
-    marks = written(tmp_path)
+    marks = marked_once(tmp_path)
     page, table = tmp_path / 'Ann.html', tmp_path / 'marks.csv'
     page.write_text('not written again')
     folder_of(tmp_path).write_overview()
@@ -168,14 +233,14 @@ def test_new_points_reach_the_pages_without_another_try(tmp_path):
 
 
 def test_marks_of_another_lab_are_not_mixed_in(tmp_path):
-    written(tmp_path)
+    marked_once(tmp_path)
     for other in ({'lab': 'imu'}, {'parts': ['mouse']}):
         with pytest.raises(ValueError, match='has marks of turn, all parts: choose another'):
             folder_of(tmp_path, **other)
 
 
 def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
-    written(tmp_path)
+    marked_once(tmp_path)
     (tmp_path / 'logs' / 'Ann.marks.json').write_text('{"key"')
     assert folder_of(tmp_path).kept('Ann', 'digest') is None
     assert folder_of(tmp_path).write_overview() == (None, [])
@@ -184,26 +249,7 @@ def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
         folder_of(tmp_path)
 
 
-def test_the_instructor_is_told_and_no_student(tmp_path):
-    folder = folder_of(tmp_path)
-    folder.write(Marks('miller', verdicts=marks_of('', turned(90.0)).verdicts,
-                       findings=['It did <that>.']), '')
-    folder.write(marks_of('smith', turned(90.0)), '')
-    page, lines = folder.write_overview(unprotected=True)
-    assert lines == [UNPROTECTED, 'To look at: miller: It did <that>.']
-    assert 'It did &lt;that&gt;.' in page.read_text()
-    assert 'For the instructor' in page.read_text()
-    assert 'that&gt;' not in (tmp_path / 'miller.html').read_text()
-    other = folder_of(tmp_path / 'other')
-    other.write(marks_of('smith', turned(90.0)), '')
-    assert 'For the instructor' not in other.write_overview()[0].read_text()
-
-
 # -- a class with odd submissions
-
-def class_of(marker, folder, problems):
-    return MarkedClass(marker, folder, False, problems.append)
-
 
 def marked(path, acts, problems):
     """(a class marked by a marker that needs no robot, its submissions); `acts`: student -> what
@@ -220,7 +266,7 @@ def marked(path, acts, problems):
     for student in acts:
         (path / 'in' / student).mkdir(parents=True)
         (path / 'in' / student / 'turtlebot_controller.py').touch()
-    return class_of(marker, folder, problems), submissions_in(path / 'in', print)
+    return MarkedClass(marker, folder, False, problems.append), submissions_in(path / 'in', print)
 
 
 def marks_below(path):
@@ -232,7 +278,12 @@ ODD = os.fsdecode(b'M\xfcller')
 
 
 def test_one_odd_submission_does_not_end_the_class(tmp_path):
-    """A name that is not UTF-8, problems in the marking, odd remarks, an undrawn page."""
+    """A name that is not UTF-8, problems in the marking, odd remarks, an undrawn page, a zip file that
+    was cut off: what is not judged is no zero."""
+    with zipfile.ZipFile(str(tmp_path / 'whole.zip'), 'w') as archive:
+        archive.writestr('lab2/turtlebot_controller.py', 'x' * 5000)
+    (tmp_path / 'in').mkdir()
+    (tmp_path / 'in' / 'zip.zip').write_bytes((tmp_path / 'whole.zip').read_bytes()[:3000])
     odd, undrawn = marks_of('dot', turned(90.0)), marks_of('fay', turned(90.0))
     odd.remarks = ['=1+1', '\x1b[2J' + ODD, 'x' * 200000]
     undrawn.observation.runs = None
@@ -243,7 +294,7 @@ def test_one_odd_submission_does_not_end_the_class(tmp_path):
     marking, found = marked(tmp_path, acts, problems)
     assert marking.mark_all(found, 2) is True
     rows = marks_below(tmp_path / 'marks')
-    assert set(rows) == {'ann', 'bob', 'cat', 'dot', 'eve', 'fay', 'M\\xfcller'}
+    assert set(rows) == {'ann', 'bob', 'cat', 'dot', 'eve', 'fay', 'zip', 'M\\xfcller'}
     unjudged['fay'] = TypeError()
     assert rows['ann']['points'] == rows['M\\xfcller']['points'] != ''
     for student, problem in unjudged.items():
@@ -252,6 +303,9 @@ def test_one_odd_submission_does_not_end_the_class(tmp_path):
     assert rows['dot']['remarks'].startswith("'=1+1 \\x1b[2JM\\xfcller")
     assert len(rows['dot']['remarks']) < 5000
     assert len(problems) == 4
+    said = 'The zip file cannot be unpacked: File is not a zip file.'
+    assert rows['zip']['points'] == rows['zip']['starts'] == '' and rows['zip']['remarks'] == said
+    assert 'To look at: zip: Not judged: ' + said in folder_of(tmp_path / 'marks').write_overview()[1]
 
 
 def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypatch):
@@ -270,32 +324,6 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
     monkeypatch.setattr(classes, 'wait', interrupted)
     assert marking.mark_all(found, 2) is True
     assert list(marks_below(tmp_path / 'marks')) == ['ann', 'bob']
-
-
-def test_a_zip_file_that_was_cut_off_is_no_zero(tmp_path):
-    """It is not judged, and one line tells the instructor why."""
-    with zipfile.ZipFile(str(tmp_path / 'whole.zip'), 'w') as archive:
-        archive.writestr('lab2/turtlebot_controller.py', 'x' * 5000)
-    (tmp_path / 'in').mkdir()
-    (tmp_path / 'in' / 'ann.zip').write_bytes((tmp_path / 'whole.zip').read_bytes()[:3000])
-    folder = folder_of(tmp_path / 'marks')
-    marking = class_of(Marker('turn', WORTH, folder.logs), folder, [])
-    assert marking.mark_all(submissions_in(tmp_path / 'in', print), 1) is True
-    said = 'The zip file cannot be unpacked: File is not a zip file.'
-    assert folder.write_overview()[1] == ['To look at: ann: Not judged: ' + said]
-    row = marks_below(tmp_path / 'marks')['ann']
-    assert row['points'] == row['starts'] == '' and row['remarks'] == said
-    page = (tmp_path / 'marks' / 'ann.html').read_text()
-    assert 'Not judged.' in page and page.count(said) == 1 and 'never started' not in page
-    assert not (tmp_path / 'marks' / 'gradescope' / 'ann' / 'results.json').exists()
-
-
-@pytest.mark.parametrize('text, cell', [
-    ('=1+1', "'=1+1"), ('+1', "'+1"), ('-1', "'-1"), ('@x', "'@x"), ('\t=x', "'\t=x"),
-    ('\r', "'\r"), (' =x', "' =x"), ('a;=x', "a;'=x"), ('a;"=x', "a;'\"=x"), ('', ''),
-    ('a=1; b - 1', 'a=1; b - 1')])
-def test_no_text_of_a_submission_is_a_formula(text, cell):
-    assert safe(text) == cell == safe(cell)
 
 
 # -- a machine that is too busy
