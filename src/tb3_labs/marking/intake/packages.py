@@ -169,7 +169,7 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
         others = [str(path.relative_to(folder)) for path in files_in(folder)]
         raise NotJudged('{} {}'.format(
             _nothing_found([], package, (name,) if name else lab.files),
-            'Handed in: {}.'.format(_shortened(others)) if others else 'Nothing was handed in.'))
+            'Handed in: {}.'.format(shortened(others)) if others else 'Nothing was handed in.'))
     return choose(lab, files, package, name)
 
 
@@ -211,7 +211,7 @@ def choose(lab: NodeNames, files: Sequence[SourceFile], package: str = '',
     differ = len({each.text for each in alike}) > 1
     return Choice(found[0].path, _remarks(found, packages, names), [
         'Judged was {}. It is as likely the node as {}, and they differ: --package and --type '
-        'choose another one.'.format(found[0].path, _shortened(
+        'choose another one.'.format(found[0].path, shortened(
             [each.path for each in alike[1:]]))] * differ)
 
 
@@ -266,12 +266,13 @@ def _remarks(found, packages, names):
     if best.package == 2 and any(packages):
         why += ' (there is no package {})'.format(' or '.join(packages))
     return ['{} files can be the node; judged was {}, because {}. The others: {}.'.format(
-        len(found), best.path, why, _shortened([other.path for other in others]))]
+        len(found), best.path, why, shortened([other.path for other in others]))]
 
 
-def _shortened(paths):
-    more = len(paths) - NAMED
-    return ', '.join(paths[:NAMED]) + ' and {} more'.format(more) * (more > 0)
+def shortened(names: Sequence[str], most: int = NAMED) -> str:
+    """The names in one line: at most so many, and the number of the others."""
+    more = len(names) - most
+    return ', '.join(names[:most]) + ' and {} more'.format(more) * (more > 0)
 
 
 def _nothing_found(files, package, names):
@@ -279,4 +280,4 @@ def _nothing_found(files, package, names):
     said = 'There is no {}{}, and no other file does what it should. '.format(
         ' or '.join(names), ' in a package {}'.format(package) if package else '')
     return said + ('Python files that were found (--package and --type choose another one): {}.'
-                   .format(_shortened(there)) if there else 'No Python file was found at all.')
+                   .format(shortened(there)) if there else 'No Python file was found at all.')

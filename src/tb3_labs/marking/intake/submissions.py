@@ -22,6 +22,8 @@ from pathlib import Path
 from typing import Callable, Dict, Iterable, List, NamedTuple, Tuple
 
 from tb3_labs.command_line import printable
+from tb3_labs.marking.intake.packages import shortened
+
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(r'(?P<student>[^_]+)(?:_late)?_(?P<number>\d+)_\d+_(?P<file>.+)',
                     re.IGNORECASE)
@@ -264,10 +266,8 @@ def _files_in(folder, copy):
 def _say(copy, why, left):
     """Remark that these files were left out."""
     if left:
-        named = [printable(str(place)) for place in sorted(left)]
-        more = len(named) - NAMED_FILES
-        copy.remarks.append('Left out, because {}: {}.'.format(why, ', '.join(
-            named[:NAMED_FILES]) + ' and {} more'.format(more) * (more > 0)))
+        copy.remarks.append('Left out, because {}: {}.'.format(why, shortened(
+            [printable(str(place)) for place in sorted(left)], NAMED_FILES)))
 
 
 def _turn(place, size):

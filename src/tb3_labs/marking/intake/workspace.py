@@ -166,14 +166,9 @@ def _repair(node, remarks, look_at):
     if code.startswith(codecs.BOM_UTF8):
         code = code[len(codecs.BOM_UTF8):]
         remarks.append('{} begins with a byte order mark: removed.'.format(node.name))
-    if code.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        remarks.append('{} is UTF-16, which Python cannot read.'.format(node.name))
-    elif b'\r\n' in code:
+    if b'\r\n' in code:
         code = code.replace(b'\r\n', b'\n')
         remarks.append('{} has Windows line endings: changed.'.format(node.name))
-    elif b'\r' in code and b'\n' not in code:
-        code = code.replace(b'\r', b'\n')
-        remarks.append('{} has the line endings of an old Mac: changed.'.format(node.name))
     first = code.partition(b'\n')[0]
     python = NAMES_PYTHON.match(first)
     if not code.startswith(b'#!'):

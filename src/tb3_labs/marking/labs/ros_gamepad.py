@@ -1,7 +1,7 @@
 """The scripts for a gamepad node: the marker plays the pad, and offers the reset.
 
-The private parts of rospy that the service of any type reads stand at the end. They are known from
-the source of rospy 1.15.15 (Debian 12).
+The private parts of rospy that the service of any type reads stand at the end: no other program
+needs them. They are known from the source of rospy 1.15.15 (Debian 12).
 """
 import math
 import time

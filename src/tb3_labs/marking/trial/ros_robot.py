@@ -25,7 +25,7 @@ from tb3_labs.report.bag.messages import LEVELS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_odometry_sample, to_twist
 from tb3_labs.ros.sensor_topics import to_imu_sample
-from tb3_labs.ros.rospy_internals import connection_of
+from tb3_labs.ros.rospy_internals import connection_of, note_connections, sender_of
 from tb3_labs.ros.topics import subscribe
 
 #: The robot's name, by which its settings are found.
@@ -79,10 +79,11 @@ class Recorder:
         self._zero, self._lock = rospy.get_time(), threading.Lock()
         #: The addresses of the programs that commanded the robot, the latest first.
         self._drivers = []
-        self._imu = self._commands = None
+        self._imu = None
         threading.Thread(
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
-        self._commands = subscribe(CMD_VEL, Twist, self._on_command, queue_size=None)
+        note_connections()
+        subscribe(CMD_VEL, Twist, self._on_command, queue_size=None)
         subscribe(IMU_TOPIC, Imu, self._on_imu, to_imu_sample)
         subscribe(ODOM, Odometry, self._on_odometry, to_odometry_sample)
         subscribe('/rosout', Log, self._on_log, queue_size=None)
@@ -104,12 +105,12 @@ class Recorder:
 
     def _on_command(self, message):
         entry = [self.now, message.linear.x, message.angular.z]
-        sender = sender_of(self._commands, message) if self._commands is not None else ''
-        if sender == rospy.get_node_uri():
+        header = connection_of(message)
+        if header['process'] == rospy.get_node_uri():
             return      # the marker's own
         seen = self._observation
         with self._lock:
-            self._note_driver(sender, message)
+            self._note_driver(header)
             if not (math.isfinite(entry[1]) and math.isfinite(entry[2])):
                 seen.lose('commands that are not finite numbers')
                 seen.odd += [[entry[0], '{:g} m/s and {:g} rad/s'.format(*entry[1:])]] * (
@@ -123,11 +124,11 @@ class Recorder:
             else:
                 seen.lose('commands after the first {}'.format(MOST_COMMANDS))
 
-    def _note_driver(self, sender, message):
-        if sender in self._drivers[1:]:     # it had been followed by another one
-            self._observation.drivers = sorted(
-                {*self._observation.drivers, name_of_sender(message)})
-        self._drivers = [sender] + [other for other in self._drivers if other != sender]
+    def _note_driver(self, header):
+        process = header['process']
+        if process in self._drivers[1:]:    # it had been followed by another one
+            self._observation.drivers = sorted({*self._observation.drivers, sender_of(header)})
+        self._drivers = [process] + [other for other in self._drivers if other != process]
 
     def _on_imu(self, sample):
         self._imu = sample
@@ -193,25 +194,6 @@ class Recorder:
             return False
         _, x, y, yaw = (recent - recent[0]).T
         return bool(np.hypot(x, y).max() < REST_WAY and np.abs(yaw).max() < REST_TURN)
-
-
-def sender_of(subscriber, message):
-    """The URI of the program that sent a message; '' if the connection has ended.
-
-    The URI comes from the master, not from the sender. It is `endpoint_id` of the connection that
-    has the message's header. If rospy renames it, an AttributeError ends the marking of a node at
-    its first message.
-    """
-    header = connection_of(message)
-    for connection in list(subscriber.impl.connections):
-        if connection.header is header:
-            return connection.endpoint_id
-    return ''
-
-
-def name_of_sender(message):
-    """The name of a message's sender, as the sender says it."""
-    return connection_of(message).get('callerid') or 'an unknown program'
 
 
 class RobotHand:
