@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The students' archive in src of a workspace of one's own, without git, and with the Python
-environment in it: it is built, writes the skeletons, and marks a node, in a sandbox, too."""
+environment in it: it is built, writes the skeletons, and checks a node."""
 import os
 import pathlib
 import sys
@@ -13,7 +13,6 @@ from rosunit_internals import rosrun
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'unit'))
 
-import sandboxes
 from students_archive import MISSING, ROOT, unpack
 
 SOLUTION = ROOT / 'scripts' / 'imu_sub.py'
@@ -36,16 +35,14 @@ catkin_make -DPYTHON_EXECUTABLE=$venv/bin/python3 -DPython_EXECUTABLE=$venv/bin/
 cp {solution} src/ice6/src
 source devel/setup.bash
 rospack find tb3_labs
-mkdir class
-cp -r src/ice6 class/ann
-rosrun tb3_labs mark.py class --lab imu --parts heading -o marks {protection}
+rostest tb3_labs check_imu.test pkg:=ice6 type:=imu_sub.py parts:=heading
 '''
 
 
 @unittest.skipIf(MISSING, MISSING)
 class StudentsTest(unittest.TestCase):
 
-    def test_the_archive_is_built_and_marks_a_node(self):
+    def test_the_archive_is_built_and_checks_a_node(self):
         with tempfile.TemporaryDirectory(dir='/tmp') as folder:    # outside of the repository
             place = pathlib.Path(folder) / 'src' / 'tb3_labs'
             place.parent.mkdir()
@@ -53,8 +50,7 @@ class StudentsTest(unittest.TestCase):
             program = Program(
                 ['bash', '-c', SCRIPT.format(
                     folder=folder, python=sys.executable, solution=SOLUTION,
-                    modules=sysconfig.get_paths()['purelib'],
-                    protection='--unprotected' if sandboxes.MISSING else '')],
+                    modules=sysconfig.get_paths()['purelib'])],
                 environment={name: ':'.join(
                     path for path in os.environ.get(name, '').split(':') if str(ROOT) not in path)
                     for name in VARIABLES})
@@ -65,7 +61,8 @@ class StudentsTest(unittest.TestCase):
             self.assertEqual(status, 0, program.text)
             self.assertIn('\n{}\n'.format(place), program.text)
             self.assertEqual(program.text.count(' is written. '), 4)
-            self.assertRegex(program.text, r'ann: (\d+) of \1 points')
+            self.assertRegex(program.text, r'\n(\d+) of \1 points')
+            self.assertIn('RESULT: SUCCESS', program.text)
 
 
 if __name__ == '__main__':
