@@ -146,9 +146,8 @@ def _state(value, now, ages, oldest=LONG_AGO):
         return 'fresh'
     if isinstance(value, _Grant):
         return (value.has_robot or _state(value.given_at, now, ages, 20.3),
-                value._renews and (_state(value.heard_at, now, ages),
-                                   _state(value.sent_before, now, ages),
-                                   value.heard_at - value.given_at > OVER))
+                value._renews and (_state(now - value.silent_for(now), now, ages),
+                                   _state(value.sent_before, now, ages), value._heard_for > OVER))
     if isinstance(value, GyroWatch):
         return value.problem(), value.is_checked or (
             round(value._rested_for, 2), round(value._alone_for, 2))

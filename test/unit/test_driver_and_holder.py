@@ -3,7 +3,8 @@ import pytest
 
 from tb3_labs.nodes.controller.turns import DRIVERS, Driver, DriverEvent
 from tb3_labs.supervision.holder import HOLDERS, Holder, HolderEvent
-from tb3_labs.supervision.page_grip import PAGE_TIMEOUT, Grip
+from tb3_labs.supervision.freshness import PAD_TIMEOUT
+from tb3_labs.supervision.page_grip import Grip
 
 NOBODY, TURN, MOUSE = Driver.NOBODY, Driver.TURN, Driver.MOUSE
 FREE, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL
@@ -74,13 +75,13 @@ def test_after_a_stop_nothing_counts_that_a_person_did_before(grip):
 @pytest.mark.parametrize('late', [False, True])
 def test_a_page_that_is_silent_or_late_is_lost(grip, late):
     if late:
-        assert not grip.hold(A, 0, 100.2, PAGE_TIMEOUT + 1e-9, False)    # as if it had not come
-    assert grip.silence(100.0 + PAGE_TIMEOUT) == 0.0
+        assert not grip.hold(A, 0, 100.2, PAD_TIMEOUT + 1e-9, False)    # as if it had not come
+    assert grip.silence(100.0 + PAD_TIMEOUT) == 0.0
     assert grip.silence(100.3) == pytest.approx(0.3)
 
 
 def test_a_page_that_is_heard_in_time_is_not_lost_and_nobody_is_no_page(grip):
-    assert grip.hold(A, 0, 100.2, PAGE_TIMEOUT, False)
+    assert grip.hold(A, 0, 100.2, PAD_TIMEOUT, False)
     assert grip.silence(100.4) == 0.0
     grip.let_go(A)
     assert grip.silence(200.0) == 0.0

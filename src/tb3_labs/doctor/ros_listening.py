@@ -64,7 +64,8 @@ def examine_messages(graph, address, round_trip, is_wall_time):
               if each.topic in SENSORS and each.message.header.stamp]
     if delays and is_wall_time:
         yield judge_clock(min(delays), round_trip)
-    yield judge_gyro(watch.cause, watch.remedy, watch.has_compared)
+    cause, _, remedy = watch.problem().partition(': ')
+    yield judge_gyro(cause, remedy, watch.has_compared)
     drift = drift_of([sample[:2] for sample in samples if isinstance(sample, ImuSample)],
                      [sample[1:] for sample in wheels])
     if drift is not None and watch.has_compared and not watch.problem():

@@ -22,6 +22,7 @@ Times are the samples' stamps, so delays of the network do not matter. Cases:
 Units: seconds, radians. Sources: the firmware's lag of 13 to 105 ms;
 a recorded drive of a Burger: at most 0.5 deg of its turns are unexplained.
 """
+import math
 from collections import deque
 from typing import Deque, NamedTuple, Optional, Tuple
 
@@ -66,9 +67,8 @@ STANDING_RATE = 0.03
 #: Turns of the wheels are remembered for this long [s].
 WHEEL_MEMORY = 0.6
 #: The problem in words, and its remedy.
-CAUSE = 'the gyro contradicts the wheels (calibrated while the robot moved? carried? not a {}?)'
-REMEDY = 'let it rest, then `rostopic pub -1 {} std_msgs/Empty`'
-
+GYRO_LIES = ('the gyro contradicts the wheels (calibrated while the robot moved? carried? not a '
+             '{}?): let it rest, then `rostopic pub -1 {} std_msgs/Empty`')
 
 #: The orientation stands if it does not follow while the gyro turns by this [rad].
 GYRO_TURNED = 0.1
@@ -77,8 +77,8 @@ STANDING_NOISE = 0.02
 #: ... or this share of the gyro's turn.
 STANDING_SHARE = 0.25
 #: The problem in words, and its remedy.
-ORIENTATION_STANDS = "the imu's orientation stands while its gyro turns"
-RESTART = 'switch the robot off and on, or start its driver anew'
+ORIENTATION_STANDS = ("the imu's orientation stands while its gyro turns: switch the robot off and "
+                      'on, or start its driver anew')
 
 
 class OrientationWatch:
@@ -102,9 +102,10 @@ class OrientationWatch:
         if last is None:
             self._begin = sample.yaw
             return
-        rate = 0.5 * (last.yaw_rate + sample.yaw_rate)
+        _, yaw, yaw_rate = sample
+        rate = 0.5 * (last.yaw_rate + yaw_rate)
         self._rested_for += seconds
-        if sample[1:] == last[1:]:
+        if yaw == last.yaw and yaw_rate == last.yaw_rate:
             return    # a frozen IMU; lost_or_stalled finds it
         if abs(rate) < SURELY_TURNS:
             self._turned = 0.0
@@ -112,9 +113,9 @@ class OrientationWatch:
         elif 0.0 < seconds <= GYRO_GAP:
             self._turned += rate * seconds
             self._rested_for = 0.0
-        self._farthest = max(self._farthest, abs(difference(sample.yaw, self._begin)))
+        self._farthest = max(self._farthest, abs(difference(yaw, self._begin)))
         if self._farthest > max(STANDING_NOISE, STANDING_SHARE * abs(self._turned)):
-            self._begin, self._farthest, self._turned = sample.yaw, 0.0, 0.0
+            self._begin, self._farthest, self._turned = yaw, 0.0, 0.0
             self.stands = False
         elif abs(self._turned) > GYRO_TURNED:
             self.stands = True
@@ -143,7 +144,7 @@ class GyroWatch:
 
     def __init__(self, model: RobotModel, reset_topic: str = '/reset') -> None:
         self._model = model
-        self._wheels_remedy = REMEDY.format(reset_topic)
+        self._gyro_lies = GYRO_LIES.format(model.name, reset_topic)
         #: Has any reading been compared?
         self.has_compared = False
         self._sends_wheels = False
@@ -193,22 +194,11 @@ class GyroWatch:
         while self._readings and self._readings[0].end + LEAD <= time:
             self._compare(self._readings.popleft())
 
-    @property
-    def cause(self) -> str:
-        """The contradiction in words; '' if there is none."""
-        if self._orientation.stands:
-            return ORIENTATION_STANDS
-        return CAUSE.format(self._model.name) if self._contradicts else ''
-
-    @property
-    def remedy(self) -> str:
-        """What to do against the `cause`."""
-        return RESTART if self._orientation.stands else self._wheels_remedy
-
     def problem(self) -> str:
         """The contradiction and its remedy, in words; '' if there is none."""
-        cause = self.cause
-        return cause and '{}: {}'.format(cause, self.remedy)
+        if self._orientation.stands:
+            return ORIENTATION_STANDS
+        return self._gyro_lies if self._contradicts else ''
 
     @property
     def is_checked(self) -> bool:
@@ -233,16 +223,19 @@ class GyroWatch:
             self._turns.popleft()
 
     def _compare(self, reading: _Reading) -> None:
-        begin, end = reading.begin - LAG, reading.end + LEAD
-        turns = [turn for turn in self._turns if turn.end > begin and turn.begin < end]
-        if not (turns and turns[0].begin <= begin):
-            return
-        if any(turn.end - turn.begin > MEAN_ONLY and turn.one_wheel for turn in turns):
+        first, last = reading.begin - LAG, reading.end + LEAD
+        least, most, one_wheel, known_since = math.inf, -math.inf, 0.0, math.inf
+        for begin, end, rate, fastest in self._turns:
+            if end > first and begin < last:
+                if fastest and end - begin > MEAN_ONLY:
+                    return
+                known_since = min(known_since, begin)
+                least, most, one_wheel = min(least, rate), max(most, rate), max(one_wheel, fastest)
+        if known_since > first:
             return
         self.has_compared = True
-        least, most = min(turn.rate for turn in turns), max(turn.rate for turn in turns)
         self._learn_slip(reading, least, most)
-        least, most, margin = self._plausible(least, most, max(turn.one_wheel for turn in turns))
+        least, most, margin = self._plausible(least, most, one_wheel)
         nearest = clamp(reading.rate, least - margin, most + margin)
         stands = abs(reading.rate) < min(STANDING_RATE, abs(nearest))
         excess = 0.0 if stands else reading.rate - nearest

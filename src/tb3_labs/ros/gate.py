@@ -22,6 +22,7 @@ from tb3_labs.ros.node import guarded, when_stopped
 from tb3_labs.ros.rospy_internals import (
     connection_of, hear_others_alone, is_wall_time, sender_of, write_at_once)
 from tb3_labs.ros.topics import subscribe
+from tb3_labs.supervision.freshness import Freshness
 
 #: A smaller speed turns no motor [m/s], [rad/s]: their steps are eight times as large. The firmware
 #: takes a number such as 1e-40 for full speed.
@@ -205,9 +206,8 @@ class Watchdog:
 
     def __init__(self, check, quiet_time=QUIET_TIME):
         self._check = guarded(check)
-        self._quiet_time = quiet_time
         self._awake = threading.Event()
-        self._fed_at = -math.inf
+        self._messages = Freshness('message', quiet_time)
         self._thread = threading.Thread(target=self._run, name='watchdog', daemon=True)
 
     def keep(self, awake):
@@ -220,13 +220,13 @@ class Watchdog:
 
     def feed(self):
         """Tell the watchdog that a message has arrived and was processed."""
-        self._fed_at = steady_time()
+        self._messages.heard(steady_time())
 
     def _run(self):
         while not rospy.is_shutdown():
             is_awake = self._awake.wait(IDLE_PERIOD)
-            patient_for = self._fed_at + (
-                self._quiet_time if is_awake else IDLE_PERIOD) - steady_time()
+            quiet_time = self._messages.timeout if is_awake else IDLE_PERIOD
+            patient_for = quiet_time - self._messages.age(steady_time())
             if patient_for <= 0.0:
                 self._check()
             if is_awake:

@@ -20,10 +20,9 @@ Threads and locks
     2  the lock of the node, which guards its core
     3  the lock of gate.CmdVel, which calls nothing back
     4  locks of rospy's topics, and of its log
-    A thread that holds a node's lock does not wait for a service or a message. Its longest wait is
-    in CmdVel, for a subscriber that hangs (rospy_internals.STUCK). A terminal that takes no
-    text (Ctrl+S) holds up only the thread that prints: the gate's (:mod:`tb3_labs.ros.gate`), or a
-    node's own, and then the robot stops by its own timeout.
+    A thread that holds a node's lock does not wait for a service, a message or a subscriber. A
+    terminal that takes no text (Ctrl+S) holds up only the thread that prints: the gate's
+    (:mod:`tb3_labs.ros.gate`), or a node's own, and then the robot stops by its own timeout.
 """
 import contextlib
 import functools

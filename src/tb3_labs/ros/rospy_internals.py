@@ -5,17 +5,16 @@ it, and the test that fails if the part changes. If it names no test, an Attribu
 change: a node does not start, or ends at once.
 """
 import socket
-import struct
+import threading
 import time
+from collections import deque
+from contextlib import suppress
 from io import BytesIO
 
 import rospy
 from rospy.impl import registration
 from rospy.impl.tcpros_base import TCPROSTransport
 from rospy.msg import serialize_message
-
-#: A subscriber whose full buffers take nothing for this long is stopped, or hangs [s].
-STUCK = 0.05
 
 
 def connection_of(message):
@@ -63,8 +62,9 @@ def heard_by(publisher):
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
 
 
-def write_at_once(publisher):
-    """Let ``publish()`` itself write to the subscribers, and drop one that takes nothing for STUCK.
+def write_at_once(publisher, most=1):
+    """Let ``publish()`` itself write to each subscriber, as far as its buffers are free; else the
+    latest `most` messages wait for it.
 
     rospy's queue has a thread for each subscriber. To wake it costs more than the message, and what
     is in the queue is lost when the process ends (`impl`, its `add_connection`;
@@ -72,13 +72,46 @@ def write_at_once(publisher):
     """
     topic, add = publisher.impl, publisher.impl.add_connection
 
-    def add_bounded(connection):
-        connection.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO,
-                                     struct.pack('ll', 0, int(1e6 * STUCK)))
+    def add_writing(connection):
+        connection.write_data = _Writer(connection, most).write
         return add(connection)
 
     topic.set_queue_size(None)
-    topic.add_connection = add_bounded
+    topic.add_connection = add_writing
+
+
+class _Writer:
+    """Writes to one connection, and never waits for it."""
+
+    def __init__(self, connection, most):
+        self._connection = connection
+        self._lock = threading.Lock()    # guards the next two
+        self._waiting = deque(maxlen=most)
+        self._is_full = False            # then a thread writes what waits
+
+    def write(self, data):
+        with self._lock:
+            if self._is_full:
+                self._waiting.append(data)
+                return
+            sent = 0
+            with suppress(BlockingIOError):
+                sent = self._connection.socket.send(data, socket.MSG_DONTWAIT)
+            self._is_full = sent < len(data)
+            if self._is_full:
+                threading.Thread(target=self._write, args=(data[sent:],), daemon=True).start()
+
+    def _write(self, data):
+        while data:
+            try:
+                self._connection.socket.sendall(data)
+            except (OSError, AttributeError):    # the subscriber is gone, or was removed
+                self._connection.close()
+                return
+            with self._lock:
+                data = b''.join(self._waiting)
+                self._waiting.clear()
+                self._is_full = bool(data)
 
 
 def publish_together(publisher, messages):

@@ -24,7 +24,7 @@ from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.conversions import (
     TRUTH_PIPE, frame, to_pose_stamped, to_quaternion, to_transform)
 from tb3_labs.ros.node import guarded
-from tb3_labs.ros.rospy_internals import publish_together
+from tb3_labs.ros.rospy_internals import publish_together, write_at_once
 from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0     # of the simulation [s]
@@ -249,7 +249,9 @@ class SensorTopics:
 
 def publisher(topic, kind, **options):
     """A publisher of a simulated robot: it sends at once, and has a short queue."""
-    return rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True, **options)
+    made = rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True, **options)
+    write_at_once(made, most=50)
+    return made
 
 
 def imu_message(sample, stamp, frame):

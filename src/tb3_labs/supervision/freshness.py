@@ -31,7 +31,7 @@ RESUME_TIME = 2.0
 ROBOT_START = 20.0
 #: While the board resets (firmware: 2.6 s), it is silent for longer than this.
 RESET_SILENCE = 1.0
-#: A pad that is silent for longer than this is lost.
+#: A pad that is silent for longer than this is lost, or a page that drives.
 PAD_TIMEOUT = 0.25
 #: An active mouse that is silent for longer than this is lost.
 MOUSE_TIMEOUT = 0.2
@@ -106,8 +106,8 @@ class Freshness:
     def heard(self, now: float, reading: Any = None) -> float:
         """A valid message arrived at `now`. Returns the silence before it [s]."""
         silence = self.age(now)
-        if self.count > 1:
-            self._longest_gap = max(self._longest_gap, silence)
+        if self.count > 1 and silence > self._longest_gap:
+            self._longest_gap = silence
         self._heard_at = now
         self.count += 1
         if reading != self.reading:
@@ -131,7 +131,8 @@ class Freshness:
 
     def age(self, now: float) -> float:
         """Seconds since the last message; infinite before the first."""
-        return math.inf if self._heard_at is None else max(0.0, now - self._heard_at)
+        age = math.inf if self._heard_at is None else now - self._heard_at
+        return age if age > 0.0 else 0.0
 
     def is_fresh(self, now: float) -> bool:
         """True while the last message is at most `timeout` old."""
@@ -158,21 +159,21 @@ class SleepWatch:
         self.is_waking = False
         #: The end of the last sleep [s].
         self.woke_at = -math.inf
-        self._updated_at: Optional[float] = None
+        self._looks = Freshness('look at the clock', LONGEST_GAP)
 
     def update(self, now: float) -> None:
-        """Look at the clock. To be called ten times a second, and before each message is used."""
-        gap = now - self._updated_at if self._updated_at else 0.0    # 0: the clock had not begun
-        self._updated_at = now
-        self.slept_for = gap if gap > LONGEST_GAP else 0.0
+        """Look at the clock. To be called several times a second, and before each message is used.
+        """
+        gap = self._looks.heard(now)
+        self.slept_for = gap if LONGEST_GAP < gap < math.inf else 0.0
         if self.slept_for:
             self.woke_at = now
         self.is_waking = now - self.woke_at < WAKING
 
     def start(self, now: float) -> None:
         """Begin to look now; the time before does not count."""
-        self.slept_for, self.is_waking = 0.0, False
-        self._updated_at, self.woke_at = now, -math.inf
+        self.slept_for, self.is_waking, self.woke_at = 0.0, False, -math.inf
+        self._looks.heard(now)
 
     def in_words(self) -> str:
         """The sleep that the last update found: '' or 'this node did not run for 3.2 s'."""

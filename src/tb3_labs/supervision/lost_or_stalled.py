@@ -52,6 +52,7 @@ class SensorWatch:
 
     def __init__(self, *sources: Freshness) -> None:
         self._sources = sources
+        self._shortest_timeout = min(source.timeout for source in sources)
         #: The state at the last :meth:`update`. After a silence one update finds BACK_SOON or LATE.
         self.sight = Sight.SILENT
         #: The reason why the robot stands; '' while all sensors are fresh.
@@ -71,14 +72,19 @@ class SensorWatch:
         False until gyro and wheels were compared. A motion waits for the sensors, and then for the
         same time for this comparison.
         """
+        oldest, are_fresh = 0.0, True
         for source in self._sources:
             source.clock_went_back(now)
-        self._since = now if math.isnan(self._since) else min(now, self._since)
-        silent_for = now - self._since
+            age = source.age(now)
+            oldest = age if age > oldest else oldest
+            # A TurtleBot3 that was just connected sends one message. Then it calibrates its gyro
+            # for 2.6 s, in which it must not move.
+            are_fresh = are_fresh and age <= source.timeout and source.count > 1
+        silent_for = now - self._since if self._since <= now else 0.0
+        self._since = now - silent_for
         is_late = silent_for > self._patience
-        are_fresh = self.are_fresh(now) and self._have_begun
         if are_fresh and (is_checked or not self._were_fresh):
-            self._since = now - max(source.age(now) for source in self._sources)
+            self._since = now - oldest
             self._patience = RESUME_TIME
         self._were_fresh = are_fresh
         if not (are_fresh and is_checked):
@@ -87,8 +93,8 @@ class SensorWatch:
             self.sight, self.silent_for = Sight.LATE if is_late else Sight.SILENT, silent_for
             return
         self.hold_reason = ''
-        gap = max(source.take_longest_gap() for source in self._sources)
-        if gap <= min(source.timeout for source in self._sources) and not is_late:
+        gap = max([source.take_longest_gap() for source in self._sources])
+        if gap <= self._shortest_timeout and not is_late:
             self.sight = Sight.FRESH
             return
         self.sight, self.silent_for = (
@@ -121,16 +127,10 @@ class SensorWatch:
 
     def are_fresh(self, now: float) -> bool:
         """True while all sensors are fresh."""
-        return all(source.is_fresh(now) for source in self._sources)
-
-    @property
-    def _have_begun(self) -> bool:
-        """Has each sensor sent more than one message?
-
-        A TurtleBot3 that was just connected sends one message. Then it calibrates its gyro for
-        2.6 s, in which it must not move.
-        """
-        return all(source.count > 1 for source in self._sources)
+        for source in self._sources:
+            if not source.is_fresh(now):
+                return False
+        return True
 
 
 class StallWatch:

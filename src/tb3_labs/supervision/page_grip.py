@@ -10,8 +10,7 @@ Units: seconds on a clock that never stands still and never goes back (`now`).
 """
 from typing import Optional
 
-#: A page that drives, and is silent for longer than this, is lost [s].
-PAGE_TIMEOUT = 0.25
+from tb3_labs.supervision.freshness import PAD_TIMEOUT, Freshness
 
 
 class Grip:
@@ -22,7 +21,7 @@ class Grip:
         self.page: Optional[object] = None
         #: The number of stops so far.
         self.stops = 0
-        self._heard_at = 0.0
+        self._source = Freshness('page', PAD_TIMEOUT)
 
     def check(self, known_stops: Optional[int]) -> None:
         """Raises ``ValueError`` if the robot was stopped since a person acted, who knew
@@ -34,19 +33,20 @@ class Grip:
              is_first: bool) -> bool:
         """A person holds something on `page`. Raises ``ValueError`` if this page may not drive.
 
-        `lateness`: the delay of the message [s]. If it is more than `PAGE_TIMEOUT`, the message
+        `lateness`: the delay of the message [s]. If it is more than `PAD_TIMEOUT`, the message
         does not count (False): a page whose messages are late is as silent as one that sends none.
         `is_first`: it is the first message since the person gripped something. Without it, the
         robot would begin to move later than the person expects.
         """
-        if lateness > PAGE_TIMEOUT:
+        if lateness > PAD_TIMEOUT:
             return False
         self.check(known_stops)
         if self.page not in (None, page):
             raise ValueError('another page drives: it must let go first, or be stopped')
         if self.page is None and not is_first:
             raise ValueError('the begin of this grip came late: let go, and grip again')
-        self.page, self._heard_at = page, now
+        self.page = page
+        self._source.heard(now)
         return True
 
     def let_go(self, page: object) -> bool:
@@ -63,5 +63,5 @@ class Grip:
 
     def silence(self, now: float) -> float:
         """Returns for how long the page that drives was silent, if it is lost [s]; else 0."""
-        silent_for = now - self._heard_at
-        return silent_for if self.page is not None and silent_for > PAGE_TIMEOUT else 0.0
+        is_lost = self.page is not None and not self._source.is_fresh(now)
+        return self._source.age(now) if is_lost else 0.0

@@ -31,40 +31,38 @@ from typing import Callable, Dict, Set
 
 from tb3_labs.supervision.events import Age, Event
 from tb3_labs.supervision.freshness import (
-    CONFIRMATION, LAPSE, LONGEST_LAPSE, RENEWAL, RESUME_TIME, ROBOT_START, SleepWatch)
+    CONFIRMATION, LAPSE, LONGEST_LAPSE, RENEWAL, RESUME_TIME, ROBOT_START, Freshness, SleepWatch)
 
 
 class _Grant:
     """The permission that one sender gave, and its renewals."""
 
     def __init__(self, now: float, renews: bool) -> None:
-        self.given_at = self.heard_at = now
+        #: When it was given, and the latest time at which it can have been sent [s].
+        self.given_at = self.sent_before = now
         #: Were the sensors there since it was given?
         self.has_robot = False
         self._renews = renews
-        self._count = 0
+        self._heard_for = 0.0
+        self._source = Freshness('control', LAPSE)
+        self._source.heard(now)
 
     def renewed(self, now: float) -> None:
-        self.heard_at = now
-        self._count += 1
+        self._source.heard(now)
+        self._heard_for = heard_for = now - self.given_at
+        too_early = RENEWAL * (self._source.count - 1) - heard_for    # by its renewals
+        # after the longest lapse the clocks may differ by as much
+        is_late = self._renews and too_early > 0.0 and heard_for < LONGEST_LAPSE
+        self.sent_before = self.given_at - (too_early if is_late else 0.0)
 
     def silent_for(self, now: float) -> float:
         """Time since the last True [s]; 0 if it needs no renewal."""
-        return now - self.heard_at if self._renews else 0.0
+        return self._source.age(now) if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
         """Does the grant hold? Not if its sender is silent, or has not renewed it yet."""
-        return not self._renews or (self.silent_for(now) <= LAPSE
-                                    and self.heard_at - self.given_at >= CONFIRMATION)
-
-    @property
-    def sent_before(self) -> float:
-        """The latest time at which the grant can have been sent, by its renewals [s]."""
-        heard_for = self.heard_at - self.given_at
-        # after the longest lapse the clocks may differ by as much
-        if not self._renews or heard_for >= LONGEST_LAPSE:
-            return self.given_at
-        return min(self.given_at, self.heard_at - self._count * RENEWAL)
+        return not self._renews or (
+            self._source.is_fresh(now) and self._heard_for >= CONFIRMATION)
 
 
 class Permission:
@@ -95,7 +93,7 @@ class Permission:
         """From now on senders can be heard: the start of the process is not a sleep."""
         self.sleep.start(now)
         if '' in self._grants:
-            self._grants[''].given_at = now
+            self._grants[''] = _Grant(now, False)
 
     def look(self, sensor_problem: str) -> None:
         """Take in the problem of the sensors that a drive needs, '' if they are there; to be called
@@ -124,6 +122,7 @@ class Permission:
             self._refused.discard(sender)
         elif sender in self._grants:
             self._grants[sender].renewed(now)
+            self._look_at_delay(sender, self._grants[sender])
         elif word.age.is_doubtful:
             self._refuse(sender, 'Control was given by {} before this node could hear it, and does '
                          'not count: False, then True, gives it again')
@@ -155,26 +154,27 @@ class Permission:
             if self._grants:
                 self._grants = {}
                 self._tell('Control is gone: ' + self.sleep.in_words(), True)
+        self.granted = False
         for sender, grant in list(self._grants.items()):
-            reason = self._objection(sender, grant, now)
-            if reason:
-                self._tell('Control from {} is gone: {}. False, then True, gives it again'.format(
-                    sender or 'the start', reason), True)
-                self._refused.add(sender)    # so its next True is not worth a line
-                del self._grants[sender]
-        self.granted = any(grant.holds(now) for grant in self._grants.values())
+            if not grant.has_robot and now - grant.given_at > self._patience:
+                self._end(sender, '{} for {:.0f} s (is the robot running?)'.format(
+                    self._sensor_problem, self._patience))
+            elif grant.silent_for(now) > LONGEST_LAPSE:
+                self._end(sender, 'it was silent for {:.1f} s'.format(grant.silent_for(now)))
+            else:
+                self.granted = self.granted or grant.holds(now)
 
-    def _objection(self, sender: str, grant: _Grant, now: float) -> str:
-        """The reason why a grant is over; '' if it is not."""
-        if not grant.has_robot and now - grant.given_at > self._patience:
-            return '{} for {:.0f} s (is the robot running?)'.format(
-                self._sensor_problem, self._patience)
-        if grant.silent_for(now) > LONGEST_LAPSE:
-            return 'it was silent for {:.1f} s'.format(grant.silent_for(now))
+    def _look_at_delay(self, sender: str, grant: _Grant) -> None:
+        """End a grant whose renewals show that its True was delayed."""
         if grant.given_at - grant.sent_before > LONGEST_LAPSE:
-            return 'the network delayed it by more than {:.0f} s'.format(LONGEST_LAPSE)
-        if grant.sent_before < min(self._began_at, grant.given_at):
-            return 'it was given before this node started, or woke'
-        if any(at > grant.sent_before for other, at in self._stops.items() if other != sender):
-            return 'it was taken while the network delayed it'
-        return ''
+            self._end(sender, 'the network delayed it by more than {:.0f} s'.format(LONGEST_LAPSE))
+        elif grant.sent_before < min(self._began_at, grant.given_at):
+            self._end(sender, 'it was given before this node started, or woke')
+        elif any(at > grant.sent_before for other, at in self._stops.items() if other != sender):
+            self._end(sender, 'it was taken while the network delayed it')
+
+    def _end(self, sender: str, reason: str) -> None:
+        self._tell('Control from {} is gone: {}. False, then True, gives it again'.format(
+            sender or 'the start', reason), True)
+        self._refused.add(sender)    # so its next True is not worth a line
+        del self._grants[sender]
