@@ -115,7 +115,7 @@ def reported(seen):
     from tb3_labs.report.motion.movements import moving
     from tb3_labs.report.page.files import nothing_driven
     from tb3_labs.marking.shown_run import as_run
-    from tb3_labs.report.run_data import Values
+    from tb3_labs.report.run_data import States, Values
     from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
     if not seen.truth or seen.lab not in ('turn', 'move2goal'):
         return ''
@@ -129,7 +129,7 @@ def reported(seen):
     if found.mistake:
         words += [*hints.sentences(found), 'See: ' + hints.in_a_line(found).split(' See: ')[1]]
     elif not moving(run.commands).any():
-        words.append(nothing_driven(run).partition('. The local frame')[0])
+        words.append(nothing_driven(replace(run, states=States.none())).partition('. The local frame')[0])
     return ' '.join(filter(None, words))
 
 

@@ -17,15 +17,14 @@ Edits = Sequence[Tuple[str, str]]
 TURN, DRIVE, PAD = 'turn', 'drive', 'pad'
 
 #: Mistakes that can make the same run. With a yaw of 0 or 180 deg for ever, or within 0 to 6.3 and
-#: 356.9 to 360, or with a goal of -80 or 440, the error stays about 90 deg: the turn never ends. If
-#: only letters l, or only r, cross 0 deg, the other half of the wrap is never needed. A robot that
-#: rotates its way wrongly by more than 10 deg drives on for ever, however it is wrong.
+#: 356.9 to 360, or with a goal of -80 or 440, the error stays about 90 deg: the turn never ends. A
+#: robot that rotates its way wrongly by more than 10 deg drives on for ever, however it is wrong.
 SAME = (
-    {'heading_kept', 'quaternion_order', 'radians', 'nothing_wrapped', 'goal_not_wrapped_low'},
-    {'heading_kept', 'quaternion_order', 'radians', 'nothing_wrapped', 'goal_not_wrapped_high'},
-    {'error_not_wrapped', 'error_not_wrapped_low'}, {'error_not_wrapped', 'error_not_wrapped_high'},
-    {'inverse_missing', 'not_rotated', 'imu_rotates'}, {'heading_kept', 'quaternion_order'},
-    {'sign', 'quaternion_order'},
+    {'heading_kept', 'quaternion_order', 'radians', 'goal_not_wrapped'},
+    {'inverse_missing', 'not_rotated', 'imu_rotates'},
+    {'heading_kept', 'quaternion_order', 'yaw_left_out'}, {'yaw_sign', 'degrees', 'sign', 'quaternion_order'},
+    {'never_arrives', 'quaternion_order', 'inverse_missing', 'not_rotated', 'imu_rotates'},
+    {'sign', 'quaternion_order', 'never_ends'},
 )
 
 
@@ -106,12 +105,12 @@ def turn_constants(source: random.Random) -> Edits:
 # these two mistakes are seen only where the letter decides the side.
 #: {mistake: (edits, edits that its right text has as well)}.
 TURN_MISTAKES: Dict[str, Tuple[Edits, Edits]] = {
-    'goal_not_wrapped_low': ([(GOAL_LOW, '            if self.goal_yaw > 360:\n')], BY_LETTER),
-    'goal_not_wrapped_high': ([(GOAL_HIGH, '')], BY_LETTER),
-    'error_not_wrapped_low': ([(ERROR_LOW, '')], []),
-    'error_not_wrapped_high': ([(ERROR_HIGH, '            if yaw_err < -180:\n')], []),
+    'goal_not_wrapped/low': ([(GOAL_LOW, '            if self.goal_yaw > 360:\n')], BY_LETTER),
+    'goal_not_wrapped/high': ([(GOAL_HIGH, '')], BY_LETTER),
+    'error_not_wrapped/low': ([(ERROR_LOW, '')], []),
+    'error_not_wrapped/high': ([(ERROR_HIGH, '            if yaw_err < -180:\n')], []),
     'error_not_wrapped': ([(ERROR_BOTH, '')], []),
-    'nothing_wrapped': ([(GOAL_BOTH, ''), (ERROR_BOTH, '')], []),
+    'goal_not_wrapped': ([(GOAL_BOTH, ''), (ERROR_BOTH, '')], []),
     'no_negative_clamp': ([(NEGATIVE, '')], []),
     'quaternion_order': ([(
         TURN_QUATERNION, '            q = Quaternion(imu.orientation.x, '
@@ -119,6 +118,7 @@ TURN_MISTAKES: Dict[str, Tuple[Edits, Edits]] = {
     'radians': ([('to_euler(degrees=True)', 'to_euler()')], []),
     'no_stop': ([(TURN_OVER, '                self.turning = False\n')], []),
     'sign': ([('self.goal_yaw - self.curr_yaw', 'self.curr_yaw - self.goal_yaw')], []),
+    'never_ends': ([('if abs(yaw_err) < self.HDG_TOL', 'if abs(yaw_err) < 0')], []),
     'degrees_twice': ([MATH, ('self.convert_yaw(yaw)', 'self.convert_yaw(math.degrees(yaw))')], []),
     'sleeps': ([('        self.cmd.angular.z = ang_z\n        self.cmd_pub.publish(self.cmd)\n',
                  '        self.cmd.angular.z = ang_z\n        self.cmd_pub.publish(self.cmd)\n'
@@ -225,6 +225,11 @@ DRIVE_MISTAKES: Dict[str, Tuple[Edits, Edits]] = {
         (IMU_YAW, IMU_YAW.replace('Quaternion(q.w, q.x, q.y, q.z)', XYZW))], []),
     'degrees': ([(IMU_YAW, IMU_YAW.replace('to_euler()', 'to_euler(degrees=True)'))], []),
     'no_stop': ([(AT_GOAL, AT_GOAL + '                return\n')], CONSTANT_SPEED),
+    'yaw_sign': ([('global_yaw - self.initial_global_yaw', 'self.initial_global_yaw - global_yaw')], []),
+    'atan2': ([('math.atan2(dy, dx)', 'math.atan2(dx, dy)')], []),
+    'sign': ([('0.3 * yaw_error', '-0.3 * yaw_error')], []),
+    'never_arrives': ([('if distance > 0.15', 'if True')], []),
+    'yaw_left_out': ([('math.atan2(dy, dx) - self.local_yaw', 'math.atan2(dy, dx)')], []),
     'state_kept': ([(TAKEN_STATE, '        rospy.loginfo(')], []),
 }
 #: TODO 5 in three of its four lines. What follows the stroke is not a part of the identifier.

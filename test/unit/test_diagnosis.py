@@ -127,7 +127,7 @@ def test_a_mark_knows_by_the_letters_which_turns_are_missing(mistake):
 
 def test_of_several_mistakes_that_move_a_robot_in_the_same_way_none_is_preferred():
     """An error with the wrong sign, and a heading that falls where it shall grow; one that stays."""
-    for mistake, causes in [('sign', {'sign', 'quaternion_order'}), (
+    for mistake, causes in [('sign', {'sign', 'quaternion_order', 'never_ends'}), (
             'quaternion_order', {'heading_kept', 'quaternion_order', 'radians'})]:
         found = diagnose(run_of('turn', mistake, 1))
         assert set(found.causes) == causes

@@ -109,8 +109,9 @@ def _end(scene):
 
 
 def _waits(seen: Observation) -> str:
-    return 'it moved the robot without having control' if len(
-        seen.during(WITHOUT_CONTROL).moving) else ''
+    return 'it moved the robot without having control: does control_loop look at has_control, ' \
+        'which True on ctrl_relinq sets and False clears?' if len(
+            seen.during(WITHOUT_CONTROL).moving) else ''
 
 
 def _says_reached(seen: Observation) -> str:
@@ -138,7 +139,8 @@ def _within_limits(seen: Observation) -> str:
 
 def _reset(seen: Observation, name: str = RESET_TO_ORIGIN) -> str:
     problem = seen.during(name).facts[PROBLEM]
-    return 'the reset failed: ' + problem if problem else ''
+    return problem and 'the reset failed: {}{}'.format(
+        problem, ' (does its callback return a response?)' * ('returned None' in problem))
 
 
 def _says_reset(seen: Observation) -> str:

@@ -60,7 +60,7 @@ class Law:
     `reading`: the heading that the node reads [deg], by the true one. `quarter`: the angle that it
     adds for a turn to the left. `command`: the error that it turns by, of (error, side). `kept`:
     the goal of all turns, if it never changes [deg]. `leaps`: is it chance when a turn ends that
-    goes left and right, since the heading leaps?
+    goes left and right, since the heading leaps? `ends`: does a turn end at its goal?
     """
 
     mistake: str = ''
@@ -71,6 +71,7 @@ class Law:
     command: Callable[[float, float], float] = lambda error, side: error
     kept: Optional[float] = None
     leaps: bool = False
+    ends: bool = True
 
     def goal(self, heading: float, side: float) -> float:
         """The goal of a turn from `heading`, both [deg]; `side`: 1 left, -1 right."""
@@ -91,8 +92,9 @@ class Law:
         """(The angle by which the robot turns from `heading`, both [rad]; does it go left and right
         there without an end?)."""
         goal = self.goal(math.degrees(heading) % 360.0, side)
-        return settled(lambda yaw: math.radians(self.error(goal, math.degrees(yaw) % 360.0, side)),
-                       heading, near)
+        angle, swings = settled(lambda yaw: math.radians(self.error(
+            goal, math.degrees(yaw) % 360.0, side)), heading, near)
+        return angle, swings or not self.ends
 
 
 def signed(heading: float) -> float:
@@ -109,12 +111,12 @@ LAWS = (
     Law(),
     Law(quarter=180.0),    # the lab is also given with half turns
     Law('error_not_wrapped', error_wraps=(False, False)),
-    Law('error_not_wrapped_low', error_wraps=(False, True)),
-    Law('error_not_wrapped_high', error_wraps=(True, False)),
-    Law('nothing_wrapped', (False, False), (False, False)),
-    Law('nothing_wrapped', (False, False), (False, False), reading=signed),
-    Law('goal_not_wrapped_low', (False, True), (False, False), command=by_letter),
-    Law('goal_not_wrapped_high', (True, False), (False, False), command=by_letter),
+    Law('error_not_wrapped', error_wraps=(False, True)),
+    Law('error_not_wrapped', error_wraps=(True, False)),
+    Law('goal_not_wrapped', (False, False), (False, False)),
+    Law('goal_not_wrapped', (False, False), (False, False), reading=signed),
+    Law('goal_not_wrapped', (False, True), (False, False), command=by_letter),
+    Law('goal_not_wrapped', (True, False), (False, False), command=by_letter),
     Law('no_negative_clamp', command=lambda error, side: abs(error)),
     # a heading that stays; in radians it hardly changes; numbers in another order may mirror it
     Law('heading_kept', reading=lambda heading: 0.0),
@@ -123,6 +125,7 @@ LAWS = (
     Law('quaternion_order', reading=lambda heading: 180.0),
     Law('swapped', quarter=-90.0),
     Law('sign', command=lambda error, side: -error), Law('goal_kept', kept=0.0),
+    Law('never_ends', ends=False),
     Law('degrees_twice', reading=lambda heading: math.degrees(signed(heading)), leaps=True),
     Law('quaternion_order', reading=lambda heading: (180.0 - heading) % 360.0))
 

@@ -245,7 +245,7 @@ def _state_kept(run: RunData, by_way: Diagnosis, goal: Pose2) -> Optional[Diagno
     given = run.control.time[np.diff(run.control.value, prepend=0.0) > 0.0]
     for k, reset in enumerate(run.resets.time):
         far = run.resets.pose(k).distance_to(goal) > LEAST_WAY
-        for grant in given[given > reset][:1] if far and (reached < reset).any() else ():
+        for grant in given[given >= reset][:1] if far and (reached < reset).any() else ():
             ends = np.concatenate([run.resets.time, run.control.time, [run.duration]])
             end = ends[ends > grant].min()
             if end - grant > ANSWERED_BY and not ((moves > grant) & (moves < end)).any() and not (

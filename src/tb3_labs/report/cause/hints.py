@@ -38,39 +38,24 @@ AFTER_RESET = 'Print local_x, local_y and local_yaw a second after a reset, at r
 PRINT_YAW = 'Print the yaw that your node has, and turn the robot once around by hand. Over ' \
     'which range shall the number run, and which way?'
 BY_HAND = 'the yaw that it prints while you turn the robot to the left by hand: '
-LATE = 'turns by a heading that stays (it hears nothing, stores nothing in self, takes another ' \
-    'Euler angle) or comes late (it sleeps in the callback)'
+LATE = 'turns by a heading that stays (it hears nothing, does not store it in self, takes ' \
+    'another Euler angle) or comes late (its callback sleeps, or waits in input())'
 HEARD = 'rosnode info NODE: does it listen to imu, and who publishes that topic?'
 LAST_MESSAGE = 'rostopic echo /cmd_vel: which message shall be the last one of a movement?'
 SLEEPS = Hint(
-    'sleeps in a callback or in a loop', 'rostopic hz /cmd_vel while the robot moves: how often '
-    'does your node send a command, and how often shall it?', TURNS_STEP, 5, 'TODO 7')
+    'sends its commands too seldom (it sleeps in a callback or a loop, or its Timer is slow)',
+    'rostopic hz /cmd_vel while the robot moves: how often does your node send a command, and how '
+    'often shall it?', TURNS_STEP, 5, 'TODO 7')
 #: The hints, by lab and mistake.
 HINTS = {
     (TURN, 'error_not_wrapped'): Hint(
         'does not wrap the error', 'The goal is 80, the heading 350. What is the error, and which '
-        'way is the shorter one?', TURNS_STEP, 5, 'TODO 7',
+        'way is the shorter one? And from 10 to 280?', TURNS_STEP, 5, 'TODO 7',
         'yaw_err, printed in the turn that goes the long way round: it is beyond 180 or -180'),
-    (TURN, 'error_not_wrapped_low'): Hint(
-        'does not wrap an error below -180', 'What does your node do with an error of 270? And '
-        'with -270?', TURNS_STEP, 5, 'TODO 7',
-        'yaw_err, printed in the turn that goes the long way round: it is below -180'),
-    (TURN, 'error_not_wrapped_high'): Hint(
-        'does not wrap an error above 180', 'What does your node do with an error of -270? And '
-        'with 270?', TURNS_STEP, 5, 'TODO 7',
-        'yaw_err, printed in the turn that goes the long way round: it is above 180'),
-    (TURN, 'nothing_wrapped'): Hint(
+    (TURN, 'goal_not_wrapped'): Hint(
         'wraps neither the goal nor the error', 'The heading is 350. Which goal has l, and does '
-        'the heading ever come near it?', TURNS_STEP, 5, 'TODO 7',
+        'the heading ever come near it? Which goal has r at 40?', TURNS_STEP, 5, 'TODO 7',
         'goal_yaw after a letter: it is below 0 or above 360'),
-    (TURN, 'goal_not_wrapped_low'): Hint(
-        'does not wrap a goal below 0', 'The heading is 40. Which goal has r, and does the heading '
-        'ever come near it?', TURNS_STEP, 6, 'TODO 7',
-        'goal_yaw after r, at a heading below 90: it is below 0'),
-    (TURN, 'goal_not_wrapped_high'): Hint(
-        'does not wrap a goal above 360', 'The heading is 330. Which goal has l, and does the '
-        'heading ever come near it?', TURNS_STEP, 5, 'TODO 7',
-        'goal_yaw after l, at a heading above 270: it is above 360'),
     (TURN, 'no_negative_clamp'): Hint(
         'limits positive commands only', 'An error of -90 gives a command of -9. What do both '
         'limits make of it?', TURNS_STEP, 6, 'TODO 7',
@@ -81,7 +66,7 @@ HINTS = {
     (TURN, 'heading_kept'): Hint(
         LATE, HEARD, TURNS_STEP, 4,
         'the subscriber, and TODO 6',
-        BY_HAND + 'it stays since nothing is heard, or follows late since a callback sleeps'),
+        BY_HAND + 'it stays, or follows late'),
     (TURN, 'swapped'): Hint(
         'turns right for l, and left for r', 'The heading is 100. Which goal has l, if the heading '
         'grows to the left?', TURNS_STEP, 5, 'TODO 7',
@@ -95,7 +80,12 @@ HINTS = {
     (TURN, 'sign'): Hint(
         'takes the error with the wrong sign, and so turns away from its goal', 'The heading is '
         '100, the goal is 190. What is yaw_err, and to which side does a positive command turn?',
-        TURNS_STEP, 5, 'TODO 7', BY_HAND + 'it grows, as it shall'),
+        TURNS_STEP, 5, 'TODO 7', BY_HAND + 'it grows, as it shall, but the robot does not turn to '
+        'the side that was typed'),
+    (TURN, 'never_ends'): Hint(
+        'does not end its turn within HDG_TOL, and goes to and fro about its goal', 'Print '
+        'yaw_err. When is it less than HDG_TOL, and what does your node do then?', TURNS_STEP, 5,
+        'TODO 3 and 7', 'the side to which the robot turns: it is the one that was typed'),
     (TURN, 'goal_kept'): Hint(
         'turns to the same heading after each letter', 'Print self.goal_yaw after each letter. '
         'Which line changes it, and is that the same variable?', TURNS_STEP, 5, 'TODO 7',
@@ -156,10 +146,27 @@ HINTS = {
         BY_HAND + 'it falls, or stays although the node hears the IMU'),
     (DRIVE, 'heading_kept'): Hint(
         LATE, HEARD, POSE, 2, 'the subscriber, and TODO 2',
-        BY_HAND + 'it stays since nothing is heard, or follows late since a callback sleeps'),
+        BY_HAND + 'it stays, or follows late'),
     (DRIVE, 'degrees'): Hint(
         'mixes degrees and radians', PRINT_YAW, POSE, 2, 'the callbacks, and TODO 2',
         BY_HAND + 'it runs beyond 3.2'),
+    (DRIVE, 'yaw_sign'): Hint(
+        'takes local_yaw with the wrong sign', PRINT_YAW, POSE, 2, 'TODO 2', BY_HAND + 'it falls'),
+    (DRIVE, 'atan2'): Hint(
+        'calls atan2(dx, dy) in place of atan2(dy, dx)', 'The goal is 0.61 m behind the robot and '
+        '0.61 m to its left: at 135 degrees. Which angle has your node?', STATES_STEP, 0,
+        'control_loop', 'math.atan2 in control_loop: is dy its first argument?'),
+    (DRIVE, 'sign'): Hint(
+        'takes the error with the wrong sign, and so turns away from its goal', 'The goal is at '
+        '135 degrees, the heading is 0. What is yaw_error, and to which side does a positive '
+        'command turn?', STATES_STEP, 0, 'control_loop', BY_HAND + 'it grows, as it shall'),
+    (DRIVE, 'never_arrives'): Hint(
+        'does not end MOVE_FORWARD near its goal', 'Print distance in MOVE_FORWARD. At which '
+        'distance shall the state change?', STATES_STEP, 0, 'control_loop',
+        'distance, printed in MOVE_FORWARD: it falls below 0.15, and the state stays'),
+    (DRIVE, 'yaw_left_out'): Hint(
+        'leaves its heading out of the error of the first turn', 'Which error has a robot that '
+        'faces its goal?', STATES_STEP, 0, 'control_loop', BY_HAND + 'it grows, as it shall'),
     (DRIVE, 'no_stop'): Hint(
         'sends no zero at the end', LAST_MESSAGE, STATES_STEP, 1, 'control_loop'),
     (PAD, 'two_senders'): Hint(

@@ -122,6 +122,11 @@ def in_global(*lines: bool) -> Callable[[Pose2, float, Pose2], Believed]:
             lines, (odom.x, odom.y, imu, imu), by_local(odom, imu, local))))
 
 
+def swapped(here: Believed, goal: Pose2) -> float:
+    """The direction of the goal by a node that swaps the arguments of atan2 [rad]."""
+    return math.atan2(goal.x - here.x, goal.y - here.y)
+
+
 @dataclass(frozen=True)
 class Way:
     """One way in which a node computes its pose in ``local``.
@@ -129,8 +134,8 @@ class Way:
     `theta`: the angle of R(theta)^-1, by the reference for it. `references`: see References.
     `declared`: the pose in ``local``, of (the declared one, the pose since). `believed`: of (the
     odometry's pose, the IMU's yaw, the pose in ``local``). `reading`: the yaw that the node reads,
-    by the true one. `leaps`: does the heading leap, so that it is chance when a turn that goes left
-    and right ends?
+    by the true one. `bearing`: the direction of the goal. `arrives`: does it stop near the goal?
+    `leaps`: does the heading leap, so that it is chance when a turn that goes left and right ends?
     """
 
     mistake: str = ''
@@ -139,8 +144,10 @@ class Way:
     declared: Callable[[Pose2, Pose2], Pose2] = after
     believed: Callable[[Pose2, float, Pose2], Believed] = by_local
     reading: Callable[[float], float] = unwrapped
+    bearing: Callable[[Believed, Pose2], float] = Believed.bearing_to
     wraps: Callable[[float], float] = wrap
     wraps_heading: Callable[[float], float] = wrap
+    arrives: bool = True
     leaps: bool = False
 
     def pose(self, odom: Pose2, imu: float, last: Declared, start: Declared) -> Pose2:
@@ -167,7 +174,7 @@ class Way:
 
         def off_course(yaw):
             seen = here((begin.x, begin.y), yaw)
-            return self.wraps(seen.bearing_to(goal) - seen.course)
+            return self.wraps(self.bearing(seen, goal) - seen.course)
 
         first = turned(off_course, begin.yaw, near)
         if not math.isfinite(first):
@@ -175,7 +182,8 @@ class Way:
         yaw = begin.yaw + first
         faced = here((begin.x, begin.y), yaw)
         one_on = here((begin.x + math.cos(yaw), begin.y + math.sin(yaw)), yaw)
-        way = reach((goal.x - faced.x, goal.y - faced.y), (one_on.x - faced.x, one_on.y - faced.y))
+        way = math.inf if not self.arrives else reach(
+            (goal.x - faced.x, goal.y - faced.y), (one_on.x - faced.x, one_on.y - faced.y))
         if math.isinf(way):
             return Drive(first, way, 0.0)
         end = begin.x + way * math.cos(yaw), begin.y + way * math.sin(yaw)
@@ -228,4 +236,8 @@ WAYS = (
     Way('quaternion_order', lambda reference: math.pi),
     Way('degrees', reading=in_radians, leaps=True),
     Way('degrees', in_degrees, reading=in_radians, leaps=True),
-    Way('degrees', in_degrees))
+    Way('degrees', in_degrees),
+    Way('yaw_sign', reading=lambda yaw: -yaw), Way('atan2', bearing=swapped),
+    Way('never_arrives', arrives=False), Way('sign', wraps=lambda error: wrap(-error)),
+    Way('yaw_left_out', believed=lambda odom, imu, local: Believed(
+        local.x, local.y, 0.0, local.yaw)))
