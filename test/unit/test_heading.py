@@ -6,7 +6,7 @@ import pytest
 
 from at_door import AtDoor
 from tb3_labs.geometry.angles import WHOLE_TURN
-from tb3_labs.geometry.estimates import YawNoise
+from tb3_labs.localization.door import YawNoise
 from tb3_labs.nodes.controller.turns import Heading
 from tb3_labs.robot.samples import ImuSample
 

@@ -11,12 +11,13 @@ from tb3_labs.control.goal_state import (
 from tb3_labs.control.speed_laws import LONGEST_IDLE, Twist2
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.localizer import Reset
-from tb3_labs.nodes.move_to_goal.core import STAYS_ENDED, MoveToGoalCore, Outcome
+from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.freshness import RESUME_TIME
-from tb3_labs.supervision.goal_requests import SENDER_PAUSE, GoalRequest
+from tb3_labs.supervision.goal_requests import (
+    SENDER_PAUSE, STAYS_ENDED, GoalRequest, Outcome)
 
 START = 100.0
 

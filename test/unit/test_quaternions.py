@@ -6,7 +6,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from known_motion import angle_between
-from tb3_labs.geometry.quaternions import (
+from tb3_labs.geometry.angles import (
     quaternion_from_yaw, yaw_from_quaternion)
 
 YAWS = st.floats(-math.pi, math.pi)

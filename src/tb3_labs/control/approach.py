@@ -13,11 +13,10 @@ Source: braking profile, see :func:`tb3_labs.control.speed_laws.braking_speed`.
 import math
 from dataclasses import dataclass
 
-from tb3_labs.control.dead_time import CommandHistory, followed, way_at_rest
+from tb3_labs.control.dead_time import CommandHistory, Estimate, followed, way_at_rest
 from tb3_labs.control.motor_response import TIME_DOUBT, Identification, Response
 from tb3_labs.control.speed_laws import LawStep, Twist2, braking_speed
 from tb3_labs.geometry.angles import clamp, continuous, difference
-from tb3_labs.geometry.estimates import Estimate
 from tb3_labs.robot.samples import REST_ANGULAR
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.lost_or_stalled import Settling

@@ -1,4 +1,5 @@
-"""Dead-time compensation: the travel that is commanded and not driven yet.
+"""Dead-time compensation: the travel that is commanded and not driven yet. And the estimate of a
+number by noisy samples.
 
 A robot obeys late. A command is under way for the *delay*, and the motors follow with a first-order
 *lag*. A controller that brakes by the measured position alone overshoots by the travel that is
@@ -19,6 +20,10 @@ import math
 from collections import deque
 from typing import Deque, Tuple
 
+#: In 95 of 100 cases the true value is within two standard deviations of the estimate.
+STANDARD_ERRORS = 2.0
+#: A sample that is this many standard deviations away contradicts the estimate.
+CONTRADICTION = 4.0
 #: Commands are remembered for this long [s]. It exceeds every delay and every age of a sample.
 COMMAND_MEMORY = 1.4
 #: The least lag [s]; a smaller one counts as this, since time is divided by the lag.
@@ -104,3 +109,37 @@ def way_at_rest(remaining: float, motor_speed: float, history: CommandHistory, d
                 lag: float, gain: float = 1.0) -> float:
     """The part of `remaining` that would remain if the robot were told to stop now."""
     return remaining - motor_speed * lag - gain * history.travel_under_way(delay)
+
+
+class Estimate:
+    """An estimate of a number by samples: their mean, unless the number changes. Then later samples
+    count more."""
+
+    def __init__(self) -> None:
+        #: The estimate; 0 before the first sample.
+        self.value = 0.0
+        self._variance = math.inf
+
+    @property
+    def uncertainty(self) -> float:
+        """The likely bound of the estimate's error; see STANDARD_ERRORS."""
+        return STANDARD_ERRORS * math.sqrt(self._variance)
+
+    def shift(self, by: float, doubt: float = 0.0) -> None:
+        """The number has changed by `by`; `doubt` is the standard deviation of `by`."""
+        self.value += by
+        self._variance += doubt * doubt    # for a large doubt ** would raise, * gives infinity
+
+    def add(self, sample: float, noise: float) -> None:
+        """Take in a sample with the standard deviation `noise`.
+
+        A sample that contradicts the estimate, or has no noise, replaces the estimate.
+        """
+        spread = noise * noise
+        surprise = abs(sample - self.value)
+        known = spread > 0.0 and surprise <= CONTRADICTION * math.sqrt(self._variance + spread)
+        share = 1.0
+        if known and math.isfinite(self._variance):
+            share = self._variance / (self._variance + spread)
+        self.value += share * (sample - self.value)
+        self._variance = share * spread

@@ -1,12 +1,25 @@
-"""Angles on the circle, and numbers kept within limits.
+"""Angles on the circle, numbers kept within limits, and the headings of quaternions.
 
-Units: radians, counter-clockwise positive. Edge cases: a wrapped angle is in (-pi, pi], so that
-exactly half a turn is +pi. NaN stays NaN. Infinity raises ``ValueError`` (from
-:func:`math.remainder`).
+squaternion (PyPI) is w-first and checks nothing: another order of the parts, an all-zero quaternion
+or one of norm 2 gives a plausible wrong yaw. So the parts are keywords here, and a quaternion that
+no robot on a floor can have is invalid. No other file of this package touches quaternions.
+
+Units: radians, counter-clockwise positive (REP-103). Edge cases: a wrapped angle, and a yaw, is in
+(-pi, pi], so that exactly half a turn is +pi. NaN stays NaN as an angle. Infinity raises
+``ValueError`` (from :func:`math.remainder`).
 """
 import math
+from typing import Tuple
+
+from squaternion import Quaternion
 
 WHOLE_TURN = 2.0 * math.pi
+#: A norm that differs from 1 by more than this is not a rounding error; a real TurtleBot3 sends
+#: 0.999996.
+NORM_TOLERANCE = 0.05
+#: A driving robot is not tilted further than this [rad]. A quaternion whose parts are in a wrong
+#: order shows a larger tilt.
+MAX_TILT = math.radians(45.0)
 
 
 def clamp(value: float, low: float, high: float) -> float:
@@ -33,3 +46,27 @@ def continuous(angle: float, previous: float) -> float:
 def interpolate_angle(start: float, end: float, fraction: float) -> float:
     """The angle `fraction` (0 to 1) of the short way from `start` to `end`, in (-pi, pi]."""
     return wrap(start + fraction * difference(end, start))
+
+
+def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
+    """Heading [rad] of a robot that stands on a floor.
+
+    Raises ``ValueError``, saying why, for NaN, infinity, a norm that is not 1, and a tilt of
+    more than 45 degrees.
+    """
+    norm = math.sqrt(w * w + x * x + y * y + z * z)
+    if not abs(norm - 1.0) <= NORM_TOLERANCE:  # "not <=" also catches NaN
+        raise ValueError('quaternion has norm {:.3g}, not 1'.format(norm))
+    roll, pitch, yaw = Quaternion(w / norm, x / norm, y / norm, z / norm).to_euler()
+    if abs(roll) > MAX_TILT or abs(pitch) > MAX_TILT:
+        raise ValueError('quaternion is tilted by roll {:.0f}, pitch {:.0f} deg: no robot on its '
+                         'wheels (or its parts are in the wrong order)'.format(
+                             math.degrees(roll), math.degrees(pitch)))
+    return math.pi if yaw <= -math.pi else yaw
+
+
+def quaternion_from_yaw(yaw: float, roll: float = 0.0,
+                        pitch: float = 0.0) -> Tuple[float, float, float, float]:
+    """(w, x, y, z) of a heading and a tilt [rad]."""
+    quaternion = Quaternion.from_euler(roll, pitch, yaw)
+    return quaternion.w, quaternion.x, quaternion.y, quaternion.z

@@ -1,4 +1,4 @@
-"""The door of samples: each sample of a sensor is timed here, once.
+"""The door of samples: each sample of a sensor is timed here, once; and the noise of an IMU.
 
 `Door.hear` measures the silence before a sample and reads the sender's clock; a :class:`Heard`
 carries all that later rooms ask. SensorWatch looks at the same sources while nothing is heard.
@@ -24,12 +24,21 @@ Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
 import math
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
+from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 from tb3_labs.supervision.freshness import (
     CLOCK_STEP, LONG_SILENCE, MAX_BEHIND, MAX_OFF, SMALL_STEP, Freshness, Least)
 
 #: A stamp that is repeated more often than this does not belong to a clock.
 MAX_REPEATS = 3
+#: Weight of each new sample in the variance of the noise, after the first ones.
+SHARE = 0.02
+#: An IMU whose samples are farther apart than this does not show its noise [s].
+FARTHEST_SAMPLES = 0.1
+#: A robot turns slowly if its rate is below this [rad/s].
+SLOW_TURN = 0.2
+#: A robot turns evenly if its rate changes by less than this between two samples [rad/s].
+EVEN = 0.03
 
 
 class Heard(NamedTuple):
@@ -156,3 +165,32 @@ class SenderClock:
         self._last: Dict[str, Tuple[float, float, float]] = {}    # by source: time, stamp, arrival
         self._off_since: Dict[str, float] = {}
         self._behind_since: Dict[str, float] = {}
+
+
+class YawNoise:
+    """Learns the noise of one IMU.
+
+    The yaw of a sample is predicted from the sample before and the gyro's rate. While the robot
+    turns slowly and evenly, the measured yaw differs from this prediction by noise alone.
+    """
+
+    def __init__(self) -> None:
+        #: Standard deviation of one sample's yaw [rad].
+        self.deviation = 0.0
+        self._count = 0
+        self._before: Optional[Tuple[float, float]] = None    # yaw and rate of the last sample
+
+    def learn(self, yaw: float, rate: float, step: float) -> None:
+        """Take in a sample [rad, rad/s], `step` after the last one [s]."""
+        before, self._before = self._before, (yaw, rate)
+        if before is None or not 0.0 < step < FARTHEST_SAMPLES:
+            return
+        if abs(rate) > SLOW_TURN or abs(rate - before[1]) > EVEN:
+            return
+        turned = 0.5 * (before[1] + rate) * step
+        # the difference of two samples has twice the variance of one
+        square = 0.5 * (difference(yaw, before[0]) - turned) ** 2
+        self._count += 1
+        variance = self.deviation ** 2
+        self.deviation = math.sqrt(
+            variance + max(SHARE, 1.0 / self._count) * (square - variance))

@@ -19,9 +19,8 @@ from dataclasses import dataclass, replace
 from typing import List, Optional
 
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.geometry.estimates import YawNoise
 from tb3_labs.geometry.se2 import AskedPose, Pose2
-from tb3_labs.localization.door import Heard, SenderClock
+from tb3_labs.localization.door import Heard, SenderClock, YawNoise
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFilter
 from tb3_labs.localization.sample_buffer import SampleBuffer

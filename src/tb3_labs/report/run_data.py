@@ -7,7 +7,7 @@ can be compared. If a message has no stamp, both times are its arrival.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi] as the sender sent them.
 Edge cases: a topic that was not recorded has samples of length 0; an invalid quaternion (see
-:mod:`tb3_labs.geometry.quaternions`) or a number that is not finite is counted, not kept.
+:mod:`tb3_labs.geometry.angles`) or a number that is not finite is counted, not kept.
 """
 import functools
 import math

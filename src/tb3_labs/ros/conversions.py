@@ -8,7 +8,7 @@ import math
 import rospy
 from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
 
-from tb3_labs.geometry.quaternions import quaternion_from_yaw, yaw_from_quaternion
+from tb3_labs.geometry.angles import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.robot.samples import (
     FARTHEST_PLACE, FASTEST_DRIVE, FASTEST_SPIKE, LAST_STAMP, OdometrySample, bounded)

@@ -9,7 +9,7 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 
-from tb3_labs.geometry.quaternions import quaternion_from_yaw
+from tb3_labs.geometry.angles import quaternion_from_yaw
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.srv import ResetPose, SetInitialPose
 

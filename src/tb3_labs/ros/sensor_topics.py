@@ -6,7 +6,7 @@ robot can have, an IMU that says that it has no orientation.
 import rospy
 from sensor_msgs.msg import JointState
 
-from tb3_labs.geometry.quaternions import yaw_from_quaternion
+from tb3_labs.geometry.angles import yaw_from_quaternion
 from tb3_labs.robot.samples import (
     FARTHEST_WHEEL, FASTEST_GYRO, LAST_STAMP, ImuSample, WheelSample, bounded)
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS

@@ -14,7 +14,8 @@ Units: seconds on a clock that never stands still and never goes back (`now`). E
 is not silent while this process sleeps; a link that holds one up for `SENDER_PAUSE` is a pause.
 """
 import math
-from typing import Any, Dict, NamedTuple, Optional
+from enum import Enum
+from typing import Any, Dict, List, NamedTuple, Optional
 
 from tb3_labs.supervision.freshness import SleepWatch
 
@@ -22,6 +23,8 @@ from tb3_labs.supervision.freshness import SleepWatch
 SENDER_PAUSE = 2.0
 #: A goal is repeated if its sender sent it this often without a pause.
 REPETITION = 2
+#: The text of a goal that is rejected because its sender repeats it.
+STAYS_ENDED = 'its sender repeats it since before it was ended'
 
 
 class GoalRequest(NamedTuple):
@@ -36,6 +39,24 @@ class GoalRequest(NamedTuple):
     def is_meant(self, name: str, stamp: int) -> bool:
         """Does a cancel with this name and stamp mean it?"""
         return (self.name == name if name else not stamp) or 0 < self.stamp <= stamp
+
+
+class Outcome(Enum):
+    """What becomes of a goal, by the methods of actionlib's handle of it."""
+
+    ACCEPTED = 'set_accepted'
+    REJECTED = 'set_rejected'
+    REACHED = 'set_succeeded'
+    GIVEN_UP = 'set_aborted'
+    CANCELED = 'set_canceled'
+
+
+class GoalAnswer(NamedTuple):
+    """What the client of a goal is to hear."""
+
+    request: GoalRequest
+    outcome: Outcome
+    text: str
 
 
 class _Row:
@@ -59,6 +80,8 @@ class GoalRequests:
         #: The request of the goal that was accepted last.
         self.present = present
         self._sleep = sleep
+        self._open: Optional[GoalRequest] = None    # its client waits for its end
+        self._answers: List[GoalAnswer] = []
         self._rows: Dict[str, _Row] = {}    # by sender
 
     def hear(self, request: GoalRequest, now: float) -> None:
@@ -91,7 +114,24 @@ class GoalRequests:
 
     def accept(self, request: GoalRequest) -> None:
         """`request` is driven to from now on."""
-        self.present = request
+        self.end(Outcome.CANCELED, 'replaced by a newer goal')
+        self._answers.append(GoalAnswer(request, Outcome.ACCEPTED, 'driving'))
+        self.present = self._open = request
+
+    def refuse(self, request: GoalRequest, reason: str) -> None:
+        """`request` changes nothing."""
+        self._answers.append(GoalAnswer(request, Outcome.REJECTED, reason))
+
+    def end(self, outcome: Outcome, text: str) -> None:
+        """The drive has ended: its client hears of it, unless it has heard of one end."""
+        if self._open is not None:
+            self._answers.append(GoalAnswer(self._open, outcome, text))
+            self._open = None
+
+    def take_answers(self) -> List[GoalAnswer]:
+        """What clients are to hear, in order, since the last call."""
+        answers, self._answers = self._answers, []
+        return answers
 
     def give_up(self, now: float) -> None:
         """The drive to the present goal was given up."""

@@ -11,10 +11,10 @@ from typing import Optional
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.approach import PreciseTurn
+from tb3_labs.control.dead_time import Estimate
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import continuous
-from tb3_labs.geometry.estimates import Estimate, YawNoise
-from tb3_labs.localization.door import Heard
+from tb3_labs.localization.door import Heard, YawNoise
 from tb3_labs.robot.samples import ImuSample, heading_jump
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.lost_or_stalled import StallWatch

@@ -8,8 +8,7 @@ Units: seconds on the receiver's clock (`now`), metres, radians; poses in the lo
 """
 import math
 from dataclasses import dataclass
-from enum import Enum
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.driving import PreciseLaw
@@ -26,34 +25,13 @@ from tb3_labs.nodes.output import Output
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.supervision.events import Event, News, NewsDesk
-from tb3_labs.supervision.goal_requests import GoalRequest, GoalRequests
+from tb3_labs.supervision.goal_requests import (
+    STAYS_ENDED, GoalAnswer, GoalRequest, GoalRequests, Outcome)
 from tb3_labs.supervision.lost_or_stalled import SURELY_DRIVES, SURELY_TURNS, SensorWatch, Sight
 from tb3_labs.supervision.permission import Permission
 
 #: Another node that commands a motion for longer than this while this one drives fights it [s].
 RIVAL = 0.3
-
-
-class Outcome(Enum):
-    """What becomes of a goal, by the methods of actionlib's handle of it."""
-
-    ACCEPTED = 'set_accepted'
-    REJECTED = 'set_rejected'
-    REACHED = 'set_succeeded'
-    GIVEN_UP = 'set_aborted'
-    CANCELED = 'set_canceled'
-
-
-class GoalAnswer(NamedTuple):
-    """What the client of a goal is to hear."""
-
-    request: GoalRequest
-    outcome: Outcome
-    text: str
-
-
-#: The text of a goal that is rejected because its sender repeats it.
-STAYS_ENDED = 'its sender repeats it since before it was ended'
 
 
 @dataclass(frozen=True)
@@ -116,8 +94,6 @@ class MoveToGoalCore:
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderWatch()
         self._sent = Twist2()
-        self._open: Optional[GoalRequest] = None    # its client waits for its end
-        self._answers: List[GoalAnswer] = []
         self._shown: Tuple = ()            # of the status that was looked at last
         self._ended = 0                    # number of the last attempt whose end was found
         self._rivals: Dict[str, float] = {}    # since when another node drives, too
@@ -176,25 +152,22 @@ class MoveToGoalCore:
         self.on_repetition(request, now)
         requests, machine = self._requests, self._machine
         if self._permission.sleep.is_waking:
-            self._answer(request, Outcome.REJECTED, 'it may have been sent while this node did not '
-                         'run: send it again')
+            requests.refuse(request, 'it may have been sent while this node did not run: send it '
+                            'again')
         elif requests.stays_ended(request):
             line = requests.tell(request)
             if line:
                 self._news.tell(line, warning=True)
-            self._answer(request, Outcome.REJECTED, STAYS_ENDED)
+            requests.refuse(request, STAYS_ENDED)
         else:
             try:
                 goal = request.goal.in_local(self.odom_T_local)
             except ValueError as problem:
-                self._answer(request, Outcome.REJECTED, str(problem))
+                requests.refuse(request, str(problem))
                 return
             if not (machine.active and machine.goal == goal and requests.is_repeated(request)):
                 self.set_goal(goal)
             requests.accept(request)
-            self._end(Outcome.CANCELED, 'replaced by a newer goal')
-            self._answer(request, Outcome.ACCEPTED, 'driving')
-            self._open = request
 
     def on_repetition(self, request: GoalRequest, now: float) -> None:
         """A goal was sent again, by the name that it had before."""
@@ -252,11 +225,10 @@ class MoveToGoalCore:
         is_due = self.due(now)
         command = self.command(now) if is_due else None
         self._look_at_end(steady)
-        answers, self._answers = self._answers, []
         return DriveOutput(
             command, command is None and (is_due or not self._drives), status=self._new_status(now),
             news=self.take_news(), watched=self._permission.stands and self._machine.active,
-            control_stands=self._permission.stands, answers=answers,
+            control_stands=self._permission.stands, answers=self._requests.take_answers(),
             fix=self.take_fix(), odom_T_local=self.odom_T_local)
 
     def take_news(self) -> List[News]:
@@ -294,18 +266,9 @@ class MoveToGoalCore:
         self._ended = machine.attempt
         if machine.failure:
             self._requests.give_up(now)
-        self._end(Outcome.CANCELED if machine.cancelled else
-                  Outcome.GIVEN_UP if machine.failure else Outcome.REACHED,
-                  machine.failure or 'Goal reached!')
-
-    def _end(self, outcome: Outcome, text: str) -> None:
-        """The client of the present goal hears of its end, unless it has heard of one."""
-        if self._open is not None:
-            self._answer(self._open, outcome, text)
-            self._open = None
-
-    def _answer(self, request: GoalRequest, outcome: Outcome, text: str) -> None:
-        self._answers.append(GoalAnswer(request, outcome, text))
+        self._requests.end(Outcome.CANCELED if machine.cancelled else
+                           Outcome.GIVEN_UP if machine.failure else Outcome.REACHED,
+                           machine.failure or 'Goal reached!')
 
     def _new_status(self, now: float) -> Optional[DriveStatus]:
         """The status, if it is new; while the robot drives, only a change of these makes it new."""

@@ -1,22 +1,46 @@
 """The ROS side of move_to_goal; scripts/move2goal_tf.py describes its interface."""
+import math
+
 import rospy
-from nav_msgs.msg import Odometry
+import tf2_ros
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import Imu
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, ColorRGBA, Float32, String
+from visualization_msgs.msg import Marker, MarkerArray
 
 from tb3_labs.control.driving import PreciseLaw
-from tb3_labs.control.goal_state import DriveConfig
+from tb3_labs.control.goal_state import DriveConfig, errors
 from tb3_labs.control.motor_response import Response
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalConfig, MoveToGoalCore
-from tb3_labs.nodes.move_to_goal.ros_display import Display
 from tb3_labs.nodes.move_to_goal.ros_requests import GoalServer, Resets
 from tb3_labs.ros.clocks import ros_time, steady_time
-from tb3_labs.ros.conversions import to_odometry_sample
+from tb3_labs.ros.conversions import (
+    frame, to_odometry_sample, to_pose_stamped, to_transform)
 from tb3_labs.ros.gate import Diagnostics, Gate, hear_other_drivers, values_of
 from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
 from tb3_labs.ros.sensor_topics import say_what_is_awaited, subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import subscribe, subscribe_events
+
+#: The path gets a new point after this distance [m].
+PATH_STEP = 0.02
+#: The path also gets a new point after this turn [rad].
+PATH_TURN = math.radians(10.0)
+#: If the path has more points than this, every second point is dropped.
+PATH_POINTS = 1000
+#: All messages but the pose are sent after this time [s]; at once in a new frame.
+DISPLAY_PERIOD = 0.1
+#: The path is a long message: it is sent after this time [s].
+PATH_PERIOD = 0.2
+#: Markers are sent again after this time [s].
+REPEAT_PERIOD = 1.0
+
+MARKER_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
+PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
+WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 
 class MoveToGoalNode:
@@ -81,3 +105,95 @@ class MoveToGoalNode:
             values_of(core.imu, now), **values_of(core.odometry, now),
             state=status.words or 'about to begin',
             control='granted' if status.has_control else 'not granted', goal=status.goal)
+
+
+class Display:
+    """Shows each Fix, in the thread of the IMU: pose and path in local, the frame itself. Shows
+    each new status, in the thread of the gate: its words, the goal, markers for RViz.
+
+    Making a message costs more time than a step of a control law. So a message without a subscriber
+    is not made, and displays are sent only as often as the eye needs.
+    """
+
+    def __init__(self):
+        self._local, self._odom = frame('local'), frame('odom')
+        self._pose = rospy.Publisher('local_pose', PoseStamped, queue_size=1)
+        self._path = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
+        self._tf = tf2_ros.TransformBroadcaster()
+        self._state = rospy.Publisher('goal_state', String, queue_size=10, latch=True)
+        self._present_goal = rospy.Publisher('current_goal', PoseStamped, queue_size=1, latch=True)
+        self._distance = rospy.Publisher('distance_error', Float32, queue_size=10)
+        self._angle = rospy.Publisher('angle_error_deg', Float32, queue_size=10)
+        self._marker = rospy.Publisher('goal_marker', MarkerArray, queue_size=1, latch=True)
+        self._goal = None                        # of the last status
+        self._markers = MarkerArray()
+        self._shown = -math.inf, None            # the last stamp, and odom_T_local then
+        self._path_sent = self._repeated = -math.inf
+        self._frame_number = 0
+        self._points = []                        # of the path: (pose, its message)
+        self._has_new_points = False             # since the path was sent
+
+    def show(self, fix, odom_T_local):
+        """Publish one localizer.Fix."""
+        if self._pose.get_num_connections():
+            self._pose.publish(to_pose_stamped(fix.local_T_base, self._local, fix.stamp))
+        shown_at, declared = self._shown
+        if abs(fix.stamp - shown_at) < DISPLAY_PERIOD and odom_T_local == declared:
+            return
+        self._shown = fix.stamp, odom_T_local
+        if self._tf.pub_tf.get_num_connections():
+            self._tf.sendTransform(to_transform(odom_T_local, self._odom, self._local, fix.stamp))
+        if self._goal is not None and (
+                self._distance.get_num_connections() or self._angle.get_num_connections()):
+            distance, angle = errors(fix.local_T_base, self._goal)
+            self._distance.publish(distance)
+            self._angle.publish(math.degrees(angle))
+        if abs(fix.stamp - self._repeated) >= REPEAT_PERIOD:
+            # since RViz drops markers whose frame it does not know
+            self._repeated = fix.stamp
+            self._marker.publish(self._markers)
+        self._extend_path(fix)
+        if self._has_new_points and abs(fix.stamp - self._path_sent) >= PATH_PERIOD:
+            self._path_sent, self._has_new_points = fix.stamp, False
+            self._path.publish(Path(header=self._points[-1][1].header,
+                                    poses=[point for _, point in self._points]))
+
+    def _extend_path(self, fix):
+        if fix.frame_number != self._frame_number:    # the path was in another frame
+            self._frame_number, self._points, self._path_sent = fix.frame_number, [], -math.inf
+        here = fix.local_T_base
+        if self._points:
+            last, _ = self._points[-1]
+            if last.distance_to(here) < PATH_STEP and (
+                    abs(difference(here.yaw, last.yaw)) < PATH_TURN):
+                return
+        self._points.append((here, to_pose_stamped(here, self._local, fix.stamp)))
+        self._has_new_points = True
+        if len(self._points) > PATH_POINTS:
+            self._points = self._points[::2]
+
+    def show_status(self, status):
+        """Publish a DriveStatus: its words, the goal with its tolerance, the words above the robot.
+        """
+        self._goal = goal = status.goal
+        self._state.publish(status.words)
+        self._present_goal.publish(to_pose_stamped(goal, self._local, ros_time()))
+        arrow = _marker('goal', 0, self._local, goal, Marker.ARROW, MARKER_ORANGE,
+                        (0.20, 0.03, 0.03))
+        disc = _marker('goal', 1, self._local, goal, Marker.CYLINDER, PALE_YELLOW,
+                       (2.0 * status.tolerance, 2.0 * status.tolerance, 0.005))
+        text = _marker('words', 2, frame('base_footprint'), Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
+                       (0.0, 0.0, 0.1))
+        disc.pose.position.z, text.pose.position.z = 0.02, 0.3
+        text.text = status.words + 4 * '\n'    # empty lines lift the centred text off the robot
+        self._markers = MarkerArray(markers=[arrow, disc, text])
+        self._marker.publish(self._markers)
+
+
+def _marker(namespace, number, frame_id, pose, kind, color, scale):
+    marker = Marker(type=kind, action=Marker.ADD, ns=namespace, id=number, color=color,
+                    frame_locked=True)
+    stamped = to_pose_stamped(pose, frame_id, 0.0)
+    marker.header, marker.pose = stamped.header, stamped.pose
+    marker.scale.x, marker.scale.y, marker.scale.z = scale
+    return marker

@@ -14,7 +14,6 @@ from move_base_msgs.msg import (
 
 from tb3_labs.geometry.se2 import AskedPose, TypedPose
 from tb3_labs.localization.localizer import Reset
-from tb3_labs.nodes.move_to_goal.core import STAYS_ENDED, Outcome
 from tb3_labs.ros.clocks import Complaints, ros_time, steady_time, wait_until
 from tb3_labs.ros.conversions import frame, to_asked_pose, to_pose_stamped
 from tb3_labs.ros.node import guarded
@@ -22,13 +21,13 @@ from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.topics import only_news, subscribe_news
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
-from tb3_labs.supervision.goal_requests import GoalRequest
+from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalRequest, Outcome
 
 #: Longest time of a reset, so that each is answered within a second, and between two looks at it
 #: [s].
 ANSWER_WITHIN, LOOK = 0.85, 0.005
 #: Time between two messages of the action's status [s].
-STATUS_PERIOD = 0.2
+STATUS_PERIOD = 0.5
 REFUSED = 'Reset refused, the old frame stays: %s'
 
 

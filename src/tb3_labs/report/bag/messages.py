@@ -15,7 +15,7 @@ from typing import Optional
 import numpy as np
 
 from tb3_labs.geometry.angles import WHOLE_TURN, wrap
-from tb3_labs.geometry.quaternions import yaw_from_quaternion
+from tb3_labs.geometry.angles import yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.run_data import (
