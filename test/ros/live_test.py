@@ -18,7 +18,7 @@ class LiveTest(NodeCase):
         super().setUpClass()
         cls.watch_data(Float32, 'distance_error', 'angle_error_deg')
         cls.seen.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
-        cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
+        cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=5)    # each word counts
         cls.turn = rospy.Publisher('turn', Float64, queue_size=1)
         cls.wait_until_heard(cls.control, cls.turn)
 
