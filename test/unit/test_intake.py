@@ -175,7 +175,7 @@ def in_zip(path, folder):
     return submissions_in(without_wrapping(folder / 'all'), print)
 
 
-def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path):
+def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path, monkeypatch):
     inner = zipped(tmp_path / 'b.zip', {NODE: 'x'}).read_bytes()
     path = zipped(tmp_path / 'IMU lab.zip', {
         'IMU lab/Ann_1_assignsubmission_file_/' + NODE: 'x', 'IMU lab/No_3_assignsubmission_file_/': '',
@@ -183,21 +183,15 @@ def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path)
     found = in_zip(path, tmp_path)
     assert [submission.student for submission in found] == ['Ann', 'Bo', 'No']     # an empty folder
     assert laid_out(found[1], tmp_path) == ({'b.unpacked/' + NODE}, [])
-    flat = zipped(tmp_path / 'flat.zip', {'Cy/' + NODE: 'x', 'Di/' + NODE: 'x'})
+    flat = zipped(tmp_path / 'flat.zip', {'Cy/' + NODE: 'x' * 150, 'Di/' + NODE: 'x'})
     assert [submission.student for submission in in_zip(flat, tmp_path / 'other')] == ['Cy', 'Di']
-
-
-def test_a_class_has_more_room_than_each_of_its_submissions(tmp_path, monkeypatch):
-    monkeypatch.setattr(submissions, 'MOST_BYTES', 100000)
-    path = zipped(tmp_path / 'class.zip', {
-        '{}/n.py'.format(name): '0' * size for name, size in zip('abcd', (70000, 70000, 150000, 9))})
-    found = in_zip(path, tmp_path)
-    assert [laid_out(submission, tmp_path) for submission in found] == [
-        ({'n.py'}, []), ({'n.py'}, []), (set(), ['More than 0.1 MB: not all of it was unpacked.']),
-        ({'n.py'}, [])]
-    monkeypatch.setattr(reading, 'CLASS', 2)
-    with pytest.raises(Refused, match='More than 0.2 MB'):
-        in_zip(path, tmp_path)
+    monkeypatch.setattr(submissions, 'MOST_BYTES', 100)     # a class has more room than a submission
+    cy, di = in_zip(flat, tmp_path / 'third')
+    assert laid_out(cy, tmp_path) == (set(), ['More than 0.0001 MB: not all of it was unpacked.'])
+    assert laid_out(di, tmp_path) == ({NODE}, [])
+    monkeypatch.setattr(reading, 'CLASS', 1)
+    with pytest.raises(Refused, match='More than 0.0001 MB'):
+        in_zip(flat, tmp_path / 'fourth')
 
 
 def test_a_zip_file_in_a_zip_file_is_not_unpacked_and_that_is_told_unless_there_is_code(tmp_path):

@@ -107,13 +107,11 @@ def test_a_skeleton_is_python_38_with_the_names_of_the_handout(lab):
     code = node_of(lab)
     assert [words for words in IDENTIFIERS[lab] if words not in code] == []
     ast.parse(code, feature_version=(3, 8))
+    # the states of move2goal are in global coordinates
+    assert len(re.findall(r' - self\.(?:x|y|yaw)\b', code)) == 4 * (lab == 'move2goal')
     assert 'class {}:'.format(NODES[lab].class_name) in code
     assert "rospy.init_node('{}')".format(NODES[lab].node_name) in code
     assert code.startswith('#!/usr/bin/env python3\n')
-
-
-def test_move2goal_has_the_states_in_global_coordinates():
-    assert len(re.findall(r' - self\.(?:x|y|yaw)\b', node_of('move2goal'))) == 4
 
 
 @by_lab
@@ -191,27 +189,21 @@ def test_places_where_catkin_finds_no_package(tmp_path):
         assert checked_place(folder) == folder
 
 
-def test_a_package_is_written_once(tmp_path):
-    files, target = files_of('turn'), tmp_path / 'lab2'
-    write(files, target)
-    programs = {name for name in files if (target / name).stat().st_mode & stat.S_IXUSR}
-    assert programs == {'src/turtlebot_controller.py'}
-    assert {name: (target / name).read_text() for name in files} == files
-    (target / 'src' / 'turtlebot_controller.py').write_text('my work')
-    with pytest.raises(FileExistsError):
-        write(files, target)
-    assert (target / 'src' / 'turtlebot_controller.py').read_text() == 'my work'
-
-
 def test_the_command_says_what_comes_next_and_overwrites_nothing(tmp_path, capsys):
     main, place = main_of('skeleton.py'), tmp_path.resolve() / 'src'
     place.mkdir()
     assert main(['turn', str(place)]) == 0
+    files, target = files_of('turn'), place / 'lab2'
+    assert {name: (target / name).read_text() for name in files} == files
+    assert {name for name in files if (target / name).stat().st_mode & stat.S_IXUSR} == {
+        'src/turtlebot_controller.py'}
+    (target / 'src' / 'turtlebot_controller.py').write_text('my work')
     assert re.fullmatch(r'{0}/lab2 is written\..* cd {1}; catkin_make; .* roslaunch lab2 turn\.launch '
                         r'sim:=true\n'.format(place, place.parent), capsys.readouterr().out)
     assert main(['turn', str(place)]) == 2
     assert re.fullmatch(r'skeleton\.py: {}/lab2 is already there, .*\n'.format(place),
                         capsys.readouterr().err)
+    assert (target / 'src' / 'turtlebot_controller.py').read_text() == 'my work'
 
 
 def test_of_a_package_that_cannot_be_written_nothing_is_left(tmp_path):
