@@ -15,6 +15,7 @@ from tb3_labs.control.motor_response import Response
 from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import REST_ANGULAR, REST_LINEAR, ImuSample, Sample
@@ -98,12 +99,11 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
 
 def _reset(robot: Simulator, navigator: MoveToGoalCore, declared: Pose2) -> None:
     """Declare the pose as soon as both sensors are heard: the network may stall at first."""
-    while True:
-        try:
-            navigator.reset(AskedPose(declared), robot.now)
-            return
-        except ValueError:
-            _navigate(robot, navigator, LOOK_PERIOD)
+    reset = Reset(AskedPose(declared))
+    navigator.on_reset(reset, robot.now)
+    if reset.problem:
+        _navigate(robot, navigator, LOOK_PERIOD)
+        _reset(robot, navigator, declared)
 
 
 def turns(degrees: Sequence[float], robot_config: SimulatorConfig,
