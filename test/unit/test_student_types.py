@@ -21,7 +21,7 @@ TEXTS = {
     '__init__.py': 'raise SystemExit',
     'msg/Mouse.msg': 'Header header\nstd_msgs/Bool status # on?\nfloat32 xPos\nfloat32 yPos\n',
     'msg/Odd.msg': 'string X=\'"""; import os; os.abort()\nInner[2] inner\nuint8 n\nbool b\nfloat64 e\n'
-                   'time t\nstring[] k\nstd_msgs/Float64 f\n',
+                   'time t\nstring[] k\nstd_msgs/Float64 f\nHeader h\n',
     'msg/Inner.msg': 'int32 k\n', 'msg/Broken.msg': 'no such type at all\n',
     'msg/Lacking.msg': 'nowhere_msgs/Thing thing\n', 'msg/Itself.msg': 'Itself it\n',
     'msg/Huge.msg': 'float64[900000000] x\n', 'msg/Large.msg': 'Inner[90000] x\n',
@@ -79,8 +79,10 @@ def test_a_message_of_theirs_is_made_and_filled(described, theirs):
     assert bytes_of(odd) == bytes_of(theirs[0].Odd())
     for name, value in (('b', True), ('e', 1.5), ('f', -2.5)):
         odd.put(name, value)
+    odd.put('h', 7, 8)
     read = theirs[0].Odd().deserialize(bytes_of(odd))
     assert (read.b, read.e, read.f.data) == (True, 1.5, -2.5) and (read.n, read.k) == (0, [])
+    assert read.h.stamp == genpy.Time(7, 8)
 
 
 def test_a_service_of_theirs_is_made(described, theirs):

@@ -98,7 +98,7 @@ def _place(message, name, of, before):
     """The place of a field: the first byte that changes if all bytes of the field become 1."""
     ones = struct.unpack(FORMS[of], b'\1' * struct.calcsize(FORMS[of]))
     if of == 'std_msgs/Header':
-        message.header.stamp = genpy.Time(*ones)
+        getattr(message, name).stamp = genpy.Time(*ones)
     elif '/' in of:
         getattr(message, name).data = ones[0]
     else:

@@ -82,10 +82,10 @@ class HeldMouse(Repeater):
 
     def at(self, x, y, active=True):
         """Hold the mouse at a place: x to the right, y up, each -1 to 1."""
-        message = self._kind()
-        if ['header', 'std_msgs/Header'] in [field[:2] for field in message.fields]:
-            now = rospy.Time.now()
-            message.put('header', now.secs, now.nsecs)
+        message, now = self._kind(), rospy.Time.now()
+        for name, of, _ in message.fields:
+            if of == 'std_msgs/Header':
+                message.put(name, now.secs, now.nsecs)
         for name, value in zip(self._names, (active, x, y)):
             message.put(name, value)
         self.hold(message)
