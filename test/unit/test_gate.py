@@ -6,9 +6,8 @@ import pytest
 pytest.importorskip('rospy')
 
 from tb3_labs.control.speed_laws import Twist2
-from tb3_labs.nodes.output import Output
 from tb3_labs.ros import gate
-from tb3_labs.supervision.events import News
+from tb3_labs.supervision.events import News, Output
 
 DRIVE, STOP = Twist2(0.1, 0.0), Twist2()
 

@@ -1,5 +1,5 @@
 """What may be the act of a person: a True, a False, a turn. One Event for each message. And what a
-person is told of it: News.
+core answers to messages and the clock: an Output, with News for the person.
 
 The door makes the Event when the message arrives, and the rules read its fields. Only a request
 that makes the robot move is ever doubted. A stop counts however it arrives.
@@ -14,7 +14,8 @@ Units: seconds on a clock that never stands still and never goes back (`at`).
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import Dict, Generic, Iterable, List, NamedTuple, TypeVar
+from typing import (
+    Dict, Generic, Iterable, List, NamedTuple, Optional, Sequence, Tuple, TypeVar)
 
 #: A sender that repeats a message does so within this time [s].
 REPEATS_WITHIN = 2.0
@@ -147,3 +148,22 @@ class NewsDesk:
         """All News since the last call."""
         news, self._waiting = self._waiting, []
         return news
+
+
+@dataclass(frozen=True)
+class Output:
+    """What a core wants done now. A node may add fields of its own."""
+
+    #: The command to send, a turtlebot3.Twist2; zero stops the robot. None: no command is due.
+    command: Optional[Tuple[float, float]] = None
+    #: One zero goes before the command, since another driver begins.
+    stops_first: bool = False
+    #: Lines for the user.
+    news: Sequence[News] = ()
+    #: May the robot move, so that the clock must be looked at often?
+    watched: bool = False
+
+    @property
+    def has_more(self) -> bool:
+        """Is there anything to be carried out after the command?"""
+        return bool(self.news)

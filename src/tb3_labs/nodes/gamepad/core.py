@@ -16,9 +16,8 @@ from dataclasses import dataclass
 from typing import Optional, Sequence
 
 from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadMessage, PadState
-from tb3_labs.nodes.output import Output
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
-from tb3_labs.supervision.events import Event, NewsDesk
+from tb3_labs.supervision.events import Event, NewsDesk, Output
 from tb3_labs.supervision.freshness import LONGEST_LAPSE, SleepWatch
 from tb3_labs.supervision.holder import HOLDERS, ControlMessages, Holder, HolderEvent
 

@@ -21,10 +21,9 @@ from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.door import Door
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
-from tb3_labs.nodes.output import Output
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
-from tb3_labs.supervision.events import Event, News, NewsDesk
+from tb3_labs.supervision.events import Event, News, NewsDesk, Output
 from tb3_labs.supervision.goal_requests import (
     STAYS_ENDED, GoalAnswer, GoalRequest, GoalRequests, Outcome)
 from tb3_labs.supervision.lost_or_stalled import SURELY_DRIVES, SURELY_TURNS, SensorWatch, Sight
