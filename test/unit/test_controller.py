@@ -8,7 +8,7 @@ from rollout import control, run
 from tb3_labs.control.speed_laws import LONGEST_IDLE, LawStep, Twist2
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.nodes.controller.core import ControllerCore
-from tb3_labs.nodes.controller.mouse_reader import MOUSE_TIMEOUT, MouseState
+from tb3_labs.nodes.controller.mouse_reader import MouseState
 from tb3_labs.nodes.controller.turns import AskedTurn, Driver, TurnConfig, make_turn
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -102,12 +102,6 @@ def desk():
     return Desk()
 
 
-def test_a_controller_that_was_asked_for_nothing_is_silent():
-    core = ControllerCore(Told())
-    assert not core.due(0.0) and not core.watched and not core.mouse.active
-    assert core.problem(0.0) == 'no imu yet' and core.idle_for(0.0) == LONGEST_IDLE
-
-
 def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_active(desk):
     assert not desk.core.watched and desk.core.problem(desk.now) == ''
     desk.ask()
@@ -192,14 +186,6 @@ def test_a_turn_that_may_have_been_asked_for_during_a_sleep_is_refused(desk, sle
         core.imu.heard(woke)
         core.update(woke)
     core.ask(90.0, woke)
-
-
-def test_a_turn_in_which_this_process_slept_is_given_up(desk):
-    desk.ask()
-    desk.run(0.2)
-    desk.now += 2.95                      # nobody looked, nobody heard
-    assert desk.run(0.5) == [] and desk.core.driver is Driver.NOBODY
-    assert desk.told('its end: this node did not run for 3.0 s', warning=True)
 
 
 def test_a_frozen_imu_ends_a_turn_and_the_time_before_does_not_count(desk):
@@ -326,20 +312,6 @@ def test_another_mouse_that_is_deactivated_stops_a_turn_after_a_mouse_was_lost(d
         desk.core.on_mouse(Event(MouseState(active, 0.0, 0.0), desk.now, 'page'))
     assert desk.core.driver is Driver.NOBODY and set(desk.run(1.0)) <= {None}
     assert desk.told('the mouse was deactivated', warning=True)
-
-
-@pytest.mark.parametrize('x', [0.0, 1.0])
-def test_a_silent_mouse_is_lost_and_stops_the_robot(x):
-    desk = Desk(step=0.005)
-    desk.hold(True, x)
-    desk.run(0.3)
-    if not x:
-        desk.ask(180.0)
-    desk.run(0.3)
-    desk.mouse = None
-    assert desk.run(MOUSE_TIMEOUT + desk.step)[-1] is None
-    assert desk.run(1.0) == []
-    assert desk.told('No mouse for 0.2 s')
 
 
 def test_the_user_of_a_mouse_that_was_active_before_is_told_what_to_do_once():

@@ -78,10 +78,3 @@ def test_a_page_that_is_silent_or_late_is_lost(grip, late):
         assert not grip.hold(A, 0, 100.2, PAD_TIMEOUT + 1e-9, False)    # as if it had not come
     assert grip.silence(100.0 + PAD_TIMEOUT) == 0.0
     assert grip.silence(100.3) == pytest.approx(0.3)
-
-
-def test_a_page_that_is_heard_in_time_is_not_lost_and_nobody_is_no_page(grip):
-    assert grip.hold(A, 0, 100.2, PAD_TIMEOUT, False)
-    assert grip.silence(100.4) == 0.0
-    grip.let_go(A)
-    assert grip.silence(200.0) == 0.0

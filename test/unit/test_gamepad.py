@@ -316,15 +316,6 @@ def test_an_a_of_a_pad_that_was_heard_for_a_moment_only_does_not_count(after, co
     assert warned(controller, 'the moment the pad was first heard') is not counts
 
 
-@pytest.mark.parametrize('slept, drives', [(1.0, True), (3.0, False)])
-def test_a_stick_that_is_pushed_as_a_long_sleep_ends_must_be_let_go(slept, drives):
-    pad = Pad(repeats=False)
-    pad.now += slept
-    last = pad.run(0.5, sticks=PUSHED, repeats=True)[-1]
-    assert last == pytest.approx(BURGER_FULL) if drives else last is None
-    assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
-
-
 def test_an_a_that_waited_while_this_node_slept_does_not_count():
     """B may have been pressed on another pad since."""
     pad = Pad(repeats=False)
@@ -338,17 +329,6 @@ def test_an_a_that_waited_while_this_node_slept_does_not_count():
     assert True in pad.said()
 
 
-@pytest.mark.parametrize('slept, gives', [(1.0, True), (3.0, False)])
-def test_a_node_that_slept_does_not_go_on_renewing(slept, gives):
-    pad = Pad(PadConfig(drive_without_pad=True))
-    pad.press(A)
-    pad.said()
-    pad.now += slept
-    pad.run(0.5)
-    assert pad.controller.messages.grants is gives and pad.said() == [False] * (not gives)
-    assert warned(pad.controller, 'This node did not run for') is not gives
-
-
 # -- loss and return with buttons held
 
 @pytest.mark.parametrize('held', [A, B, Y])
@@ -360,15 +340,6 @@ def test_a_button_that_is_held_through_a_loss_is_not_pressed_by_the_return(pad, 
     pad.run(1.0, plugged=True)
     assert pad.holder is not GOAL and not pad.controller.messages.grants
     assert True not in pad.said() and not pad.controller.take('asks_reset')
-
-
-def test_a_pad_without_repetition_that_returns_with_a_pressed_gives_nothing():
-    pad = Pad(repeats=False)
-    pad.run(0.1, sticks=PUSHED)
-    pad.run(1.0, plugged=False)         # with its stick off the middle: lost
-    pad.said()
-    pad.run(0.5, plugged=True, sticks=REST, pressed=(A,))
-    assert pad.holder is not GOAL and True not in pad.said()
 
 
 def test_the_operator_is_told_of_each_change_of_hands_once(pad):

@@ -62,14 +62,6 @@ def test_the_noise_of_an_imu_is_measured_while_it_turns_slowly(noise_deg, rate):
     assert math.degrees(noise.deviation) == pytest.approx(noise_deg, rel=0.3, abs=1e-6)
 
 
-def test_a_turn_that_speeds_up_is_not_taken_for_noise():
-    noise = YawNoise()
-    for k in range(100):
-        time = 0.03 * k
-        noise.learn(0.5 * 2.0 * time ** 2 % 3.0, 2.0 * time, 0.03)
-    assert noise.deviation < math.radians(0.01)
-
-
 @pytest.mark.parametrize('rates', [(0.3, 0.3), (0.0, 0.05)])     # fast, and unevenly slow
 def test_only_a_robot_that_turns_slowly_and_evenly_shows_the_noise(rates):
     noise = YawNoise()

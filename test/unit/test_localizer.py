@@ -251,15 +251,6 @@ TRUTHS = st.builds(Truth, st.builds(complex, METRES, METRES), TURNS)
 OFFSETS_DEG = [0.0, -1.3, -34.6, -47.7, 59.1, -105.5, 140.6, 180.0, -180.0]   # of real robots
 
 
-@given(TRUTHS, TRUTHS, TRUTHS, st.one_of(TURNS, st.sampled_from(OFFSETS_DEG).map(math.radians)))
-def test_the_pose_is_the_declared_one_times_the_true_motion(start, declared, motion, imu_offset):
-    end = start.then(*motion)
-    frame = LocalFrame.declared(as_pose2(declared), as_pose2(start),
-                                as_pose2(start).yaw + imu_offset)
-    pose = frame.pose(as_pose2(end), as_pose2(end).yaw + imu_offset)
-    assert_pose(pose, declared.then(*motion))
-
-
 @given(TRUTHS, TRUTHS, TRUTHS, TURNS)
 def test_the_transform_shown_in_tf_puts_the_robot_where_odometry_has_it(start, declared, motion,
                                                                         imu_yaw):

@@ -18,17 +18,6 @@ def inactive_mouse(*names):
     return mouse
 
 
-def test_a_mouse_that_was_active_before_this_node_drives_nothing():
-    mouse = Mouse()
-    for now in (1.0, 1.05, 1.1, 2.0):
-        hear(mouse, True, 0.0, 0.5, now)
-        assert not mouse.active
-    for now in (2.1, 2.2, 2.3, 2.4):
-        hear(mouse, True, 0.0, 0.0, now)    # the middle
-    hear(mouse, True, 0.0, 0.5, 2.5)
-    assert mouse.active
-
-
 @pytest.mark.parametrize('x, y, linear, angular', [
     (0.0, 0.0, 0.0, 0.0),
     (0.25, -0.25, 0.0, 0.0),          # the dead zone is closed
@@ -99,16 +88,3 @@ def test_a_stamp_that_is_repeated_tells_no_time():
     for k in range(100):
         hear(mouse, True, 0.9, 0.0, 10.0 + 0.05 * k, 'laptop', 510.0)
         assert mouse.active
-
-
-def test_a_mouse_that_is_not_active_does_not_end_the_loss_of_another():
-    mouse = inactive_mouse('A', 'B')
-    hear(mouse, True, 0.9, 0.0, 1.0, 'A')
-    assert mouse.active
-    mouse.lose(1.1)
-    for now in (1.5, 2.0, 2.5):
-        hear(mouse, False, 0.0, 0.0, now, 'B')
-        hear(mouse, True, 0.9, 0.0, now + 0.05, 'A')
-        assert not mouse.active
-    hear(mouse, True, 0.0, 0.9, 2.6, 'B')
-    assert mouse.active and mouse.twist == mouse_twist(0.0, 0.9)

@@ -7,8 +7,7 @@ from operator import itemgetter
 
 import pytest
 
-from tb3_labs.simulation.network import NETWORKS, Interruptions, Link, LinkSettings
-from tb3_labs.simulation.simulator_config import SimulatorConfig
+from tb3_labs.simulation.network import Interruptions, Link, LinkSettings
 
 SPARSE = [float(k) for k in range(20000)]           # nothing waits for what was before it [s]
 DENSE = [k / 1000.0 for k in range(600000)]         # ten minutes [s]
@@ -50,15 +49,6 @@ def test_jitter_is_exponential_on_top_of_the_delay():
     # 20000 numbers: the mean is good to 0.7 % (one sigma)
     assert sum(extra) / len(extra) == pytest.approx(0.01, rel=0.025)
     assert extra[len(extra) // 2] == pytest.approx(0.01 * math.log(2.0), rel=0.03)
-
-
-@pytest.mark.parametrize('lower', [LinkSettings(), LinkSettings(delay=0.1)])
-def test_a_shorter_delay_lets_nothing_overtake(lower):
-    link = link_of(LinkSettings(delay=1.0))
-    link.send(['before'], [0.0])
-    link.configure(lower, 0.5)
-    link.send(['after', 'late'], [0.5, 2.0])
-    assert link.take(5.0) == [(1.0, 'before'), (1.0, 'after'), (2.0 + lower.delay, 'late')]
 
 
 # The cut ------------------------------------------------------------------------------------------
@@ -133,17 +123,6 @@ def test_a_change_of_the_stalls_ends_the_present_one():
     assert link.take(middle) == [(middle, 'held')]
 
 
-def test_what_changes_nothing_of_the_stalls_leaves_them_alone():
-    link, arrivals = link_of(STALLING), []
-    for second in range(200):
-        moments = DENSE[1000 * second:1000 * (second + 1)]
-        link.configure(replace(STALLING, delay=1e-9 * (second % 2)), float(second))
-        link.send(moments, moments)
-        arrivals += link.take(second + 0.999)
-    ends = {round(end, 6) for end, _ in stalls_of(stalling_arrivals(), DENSE) if end < 199.9}
-    assert len(ends) > 40 and ends <= {round(arrival, 6) for arrival, _ in arrivals}
-
-
 # Seeds --------------------------------------------------------------------------------------------
 
 ALL = LinkSettings(delay=0.02, jitter=0.01, stalls_per_min=40.0, longest_stall=0.5)
@@ -156,10 +135,3 @@ def test_the_seed_decides():
     for kind in jitter, STALLING:
         assert carry(link_of(kind, seed=3), moments) != carry(link_of(kind, seed=4), moments)
     assert carry(link_of(jitter, 'sensors'), SPARSE) != carry(link_of(jitter, 'commands'), SPARSE)
-
-
-# The named networks -------------------------------------------------------------------------------
-
-def test_every_named_network_says_all_that_another_one_does():
-    assert SimulatorConfig(**NETWORKS['quiet']) == SimulatorConfig()
-    assert len({frozenset(network) for network in NETWORKS.values()}) == 1

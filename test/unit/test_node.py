@@ -7,7 +7,6 @@ import socket
 import struct
 import subprocess
 import sys
-import time
 from types import SimpleNamespace
 
 import pytest
@@ -164,14 +163,6 @@ def test_news_are_logged_warnings_as_such(monkeypatch):
     monkeypatch.setattr(gate.rospy, 'logwarn', lambda *words: logged.append(('warn',) + words))
     gate.log_news([News('50 % done', warning=False), News('lost', warning=True)])
     assert logged == [('info', '%s', '50 % done'), ('warn', '%s', 'lost')]
-
-
-def test_it_waits_until_the_condition_holds_or_gives_up_and_says_so():
-    answers = iter([False, False, True])
-    assert wait_until(lambda: next(answers), 10.0, period=0.001)
-    begun = time.monotonic()
-    assert not wait_until(lambda: False, 0.05, period=0.01)
-    assert time.monotonic() - begun >= 0.05
 
 
 # ----- Ctrl+C while a node imports its modules

@@ -47,14 +47,6 @@ def test_the_start_only_moves_the_whole_drive(x, y, yaw_deg):
 
 # Reset --------------------------------------------------------------------------------------------
 
-def test_a_reset_in_the_pause_of_another_one_follows_it():
-    robot = Simulator(replace(STIFF, reset_pause=0.5))
-    for _ in range(2):
-        robot.reset()
-        robot.step(0.3)
-    assert robot.step(0.35) == [] and robot.step(0.1) != []
-
-
 def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
     robot = Simulator(replace(STIFF, start_x=1.0, start_y=-2.0, start_yaw_deg=30.0,
                               reset_pause=0.31))
@@ -86,12 +78,6 @@ def test_the_wheels_are_as_old_as_their_lag_says():
     for stamp in way:
         if stamp < 1.4:
             assert seen[round(stamp + 0.1, 3)] == pytest.approx(way[stamp], abs=1e-12)
-
-
-def test_the_stamp_of_the_last_odometry_is_known_whether_or_not_it_has_arrived():
-    robot = Simulator(replace(STIFF, sensor_latency=3.0))
-    assert robot.sensors.odometry_stamp == 0.0
-    assert robot.step(1.01) == [] and robot.sensors.odometry_stamp == pytest.approx(1.0)
 
 
 # Network and faults -------------------------------------------------------------------------------

@@ -1,5 +1,4 @@
 """The simulated robot's clock and settings: steps of any length, seeds; what may change later."""
-import math
 from dataclasses import astuple, fields, is_dataclass, replace
 
 import numpy as np
@@ -60,21 +59,6 @@ def test_how_time_is_cut_changes_nothing(cuts, seed, network):
     samples = [sample for _ in range(40) for sample in fine.step(0.025)]
     assert same(samples, coarse.step(1.0))
     assert close(fine.truth, coarse.truth)
-
-
-def test_the_seed_decides_the_noise():
-    assert Simulator(SimulatorConfig(seed=3)).step(1.0) == Simulator(
-        SimulatorConfig(seed=3)).step(1.0)
-    assert Simulator(SimulatorConfig(seed=3)).step(1.0) != Simulator(
-        SimulatorConfig(seed=4)).step(1.0)
-
-
-def test_no_time_no_samples_and_no_way_back():
-    robot = Simulator()
-    assert robot.step(0.0) == [] and robot.now == 0.0
-    for nonsense in (-0.1, math.nan, math.inf):
-        with pytest.raises(ValueError):
-            robot.step(nonsense)
 
 
 # Settings -----------------------------------------------------------------------------------------

@@ -53,13 +53,6 @@ def test_after_a_stand_the_way_may_be_longer_but_the_time_goes_on():
     assert STUCK in after(progress, STALL_TIME - 1.0 + DT, 0.5 + 2.0 * AWAY_LIMIT)
 
 
-def test_a_problem_ends_when_the_robot_gets_nearer_again():
-    progress = StallWatch()
-    after(progress, DT, 0.1)
-    assert MISSED in after(progress, DT, 1.0, (0.2, 0.0))
-    assert after(progress, DT, 0.05) == ''
-
-
 def test_a_robot_settles_by_the_samples_of_one_rest():
     """Times by hand; the samples are of 1 s on, and of 5 s on."""
     settling = Settling()
