@@ -12,14 +12,13 @@ from typing import Callable, List, Sequence, Union
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig, GoalState
 from tb3_labs.control.motor_response import Response
-from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import continuous, difference
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import REST_ANGULAR, REST_LINEAR, ImuSample, Sample
-from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.nodes.controller.turns import Driver, TurnConfig, make_turn

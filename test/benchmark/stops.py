@@ -12,13 +12,12 @@ from rollout import STILL_ANGULAR, STILL_LINEAR, control, navigation, run
 
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
-from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
-from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 

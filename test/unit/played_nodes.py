@@ -1,6 +1,6 @@
 """The nodes of a story: the real cores, with messages that may wait, and with their oracles."""
 from oracle import GoalOracle, HandOracle
-from tb3_labs.control.speed_laws import LawStep, Twist2
+from tb3_labs.control.commands import LawStep
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
@@ -9,7 +9,7 @@ from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
-from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.events import Connection, Event, Origins
 from tb3_labs.supervision.goal_requests import GoalRequest
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 from oracle import COMPARED, OVER, GoalOracle
 from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Sender, Turner, Turning
-from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import LATCHED_WITHIN
 
 #: Stories begin then; so a number above half of it is a time, and no other number is.

@@ -5,13 +5,13 @@ import math
 import pytest
 
 from rollout import control, run
-from tb3_labs.control.speed_laws import LONGEST_IDLE, LawStep, Twist2
+from tb3_labs.control.commands import LONGEST_IDLE, LawStep
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse_reader import MouseState
 from tb3_labs.nodes.controller.turns import AskedTurn, Driver, TurnConfig, make_turn
 from tb3_labs.robot.samples import ImuSample
-from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.supervision.events import Event

@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from tb3_labs.control.dead_time import CommandHistory, followed
+from tb3_labs.control.commands import CommandHistory, followed
 
 PERIOD = 0.02
 

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from tb3_labs.control.approach import ApproachConfig
 from tb3_labs.control.driving import PreciseLaw, driving_approach
 from tb3_labs.control.goal_state import DriveConfig, GoalState
-from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
-from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 
 BURGER = robot_model('burger')
 

@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from tb3_labs.control.dead_time import CONTRADICTION, Estimate
+from tb3_labs.control.commands import CONTRADICTION, Estimate
 
 
 def estimate_of(*samples, noise=0.1):

@@ -1,10 +1,9 @@
 """The pad decides who holds the robot. Both nodes together: test_exhaust."""
 import pytest
 
-from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.nodes.gamepad.core import HAND_BACK, GamepadCore
 from tb3_labs.nodes.gamepad.pad import PAD_TIMEOUT, PadConfig, read_pad
-from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.holder import Holder
 

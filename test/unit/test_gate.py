@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip('rospy')
 
-from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.ros import gate
 from tb3_labs.supervision.events import News, Output
 

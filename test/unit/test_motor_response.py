@@ -7,18 +7,17 @@ import statistics
 import pytest
 
 from rollout import navigation, run
-from tb3_labs.control.dead_time import CommandHistory
+from tb3_labs.control.commands import CommandHistory
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import (
     CRUISING, LEARNING, LEARNING_TIME, LEAST_SAMPLE_DELAY, LONGEST_AGE, SPEEDING_UP, Identification,
     Response, look_at_start)
-from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
-from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
 from tb3_labs.supervision.events import Event

@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 
 from played_nodes import Ahead
+from tb3_labs.control.commands import LONGEST_IDLE
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import (
     DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
-from tb3_labs.control.speed_laws import LONGEST_IDLE, Twist2
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
-from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.freshness import RESUME_TIME
 from tb3_labs.supervision.goal_requests import (

@@ -15,7 +15,7 @@ pytest.importorskip('rospy')    # the processes below need it
 
 from geometry_msgs.msg import Twist, Vector3
 from pages import SCRIPTS
-from tb3_labs.control.speed_laws import Twist2
+from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.ros import gate, node, start
 from rospy.impl.registration import RegManager
 from rospy.impl.tcpros_base import TCPROSTransport

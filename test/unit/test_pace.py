@@ -1,7 +1,7 @@
 """The times of commands, and the length of steps."""
 import pytest
 
-from tb3_labs.control.speed_laws import LONGEST_IDLE, Pace
+from tb3_labs.control.commands import LONGEST_IDLE, Pace
 
 
 def test_the_first_step_counts_as_one_period_also_after_a_pause():

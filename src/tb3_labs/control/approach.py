@@ -1,6 +1,6 @@
 """An approach drives the remaining way, and comes to rest where it is zero, in spite of delays.
 
-From each sample `dead_time` predicts the *way at rest*: the way that would remain if the robot were
+From each sample `commands` predicts the *way at rest*: the way that would remain if the robot were
 told to stop now. It uses the delay, lag and gain that `motor_response` identifies. An `Estimate`
 takes the noise out of these predictions: from one to the next, the way at rest changes by the
 command only. A braking profile gives the speed for the way at rest. *Nudges* correct the last bit:
@@ -8,17 +8,17 @@ they are short commands to a robot that was told to stop before. A `PreciseTurn`
 a heading.
 
 Units: radians or metres for ways, per second for speeds; seconds. Works for either direction.
-Source: braking profile, see :func:`tb3_labs.control.speed_laws.braking_speed`.
+Source: braking profile, see :func:`tb3_labs.control.commands.braking_speed`.
 """
 import math
 from dataclasses import dataclass
 
-from tb3_labs.control.dead_time import CommandHistory, Estimate, followed, way_at_rest
+from tb3_labs.control.commands import (
+    CommandHistory, Estimate, LawStep, braking_speed, followed, way_at_rest)
 from tb3_labs.control.motor_response import TIME_DOUBT, Identification, Response
-from tb3_labs.control.speed_laws import LawStep, Twist2, braking_speed
 from tb3_labs.geometry.angles import clamp, continuous, difference
 from tb3_labs.robot.samples import REST_ANGULAR
-from tb3_labs.robot.turtlebot3 import CONTROL_RATE
+from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 from tb3_labs.supervision.lost_or_stalled import Settling
 
 #: Two times that differ by less than this, as by rounding, belong to the same sample [s].

@@ -7,13 +7,13 @@ import math
 from typing import Optional
 
 from tb3_labs.control.approach import Approach, ApproachConfig, PreciseTurn
+from tb3_labs.control.commands import LawStep
 from tb3_labs.control.goal_state import DriveConfig, GoalState, turned
 from tb3_labs.control.motor_response import Response
-from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
-from tb3_labs.robot.turtlebot3 import RobotModel, saturate
+from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 
 #: A robot that would stop beyond the goal by more than this share of the tolerance backs up.
 OUTSIDE = 0.8

@@ -14,11 +14,12 @@ failure the command is None, not a zero.
 from collections import defaultdict
 from typing import Dict, Optional
 
+from tb3_labs.control.commands import LawStep
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import GoalState
-from tb3_labs.control.speed_laws import LawStep, Twist2
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion, is_slow
+from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.lost_or_stalled import Settling, StallWatch
 
 #: A drive that ends outside its tolerance, for instance by a stall of the network, goes on from

@@ -33,7 +33,7 @@ from typing import Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.control.dead_time import CommandHistory
+from tb3_labs.control.commands import CommandHistory
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 

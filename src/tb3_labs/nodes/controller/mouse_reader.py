@@ -8,8 +8,8 @@ import math
 from collections import defaultdict
 from typing import DefaultDict, NamedTuple
 
-from tb3_labs.control.speed_laws import Twist2
 from tb3_labs.geometry.angles import clamp
+from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.freshness import MOUSE_TIMEOUT, WAKING, Freshness, Lateness
 

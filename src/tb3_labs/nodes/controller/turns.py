@@ -11,7 +11,7 @@ from typing import Optional
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.approach import PreciseTurn
-from tb3_labs.control.dead_time import Estimate
+from tb3_labs.control.commands import Estimate
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.localization.door import Heard, YawNoise
