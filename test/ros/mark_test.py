@@ -88,11 +88,12 @@ TWO_JOBS = 'imu', 'heading'
 #: several mistakes if they lose different criteria, since each submission costs a robot and a master.
 CASES = {
     XBOX: [
-        # the line that tells success is lost in the flood, which tells in its way why a reset failed
+        # its flood tells in its way why a reset failed
         Case(WINDOWS, PAD, [
             ('    def joy_callback(self, msg):\n', '    def joy_callback(self, msg):\n' + FLOOD),
             ('msg.buttons[2]', 'msg.buttons[3]'), ('        if self.has_control:', '        if True:'),
-            ('self.ctrl_pub.publish(False)', 'pass'), ('_request(0.0', '_request(1.0')],
+            ('self.ctrl_pub.publish(False)', 'pass'), ('_request(0.0', '_request(1.0'),
+            ('reset successfully', 'is done')],
              {'silent_meanwhile', 'regains', 'resets', 'says_success'}),
     ],
     GAMEPAD: [
