@@ -23,8 +23,8 @@ MAX_TILT = math.radians(45.0)
 
 
 def clamp(value: float, low: float, high: float) -> float:
-    """`value` clipped to [low, high]; NaN stays NaN (min and max would make it a limit)."""
-    return value if math.isnan(value) else max(low, min(high, value))
+    """`value` clipped to [low, high]; NaN stays NaN."""
+    return max(min(value, high), low)    # in this order NaN stays NaN
 
 
 def wrap(angle: float) -> float:
@@ -57,7 +57,11 @@ def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
     norm = math.sqrt(w * w + x * x + y * y + z * z)
     if not abs(norm - 1.0) <= NORM_TOLERANCE:  # "not <=" also catches NaN
         raise ValueError('quaternion has norm {:.3g}, not 1'.format(norm))
-    roll, pitch, yaw = Quaternion(w / norm, x / norm, y / norm, z / norm).to_euler()
+    # as Quaternion.to_euler() does, which takes three times as long
+    w, x, y, z = w / norm, x / norm, y / norm, z / norm
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = math.asin(clamp(2.0 * (w * y - z * x), -1.0, 1.0))
+    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     if abs(roll) > MAX_TILT or abs(pitch) > MAX_TILT:
         raise ValueError('quaternion is tilted by roll {:.0f}, pitch {:.0f} deg: no robot on its '
                          'wheels (or its parts are in the wrong order)'.format(
