@@ -19,8 +19,6 @@ from tb3_labs.ros.rospy_internals import is_wall_time
 FIRST_REMINDER = 2.0
 #: Time between later reminders [s, wall clock].
 NEXT_REMINDER = 10.0
-#: Time between two warnings of one kind [s, wall clock].
-COMPLAINT_PERIOD = 1.0
 #: Time between two looks at a condition [s, wall clock].
 LOOK_PERIOD = 0.05
 
@@ -72,17 +70,3 @@ def say_if_no_clock_comes():
 
     if not is_wall_time():
         remind(tell)
-
-
-class Complaints:
-    """Warnings of one kind: one in COMPLAINT_PERIOD, whatever each says. rospy's own throttle would
-    count all topics together, and stops with a simulated clock."""
-
-    def __init__(self):
-        self._warned_at = -COMPLAINT_PERIOD
-
-    def warn(self, text, *arguments):
-        """Log a warning, unless there was one a moment ago."""
-        if time.monotonic() - self._warned_at >= COMPLAINT_PERIOD:
-            self._warned_at = time.monotonic()
-            rospy.logwarn(text, *arguments)

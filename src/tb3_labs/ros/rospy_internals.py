@@ -9,12 +9,10 @@ import threading
 import time
 from collections import deque
 from contextlib import suppress
-from io import BytesIO
 
 import rospy
 from rospy.impl import registration
 from rospy.impl.tcpros_base import TCPROSTransport
-from rospy.msg import serialize_message
 
 
 def connection_of(message):
@@ -115,25 +113,21 @@ class _Writer:
 
 
 def publish_together(publisher, messages):
-    """Publish messages by one write to each subscriber, as a network delivers what it has delayed:
-    a subscriber with queue_size=1 finds all of them in one read, and drops all but the last.
+    """Publish messages so that they arrive by one read, as what a network has delayed: a subscriber
+    with queue_size=1 drops all but the last (`impl`, sockets of its connections;
+    test/ros/fake_robot.test)."""
+    if len(messages) > 1:
+        _cork(publisher, True)
+    for message in messages:
+        publisher.publish(message)
+    if len(messages) > 1:
+        _cork(publisher, False)
 
-    ``publish()`` writes each message for itself (`impl`, the queues' `write_data`;
-    test/ros/fake_robot.test).
-    """
-    topic, data = publisher.impl, BytesIO()
-    topic.acquire()
-    try:
-        for message in messages:
-            topic.seq += 1
-            serialize_message(data, topic.seq, message)
-        for connection in topic.connections:
-            try:
-                connection.write_data(data.getvalue())
-            except (rospy.exceptions.TransportException, OSError):
-                connection.close()      # this subscriber is gone; publish() does the same
-    finally:
-        topic.release()
+
+def _cork(publisher, is_corked):
+    for connection in list(publisher.impl.connections):
+        with suppress(OSError, AttributeError):    # a subscriber that is gone
+            connection.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_CORK, is_corked)
 
 
 _others_alone = set()    # names of topics; see hear_others_alone

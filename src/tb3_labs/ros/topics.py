@@ -10,7 +10,7 @@ import time
 import rosgraph
 import rospy
 
-from tb3_labs.ros.clocks import Complaints, ros_time, steady_time
+from tb3_labs.ros.clocks import ros_time, steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
 from tb3_labs.supervision.events import Age, Connection, Event, Origins
@@ -18,6 +18,22 @@ from tb3_labs.supervision.events import Age, Connection, Event, Origins
 #: In the header of a sender that renews its permission: if it dies, the permission expires, even
 #: before the first renewal.
 RENEWS = {'renewed': '1'}
+#: Time between two warnings of one kind [s, wall clock].
+COMPLAINT_PERIOD = 1.0
+
+
+class Complaints:
+    """Warnings of one kind: one in COMPLAINT_PERIOD, whatever each says. rospy's own throttle would
+    count all topics together, and stops with a simulated clock."""
+
+    def __init__(self):
+        self._warned_at = -COMPLAINT_PERIOD
+
+    def warn(self, text, *arguments):
+        """Log a warning, unless there was one a moment ago."""
+        if time.monotonic() - self._warned_at >= COMPLAINT_PERIOD:
+            self._warned_at = time.monotonic()
+            rospy.logwarn(text, *arguments)
 
 
 def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_for=None):

@@ -14,11 +14,11 @@ from move_base_msgs.msg import (
 
 from tb3_labs.geometry.se2 import AskedPose, TypedPose
 from tb3_labs.localization.localizer import Reset
-from tb3_labs.ros.clocks import Complaints, ros_time, steady_time, wait_until
+from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.conversions import frame, to_asked_pose, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
-from tb3_labs.ros.topics import only_news, subscribe_news
+from tb3_labs.ros.topics import Complaints, only_news, subscribe_news
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
 from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalRequest, Outcome
