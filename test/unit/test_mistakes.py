@@ -10,7 +10,10 @@ import pytest
 from test_criteria import GOOD, heading, observed, scene, turn
 from tb3_labs.marking.labs.imu import STANDS
 from tb3_labs.marking.labs.turn import EACH_TURN, ITS_HEADING
-from tb3_labs.marking.marks import LABS
+from tb3_labs.marking.feedback import own_hint
+from tb3_labs.marking.labs.criteria import judge
+from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
+from tb3_labs.marking.shown_run import shown
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 WRONG_NODES = runpy.run_path(str(REPOSITORY / 'test' / 'benchmark' / 'wrong_nodes.py'))
@@ -92,6 +95,14 @@ def test_a_heading_is_asked_for_if_both_sides_are_wrong_and_nothing_explains_it(
     wrong = all_turns(lambda each: turn(-20.0 if each.typed == 'l' else -170.0))
     assert LABS['turn'].hint(wrong) == '' and LABS['turn'].last_hint(wrong).startswith(ITS_HEADING)
     assert LABS['turn'].last_hint(turning()) == '' == LABS['turn'].last_hint(turning(l=turn(70.0)))
+
+
+def test_a_page_has_no_last_hint_beside_one_that_explains():
+    swapped = all_turns(lambda each: turn(-each.asked_deg))
+    marks = Marks('', verdicts=judge(LABS['turn'].criteria, swapped, points_of('turn', read_points(None))),
+                  observation=swapped)
+    assert 'to the other side' in own_hint(marks) and own_hint(marks, is_last=True).startswith(ITS_HEADING)
+    assert ITS_HEADING[:40] not in shown(marks)
 
 
 # The table of wrong nodes -------------------------------------------------------------------------

@@ -31,9 +31,9 @@ def shown(marks: Marks) -> str:
         return ''
     run = as_run(marks.observation)
     found = diagnosis(run, marks)
-    said = hints.section(found) if found.mistake else ''.join(
-        '<p>{}</p>'.format(escape(words)) for words in [own_hint(marks, True)] if words)
-    return '\n'.join([section(moments(run, marks, found)), said or hints.section(found)])
+    last = '' if found.mistake or own_hint(marks) else own_hint(marks, is_last=True)
+    return '\n'.join([section(moments(run, marks, found)),
+                      '<p>{}</p>'.format(escape(last)) if last else hints.section(found)])
 
 
 def moments(run: RunData, marks: Marks, found: Diagnosis = Diagnosis('')) -> Dict[str, Any]:
