@@ -32,11 +32,15 @@ from tb3_labs.command_line import write_output
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
 from tb3_labs.marking.trial.evidence import remarks_on, untold
 from tb3_labs.marking.labs.gamepad import HANDOUT, pad_called
-from tb3_labs.marking.marks import GAMEPAD, LABS, Marks, points_of, read_points
+from tb3_labs.marking.labs.move2goal import OFFSET, TWO_ZEROS
+from tb3_labs.marking.marks import GAMEPAD, LABS, MOVE2GOAL, Marks, points_of, read_points
 from tb3_labs.marking.shown_run import hint_in_a_line, shown
 from tb3_labs.marking.trial.ros_stage import try_out
 from tb3_labs.marking.intake.workspace import Launch
 
+#: A node that rotates by the IMU's yaw passes the lab's own parts.
+ONE_ZERO = 'Odometry and IMU had the same zero here, a real robot has two: add offset to the ' \
+    'parts; see {}.'.format(TWO_ZEROS)
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
 #: rostest names the file for the results by this word.
 XML_OPTION = '--gtest_output=xml:'
@@ -70,7 +74,8 @@ def marked():
     observation = try_out(name, package, executable, parts, keep, pad, tell)
     verdicts = judge(lab.criteria, observation, worth, parts)
     remarks = untold(remarks_on(observation), ' '.join(each.seen for each in verdicts)) + [
-        observation.unfair] * bool(observation.unfair)
+        observation.unfair] * bool(observation.unfair) + [ONE_ZERO] * (
+            name == MOVE2GOAL and bool(parts) and OFFSET not in parts)
     marks = Marks('', observation.node, verdicts, remarks, observation)
     if record:
         observation.shown = shown(marks)

@@ -9,7 +9,7 @@ import pytest
 
 from test_criteria import GOOD, heading, observed, scene, turn
 from tb3_labs.marking.labs.imu import STANDS
-from tb3_labs.marking.labs.turn import EACH_TURN, ITS_HEADING
+from tb3_labs.marking.labs.turn import EACH_TURN, ITS_HEADING, remarks
 from tb3_labs.marking.feedback import own_hint
 from tb3_labs.marking.labs.criteria import judge
 from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
@@ -89,6 +89,14 @@ def slow(each):
 def test_turns_name_their_mistake(seen, words):
     said = LABS['turn'].hint(seen)
     assert re.search(words, said) and bool(said) is bool(words)
+
+
+def test_what_costs_nothing_is_a_remark():
+    asks = dict(GOOD['turn'], l=turn(90.0, printed='l\nl or r?'))
+    for printed, number in (('x\nl or r?', 1), ('x\nError: l or r\nl or r?', 0), ('x\nError: l or r', 0)):
+        said = remarks(observed('turn', **dict(asks, nonsense=scene(printed=printed))))
+        assert len(said) == number and all('no error' in each for each in said)
+    assert 'every 1.0 s' in remarks(all_turns(slow))[0]
 
 
 def test_a_heading_is_asked_for_if_both_sides_are_wrong_and_nothing_explains_it():

@@ -59,7 +59,8 @@ class Lab(NamedTuple):
 LABS = {
     IMU: Lab('IMU exercise', imu.CRITERIA, imu.hint),
     TURN: Lab('IMU lab', turn.CRITERIA, turn.hint, turn.last_hint),
-    MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA),
+    MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA,
+                   last_hint=move2goal.last_hint),
     GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA)}
 
 

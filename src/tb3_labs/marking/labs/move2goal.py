@@ -8,8 +8,9 @@ import numpy as np
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs.criteria import (
-    AT_ONCE, BEYOND, IN_TIME, ROUNDING, STATES, STOPS_AT_ONCE, STOPS_WHEN_LOST,
-    TRANSFORMATION_SHEET, Criterion, Place, ends_cleanly, starts, stops_robot, stops_when_silent)
+    AT_ONCE, BEYOND, IN_TIME, LINEAR, ROUNDING, STATES, STOPS_AT_ONCE, STOPS_WHEN_LOST,
+    TRANSFORMATION_SHEET, Criterion, Place, ends_cleanly, seldom, starts, stops_robot,
+    stops_when_silent)
 from tb3_labs.marking.trial.evidence import idle
 from tb3_labs.marking.trial.observation import (
     CTRL_RELINQ, GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
@@ -181,6 +182,25 @@ def _arrives(seen: Observation, name: str) -> str:
 
 def _declared_pose(seen: Observation) -> str:
     return _reset(seen, RESET_ELSEWHERE) or _arrives(seen, DECLARED_DRIVE)
+
+
+def last_hint(seen: Observation) -> str:
+    """What its first drive shows that missed the goal; '' if it tells nothing."""
+    scene = seen.during(FIRST_DRIVE)
+    if not scene.facts[MOVED] or not (_place(seen, FIRST_DRIVE) or _heading(seen, FIRST_DRIVE)):
+        return ''
+    words, end = '', _end(scene)
+    if seldom([scene]):
+        words = 'Its commands come every {:.1f} s: is there a sleep, or is its Timer as slow? ' \
+            'See {}.'.format(seldom([scene]), STATES)
+    elif not scene.commands[:, LINEAR].any():
+        words = 'It turned, and never drove forward: does the state become MOVE_FORWARD as soon ' \
+            'as the error is small? See {}.'.format(STATES)
+    elif REACHED.search(scene.printed):
+        words = 'It said "Goal reached!" at ({:.2f}, {:.2f}), {:.0f} degrees of the local frame: ' \
+            'is this its goal (self.goal_x, goal_y, goal_yaw), and are its distances and angles ' \
+            'those of the law? See {}.'.format(end.x, end.y, math.degrees(wrap(end.yaw)), STATES)
+    return words
 
 
 CRITERIA = [

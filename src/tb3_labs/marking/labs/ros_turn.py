@@ -150,6 +150,7 @@ def turns(stage):
         with stage.stimulus(asked.NONSENSE):
             stage.node.type(asked.TYPED_NONSENSE)
             time.sleep(asked.ANSWER)
+    stage.remark(asked.remarks(stage.observation))
 
 
 def _begin_at(stage, heading):

@@ -1,14 +1,14 @@
 """The IMU lab: turns by keyboard, beside the mouse: what is done, and the criteria."""
 import re
 from functools import partial
-from typing import Iterable, NamedTuple, Sequence
+from typing import Iterable, List, NamedTuple, Sequence
 
 import numpy as np
 
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE,
+    ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, RARELY, ROUNDING, STOPS_AT_ONCE,
     STOPS_WHEN_LOST, TURN_LAB, Criterion, Place, apart, ends_cleanly, first_missed, opposite, says,
-    starts, steers, stops_robot, stops_when_silent)
+    seldom, starts, steers, stops_robot, stops_when_silent)
 from tb3_labs.marking.trial.evidence import STILL_DEG, idle
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
 from tb3_labs.marking.trial.printed import LONGEST_LINE
@@ -224,8 +224,8 @@ ITS_HEADING = 'Print self.curr_yaw, and turn the robot once around by hand: it s
     'to 360. If it stands still: is it stored in self.curr_yaw, is it the third Euler angle, is ' \
     'the order of the four numbers w, x, y, z? If it ends at 6.28, it is in radians; far beyond ' \
     '360, it was converted to degrees twice; if it comes late, there is a sleep in callback_imu.'
-#: The law is called at least so often, or it sleeps [s]. Near to an angle [deg].
-RARELY, NEARLY = 0.5, 15.0
+#: Near to an angle [deg].
+NEARLY = 15.0
 #: A robot that turns away from its goal comes at least this far [deg].
 AWAY = 45.0
 #: A node whose turn is over at once sends at most this number of zeros.
@@ -239,6 +239,18 @@ def hint(seen: Observation) -> str:
     words, where = _why_no_turn(tried) if len(turns) < len(tried) else ('', LAW)
     words, where = (words, where) if words or not turns else _why_wrong(turns)
     return words and '{} See {}.'.format(words, where)
+
+
+def remarks(seen: Observation) -> List[str]:
+    """Sentences on mistakes that cost nothing here."""
+    prompts = [seen.during(name, may_die=True).printed.splitlines()[1:]
+               for name in (LEFT, NONSENSE) if seen.has(name)]
+    pause = seldom(scene for _, scene in _tried(seen) if len(scene.moving))
+    return ['After "{}" it printed its prompt alone, and no error. See {}.'.format(
+        TYPED_NONSENSE, TO_RIGHT)] * (
+            len(prompts) > 1 and len(prompts[1]) == 1 and prompts[0][-1:] == prompts[1]) + [
+        'Its commands come every {:.1f} s, and not ten times a second: is there a sleep? See '
+        '{}.'.format(pause, LAW)] * (pause > 0.0)
 
 
 def last_hint(seen: Observation) -> str:
@@ -286,12 +298,11 @@ def _why_wrong(turns):
     commands = np.vstack([scene.moving for _, scene in turns])
     if not commands[:, ANGULAR].any():
         return 'It commands linear.x alone, and no angular.z: which of them turns the robot?', LAW
-    pauses = [np.median(np.diff(scene.commands[:, 0])) for _, scene in turns
-              if len(scene.commands) > 2]
-    if pauses and np.median(pauses) > RARELY:
+    pause = seldom(scene for _, scene in turns)
+    if pause:
         return 'Its commands come every {:.1f} s: is there a sleep in callback_controller, or is ' \
             'its Timer as slow? The robot turns by up to {:.0f} degrees meanwhile.'.format(
-                np.median(pauses), np.degrees(np.median(pauses) * MAX_ANG_Z)), LAW
+                pause, np.degrees(pause * MAX_ANG_Z)), LAW
     wrong = [each for each in turns if _is_wrong(*each)]
     if not wrong:
         return '', LAW

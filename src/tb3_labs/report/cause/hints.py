@@ -161,9 +161,10 @@ HINTS = {
         '135 degrees, the heading is 0. What is yaw_error, and to which side does a positive '
         'command turn?', STATES_STEP, 0, 'control_loop', BY_HAND + 'it grows, as it shall'),
     (DRIVE, 'never_arrives'): Hint(
-        'does not end MOVE_FORWARD near its goal', 'Print distance in MOVE_FORWARD. At which '
-        'distance shall the state change?', STATES_STEP, 0, 'control_loop',
-        'distance, printed in MOVE_FORWARD: it falls below 0.15, and the state stays'),
+        'does not end MOVE_FORWARD near its goal, or sees it late (a sleep in odom_callback)',
+        'Print distance in MOVE_FORWARD. At which distance shall the state change?', STATES_STEP, 0,
+        'control_loop', 'distance, printed in MOVE_FORWARD: it falls below 0.15, and the state '
+        'stays; or it comes late'),
     (DRIVE, 'yaw_left_out'): Hint(
         'leaves its heading out of the error of the first turn', 'Which error has a robot that '
         'faces its goal?', STATES_STEP, 0, 'control_loop', BY_HAND + 'it grows, as it shall'),

@@ -35,7 +35,7 @@ CAPTIONS = {
 NOTHING = 'No drives are listed: {}. The local frame is {}.'
 NO_COMMANDS = ('no command came on cmd_vel (does the terminal of a node that should drive show an '
                'exception? Does rosnode info name cmd_vel among its publications?)')
-ONLY_ZEROS = 'all {} commands on cmd_vel are zero'
+ONLY_ZEROS = 'each command on cmd_vel is a zero, {} in all'
 NO_DRIVE = 'neither goal_state nor the commands show one'
 #: Sentences: how turns and drives are distinguished from movements by hand.
 BY_CONTROL = ('Drives are found by the commands and ctrl_relinq. A movement while a node had '
