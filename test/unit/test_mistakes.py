@@ -9,7 +9,8 @@ import pytest
 
 from test_criteria import GOOD, heading, observed, scene, turn
 from tb3_labs.marking.labs.imu import STANDS
-from tb3_labs.marking.labs.turn import EACH_TURN, ITS_HEADING, remarks
+from tb3_labs.marking.labs.last_hints import ITS_HEADING, last_hint, remarks_on_turns
+from tb3_labs.marking.labs.turn import EACH_TURN
 from tb3_labs.marking.feedback import own_hint
 from tb3_labs.marking.labs.criteria import judge
 from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
@@ -94,22 +95,22 @@ def test_turns_name_their_mistake(seen, words):
 def test_what_costs_nothing_is_a_remark():
     asks = dict(GOOD['turn'], l=turn(90.0, printed='l\nl or r?'))
     for printed, number in (('x\nl or r?', 1), ('x\nError: l or r\nl or r?', 0), ('x\nError: l or r', 0)):
-        said = remarks(observed('turn', **dict(asks, nonsense=scene(printed=printed))))
+        said = remarks_on_turns(observed('turn', **dict(asks, nonsense=scene(printed=printed))))
         assert len(said) == number and all('no error' in each for each in said)
-    assert 'every 1.0 s' in remarks(all_turns(slow))[0]
+    assert 'every 1.0 s' in remarks_on_turns(all_turns(slow))[0]
 
 
 def test_a_heading_is_asked_for_if_both_sides_are_wrong_and_nothing_explains_it():
     wrong = all_turns(lambda each: turn(-20.0 if each.typed == 'l' else -170.0))
-    assert LABS['turn'].hint(wrong) == '' and LABS['turn'].last_hint(wrong).startswith(ITS_HEADING)
-    assert LABS['turn'].last_hint(turning()) == '' == LABS['turn'].last_hint(turning(l=turn(70.0)))
+    assert LABS['turn'].hint(wrong) == '' and last_hint(wrong).startswith(ITS_HEADING)
+    assert last_hint(turning()) == '' == last_hint(turning(l=turn(70.0)))
 
 
 def test_a_page_has_no_last_hint_beside_one_that_explains():
     swapped = all_turns(lambda each: turn(-each.asked_deg))
     marks = Marks('', verdicts=judge(LABS['turn'].criteria, swapped, points_of('turn', read_points(None))),
                   observation=swapped)
-    assert 'to the other side' in own_hint(marks) and own_hint(marks, is_last=True).startswith(ITS_HEADING)
+    assert 'to the other side' in own_hint(marks) and own_hint(marks, last_hint).startswith(ITS_HEADING)
     assert ITS_HEADING[:40] not in shown(marks)
 
 

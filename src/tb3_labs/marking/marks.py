@@ -40,8 +40,6 @@ class Lab(NamedTuple):
     criteria: List[Criterion]
     #: The mistake that a node may have, in a sentence; '' if it is not known.
     hint: Callable[[Observation], str] = lambda seen: ''
-    #: What to look at if nothing else explains what was seen.
-    last_hint: Callable[[Observation], str] = lambda seen: ''
 
     @property
     def parts(self) -> List[str]:
@@ -58,9 +56,8 @@ class Lab(NamedTuple):
 
 LABS = {
     IMU: Lab('IMU exercise', imu.CRITERIA, imu.hint),
-    TURN: Lab('IMU lab', turn.CRITERIA, turn.hint, turn.last_hint),
-    MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA,
-                   last_hint=move2goal.last_hint),
+    TURN: Lab('IMU lab', turn.CRITERIA, turn.hint),
+    MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA),
     GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA)}
 
 

@@ -9,6 +9,7 @@ from sensor_msgs.msg import Imu
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.marking.labs import imu as asked_imu
 from tb3_labs.marking.labs import turn as asked
+from tb3_labs.marking.labs.last_hints import remarks_on_turns
 from tb3_labs.marking.trial.observation import ASKED_DEG, MOUSE_INFO, MOVED, RESTED, WAS_MOVING
 from tb3_labs.marking.trial.ros_robot import IMU_SWITCH, WELL_UNDER_WAY, Repeater
 from tb3_labs.marking.trial.ros_student_node import LISTENS
@@ -150,7 +151,7 @@ def turns(stage):
         with stage.stimulus(asked.NONSENSE):
             stage.node.type(asked.TYPED_NONSENSE)
             time.sleep(asked.ANSWER)
-    stage.remark(asked.remarks(stage.observation))
+    stage.remark(remarks_on_turns(stage.observation))
 
 
 def _begin_at(stage, heading):

@@ -1,7 +1,7 @@
 """The IMU lab: turns by keyboard, beside the mouse: what is done, and the criteria."""
 import re
 from functools import partial
-from typing import Iterable, List, NamedTuple, Sequence
+from typing import Iterable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
@@ -10,7 +10,8 @@ from tb3_labs.marking.labs.criteria import (
     STOPS_WHEN_LOST, TURN_LAB, Criterion, Place, apart, ends_cleanly, first_missed, opposite, says,
     seldom, starts, steers, stops_robot, stops_when_silent)
 from tb3_labs.marking.trial.evidence import STILL_DEG, idle
-from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
+from tb3_labs.marking.trial.observation import (
+    MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
 from tb3_labs.marking.trial.printed import LONGEST_LINE
 
 #: The parts of the lab.
@@ -219,11 +220,6 @@ def drives_forward(commands: Iterable[Sequence[float]]) -> bool:
     return any(command[LINEAR] > AT_EDGE[0] for command in commands)
 
 
-#: What to look at if the heading that a node has is wrong.
-ITS_HEADING = 'Print self.curr_yaw, and turn the robot once around by hand: it should run from 0 ' \
-    'to 360. If it stands still: is it stored in self.curr_yaw, is it the third Euler angle, is ' \
-    'the order of the four numbers w, x, y, z? If it ends at 6.28, it is in radians; far beyond ' \
-    '360, it was converted to degrees twice; if it comes late, there is a sleep in callback_imu.'
 #: Near to an angle [deg].
 NEARLY = 15.0
 #: A robot that turns away from its goal comes at least this far [deg].
@@ -234,38 +230,21 @@ FEW = 5
 
 def hint(seen: Observation) -> str:
     """What a node may do that turns wrongly; '' if that is not known."""
-    tried = _tried(seen)
-    turns = [(turn, scene) for turn, scene in tried if len(scene.moving)]
-    words, where = _why_no_turn(tried) if len(turns) < len(tried) else ('', LAW)
+    each_turn = tried(seen)
+    turns = [(turn, scene) for turn, scene in each_turn if len(scene.moving)]
+    words, where = _why_no_turn(each_turn) if len(turns) < len(each_turn) else ('', LAW)
     words, where = (words, where) if words or not turns else _why_wrong(turns)
     return words and '{} See {}.'.format(words, where)
 
 
-def remarks(seen: Observation) -> List[str]:
-    """Sentences on mistakes that cost nothing here."""
-    prompts = [seen.during(name, may_die=True).printed.splitlines()[1:]
-               for name in (LEFT, NONSENSE) if seen.has(name)]
-    pause = seldom(scene for _, scene in _tried(seen) if len(scene.moving))
-    return ['After "{}" it printed its prompt alone, and no error. See {}.'.format(
-        TYPED_NONSENSE, TO_RIGHT)] * (
-            len(prompts) > 1 and len(prompts[1]) == 1 and prompts[0][-1:] == prompts[1]) + [
-        'Its commands come every {:.1f} s, and not ten times a second: is there a sleep? See '
-        '{}.'.format(pause, LAW)] * (pause > 0.0)
-
-
-def last_hint(seen: Observation) -> str:
-    """The questions on its heading, for a node that turns wrongly to both sides."""
-    wrong = {turn.typed for turn, scene in _tried(seen) if len(scene.moving) and _is_wrong(
-        turn, scene)}
-    return '{} See {}.'.format(ITS_HEADING, MEASURED) if len(wrong) > 1 else ''
-
-
-def _tried(seen):
+def tried(seen: Observation) -> List[Tuple[WatchedTurn, Scene]]:
+    """The turns that were tried."""
     return [(turn, seen.during(name, may_die=True)) for name, turn in EACH_TURN.items()
             if seen.has(name)]
 
 
-def _is_wrong(turn, scene):
+def is_wrong(turn: WatchedTurn, scene: Scene) -> bool:
+    """Did the robot miss the goal of a turn, or go on?"""
     return not scene.facts[RESTED] or (
         abs(scene.turned_deg - turn.asked_deg) > TOLERANCE + AFTER_STOP)
 
@@ -303,7 +282,7 @@ def _why_wrong(turns):
         return 'Its commands come every {:.1f} s: is there a sleep in callback_controller, or is ' \
             'its Timer as slow? The robot turns by up to {:.0f} degrees meanwhile.'.format(
                 pause, np.degrees(pause * MAX_ANG_Z)), LAW
-    wrong = [each for each in turns if _is_wrong(*each)]
+    wrong = [each for each in turns if is_wrong(*each)]
     if not wrong:
         return '', LAW
     restless = [scene for _, scene in wrong if not scene.facts[RESTED]]
