@@ -92,6 +92,13 @@ def test_turns_name_their_mistake(seen, words):
     assert re.search(words, said) and bool(said) is bool(words)
 
 
+def test_a_node_that_never_asked_for_a_letter_is_told_of_its_timer():
+    seen = turning(l=still(0, 'l\n'))
+    assert LABS['turn'].hint(seen) == ''
+    seen.runs[0].printed = 'l\n'
+    assert 'every 10 s' in LABS['turn'].hint(seen)
+
+
 def test_what_costs_nothing_is_a_remark():
     asks = dict(GOOD['turn'], l=turn(90.0, printed='l\nl or r?'))
     for printed, number in (('x\nl or r?', 1), ('x\nError: l or r\nl or r?', 0), ('x\nError: l or r', 0)):

@@ -252,6 +252,10 @@ def is_wrong(turn: WatchedTurn, scene: Scene) -> bool:
 def _why_no_turn(tried):
     """Of turns of which some did not begin."""
     still = [(turn, scene) for turn, scene in tried if not len(scene.moving)]
+    if all(scene.run.printed.startswith(turn.typed) for turn, scene in still):
+        return 'It had not asked for a letter after {:.0f} s: is there a Timer, and how often ' \
+            'does it call callback_controller? Duration(.1) is ten times a second, Duration(10) ' \
+            'is every 10 s.'.format(max(scene.end - scene.run.begin for _, scene in still)), LAW
     if not all(len(scene.commands) for _, scene in still) or any(scene.odd for _, scene in tried):
         return '', LAW
     answers = [scene.printed.splitlines()[1:-1] for _, scene in still]

@@ -23,6 +23,8 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A node may end a turn at this part of the handout's tolerance; its robot comes nearer in steps.
 CLOSE = 0.5
+#: A long way ends at a far goal only if the turn before it ended at this part of the tolerance.
+EXACT = 0.1
 #: The distance of a drive that has another course [m].
 UNLIKE = 2.0
 #: A turn on the spot, and the last turn, count as a way of LEAST_LEVER; a first turn as the way
@@ -82,7 +84,7 @@ def compared(fresh: Sequence[Fresh], goal: Pose2, way: Way) -> Fit:
     ideals: List[Drive] = []
     for seen, last, first in fresh:
         tried = [way.drive(seen.start, last, first, goal, near)
-                 for near in (NEAR_GOAL, CLOSE * NEAR_GOAL)]
+                 for near in (NEAR_GOAL, CLOSE * NEAR_GOAL, EXACT * NEAR_GOAL)]
         distance, ideal = min(((apart(seen, drive), drive) for drive in tried),
                               key=lambda pair: pair[0])
         far.append(0.0 if not way.mistake and _arrived(seen, last, goal) else distance)

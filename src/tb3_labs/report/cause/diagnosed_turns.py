@@ -146,6 +146,9 @@ def _apart(law: Law, turn: Turn) -> float:
                 far.append(max(0.0, abs(at - ideal) - SWINGS_AT))
                 continue
             off = turn_apart(turn.turned, math.nan if swings else ideal, turn.may_be_cut)
+            if math.isinf(ideal) and law.goal_wraps != (True, True) and (
+                    abs(turn.turned) > 2.0 * math.pi):      # it met its goal by chance
+                off = min(off, abs(wrap(turn.turned - math.radians(side * law.quarter))))
             far.append(max(0.0, off - (
                 GOES_ON if abs(turn.turned) > abs(ideal) else FALLS_SHORT)))
     return min(far)
