@@ -89,8 +89,8 @@ def drive(goal):
     try:
         progress = Progress()
         while not over.is_set():
+            pause(0.0)    # rospy may have swallowed the exception of a signal, and the wait is long
             is_over = over.wait(PROGRESS)
-            pause(0.0)
             if rospy.is_shutdown():
                 return 1
             if not is_over and not client.status_sub.get_num_connections():
