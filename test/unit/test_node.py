@@ -79,9 +79,14 @@ def ignores_ctrl_c():
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
+def heeds_hangups():
+    """As without the nohup under which the tests may run."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 @pytest.mark.parametrize('number, before_it', [
     (signal.SIGINT, None), (signal.SIGINT, ignores_ctrl_c), (signal.SIGTERM, None),
-    (signal.SIGHUP, None), (None, None)])
+    (signal.SIGHUP, heeds_hangups), (None, None)])
 def test_a_signal_or_its_time_ends_a_wait(number, before_it):
     process = Process(WAIT if number else WAIT.replace('300', '1'), before_it)
     if number:
