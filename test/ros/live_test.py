@@ -24,12 +24,13 @@ class LiveTest(NodeCase):
 
     def diagnosis(self, node, is_right):
         """{name: value} of a node's diagnosis without a problem, as soon as `is_right`: its first
-        second may be incomplete, and a late machine counts a message in the next one."""
+        second may be incomplete (before it, the Updater says that the node starts up, without a
+        value), and a late machine counts a message in the next one."""
         def values(status):
             return {item.key: item.value for item in status.values}
         return values(self.seen.wait_for('/diagnostics', lambda status: (
             status.name == node + ': state' and status.level == DiagnosticStatus.OK
-            and is_right(values(status)))))
+            and status.values and is_right(values(status)))))
 
     def test_every_driving_node_tells_how_it_is(self):
         mover = self.diagnosis('move_to_goal', lambda values: (

@@ -1,6 +1,7 @@
 """The nodes of a lab, started in any order; each time in a namespace of their own."""
 import contextlib
 import itertools
+import signal
 
 import rosgraph
 import rospy
@@ -25,7 +26,8 @@ _numbers = itertools.count(1)
 
 
 class Stage(contextlib.ExitStack):
-    """A namespace, with a pad in a person's hands. Its nodes end with it."""
+    """A namespace, with a pad in a person's hands. Its nodes end with it, and unregister: a master
+    that knows hundreds of dead nodes answers late."""
 
     def __init__(self):
         super().__init__()
@@ -37,6 +39,14 @@ class Stage(contextlib.ExitStack):
         self.thumb = Thumb(self.name + '/joy')
         self.callback(setattr, self.thumb, 'closed', True)
         self.nodes = {}
+
+    def __exit__(self, *details):
+        for node in self.nodes.values():
+            node.send(signal.SIGINT)
+        for node in self.nodes.values():
+            with contextlib.suppress(RuntimeError):
+                node.wait()
+        return super().__exit__(*details)
 
     def start(self, name, *arguments):
         """Start one of NODES; returns it."""
