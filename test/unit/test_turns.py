@@ -44,10 +44,12 @@ def test_a_turn_by_less_than_half_a_quarter_is_none_and_a_spin_is_by_hand(degree
     assert turns(driven([turn(3.0, degrees)])) == []
 
 
-@pytest.mark.parametrize('sender, number', [
-    ('/turtlebot_controller', 1), ('/rostopic_7_1', 0), ('/teleop_twist_keyboard', 0)])
-def test_a_turn_that_a_node_made_too_small_is_listed_but_not_a_persons(sender, number):
-    run = driven([turn(3.0, 20.0)])
+@pytest.mark.parametrize('degrees', [20.0, 268.0])
+@pytest.mark.parametrize('sender, devices, number', [
+    ('/turtlebot_controller', (), 1), ('/turtlebot_controller', ('mouse_info',), 1),
+    ('/rostopic_7_1', (), 0), ('/teleop_twist_keyboard', (), 0)])
+def test_a_turn_that_a_node_made_wrongly_is_listed_but_not_a_persons(sender, devices, number, degrees):
+    run = driven([turn(3.0, degrees)], devices=devices)
     sent = values(run.commands.time, np.zeros(len(run.commands)))
     assert len(turns(replace(run, senders=(sender,), sent=sent))) == number
 
