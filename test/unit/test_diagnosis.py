@@ -150,15 +150,6 @@ def test_an_exception_and_open_todos_stand_once_above_the_rest():
     assert 'The node said: TODO 2 is open, TODO 4 is open.' in page and 'hello' not in page
 
 
-@pytest.mark.parametrize('old, new', [('to_euler(degrees=True)', 'to_euler()'),
-                                      ('self.curr_yaw = self.convert_yaw(yaw)', 'pass')])
-def test_a_heading_that_hardly_changes_is_not_said_to_be_in_radians_alone(old, new):
-    text = text_of('turtlebot_controller').replace(old, new)
-    found = diagnose(played(text, turn_scene(random.Random(1)), 1))
-    assert {'heading_kept', 'radians', 'quaternion_order'} <= set(found.causes)
-    assert 'a heading that stays' in hints.section(found) and 'These move' in hints.section(found)
-
-
 @pytest.mark.parametrize('lab, kind', [(lab, kind) for lab in RIGHT for kind in RIGHT[lab]])
 def test_a_right_node_is_not_accused_whatever_a_person_does(lab, kind):
     node, scene, goal = right_run(lab, kind, random.Random(lab + kind))

@@ -47,7 +47,9 @@ def _standing(seen):
     scenes = [seen.during(name) for name in STANDS]
     stands = [(scene.facts[HEADING_DEG], headings(scene.printed)) for scene in scenes]
     if not any(printed for _, printed in stands):
+        before = len(headings(scenes[0].run.printed))
         raise NotSeen('no line "Current heading is ... degrees." was printed: {}'.format(
+            'it printed {} at its start, and then none'.format(before) if before else
             unprinted(scenes[-1])))
     return stands
 
