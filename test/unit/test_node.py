@@ -1,4 +1,6 @@
 """A node's signals and end, in processes of their own; its waits, its log lines and commands."""
+import contextlib
+import functools
 import os
 import re
 import runpy
@@ -17,12 +19,14 @@ from geometry_msgs.msg import Twist, Vector3
 from pages import SCRIPTS
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.ros import gate, node, start
+from rosgraph.network import encode_ros_handshake_header
 from rospy.impl.registration import RegManager
-from rospy.impl.tcpros_base import TCPROSTransport
+from rospy.impl.tcpros_base import TCPROSTransport, TCPServer
 from rospy.impl.tcpros_pubsub import TCPROSPub
 from rospy.topics import _PublisherImpl
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.rospy_internals import hear_others_alone, join_updates, write_at_once
+from tb3_labs.ros.rospy_internals import (
+    answer_side_by_side, hear_others_alone, join_updates, write_at_once)
 from tb3_labs.supervision.events import News
 
 BEGIN = '''
@@ -244,6 +248,26 @@ def test_an_answer_without_a_publisher_does_not_hide_one_of_its_topic_that_was_t
                                ('/cmd_vel', one + two, one + two[1:])):
         manager.publisher_update(topic, given)
         assert manager.updates[-1] == (topic, kept)
+
+
+def test_a_connection_that_is_no_node_holds_up_no_other():
+    """As a browser, a scanner of ports, or a master that calls a node which had this port."""
+    server = TCPServer(lambda connection, _: connection.sendall(connection.recv(100)))
+    answer_side_by_side(server)
+    connect = functools.partial(socket.create_connection, ('localhost', server.port))
+    silent = [connect(0.9) for _ in range(20)]    # none is tried again after 1 s: nobody accepts yet
+    request = connect(10.0)
+    request.sendall(b'POST /RPC2 HTTP/1.1')
+    node = connect(10.0)
+    header = encode_ros_handshake_header({'topic': '/imu'})
+    node.sendall(header)
+    server.start()
+    assert node.recv(100) == header
+    with contextlib.suppress(ConnectionResetError):
+        assert request.recv(100) == b''
+    for connection in (*silent, request, node):
+        connection.close()
+    server.shutdown()
 
 
 @pytest.mark.parametrize('name', ['squaternion', 'numpy'])

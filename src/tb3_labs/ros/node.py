@@ -38,7 +38,8 @@ import rosgraph
 import rospy
 
 from tb3_labs.ros.clocks import say_if_no_clock_comes, wait_until
-from tb3_labs.ros.rospy_internals import hear_all_publishers, note_connections
+from tb3_labs.ros.rospy_internals import (
+    answer_side_by_side, hear_all_publishers, log_without_the_master, note_connections)
 
 #: Time between two looks for a master [s].
 MASTER_PERIOD = 0.5
@@ -48,9 +49,6 @@ END_PERIOD = 0.2
 LONGEST_END = 4.0
 #: These end a node: Ctrl+C, `kill`, a closed terminal.
 END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-#: rospy asks the master for this parameter with each log line, as long as it is not set. So a
-#: thread that logs would wait for a master that does not answer.
-ROSOUT_PARAMETER = '/rosout_disable_topics_generation'
 
 _failures = []
 _signals = []     # numbers of the signals of END_SIGNALS so far
@@ -73,8 +71,8 @@ def run(name, make_node, interface=None):
         _wait_for_master()
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(_end_in_time)    # the first of the hooks
-        rospy.set_param(ROSOUT_PARAMETER, False)
-        rospy.get_param_cached(ROSOUT_PARAMETER)
+        log_without_the_master()
+        answer_side_by_side()
         hear_all_publishers()
         note_connections()
         say_if_no_clock_comes()

@@ -5,14 +5,24 @@ it, and the test that fails if the part changes. If it names no test, an Attribu
 change: a node does not start, or ends at once.
 """
 import socket
+import struct
 import threading
 import time
 from collections import deque
 from contextlib import suppress
 
 import rospy
-from rospy.impl import registration
+from rospy.impl import registration, tcpros_base
+from rospy.impl.paramserver import get_param_server_cache
 from rospy.impl.tcpros_base import TCPROSTransport
+
+#: A connection that says nothing for so long is closed [s].
+LONGEST_SILENCE = 10.0
+#: No header of a connection is longer [byte]. The first bytes of a page's or a master's request,
+#: read as a length, are far beyond it.
+LONGEST_HEADER = 1000000
+#: Connections that may wait for their answer.
+BACKLOG = 128
 
 
 def connection_of(message):
@@ -47,6 +57,51 @@ def note_connections():
 
     if validate.__name__ != noted.__name__:
         TCPROSTransport._validate_header = noted
+
+
+def log_without_the_master():
+    """Let a log line ask the master nothing; to be called after init_node().
+
+    rospy asks it with each line for a parameter that nobody sets: a thread that logs would wait
+    for a master that does not answer. To set it would make the master call, at each node's start,
+    all nodes that ever asked: those that ended, too, whose ports may be another's by now (the cache
+    of parameters; test/ros/network.test).
+    """
+    get_param_server_cache().set('/rosout_disable_topics_generation', False)
+
+
+def answer_side_by_side(server=None):
+    """Answer each connection to this node in a thread of its own; to be called after init_node().
+
+    rospy answers one after the other. One that says nothing of TCPROS (a browser; a master that
+    calls a node which had this port before) held up all others for ever: nobody heard this node.
+    And the seventh that waits is tried again after 1 s only (`_tcpros_server`, its socket and
+    `inbound_handler`; test/unit/test_node.py).
+    """
+    server = server or tcpros_base._tcpros_server.tcp_ros_server
+    answer = server.inbound_handler
+
+    def answer_if_it_asks(connection, address):
+        if _begins_with_a_header(connection):
+            answer(connection, address)
+        else:
+            connection.close()
+
+    def answer_beside(*client):
+        threading.Thread(target=answer_if_it_asks, args=client, daemon=True).start()
+
+    server.inbound_handler = answer_beside
+    server.server_sock.listen(BACKLOG)
+
+
+def _begins_with_a_header(connection):
+    connection.settimeout(LONGEST_SILENCE)
+    try:
+        length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
+    except OSError:
+        return False
+    connection.settimeout(None)
+    return len(length) == 4 and struct.unpack('<I', length)[0] <= LONGEST_HEADER
 
 
 def is_wall_time():
