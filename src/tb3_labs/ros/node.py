@@ -9,20 +9,13 @@ Ctrl+Z stops the robot before it stops the process. rospy's own signal handlers 
 thread at any point to shut down, and hang if it holds one of rospy's locks. Here a signal is an
 exception in the main thread: first it leaves its calls and their locks, then the node shuts down.
 
-Threads and locks
-    main     builds the node, then waits without a lock; runs the hooks of Ctrl+Z, and after a
-             signal those of the shutdown
-    rospy's  one for each connection of a topic, and for each call of a service
-    daemons  watchdog, keyboard, gate, diagnostics and others, by their names
-    Locks are taken in this order, each only before those below it:
+Locks are taken in this order, each only before those below it:
     1  locks of the parts that call a node back: the shutdown and its hooks, dynamic settings,
        diagnostics, actionlib. A node that calls these parts, or :func:`end`, holds no lock.
-    2  the lock of the node, which guards its core
+    2  the lock of the node (:mod:`tb3_labs.ros.gate`), which guards its core
     3  the lock of gate.CmdVel, which calls nothing back
     4  locks of rospy's topics, and of its log
-    A thread that holds a node's lock does not wait for a service, a message or a subscriber. A
-    terminal that takes no text (Ctrl+S) holds up only the thread that prints: the gate's
-    (:mod:`tb3_labs.ros.gate`), or a node's own, and then the robot stops by its own timeout.
+A thread that holds a node's lock does not wait for a service, a message or a subscriber.
 """
 import contextlib
 import functools

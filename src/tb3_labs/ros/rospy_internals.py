@@ -16,14 +16,6 @@ from rospy.impl import registration, tcpros_base
 from rospy.impl.paramserver import get_param_server_cache
 from rospy.impl.tcpros_base import TCPROSTransport
 
-#: A connection that says nothing for so long is closed [s].
-LONGEST_SILENCE = 10.0
-#: No header of a connection is longer [byte]. The first bytes of a page's or a master's request,
-#: read as a length, are far beyond it.
-LONGEST_HEADER = 1000000
-#: Connections that may wait for their answer.
-BACKLOG = 128
-
 
 def connection_of(message):
     """The header of a message's connection: a dict of strings, the same object for all messages of
@@ -62,10 +54,9 @@ def note_connections():
 def log_without_the_master():
     """Let a log line ask the master nothing; to be called after init_node().
 
-    rospy asks it with each line for a parameter that nobody sets: a thread that logs would wait
-    for a master that does not answer. To set it would make the master call, at each node's start,
-    all nodes that ever asked: those that ended, too, whose ports may be another's by now (the cache
-    of parameters; test/ros/network.test).
+    rospy asks it with each line for a parameter that nobody sets: without an answer a thread waits.
+    To set it would make the master call all nodes that ever asked, also those that ended, at ports
+    that may be another's by now (the cache of parameters; test/ros/network.test).
     """
     get_param_server_cache().set('/rosout_disable_topics_generation', False)
 
@@ -73,35 +64,25 @@ def log_without_the_master():
 def answer_side_by_side(server=None):
     """Answer each connection to this node in a thread of its own; to be called after init_node().
 
-    rospy answers one after the other. One that says nothing of TCPROS (a browser; a master that
-    calls a node which had this port before) held up all others for ever: nobody heard this node.
-    And the seventh that waits is tried again after 1 s only (`_tcpros_server`, its socket and
-    `inbound_handler`; test/unit/test_node.py).
+    rospy answers one after the other. A client that is no node (a browser; a master that calls a
+    node which had this port before) held up all others for ever, and the seventh that waited was
+    tried again after 1 s (`_tcpros_server`, its `inbound_handler`; test/unit/test_node.py).
     """
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     answer = server.inbound_handler
 
-    def answer_if_it_asks(connection, address):
-        if _begins_with_a_header(connection):
-            answer(connection, address)
-        else:
-            connection.close()
+    def answer_a_node(connection, address):
+        connection.settimeout(10.0)
+        with suppress(OSError, struct.error):
+            length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
+            if struct.unpack('<I', length)[0] < 1e6:    # text, read as a length, is far more
+                connection.settimeout(None)
+                return answer(connection, address)
+        connection.close()
 
-    def answer_beside(*client):
-        threading.Thread(target=answer_if_it_asks, args=client, daemon=True).start()
-
-    server.inbound_handler = answer_beside
-    server.server_sock.listen(BACKLOG)
-
-
-def _begins_with_a_header(connection):
-    connection.settimeout(LONGEST_SILENCE)
-    try:
-        length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
-    except OSError:
-        return False
-    connection.settimeout(None)
-    return len(length) == 4 and struct.unpack('<I', length)[0] <= LONGEST_HEADER
+    server.inbound_handler = lambda *client: threading.Thread(
+        target=answer_a_node, args=client, daemon=True).start()
+    server.server_sock.listen(128)
 
 
 def is_wall_time():
@@ -171,16 +152,15 @@ def publish_together(publisher, messages):
     """Publish messages so that they arrive by one read, as what a network has delayed: a subscriber
     with queue_size=1 drops all but the last (`impl`, sockets of its connections;
     test/ros/fake_robot.test)."""
-    if len(messages) > 1:
-        _cork(publisher, True)
+    delayed = list(publisher.impl.connections) if len(messages) > 1 else []
+    _cork(delayed, True)
     for message in messages:
         publisher.publish(message)
-    if len(messages) > 1:
-        _cork(publisher, False)
+    _cork(delayed, False)
 
 
-def _cork(publisher, is_corked):
-    for connection in list(publisher.impl.connections):
+def _cork(connections, is_corked):
+    for connection in connections:
         with suppress(OSError, AttributeError):    # a subscriber that is gone
             connection.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_CORK, is_corked)
 
