@@ -31,8 +31,10 @@ class GamepadTest(WithThumb, DriveCase):
         cls.watch_data(String, 'control_holder')
         cls.watch_data(Bool, 'ctrl_relinq')
         cls.thumb = Thumb()
-        cls.mover, cls.pad = Node(*MOVER), Node('gamepad.py')
+        # the pad second: a node doubts what it hears first of a pad that was there before
+        cls.mover = Node(*MOVER)
         cls.wait_for_state('waiting for control', seconds=STARTING)
+        cls.pad = Node('gamepad.py')
 
     @classmethod
     def tearDownClass(cls):
@@ -47,7 +49,7 @@ class GamepadTest(WithThumb, DriveCase):
         if self.mover.status is not None:
             type(self).mover = Node(*MOVER)
         self.thumb.press(B)
-        self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad')
+        self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad', STARTING)
         self.rest()
         self.printed, _ = self.pad.printed
 
