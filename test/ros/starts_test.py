@@ -20,6 +20,11 @@ class StartsTest(unittest.TestCase):
         self.addCleanup(stage.close)
         return stage
 
+    def wait_for_topic(self, name):
+        """Wait until a node says that it publishes this topic."""
+        self.assertTrue(wait_until(
+            lambda: name in dict(rospy.get_published_topics()), STARTING, 0.01), name)
+
     def test_all_at_once(self):
         """Beside a controller; test/benchmark/starts.py tries every order."""
         stage = self.stage()
@@ -31,7 +36,7 @@ class StartsTest(unittest.TestCase):
         stage = self.stage()
         stage.start_all(('turtlebot3', 'move_to_goal'), 0.0, True)
         pad = stage.start('gamepad')
-        wait_until(lambda: 'gamepad' in str(rospy.get_published_topics()), STARTING)
+        self.wait_for_topic(stage.name + '/control_holder')
         pad.send(signal.SIGSTOP)
         self.assertEqual(stage.outcome('drives'), 'drives')
         pad.send(signal.SIGCONT)
@@ -51,12 +56,12 @@ class StartsTest(unittest.TestCase):
         words = stage.name + '/ctrl_relinq'
         repeater = Program(['rostopic', 'pub', '-r', '5', words, 'std_msgs/Bool', 'true'])
         self.addCleanup(repeater.kill)
-        wait_until(lambda: words in str(rospy.get_published_topics()), STARTING)
+        self.wait_for_topic(words)
         stage.start_all(('turtlebot3', 'move_to_goal'), 0.0, False)
         stage.nodes['move_to_goal'].wait_for('before this node could hear it')
         self.assertEqual(stage.outcome('stands'), 'stands')
         person = rospy.Publisher(words, Bool, queue_size=5)
-        wait_until(lambda: heard_by(person), STARTING)
+        self.assertTrue(wait_until(lambda: heard_by(person), STARTING))
         person.publish(True)
         self.assertEqual(stage.outcome('drives'), 'drives')
         stage.nodes['move_to_goal'].end(signal.SIGKILL)
@@ -69,13 +74,13 @@ class StartsTest(unittest.TestCase):
         turns = stage.name + '/turn'
         repeater = Program(['rostopic', 'pub', '-r', '5', turns, 'std_msgs/Float64', '90'])
         self.addCleanup(repeater.kill)
-        wait_until(lambda: turns in str(rospy.get_published_topics()), STARTING)
+        self.wait_for_topic(turns)
         stage.start_all(('turtlebot3', 'controller'), 0.0, False)
         stage.nodes['controller'].wait_for('only repeats an earlier one')
         self.assertEqual(stage.outcome('stands'), 'stands')
         self.assertEqual(stage.nodes['controller'].text.count('only repeats an earlier one'), 1)
         person = rospy.Publisher(turns, Float64, queue_size=5)
-        wait_until(lambda: heard_by(person), STARTING)
+        self.assertTrue(wait_until(lambda: heard_by(person), STARTING))
         person.publish(90.0)
         stage.nodes['controller'].wait_for('Turning 90 degrees')
 
