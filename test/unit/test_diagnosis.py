@@ -182,9 +182,9 @@ def as_marked(run):
             [run.commands.time, run.commands.linear, run.commands.angular]).T.tolist(),
         np.array([run.ground_truth.time, run.ground_truth.x, run.ground_truth.y,
                   np.unwrap(run.ground_truth.yaw)]).T.tolist(),
-        runs=[Run(0.0, 0.5)], sensed=[
-            [time, *place, float(run.imu.yaw_at(time)), 0.0] for time, *place in zip(*(
-                getattr(run.odometry, name) for name in ('time', 'x', 'y', 'yaw', 'linear')))])
+        runs=[Run(0.0, 0.5)], sensed=np.array(
+            [*(getattr(run.odometry, name) for name in ('time', 'x', 'y', 'yaw', 'linear')),
+             run.imu.yaw_at(run.odometry.time), 0.0 * run.odometry.time]).T.tolist())
     for k in given:
         begin = float(run.control.time[k])
         at, declared = [frame for frame in frames if frame[0] <= begin][-1]
@@ -195,8 +195,7 @@ def as_marked(run):
     return seen
 
 
-@pytest.mark.parametrize('mistake', [
-    'no_local_frame', *PARTIAL, 'degrees', 'place_kept', 'quaternion_order', ''])
+@pytest.mark.parametrize('mistake', [*PARTIAL, 'place_kept', ''])
 def test_a_mark_and_a_report_say_the_same_also_of_partial_mends(mistake):
     source = random.Random(3)
     node = mistaken_node('drive', mistake, source) if mistake else right_node('drive', source)

@@ -16,7 +16,7 @@ from typing import Any, Callable, Dict, NamedTuple, Sequence, Tuple, Type, TypeV
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import continuous_at, wrap_all
+from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
@@ -71,7 +71,11 @@ class ImuSamples(Samples):
 
     def yaw_at(self, time: Any) -> np.ndarray:
         """The continuous yaw [rad] at each time [s], linear between two samples."""
-        return continuous_at(time, self.time, self.yaw)
+        return np.interp(time, self.time, self._continuous_yaw)
+
+    @functools.cached_property
+    def _continuous_yaw(self) -> np.ndarray:
+        return np.unwrap(self.yaw)
 
 
 @dataclass(frozen=True)
