@@ -17,6 +17,7 @@ from tb3_labs.supervision.goal_requests import GoalRequest
 TICK = 0.05
 #: The clock of a pad or mouse, beside that of its node.
 CLOCK = -77.0
+PAD = PadConfig()
 #: A process that did not run for longer than the second must be told anew. Within the first it
 #: may hear messages in any order.
 STALL, OVER = 1.0, 2.0
@@ -252,7 +253,7 @@ class Pad(Process):
     def __init__(self, world, name):
         super().__init__(world)
         self.name = name
-        self.core = GamepadCore(PadConfig(), robot_model('burger'))
+        self.core = GamepadCore(PAD, robot_model('burger'))
         self.oracle = HandOracle(world.now)
         self.plugged, self.button, self.stick = True, None, 0.0
         self.clock = CLOCK
@@ -263,7 +264,7 @@ class Pad(Process):
         if button is not None:
             buttons[button] = 1
         self.oracle.hear(self.world.now, stick != 0.0, self.at(at))
-        self.core.on_joy(Event(read_pad(axes, buttons, PadConfig()), self.world.now, sent_at=stamp))
+        self.core.on_joy(Event(read_pad(axes, buttons, PAD), self.world.now, sent_at=stamp))
         self.decide(at)
 
     def on_control(self, granted):
