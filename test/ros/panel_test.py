@@ -5,6 +5,7 @@ import http.client
 import math
 import os
 import re
+import resource
 import select
 import signal
 import socket
@@ -33,6 +34,16 @@ PORT = 8090
 HEARD = 0.45
 
 
+#: An ordinary user's process may have so many files open.
+USUAL_FILES = 1024
+
+
+def may_open(number):
+    """Let this process, and those that it starts from now on, have so many files open."""
+    most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(number, most), most))
+
+
 class PanelTest(PanelCase):
     """Methods share the nodes; each begins with a robot at rest that nobody drives."""
 
@@ -40,6 +51,7 @@ class PanelTest(PanelCase):
     def setUpClass(cls):
         super().setUpClass()
         cls.seen.watch('/rosout', Log, lambda line: (line.name, line.msg))
+        may_open(USUAL_FILES)
         cls.panel = cls.start_panel()
         cls.addClassCleanup(cls.panel.kill)
         cls.address = address_of(cls.panel)
@@ -307,6 +319,8 @@ class PanelTest(PanelCase):
 
     def test_requests_that_are_not_finished_keep_no_page_out_and_push_no_page_out(self):
         others = [self.open() for _ in range(3)]
+        self.addCleanup(may_open, USUAL_FILES)
+        may_open(4 * USUAL_FILES)
         half_sent = []
         for _ in range(1020):
             half_sent.append(socket.create_connection(('localhost', PORT), timeout=5.0))
