@@ -163,7 +163,7 @@ def decisive_files() -> List[Path]:
     programs = [PACKAGE / 'scripts' / ROBOT, PACKAGE.parents[1] / 'lib' / OWN_PACKAGE / ROBOT]
     return sorted(Path(__file__).resolve().parents[1].glob('**/*.py')) + sorted(
         path for path in [*programs, *PACKAGE.glob('launch/**/*')]
-        if path.is_file() and path.name != 'points.yaml')
+        if path.is_file() and path.suffix != '.pyc' and path.name != 'points.yaml')
 
 
 def _version():
