@@ -203,7 +203,7 @@ def test_what_a_trial_runs_decides_whether_marks_are_kept(tmp_path, monkeypatch)
     marked_once(tmp_path / 'marks')
     assert folder_of(tmp_path / 'marks').kept('Ann', 'digest')
     (tmp_path / 'launch' / 'checks' / 'points.yaml').write_text('2')
-    (tmp_path / 'launch' / 'checks' / 'a.pyc').touch()    # as Python writes it at any time
+    (tmp_path / 'launch' / 'checks' / 'a.pyc').write_text('2')    # as Python writes it at any time
     assert folder_of(tmp_path / 'marks').kept('Ann', 'digest')
     for name in ('launch/a.launch', 'scripts/fake_turtlebot3.py'):
         (tmp_path / name).write_text('2')
