@@ -116,6 +116,9 @@ HANDED_IN = {
     'another Python': (course('#!/usr/bin/python3.1\n'), None, '#!/usr/bin/python3.1, which this machine lacks'),
     'no first line': (course('print(1)'), None, 'turtlebot_controller.py does not begin with #!/usr/bin/env '
                       'python3, so that rosrun cannot start it.'),
+    'nothing': (course(' \n'), None, 'turtlebot_controller.py is empty.'),
+    'UTF-16': (course(NODE.encode('utf-16')), None, 'is not text in UTF-8'),
+    'an old Mac': (course(NODE.replace('\n', '\r')), None, 'the line ends of an old Mac (CR)'),
     'a shell': (course('#!/bin/sh\necho hello\n'), 'hello\n', ''),
 }
 

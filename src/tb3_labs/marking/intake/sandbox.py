@@ -237,8 +237,13 @@ def _enter(limits, forget, user, folders, logs):
 
 
 #: The text of the first program, for python3 -c. Arguments: JSON for _enter(), then the command.
-ENTER = '''import json, os, resource, signal, sys
+ENTER = '''import errno, json, os, resource, signal, sys
 {}
 _enter(**json.loads(sys.argv[1]))
-os.execvp(sys.argv[2], sys.argv[2:])
+try:
+    os.execvp(sys.argv[2], sys.argv[2:])
+except OSError as problem:
+    sys.exit('rosrun cannot start it: ' + (
+        'its first line is not #!/usr/bin/env python3' if problem.errno == errno.ENOEXEC else
+        problem.strerror))
 '''.format(inspect.getsource(_enter))
