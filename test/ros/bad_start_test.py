@@ -1,8 +1,11 @@
 #!/usr/bin/env python3
 """Invalid parameters and missing files: one line names the valid values, and nothing moves."""
+import os
+import signal
+
 import rosgraph
 
-from costs import free_port
+from costs import cpu_time, free_port
 from node_case import STARTING, NodeCase, Program, run_as_node
 
 
@@ -32,6 +35,13 @@ class BadStartTest(NodeCase):
             ('move2goal_tf.py', both), ('turtlebot_controller.py', '/nowhere/imu'))]
         for node, topics in nodes:
             node.wait_for('Waiting for {}: is the robot running?'.format(topics))
+        for node, _ in nodes:    # one by rospy alone takes longer to end than to start
+            pid = node.pid
+            started = cpu_time(pid)
+            node.send(signal.SIGINT)
+            os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)
+            self.assertLess(cpu_time(pid) - started, 0.6 * started)
+            self.assertEqual(node.wait(), 0)
 
     def test_a_nodes_help_needs_no_master(self):
         for name, words in (

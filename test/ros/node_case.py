@@ -23,6 +23,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import interpolate
 from tb3_labs.marking.trial import processes
 from tb3_labs.ros.conversions import to_pose2
+from tb3_labs.ros.rospy_internals import end_at_once
 
 PACKAGE = 'tb3_labs'
 ZERO = (0.0, 0.0)
@@ -244,4 +245,5 @@ class NodeCase(unittest.TestCase):
 def run_as_node(name, case):
     """Run a test case of a rostest as the ROS node NAME_test."""
     rospy.init_node(name + '_test')
+    end_at_once()
     rosrun(name, case)

@@ -32,7 +32,7 @@ import rospy
 
 from tb3_labs.ros.clocks import say_if_no_clock_comes, wait_until
 from tb3_labs.ros.rospy_internals import (
-    answer_side_by_side, hear_all_publishers, log_without_the_master, note_connections)
+    answer_side_by_side, end_at_once, hear_all_publishers, log_without_the_master, note_connections)
 
 #: Time between two looks for a master [s].
 MASTER_PERIOD = 0.5
@@ -66,6 +66,7 @@ def run(name, make_node, interface=None):
         rospy.on_shutdown(_end_in_time)    # the first of the hooks
         log_without_the_master()
         answer_side_by_side()
+        end_at_once()
         hear_all_publishers()
         note_connections()
         say_if_no_clock_comes()

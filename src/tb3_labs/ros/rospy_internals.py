@@ -12,6 +12,7 @@ from collections import deque
 from contextlib import suppress
 
 import rospy
+from rosgraph.xmlrpc import XmlRpcNode
 from rospy.impl import registration, tcpros_base
 from rospy.impl.paramserver import get_param_server_cache
 from rospy.impl.tcpros_base import TCPROSTransport
@@ -59,6 +60,26 @@ def log_without_the_master():
     that may be another's by now (the cache of parameters; test/ros/network.test).
     """
     get_param_server_cache().set('/rosout_disable_topics_generation', False)
+
+
+def end_at_once():
+    """Let the end of this node take no longer than its hooks; to be called after init_node().
+
+    rospy waits up to 0.5 s for the thread that registers topics. Meanwhile its server asks a closed
+    socket for requests, over and over: the end of a node computed for longer than its start
+    (RegManager's `cond`, the hook XmlRpcNode.shutdown; test/unit/test_node.py).
+    """
+    registers = _registration().cond
+    node = next(hook.__self__ for hook in rospy.core._shutdown_hooks
+                if isinstance(getattr(hook, '__self__', None), XmlRpcNode))
+
+    def wake(_reason):
+        with registers:
+            registers.notify_all()
+
+    rospy.core.add_preshutdown_hook(lambda _reason: threading.Thread(
+        target=node.server.shutdown, daemon=True).start())
+    rospy.core.add_shutdown_hook(wake)
 
 
 def answer_side_by_side(server=None):
@@ -187,9 +208,12 @@ def hear_all_publishers():
     that has ended refuses the connection, which is harmless (RegManager's `updates` and
     `publisher_update`; test/unit/test_node.py).
     """
-    for manager in registration.get_registration_listeners().listeners:
-        if isinstance(manager, registration.RegManager):
-            join_updates(manager)
+    join_updates(_registration())
+
+
+def _registration():
+    return next(manager for manager in registration.get_registration_listeners().listeners
+                if isinstance(manager, registration.RegManager))
 
 
 def join_updates(manager):
