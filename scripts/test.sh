@@ -8,7 +8,7 @@
 #     ./scripts/test.sh ros          the nodes only (rostest)
 #     ./scripts/test.sh NAME ...     only the tests whose name contains NAME, such as a file in test/ros
 #     ./scripts/test.sh -l           list the names
-#     -j N, in front                 seats for tests (6); most take one (see CMakeLists.txt)
+#     -j N, in front                 seats for tests (7); most take one (see CMakeLists.txt)
 #
 # pytest with options of its own: source scripts/setup.sh, then python3 -m pytest -p no:cacheprovider test/unit ...
 set -euo pipefail
@@ -25,7 +25,7 @@ case ${1:-} in
   -l) echo unit; (cd "$repo" && find test -name '*.test' | sed 's/.*\///; s/[.]test$//' | sort); exit 0 ;;
 esac
 
-jobs=6
+jobs=7
 if [ "${1:-}" = -j ]; then jobs=${2:?'-j: a number is missing'}; shift 2; fi
 [[ $jobs =~ ^[1-9][0-9]*$ ]] || { echo "tb3_labs: -j: not a number: $jobs" >&2; exit 2; }
 
