@@ -67,7 +67,7 @@ def end_at_once():
 
     rospy waits up to 0.5 s for the thread that registers topics. Meanwhile its server asks a closed
     socket for requests, over and over: the end of a node computed for longer than its start
-    (RegManager's `cond`, the hook XmlRpcNode.shutdown; test/unit/test_node.py).
+    (RegManager's `cond`, the hook XmlRpcNode.shutdown; test/ros/bad_start.test).
     """
     registers = _registration().cond
     node = next(hook.__self__ for hook in rospy.core._shutdown_hooks
