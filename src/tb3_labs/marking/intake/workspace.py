@@ -35,10 +35,6 @@ SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</vers
 '''
 #: The name of a node's file in the copy if its own name cannot be used.
 SUBSTITUTE_NODE = 'node.py'
-#: What no Python can read, or rosrun cannot start, and why.
-UNREADABLE = ((rb'\s*\Z', 'is empty'),
-              (rb'(?s).*\0', 'is not text in UTF-8: save it as UTF-8'),
-              (rb'[^\n]*\r[^\n]*\Z', 'has the line ends of an old Mac (CR): save it with LF'))
 SHEBANG = '#!/usr/bin/env python3'
 #: A first line that names a Python.
 NAMES_PYTHON = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
@@ -175,9 +171,13 @@ def _repair(node, remarks, look_at):
         remarks.append('{} has Windows line endings: changed.'.format(node.name))
     first = code.partition(b'\n')[0]
     python = NAMES_PYTHON.match(first)
-    unreadable = [words for what, words in UNREADABLE if re.match(what, code)]
-    if unreadable:
-        remarks.append('{} {}.'.format(node.name, unreadable[0]))
+    if not code.strip():
+        remarks.append('{} is empty.'.format(node.name))
+    elif b'\0' in code:
+        remarks.append('{} is not text in UTF-8: save it as UTF-8.'.format(node.name))
+    elif b'\r' in code and b'\n' not in code:
+        remarks.append('{} has the line ends of an old Mac (CR): save it with LF.'.format(
+            node.name))
     elif not code.startswith(b'#!'):
         remarks.append('{} does not begin with {}, so that rosrun cannot start it.'.format(
             node.name, SHEBANG))
