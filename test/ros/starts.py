@@ -78,7 +78,5 @@ class Stage(contextlib.ExitStack):
         """'drives' or 'stands', judged as soon as it is `expected` and could have changed."""
         wait_until(self.drives, MOVING if expected == 'drives' else SETTLED)
         rospy.rostime.wallsleep(SETTLED)
-        # a robot whose sensors came late for once has a zero between two commands
-        drives = wait_until(self.drives, SETTLED) if expected == 'drives' else self.drives()
         has_moved = any(command != ZERO for _, command in self.seen.all(self.commands))
-        return 'drives' if drives else 'was stopped' if has_moved else 'stands'
+        return 'drives' if self.drives() else 'was stopped' if has_moved else 'stands'

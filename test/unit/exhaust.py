@@ -43,7 +43,7 @@ NOT_LAST = (1.95, 20.2)
 
 #: After the first event, and after one of so many later, it is tried whether a person who asks anew is
 #: obeyed.
-LISTENED = 80
+LISTENED = 40
 
 CASTS = (Senders, OnePad, LatePad, TwoPads, Goals, LateRobot, GoneRobot, TwoPages, LatePages,
          MouseAndTurns, TwoMice, LateTurns)

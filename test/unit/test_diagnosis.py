@@ -195,7 +195,8 @@ def as_marked(run):
     return seen
 
 
-@pytest.mark.parametrize('mistake', [*PARTIAL, 'place_kept', ''])
+@pytest.mark.parametrize('mistake', [
+    'no_local_frame', *PARTIAL, 'degrees', 'place_kept', 'quaternion_order', ''])
 def test_a_mark_and_a_report_say_the_same_also_of_partial_mends(mistake):
     source = random.Random(3)
     node = mistaken_node('drive', mistake, source) if mistake else right_node('drive', source)

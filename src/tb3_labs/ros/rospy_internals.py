@@ -93,7 +93,7 @@ def answer_side_by_side(server=None):
     answer = server.inbound_handler
 
     def answer_a_node(connection, address):
-        connection.settimeout(10.0)
+        connection.settimeout(10.0)    # longer than a node on a busy computer is silent
         with suppress(OSError, struct.error):
             length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
             if struct.unpack('<I', length)[0] < 1e6:    # text, read as a length, is far more
