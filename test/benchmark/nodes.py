@@ -62,7 +62,7 @@ class Bench:
         self.seconds, self._stack = seconds, stack
         rospy.Subscriber('imu', Imu, lambda _: None, queue_size=1, tcp_nodelay=True)
         self.goals = rospy.Publisher('move_base_simple/goal', PoseStamped, queue_size=1)
-        self.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=1)
+        self.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=5)
         self.turns = rospy.Publisher('turn', Float64, queue_size=1)
         self.joy = rospy.Publisher('joy', Joy, queue_size=1)
         self.stick = 0.0

@@ -31,7 +31,8 @@ class TwoRobotsTest(NodeCase):
                            lambda message: to_pose2(message.pose))
             cls.watch_data(String, robot + '/goal_state')
             cls.watch_data(Bool, robot + '/ctrl_relinq')
-            cls.control[robot] = rospy.Publisher(robot + '/ctrl_relinq', Bool, queue_size=1)
+            cls.control[robot] = rospy.Publisher(robot + '/ctrl_relinq', Bool,
+                                                 queue_size=5)    # each word counts
             cls.goals[robot] = rospy.Publisher(robot + '/move_base_simple/goal', PoseStamped,
                                                queue_size=1)
             rospy.wait_for_service(robot + '/reset_pose', STARTING)

@@ -15,7 +15,7 @@ from itertools import product
 from typing import Callable, NamedTuple, Tuple
 
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.geometry.se2 import Pose2, rotation_matrix
+from tb3_labs.geometry.se2 import Pose2
 
 #: A turn ends within NEAR_GOAL of its goal [rad], a straight line NEAR_PLACE from the goal [m].
 NEAR_GOAL, NEAR_PLACE = 0.05, 0.15
@@ -78,8 +78,8 @@ class Drive(NamedTuple):
 
 def after(declared: Pose2, since: Pose2) -> Pose2:
     """The pose in ``local`` after a motion `since` the declared pose; its yaw is not wrapped."""
-    x, y = declared.act((since.x, since.y))
-    return Pose2(float(x), float(y), since.yaw + declared.yaw)
+    reached = declared @ since
+    return Pose2(reached.x, reached.y, since.yaw + declared.yaw)
 
 
 def lost(declared: Pose2, since: Pose2) -> Pose2:
@@ -154,10 +154,10 @@ class Way:
         """The node's pose in ``local``, by the pose in ``odom`` and the IMU's yaw. `last`: the last
         reset; `start`: the references at the node's start, as a reset."""
         place, rotation, heading = self.references(last, start)
-        x, y = rotation_matrix(-self.theta(rotation)) @ (
+        moved = Pose2(yaw=-self.theta(rotation)) @ Pose2(
             odom.x - place.odom.x, odom.y - place.odom.y)
         yaw = self.wraps_heading(self.reading(imu) - self.reading(heading.imu))
-        local = self.declared(last.pose, Pose2(float(x), float(y), yaw))
+        local = self.declared(last.pose, Pose2(moved.x, moved.y, yaw))
         return Pose2(local.x, local.y, self.wraps_heading(local.yaw))
 
     def believes(self, odom: Pose2, imu: float, last: Declared, start: Declared) -> Believed:
