@@ -93,7 +93,8 @@ class Student:
             'TERM': 'dumb', 'ROS_PARALLEL_JOBS': '-j2',
             'ROS_LANG_DISABLE': 'gencpp:geneus:genlisp:gennodejs',
             'ROS_MASTER_URI': 'http://localhost:{}'.format(free_port()),
-            'SETUPTOOLS_USE_DISTUTILS': os.environ.get('SETUPTOOLS_USE_DISTUTILS', 'local')}    # see test.sh
+            'SETUPTOOLS_USE_DISTUTILS': os.environ.get('SETUPTOOLS_USE_DISTUTILS', 'local'),    # see test.sh
+            'OPENBLAS_NUM_THREADS': '1'}
         self._sourced = None    # the environment after PROFILE, if that has not changed since
 
     def do(self, step):
