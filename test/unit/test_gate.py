@@ -1,4 +1,6 @@
 """The gate of a node: commands leave in the order of decisions, whatever the rest waits for."""
+import ast
+import pathlib
 import threading
 
 import pytest
@@ -51,3 +53,15 @@ def test_what_waits_outside_holds_up_neither_a_drive_nor_a_stop(monkeypatch):
     assert told == []
     go_on.set()
     assert carried.wait(20.0) and told == lines
+
+
+def test_a_time_is_read_while_the_lock_is_held():
+    """Of two resets, the one that came second had the older stamp: its time was read before it had
+    waited for the lock."""
+    early = []
+    for path in pathlib.Path(gate.__file__).parents[1].rglob('*.py'):
+        for call in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+            if isinstance(call, ast.Call) and getattr(call.func, 'attr', '') in ('take_in', 'ask'):
+                early += ['{}:{}'.format(path.name, call.lineno) for given in call.args
+                          if isinstance(given, ast.Call) and getattr(given.func, 'id', '').endswith('_time')]
+    assert early == []

@@ -63,7 +63,8 @@ class Gate:
 
     def take_in(self, method, *arguments):
         """Hand over what was heard by ``method(*arguments)`` of the core, and let it decide.
-        Returns the Output."""
+        Returns the Output. A clock is read in `method`: a time that was read before the lock was
+        taken may be older than one that the core knows already."""
         with self._lock:
             method(*arguments)
             output = self._decide()

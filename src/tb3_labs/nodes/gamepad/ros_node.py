@@ -69,7 +69,7 @@ class GamepadNode:
 
     def _leave(self):
         """Stop the robot and take control back: the operator leaves."""
-        self._gate.take_in(self._core.on_leave, steady_time())
+        self._gate.take_in(lambda: self._core.on_leave(steady_time()))
 
 
 class ResetClient:

@@ -63,8 +63,8 @@ class MoveToGoalNode:
         self._goals = GoalServer(gate, core)
         self._goals.offer()
         Resets(gate, core).offer()
-        hear_other_drivers(lambda sender, twist: gate.ask(
-            core.on_command, sender, twist.linear.x, twist.angular.z, ros_time()))
+        hear_other_drivers(lambda sender, twist: gate.ask(lambda: core.on_command(
+            sender, twist.linear.x, twist.angular.z, ros_time())))
         LiveSettings(drive, lambda new: gate.take_in(core.set_law, self._law(new)))
         gate.look()
         subscribe_events('ctrl_relinq', Bool, lambda word: gate.take_in(core.on_word, word))
@@ -73,7 +73,7 @@ class MoveToGoalNode:
         # every message is read: any of them may have the displacement that the firmware reverses;
         # what it shows is decided with the next sample of the IMU, which is fresher
         subscribe('odom', Odometry,
-                  lambda sample: gate.ask(core.on_odometry, sample, ros_time()),
+                  lambda sample: gate.ask(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, core.odometry, queue_size=None)
         core.begin_control(steady_time())    # a slow start does not count as a sleep
         Diagnostics(self._model.name, lambda: gate.ask(self._diagnose))
@@ -83,7 +83,8 @@ class MoveToGoalNode:
         return PreciseLaw(drive, self._model, self._response)
 
     def _on_imu(self, sample):
-        output = self._gate.take_in(self._core.on_imu, sample, ros_time(), self._sends_wheels())
+        output = self._gate.take_in(lambda: self._core.on_imu(
+            sample, ros_time(), self._sends_wheels()))
         if output.fix is not None:
             self._display.show(output.fix, output.odom_T_local)
             self._goals.feedback(output.fix)

@@ -113,8 +113,8 @@ class GoalServer(ActionServer):
                 if handle:
                     self.answer([(request, Outcome.REJECTED, str(problem))])
                 return
-            self._gate.take_in(self._core.on_goal if handle else self._core.on_repetition,
-                               request, steady_time())
+            take = self._core.on_goal if handle else self._core.on_repetition
+            self._gate.take_in(lambda: take(request, steady_time()))
 
     def _keep(self, handle):
         """actionlib calls this for a goal that it does not know."""
@@ -122,8 +122,8 @@ class GoalServer(ActionServer):
 
     def _on_cancel(self, goal_id):
         with self.lock:
-            self._gate.take_in(self._core.on_cancel, steady_time(), goal_id.id,
-                               goal_id.stamp.to_nsec())
+            self._gate.take_in(lambda: self._core.on_cancel(
+                steady_time(), goal_id.id, goal_id.stamp.to_nsec()))
             super().internal_cancel_callback(goal_id)
 
 
@@ -180,7 +180,7 @@ class Resets:
         """Reset to an AskedPose. Returns the localizer.Reset; ``ValueError`` if it is refused, or
         not carried out within ANSWER_WITHIN."""
         reset, gate = Reset(asked), self._gate
-        gate.take_in(self._core.on_reset, reset, ros_time())
+        gate.take_in(lambda: self._core.on_reset(reset, ros_time()))
         if not wait_until(lambda: gate.ask(lambda: reset.is_over), ANSWER_WITHIN, LOOK):
             gate.ask(reset.give_up)
         if reset.problem:
