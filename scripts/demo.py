@@ -16,14 +16,13 @@ Publishes
     ctrl_relinq   std_msgs/Bool: False, then True, until move_to_goal has control
 Calls
     reset_pose    tb3_labs/ResetPose
-Parameters: see DemoConfig in tb3_labs.nodes.demonstration; limits are those of move_to_goal.
+Parameters: see DemoConfig in tb3_labs.nodes.demonstration.
 """
 import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import contextlib
 import os
 import threading
-import time
 from pathlib import Path
 
 import rosgraph
@@ -31,25 +30,20 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, String
 
-from tb3_labs.control.goal_state import DriveConfig, is_over
-from tb3_labs.control.least_time import least_time
-from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.control.goal_state import is_over
 from tb3_labs.nodes.demonstration import BEGUN, STILL_TIME, DemoConfig, DemoDrive, rests, table
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, run
-from tb3_labs.ros.parameters import read_config, read_model
+from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.srv import ResetPose
 
-#: Longest wait for a node that starts, and for the end of a drive [s, wall clock].
-LONGEST_WAIT = 120.0
-#: Longest wait for the recorder, which may have ended because its disk was full [s].
-RECORDER_TIMEOUT = 15.0
+#: Longest wait for a node that starts, and for the end of a drive; for the recorder, which may have
+#: ended because its disk was full; for move_to_goal, before control is given again [s, wall clock].
+LONGEST_WAIT, RECORDER_TIMEOUT, GRANT_PERIOD = 120.0, 15.0, 1.0
 #: A drive may begin so many times, if it is given up before the robot moves.
 TRIES = 10
-#: If move_to_goal does not take control in this time, control is given again [s, wall clock].
-GRANT_PERIOD = 1.0
 #: Topics that a recording needs from its first moment on.
 RECORDED = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
             'ctrl_relinq', '/tf')
@@ -73,8 +67,6 @@ class Demo:
 
     def __init__(self):
         self._config = read_config(DemoConfig)
-        self._law = read_config(DriveConfig, of='move_to_goal')
-        self._model = read_model()
         self._heard = {}        # {topic: (arrival [s], latest value)}
         self._states = []       # (arrival [s], state) of the goal_state of this drive
         self._granted = False   # does move_to_goal have control from this node?
@@ -82,7 +74,8 @@ class Demo:
         # not latched: move_to_goal would take a latched message for one of an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
         hear('ctrl_relinq', Bool, self._on_control)
-        hear('goal_state', String, self._on_state)
+        hear('goal_state', String, lambda message: self._states.append(
+            (rospy.get_time(), message.data)))
         self._keep('has_control', Bool, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
             self._keep(topic, PoseStamped, lambda message: to_pose2(message.pose))
@@ -92,9 +85,6 @@ class Demo:
         def keep(message):
             self._heard[topic] = rospy.get_time(), read(message)
         hear(topic, kind, keep)
-
-    def _on_state(self, message):
-        self._states.append((rospy.get_time(), message.data))
 
     def _on_control(self, message):
         if not message.data and connection_of(message)['callerid'] != rospy.get_name():
@@ -131,11 +121,8 @@ class Demo:
         begun = self._begin(number > 1 or self._latest('has_control'))
         ended, state = self._first(is_over)
         reached = self._rest()
-        goal = self._latest('current_goal')
-        bound = least_time(Pose2(), goal, self._model, self._law.max_linear,
-                           self._law.max_angular, reverse=self._law.allow_reverse)
-        return DemoDrive(state, goal, self._latest('local_pose', ended),
-                         world_T_local.inverse() @ reached, ended - begun, bound)
+        return DemoDrive(state, self._latest('current_goal'), self._latest('local_pose', ended),
+                         world_T_local.inverse() @ reached, ended - begun)
 
     def _begin(self, anew):
         """Let a drive begin; `anew`: after a reset. Returns the time [s]. A drive that is given up
@@ -153,13 +140,13 @@ class Demo:
     def _give_control(self):
         """Give control until move_to_goal says that it has control. A node that was slow to start
         does not take the first permission, which may be old. A person's stop is not undone."""
-        deadline = time.monotonic() + LONGEST_WAIT
-        while not self._latest('has_control') and not self._taken:
-            if time.monotonic() > deadline:
-                raise RuntimeError('move_to_goal does not take control')
+        def is_given():
+            if self._taken or self._latest('has_control'):
+                return True
             self._control.publish(False)
             self._control.publish(True)
-            wait_until(lambda: self._latest('has_control'), GRANT_PERIOD)
+            return wait_until(lambda: self._latest('has_control'), GRANT_PERIOD)
+        self._wait(is_given, 'move_to_goal to take control')
         self._granted = True
 
     def _first(self, condition):

@@ -13,7 +13,7 @@ GOAL = Pose2(-0.61, 0.61, 0.0)
 
 
 def drive(reached=GOAL, believed=GOAL, state='GOAL_REACHED', goal=GOAL):
-    return DemoDrive(state, goal, believed, reached, 7.834, 7.226)
+    return DemoDrive(state, goal, believed, reached, 7.834)
 
 
 def test_the_table_is_the_readmes():
@@ -21,9 +21,9 @@ def test_the_table_is_the_readmes():
     two = drive(Pose2(-0.6084, 0.61, math.radians(-0.09)), Pose2(-0.609, 0.609, math.radians(0.1)))
     assert table([one, two]).split('\n') == [
         '',
-        '        asked [m, m, deg] believed to be at     truly off by  time, at best',
-        'drive 1  -0.610 0.610 0.0  -0.610 0.609 0.1  0.8 mm 0.09 deg   7.83, 7.23 s  ok',
-        'drive 2  -0.610 0.610 0.0  -0.609 0.609 0.1  1.6 mm 0.09 deg   7.83, 7.23 s  ok']
+        '        asked [m, m, deg] believed to be at     truly off by     time',
+        'drive 1  -0.610 0.610 0.0  -0.610 0.609 0.1  0.8 mm 0.09 deg   7.83 s  ok',
+        'drive 2  -0.610 0.610 0.0  -0.609 0.609 0.1  1.6 mm 0.09 deg   7.83 s  ok']
 
 
 @pytest.mark.parametrize('yaw', [-0.0, -1e-9, 1e-9])
@@ -49,7 +49,7 @@ def demo(monkeypatch):
     """A Demo without its node; a node as move_to_goal, which hears it `refuses` times in vain."""
     kind = runpy.run_path(str(SCRIPTS / 'demo.py'))['Demo']
     monkeypatch.setitem(kind._give_control.__globals__, 'wait_until',
-                        lambda condition, seconds: condition())
+                        lambda condition, seconds: any(condition() for _ in range(3)))
     made = object.__new__(kind)
     made._heard, made._states = {'has_control': (1.0, False)}, []
     made._granted = made._taken = False

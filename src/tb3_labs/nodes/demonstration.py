@@ -13,15 +13,14 @@ GOAL_REACHED = GoalState.GOAL_REACHED.name
 #: The first state of a drive.
 BEGUN = GoalState.ROTATE_TO_GOAL.name
 
-TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>14}  {}'  # fits a terminal of 80 columns
-HEADER = TABLE_ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by',
-                          'time, at best', '').rstrip()
+TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>8}  {}'  # fits a terminal of 80 columns
+HEADER = TABLE_ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by', 'time',
+                          '').rstrip()
 #: Largest true error of a good drive: of its place [m], and of its heading [deg].
 TRULY_OFF, TRULY_OFF_DEG = 0.01, 0.5
-#: A pose that rests moves by less than this [m], and turns by less than this [rad], ...
-STILL_WAY, STILL_TURN = 1e-5, 1e-5
-#: ... in this time [s].
-STILL_TIME = 0.3
+#: A pose that rests moves by less than this [m], and turns by less than this [rad], in this time
+#: [s].
+STILL_WAY, STILL_TURN, STILL_TIME = 1e-5, 1e-5, 0.3
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,6 @@ class DemoDrive:
     believed: Pose2          # at rest, as move_to_goal measured it
     reached: Pose2           # at rest, truly
     time: float              # [s]
-    bound: float             # least possible time [s]
 
     @property
     def truly_off(self) -> Tuple[float, float]:
@@ -73,7 +71,7 @@ def _row(number, drive):
     return TABLE_ROW.format(
         'drive {}'.format(number), _in_short(drive.goal), _in_short(drive.believed),
         '{:.1f} mm {:.2f} deg'.format(1000.0 * distance, angle),
-        '{:.2f}, {:.2f} s'.format(drive.time, drive.bound),
+        '{:.2f} s'.format(drive.time),
         'ok' if drive.is_good else 'NOT GOOD: ' + drive.state)
 
 
