@@ -68,7 +68,7 @@ WebSocket.prototype.send = function (text) {
 
 
 class Cable:
-    """A cable to a port of this computer. What is sent while it is pulled comes when it is plugged
+    """A cable to a port of this computer. Bytes that are sent while it is pulled come when it is plugged
     in again, as TCP does it."""
 
     def __init__(self, port):

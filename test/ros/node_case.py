@@ -203,7 +203,7 @@ class NodeCase(unittest.TestCase):
         self.seen.wait_until(lambda: rospy.get_time() > until, seconds + STARTING)
 
     def assert_silence(self, since=None, seconds=SILENCE):
-        """No message comes on `cmd_vel` from `since` (default: now) until `seconds` from now."""
+        """`cmd_vel` stays silent from `since` (default: now) until `seconds` from now."""
         since = rospy.get_time() if since is None else since
         self.let_pass(seconds)
         self.assertEqual(self.seen.all('cmd_vel', since), [])

@@ -49,7 +49,7 @@ def edited(text: str, edits: Edits) -> str:
 # The turn -----------------------------------------------------------------------------------------
 
 def lines(first: str, number: int) -> str:
-    """So many lines of the right node, from the one that begins with `first`."""
+    """Lines of the right node, from the one that begins with `first`, by their number."""
     text = text_of('turtlebot_controller').splitlines(True)
     begin = [line.strip().startswith(first) for line in text].index(True)
     return ''.join(text[begin:begin + number])
@@ -232,7 +232,7 @@ DRIVE_MISTAKES: Dict[str, Tuple[Edits, Edits]] = {
     'yaw_left_out': ([('math.atan2(dy, dx) - self.local_yaw', 'math.atan2(dy, dx)')], []),
     'state_kept': ([(TAKEN_STATE, '        rospy.loginfo(')], []),
 }
-#: TODO 5 in three of its four lines. What follows the stroke is not a part of the identifier.
+#: TODO 5 in three of its four lines. The text after the stroke is not a part of the identifier.
 PARTIAL = {'no_local_frame/' + name: ([(line, line.replace('local_', ''))] + KEPT, []) for name, line in (
     ('x', 'self.goal_x - self.local_x'), ('y', 'self.goal_y - self.local_y'),
     ('course', 'math.atan2(dy, dx) - self.local_yaw'),

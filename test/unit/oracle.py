@@ -1,4 +1,4 @@
-"""Who may move the robot? Judges that share no code with the nodes, and know what persons did.
+"""Judges of who may move the robot: they share no code with the nodes, and know what persons did.
 
 The rule: after a person's stop no command but zero, until a person's next grant. What repeats,
 renews, arrives late, wakes up or restarts gives nothing.

@@ -182,7 +182,7 @@ class Mover(Process):
             self.connect(sorted(world.senders))
 
     def connect(self, names):
-        """From now on these senders are heard. What they have latched comes at once; only a False
+        """From now on these senders are heard. Their latched words come at once; only a False
         from before this node's start does not count, see Permission."""
         for name in names:
             sender, is_old = self.world.senders[name], self.world.now == self.born_at

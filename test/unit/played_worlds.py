@@ -175,7 +175,7 @@ class Labs(World):
         self.nodes = [self.mover] + self.pads
 
     def start_sender(self, name, **how):
-        """A new process, which is connected at once. What the one before it sent is lost."""
+        """A new process, which is connected at once. The words of the one before it are lost."""
         way = self.mover.ways.get(name)
         self.senders[name] = Sender('b' if way and way.process == 'a' else 'a', **how)
         if not self.mover.connects_at or name not in self.mover.origins._present:

@@ -27,7 +27,7 @@ def pushed(linear=0.0, angular=0.5, seconds=3.0):
 #: A mouse that trembles at the edge of its dead zone, drives, and is not active any more.
 MOUSE = [Step('mouse', (0.24 + 0.02 * (number % 2), 0.1), NEVER, 0.04) for number in range(80)] + [
     Step('mouse', (-1.0, 0.5), NEVER, 3.0), Step('mouse', None, 1.0, 3.0)]
-#: What is done before each letter, or before each grant; what is done instead.
+#: Actions before each letter, or before each grant; actions instead of it.
 BEFORE = {'mouse': MOUSE, 'pushed': pushed(), 'section 6': [FALSE, *pushed(seconds=4.0), DECLARE],
           'reset of the robot': [Step('reset', None, NEVER, 4.0)],
           'silent': [Step('set', {'imu_silent': True, 'odom_silent': True}, NEVER, 0.1)]}

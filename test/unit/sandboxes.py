@@ -1,7 +1,7 @@
 """Can this machine make sandboxes at all? If it can, those of this package must work on it."""
 import subprocess
 
-#: What any sandbox needs of a machine: a namespace in a namespace.
+#: Any sandbox needs this of a machine: a namespace in a namespace.
 BARE = ['bwrap', '--unshare-net', '--dev-bind', '/', '/', 'bwrap', '--unshare-pid',
         '--dev-bind', '/', '/', '--proc', '/proc', 'true']
 

@@ -44,7 +44,7 @@ EPOCH = 1.7e9           # the world's time 0 [s since 1970]
 #: The robot's steady state: slower than this it rests [m/s], [rad/s].
 REST = 0.002, 0.004
 NEVER = math.inf
-#: What is recorded: {part of the RunData: its topic}.
+#: The recorded topics: {part of the RunData: its topic}.
 TOPICS = dict(imu='/imu', odometry='/odom', commands='/cmd_vel', control='/ctrl_relinq',
               ground_truth='/ground_truth', log='/rosout', presses='/joy')
 
@@ -165,7 +165,7 @@ def pad_scene(source: random.Random, buttons: Tuple[int, ...] = (A, B, Y, X)) ->
 
 
 def played(text: str, scene: Scene, seed: int, knows_letters: bool = False) -> RunData:
-    """Returns the RunData of the node `text` in `scene`. What it raises at its start ends it. A mark
+    """Returns the RunData of the node `text` in `scene`. An exception at its start ends it. A mark
     knows the letters that were typed, a bag does not."""
     world = _World(scene, seed)
     run = world.play(text)
@@ -232,7 +232,7 @@ class _World:
         heapq.heappush(self._later, (self.now + delay, next(self._numbers), call))
 
     def run(self, callback, *arguments):
-        """Call the node. What it raises goes to the log, as rospy does it."""
+        """Call the node. Its exceptions go to the log, as rospy does it."""
         if callback.busy:
             return
         callback.busy = True

@@ -16,7 +16,7 @@ SOURCES = ROOT / 'src' / 'tb3_labs'
 #: The notions, from the ground up; a room imports only from lower floors, and from itself.
 NOTIONS = [{'config', 'command_line', 'drawing'}, {'geometry'}, {'robot', 'supervision'},
            {'localization', 'control'}, {'nodes'}]
-#: What a tool takes from other tools. Each holds all of one tool, its ROS in files named ros_*.py.
+#: The parts that a tool takes from other tools. Each holds all of one tool, its ROS in files named ros_*.py.
 TOOLS = {'simulation': set(), 'report': {'simulation'}, 'marking': {'report'},
          'panel': set(), 'doctor': set(), 'skeletons': set()}
 FLOORS = NOTIONS + [{'ros'}, {'the ROS sides of nodes'}, set(TOOLS)]
@@ -202,7 +202,7 @@ def test_a_node_is_read_in_one_sitting(node, files, lines):
 
 # ----- scripts/ -----
 
-#: What a person chooses from after `rosrun tb3_labs <Tab>`.
+#: A person chooses from these after `rosrun tb3_labs <Tab>`.
 MOST_PROGRAMS = 20
 SCRIPTS = sorted((ROOT / 'scripts').glob('*.py'))
 

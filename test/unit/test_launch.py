@@ -16,7 +16,7 @@ LAUNCH = ROOT / 'launch'
 #: Packages that need not be installed are named in these files; robot.test runs robot.launch.
 ELSEWHERE = ('robot', 'gamepad', 'view')
 FILES = sorted(LAUNCH.glob('*.launch'))
-#: What a run is: names in the robot's namespace, and names of the whole system.
+#: The names of a run: those in the robot's namespace, and names of the whole system.
 RECORDED = ('imu', 'odom', 'cmd_vel', 'heading', 'ground_truth', 'local_pose', 'goal_state',
             'current_goal', 'ctrl_relinq', 'control_holder', 'joy', 'turn', 'mouse_info', 'reset',
             'initialpose', '/rosout', '/tf', '/tf_static', '/diagnostics')

@@ -216,7 +216,7 @@ MESSAGES = st.sampled_from(sorted(VALID)).flatmap(lambda kind: st.dictionaries(
 
 
 def is_valid(value):
-    """No number of a request is infinite or NaN."""
+    """Each number of a request is finite."""
     if isinstance(value, tuple):
         return all(is_valid(part) for part in value)
     return not isinstance(value, float) or math.isfinite(value)

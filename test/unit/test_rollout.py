@@ -8,8 +8,8 @@ import pytest
 from rollout import drive
 
 from tb3_labs.control.goal_state import DriveConfig
-from tb3_labs.control.least_time import least_time
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.motion.drives import least_time
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator_config import SimulatorConfig

@@ -282,7 +282,7 @@ def test_a_clock_that_was_set_back_is_believed_after_a_while(step):
     assert seen[:49] == pytest.approx([step] * 49) and seen[51:] == pytest.approx([0.0] * 28)
 
 
-# What a sample carries ----------------------------------------------------------------------------
+# A sample carries its times -------------------------------------------------------------------------
 
 def test_a_sample_carries_its_silence_its_delay_and_the_step_before_it():
     door = Door()

@@ -40,7 +40,7 @@ IDENTIFIERS = {
 }
 #: The first line that a student replaces: of a TODO, or one that TODO 5 of move2goal names.
 BEGIN = re.compile(r' *# TODO (\d+)\b|.* - self\.(x|y|yaw)\b')
-#: What a TODO has besides its comment.
+#: A TODO has this besides its comment.
 PLACEHOLDER = re.compile(r'rospy\.logwarn_once\(|return\b|(self\.)?\w+ = (0\.0|None)$|'
                          r'if self\.\w+ is None:$|.*(- |^)self\.(x|y|yaw)\b')
 #: A line of a plain node that its handout does not have.

@@ -99,7 +99,7 @@ del LAWS['lab1/package.xml'], LAWS['lab1/msg/MouseController.msg']
 TWICE = course(NODE.replace('runs', 'src'), **{
     'lab2/scripts/turtlebot_controller.py': NODE.replace('runs', 'scripts')})
 
-#: What is handed in, what the node prints then, what the student or the instructor is told.
+#: Files that are handed in, the output of the node then, the line for the student or the instructor.
 HANDED_IN = {
     'a course': (course(USES_LAB1), 'False\n', 'is not executable: it was made so'),
     'unused modules': (course(UNUSED), "False <module 'math'", 'cv3, nothing_here.msg: imported, but not used'),

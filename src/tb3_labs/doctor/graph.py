@@ -96,7 +96,7 @@ def judge_master(master: Peer) -> Line:
         bare if Peer(bare).name else 'http://ADDRESS:11311')))
 
 
-# Who publishes, and who hears? ------------------------------------------------------------------
+# Publishers and subscribers ----------------------------------------------------------------------
 
 class RobotGraph:
     """The nodes around one robot in `namespace` ('/' or '/robot3/'), by the state of a master."""

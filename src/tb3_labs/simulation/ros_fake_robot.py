@@ -50,7 +50,7 @@ def _diagonal(variance):
 ORIENTATION_COVARIANCE = _diagonal(0.0025)
 ANGULAR_VELOCITY_COVARIANCE = _diagonal(0.02)
 LINEAR_ACCELERATION_COVARIANCE = _diagonal(0.04)
-#: What the accelerometer shows at rest [m/s^2].
+#: The accelerometer shows this at rest [m/s^2].
 UPWARDS = (-GRAVITY * math.sin(PITCH), GRAVITY * math.sin(ROLL) * math.cos(PITCH),
            GRAVITY * math.cos(ROLL) * math.cos(PITCH))
 

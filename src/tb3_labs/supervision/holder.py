@@ -1,4 +1,4 @@
-"""Who holds the robot: a pad or move_to_goal? A table gives the holder after an event.
+"""Does a pad hold the robot, or move_to_goal? A table gives the holder after an event.
 
 A `gamepad` holds the robot itself, or hands it to move_to_goal. An event that is not in the table
 changes nothing. A node that stops holding the robot sends one zero, and is silent. A pad tells

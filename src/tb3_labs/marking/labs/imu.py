@@ -111,7 +111,7 @@ def _survives_nonsense(seen: Observation) -> str:
 SAME, LEVEL = 3.0, 5.0
 #: A node that prints fewer headings in a second sleeps [1/s].
 SELDOM = 2.0
-#: What a wrong node prints, by the yaw from -180 to 180 [deg], and the mistake.
+#: The output of a wrong node, by the yaw from -180 to 180 [deg], and the mistake.
 PRINTS = [
     (np.radians, 'Its numbers are radians.'),
     (lambda yaw: yaw, 'Its headings are right but for the range: a negative one is not '

@@ -12,7 +12,7 @@ from tb3_labs.marking.labs.criteria import LINEAR, STATES, seldom
 from tb3_labs.marking.labs.turn import LEFT, NONSENSE, TYPED_NONSENSE
 from tb3_labs.marking.trial.observation import MOVED, Observation
 
-#: What to look at if the heading that a node has is wrong.
+#: A place to look at if a node has a wrong heading.
 ITS_HEADING = 'Print self.curr_yaw, and turn the robot once around by hand: it should run from 0 ' \
     'to 360. If it stands still: is it stored in self.curr_yaw, is it the third Euler angle, is ' \
     'the order of the four numbers w, x, y, z? If it ends at 6.28, it is in radians; far beyond ' \

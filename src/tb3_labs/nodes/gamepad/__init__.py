@@ -1,1 +1,1 @@
-"""Who holds the robot, and what do the sticks ask for? The node `gamepad`."""
+"""The node `gamepad`: it decides who holds the robot, and reads the sticks."""

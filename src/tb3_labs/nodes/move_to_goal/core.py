@@ -57,7 +57,7 @@ class DriveOutput(Output):
 
     #: Was control given, and not taken back? Its sender may be silent for a moment.
     control_stands: bool = False
-    #: What clients of goals are to hear, in order.
+    #: The answers to clients of goals, in order.
     answers: Sequence[GoalAnswer] = ()
     #: The status of the drive, if it is new.
     status: Optional[DriveStatus] = None

@@ -49,7 +49,7 @@ class TooLarge(Exception):
 
 
 class Connection(NamedTuple):
-    """Who sent messages of a type on a topic; `checksum` is of the type's definition."""
+    """A sender of messages of a type on a topic; `checksum` is of the type's definition."""
 
     topic: str
     kind: str

@@ -14,8 +14,7 @@ from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState, is_stopped
-from tb3_labs.control.least_time import least_time
+from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState, is_stopped, turned
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
@@ -61,7 +60,7 @@ class DriveReport:
     drift: float                      # heading after driving straight minus before [rad]
     deviation: float                  # largest difference from the heading before [rad]
     seconds: Tuple[float, ...]        # in each state of DRIVING
-    least_time: float                 # [s], see control.least_time
+    least_time: float                 # [s], see :func:`least_time`
 
     @property
     def time(self) -> float:
@@ -202,3 +201,22 @@ def _outcome(frames: Sequence[Epoch], parts: Sequence[Span], later: Sequence[Spa
             frames, later[0].begin, later[0].end):
         return 'ended by a reset'
     return 'begun anew'
+
+
+def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float = math.inf,
+               max_angular: float = math.inf, reverse: bool = False) -> float:
+    """Least time [s] from pose to pose by a turn, a straight line and a turn.
+
+    If the wheels are the only limit, this time is (Balkcom and Mason, Time optimal trajectories for
+    bounded velocity differential drive vehicles, 2002)
+    (b (|turn1| + |turn2|) + distance) / V, with b half the track and V a wheel's speed. The limits
+    `max_linear` [m/s] and `max_angular` [rad/s] can make the time longer.
+    """
+    linear = min(max_linear, model.max_linear)
+    angular = min(max_angular, model.max_angular)
+    line = start.bearing_to(goal)
+    times = []
+    for face in (line, line + math.pi) if reverse else (line,):
+        times.append(turned(start.yaw, face, goal.yaw) / angular
+                     + start.distance_to(goal) / linear)
+    return min(times)

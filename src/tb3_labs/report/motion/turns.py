@@ -32,7 +32,7 @@ LEAST_TURN = math.radians(45.0)
 MOST_TURN = math.radians(225.0)
 #: At most this many turns follow each other at once.
 MOST_PARTS = 100
-#: What a node turns farther than this is a turn [rad].
+#: A motion of a larger angle is a turn [rad].
 LEAST_BY_NODE = math.radians(5.0)
 #: A turn may be asked for this long before it begins [s].
 ASKED_BEFORE = 2.0
