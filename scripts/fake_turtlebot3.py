@@ -35,8 +35,9 @@ from dataclasses import dataclass, replace
 import rospy
 
 from tb3_labs.config import Config, setting
+from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import run
-from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
+from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.simulation.mystery_robot import LAST_NUMBER, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.ros_fake_robot import FakeRobot, Pacemaker

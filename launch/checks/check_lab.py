@@ -37,7 +37,7 @@ from tb3_labs.marking.marks import GAMEPAD, LABS, MOVE2GOAL, Marks, points_of, r
 from tb3_labs.marking.shown_run import hint_in_a_line, shown
 from tb3_labs.marking.trial.ros_stage import try_out
 from tb3_labs.marking.intake.workspace import Launch
-from tb3_labs.ros.rospy_internals import end_at_once
+from tb3_labs.ros.node import end, leave
 
 #: A node that rotates by the IMU's yaw passes the lab's own parts.
 ONE_ZERO = 'Odometry and IMU had the same zero here, a real robot has two: add offset to the ' \
@@ -204,7 +204,6 @@ def report(checks):
 def main():
     """Try the node out, judge it, report as a rostest; the exit status."""
     rospy.init_node('check')
-    end_at_once()
     try:
         marks = marked()
     except (OSError, ValueError) as problem:
@@ -222,4 +221,6 @@ def main():
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    status = main()
+    end()
+    leave(status)

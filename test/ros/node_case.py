@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 import xmlrpc.client
 from bisect import bisect_left
@@ -23,7 +24,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import interpolate
 from tb3_labs.marking.trial import processes
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.rospy_internals import end_at_once
+from tb3_labs.ros.node import leave
 
 PACKAGE = 'tb3_labs'
 ZERO = (0.0, 0.0)
@@ -245,5 +246,5 @@ class NodeCase(unittest.TestCase):
 def run_as_node(name, case):
     """Run a test case of a rostest as the ROS node NAME_test."""
     rospy.init_node(name + '_test')
-    end_at_once()
+    rospy.on_shutdown(threading.Thread(target=leave, daemon=True).start)
     rosrun(name, case)

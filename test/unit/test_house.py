@@ -26,8 +26,9 @@ ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 
 
 
 #: Floors within ros/, from the ground up.
-ROS_FLOORS = [{'rospy_internals', 'conversions', 'launch', 'robot_description'},
-              {'clocks'}, {'node'}, {'topics', 'parameters'},
+ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'launch',
+               'robot_description'},
+              {'clocks'}, {'node'}, {'topics', 'live_settings'},
               {'dynparam', 'gate', 'sensor_topics', 'reset_call'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: This file alone touches private parts of libraries.

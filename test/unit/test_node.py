@@ -26,7 +26,7 @@ from rospy.impl.tcpros_pubsub import TCPROSPub
 from rospy.topics import _PublisherImpl
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import (
-    answer_side_by_side, hear_others_alone, join_updates, write_at_once)
+    answer_side_by_side, hear_all_publishers, hear_others_alone, write_at_once)
 from tb3_labs.supervision.events import News
 
 BEGIN = '''
@@ -240,7 +240,7 @@ def test_an_answer_without_a_publisher_does_not_hide_one_of_its_topic_that_was_t
     """The private part of rospy that is changed: no publisher is overlooked that registers with a
     subscriber."""
     manager = RegManager(None)
-    join_updates(manager)
+    hear_all_publishers(manager)
     one, two = ['http://robot:1/'], ['http://robot:2/', 'http://robot:3/']
     hear_others_alone('/cmd_vel')
     manager.uri = two[0]

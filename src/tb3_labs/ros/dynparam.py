@@ -23,7 +23,7 @@ from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.config import nearest
-from tb3_labs.ros.parameters import decoded, encoded
+from tb3_labs.ros.live_settings import decoded, encoded
 
 SERVICE = '/set_parameters'
 #: Longest wait for a node's answer [s].

@@ -32,21 +32,25 @@ import rospy
 
 from tb3_labs.ros.clocks import say_if_no_clock_comes, wait_until
 from tb3_labs.ros.rospy_internals import (
-    answer_side_by_side, end_at_once, hear_all_publishers, log_without_the_master, note_connections)
+    answer_side_by_side, hear_all_publishers, log_without_the_master, note_connections)
 
 #: Time between two looks for a master [s].
 MASTER_PERIOD = 0.5
 #: Time between two looks whether another thread has ended the node [s].
 END_PERIOD = 0.2
-#: A node that ends, after its last zero, waits no longer than this for its master's answer [s].
+#: Time for rospy's queues to send the last messages [s].
+LAST_WORDS = 0.1
+#: A node that ends waits no longer than this for its hooks and its master [s], ...
 LONGEST_END = 4.0
+#: ... and looks with this period whether they are done [s].
+END_LOOK = 0.01
 #: These end a node: Ctrl+C, `kill`, a closed terminal.
 END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 _failures = []
 _signals = []     # numbers of the signals of END_SIGNALS so far
 _sleepers = []    # (function to call before the process is stopped, function to call after)
-_end_has_begun = threading.Event()    # rospy.is_shutdown() is true only after the hooks
+_end_has_begun = threading.Event()    # rospy.is_shutdown() is true only after its hooks
 
 
 def run(name, make_node, interface=None):
@@ -63,26 +67,32 @@ def run(name, make_node, interface=None):
     try:
         _wait_for_master()
         rospy.init_node(name, disable_signals=True)
-        rospy.on_shutdown(_end_in_time)    # the first of the hooks
+        rospy.on_shutdown(_end_has_begun.set)
         log_without_the_master()
         answer_side_by_side()
-        end_at_once()
         hear_all_publishers()
         note_connections()
         say_if_no_clock_comes()
         node = make_node()    # noqa: F841 (it lives as long as this name)
         take_ctrl_z()
-        while not rospy.is_shutdown():
+        while not _end_has_begun.is_set():
             pause(END_PERIOD)
     except ValueError as problem:
         ignore_signals()
-        end(str(problem))
         end_roslaunch()
+        end(str(problem))
     except Interrupted:
-        rospy.signal_shutdown('signal')
+        end()
     ignore_signals()
-    wait_until(rospy.is_shutdown, LONGEST_END)    # another thread may have begun to end the node
-    sys.exit(1 if _failures else 0)
+    leave()
+
+
+def leave(status=0):
+    """End this process when the hooks of its shutdown are done. By rospy alone the end takes 0.6 s
+    longer, and computes for most of that time."""
+    wait_until(rospy.is_shutdown, LONGEST_END, END_LOOK)
+    sys.stdout.flush()
+    os._exit(1 if _failures else status)
 
 
 class SafeStream:
@@ -114,13 +124,6 @@ def _wait_for_master():
             pause(MASTER_PERIOD)
 
 
-def _end_in_time():
-    _end_has_begun.set()
-    timer = threading.Timer(LONGEST_END, lambda: os._exit(1 if _failures else 0))
-    timer.daemon = True
-    timer.start()
-
-
 def guarded(callback):
     """Returns `callback`, but an exception in it ends the node with one fatal line."""
     @functools.wraps(callback)
@@ -140,13 +143,15 @@ def guarded(callback):
 
 
 def end(failure=''):
-    """End this node; if there is a `failure`, with one fatal line and exit status 1."""
+    """Begin to end this node; if there is a `failure`, with one fatal line and exit status 1."""
+    _end_has_begun.set()
     if failure:
         _failures.append(failure)
         if len(_failures) == 1:    # other threads may fail, too, until the node has ended
             # after the last zero, since a terminal that takes no text holds up this thread
             rospy.on_shutdown(lambda: rospy.logfatal('%s', failure))
-    rospy.signal_shutdown(failure or 'done')
+    rospy.on_shutdown(lambda: time.sleep(LAST_WORDS))
+    threading.Thread(target=rospy.signal_shutdown, args=[failure or 'done'], daemon=True).start()
 
 
 def end_roslaunch():

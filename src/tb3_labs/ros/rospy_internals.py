@@ -5,17 +5,17 @@ it, and the test that fails if the part changes. If it names no test, an Attribu
 change: a node does not start, or ends at once.
 """
 import socket
-import struct
 import threading
 import time
 from collections import deque
 from contextlib import suppress
 
 import rospy
-from rosgraph.xmlrpc import XmlRpcNode
-from rospy.impl import registration, tcpros_base
+from rospy.impl import tcpros_base
 from rospy.impl.paramserver import get_param_server_cache
+from rospy.impl.registration import RegManager, get_registration_listeners
 from rospy.impl.tcpros_base import TCPROSTransport
+from rospy.msg import serialize_message
 
 
 def connection_of(message):
@@ -62,26 +62,6 @@ def log_without_the_master():
     get_param_server_cache().set('/rosout_disable_topics_generation', False)
 
 
-def end_at_once():
-    """Let the end of this node take no longer than its hooks; to be called after init_node().
-
-    rospy waits up to 0.5 s for the thread that registers topics. Meanwhile its server asks a closed
-    socket for requests, over and over: the end of a node computed for longer than its start
-    (RegManager's `cond`, the hook XmlRpcNode.shutdown; test/ros/bad_start.test).
-    """
-    registers = _registration().cond
-    node = next(hook.__self__ for hook in rospy.core._shutdown_hooks
-                if isinstance(getattr(hook, '__self__', None), XmlRpcNode))
-
-    def wake(_reason):
-        with registers:
-            registers.notify_all()
-
-    rospy.core.add_preshutdown_hook(lambda _reason: threading.Thread(
-        target=node.server.shutdown, daemon=True).start())
-    rospy.core.add_shutdown_hook(wake)
-
-
 def answer_side_by_side(server=None):
     """Answer each connection to this node in a thread of its own; to be called after init_node().
 
@@ -93,13 +73,13 @@ def answer_side_by_side(server=None):
     answer = server.inbound_handler
 
     def answer_a_node(connection, address):
-        connection.settimeout(10.0)    # longer than a node on a busy computer is silent
-        with suppress(OSError, struct.error):
+        length = b''
+        with suppress(OSError):
             length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
-            if struct.unpack('<I', length)[0] < 1e6:    # text, read as a length, is far more
-                connection.settimeout(None)
-                return answer(connection, address)
-        connection.close()
+        if length[2:] == bytes(2):    # text, read as a length, is more than 2 ** 16
+            answer(connection, address)
+        else:
+            connection.close()
 
     server.inbound_handler = lambda *client: threading.Thread(
         target=answer_a_node, args=client, daemon=True).start()
@@ -170,20 +150,13 @@ class _Writer:
 
 
 def publish_together(publisher, messages):
-    """Publish messages so that they arrive by one read, as what a network has delayed: a subscriber
-    with queue_size=1 drops all but the last (`impl`, sockets of its connections;
-    test/ros/fake_robot.test)."""
-    delayed = list(publisher.impl.connections) if len(messages) > 1 else []
-    _cork(delayed, True)
-    for message in messages:
-        publisher.publish(message)
-    _cork(delayed, False)
-
-
-def _cork(connections, is_corked):
-    for connection in connections:
-        with suppress(OSError, AttributeError):    # a subscriber that is gone
-            connection.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_CORK, is_corked)
+    """Publish messages by one write, as what a network has delayed: a subscriber with queue_size=1
+    drops all but the last (`impl.buff`, which is written, and `seq`; test/ros/fake_robot.test)."""
+    *before, last = messages
+    for message in before:
+        publisher.impl.seq += 1
+        serialize_message(publisher.impl.buff, publisher.impl.seq, message)
+    publisher.publish(last)
 
 
 _others_alone = set()    # names of topics; see hear_others_alone
@@ -197,7 +170,7 @@ def hear_others_alone(topic):
     return name
 
 
-def hear_all_publishers():
+def hear_all_publishers(manager=None):
     """Make subscribers find publishers that register just after them; to be called after
     init_node().
 
@@ -206,19 +179,10 @@ def hear_all_publishers():
     comes last, and drops the other: the two never connect, and a stop is not heard (1 of 1200 pairs
     that registered within 4 ms, on a busy computer). Here lists that wait are joined. A publisher
     that has ended refuses the connection, which is harmless (RegManager's `updates` and
-    `publisher_update`; test/unit/test_node.py).
+    `publisher_update`; test/unit/test_node.py). This node is not in them if it hears others alone.
     """
-    join_updates(_registration())
-
-
-def _registration():
-    return next(manager for manager in registration.get_registration_listeners().listeners
-                if isinstance(manager, registration.RegManager))
-
-
-def join_updates(manager):
-    """Make a RegManager join the lists of publishers that wait. rospy drops all but the last. This
-    node is not in them if it hears others alone."""
+    manager = manager or next(each for each in get_registration_listeners().listeners
+                              if isinstance(each, RegManager))
     update = manager.publisher_update
 
     def joined(name, addresses):

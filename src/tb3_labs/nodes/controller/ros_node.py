@@ -17,8 +17,9 @@ from tb3_labs.nodes.controller.mouse_reader import to_mouse
 from tb3_labs.nodes.controller.turns import TurnConfig, degrees_of, make_turn
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.gate import Diagnostics, Gate, values_of
+from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import end, end_roslaunch, guarded
-from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
+from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.sensor_topics import say_what_is_awaited, subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import subscribe, subscribe_events
 from tb3_labs.supervision.events import Event

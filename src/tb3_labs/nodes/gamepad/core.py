@@ -11,7 +11,6 @@ set. Without that rate, a stick that is held still looks like a lost pad, and bo
 
 Units: seconds on a clock that never stands still and never goes back (`now`), m/s, rad/s.
 """
-import math
 from dataclasses import dataclass
 from typing import Optional, Sequence
 
@@ -23,8 +22,6 @@ from tb3_labs.supervision.holder import HOLDERS, ControlMessages, Holder, Holder
 
 #: After taking the robot back the pad waits until move_to_goal has stopped [s].
 HAND_BACK = 0.15
-#: If the sticks do not come to rest for this long, and so do not drive, the operator is told [s].
-RESTLESS = 3.0
 
 
 @dataclass(frozen=True)
@@ -59,7 +56,6 @@ class GamepadCore:
         self._is_new = False         # something changed, so a command is due
         self._asks_reset = False     # since the last tick
         self._told_holder: Optional[Holder] = None
-        self._restless_since = math.inf    # the sticks drive nothing, and are not at rest
         self._news = NewsDesk()
 
     # -- what comes in
@@ -119,44 +115,28 @@ class GamepadCore:
     def tick(self, now: float) -> PadOutput:
         """Look at the clock, and decide."""
         self._look_at_clock(now)
-        self._look_at_rest(now)
-        command = None
-        if self._is_new or self._is_lost(now):
-            command = self._command(now) or Twist2()
+        state = self._pad.state
+        if (self.holder is Holder.NOBODY and state is not None and state.at_rest
+                and not self._config.has_hold and self._pad.is_current(now)):
+            self._happens(HolderEvent.READY, now)    # it has been heard for long enough
+        if self._is_lost(now):
+            self._lose(now)
+        command = self._command(now) if self._is_new else None
         holder = None if self.holder is self._told_holder else self.holder
         asks_reset, self._told_holder, self._asks_reset = self._asks_reset, self.holder, False
         return PadOutput(command, news=self._news.take(), watched=self._watched(), holder=holder,
                          words=self.messages.take(), renews=self.messages.renews(now),
                          asks_reset=asks_reset)
 
-    def _look_at_rest(self, now: float) -> None:
-        """A pad at rest is ready once it has been heard for long enough."""
-        state = self._pad.state
-        if self.holder is not Holder.NOBODY or state is None or self._config.has_hold:
-            self._restless_since = math.inf
-        elif state.at_rest:
-            self._restless_since = math.inf
-            if self._pad.is_current(now):
-                self._happens(HolderEvent.READY, now)
-        else:
-            self._restless_since = min(self._restless_since, now)
-            if now - self._restless_since > RESTLESS:
-                self._restless_since = math.nan    # it is told once
-                self._tell_restless(state)
-
     def _watched(self) -> bool:
         return self.messages.grants or self._drives() or (
             self._pad.state is not None and self.holder is Holder.NOBODY)
 
-    def _command(self, now: float) -> Optional[Twist2]:
+    def _command(self, now: float) -> Twist2:
         self._is_new = False
-        if self._is_lost(now):
-            self._pad.state = None      # the last one no longer counts
-            self._tell_loss(now)
-            self._stop(HolderEvent.LOST, now, now)
         state = self._pad.state
         if state is None or not self._drives() or now < self._silent_until:
-            return None
+            return Twist2()
         model, config = self._model, self._config
         return saturate(Twist2(state.forward * min(config.linear_scale, model.max_linear),
                                state.left * min(config.angular_scale, model.max_angular)),
@@ -230,15 +210,11 @@ class GamepadCore:
     def _again(self) -> str:
         return 'press the hold button' if self._config.has_hold else 'let go of the sticks'
 
-    def _tell_restless(self, state: PadState) -> None:
-        config, (axes, _) = self._config, state.sent
-        axis = max(config.linear_axis, config.angular_axis, key=lambda each: abs(axes[each]))
-        self._news.tell('No stick drives: axis {} is at {:.2f}, beyond dead_zone {:g}. Let go of '
-                        'it; if it rests there, set a larger dead_zone'.format(
-                            axis, axes[axis], config.dead_zone), warning=True)
-
-    def _tell_loss(self, now: float) -> None:
+    def _lose(self, now: float) -> None:
         hint = '' if self._pad.repeats else (
             '. If the pad is there, start joy_node with autorepeat_rate 20, as gamepad.launch does')
         self._news.tell('{}: robot stopped; {} to drive again{}'.format(
             self.joy.silence_with_age(now).capitalize(), self._again, hint), warning=True)
+        self._pad.state = None      # the last one no longer counts
+        self._is_new = True
+        self._stop(HolderEvent.LOST, now, now)

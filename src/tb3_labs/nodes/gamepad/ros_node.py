@@ -1,21 +1,16 @@
 """Connects ROS and the GamepadCore."""
-import threading
-
 import rospy
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PAD_TIMEOUT, PadConfig, read_pad
-from tb3_labs.ros.clocks import remind, steady_time
+from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.gate import Diagnostics, Gate, values_of
-from tb3_labs.ros.node import guarded, when_stopped
+from tb3_labs.ros.node import when_stopped
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reset_call import call_reset
 from tb3_labs.ros.topics import RENEWS, subscribe_events
-
-#: If no node publishes joy within this time, a warning is logged [s].
-PAD_WAIT = 3.0
 
 
 class GamepadNode:
@@ -27,17 +22,15 @@ class GamepadNode:
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=20, latch=True,
                                         headers=RENEWS)
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
-        self._resets = ResetClient()
         self._gate = Gate(lambda: self._core.tick(steady_time()), self._say, self._carry_out,
                           quiet_time=0.8 * PAD_TIMEOUT)
         rospy.on_shutdown(self._leave)
         when_stopped(self._leave, lambda: None)
         self._gate.look()
         # every message is read: a press counts even if many messages arrive at once
-        pads = subscribe_events(
+        subscribe_events(
             'joy', Joy, lambda joy: self._gate.take_in(self._core.on_joy, joy),
             lambda joy: read_pad(joy.axes, joy.buttons, config), self._core.joy)
-        remind(lambda: _say_if_nobody_sends(pads), PAD_WAIT)
         subscribe_events('ctrl_relinq', Bool, self._on_word)
         subscribe_events('has_control', Bool,
                          lambda word: self._gate.take_in(self._core.on_has_control, word))
@@ -60,7 +53,7 @@ class GamepadNode:
         if output.holder is not None:
             self._holders.publish(output.holder.value)
         if output.asks_reset:
-            self._resets.reset()
+            _reset()
 
     def _diagnose(self):
         problem = '' if self._core.joy.count else 'no joy yet'
@@ -72,28 +65,9 @@ class GamepadNode:
         self._gate.take_in(lambda: self._core.on_leave(steady_time()))
 
 
-class ResetClient:
-    """Declares the robot to be at (0, 0, 0) in local, without blocking the caller."""
-
-    def __init__(self):
-        self._asked = threading.Event()
-        threading.Thread(target=guarded(self._run), name='reset', daemon=True).start()
-
-    def reset(self):
-        """Ask for a reset. All requests during a call become one more call after it."""
-        self._asked.set()
-
-    def _run(self):
-        while self._asked.wait():
-            self._asked.clear()
-            try:
-                call_reset(0.0, 0.0, 0.0)
-                rospy.loginfo('Pose reset successfully.')
-            except ValueError as problem:
-                rospy.logwarn('Pose not reset: %s', problem)
-
-
-def _say_if_nobody_sends(pads):
-    if not pads.get_num_connections():
-        rospy.logwarn('nobody publishes %s: sudo apt install ros-noetic-joy (Debian has none), or '
-                      'web:=true, whose page is a pad', pads.resolved_name)
+def _reset():
+    try:
+        call_reset(0.0, 0.0, 0.0)
+        rospy.loginfo('Pose reset successfully.')
+    except ValueError as problem:
+        rospy.logwarn('Pose not reset: %s', problem)

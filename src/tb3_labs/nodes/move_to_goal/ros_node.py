@@ -21,7 +21,8 @@ from tb3_labs.ros.clocks import ros_time, steady_time
 from tb3_labs.ros.conversions import (
     frame, to_odometry_sample, to_pose_stamped, to_transform)
 from tb3_labs.ros.gate import Diagnostics, Gate, hear_other_drivers, values_of
-from tb3_labs.ros.parameters import LiveSettings, read_config, read_model
+from tb3_labs.ros.live_settings import LiveSettings
+from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.sensor_topics import say_what_is_awaited, subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import subscribe, subscribe_events
 

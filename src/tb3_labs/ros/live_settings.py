@@ -1,0 +1,118 @@
+"""The settings of a node, a Config, which may change while it runs.
+
+A person changes them by the program :mod:`tb3_labs.ros.dynparam`, or in rqt_reconfigure, through
+the messages of dynamic_reconfigure.
+
+dynamic_reconfigure 1.7.3 (Debian 12) has a Python server of its own. It is not used because of
+measured defects (test/ros/parameters_test.py shows that LiveSettings has none):
+- It clips an invalid value to the nearest bound without a word, before its callback could refuse.
+- It writes each change to the parameter server. So a node that starts again begins with the faults
+  that were switched on before.
+- Its import asks rosdep, which prints a line in every terminal if rosdep was not initialised.
+"""
+import math
+import threading
+from dataclasses import asdict, fields, replace
+
+import rospy
+from dynamic_reconfigure.msg import (
+    BoolParameter, ConfigDescription, DoubleParameter, Group, GroupState, IntParameter,
+    ParamDescription, StrParameter)
+from dynamic_reconfigure.msg import Config as Values
+from dynamic_reconfigure.srv import Reconfigure
+
+from tb3_labs.config import bounds_in_words, nearest
+from tb3_labs.ros.node import guarded
+
+_TYPES = {bool: 'bool', int: 'int', float: 'double', str: 'str'}
+_LOWEST = {bool: False, int: -2 ** 31, float: -math.inf, str: ''}
+_HIGHEST = {bool: True, int: 2 ** 31 - 1, float: math.inf, str: ''}
+#: The group that all settings are in.
+_GROUP = 'Default'
+
+
+class LiveSettings:
+    """Offers the fields of `config`, except those named in `fixed`.
+
+    `apply` is called with each new configuration, in a thread of its own; it may refuse it by a
+    ``ValueError``.
+    """
+
+    def __init__(self, config, apply, fixed=()):
+        self._current = config
+        self._apply = apply
+        self._offered = [item for item in fields(config) if item.name not in fixed]
+        self._lock = threading.Lock()    # one change after the other
+        descriptions = rospy.Publisher('~parameter_descriptions', ConfigDescription, queue_size=10,
+                                       latch=True)
+        self._updates = rospy.Publisher('~parameter_updates', Values, queue_size=10, latch=True)
+        descriptions.publish(_description(config, self._offered))
+        self._updates.publish(self._message())
+        rospy.Service('~set_parameters', Reconfigure, guarded(self._on_request))
+
+    def _on_request(self, request):
+        with self._lock:
+            self._change(decoded(request.config))
+            message = self._message()
+            self._updates.publish(message)
+            return message
+
+    def _change(self, values):
+        """Apply {name: value}. Raises ServiceException with the reason if it is refused."""
+        try:
+            names = [item.name for item in self._offered]
+            unknown = sorted(set(values) - set(names))
+            if unknown:
+                raise ValueError('{} cannot be changed while the node runs; {}'.format(
+                    unknown[0], nearest(unknown[0], names)))
+            changed = replace(self._current, **values)
+            if changed != self._current:
+                self._apply(changed)
+        except ValueError as problem:
+            rospy.logwarn('not changed: %s', problem)
+            raise rospy.ServiceException(str(problem)) from None
+        for name, value in asdict(changed).items():
+            if value != getattr(self._current, name):
+                rospy.loginfo('%s is now %s', name, value)
+        self._current = changed
+
+    def _message(self):
+        return encoded({item.name: getattr(self._current, item.name) for item in self._offered},
+                       [GroupState(name=_GROUP, state=True)])
+
+
+def encoded(values, groups=()):
+    """Returns the dynamic_reconfigure/Config of {name: value}."""
+    def of(kind, message):
+        return [message(name, value) for name, value in values.items() if type(value) is kind]
+
+    return Values(of(bool, BoolParameter), of(int, IntParameter), of(str, StrParameter),
+                  of(float, DoubleParameter), list(groups))
+
+
+def decoded(message):
+    """Returns {name: value} of a dynamic_reconfigure/Config."""
+    return {item.name: item.value
+            for item in message.bools + message.ints + message.strs + message.doubles}
+
+
+def _description(config, offered):
+    """Returns the dynamic_reconfigure/ConfigDescription of the fields `offered` of `config`."""
+    parameters = [ParamDescription(
+        name=item.name, type=_TYPES[type(item.default)],
+        description='{}: {}'.format(item.metadata['meaning'], bounds_in_words(item)))
+                  for item in offered]
+    return ConfigDescription(
+        groups=[Group(name=_GROUP, parameters=parameters)],
+        max=_bounds(offered, 'high', _HIGHEST), min=_bounds(offered, 'low', _LOWEST),
+        dflt=encoded({item.name: getattr(config, item.name) for item in offered}))
+
+
+def _bounds(offered, which, widest):
+    """Returns the dynamic_reconfigure/Config of the bounds `which` ('low' or 'high'); a field
+    without one has the `widest` of its type."""
+    bounds = {}
+    for item in offered:
+        kind, bound = type(item.default), item.metadata[which]
+        bounds[item.name] = widest[kind] if bound is None else kind(bound)
+    return encoded(bounds)
