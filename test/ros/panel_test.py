@@ -363,7 +363,7 @@ class PanelTest(PanelCase):
         page = self.open(address_of(alone))
         fulfilled, text = page.ask('reset', x=0, y=0, yaw_deg=0)    # within a second, or soon after
         self.assertFalse(fulfilled)
-        self.assertIn('/nowhere/reset_pose', text)
+        self.assertIn('/nowhere/set_pose', text)
         self.assertEqual(page.ask('goal', x=0, y=0, yaw_deg=0), (
             False, 'no node listens on move_base_simple/goal: is move_to_goal running?'))
         self.assertEqual(page.ask('stop'), (False, 'no node hears it'))
