@@ -63,27 +63,16 @@ class FakeTurtlebot3:
 
     def __init__(self):
         settings, around = read_config(SimulatorConfig, FakeTurtlebot3Config)
-        settings = replace(settings, model=read_model().name)
+        settings = _named(replace(settings, model=read_model().name),
+                          NETWORKS[around.network], HOSTS[around.host])
         if around.mystery:
-            robot = FakeRobot(settings, _hidden_fault(settings, around))
+            robot = FakeRobot(settings, HiddenFault(around.mystery, settings))
+            rospy.loginfo('mystery %d: one fault is hidden. There is no ground_truth, and no '
+                          'setting can be changed while it runs.', around.mystery)
         else:
-            settings = _named(settings, NETWORKS[around.network], HOSTS[around.host])
             robot = FakeRobot(settings)
             LiveSettings(settings, robot.configure, fixed=STARTING)
         Pacemaker(robot, around.speed)
-
-
-def _hidden_fault(settings, around):
-    """Returns the HiddenFault of a robot that publishes no true pose, and offers no settings."""
-    for name, plain in (('network', 'quiet'), ('host', 'default')):
-        if getattr(around, name) != plain:
-            raise ValueError('{0} = {1} is not valid together with mystery = {2}: the {0} may be '
-                             'what is wrong with the robot'.format(
-                                 name, getattr(around, name), around.mystery))
-    hidden = HiddenFault(around.mystery, settings)
-    rospy.loginfo('mystery %d: one fault is hidden. There is no ground_truth, and no setting can '
-                  'be changed while it runs.', around.mystery)
-    return hidden
 
 
 def _named(settings, *sets):

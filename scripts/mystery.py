@@ -12,8 +12,8 @@ import textwrap
 from importlib.util import find_spec
 
 from tb3_labs.command_line import Parser
-from tb3_labs.simulation.mystery_answer import judge
-from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER
+from tb3_labs.simulation.mystery_answer import MEANINGS, judge
+from tb3_labs.simulation.mystery_robot import LAST_NUMBER
 
 #: The instructor's part: `mystery.py key 1-12`. The students' archive does not have it.
 KEY_MODULE = 'tb3_labs.simulation.mystery_key'
@@ -41,7 +41,7 @@ def main(words):
             return 0
         given = parse(words)
         if given.list:
-            print('\n\n'.join(_described(fault) for fault in FAULT_KINDS))
+            print('\n\n'.join(_described(*item) for item in MEANINGS.items()))
             return 0
         is_right, verdict = judge(*_parts(given.answer))
     except ValueError as problem:
@@ -67,11 +67,11 @@ def _parts(words):
     return int(number), ' '.join(name), value
 
 
-def _described(fault):
+def _described(name, fault):
     value = '  value [{}], right within {:g}: {}.'.format(
         fault.unit, fault.tolerance, fault.value)
-    return '\n'.join([fault.name] + [line for text in (value, '  ' + fault.shows)
-                                     for line in textwrap.wrap(text, 100, subsequent_indent='  ')])
+    return '\n'.join([name] + [line for text in (value, '  ' + fault.shows)
+                               for line in textwrap.wrap(text, 100, subsequent_indent='  ')])
 
 
 if __name__ == '__main__':

@@ -29,7 +29,7 @@ import sys
 import rospy
 
 from tb3_labs.panel.access import PanelConfig
-from tb3_labs.ros.node import run, when_stopped
+from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config, read_model
 
 try:
@@ -45,7 +45,6 @@ class Panel:
         config = read_config(PanelConfig)
         pages = Pages(config, read_model().body_radius)
         rospy.on_shutdown(pages.release)
-        when_stopped(pages.release, lambda: None)
         # not logged: anyone who knows the address, with its token, may drive
         print('Panel: open {} in a browser{}'.format(
             pages.address, '' if config.control else ' (it only shows)'))

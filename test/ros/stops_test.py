@@ -276,16 +276,6 @@ class StopsTest(WithThumb, DriveCase):
         self.let_it_drive(lambda: self.turns.publish(3600.0))
         self.stands_after_sleep(controller)
 
-    def test_ctrl_z_stops_the_robot_before_it_stops_the_process(self):
-        mover = self.move_to_goal()
-        self.let_it_drive(self.give_control)
-        asked = rospy.get_time()
-        mover.send(signal.SIGTSTP)
-        self.zero_since(asked, PROMPT)
-        self.is_stopped(asked)
-        mover.send(signal.SIGCONT)         # soon enough: it goes on
-        self.seen.wait_for('cmd_vel', lambda command: command != ZERO)
-
     # -- terminals
 
     def test_a_terminal_that_is_closed_ends_a_node_with_a_zero(self):

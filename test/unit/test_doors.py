@@ -13,7 +13,8 @@ from std_msgs.msg import Header
 from at_door import AtDoor
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.robot.samples import ImuSample, OdometrySample
-from tb3_labs.ros.conversions import to_asked_pose, to_odometry_sample, to_pose_stamped
+from tb3_labs.nodes.move_to_goal.ros_requests import to_asked_pose
+from tb3_labs.ros.conversions import to_odometry_sample, to_pose_stamped
 from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 

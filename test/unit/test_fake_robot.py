@@ -1,5 +1,4 @@
 """The simulated robot on its topics, without a master: a hidden fault, and the pace of their time."""
-import threading
 from types import SimpleNamespace
 
 import pytest
@@ -67,16 +66,15 @@ class Robot:
 
     is_heard = True
 
-    def __init__(self, computer, ending):
-        self._computer, self._ending = computer, ending
-        self.steps = []
+    def __init__(self, computer):
+        self._computer, self.steps = computer, []
 
     def tick(self, step, epoch):
         if self.steps and self.steps[-1] < PAUSE_AT <= self._computer.now:
             self._computer.now += PAUSE
         self.steps.append(self._computer.now)
         if self._computer.now > END:
-            self._ending.set()
+            raise EOFError
 
 
 @pytest.mark.parametrize('clock, speed, made_up', [
@@ -84,13 +82,14 @@ class Robot:
 def test_a_pause(clock, speed, made_up, monkeypatch):
     """Real time is made up for, a clock of the robot's own is not: all that comes at once would find
     the nodes' sensors silent."""
-    computer, ending = Computer(), threading.Event()
+    computer = Computer()
     monkeypatch.setattr(ros_fake_robot, 'time', computer)
-    robot = Robot(computer, ending)
+    robot = Robot(computer)
     pace = ros_fake_robot.Pacemaker.__new__(ros_fake_robot.Pacemaker)
-    pace._robot, pace._epoch, pace._ending = robot, 1e9, ending
+    pace._robot, pace._epoch = robot, 1e9
     pace._clock, pace._speed = clock, speed
-    pace._run()
+    with pytest.raises(EOFError):
+        pace._run()
     at_once = max(robot.steps.count(now) for now in robot.steps)
     assert at_once * ros_fake_robot.SIMULATION_STEP == pytest.approx(made_up, abs=3.0 * ros_fake_robot.SIMULATION_STEP)
     # it goes on at its own pace

@@ -29,11 +29,13 @@ class Record(list):
     def feed(self):
         """Nothing sleeps here."""
 
+    note_clock = keep
+
 
 def test_what_waits_outside_holds_up_neither_a_drive_nor_a_stop(monkeypatch):
     record, told, go_on = Record(), [], threading.Event()
     monkeypatch.setattr(gate, 'CmdVel', lambda: record)
-    monkeypatch.setattr(gate, 'Watchdog', lambda check, quiet_time: record)
+    monkeypatch.setattr(gate, 'Watchdog', lambda *_: record)
     monkeypatch.setattr(gate, 'log_news', lambda news: go_on.wait(20.0) and told.extend(news))
     outputs, lines = [], [News(word, False) for word in ('driving', 'stopped')]
     carried = threading.Event()

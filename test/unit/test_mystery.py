@@ -12,7 +12,7 @@ from simulated import imu_of, odom_of
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.robot.samples import ImuSample
-from tb3_labs.simulation.mystery_answer import judge
+from tb3_labs.simulation.mystery_answer import MEANINGS, judge
 from tb3_labs.simulation.mystery_robot import FAULT_KINDS, LAST_NUMBER, HiddenFault, draw
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
@@ -127,8 +127,8 @@ def test_values_fill_their_range_and_no_guess_is_right_for_a_third_of_it(kind):
     assert min(map(abs, drawn)) < low + 0.1 * (high - low)
     assert max(map(abs, drawn)) > high - 0.1 * (high - low)
     assert kind.signed == (min(drawn) < 0.0)
-    assert 2.0 * kind.tolerance < (high - low) * (2.0 if kind.signed else 1.0) / 3.0
-    assert low > 2.0 * kind.tolerance     # "it is next to nothing" is never right
+    assert 2.0 * MEANINGS[kind.name].tolerance < (high - low) * (2.0 if kind.signed else 1.0) / 3.0
+    assert low > 2.0 * MEANINGS[kind.name].tolerance     # "it is next to nothing" is never right
 
 
 def test_a_fault_comes_and_goes_or_is_always_there():
@@ -177,7 +177,7 @@ def test_a_wrong_fault_tells_nothing_of_the_right_one(number):
     hidden, value, _ = draw(number)
     for kind in FAULT_KINDS:
         wrong = 'Wrong: mystery {} has another fault. If it were {!r}: {}'.format(
-            number, kind.name, kind.shows)
+            number, kind.name, MEANINGS[kind.name].shows)
         is_right, words = judge(number, kind.name, value)
         assert is_right == (kind is hidden) == (words != wrong)
 

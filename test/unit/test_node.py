@@ -25,26 +25,19 @@ from rospy.impl.tcpros_base import TCPROSTransport, TCPServer
 from rospy.impl.tcpros_pubsub import TCPROSPub
 from rospy.topics import _PublisherImpl
 from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.publishing import write_at_once
 from tb3_labs.ros.rospy_internals import (
-    answer_side_by_side, hear_all_publishers, hear_others_alone, write_at_once)
+    answer_side_by_side, hear_all_publishers, hear_others_alone)
 from tb3_labs.supervision.events import News
 
 BEGIN = '''
-import os, signal, threading, time
-from tb3_labs.ros.node import (
-    Interrupted, ignore_signals, pause, take_ctrl_z, take_signals, when_stopped)
-lock = threading.Lock()
+import os, time
+from tb3_labs.ros.node import Interrupted, pause, take_signals
 
-def say(word):    # not print: a signal's handler that prints while another print runs is an error
+def say(word):
     os.write(1, (word + '\\n').encode())
 
-def before():
-    with lock:
-        say('before')
-
-when_stopped(before, lambda: say('after'))
 take_signals()
-take_ctrl_z()
 '''
 WAIT = '''
 try:
@@ -90,7 +83,7 @@ def heeds_hangups():
 
 @pytest.mark.parametrize('number, before_it', [
     (signal.SIGINT, None), (signal.SIGINT, ignores_ctrl_c), (signal.SIGTERM, None),
-    (signal.SIGHUP, heeds_hangups), (None, None)])
+    (signal.SIGHUP, heeds_hangups), (signal.SIGTSTP, None), (None, None)])
 def test_a_signal_or_its_time_ends_a_wait(number, before_it):
     process = Process(WAIT if number else WAIT.replace('300', '1'), before_it)
     if number:
@@ -115,31 +108,6 @@ except:
 ''' + WAIT)
     process.send_signal(signal.SIGINT)
     assert process.rest() == ['swallowed', 'ready', 'interrupted']
-
-
-def test_ctrl_z_comes_after_what_stops_the_robot():
-    process = Process(WAIT)
-    process.send_signal(signal.SIGTSTP)
-    assert process.line() == 'before'
-    _, status = os.waitpid(process.pid, os.WUNTRACED)
-    assert os.WIFSTOPPED(status)
-    process.send_signal(signal.SIGCONT)
-    assert process.line() == 'after'
-    process.send_signal(signal.SIGINT)
-    assert process.rest() == ['interrupted']
-
-
-def test_ctrl_z_does_not_hold_up_an_end_that_has_begun():
-    # as the hooks of a shutdown, which run in the main thread and hold the node's locks
-    process = Process(WAIT + '''
-ignore_signals()
-with lock:
-    os.kill(os.getpid(), signal.SIGTSTP)
-    time.sleep(0.1)
-say('ended')
-''')
-    process.send_signal(signal.SIGINT)
-    assert process.rest() == ['interrupted', 'ended']
 
 
 @pytest.mark.parametrize('name', ['roslaunch', 'another'])
@@ -207,7 +175,6 @@ def test_a_speed_that_turns_no_motor_is_sent_as_zero(monkeypatch, command, sent)
                         lambda *_, **__: SimpleNamespace(publish=lambda twist: published.append(
                             (twist.linear.x, twist.angular.z))))
     monkeypatch.setattr(gate, 'write_at_once', lambda publisher: None)
-    monkeypatch.setattr(gate, 'ClockWatch', lambda stop: SimpleNamespace(runs=True))
     gate.CmdVel().send(Twist2(*command))
     assert published == ([sent] if sent else [])
 

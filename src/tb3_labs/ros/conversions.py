@@ -9,15 +9,9 @@ import rospy
 from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
 
 from tb3_labs.geometry.angles import quaternion_from_yaw, yaw_from_quaternion
-from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import (
     FARTHEST_PLACE, FASTEST_DRIVE, FASTEST_SPIKE, LAST_STAMP, OdometrySample, bounded)
-
-#: Frames of a goal or a reset that mean ``local``; the handout's client sends `map`.
-LOCAL_FRAMES = ('local', 'map', '')
-ODOM = 'odom'
-#: A longer text of a stranger is cut in the log [characters].
-LONGEST_QUOTE = 40
 
 #: The environment variable with the path of a named pipe. The simulated robot writes its true poses
 #: there, a line with x, y [m], yaw [rad] each, and not to a topic, which any node can read.
@@ -43,30 +37,13 @@ def to_quaternion(yaw, *tilt):
 
 def to_pose2(pose):
     """The planar part of a geometry_msgs/Pose."""
-    return _finite_pose(Pose2(pose.position.x, pose.position.y, yaw_of(pose.orientation)))
-
-
-def to_asked_pose(header, pose):
-    """The AskedPose of a geometry_msgs/Pose in the frame of `header`. A frame may be named with
-    this node's namespace, or without it. Raises ``ValueError`` for other frames."""
-    name = header.frame_id.lstrip('/')
-    in_odom = name in (ODOM, frame(ODOM))
-    if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):
-        raise ValueError('frame {} is not valid: local, odom, or map (or none), which means local'
-                         .format(quoted(name)))
-    return AskedPose(to_pose2(pose), in_odom)
-
-
-def quoted(text):
-    """A stranger's text for a line of the log: in quotes, short, and on a terminal without effect.
-    """
-    return repr(text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + '...')
+    return _finite(Pose2(pose.position.x, pose.position.y, yaw_of(pose.orientation)))
 
 
 def transform_to_pose2(transform):
     """The planar part of a geometry_msgs/Transform."""
-    return _finite_pose(Pose2(transform.translation.x, transform.translation.y,
-                              yaw_of(transform.rotation)))
+    return _finite(Pose2(transform.translation.x, transform.translation.y,
+                         yaw_of(transform.rotation)))
 
 
 def to_odometry_sample(message):
@@ -110,12 +87,7 @@ def to_twist(linear, angular):
     return message
 
 
-def _finite_pose(pose):
-    return finite(pose, pose.x, pose.y, pose.yaw)
-
-
-def finite(value, *numbers):
-    """`value`; ``ValueError`` unless all `numbers` in it are finite."""
-    if not all(math.isfinite(number) for number in numbers):
-        raise ValueError('a number is not finite: {}'.format(value))
-    return value
+def _finite(pose):
+    if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
+        raise ValueError('a number is not finite: {}'.format(pose))
+    return pose

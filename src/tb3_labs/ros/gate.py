@@ -2,10 +2,9 @@
 order.
 
 When a node that drives stops, for any reason, it publishes exactly one zero and is then silent, so
-that another node may drive. The zero is also sent when the node shuts down (Ctrl+C, SIGTERM, a
-closed terminal, an exception that ended it), when the process is stopped by Ctrl+Z, and when the
-node's clock stands still. Once a second a driving node publishes `/diagnostics`, for
-rqt_robot_monitor and rostopic.
+that another node may drive. The zero is also sent when the node shuts down (a signal, an exception
+that ended it), and when its clock stands still. Once a second a driving node publishes
+`/diagnostics`, for rqt_robot_monitor and rostopic.
 """
 import math
 import queue
@@ -17,17 +16,16 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import Updater
 from geometry_msgs.msg import Twist
 
-from tb3_labs.ros.clocks import LOOK_PERIOD, ros_time, steady_time
-from tb3_labs.ros.node import guarded, when_stopped
-from tb3_labs.ros.rospy_internals import (
-    connection_of, hear_others_alone, is_wall_time, sender_of, write_at_once)
-from tb3_labs.ros.topics import subscribe
+from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.node import guarded
+from tb3_labs.ros.publishing import write_at_once
+from tb3_labs.ros.rospy_internals import is_wall_time
 from tb3_labs.supervision.freshness import Freshness
 
 #: A smaller speed turns no motor [m/s], [rad/s]: their steps are eight times as large. The firmware
 #: takes a number such as 1e-40 for full speed.
 LEAST_SPEED = 1e-4
-#: A clock that does not change for this long stands still [s, wall clock].
+#: A clock that does not change for this long stands still [s].
 STANDSTILL = 0.3
 #: While a node may move its robot, it looks at the clock when no message came for this long [s],
 #: half the shortest timeout, ...
@@ -50,7 +48,7 @@ class Gate:
     takes no text, a service, or actionlib holds up neither a message nor a look at the clock.
     """
 
-    def __init__(self, tick, at_once=None, carry_out=None, quiet_time=QUIET_TIME):
+    def __init__(self, tick, at_once=None, carry_out=None):
         """``tick()`` returns the Output of now. ``at_once(output)`` is called with the lock held,
         after the command was sent, and must not wait. ``carry_out(output)`` is called without it.
         """
@@ -59,7 +57,7 @@ class Gate:
         self._waiting = queue.SimpleQueue()    # Outputs that are not carried out yet
         threading.Thread(target=guarded(self._run), name='gate', daemon=True).start()
         self.cmd_vel = CmdVel()
-        self._watchdog = Watchdog(self.look, quiet_time)
+        self._watchdog = Watchdog(self.look, self.cmd_vel.note_clock)
 
     def take_in(self, method, *arguments):
         """Hand over what was heard by ``method(*arguments)`` of the core, and let it decide.
@@ -114,15 +112,14 @@ class CmdVel:
     """Publishes `cmd_vel` (geometry_msgs/Twist)."""
 
     def __init__(self):
-        self._lock = threading.Lock()  # guards the next three, and the order of publications
+        self._lock = threading.Lock()  # guards the next four, and the order of publications
+        self._clock_runs = is_wall_time()
         self._drives = False
-        self._closed = False           # True at the end, and while Ctrl+Z has stopped the process
+        self._closed = False           # the node ends
         self._message = Twist()        # publish() has read it when it returns
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         write_at_once(self._publisher)
-        self._clock = ClockWatch(self.stop)
         rospy.on_shutdown(self._close)
-        when_stopped(self._close, self._open)
 
     @property
     def is_heard(self):
@@ -130,16 +127,16 @@ class CmdVel:
         return self._publisher.get_num_connections() > 0
 
     def send(self, command):
-        """Send `command`, a Twist2; speeds below LEAST_SPEED are zero. None, zero, and every
-        command while the clock stands still are a :meth:`stop`. Raises ``ValueError`` if a number
-        is not finite."""
-        linear, angular = command or (0.0, 0.0)
+        """Send `command`, a Twist2; speeds below LEAST_SPEED are zero. Zero, and every command
+        while the clock stands still, are a :meth:`stop`. Raises ``ValueError`` if a number is not
+        finite."""
+        linear, angular = command
         if not math.isfinite(linear + angular):
             raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
         linear = linear if abs(linear) >= LEAST_SPEED else 0.0
         angular = angular if abs(angular) >= LEAST_SPEED else 0.0
         with self._lock:
-            if linear == angular == 0.0 or not self._clock.runs:
+            if linear == angular == 0.0 or not self._clock_runs:
                 self._stop()
             elif not self._closed:
                 self._drives = True
@@ -149,6 +146,15 @@ class CmdVel:
         """Send one zero if this node was driving, otherwise nothing."""
         with self._lock:
             self._stop()
+
+    def note_clock(self, runs):
+        """Does ROS time run? While it stands still, nothing may be driven."""
+        with self._lock:
+            stands, self._clock_runs = self._clock_runs and not runs, runs
+            if stands:
+                self._stop()
+        if stands:
+            rospy.logwarn('/clock stands still: nothing is driven until it goes on')
 
     def _stop(self):
         """As :meth:`stop`; the caller holds the lock."""
@@ -165,51 +171,21 @@ class CmdVel:
             self._closed = True
             self._stop()
 
-    def _open(self):
-        with self._lock:
-            self._closed = rospy.is_shutdown()
-
-
-class ClockWatch:
-    """Knows whether ROS time runs; `on_standstill()` is called when it stops.
-
-    With wall time there is nothing to watch, and no thread.
-    """
-
-    def __init__(self, on_standstill):
-        self._on_standstill = on_standstill
-        #: False while the clock stands still: nothing may be driven then.
-        self.runs = is_wall_time()
-        if not self.runs:
-            threading.Thread(target=self._watch, name='clock_watch', daemon=True).start()
-
-    def _watch(self):
-        last, changed_at = 0.0, -STANDSTILL
-        while not rospy.is_shutdown():
-            now = ros_time()
-            if now != last:
-                last, changed_at = now, time.monotonic()
-            runs = time.monotonic() - changed_at < STANDSTILL
-            # `runs` changes before the zero is sent, so that no command can follow the zero
-            stopped, self.runs = self.runs and not runs, runs
-            if stopped:
-                self._on_standstill()
-                rospy.logwarn('/clock stands still: nothing is driven until it goes on')
-            time.sleep(LOOK_PERIOD)
-
 
 class Watchdog:
-    """Calls `check()`, guarded, in a thread of its own, while no message comes.
+    """Calls `check()`, guarded, in a thread of its own, while no message comes; with a simulated
+    clock `note_clock(runs)`, too: does it run?
 
     The thread begins with the first call of :meth:`keep`. A rospy.Timer would stop with the
     simulated clock, just when the check is needed.
     """
 
-    def __init__(self, check, quiet_time=QUIET_TIME):
-        self._check = guarded(check)
+    def __init__(self, check, note_clock):
+        self._check, self._note_clock = check, note_clock
         self._awake = threading.Event()
-        self._messages = Freshness('message', quiet_time)
-        self._thread = threading.Thread(target=self._run, name='watchdog', daemon=True)
+        self._messages = Freshness('message', QUIET_TIME)
+        self._clock, self._last = Freshness('/clock', STANDSTILL), 0.0
+        self._thread = threading.Thread(target=guarded(self._run), name='watchdog', daemon=True)
 
     def keep(self, awake):
         """`awake`: does the node drive, so that it must be checked often? The caller holds the
@@ -226,6 +202,7 @@ class Watchdog:
     def _run(self):
         while not rospy.is_shutdown():
             is_awake = self._awake.wait(IDLE_PERIOD)
+            self._look_at_clock()
             quiet_time = self._messages.timeout if is_awake else IDLE_PERIOD
             patient_for = quiet_time - self._messages.age(steady_time())
             if patient_for <= 0.0:
@@ -233,11 +210,13 @@ class Watchdog:
             if is_awake:
                 time.sleep(max(CHECK_PERIOD, patient_for))
 
-
-def hear_other_drivers(heard):
-    """Call ``heard(sender, Twist)`` with each command that another node gives the robot."""
-    subscribe(hear_others_alone('cmd_vel'), Twist,
-              lambda message: heard(sender_of(connection_of(message)), message))
+    def _look_at_clock(self):
+        if not is_wall_time():
+            now = rospy.get_time()
+            if now != self._last:
+                self._last = now
+                self._clock.heard(steady_time())
+            self._note_clock(self._clock.is_fresh(steady_time()))
 
 
 class Diagnostics:
@@ -251,12 +230,11 @@ class Diagnostics:
         self._updater = Updater()
         self._updater.setHardwareID(hardware)
         self._updater.add('state', self._fill)    # the Updater puts the node's name before it
-        self._ending = threading.Event()
-        rospy.on_shutdown(self._ending.set)
         threading.Thread(target=guarded(self._run), name='diagnostics', daemon=True).start()
 
     def _run(self):
-        while not self._ending.wait(REPORT_PERIOD):
+        while True:
+            time.sleep(REPORT_PERIOD)
             self._updater.force_update()
 
     def _fill(self, status):

@@ -5,13 +5,14 @@ line and exit status 1; its roslaunch ends, too. An exception inside a callback 
 well: rospy alone would print a traceback and let the robot drive on with its last command. The
 shutdown hook of :mod:`tb3_labs.ros.gate` sends the last zero velocity.
 
-Ctrl+Z stops the robot before it stops the process. rospy's own signal handlers interrupt the main
-thread at any point to shut down, and hang if it holds one of rospy's locks. Here a signal is an
-exception in the main thread: first it leaves its calls and their locks, then the node shuts down.
+rospy's own signal handlers interrupt the main thread at any point to shut down, and hang if it
+holds one of rospy's locks. Here a signal is an exception in the main thread: first it leaves its
+calls and their locks, then the node shuts down. Ctrl+Z ends a node, too: as a process that is
+stopped it could not stop its robot.
 
 Locks are taken in this order, each only before those below it:
-    1  locks of the parts that call a node back: the shutdown and its hooks, dynamic settings,
-       diagnostics, actionlib. A node that calls these parts, or :func:`end`, holds no lock.
+    1  locks of the parts that call a node back: the hooks of its end, dynamic settings,
+       diagnostics, actionlib. A node that calls these parts holds no lock.
     2  the lock of the node (:mod:`tb3_labs.ros.gate`), which guards its core
     3  the lock of gate.CmdVel, which calls nothing back
     4  locks of rospy's topics, and of its log
@@ -30,7 +31,7 @@ from pathlib import Path
 import rosgraph
 import rospy
 
-from tb3_labs.ros.clocks import say_if_no_clock_comes, wait_until
+from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import (
     answer_side_by_side, hear_all_publishers, log_without_the_master, note_connections)
 
@@ -44,12 +45,11 @@ LAST_WORDS = 0.1
 LONGEST_END = 4.0
 #: ... and looks with this period whether they are done [s].
 END_LOOK = 0.01
-#: These end a node: Ctrl+C, `kill`, a closed terminal.
-END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+#: These end a node: Ctrl+C, `kill`, a closed terminal, Ctrl+Z.
+END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
 
 _failures = []
 _signals = []     # numbers of the signals of END_SIGNALS so far
-_sleepers = []    # (function to call before the process is stopped, function to call after)
 _end_has_begun = threading.Event()    # rospy.is_shutdown() is true only after its hooks
 
 
@@ -72,9 +72,7 @@ def run(name, make_node, interface=None):
         answer_side_by_side()
         hear_all_publishers()
         note_connections()
-        say_if_no_clock_comes()
         node = make_node()    # noqa: F841 (it lives as long as this name)
-        take_ctrl_z()
         while not _end_has_begun.is_set():
             pause(END_PERIOD)
     except ValueError as problem:
@@ -185,9 +183,8 @@ def _interrupt(number, _frame):
 
 
 def ignore_signals():
-    """Ignore further signals: a second one must not interrupt the shutdown, and Ctrl+Z would wait
-    for ever for a lock that the main thread holds."""
-    for number in END_SIGNALS + (signal.SIGTSTP,):
+    """Ignore further signals: a second one must not interrupt the shutdown."""
+    for number in END_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
 
 
@@ -198,23 +195,3 @@ def pause(seconds):
         time.sleep(seconds)
     if _signals:
         raise Interrupted
-
-
-def take_ctrl_z():
-    """Let Ctrl+Z (SIGTSTP) call the functions of :func:`when_stopped` from now on."""
-    if signal.getsignal(signal.SIGTSTP) is signal.SIG_DFL:
-        signal.signal(signal.SIGTSTP, _sleep)
-
-
-def when_stopped(before, after):
-    """Call `before()` before Ctrl+Z stops the process, and `after()` when the process goes on.
-    Both are called in the main thread, without a lock."""
-    _sleepers.append((before, after))
-
-
-def _sleep(_number, _frame):
-    for before, _ in _sleepers:
-        before()
-    os.kill(os.getpid(), signal.SIGSTOP)    # the process stands here until it is continued
-    for _, after in _sleepers:
-        after()

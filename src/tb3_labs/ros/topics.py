@@ -13,7 +13,7 @@ import rospy
 from tb3_labs.ros.clocks import ros_time, steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
-from tb3_labs.supervision.events import Age, Connection, Event, Origins
+from tb3_labs.supervision.events import Connection, Event, Origins
 
 #: In the header of a sender that renews its permission: if it dies, the permission expires, even
 #: before the first renewal.
@@ -76,7 +76,7 @@ def sent_at(message):
 def subscribe_events(topic, kind, callback, read=lambda message: message.data, source=None):
     """Returns a guarded subscriber whose `callback` gets every message, as `read` reads it, as an
     events.Event; see :func:`subscribe`."""
-    to_age = _ages(topic)
+    to_age = ages(topic)
 
     def to_event(message):
         way, at = way_of(message), steady_time()
@@ -86,28 +86,7 @@ def subscribe_events(topic, kind, callback, read=lambda message: message.data, s
     return subscribe(topic, kind, callback, to_event, source, queue_size=None)
 
 
-def subscribe_news(topic, kind, callback, queue_size=None):
-    """Returns a guarded subscriber of the messages that :func:`only_news` lets through."""
-    return subscribe(topic, kind, only_news(topic, callback), queue_size=queue_size)
-
-
-def only_news(topic, callback):
-    """Returns a function that gives messages of `topic` to `callback`, but drops latched ones that
-    are doubtful with a warning."""
-    to_age = _ages(topic)
-
-    def hear(message):
-        way = way_of(message)
-        if to_age(way, steady_time()) in (Age.LATCHED, Age.OLD):
-            rospy.logwarn('%s: a message of %s from before this node could hear it does not count; '
-                          'say it again', rospy.resolve_name(topic), way.sender)
-        else:
-            callback(message)
-
-    return hear
-
-
-def _ages(topic):
+def ages(topic):
     """Returns events.Origins.age_of for the senders of a topic."""
     return Origins(publishers_of(rospy.resolve_name(topic)), steady_time()).age_of
 

@@ -6,13 +6,77 @@ complete, so it is not right.
 """
 import difflib
 import math
-from typing import Optional, Tuple
+from typing import NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.simulation.mystery_robot import FAULT_KINDS, Fault, draw
 
 #: Added to the tolerance, so that rounding does not make a value at the limit wrong.
 ROUNDING = 1e-9
+
+
+class Meaning(NamedTuple):
+    """What an answer says of a kind of fault."""
+
+    unit: str           # of the value
+    tolerance: float    # a value this near is right
+    value: str          # the meaning of the value
+    shows: str          # how the fault is found, with the sensors alone
+
+
+#: {name of a fault: its Meaning}
+MEANINGS = {
+    'imu offset': Meaning(
+        'deg', 3.0,
+        "the IMU's heading minus the odometry's, from -180 to 180",
+        'The headings of /imu and /odom differ by a constant, also at rest.'),
+    'imu drift': Meaning(
+        'deg/min', 2.0,
+        "turn of the IMU's heading in a minute at rest, positive to the left",
+        'The heading changes steadily while the robot stands, and the gyro shows a small rate.'),
+    'wheel mismatch': Meaning(
+        '%', 0.5,
+        'by how much the right wheel is smaller than the left one; negative: larger',
+        'The heading is steady at rest, but changes with each metre of a drive that is '
+        'commanded straight: turn [rad] = path [m] x mismatch / distance of the wheels (Burger: '
+        '0.16 m).'),
+    'slip': Meaning(
+        '%', 2.0,
+        "share of the wheels' travel that does not move the robot",
+        'The robot drives straight, but it turns at less than the commanded rate, on the spot '
+        'and in both directions.'),
+    'frozen imu': Meaning(
+        's', 0.3,
+        'duration of one freeze',
+        'Now and then /imu repeats one sample with new stamps, to the last digit. Meanwhile '
+        '/odom goes on.'),
+    'frozen odometry': Meaning(
+        's', 0.3,
+        'duration of one freeze',
+        'Now and then /odom repeats one pose and speed with new stamps. Meanwhile /imu goes on.'),
+    'silent imu': Meaning(
+        's', 0.3,
+        'duration of one silence',
+        'rostopic hz /imu: a large max_delta, and a lower rate. Meanwhile /odom goes on.'),
+    'silent odometry': Meaning(
+        's', 0.3,
+        'duration of one silence',
+        'rostopic hz /odom: a large max_delta, and a lower rate. Meanwhile /imu goes on.'),
+    'sensor latency': Meaning(
+        's', 0.03,
+        'delay of each sample, from its stamp to its arrival',
+        'Each sample is older than it should be at its arrival: rostopic delay /imu.'),
+    'command latency': Meaning(
+        's', 0.1,
+        'delay of each command, from its sending to its arrival',
+        'The samples are fresh at their arrival, but at the end of a drive the measured speed '
+        'drops later than the commanded one.'),
+    'network stalls': Meaning(
+        's', 0.15,
+        'the longest time for which nothing arrives',
+        'rostopic hz /imu /odom: a large max_delta of both, but the rates stay: messages of '
+        'both are held up together, and come all at once.'),
+}
 
 
 def fault_called(name: str) -> Fault:
@@ -35,35 +99,37 @@ def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, 
     """Returns (is the answer right?, the words for the student). Raises ``ValueError`` if the
     number, the fault or the value is not valid."""
     hidden, truth, _ = draw(number)
-    named = fault_called(name)
+    meaning, named = MEANINGS[hidden.name], fault_called(name)
     if value is not None and not math.isfinite(value):
-        raise ValueError('value = {} is not valid: a number in {}'.format(value, named.unit))
+        raise ValueError('value = {} is not valid: a number in {}'.format(
+            value, MEANINGS[named.name].unit))
     if named is not hidden:
         return False, 'Wrong: mystery {} has another fault. If it were {!r}: {}'.format(
-            number, named.name, named.shows)
+            number, named.name, MEANINGS[named.name].shows)
     if value is None:
         return False, 'The fault is right. Now measure its value in {}: {}.'.format(
-            hidden.unit, hidden.value)
+            meaning.unit, meaning.value)
     off = abs(_difference(hidden, value, truth))
-    if off <= hidden.tolerance + ROUNDING:
+    if off <= meaning.tolerance + ROUNDING:
         return True, 'Right: mystery {} is {!r}, {}. Your {} is off by {}.'.format(
             number, hidden.name, shown(hidden, truth), _given(hidden, value), _given(hidden, off))
     words = 'The fault is right, its value is not: {} is off by {}; right is within {}.'.format(
-        _given(hidden, value), _given(hidden, off), _given(hidden, hidden.tolerance))
+        _given(hidden, value), _given(hidden, off), _given(hidden, meaning.tolerance))
     mirrored = abs(_difference(hidden, -value, truth))
-    if hidden.signed and mirrored <= hidden.tolerance + ROUNDING:
-        words += ' The size is right, the sign is not: the value is {}.'.format(hidden.value)
+    if hidden.signed and mirrored <= meaning.tolerance + ROUNDING:
+        words += ' The size is right, the sign is not: the value is {}.'.format(meaning.value)
     return False, words
 
 
 def _difference(fault: Fault, value: float, truth: float) -> float:
-    return difference_degrees(value, truth) if fault.unit == 'deg' else value - truth
+    return difference_degrees(value, truth) if MEANINGS[fault.name].unit == 'deg' else value - truth
 
 
 def shown(fault: Fault, value: float) -> str:
     """A value as it was drawn, with its unit; a signed value shows its +, too."""
-    return '{:{}.{}f} {}'.format(value, '+' if fault.signed else '', fault.digits, fault.unit)
+    return '{:{}.{}f} {}'.format(
+        value, '+' if fault.signed else '', fault.digits, MEANINGS[fault.name].unit)
 
 
 def _given(fault: Fault, value: float) -> str:
-    return '{:g} {}'.format(round(value, fault.digits + 1), fault.unit)
+    return '{:g} {}'.format(round(value, fault.digits + 1), MEANINGS[fault.name].unit)

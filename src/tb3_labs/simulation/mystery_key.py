@@ -2,7 +2,7 @@
 """
 from typing import List, Sequence
 
-from tb3_labs.simulation.mystery_answer import shown
+from tb3_labs.simulation.mystery_answer import MEANINGS, shown
 from tb3_labs.simulation.mystery_robot import draw
 
 
@@ -15,7 +15,7 @@ def key(words: Sequence[str]) -> List[str]:
     for number in [number for word in words for number in _range(word)]:
         fault, value, _ = draw(number)
         lines.append('{:6}  {:15}  {} (within {:g})'.format(
-            number, fault.name, shown(fault, value), fault.tolerance))
+            number, fault.name, shown(fault, value), MEANINGS[fault.name].tolerance))
     return lines
 
 

@@ -30,13 +30,9 @@ class Fault:
     time that it lasts."""
 
     name: str
-    size: Tuple[float, float]       # range of the value, without sign
+    size: Tuple[float, float]       # range of the value, without sign; see mystery_answer.MEANINGS
     signed: bool                    # may the value be negative?
     digits: int                     # of the drawn value, after the decimal point
-    unit: str
-    tolerance: float                # a value this near is right
-    value: str                      # the meaning of the value
-    shows: str                      # how it is found, with the sensors alone
     setting: str = ''
     scale: float = 1.0
     settings: Mapping[str, Any] = field(default_factory=dict)
@@ -45,55 +41,18 @@ class Fault:
 #: All kinds of faults, by the names of the answers. If another kind were added, each
 #: number would mean another robot.
 FAULT_KINDS = (
-    Fault('imu offset', (20.0, 160.0), True, 0, 'deg', 3.0,
-          "the IMU's heading minus the odometry's, from -180 to 180",
-          'The headings of /imu and /odom differ by a constant, also at rest.',
-          'imu_offset_deg'),
-    Fault('imu drift', (10.0, 60.0), True, 0, 'deg/min', 2.0,
-          "turn of the IMU's heading in a minute at rest, positive to the left",
-          'The heading changes steadily while the robot stands, and the gyro shows a small rate.',
-          'imu_drift_deg_per_min'),
-    Fault('wheel mismatch', (3.0, 8.0), True, 1, '%', 0.5,
-          'by how much the right wheel is smaller than the left one; negative: larger',
-          'The heading is steady at rest, but changes with each metre of a drive that is commanded '
-          'straight: turn [rad] = path [m] x mismatch / distance of the wheels (Burger: 0.16 m).',
-          'wheel_mismatch', 0.01),
-    Fault('slip', (10.0, 40.0), False, 0, '%', 2.0,
-          "share of the wheels' travel that does not move the robot",
-          'The robot drives straight, but it turns at less than the commanded rate, on the spot '
-          'and in both directions.',
-          'slip', 0.01),
-    Fault('frozen imu', (2.0, 6.0), False, 1, 's', 0.3,
-          'duration of one freeze',
-          'Now and then /imu repeats one sample with new stamps, to the last digit. Meanwhile '
-          '/odom goes on.',
-          settings={'imu_frozen': True}),
-    Fault('frozen odometry', (2.0, 6.0), False, 1, 's', 0.3,
-          'duration of one freeze',
-          'Now and then /odom repeats one pose and speed with new stamps. Meanwhile /imu goes on.',
-          settings={'odom_frozen': True}),
-    Fault('silent imu', (2.0, 6.0), False, 1, 's', 0.3,
-          'duration of one silence',
-          'rostopic hz /imu: a large max_delta, and a lower rate. Meanwhile /odom goes on.',
-          settings={'imu_silent': True}),
-    Fault('silent odometry', (2.0, 6.0), False, 1, 's', 0.3,
-          'duration of one silence',
-          'rostopic hz /odom: a large max_delta, and a lower rate. Meanwhile /imu goes on.',
-          settings={'odom_silent': True}),
-    Fault('sensor latency', (0.2, 0.6), False, 2, 's', 0.03,
-          'delay of each sample, from its stamp to its arrival',
-          'Each sample is older than it should be at its arrival: rostopic delay /imu.',
-          'sensor_latency'),
-    Fault('command latency', (0.3, 1.0), False, 2, 's', 0.1,
-          'delay of each command, from its sending to its arrival',
-          'The samples are fresh at their arrival, but at the end of a drive the measured speed '
-          'drops later than the commanded one.',
-          'command_latency'),
-    Fault('network stalls', (0.5, 1.5), False, 2, 's', 0.15,
-          'the longest time for which nothing arrives',
-          'rostopic hz /imu /odom: a large max_delta of both, but the rates stay: messages of both '
-          'are held up together, and come all at once.',
-          'longest_stall', settings={'stalls_per_min': 30.0}),
+    Fault('imu offset', (20.0, 160.0), True, 0, 'imu_offset_deg'),
+    Fault('imu drift', (10.0, 60.0), True, 0, 'imu_drift_deg_per_min'),
+    Fault('wheel mismatch', (3.0, 8.0), True, 1, 'wheel_mismatch', 0.01),
+    Fault('slip', (10.0, 40.0), False, 0, 'slip', 0.01),
+    Fault('frozen imu', (2.0, 6.0), False, 1, settings={'imu_frozen': True}),
+    Fault('frozen odometry', (2.0, 6.0), False, 1, settings={'odom_frozen': True}),
+    Fault('silent imu', (2.0, 6.0), False, 1, settings={'imu_silent': True}),
+    Fault('silent odometry', (2.0, 6.0), False, 1, settings={'odom_silent': True}),
+    Fault('sensor latency', (0.2, 0.6), False, 2, 'sensor_latency'),
+    Fault('command latency', (0.3, 1.0), False, 2, 'command_latency'),
+    Fault('network stalls', (0.5, 1.5), False, 2, 'longest_stall',
+          settings={'stalls_per_min': 30.0}),
 )
 
 
@@ -110,9 +69,9 @@ class HiddenFault:
         for item in fields(plain):
             value = getattr(plain, item.name)
             if item.name not in PLAIN and value != getattr(default, item.name):
-                raise ValueError('{} = {!r} is not valid together with mystery = {}: the fault of '
-                                 'a mystery robot is hidden; only {} can be set'.format(
-                                     item.name, value, number, ', '.join(PLAIN)))
+                raise ValueError('{} = {!r} is not valid together with mystery = {}: beside the '
+                                 'hidden fault no other is set, and no network or host'.format(
+                                     item.name, value, number))
         changes = dict(self.fault.settings)
         if self.fault.setting:
             changes[self.fault.setting] = self.value * self.fault.scale

@@ -24,7 +24,7 @@ from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.conversions import (
     TRUTH_PIPE, frame, to_pose_stamped, to_quaternion, to_transform)
 from tb3_labs.ros.node import guarded
-from tb3_labs.ros.rospy_internals import publish_together, write_at_once
+from tb3_labs.ros.publishing import publish_together, write_at_once
 from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0     # of the simulation [s]
@@ -137,22 +137,12 @@ class Pacemaker:
         has_clock = rospy.get_param('/use_sim_time', False)
         self._clock = publisher('/clock', Clock) if has_clock else None
         self._speed = speed if has_clock else 1.0
-        self._thread = threading.Thread(target=guarded(self._run), name='robot', daemon=True)
-        self._ending = threading.Event()  # rospy.is_shutdown() is true only after its hooks
-        rospy.on_shutdown(self._end)
-        self._thread.start()
-
-    def _end(self):
-        self._ending.set()
-        if threading.current_thread() is not self._thread:
-            self._thread.join()
+        threading.Thread(target=guarded(self._run), name='robot', daemon=True).start()
 
     def _run(self):
         due = time.monotonic()
         speed = 1.0
         for step in itertools.count():
-            if self._ending.is_set():
-                return
             if self._clock:
                 now = self._epoch + (step + 1) * SIMULATION_STEP
                 self._clock.publish(Clock(rospy.Time.from_sec(now)))
@@ -216,28 +206,17 @@ class SensorTopics:
     def send(self, burst, epoch):
         """Publish the samples of a `burst`, which arrive at one moment, by one write for each
         topic. `epoch` is the robot's time 0 [s]."""
-        imu = [sample for sample in burst if isinstance(sample, ImuSample)][-MOST_HELD:]
-        odometry = [sample for sample in burst if not isinstance(sample, ImuSample)][-MOST_HELD:]
-        if imu and self._imu.get_num_connections():
-            publish_together(self._imu, [
-                imu_message(sample, epoch + sample.stamp, self.frames['imu_link'])
-                for sample in imu])
-        if odometry:
-            self._send_odometry(odometry, epoch)
-
-    def _send_odometry(self, samples, epoch):
-        odom, base = self.frames['odom'], self.frames['base_footprint']
-        if self._tf.get_num_connections():
-            publish_together(self._tf, [
-                TFMessage([to_transform(sample.pose, odom, base, epoch + sample.stamp)])
-                for sample in samples])
-        if self._odom.get_num_connections():
-            publish_together(self._odom, [
-                odometry_message(sample, epoch + sample.stamp, odom, base) for sample in samples])
-        if self._joints.get_num_connections():
-            publish_together(self._joints, [
-                joint_message(*self._wheels_at(sample.stamp), epoch + sample.stamp,
-                              self.frames['base_link']) for sample in samples])
+        imu = [sample for sample in burst if isinstance(sample, ImuSample)]
+        odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]
+        link, odom, base, body = (self.frames[name] for name in (
+            'imu_link', 'odom', 'base_footprint', 'base_link'))
+        _send(self._imu, imu, lambda sample: imu_message(sample, epoch + sample.stamp, link))
+        _send(self._tf, odometry, lambda sample: TFMessage([
+            to_transform(sample.pose, odom, base, epoch + sample.stamp)]))
+        _send(self._odom, odometry, lambda sample: odometry_message(
+            sample, epoch + sample.stamp, odom, base))
+        _send(self._joints, odometry, lambda sample: joint_message(
+            *self._wheels_at(sample.stamp), epoch + sample.stamp, body))
 
     def _wheels_at(self, stamp):
         """Returns (angles [rad], speeds [rad/s]) at the odometry with this stamp. Ask in order of
@@ -245,6 +224,11 @@ class SensorTopics:
         while self._wheels[0][0] < stamp and len(self._wheels) > 1:
             self._wheels.popleft()
         return self._wheels[0][1:]
+
+
+def _send(publisher, samples, message_of):
+    if samples and publisher.get_num_connections():
+        publish_together(publisher, [message_of(sample) for sample in samples[-MOST_HELD:]])
 
 
 def publisher(topic, kind, **options):

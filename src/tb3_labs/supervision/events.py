@@ -55,42 +55,6 @@ class Event(Generic[What]):
     sent_at: float = 0.0
 
 
-class Repetitions:
-    """Finds requests that only go on with what was doubtful, or was stopped: the same again from
-    the same sender, without a pause of `REPEATS_WITHIN`."""
-
-    def __init__(self) -> None:
-        self._requests: Dict[str, _Request] = {}    # by sender
-
-    def count(self, event: Event, is_waking: bool = False) -> int:
-        """The number of doubtful requests up to this one; 0 if it counts. `is_waking`: it may be
-        older than a sleep of this process, and so may be what goes on with it."""
-        last = self._requests.get(event.sender)
-        if last is None or last.what != event.what or event.at - last.at > REPEATS_WITHIN:
-            last = self._requests[event.sender] = _Request(event.what)
-        else:
-            last.is_repeated = True
-        last.at = event.at
-        last.is_doubted = last.is_doubted or event.age.is_doubtful
-        last.doubts += last.is_doubted
-        last.is_doubted = last.is_doubted or is_waking
-        return last.doubts
-
-    def stop(self) -> None:
-        """A stop: what is being repeated, twice or more, counts no longer."""
-        for last in self._requests.values():
-            last.is_doubted = last.is_doubted or last.is_repeated
-
-
-class _Request:
-    """The last request of one sender, as long as it is not changed, and without a pause."""
-
-    def __init__(self, what: object) -> None:
-        self.what, self.at = what, -math.inf
-        self.is_repeated = self.is_doubted = False
-        self.doubts = 0
-
-
 class Connection(NamedTuple):
     """The way on which the messages of one sender arrive."""
 

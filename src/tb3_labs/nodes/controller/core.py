@@ -11,10 +11,11 @@ from tb3_labs.control.commands import LONGEST_IDLE, Pace
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.door import Door
 from tb3_labs.nodes.controller.mouse_reader import Mouse, MouseState
-from tb3_labs.nodes.controller.turns import DRIVERS, AskedTurn, Driver, DriverEvent, Heading
+from tb3_labs.nodes.controller.turns import (
+    DRIVERS, AskedTurn, Driver, DriverEvent, Heading, Repetitions)
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
-from tb3_labs.supervision.events import REPEATS_WITHIN, Event, News, NewsDesk, Output, Repetitions
+from tb3_labs.supervision.events import REPEATS_WITHIN, Event, News, NewsDesk, Output
 from tb3_labs.supervision.freshness import RESUME_TIME, SleepWatch
 from tb3_labs.supervision.lost_or_stalled import SensorWatch, Sight, StallWatch
 

@@ -1,5 +1,6 @@
 """A turn: its settings, the heading, its request and its result. Its law is
-:class:`tb3_labs.control.approach.PreciseTurn`. And who drives: a turn or the mouse?
+:class:`tb3_labs.control.approach.PreciseTurn`. Who drives: a turn or the mouse? Which turns only go
+on with what was stopped?
 
 Units: radians, counter-clockwise positive. A turn is asked for as an angle, not as a heading: 180
 and -180 are different turns, and 360 is a full turn. The handout's law cannot tell them apart.
@@ -7,7 +8,7 @@ and -180 are different turns, and 360 is a full turn. The handout's law cannot t
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import Optional
+from typing import Dict, Optional
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.approach import PreciseTurn
@@ -17,6 +18,7 @@ from tb3_labs.geometry.angles import continuous
 from tb3_labs.localization.door import Heard, YawNoise
 from tb3_labs.robot.samples import ImuSample, heading_jump
 from tb3_labs.robot.turtlebot3 import RobotModel
+from tb3_labs.supervision.events import REPEATS_WITHIN, Event
 from tb3_labs.supervision.lost_or_stalled import StallWatch
 
 #: The yaw of a robot at rest may change by this from one sample to the next: it drifts [rad].
@@ -170,3 +172,39 @@ DRIVERS = {
     (Driver.MOUSE, DriverEvent.MOUSE_CENTRED): Driver.NOBODY,
     (Driver.MOUSE, DriverEvent.MOUSE_RELEASED): Driver.NOBODY,
 }
+
+
+class Repetitions:
+    """Finds requests that only go on with what was doubtful, or was stopped: the same again from
+    the same sender, without a pause of `REPEATS_WITHIN`."""
+
+    def __init__(self) -> None:
+        self._requests: Dict[str, _Request] = {}    # by sender
+
+    def count(self, event: Event, is_waking: bool = False) -> int:
+        """The number of doubtful requests up to this one; 0 if it counts. `is_waking`: it may be
+        older than a sleep of this process, and so may be what goes on with it."""
+        last = self._requests.get(event.sender)
+        if last is None or last.what != event.what or event.at - last.at > REPEATS_WITHIN:
+            last = self._requests[event.sender] = _Request(event.what)
+        else:
+            last.is_repeated = True
+        last.at = event.at
+        last.is_doubted = last.is_doubted or event.age.is_doubtful
+        last.doubts += last.is_doubted
+        last.is_doubted = last.is_doubted or is_waking
+        return last.doubts
+
+    def stop(self) -> None:
+        """A stop: what is being repeated, twice or more, counts no longer."""
+        for last in self._requests.values():
+            last.is_doubted = last.is_doubted or last.is_repeated
+
+
+class _Request:
+    """The last request of one sender, as long as it is not changed, and without a pause."""
+
+    def __init__(self, what: object) -> None:
+        self.what, self.at = what, -math.inf
+        self.is_repeated = self.is_doubted = False
+        self.doubts = 0

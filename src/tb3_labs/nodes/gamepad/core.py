@@ -99,7 +99,7 @@ class GamepadCore:
             self._on_taken(word.at)
 
     def on_leave(self, now: float) -> None:
-        """The node ends, or is stopped: its operator leaves."""
+        """The node ends: its operator leaves."""
         if self.messages.grants:
             self._on_taken(now)
 

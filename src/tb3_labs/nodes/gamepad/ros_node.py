@@ -4,12 +4,12 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
 from tb3_labs.nodes.gamepad.core import GamepadCore
-from tb3_labs.nodes.gamepad.pad import PAD_TIMEOUT, PadConfig, read_pad
+from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.gate import Diagnostics, Gate, values_of
-from tb3_labs.ros.node import when_stopped
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reset_call import call_reset
+from tb3_labs.ros.rospy_internals import hear_others_alone
 from tb3_labs.ros.topics import RENEWS, subscribe_events
 
 
@@ -22,23 +22,19 @@ class GamepadNode:
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=20, latch=True,
                                         headers=RENEWS)
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
-        self._gate = Gate(lambda: self._core.tick(steady_time()), self._say, self._carry_out,
-                          quiet_time=0.8 * PAD_TIMEOUT)
-        rospy.on_shutdown(self._leave)
-        when_stopped(self._leave, lambda: None)
+        self._gate = Gate(lambda: self._core.tick(steady_time()), self._say, self._carry_out)
+        # the operator leaves
+        rospy.on_shutdown(lambda: self._gate.take_in(lambda: self._core.on_leave(steady_time())))
         self._gate.look()
         # every message is read: a press counts even if many messages arrive at once
         subscribe_events(
             'joy', Joy, lambda joy: self._gate.take_in(self._core.on_joy, joy),
             lambda joy: read_pad(joy.axes, joy.buttons, config), self._core.joy)
-        subscribe_events('ctrl_relinq', Bool, self._on_word)
+        subscribe_events(hear_others_alone('ctrl_relinq'), Bool,
+                         lambda word: self._gate.take_in(self._core.on_word, word))
         subscribe_events('has_control', Bool,
                          lambda word: self._gate.take_in(self._core.on_has_control, word))
         Diagnostics(model.name, lambda: self._gate.ask(self._diagnose))
-
-    def _on_word(self, word):
-        if word.sender != rospy.get_name():
-            self._gate.take_in(self._core.on_word, word)
 
     def _say(self, output):
         """A listener may take the first message on a connection for a latched one. A stop must
@@ -59,10 +55,6 @@ class GamepadNode:
         problem = '' if self._core.joy.count else 'no joy yet'
         return problem, dict(values_of(self._core.joy, steady_time()),
                              holder=self._core.holder.value)
-
-    def _leave(self):
-        """Stop the robot and take control back: the operator leaves."""
-        self._gate.take_in(lambda: self._core.on_leave(steady_time()))
 
 
 def _reset():

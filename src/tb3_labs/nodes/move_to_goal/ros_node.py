@@ -3,7 +3,7 @@ import math
 
 import rospy
 import tf2_ros
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, ColorRGBA, Float32, String
@@ -20,9 +20,10 @@ from tb3_labs.nodes.move_to_goal.ros_requests import GoalServer, Resets
 from tb3_labs.ros.clocks import ros_time, steady_time
 from tb3_labs.ros.conversions import (
     frame, to_odometry_sample, to_pose_stamped, to_transform)
-from tb3_labs.ros.gate import Diagnostics, Gate, hear_other_drivers, values_of
+from tb3_labs.ros.gate import Diagnostics, Gate, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.parameters import read_config, read_model
+from tb3_labs.ros.rospy_internals import connection_of, hear_others_alone, sender_of
 from tb3_labs.ros.sensor_topics import say_what_is_awaited, subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import subscribe, subscribe_events
 
@@ -64,8 +65,7 @@ class MoveToGoalNode:
         self._goals = GoalServer(gate, core)
         self._goals.offer()
         Resets(gate, core).offer()
-        hear_other_drivers(lambda sender, twist: gate.ask(lambda: core.on_command(
-            sender, twist.linear.x, twist.angular.z, ros_time())))
+        subscribe(hear_others_alone('cmd_vel'), Twist, self._on_command_of_others)
         LiveSettings(drive, lambda new: gate.take_in(core.set_law, self._law(new)))
         gate.look()
         subscribe_events('ctrl_relinq', Bool, lambda word: gate.take_in(core.on_word, word))
@@ -82,6 +82,10 @@ class MoveToGoalNode:
 
     def _law(self, drive):
         return PreciseLaw(drive, self._model, self._response)
+
+    def _on_command_of_others(self, message):
+        self._gate.ask(lambda: self._core.on_command(
+            sender_of(connection_of(message)), message.linear.x, message.angular.z, ros_time()))
 
     def _on_imu(self, sample):
         output = self._gate.take_in(lambda: self._core.on_imu(

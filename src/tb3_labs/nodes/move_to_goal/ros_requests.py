@@ -15,12 +15,13 @@ from move_base_msgs.msg import (
 from tb3_labs.geometry.se2 import AskedPose, TypedPose
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
-from tb3_labs.ros.conversions import frame, to_asked_pose, to_pose_stamped
+from tb3_labs.ros.conversions import frame, to_pose2, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
-from tb3_labs.ros.topics import Complaints, only_news, subscribe_news
+from tb3_labs.ros.topics import Complaints, ages, subscribe, way_of
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
+from tb3_labs.supervision.events import Age
 from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalRequest, Outcome
 
 #: Longest time of a reset, so that each is answered within a second, and between two looks at it
@@ -28,6 +29,11 @@ from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalRequest, Outcome
 ANSWER_WITHIN, LOOK = 0.85, 0.005
 #: Time between two messages of the action's status [s].
 STATUS_PERIOD = 0.5
+#: Frames of a goal or a reset that mean ``local``; the handout's client sends `map`.
+LOCAL_FRAMES = ('local', 'map', '')
+ODOM = 'odom'
+#: A longer text of a stranger is cut in the log [characters].
+LONGEST_QUOTE = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
 
 
@@ -52,7 +58,8 @@ class GoalServer(ActionServer):
 
     def offer(self):
         """Take goals from now on."""
-        subscribe_news('move_base_simple/goal', PoseStamped, self._on_simple_goal, queue_size=1)
+        subscribe('move_base_simple/goal', PoseStamped,
+                  only_news('move_base_simple/goal', self._on_simple_goal))
         # otherwise the server's status thread may still publish while the topics are closed
         rospy.on_shutdown(self.stop)
         self.start()
@@ -141,7 +148,8 @@ class Resets:
         """Take resets from now on."""
         rospy.Service('reset_pose', ResetPose, guarded(self._on_reset_pose))
         rospy.Service('set_pose', SetInitialPose, guarded(self._on_set_pose))
-        subscribe_news('initialpose', PoseWithCovarianceStamped, self._on_initialpose, queue_size=1)
+        subscribe('initialpose', PoseWithCovarianceStamped,
+                  only_news('initialpose', self._on_initialpose))
 
     def _on_reset_pose(self, request):
         response = ResetPoseResponse()
@@ -191,3 +199,36 @@ class Resets:
 def _in_degrees(pose):
     """Returns [x [m], y [m], yaw [deg]], rounded for people to read."""
     return [round(value, 6) for value in (pose.x, pose.y, math.degrees(pose.yaw))]
+
+
+def only_news(topic, callback):
+    """Returns a function that gives messages of `topic` to `callback`, but drops latched ones that
+    are doubtful with a warning."""
+    to_age = ages(topic)
+
+    def hear(message):
+        way = way_of(message)
+        if to_age(way, steady_time()) in (Age.LATCHED, Age.OLD):
+            rospy.logwarn('%s: a message of %s from before this node could hear it does not count; '
+                          'say it again', rospy.resolve_name(topic), way.sender)
+        else:
+            callback(message)
+
+    return hear
+
+
+def to_asked_pose(header, pose):
+    """The AskedPose of a geometry_msgs/Pose in the frame of `header`. A frame may be named with
+    this node's namespace, or without it. Raises ``ValueError`` for other frames."""
+    name = header.frame_id.lstrip('/')
+    in_odom = name in (ODOM, frame(ODOM))
+    if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):
+        raise ValueError('frame {} is not valid: local, odom, or map (or none), which means local'
+                         .format(quoted(name)))
+    return AskedPose(to_pose2(pose), in_odom)
+
+
+def quoted(text):
+    """A stranger's text for a line of the log: in quotes, short, and on a terminal without effect.
+    """
+    return repr(text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + '...')
