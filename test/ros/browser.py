@@ -79,6 +79,7 @@ class Cable:
 
     def address(self, address):
         """The address of a page by this cable."""
+        assert str(self._port) in address, 'the panel has another port: ' + address
         return address.replace(str(self._port), str(self._listener.getsockname()[1]))
 
     def pull(self):

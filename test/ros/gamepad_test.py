@@ -7,6 +7,7 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, String
 
+from costs import free_port
 from drive_case import DriveCase
 from node_case import STARTING, ZERO, Node, run_as_node
 from observer import Observer
@@ -15,7 +16,6 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2
 from thumb import A, B, Y, Thumb, WithThumb
 
-PORT = 8092
 #: A goal of the lab's direction, but near.
 GOAL = Pose2(-0.2, 0.2)
 MOVER = 'move2goal_tf.py', '_goal_x:=-0.2', '_goal_y:=0.2'
@@ -194,7 +194,7 @@ class GamepadTest(WithThumb, DriveCase):
         self.assertEqual(alone.end(), 0)
 
     def test_a_pad_and_a_page_reset_and_drive_a_node_as_in_the_handout(self):
-        page = Page(address_of(self.start('panel.py', '_port:={}'.format(PORT))))
+        page = Page(address_of(self.start('panel.py', '_port:={}'.format(free_port()))))
         self.addCleanup(page.close)
         for end in (self.mover.kill, lambda: student.end(signal.SIGINT)):
             end()    # after a kill the master still knows reset_pose

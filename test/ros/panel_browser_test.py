@@ -10,11 +10,12 @@ from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 
 from browser import MISSING, Browser, Cable
+from costs import free_port
 from node_case import SILENCE, STARTING, ZERO, Node, run_as_node
 from panel_case import LOSS, PanelCase
 from panel_page import Page, address_of
 
-PORT = 8110
+PORT = free_port()
 #: Pictures a second: to draw them is most of the computing here.
 RATE = 8
 #: A page that is frozen or cut off has stopped the robot after this time [s].
@@ -151,6 +152,7 @@ class PanelBrowserTest(PanelCase):
         self.others.append(other)
         self.addCleanup(other.close)
         for press in lambda: self.page.press_key('b'), lambda: self.page.move_pad(pressed=[1]):
+            other.wait_for(has_control=False, page='')    # it knows of the last stop
             other.hold(pad={})
             self.let_pass(0.5)    # the node knows the delay of a pad after this time
             other.hold(pad={'a': True})

@@ -25,11 +25,12 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 
+from costs import free_port
 from node_case import SILENCE, STARTING, ZERO, Node, run_as_node
 from panel_case import LOSS, PanelCase
 from panel_page import Page, address_of
 
-PORT = 8090
+PORT = free_port()
 #: The node gamepad knows the delay of a pad after this time [s].
 HEARD = 0.45
 
@@ -343,12 +344,13 @@ class PanelTest(PanelCase):
         address = address_of(shows)    # the next port is taken: this one is in use
         self.seen.wait_for('/rosout', lambda line: line[0] == '/shows')
         # The name that this computer's nodes bear: in a container the host's browser finds it, too.
-        place, token = re.match(r'(http://{}:{}/)\?token=(\S{{10,}})$'.format(
-            re.escape(rosgraph.network.get_local_address()), PORT + 1), address).groups()
+        place, port, token = re.match(r'(http://{}:(\d+)/)\?token=(\S{{10,}})$'.format(
+            re.escape(rosgraph.network.get_local_address())), address).groups()
+        self.assertGreater(int(port), PORT)
         for wrong in '', '?token=' + token[:-1], '?token=%C3%A9':
             with self.assertRaises(ConnectionRefusedError, msg=wrong):
                 Page(place + wrong)
-            status, body = self.status_of('/' + wrong, PORT + 1)    # as a browser shows it
+            status, body = self.status_of('/' + wrong, int(port))    # as a browser shows it
             self.assertEqual(status, 403)
             self.assertIn('the token is missing or wrong: use the whole address', body)
         page = self.open(address)
