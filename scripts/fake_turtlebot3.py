@@ -40,7 +40,7 @@ from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.simulation.mystery_robot import LAST_NUMBER, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
-from tb3_labs.simulation.ros_fake_robot import FakeRobot, Pacemaker
+from tb3_labs.simulation.ros_fake_robot import FakeRobot, start
 from tb3_labs.simulation.simulator_config import HOSTS, STARTING, SimulatorConfig
 
 
@@ -72,7 +72,7 @@ class FakeTurtlebot3:
         else:
             robot = FakeRobot(settings)
             LiveSettings(settings, robot.configure, fixed=STARTING)
-        Pacemaker(robot, around.speed)
+        start(robot, around.speed)
 
 
 def _named(settings, *sets):

@@ -57,6 +57,8 @@ class Computer:
     def monotonic(self):
         return self.now
 
+    time = monotonic
+
     def sleep(self, seconds):
         self.now += seconds
 
@@ -85,11 +87,8 @@ def test_a_pause(clock, speed, made_up, monkeypatch):
     computer = Computer()
     monkeypatch.setattr(ros_fake_robot, 'time', computer)
     robot = Robot(computer)
-    pace = ros_fake_robot.Pacemaker.__new__(ros_fake_robot.Pacemaker)
-    pace._robot, pace._epoch = robot, 1e9
-    pace._clock, pace._speed = clock, speed
     with pytest.raises(EOFError):
-        pace._run()
+        ros_fake_robot.keep_pace(robot, clock, speed)
     at_once = max(robot.steps.count(now) for now in robot.steps)
     assert at_once * ros_fake_robot.SIMULATION_STEP == pytest.approx(made_up, abs=3.0 * ros_fake_robot.SIMULATION_STEP)
     # it goes on at its own pace

@@ -29,15 +29,17 @@ class Record(list):
     def feed(self):
         """Nothing sleeps here."""
 
-    note_clock = keep
+    close = list.clear
 
 
 def test_what_waits_outside_holds_up_neither_a_drive_nor_a_stop(monkeypatch):
     record, told, go_on = Record(), [], threading.Event()
     monkeypatch.setattr(gate, 'CmdVel', lambda: record)
     monkeypatch.setattr(gate, 'Watchdog', lambda *_: record)
-    monkeypatch.setattr(gate, 'log_news', lambda news: go_on.wait(20.0) and told.extend(news))
-    outputs, lines = [], [News(word, False) for word in ('driving', 'stopped')]
+    for level in ('info', 'warn'):
+        monkeypatch.setattr(gate.rospy, 'log' + level, lambda form, text, level=level: go_on.wait(
+            20.0) and told.append((form % text, level == 'warn')))
+    outputs, lines = [], [News('driving, 50 %', False), News('stopped', True)]
     carried = threading.Event()
 
     def carry_out(output):

@@ -28,7 +28,6 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.publishing import write_at_once
 from tb3_labs.ros.rospy_internals import (
     answer_side_by_side, hear_all_publishers, hear_others_alone)
-from tb3_labs.supervision.events import News
 
 BEGIN = '''
 import os, time
@@ -132,14 +131,6 @@ class Gone:
 def test_a_terminal_that_has_gone_ends_nothing(stream):
     output = node.SafeStream(stream)
     print('a line', file=output, flush=True)
-
-
-def test_news_are_logged_warnings_as_such(monkeypatch):
-    logged = []
-    monkeypatch.setattr(gate.rospy, 'loginfo', lambda *words: logged.append(('info',) + words))
-    monkeypatch.setattr(gate.rospy, 'logwarn', lambda *words: logged.append(('warn',) + words))
-    gate.log_news([News('50 % done', warning=False), News('lost', warning=True)])
-    assert logged == [('info', '%s', '50 % done'), ('warn', '%s', 'lost')]
 
 
 # ----- Ctrl+C while a node imports its modules

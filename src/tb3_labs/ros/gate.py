@@ -57,7 +57,8 @@ class Gate:
         self._waiting = queue.SimpleQueue()    # Outputs that are not carried out yet
         threading.Thread(target=guarded(self._run), name='gate', daemon=True).start()
         self.cmd_vel = CmdVel()
-        self._watchdog = Watchdog(self.look, self.cmd_vel.note_clock)
+        rospy.on_shutdown(self._close)
+        self._watchdog = Watchdog(self.look, self._note_clock)
 
     def take_in(self, method, *arguments):
         """Hand over what was heard by ``method(*arguments)`` of the core, and let it decide.
@@ -94,32 +95,35 @@ class Gate:
             self._waiting.put(output)
         return output
 
+    def _note_clock(self, runs):
+        with self._lock:
+            stands = self.cmd_vel.note_clock(runs)
+        if stands:
+            rospy.logwarn('/clock stands still: nothing is driven until it goes on')
+
+    def _close(self):
+        with self._lock:
+            self.cmd_vel.close()
+
     def _run(self):
         while True:
             output = self._waiting.get()
-            log_news(output.news)
+            for line in output.news:
+                (rospy.logwarn if line.warning else rospy.loginfo)('%s', line.text)
             if self._carry_out is not None:
                 self._carry_out(output)
 
 
-def log_news(news):
-    """Log each line of `news`, a core's events.News: as a warning if it is one, else as info."""
-    for line in news:
-        (rospy.logwarn if line.warning else rospy.loginfo)('%s', line.text)
-
-
 class CmdVel:
-    """Publishes `cmd_vel` (geometry_msgs/Twist)."""
+    """Publishes `cmd_vel` (geometry_msgs/Twist). Its caller holds the lock of the gate."""
 
     def __init__(self):
-        self._lock = threading.Lock()  # guards the next four, and the order of publications
         self._clock_runs = is_wall_time()
         self._drives = False
         self._closed = False           # the node ends
         self._message = Twist()        # publish() has read it when it returns
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         write_at_once(self._publisher)
-        rospy.on_shutdown(self._close)
 
     @property
     def is_heard(self):
@@ -135,41 +139,34 @@ class CmdVel:
             raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
         linear = linear if abs(linear) >= LEAST_SPEED else 0.0
         angular = angular if abs(angular) >= LEAST_SPEED else 0.0
-        with self._lock:
-            if linear == angular == 0.0 or not self._clock_runs:
-                self._stop()
-            elif not self._closed:
-                self._drives = True
-                self._publish(linear, angular)
+        if linear == angular == 0.0 or not self._clock_runs:
+            self.stop()
+        elif not self._closed:
+            self._drives = True
+            self._publish(linear, angular)
 
     def stop(self):
         """Send one zero if this node was driving, otherwise nothing."""
-        with self._lock:
-            self._stop()
-
-    def note_clock(self, runs):
-        """Does ROS time run? While it stands still, nothing may be driven."""
-        with self._lock:
-            stands, self._clock_runs = self._clock_runs and not runs, runs
-            if stands:
-                self._stop()
-        if stands:
-            rospy.logwarn('/clock stands still: nothing is driven until it goes on')
-
-    def _stop(self):
-        """As :meth:`stop`; the caller holds the lock."""
         if self._drives:
             self._drives = False
             self._publish(0.0, 0.0)
 
+    def close(self):
+        """Stop for good."""
+        self._closed = True
+        self.stop()
+
+    def note_clock(self, runs):
+        """Does ROS time run? While it stands still, nothing may be driven. Returns whether it has
+        just come to a stand."""
+        stands, self._clock_runs = self._clock_runs and not runs, runs
+        if stands:
+            self.stop()
+        return stands
+
     def _publish(self, linear, angular):
         self._message.linear.x, self._message.angular.z = linear, angular
         self._publisher.publish(self._message)
-
-    def _close(self):
-        with self._lock:
-            self._closed = True
-            self._stop()
 
 
 class Watchdog:

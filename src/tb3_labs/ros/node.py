@@ -13,9 +13,8 @@ stopped it could not stop its robot.
 Locks are taken in this order, each only before those below it:
     1  locks of the parts that call a node back: the hooks of its end, dynamic settings,
        diagnostics, actionlib. A node that calls these parts holds no lock.
-    2  the lock of the node (:mod:`tb3_labs.ros.gate`), which guards its core
-    3  the lock of gate.CmdVel, which calls nothing back
-    4  locks of rospy's topics, and of its log
+    2  the lock of the node (:mod:`tb3_labs.ros.gate`), which guards its core and its commands
+    3  locks of rospy's topics, and of its log
 A thread that holds a node's lock does not wait for a service, a message or a subscriber.
 """
 import contextlib
@@ -73,6 +72,7 @@ def run(name, make_node, interface=None):
         hear_all_publishers()
         note_connections()
         node = make_node()    # noqa: F841 (it lives as long as this name)
+        rospy.on_shutdown(_last_words)
         while not _end_has_begun.is_set():
             pause(END_PERIOD)
     except ValueError as problem:
@@ -141,15 +141,25 @@ def guarded(callback):
 
 
 def end(failure=''):
-    """Begin to end this node; if there is a `failure`, with one fatal line and exit status 1."""
+    """Begin to end this node; if there is a `failure`, with one fatal line and exit status 1. It
+    does not wait, also if another thread, whose hooks wait, has begun."""
     _end_has_begun.set()
     if failure:
         _failures.append(failure)
-        if len(_failures) == 1:    # other threads may fail, too, until the node has ended
-            # after the last zero, since a terminal that takes no text holds up this thread
-            rospy.on_shutdown(lambda: rospy.logfatal('%s', failure))
-    rospy.on_shutdown(lambda: time.sleep(LAST_WORDS))
-    threading.Thread(target=rospy.signal_shutdown, args=[failure or 'done'], daemon=True).start()
+    threading.Thread(target=_shut_down, args=[failure], daemon=True).start()
+
+
+def _shut_down(failure):
+    if failure and failure == _failures[0]:    # other threads may fail, too
+        rospy.on_shutdown(lambda: _last_words(failure))
+    rospy.signal_shutdown(failure or 'done')
+
+
+def _last_words(failure=''):
+    """The last hook; after the last zero, since a terminal that takes no text holds it up."""
+    if failure:
+        rospy.logfatal('%s', failure)
+    time.sleep(LAST_WORDS)
 
 
 def end_roslaunch():

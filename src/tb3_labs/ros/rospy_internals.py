@@ -47,8 +47,7 @@ def note_connections():
                       process=self.endpoint_id)
         validate(self, header)
 
-    if validate.__name__ != noted.__name__:
-        TCPROSTransport._validate_header = noted
+    TCPROSTransport._validate_header = noted
 
 
 def log_without_the_master():

@@ -67,20 +67,15 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
                             buff_size=65536, tcp_nodelay=True)
 
 
-def sent_at(message):
-    """The time at which a message was sent [s, sender's clock]; 0 with simulated time: its unknown
-    pace does not show how late a message is."""
-    return message.header.stamp.to_sec() if is_wall_time() else 0.0
-
-
 def subscribe_events(topic, kind, callback, read=lambda message: message.data, source=None):
     """Returns a guarded subscriber whose `callback` gets every message, as `read` reads it, as an
     events.Event; see :func:`subscribe`."""
     to_age = ages(topic)
 
     def to_event(message):
-        way, at = way_of(message), steady_time()
-        sent = sent_at(message) if hasattr(message, 'header') else 0.0
+        way, at, sent = way_of(message), steady_time(), 0.0
+        if hasattr(message, 'header') and is_wall_time():    # else its pace is unknown
+            sent = message.header.stamp.to_sec()
         return Event(read(message), at, way.sender, to_age(way, at), way.renews, sent)
 
     return subscribe(topic, kind, callback, to_event, source, queue_size=None)

@@ -8,9 +8,7 @@ The IMU's yaw is the true yaw plus a constant (the IMU is zeroed only when the b
 that grows with time, and a little white noise. Its rate is the true rate plus the drift's rate and
 white noise of its own. Both are older than their stamp by the `lag`.
 
-The gyro shows the rate minus the bias that the calibration found. If the robot turns during the
-calibration, that turn is taken for bias. Then the rate is wrong by as much, with the other sign.
-The firmware's gyro has a dead zone.
+The gyro shows the rate minus the bias that the calibration found, and has a dead zone.
 
 Units: SI; motor angles in radians, positive forwards. Noise: a Burger at rest shows a few 0.001 deg
 from one sample to the next.

@@ -80,6 +80,10 @@ class FakeRobot:
     def configure(self, settings):
         """Use other settings from now on, except those of the start."""
         with self._lock:
+            self._configure(settings)
+
+    def _configure(self, settings):
+        if settings is not self._robot.config:
             self._robot.configure(settings)
 
     @property
@@ -93,7 +97,8 @@ class FakeRobot:
             self._pipe.is_heard() if self._pipe
             else self._truth and self._truth.get_num_connections())
         with self._lock:
-            self._use_hidden_settings()
+            if self._hidden:
+                self._configure(self._hidden.settings_at(self._robot.now))
             bursts = self._robot.step_in_bursts(SIMULATION_STEP)
             now = epoch + self._robot.now
             origin = self._robot.sensors.origin
@@ -110,11 +115,6 @@ class FakeRobot:
         elif truth is not None:
             self._truth.publish(to_pose_stamped(truth, 'world', now))
 
-    def _use_hidden_settings(self):
-        settings = self._hidden.settings_at(self._robot.now) if self._hidden else self._robot.config
-        if settings is not self._robot.config:
-            self._robot.configure(settings)
-
     def _on_command(self, message):
         with self._lock:
             self._robot.command(message.linear.x, message.angular.z)
@@ -124,38 +124,34 @@ class FakeRobot:
             self._robot.reset()
 
 
-class Pacemaker:
-    """Steps a robot: in real time, or `speed` times as fast with a /clock that it publishes.
+def start(robot, speed):
+    """Step a FakeRobot in real time, or `speed` times as fast with a /clock that it publishes."""
+    clock = publisher('/clock', Clock) if rospy.get_param('/use_sim_time', False) else None
+    threading.Thread(target=guarded(lambda: keep_pace(robot, clock, speed if clock else 1.0)),
+                     name='robot', daemon=True).start()
 
-    The /clock runs in real time until a node listens to the robot, so that a node does not wait for
-    a clock, and does not miss the start.
+
+def keep_pace(robot, clock, full_speed):
+    """Step `robot` for ever.
+
+    The `clock` runs in real time until a node listens to the robot, so that a node does not wait
+    for a clock, and does not miss the start.
     """
-
-    def __init__(self, robot, speed):
-        self._robot = robot
-        self._epoch = time.time()  # the robot's time 0, also with its own /clock
-        has_clock = rospy.get_param('/use_sim_time', False)
-        self._clock = publisher('/clock', Clock) if has_clock else None
-        self._speed = speed if has_clock else 1.0
-        threading.Thread(target=guarded(self._run), name='robot', daemon=True).start()
-
-    def _run(self):
-        due = time.monotonic()
-        speed = 1.0
-        for step in itertools.count():
-            if self._clock:
-                now = self._epoch + (step + 1) * SIMULATION_STEP
-                self._clock.publish(Clock(rospy.Time.from_sec(now)))
-            self._robot.tick(step, self._epoch)
-            if speed != self._speed and self._robot.is_heard:
-                speed = self._speed
-            due += SIMULATION_STEP / speed
-            late = time.monotonic() - due
-            if late < 0.0:
-                time.sleep(-late)
-            elif late > (CATCH_UP_CLOCK if self._clock else CATCH_UP):
-                due += late
-                self._epoch += 0.0 if self._clock else late
+    due, epoch = time.monotonic(), time.time()    # `epoch`: the robot's time 0
+    speed = 1.0
+    for step in itertools.count():
+        if clock:
+            clock.publish(Clock(rospy.Time.from_sec(epoch + (step + 1) * SIMULATION_STEP)))
+        robot.tick(step, epoch)
+        if speed != full_speed and robot.is_heard:
+            speed = full_speed
+        due += SIMULATION_STEP / speed
+        late = time.monotonic() - due
+        if late < 0.0:
+            time.sleep(-late)
+        elif late > (CATCH_UP_CLOCK if clock else CATCH_UP):
+            due += late
+            epoch += 0.0 if clock else late
 
 
 class TruthPipe:

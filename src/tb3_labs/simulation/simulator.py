@@ -95,10 +95,7 @@ class Simulator:
         self._command_link.send(((linear, angular),), (self.now,))
 
     def reset(self) -> None:
-        """Send the firmware's reset now: the board calibrates its gyro. Meanwhile it sends no
-        sample, reads nothing, and the motors keep their speed. The gyro is raw, and takes the mean
-        rate of turn for its bias. Then the odometry is zero, plus the turn that the IMU saw.
-        """
+        """Send the firmware's reset now; see :mod:`tb3_labs.simulation.firmware`."""
         self._command_link.send((RESET_COMMAND,), (self.now,))
         self._read(self.now)
 
@@ -135,7 +132,8 @@ class Simulator:
             if tick > horizon:
                 return
             if board.due == tick:
-                self._go_on(tick)
+                self._body.move_to(tick)    # the gyro is calibrated
+                self._body.use_bias(self._board.end_pause(self._body.yaw))
             elif control.due == tick:
                 self._drive(control.take())
             else:
@@ -163,13 +161,7 @@ class Simulator:
             self._body.drivetrain.set_goals(*motor_speeds(*wanted, self._model))
             self._body.motion_changed()
 
-    def _go_on(self, stamp: float) -> None:
-        """The board has calibrated its gyro."""
-        self._body.move_to(stamp)
-        self._body.use_bias(self._board.end_pause(self._body.yaw))
-
     def _calibrate(self, stamp: float) -> None:
-        """The board calibrates its gyro."""
         self._body.move_to(stamp)
         self._board.calibrate(stamp, self.config.reset_pause, self._body.yaw)
         self.sensors.resetting = True

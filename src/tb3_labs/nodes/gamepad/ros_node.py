@@ -52,9 +52,8 @@ class GamepadNode:
             _reset()
 
     def _diagnose(self):
-        problem = '' if self._core.joy.count else 'no joy yet'
-        return problem, dict(values_of(self._core.joy, steady_time()),
-                             holder=self._core.holder.value)
+        joy, holder = self._core.joy, self._core.holder.value
+        return '' if joy.count else 'no joy yet', dict(values_of(joy, steady_time()), holder=holder)
 
 
 def _reset():
