@@ -58,7 +58,11 @@ class MouseNode:
 
     def _run(self):
         while not rospy.is_shutdown():
-            position = self._pointer.position()
+            try:
+                position = self._pointer.position()
+            except ValueError as problem:
+                end(str(problem))
+                return
             with self._lock:
                 if not self._closed:
                     self._publish(self._active, *position)
@@ -82,7 +86,7 @@ class MouseNode:
 
 class Pointer:
     """Reads the mouse by pynput, on X: its position, its moves and its wheel. Raises ``ValueError``
-    with one sentence if the mouse cannot be read."""
+    with one sentence if the mouse cannot be read, or the display is lost."""
 
     def __init__(self, on_scroll, on_move):
         """`on_scroll(up)` and `on_move()` are called in a thread of pynput's."""
@@ -104,15 +108,21 @@ class Pointer:
         self._listener = mouse.Listener(
             on_move=lambda x, y: on_move(),
             on_scroll=lambda x, y, dx, dy: dy and on_scroll(dy > 0))
+        report = threading.excepthook    # position() tells of a display that is lost
+        threading.excepthook = lambda died: died.thread is self._listener or report(died)
         self._listener.start()
         self._listener.wait()
 
     def position(self):
         """(x, y), each from -1 to 1 over the whole screen, x to the right, y up."""
+        try:
+            screen = self._root.get_geometry()
+            pixel = self._hand.position
+        except Exception as problem:    # Xlib raises classes of its own, not all of them public
+            raise ValueError('lost the display of the mouse ({})'.format(problem)) from None
         if not self._listener.is_alive():    # it would not hear a scroll up
-            raise RuntimeError('lost the display of the mouse')
-        screen = self._root.get_geometry()
-        return screen_position(*self._hand.position, screen.width, screen.height)
+            raise ValueError('lost the display of the mouse')
+        return screen_position(*pixel, screen.width, screen.height)
 
 
 def screen_position(pixel_x, pixel_y, width, height):

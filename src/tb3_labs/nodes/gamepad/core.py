@@ -11,6 +11,7 @@ set. Without that rate, a stick that is held still looks like a lost pad, and bo
 
 Units: seconds on a clock that never stands still and never goes back (`now`), m/s, rad/s.
 """
+import math
 from dataclasses import dataclass
 from typing import Optional, Sequence
 
@@ -22,6 +23,8 @@ from tb3_labs.supervision.holder import HOLDERS, ControlMessages, Holder, Holder
 
 #: After taking the robot back the pad waits until move_to_goal has stopped [s].
 HAND_BACK = 0.15
+#: If the sticks do not come to rest for this long, and so do not drive, the operator is told [s].
+RESTLESS = 3.0
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,7 @@ class GamepadCore:
         self._is_new = False         # something changed, so a command is due
         self._asks_reset = False     # since the last tick
         self._told_holder: Optional[Holder] = None
+        self._restless_since = math.inf    # the sticks drive nothing, and are not at rest
         self._news = NewsDesk()
 
     # -- what comes in
@@ -115,10 +119,7 @@ class GamepadCore:
     def tick(self, now: float) -> PadOutput:
         """Look at the clock, and decide."""
         self._look_at_clock(now)
-        state = self._pad.state
-        if (self.holder is Holder.NOBODY and state is not None and state.at_rest
-                and not self._config.has_hold and self._pad.is_current(now)):
-            self._happens(HolderEvent.READY, now)    # it has been heard for long enough
+        self._look_at_rest(now)
         if self._is_lost(now):
             self._lose(now)
         command = self._command(now) if self._is_new else None
@@ -127,6 +128,27 @@ class GamepadCore:
         return PadOutput(command, news=self._news.take(), watched=self._watched(), holder=holder,
                          words=self.messages.take(), renews=self.messages.renews(now),
                          asks_reset=asks_reset)
+
+    def _look_at_rest(self, now: float) -> None:
+        """A pad at rest is ready once it has been heard for long enough. A stick that never rests,
+        as a worn one, is named once."""
+        state = self._pad.state
+        if self.holder is not Holder.NOBODY or state is None or self._config.has_hold:
+            self._restless_since = math.inf
+        elif state.at_rest:
+            self._restless_since = math.inf
+            if self._pad.is_current(now):
+                self._happens(HolderEvent.READY, now)
+        else:
+            self._restless_since = min(self._restless_since, now)
+            if now - self._restless_since > RESTLESS:
+                self._restless_since = math.nan    # it was named
+                config, (axes, _) = self._config, state.sent
+                axis = max(config.linear_axis, config.angular_axis,
+                           key=lambda each: abs(axes[each]))
+                self._news.tell('No stick drives: axis {} is at {:.2f}, beyond dead_zone {:g}. Let '
+                                'go of it; if it rests there, set a larger dead_zone'.format(
+                                    axis, axes[axis], config.dead_zone), warning=True)
 
     def _watched(self) -> bool:
         return self.messages.grants or self._drives() or (
