@@ -25,10 +25,7 @@ class Sensors:
     def __init__(self):
         self.samples = []
 
-    def note_wheels(self, sensors):
-        pass
-
-    def send(self, burst, epoch):
+    def send(self, burst, epoch, wheels):
         self.samples += burst
 
 

@@ -8,7 +8,6 @@ import math
 import os
 import threading
 import time
-from collections import deque
 from contextlib import suppress
 
 import rospy
@@ -25,6 +24,7 @@ from tb3_labs.ros.conversions import (
     TRUTH_PIPE, frame, to_pose_stamped, to_quaternion, to_transform)
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.publishing import publish_together, write_at_once
+from tb3_labs.simulation.sensors import MOST_HELD
 from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0     # of the simulation [s]
@@ -35,9 +35,6 @@ CATCH_UP = 0.5
 #: /clock the pause is `speed` times as long, and passes at once: after a longer one a node would
 #: find its sensors silent.
 CATCH_UP_CLOCK = 0.02
-#: After a stall at most this number of messages of a topic is sent, the latest ones: real queues
-#: and buffers are finite, too. The number is enough for an IMU at 200 Hz in the longest stall.
-MOST_HELD = 2000
 GRAVITY = 9.80665  # [m/s^2]
 #: The board lies askew by these angles, which were recorded [rad].
 ROLL, PITCH = math.radians(0.7), math.radians(0.4)
@@ -103,13 +100,12 @@ class FakeRobot:
             now = epoch + self._robot.now
             origin = self._robot.sensors.origin
             truth = self._robot.truth if truth_is_due else None
-            self._sensors.note_wheels(self._robot.sensors)
         if self._static_tf and self._origin != origin:
             self._origin = origin
             self._static_tf.publish(TFMessage([
                 to_transform(origin, 'world', self._sensors.frames['odom'], now)]))
         for burst in bursts:
-            self._sensors.send(burst, epoch)
+            self._sensors.send(burst, epoch, self._robot.sensors.wheels)
         if truth is not None and self._pipe:
             self._pipe.write(truth)
         elif truth is not None:
@@ -185,23 +181,16 @@ class SensorTopics:
         self._odom = publisher('odom', Odometry)
         self._joints = publisher('joint_states', JointState)
         self._tf = publisher('/tf', TFMessage)
-        self._wheels = deque(maxlen=MOST_HELD)  # of each odometry: stamp, angles, speeds
 
     @property
     def are_heard(self):
         """Does any node listen to the IMU or the odometry?"""
         return self._imu.get_num_connections() or self._odom.get_num_connections()
 
-    def note_wheels(self, sensors):
-        """Remember the wheels at the latest odometry of a Simulator's `sensors`. The network may
-        delay this odometry; the joint states are sent together with it."""
-        stamp, odometer = sensors.odometry_stamp, sensors.odometer
-        if not self._wheels or self._wheels[-1][0] != stamp:
-            self._wheels.append((stamp, odometer.wheel_angles, odometer.wheel_speeds))
-
-    def send(self, burst, epoch):
+    def send(self, burst, epoch, wheels):
         """Publish the samples of a `burst`, which arrive at one moment, by one write for each
-        topic. `epoch` is the robot's time 0 [s]."""
+        topic; joint states together with the odometry. `epoch` is the robot's time 0 [s], `wheels`
+        those of the simulator's sensors, of which the older ones are taken away."""
         imu = [sample for sample in burst if isinstance(sample, ImuSample)]
         odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]
         link, odom, base, body = (self.frames[name] for name in (
@@ -212,14 +201,14 @@ class SensorTopics:
         _send(self._odom, odometry, lambda sample: odometry_message(
             sample, epoch + sample.stamp, odom, base))
         _send(self._joints, odometry, lambda sample: joint_message(
-            *self._wheels_at(sample.stamp), epoch + sample.stamp, body))
+            *_wheels_at(wheels, sample.stamp), epoch + sample.stamp, body))
 
-    def _wheels_at(self, stamp):
-        """Returns (angles [rad], speeds [rad/s]) at the odometry with this stamp. Ask in order of
-        time."""
-        while self._wheels[0][0] < stamp and len(self._wheels) > 1:
-            self._wheels.popleft()
-        return self._wheels[0][1:]
+
+def _wheels_at(wheels, stamp):
+    """Returns (angles [rad], speeds [rad/s]) at the odometry with this stamp."""
+    while wheels[0][0] < stamp and len(wheels) > 1:
+        wheels.popleft()
+    return wheels[0][1:]
 
 
 def _send(publisher, samples, message_of):

@@ -4,7 +4,8 @@ Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (dropo
 a driver that went on sending one sample with new stamps for half a minute).
 """
 import random
-from typing import List, Optional, Sequence
+from collections import deque
+from typing import Deque, List, Optional, Sequence, Tuple
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
@@ -17,6 +18,11 @@ from tb3_labs.simulation.simulator_config import FAULTS, SimulatorConfig
 
 #: Shortest and longest dropout [s].
 DROPOUT = (0.3, 4.3)
+#: After a stall at most this number of samples of a sensor is sent, the latest ones: real queues
+#: and buffers are finite, too. The number is enough for an IMU at 200 Hz in the longest stall.
+MOST_HELD = 2000
+#: Of the left and the right wheel.
+Pair = Tuple[float, float]
 #: Time from one time sync of the serial node to the next [s].
 SYNC_PERIOD = 5.0
 
@@ -112,8 +118,8 @@ class Sensors:
         self.resetting = False
         #: The place of the odometry's frame, world_T_odom, from the true pose at the last reset.
         self.origin = Pose2()
-        #: Time at which the last odometry was measured, arrived or not [s].
-        self.odometry_stamp = 0.0
+        #: At each odometry, arrived or not: its stamp [s], the wheels' angles [rad] and speeds.
+        self.wheels: Deque[Tuple[float, Pair, Pair]] = deque(maxlen=MOST_HELD)
         self._plan_faults(0.0)
 
     def configure(self, config: SimulatorConfig, now: float) -> None:
@@ -149,7 +155,8 @@ class Sensors:
         if self.resetting:
             self.resetting = False
             self.origin = self._body.drivetrain.pose @ sample.pose.inverse()
-        self.odometry_stamp = stamp + self.clock.error(stamp)
+        self.wheels.append((stamp + self.clock.error(stamp), self.odometer.wheel_angles,
+                            self.odometer.wheel_speeds))
         self._samples.extend(self._odom_faults.outcome([sample]))
 
     def take(self) -> List[Sample]:

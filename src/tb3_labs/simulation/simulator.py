@@ -42,8 +42,7 @@ class Simulator:
         self.config = replace(config, gyro_bias_deg=0.0)
         start = Pose2(config.start_x, config.start_y, wrap(math.radians(config.start_yaw_deg)))
         self._body = Body(self._model, start, math.radians(config.imu_offset_deg), config.seed)
-        #: The sensors. They know the odometry's origin, and stamp and wheels of the last odometry,
-        #: even if it has not arrived.
+        #: The sensors. They know the odometry's origin, and the wheels of each odometry.
         self.sensors = Sensors(self._model, self._body, self.config)
         #: Time since the start [s].
         self.now = 0.0
