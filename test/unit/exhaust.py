@@ -32,7 +32,7 @@ from tb3_labs.supervision.permission import _Grant
 
 #: Of a state, these times are all the same if they are longer ago than this; the second also while no
 #: message is under way that may be older.
-AGES = {'_back_at': 0.35, '_given_at': 0.35, '_heard_since': 0.35,
+AGES = {'_back_at': 0.35, 'given_at': 0.35, '_heard_since': 0.35,
         '_since': 20.3, 'awaits': 20.3}
 QUIET_AGES = dict(AGES, _stops=0.2, _stopped_at=0.2, _began_at=0.2, stopped_at=0.2,
                   cancelled_at=0.2, lost_at=0.2, rested_at=0.2)
@@ -111,7 +111,7 @@ IRRELEVANT = {'accepted', '_last_driver', 'count', 'doubts', 'dropped', 'attempt
               'repeated_for', '_odometry_turned', '_pace', '_stalls', '_settling', '_time', '_ended',
               '_is_new', 'reading', '_longest_gap', '_config', '_model', '_sent', '_shown',
               '_tries_left', '_interrupted', 'begun', 'state', '_heading', '_asked', '_asked_by',
-              '_last', '_read', 'world', '_news', '_told_holder', '_said_at',
+              '_last', '_read', 'world', '_news', '_told_holder', '_said_at', 'before', 'came_after_loss',
               '_heard_for', '_candidates',
               '_last_arrival', 'name', 'timeout', 'goal', '_refused', 'odometry', '_sources',
               '_window', '_readings', 'longest_gap', 'silent_for', '_orientation', '_rivals', '_open',

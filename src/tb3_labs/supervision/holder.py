@@ -64,7 +64,8 @@ class ControlMessages:
         #: Does move_to_goal have control by this pad? Then the pad must renew its permission.
         self.grants = False
         self._waiting: List[bool] = []
-        self._given_at = -math.inf      # time of the last unanswered True
+        #: Time of the last True to which move_to_goal has not answered [s].
+        self.given_at = -math.inf
         self._said_at = -math.inf       # time of the last message, or renewal
         #: Time at which control was taken from move_to_goal, by anyone [s].
         self.stopped_at = -math.inf
@@ -86,28 +87,18 @@ class ControlMessages:
 
         The renewals that were due since the press are added, so that they show its age.
         """
-        self.grants, self._given_at, self._said_at = True, now, now
+        self.grants, self.given_at, self._said_at = True, now, now
         self._waiting += [True] * (1 + int(lateness / RENEWAL))
 
     def stop(self, caused_at: float) -> None:
-        """Queue a False, for any holder: the operator's press at `caused_at`, or the pad's loss."""
+        """Queue a False, for any holder: control was taken, or the pad lost, at `caused_at`."""
         self.grants = False
         self.stopped_at = max(self.stopped_at, caused_at)    # a late B is older than a loss
         self._waiting.append(False)
 
-    def end(self) -> None:
-        """Queue a False if this pad gave control, since another node took it."""
-        if self.grants:
-            self.grants = False
-            self._waiting.append(False)
-
-    def move_to_goal_has_control(self) -> None:
-        """move_to_goal says that it has control, so it has heard the True."""
-        self._given_at = -math.inf
-
     def crossed(self, now: float) -> bool:
         """Was the last True so recent that a "no control" of move_to_goal may be older?"""
-        return now - self._given_at < CROSSING
+        return now - self.given_at < CROSSING
 
     def too_late(self, now: float, lateness: float) -> bool:
         """Is a press of A that was delayed by `lateness` [s] too old, or was control taken since?

@@ -15,7 +15,7 @@ import math
 from dataclasses import dataclass
 from typing import Optional, Sequence
 
-from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadMessage, PadState
+from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadState
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 from tb3_labs.supervision.events import Event, NewsDesk, Output
 from tb3_labs.supervision.freshness import LONGEST_LAPSE, SleepWatch
@@ -68,18 +68,22 @@ class GamepadCore:
         """Take in the state of the pad."""
         now, state = joy.at, joy.what
         self._look_at_clock(now)
-        message = self._pad.hear(state, now, joy.sent_at)
-        before = message.before
+        self._pad.hear(state, now, joy.sent_at)
+        before, pushed_at = self._pad.before, now - self._pad.lateness
         self._is_new = True
         if state.regain and not before.regain:
-            self._stop(HolderEvent.REGAIN, now, now - message.lateness)
+            self.messages.stop(pushed_at)
+            self._happens(HolderEvent.REGAIN, now)
         elif state.relinquish and not before.relinquish and not state.regain:
-            self._relinquish(now, message.lateness)
-        if self._pad.is_current(now) and self._is_ready(message):
+            self._relinquish(now, self._pad.lateness)
+        is_ready = state.at_rest
+        if self._config.has_hold:
+            is_ready = state.hold and not before.hold
+        if is_ready and self._pad.is_current(now):
             self._happens(HolderEvent.READY, now)
-        elif message.came_after_loss and self.holder is Holder.GAMEPAD:
+        elif self._pad.came_after_loss and self.holder is Holder.GAMEPAD:
             self._happens(HolderEvent.LOST, now)    # the loss is noticed only now
-        elif self._drives() and now - message.lateness < self.messages.stopped_at:
+        elif self._drives() and pushed_at < self.messages.stopped_at:
             self._happens(HolderEvent.STOPPED, now)    # it was pushed before the stop
         self._asks_reset = self._asks_reset or (state.reset and not before.reset)
 
@@ -87,7 +91,7 @@ class GamepadCore:
         """move_to_goal says whether it has control."""
         now = has_control.at
         if has_control.what:
-            self.messages.move_to_goal_has_control()
+            self.messages.given_at = -math.inf    # it has heard the True
             self._happens(HolderEvent.GRANTED, now)
         elif not self.messages.crossed(now):
             self._happens(HolderEvent.TAKEN, now)
@@ -169,11 +173,6 @@ class GamepadCore:
         return (self.holder is Holder.GAMEPAD and state is not None
                 and not state.at_rest and (state.hold or not self._config.has_hold))
 
-    def _is_ready(self, message: PadMessage) -> bool:
-        if self._config.has_hold:
-            return message.state.hold and not message.before.hold
-        return message.state.at_rest
-
     def _is_lost(self, now: float) -> bool:
         return not self.joy.is_fresh(now) and (
             self._drives() or (self.messages.grants and not self._config.drive_without_pad))
@@ -194,30 +193,26 @@ class GamepadCore:
     # -- who holds the robot
 
     def _relinquish(self, now: float, lateness: float) -> None:
+        doubt = ''
         if self._sleep.is_waking:
-            self._news.tell('A may have been pressed while this node did not run: press it again',
-                            warning=True)
+            doubt = 'may have been pressed while this node did not run'
         elif not self._pad.tells_lateness(now):
-            self._news.tell('A was pressed the moment the pad was first heard: press it again',
-                            warning=True)
+            doubt = 'was pressed the moment the pad was first heard'
         elif self.messages.too_late(now, lateness):
-            self._news.tell('A was pressed {:.1f} s ago, before something took control: press it '
-                            'again'.format(lateness), warning=True)
+            doubt = 'was pressed {:.1f} s ago, before something took control'.format(lateness)
         elif not self.messages.grants:
             self.messages.grant(now, lateness)
             self._happens(HolderEvent.RELINQUISH, now)
-
-    def _stop(self, event: HolderEvent, now: float, caused_at: float) -> None:
-        """Send False, for any holder: the operator takes the robot, or the pad is lost."""
-        self.messages.stop(caused_at)
-        self._happens(event, now)
+        if doubt:
+            self._news.tell('A {}: press it again'.format(doubt), warning=True)
 
     def _happens(self, event: HolderEvent, now: float) -> None:
         before, self.holder = self.holder, HOLDERS.get((self.holder, event), self.holder)
         self._is_new = self._is_new or self.holder is not before
         if before is Holder.MOVE_TO_GOAL is not self.holder:
             self._silent_until = now + HAND_BACK
-            self.messages.end()       # another node took control
+            if self.messages.grants:       # another node took control
+                self.messages.stop(now)
         if event is HolderEvent.TAKEN and self.holder is not before:
             self._news.tell('Control was taken from move_to_goal: press A to give it again')
         elif event is HolderEvent.STOPPED and self.holder is not before:
@@ -239,4 +234,5 @@ class GamepadCore:
             self.joy.silence_with_age(now).capitalize(), self._again, hint), warning=True)
         self._pad.state = None      # the last one no longer counts
         self._is_new = True
-        self._stop(HolderEvent.LOST, now, now)
+        self.messages.stop(now)
+        self._happens(HolderEvent.LOST, now)

@@ -60,15 +60,6 @@ class PadState(NamedTuple):
         return self.forward == 0.0 and self.left == 0.0
 
 
-class PadMessage(NamedTuple):
-    """One message of a pad."""
-
-    state: PadState
-    before: PadState         # the state of the message before it
-    lateness: float          # its delay [s]
-    came_after_loss: bool
-
-
 class PadListener:
     """Hears one pad, and says whether its sticks and buttons are current.
 
@@ -84,10 +75,11 @@ class PadListener:
         self.repeats = False
         self._lateness = Lateness()
         self._heard_since = math.inf     # from then on the lateness of messages is learned
-        self._is_late = False
         self._last: Optional[PadState] = None
+        #: Of the last message: the state before it, its delay [s]; did it come after a loss?
+        self.before, self.lateness, self.came_after_loss = PadState(), 0.0, False
 
-    def hear(self, state: PadState, now: float, stamp: float) -> PadMessage:
+    def hear(self, state: PadState, now: float, stamp: float) -> None:
         """Take in the state in a message, sent at `stamp` (0: unknown).
 
         A button that is down in the first message may have been pressed long ago, and counts as
@@ -95,16 +87,15 @@ class PadListener:
         """
         self.repeats = self.repeats or self._last is not None and state.sent == self._last.sent
         self._last = state
-        lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
-        came_after_loss = self.repeats and not self.source.is_fresh(now)
+        self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
+        self.came_after_loss = self.repeats and not self.source.is_fresh(now)
         self.source.heard(now)
-        if math.isinf(self._heard_since) or (came_after_loss and stamp <= 0.0):
+        if math.isinf(self._heard_since) or (self.came_after_loss and stamp <= 0.0):
             self._heard_since = now
-        self._is_late = lateness > PAD_TIMEOUT
         before, self.state = self.state, state
-        if before is None or came_after_loss:
+        if before is None or self.came_after_loss:
             before = state._replace(regain=False)
-        return PadMessage(state, before, lateness, came_after_loss)
+        self.before = before
 
     def tells_lateness(self, now: float) -> bool:
         """Has the pad been heard for long enough to know how late a message is?"""
@@ -112,7 +103,7 @@ class PadListener:
 
     def is_current(self, now: float) -> bool:
         """Does the last message show the present state of the pad?"""
-        return self.tells_lateness(now) and not self._is_late
+        return self.tells_lateness(now) and self.lateness <= PAD_TIMEOUT
 
 
 def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -> PadState:
