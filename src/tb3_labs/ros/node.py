@@ -40,10 +40,8 @@ MASTER_PERIOD = 0.5
 END_PERIOD = 0.2
 #: Time for rospy's queues to send the last messages [s].
 LAST_WORDS = 0.1
-#: A node that ends waits no longer than this for its hooks and its master [s], ...
-LONGEST_END = 4.0
-#: ... and looks with this period whether they are done [s].
-END_LOOK = 0.01
+#: A node that ends waits no longer than this for its hooks and its master; period of the looks [s].
+LONGEST_END, END_LOOK = 4.0, 0.01
 #: These end a node: Ctrl+C, `kill`, a closed terminal, Ctrl+Z.
 END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
 

@@ -68,8 +68,9 @@ class _Writer:
 def publish_together(publisher, messages):
     """Publish messages by one write, as what a network has delayed: a subscriber with queue_size=1
     drops all but the last (`impl.buff`, which is written, and `seq`; test/ros/fake_robot.test)."""
-    *before, last = messages
+    topic, (*before, last) = publisher.impl, messages
+    topic.buff.truncate(topic.buff.seek(0))    # what a subscriber that left has not got
     for message in before:
-        publisher.impl.seq += 1
-        serialize_message(publisher.impl.buff, publisher.impl.seq, message)
+        topic.seq += 1
+        serialize_message(topic.buff, topic.seq, message)
     publisher.publish(last)
