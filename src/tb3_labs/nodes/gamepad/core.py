@@ -148,8 +148,7 @@ class GamepadCore:
             if now - self._restless_since > RESTLESS:
                 self._restless_since = math.nan    # it was named
                 config, (axes, _) = self._config, state.sent
-                axis = max(config.linear_axis, config.angular_axis,
-                           key=lambda each: abs(axes[each]))
+                axis = max(config.linear_axis, config.angular_axis, key=lambda n: abs(axes[n]))
                 self._news.tell('No stick drives: axis {} is at {:.2f}, beyond dead_zone {:g}. Let '
                                 'go of it; if it rests there, set a larger dead_zone'.format(
                                     axis, axes[axis], config.dead_zone), warning=True)

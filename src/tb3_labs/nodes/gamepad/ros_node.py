@@ -1,4 +1,6 @@
 """Connects ROS and the GamepadCore."""
+import threading
+
 import rospy
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
@@ -48,8 +50,8 @@ class GamepadNode:
     def _carry_out(self, output):
         if output.holder is not None:
             self._holders.publish(output.holder.value)
-        if output.asks_reset:
-            _reset()
+        if output.asks_reset:    # in a thread of its own: a node that sleeps answers late
+            threading.Thread(target=_reset, daemon=True).start()
 
     def _diagnose(self):
         joy, holder = self._core.joy, self._core.holder.value
