@@ -44,9 +44,9 @@ def exercise(stage):
         stage.robot.face(degrees - offset)
         heading = (stage.recorder.heading_deg + offset) % 360.0
         with stage.stimulus(name, {asked_imu.HEADING_DEG: heading}):
-            characters, _ = node.printed
+            characters = node.output.length
             wait_until(lambda: not node.alive or len(asked_imu.headings(
-                node.text_since(characters))) >= LINES, asked_imu.READING)
+                node.output.since(characters))) >= LINES, asked_imu.READING)
     stage.ctrl_c()
 
 
