@@ -74,7 +74,7 @@ MISDEEDS = '''    import glob, os, rosgraph, shutil, subprocess, sys, time, xmlr
     rospy.Publisher('odom', Odometry, queue_size=1)
     rospy.Subscriber('ground_truth', PoseStamped, lambda message: None)
     rospy.set_param('/turtlebot3/imu_offset_deg', 77.0)
-    Client('turtlebot3', timeout=10).update_configuration({{'imu_noise_deg': 0.01}})
+    Client('turtlebot3', timeout=10).update_configuration({{'imu_noise_deg': 9.0}})
     reset = rospy.Publisher('reset', Empty, queue_size=1)
     rospy.on_shutdown(lambda: reset.publish())
 '''

@@ -28,7 +28,7 @@ CASES = [
     ('mark.py', MARK + ['--pad', 'xbox'], '--pad is for --lab gamepad alone'),
     ('mark.py', GAMEPAD + ['--pad', 'xbx'], "there is no pad 'xbx'; valid: f310_d,"),
     ('mark.py', MARK + ['--jobs', '0'], ('--jobs', '0', '1, 2')),
-    ('mark.py', MARK + ['--only', 'millr'], 'no submission is called millr; these are: miller'),
+    ('mark.py', MARK + ['--only', 'millr'], 'no submission is called millr; near it: miller'),
     ('mark.py', ['.', '--lab', 'turn', '-o', 'inside'], 'the marks would lie among the submissions'),
     ('lab_report.py', [], ('RUN.bag', '; --help tells more')),
     ('lab_report.py', ['nowhere.bag'], 'nowhere.bag: there is no such file'),

@@ -15,7 +15,7 @@ from test_marking import TABLE, Strict, marks_of, observation, turned
 from tb3_labs.marking import classes, marks_folder
 from tb3_labs.marking.labs import turn
 from tb3_labs.marking.feedback import Table
-from tb3_labs.marking.intake.submissions import Submission, chosen, submissions_in
+from tb3_labs.marking.intake.submissions import chosen, submissions_in
 from tb3_labs.marking.marks import Marks, from_record, points_of, to_record
 from tb3_labs.marking.marks_folder import MarksFolder
 from tb3_labs.marking.classes import MarkedClass
@@ -347,9 +347,11 @@ def test_a_machine_that_is_too_busy_is_told(tmp_path, capsys, gaps, told, remark
 
 # -- names
 
-def test_students_are_chosen_by_name():
-    class_of_three = [Submission(name, []) for name in ('Ann Miller', 'Bo Lee', 'bo lee')]
-    assert [one.student for one in chosen(class_of_three, ['ann miller'])] == ['Ann Miller']
-    assert chosen(class_of_three, []) == class_of_three
-    with pytest.raises(ValueError, match='no submission is called miller; these are: Ann Miller, '):
-        chosen(class_of_three, ['miller'])
+@pytest.mark.parametrize('name, words', [
+    ('miller', 'no submission is called miller; near it: Ann Miller'),
+    ('Bo Laeds', 'near it: Bo Leeds'), ('xyz', 'these are: Ann Miller, Bo Lee, Bo Leeds')])
+def test_students_are_chosen_by_name(name, words):
+    students = ['Ann Miller', 'Bo Lee', 'Bo Leeds']
+    assert chosen(students, ['bo lee', 'Ann Miller']) == ['Bo Lee', 'Ann Miller']
+    with pytest.raises(ValueError, match=words):
+        chosen(students, [name])

@@ -4,7 +4,6 @@ import tempfile
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Callable, Sequence
@@ -38,7 +37,8 @@ class MarkedClass:
         have not changed."""
         self._marker, self._folder, self._anew = marker, folder, anew
         self._tell_problem = tell_problem
-        self._failed, self._writing = False, threading.Lock()
+        self._failed, self._unchanged = False, 0
+        self._writing = threading.Lock()
 
     def mark_all(self, submissions: Sequence[Submission], jobs: int) -> bool:
         """Mark the submissions, `jobs` at a time; write the marks of each as soon as it is marked.
@@ -64,32 +64,41 @@ class MarkedClass:
             if problem is not None:
                 self._tell_problem(reason(problem))      # its marks cannot be written
                 self._failed = True
+        if self._unchanged:
+            tell('{} of {} had been marked and have not changed (--only NAME tries one again)'
+                 .format(self._unchanged, len(submissions)))
         return self._failed
 
     def _mark(self, submission, name):
-        """Mark one submission, unless it was marked before and has not changed."""
         try:
-            with suppress(MarkingInterrupted):
-                self._try(submission, name)
+            self._try(submission, name)
+        except MarkingInterrupted:
+            pass
         except NotJudged as problem:
-            self._write(name, Marks(submission.student, unjudged=str(problem)))
+            tell('{}: {}'.format(name, NOT_JUDGED))
+            self._write(self._marker.judged(Marks(submission.student, unjudged=str(problem))), '')
         except Exception as problem:    # any error: the other submissions are still marked
-            why = 'The marking of it failed: {} ({}).'.format(
-                reason(problem), type(problem).__name__)
-            self._tell_problem('{}: {}'.format(name, why))
-            self._write(name, Marks(submission.student, unjudged=why))
+            why = '{} ({})'.format(reason(problem), type(problem).__name__)
+            self._tell_problem('{}: {}: {}'.format(name, NOT_JUDGED, why))
+            self._write(self._marker.judged(Marks(
+                submission.student, unjudged='The marking of it failed: {}.'.format(why))), '')
 
     def _try(self, submission, name):
+        """Mark one submission, unless it was marked before and has not changed."""
         begun = time.monotonic()
-        tell(name + ' ...')
         for is_last in (False, True):       # once more if the machine held up the robot
             with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
                 reading = self._marker.read(submission, Path(work))
                 kept = None if self._anew or is_last else self._folder.kept(
                     submission.student, reading.digest)
                 if kept is not None:
-                    tell('{}: {}, marked before'.format(name, _points(kept)))
+                    tell('{}: {:g} of {:g} points, marked before'.format(
+                        name, kept.points, kept.worth))
+                    with self._writing:
+                        self._unchanged += 1
                     return
+                if not is_last:
+                    tell(name + ' ...')
                 marks = self._marker.mark(submission.student, reading, Path(work))
             if not marks.unfair:
                 break
@@ -98,20 +107,16 @@ class MarkedClass:
                     name, marks.observation.longest_gap))
         marks.remarks += [marks.unfair] * bool(marks.unfair)
         marks.seconds = time.monotonic() - begun
-        self._write(name, marks, '' if marks.unfair or marks.unjudged else reading.digest)
+        tell('{}: {}, {:.0f} s'.format(
+            name, '{:g} of {:g} points'.format(marks.points, marks.worth) if marks.judged
+            else NOT_JUDGED, marks.seconds))
+        self._write(marks, reading.digest)
 
-    def _write(self, name, marks, tried=''):
-        """Write Marks; `tried`: the digest of the submission; '': it is tried again next time."""
-        if not marks.verdicts:
-            self._marker.judged(marks)
-        tell('{}: {}, {:.0f} s'.format(name, _points(marks), marks.seconds))
+    def _write(self, marks, tried):
+        """Write Marks; `tried`: the digest of the submission."""
         with self._writing:
-            self._folder.write(marks, tried)
+            self._folder.write(marks, '' if marks.unfair or marks.unjudged else tried)
             self._failed = self._failed or not marks.judged
-
-
-def _points(marks):
-    return '{:g} of {:g} points'.format(marks.points, marks.worth) if marks.judged else NOT_JUDGED
 
 
 # -- the command
@@ -128,11 +133,11 @@ def mark_class(given, tell_problem):
             parts = lab.checked_parts(given.parts)
             worth = points_of(given.lab, read_points(given.points))
             _check_place(given.submissions, given.folder)
-            found = chosen(submissions_in(_folder_of(given.submissions, Path(work)), tell_problem),
-                           given.only)
-            if given.pad != HANDOUT and given.lab != GAMEPAD:
-                raise ValueError('--pad is for --lab {} alone'.format(GAMEPAD))
-            pad_called(given.pad)
+            found = submissions_in(_folder_of(given.submissions, Path(work)), tell_problem)
+            if given.only:
+                names = chosen([submission.student for submission in found], given.only)
+                found = [submission for submission in found if submission.student in names]
+            _check_lab(given)
             options = Options(given.package, given.type, given.pad, not given.unprotected)
             _check_sandboxes(given.unprotected)
             folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),
@@ -164,6 +169,13 @@ def _folder_of(submissions, work):
         raise ValueError('{} is neither a folder nor a zip file'.format(submissions))
     unpack_class(path, work / 'all')
     return without_wrapping(work / 'all')
+
+
+def _check_lab(given):
+    """Raises ``ValueError`` for an unknown pad, and for an option of another lab."""
+    if given.pad != HANDOUT and given.lab != GAMEPAD:
+        raise ValueError('--pad is for --lab {} alone'.format(GAMEPAD))
+    pad_called(given.pad)
 
 
 def _check_place(submissions, marks):

@@ -132,18 +132,24 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
     extra = given.pop(EXTRA, {})
     if not isinstance(extra, dict):
         raise ValueError('{}: "{}" is a section of its own'.format(lab, EXTRA))
-    for section, is_extra in ((given, False), (extra, True)):
-        names = [criterion.name for criterion in criteria if criterion.extra is is_extra]
-        for name in [*section, *names]:
-            points = section.get(name)
+    worth = {}
+    for section, names in ((given, [c.name for c in criteria if not c.extra]),
+                           (extra, [c.name for c in criteria if c.extra])):
+        for name in section:
             if name not in names:
                 raise ValueError('{}: no criterion is called "{}"; these are: {}'.format(
                     lab, name, ', '.join(names)))
-            if isinstance(points, bool) or not isinstance(points, (int, float)) or not (
-                    math.isfinite(points) and points >= 0):
-                raise ValueError('{}: {} = {!r} is not valid: a number of at least 0'.format(
-                    lab, name, points))
-    return {**given, **extra}
+        for name in names:
+            worth[name] = _checked_points(lab, name, section.get(name))
+    return worth
+
+
+def _checked_points(lab: str, name: str, points: Any) -> float:
+    if isinstance(points, bool) or not isinstance(points, (int, float)) or not (
+            math.isfinite(points) and points >= 0):
+        raise ValueError('{}: {} = {!r} is not valid: a number of at least 0'.format(
+            lab, name, points))
+    return points
 
 
 def read_points(path: Optional[Path]) -> Any:

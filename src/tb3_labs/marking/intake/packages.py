@@ -24,6 +24,7 @@ LARGEST_MANIFEST = 100000
 INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
+LISTENS_TO = 'listens to '
 #: A remark names at most this many files.
 NAMED = 6
 #: Candidates that agree in so many ranks are alike.
@@ -70,16 +71,20 @@ def package_folder(path: Path, folder: Path) -> Optional[Path]:
     return None
 
 
-def name_in(manifest: Path) -> str:
-    """Returns the name in a package.xml; '' if there is none that is valid."""
+def name_in(manifest: Path) -> Tuple[str, str]:
+    """Returns (name in a package.xml, ''), or ('', reason) if there is no valid name."""
+    if not manifest.is_file():
+        return '', 'The package has no package.xml: one was made.'
     try:
         text = manifest.read_bytes()[:LARGEST_MANIFEST].decode('utf-8-sig', errors='replace')
         if '<!ENTITY' in text:      # an entity may expand to millions of others
-            return ''
+            raise ValueError('it has entities')
         name = (ElementTree.fromstring(text).findtext('name') or '').strip()
-    except (OSError, ElementTree.ParseError, ValueError, LookupError, RecursionError):
-        return ''
-    return name if NAME.fullmatch(name.replace('-', '_')) else ''
+    except (ElementTree.ParseError, ValueError, LookupError, RecursionError) as error:
+        return '', 'package.xml cannot be read ({}): one was made.'.format(error)
+    if NAME.fullmatch(name.replace('-', '_')):
+        return name, ''
+    return '', 'The package is called {!r}: it got another name.'.format(name[:60])
 
 
 def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
@@ -91,7 +96,7 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
     found: Dict[str, Set[Path]] = {}
     for path in files_in(folder):
         if path.name == MANIFEST:
-            name, place = name_in(path) or path.parent.name, path.parent
+            name, place = name_in(path)[0] or path.parent.name, path.parent
         elif path.parent.name in INTERFACES and path.suffix == '.' + path.parent.name:
             place = path.parent.parent
             if (place / MANIFEST).exists():
@@ -133,7 +138,7 @@ class Choice(NamedTuple):
     """The file that is chosen as the node."""
 
     path: str
-    remarks: List[str]      # for the student: which other files there are
+    remarks: List[str]      # why, for the student
     look_at: List[str]      # for the instructor: the choice was by chance
 
 
@@ -147,17 +152,19 @@ class _Candidate(NamedTuple):
     folder: int             # place among the usual folders
     depth: int
     path: str
+    said: Tuple[str, ...]   # the signs that were found
     text: str
 
 
 def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -> Choice:
     """The choice of a lab's node below `folder`; see choose()."""
-    files = []
+    files, names = [], {}
     for path in filter(_is_program, files_in(folder)):
         found = package_folder(path, folder)
-        files.append(SourceFile(
-            str(path.relative_to(folder)), name_in(found / MANIFEST) if found else '',
-            path.read_bytes().decode(errors='replace')))
+        if found not in names:
+            names[found] = name_in(found / MANIFEST)[0] if found else ''
+        files.append(SourceFile(str(path.relative_to(folder)), names[found],
+                                path.read_bytes().decode(errors='replace')))
     if not files:
         others = [str(path.relative_to(folder)) for path in files_in(folder)]
         raise NotJudged('{} {}'.format(
@@ -197,32 +204,27 @@ def choose(lab: NodeNames, files: Sequence[SourceFile], package: str = '',
     packages, names = (package,) if package else lab.packages, (name,) if name else lab.files
     found = sorted(candidate for candidate in (
         _candidate(lab, file, packages, names) for file in files)
-        if (not package or candidate.package == 0) and (
-            candidate.name < len(names) or not name and _is_like(lab, candidate.text)))
+        if (not package or candidate.package == 0) and _can_be_the_node(candidate, names, name))
     if not found:
         raise NotJudged(_nothing_found(files, package, names))
-    path, *others = [each.path for each in found]
     alike = [each for each in found if each[:ALIKE] == found[0][:ALIKE]]
     differ = len({each.text for each in alike}) > 1
-    return Choice(path, [
-        'There is no {}; judged was {}.'.format(' or '.join(names), path)] * (
-            found[0].name == len(names)) + [
-        '{} files can be the node; judged was {}. The others: {}.'.format(
-            len(found), path, shortened(others))] * bool(others), [
+    return Choice(found[0].path, _remarks(found, packages, names), [
         'Judged was {}. It is as likely the node as {}, and they differ: --package and --type '
-        'choose another one.'.format(path, shortened(
+        'choose another one.'.format(found[0].path, shortened(
             [each.path for each in alike[1:]]))] * differ)
 
 
 def _candidate(lab, file, packages, names):
     *folders, name = file.path.lower().split('/')
+    said = _signs(lab, file.text)
     lower = [usual.lower() for usual in names]
     return _Candidate(
         is_aside(file.path),
         min(_package_rank(usual.lower(), [file.package.lower()] + folders) for usual in packages),
-        lower.index(name) if name in lower else len(names), 3 - sum(_signs(lab, file.text)),
+        lower.index(name) if name in lower else len(names), 3 - len(said),
         FOLDERS.index(folders[-1]) if folders and folders[-1] in FOLDERS else len(FOLDERS),
-        len(folders), file.path, file.text)
+        len(folders), file.path, said, file.text)
 
 
 def _package_rank(usual, called):
@@ -234,18 +236,37 @@ def _package_rank(usual, called):
 
 
 def _signs(lab, text):
-    """Does a program listen to the lab's topic, and has it the names of its class and its node?"""
+    """Returns the signs of the lab's node in a program, as clauses such as 'listens to imu'."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
-    return [bool(re.search(pattern, code, re.MULTILINE)) for pattern in (
-        r'Subscriber\(\s*(name\s*=\s*)?[\'"]/?(\w+/)*{}[\'"]'.format(lab.sensors[0]),
-        r'^[ \t]*class\s+{}\b'.format(lab.class_name),
-        r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name))]
+    return tuple(said for pattern, said in (
+        (r'Subscriber\(\s*(name\s*=\s*)?[\'"]/?(\w+/)*{}[\'"]'.format(lab.sensors[0]),
+         LISTENS_TO + lab.sensors[0]),
+        (r'^[ \t]*class\s+{}\b'.format(lab.class_name), 'has the class ' + lab.class_name),
+        (r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name),
+         'is the node ' + lab.node_name),
+    ) if re.search(pattern, code, re.MULTILINE))
 
 
-def _is_like(lab, text):
-    """Can a program with an unusual name be the node?"""
-    listens, *named = _signs(lab, text)
-    return listens or all(named)
+def _can_be_the_node(candidate, names, name):
+    said = candidate.said
+    return candidate.name < len(names) or not name and (
+        len(said) >= 2 or any(clause.startswith(LISTENS_TO) for clause in said))
+
+
+def _remarks(found, packages, names):
+    best, *others = found
+    signs = ' and '.join(best.said)
+    if not others:
+        return [] if best.name < len(names) else [
+            'There is no {}; judged was {}, which {}.'.format(' or '.join(names), best.path, signs)]
+    why = next((why for rank, why in enumerate((
+        'the others were put aside', 'it is in the package ' + ' or '.join(packages),
+        'it has the usual name', 'it ' + signs)) if best[rank] != others[0][rank]),
+        'it comes first')
+    if best.package == 2 and any(packages):
+        why += ' (there is no package {})'.format(' or '.join(packages))
+    return ['{} files can be the node; judged was {}, because {}. The others: {}.'.format(
+        len(found), best.path, why, shortened([other.path for other in others]))]
 
 
 def shortened(names: Sequence[str], most: int = NAMED) -> str:

@@ -33,7 +33,8 @@ class Reading:
     look_at: List[str]              # sentences for the instructor
     node: str                       # its file
     package: str                    # the folder of its package
-    name: str                       # the name in the package's package.xml; '' if none is valid
+    name: str                       # the name in the package's package.xml; '' if it has none
+    bad_name: str                   # a sentence on a package.xml without a valid name
     packages: Dict[str, str]        # the needed ones: name -> folder
     given: List[str]                # see imports.Needs
     unused: List[str]
@@ -114,6 +115,6 @@ def _read(student: str, paths: Sequence[str], names: List[str], folder: str, lab
             choice.path, ' and '.join(needs.lacking))
     return asdict(Reading(
         digest(place), copy.remarks + choice.remarks + unread, choice.look_at, choice.path,
-        str(source.relative_to(place)), name_in(source / MANIFEST),
+        str(source.relative_to(place)), *name_in(source / MANIFEST),
         {each: str(packages[each].relative_to(place)) for each in needs.packages
          if each in packages}, needs.given, needs.unused))

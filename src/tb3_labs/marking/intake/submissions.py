@@ -8,6 +8,7 @@ The files that were handed in are neither changed nor run. They are copied, or u
 within a budget of files and bytes, without links and devices. A zip file may be a bomb, or have
 paths that lead out of it: reading.py does this in a process of its own.
 """
+import difflib
 import hashlib
 import os
 import re
@@ -49,8 +50,8 @@ ENCRYPTED = 1       # the bit for a password, in the flags of a file in a zip fi
 OTHER_ARCHIVES = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 #: A larger file is not copied, unless it is an archive [bytes].
 LARGEST = 20000000
-#: A remark names at most this many of the files that were left out, an error this many students.
-NAMED_FILES, NAMED_STUDENTS = 3, 40
+#: A remark names at most this many of the files that were left out.
+NAMED_FILES = 3
 
 
 # -- names
@@ -83,13 +84,17 @@ class HandedIn(NamedTuple):
 
 def read_name(name: str, is_folder: bool) -> HandedIn:
     """The parts of the name of a file or a folder."""
-    moodle, canvas = MOODLE.fullmatch(name), None if is_folder else CANVAS.fullmatch(name)
-    said = moodle or canvas
-    if said:
-        return HandedIn(said['student'].strip(), said['number'], '' if is_folder else (
-            moodle['file'] if moodle else AGAIN.sub('', said['file'])))
-    return HandedIn(name[:-len(ZIP)] if is_zip(name) and not is_folder else name, '',
-                    '' if is_folder else name)
+    moodle = MOODLE.fullmatch(name)
+    if moodle:
+        return HandedIn(moodle['student'].strip(), moodle['number'],
+                        '' if is_folder else moodle['file'])
+    if is_folder:
+        return HandedIn(name, '', '')
+    canvas = CANVAS.fullmatch(name)
+    if canvas:
+        return HandedIn(canvas['student'].strip(), canvas['number'],
+                        AGAIN.sub('', canvas['file']))
+    return HandedIn(name[:-len(ZIP)] if is_zip(name) else name, '', name)
 
 
 def by_student(names: Iterable[Tuple[str, bool]]) -> Dict[str, List[Tuple[str, HandedIn]]]:
@@ -115,15 +120,18 @@ def by_student(names: Iterable[Tuple[str, bool]]) -> Dict[str, List[Tuple[str, H
     return students
 
 
-def chosen(submissions: List['Submission'], wanted: Iterable[str]) -> List['Submission']:
-    """The submissions of these students, in any case of letters, or all if no name is given;
-    ``ValueError`` for an unknown name."""
-    known = {submission.student.lower(): submission for submission in submissions}
+def chosen(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
+    """The students that are wanted, in any case of letters; ``ValueError`` for an unknown name,
+    with the names that are similar."""
+    known = {student.lower(): student for student in students}
     for name in wanted:
         if name.lower() not in known:
-            raise ValueError('no submission is called {}; these are: {}'.format(name, shortened(
-                [submission.student for submission in known.values()], NAMED_STUDENTS)))
-    return [known[name.lower()] for name in wanted] or submissions
+            near = [key for key in known if name.lower() in key] or difflib.get_close_matches(
+                name.lower(), known)
+            raise ValueError('no submission is called {}; {}: {}'.format(
+                name, 'near it' if near else 'these are',
+                ', '.join(known[key] for key in (near or list(known))[:10])))
+    return [known[name.lower()] for name in wanted]
 
 
 # -- submissions

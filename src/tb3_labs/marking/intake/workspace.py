@@ -153,8 +153,8 @@ def _name(reading, source, packages, remarks):
     """Returns a usable name of the package; if it is a new one, writes a package.xml with it."""
     if reading.name and reading.name != OWN_PACKAGE:
         return reading.name
-    remarks.append('The package has no package.xml with a name that ROS allows, and that is not '
-                   'the name of this package: it got another one.')
+    remarks.append(reading.bad_name or 'The package is called {}, as this one: it got another '
+                   'name.'.format(reading.name))
     # its node may import messages by the folder's name
     name = source.name if source.name in packages else SUBSTITUTE
     (source / MANIFEST).write_text(SUBSTITUTE_MANIFEST.format(name), encoding='utf-8')
@@ -171,9 +171,16 @@ def _repair(node, remarks, look_at):
         remarks.append('{} has Windows line endings: changed.'.format(node.name))
     first = code.partition(b'\n')[0]
     python = NAMES_PYTHON.match(first)
-    if b'\0' in code or not code.startswith(b'#!'):
-        remarks.append('{} does not begin with {}, or is not text in UTF-8, so that rosrun cannot '
-                       'start it.'.format(node.name, SHEBANG))
+    if not code.strip():
+        remarks.append('{} is empty.'.format(node.name))
+    elif b'\0' in code:
+        remarks.append('{} is not text in UTF-8: save it as UTF-8.'.format(node.name))
+    elif b'\r' in code and b'\n' not in code:
+        remarks.append('{} has the line ends of an old Mac (CR): save it with LF.'.format(
+            node.name))
+    elif not code.startswith(b'#!'):
+        remarks.append('{} does not begin with {}, so that rosrun cannot start it.'.format(
+            node.name, SHEBANG))
     elif python and not shutil.which(os.fsdecode(python.group(1))):
         look_at.append('It begins with {}, which this machine lacks: on another one it may '
                        'run.'.format(printable(os.fsdecode(first[:80]))))

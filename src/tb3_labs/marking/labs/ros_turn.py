@@ -44,9 +44,9 @@ def exercise(stage):
         stage.robot.face(degrees - offset)
         heading = (stage.recorder.heading_deg + offset) % 360.0
         with stage.stimulus(name, {asked_imu.HEADING_DEG: heading}):
-            characters = node.output.length
+            characters, _ = node.printed
             wait_until(lambda: not node.alive or len(asked_imu.headings(
-                node.output.since(characters))) >= LINES, asked_imu.READING)
+                node.text_since(characters))) >= LINES, asked_imu.READING)
     stage.ctrl_c()
 
 
@@ -109,11 +109,19 @@ def mouse_fields(fields):
     if not flags or len(numbers) < 2:
         raise ValueError('its message has no flag and two numbers, but {}'.format(', '.join(
             '{} {}'.format(of, name) for name, of, *_ in fields) or 'no field'))
-    places = [next((name for name in numbers
-                    if name.lower() in (way, way + 'pos', way + '_pos')), '') for way in 'xy']
-    chosen = [STATUS if STATUS in flags else flags[0]] + (places if all(places) else numbers[:2])
+    places = [_named(X, numbers), _named(Y, numbers)]
+    chosen = [_named(STATUS, flags) or flags[0]] + (places if all(places) else numbers[:2])
     return chosen, ['Your {} was taken for {}.'.format(name, usual)
                     for name, usual in zip(chosen, (STATUS, X, Y)) if name != usual]
+
+
+def _named(usual, names):
+    """The name that is this one in any case, with or without `Pos`; '' if there is none."""
+    for wanted in (usual.lower(), usual.lower().replace('pos', '')):
+        for name in names:
+            if name.lower().replace('_', '') == wanted:
+                return name
+    return ''
 
 
 def mouse_of(stage, names):

@@ -125,6 +125,7 @@ class Observation:
     lost: Dict[str, int] = field(default_factory=dict)           # what is not in here, how often
     #: [time, in words] of commands that are not finite numbers
     odd: List[List[Any]] = field(default_factory=list)
+    drivers: List[str] = field(default_factory=list)    # programs that command the robot by turns
     own_moves: List[List[float]] = field(default_factory=list)   # [begin, end] of the marker's
     shown: str = ''                                              # see shown_run.shown
 
@@ -159,9 +160,13 @@ class Observation:
 
     @property
     def gaps(self) -> List[str]:
-        """Sentences on what is missing in this record."""
-        return ['{} {} came on {}: they are not recorded, and not judged.'.format(
+        """Sentences on what is missing in this record, and on what must not be in it."""
+        told = ['{} {} came on {}: they are not recorded, and not judged.'.format(
             number, what, CMD_VEL) for what, number in sorted(self.lost.items())]
+        if self.drivers:
+            told.append('{} sent commands by turns with another program.'.format(
+                ' and '.join(self.drivers)))
+        return told
 
     @property
     def longest_gap(self) -> float:

@@ -26,7 +26,7 @@ OF_OTHERS = 600 * 10 ** 6
 LOOK_PERIOD_OF_LIMITS = 0.25
 MEMORY_PAGE = os.sysconf('SC_PAGE_SIZE')
 #: Number of characters kept from the beginning of an output, and as many from its end.
-KEPT_CHARACTERS = 20000
+KEPT_CHARACTERS = 100000
 #: Highest speed of reading, so that a long output does not load the computer [characters/s].
 FASTEST_READING = 1e6
 
@@ -42,17 +42,23 @@ class Program:
     """
 
     def __init__(self, command, environment=None):
-        self._source, theirs = pty.openpty()
+        source, theirs = pty.openpty()
+        self._start(command, source, theirs, theirs, environment)
+
+    def _start(self, command, source, typed, printed, environment):
+        """Start the command; `source`: where its output is read; `typed`, `printed`: its ends."""
+        self._source = source
         self._process = subprocess.Popen(
-            command, stdin=theirs, stdout=theirs, stderr=theirs,
+            command, stdin=typed, stdout=printed, stderr=printed,
             # otherwise text that is printed to a pipe is seen only at the end
             env=dict(os.environ if environment is None else environment, PYTHONUNBUFFERED='1',
                      PYTHON_COLORS='0'),
             start_new_session=True)
-        os.close(theirs)
-        #: Everything printed so far.
-        self.output = BoundedText()
-        threading.Thread(target=self._read, daemon=True).start()
+        os.close(printed)
+        self._changed = threading.Condition()    # guards the text
+        self._text = BoundedText()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
 
     def _read(self):
         while True:
@@ -60,10 +66,29 @@ class Program:
                 chunk = os.read(self._source, 65536)
             except OSError:    # the other side of a pseudo-terminal is closed
                 chunk = b''
+            with self._changed:
+                self._text.append(chunk.decode(errors='replace').replace('\r\n', '\n'))
+                self._changed.notify_all()
             if not chunk:
                 return
-            self.output.append(chunk.decode(errors='replace').replace('\r\n', '\n'))
             time.sleep(len(chunk) / FASTEST_READING)
+
+    @property
+    def text(self):
+        """Everything printed so far."""
+        with self._changed:
+            return str(self._text)
+
+    @property
+    def printed(self):
+        """(number of characters, number of lines) printed so far."""
+        with self._changed:
+            return self._text.length, self._text.lines
+
+    def text_since(self, characters):
+        """The text printed after the first `characters`, as far as it is kept."""
+        with self._changed:
+            return self._text.since(characters)
 
     @property
     def pid(self):
@@ -81,8 +106,10 @@ class Program:
 
     def send(self, number):
         """Send a signal to the whole group."""
-        with suppress(ProcessLookupError):      # it has ended already
+        try:
             os.killpg(self._process.pid, number)
+        except ProcessLookupError:
+            pass    # it has ended already
 
     def kill(self):
         """End it at once (SIGKILL)."""
@@ -91,37 +118,38 @@ class Program:
 
 
 class BoundedText:
-    """The beginning and the end of an output, which may be endless. One thread appends."""
+    """The beginning and the end of an output, which may be endless."""
 
     def __init__(self, kept=KEPT_CHARACTERS):
-        self._kept, self._lock = kept, threading.Lock()
-        self._head = self._tail = ''
-        #: Number of characters and of line ends so far, also of dropped ones.
-        self.length = self.lines = 0
+        self._kept = kept
+        self._head = ''
+        self._tail = ''
+        #: Number of characters so far, also of dropped ones.
+        self.length = 0
+        #: Number of line ends so far, also of dropped ones.
+        self.lines = 0
 
     def append(self, text):
         """Add `text` at the end."""
+        self.length += len(text)
+        self.lines += text.count('\n')
         room = self._kept - len(self._head)
-        with self._lock:
-            self.length += len(text)
-            self.lines += text.count('\n')
-            self._head += text[:room]
-            self._tail += text[room:]
-            if len(self._tail) > 2 * self._kept:    # not at each call: it copies the text
-                self._tail = self._tail[-self._kept:]
+        self._head += text[:room]
+        self._tail += text[room:]
+        if len(self._tail) > 2 * self._kept:    # not at each call: it copies the text
+            self._tail = self._tail[-self._kept:]
 
     def __str__(self):
-        with self._lock:
-            tail = self._tail[-self._kept:]
-            dropped = self.length - len(self._head) - len(tail)
-            return self._head + '\n... {} characters are left out here ...\n'.format(
-                dropped) * bool(dropped) + tail
+        dropped = self.length - len(self._head) - len(self._tail)
+        if not dropped:
+            return self._head + self._tail
+        return '{}\n... {} characters are left out here ...\n{}'.format(
+            self._head, dropped, self._tail)
 
     def since(self, length):
-        """The text after the first `length` characters: at most the last ones that are kept."""
-        with self._lock:
-            tail_begins = self.length - len(self._tail)
-            return (self._head[length:] + self._tail[max(0, length - tail_begins):])[-self._kept:]
+        """The text after the first `length` characters, as far as it is kept."""
+        tail_begins = self.length - len(self._tail)
+        return self._head[length:] + self._tail[max(0, length - tail_begins):]
 
 
 # -- the end

@@ -25,7 +25,7 @@ from tb3_labs.report.bag.messages import LEVELS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_odometry_sample, to_twist
 from tb3_labs.ros.sensor_topics import to_imu_sample
-from tb3_labs.ros.rospy_internals import connection_of, note_connections
+from tb3_labs.ros.rospy_internals import connection_of, note_connections, sender_of
 from tb3_labs.ros.topics import subscribe
 
 #: The robot's name, by which its settings are found.
@@ -77,6 +77,8 @@ class Recorder:
     def __init__(self, observation):
         self._observation = observation
         self._zero, self._lock = rospy.get_time(), threading.Lock()
+        #: The addresses of the programs that commanded the robot, the latest first.
+        self._drivers = []
         self._imu = None
         threading.Thread(
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
@@ -103,10 +105,12 @@ class Recorder:
 
     def _on_command(self, message):
         entry = [self.now, message.linear.x, message.angular.z]
-        if connection_of(message)['process'] == rospy.get_node_uri():
+        header = connection_of(message)
+        if header['process'] == rospy.get_node_uri():
             return      # the marker's own
         seen = self._observation
         with self._lock:
+            self._note_driver(header)
             if not (math.isfinite(entry[1]) and math.isfinite(entry[2])):
                 seen.lose('commands that are not finite numbers')
                 seen.odd += [[entry[0], '{:g} m/s and {:g} rad/s'.format(*entry[1:])]] * (
@@ -119,6 +123,12 @@ class Recorder:
                 seen.commands.append(entry)
             else:
                 seen.lose('commands after the first {}'.format(MOST_COMMANDS))
+
+    def _note_driver(self, header):
+        process = header['process']
+        if process in self._drivers[1:]:    # it had been followed by another one
+            self._observation.drivers = sorted({*self._observation.drivers, sender_of(header)})
+        self._drivers = [process] + [other for other in self._drivers if other != process]
 
     def _on_imu(self, sample):
         self._imu = sample

@@ -11,8 +11,9 @@ from contextlib import contextmanager, suppress
 import rosgraph
 import rospy
 from dynamic_reconfigure.client import Client
-from dynamic_reconfigure.encoding import decode_config
+from dynamic_reconfigure.encoding import decode_config, encode_config
 from dynamic_reconfigure.msg import Config as Values
+from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, SIGNAL, TOOK
@@ -27,8 +28,9 @@ from tb3_labs.ros.topics import subscribe
 
 #: An input or a sensor is silent for this time: LOST, plus a margin [s].
 SILENCE = 1.5
-#: The master is asked every PERIOD [s].
-PERIOD = 1.0
+#: The master is asked every PERIOD [s]. The robot's settings are set back at most MOST_REPAIRS
+#: times.
+PERIOD, MOST_REPAIRS = 1.0, 20
 ENDED = 'The {} was ended while the node ran.'
 #: lab -> part -> its script, given a Stage
 SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_move2goal.PARTS,
@@ -61,12 +63,11 @@ class Stage:
         `facts`, and those that the block adds."""
         self._tell('{}: {}'.format(self._part, name))
         record = Stimulus(name, self.recorder.now, facts=dict(facts or {}))
-        output = self.node.output
-        characters, lines = output.length, output.lines
+        characters, lines = self.node.printed
         yield record
         record.end = self.recorder.now
-        record.printed = output.since(characters)
-        record.lines = output.lines - lines
+        record.printed = self.node.text_since(characters)
+        record.lines = self.node.printed[1] - lines
         record.died = not self.node.alive
         self.observation.stimuli.append(record)
         self.keep()
@@ -153,7 +154,8 @@ class Stage:
 class Witness:
     """Notes in an Observation, for the instructor, what would make its marks wrong, until `end()`.
 
-    Such as a program that reads the robot's true pose, or changes the robot's settings.
+    Such as a program that reads the robot's true pose, or changes the robot's settings: these are
+    set back.
     """
 
     def __init__(self, observation, robot, keep):
@@ -162,7 +164,7 @@ class Witness:
         self._master = rosgraph.Master(rospy.get_name())
         #: The connection to the master allows only one question at a time.
         self._asking = threading.Lock()
-        self._settings = None
+        self._settings, self._repairs = None, 0
         self._over = threading.Event()
         subscribe('/{}/parameter_updates'.format(ROBOT), Values, self._on_settings,
                   queue_size=None)
@@ -194,10 +196,20 @@ class Witness:
             self.look()
 
     def _on_settings(self, message):
+        """Set back the settings that the marker did not change."""
         now = decode_config(message)
-        for finding in changed(self._settings or now, now):
+        if self._settings is None:
+            self._settings = now
+        findings = changed(self._settings, now)
+        for finding in findings:
             self._observation.note(finding)
-        self._settings = self._settings or now
+        if findings and self._repairs < MOST_REPAIRS:
+            self._repairs += 1
+            before = {name: value for name, value in self._settings.items()
+                      if name not in SWITCHES}
+            with suppress(rospy.ServiceException):      # the robot is gone: noted elsewhere
+                rospy.ServiceProxy('/{}/set_parameters'.format(ROBOT), Reconfigure)(
+                    encode_config(before))
 
     def _on_shutdown(self):
         """End at once: a marker that was shut down hears nothing, and would observe wrongly."""

@@ -9,7 +9,6 @@ import os
 import signal
 import time
 import xmlrpc.client
-from collections import defaultdict
 from contextlib import suppress
 
 import rosgraph
@@ -44,6 +43,9 @@ PATIENCE = 2.0
 BY_SIGNAL = 128
 #: This line is added to the output of a node that used too much.
 ENDED_BY_MARKER = '\nThe marker ended it, since it used {}.\n'
+#: This many characters of a node's output are kept: the last ones of each stimulus, the first and
+#: the last ones of each run.
+PRINTED = 20000
 
 
 class StudentNode:
@@ -71,20 +73,22 @@ class StudentNode:
     def status(self):
         """The exit status of the process; None while it runs, -N if signal N ended it."""
         status = self._process.status
-        return BY_SIGNAL - status if self._launch.isolated and (status or 0) > BY_SIGNAL else status
+        # if a signal ended its program, a sandbox's status is 128 plus the signal, as a shell's
+        isolated = self._launch.isolated and status is not None and status > BY_SIGNAL
+        return BY_SIGNAL - status if isolated else status
 
     def start(self, *arguments, listens=None):
         """Start the node anew. Returns True as soon as the node is ready, else False.
 
         If its first run was never ready, the node is not started again.
         """
-        self._needed = [rospy.resolve_name(name) for name in (
+        needed = self._needed = [rospy.resolve_name(name) for name in (
             self._sensors if listens is None else [listens])]
         self.stop()
         if self.runs and self.runs[0].ready is None:
             return False
         known = set(self.graph.nodes())
-        run = Run(self._now(), needed=self._needed[0].strip('/'))
+        run = Run(self._now(), needed=needed[0].strip('/'))
         self.runs.append(run)
         environment = self._launch.environment
         if environment is not None:     # each submission has a master of its own
@@ -93,13 +97,13 @@ class StudentNode:
                                 environment)
         if self._launch.isolated:
             self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS, os.getppid())
-        if self._is_ready_in_time(known):
+        if self._is_ready_in_time(needed, known):
             run.ready = self._now()
             return True
         self.stop()
         return False
 
-    def _is_ready_in_time(self, known):
+    def _is_ready_in_time(self, needed, known):
         new, since = {}, time.monotonic()
 
         def is_ready():
@@ -108,14 +112,14 @@ class StudentNode:
                     if name not in known}
             if seen != new:
                 new, since = seen, time.monotonic()
-            return time.monotonic() - since >= QUIET and any(
-                (LISTENS, self._needed[0]) in registered for registered in new.values())
+            return any((LISTENS, needed[0]) in registered for registered in new.values()) and (
+                time.monotonic() - since >= QUIET)
         waiting = os.getloadavg()[0] / (os.cpu_count() or 1)
         ready = wait_until(lambda: not self.alive or is_ready(),
                            START_TIME * min(BUSY, max(1.0, waiting)), LOOK)
         self.graph.names, self.runs[-1].nodes = set(new), sorted(new)
         if self.alive:
-            self.runs[-1].unheard = self.graph.unheard(self._needed)
+            self.runs[-1].unheard = self.graph.unheard(needed)
         return ready and self.alive
 
     def stop(self):
@@ -145,18 +149,24 @@ class StudentNode:
             self._process.type(line)
 
     @property
-    def output(self):
-        """The BoundedText of the process."""
-        return self._process.output
+    def printed(self):
+        """The length of the process's output so far: (characters, lines)."""
+        return self._process.printed
+
+    def text_since(self, characters):
+        """Returns the output after its first `characters`; of this at most the last PRINTED."""
+        return self._process.text_since(characters)[-PRINTED:]
 
     def note(self):
         """Write into the latest run the process's output and topics, and whether it has ended."""
         if self._process is None:
             return
-        run = self.runs[-1]
-        run.printed = str(self.output)
+        text, run = self._process.text, self.runs[-1]
+        if len(text) > 2 * PRINTED:
+            text = '{}\n...\n{}'.format(text[:PRINTED], text[-PRINTED:])
         if self._watch is not None and self._watch.exceeded:
-            run.printed += ENDED_BY_MARKER.format(self._watch.exceeded)
+            text += ENDED_BY_MARKER.format(self._watch.exceeded)
+        run.printed = text
         if self.alive:
             with suppress(OSError, rosgraph.MasterException):   # the master does not answer
                 run.listens, run.publishes = self.graph.topics()
@@ -178,12 +188,16 @@ class Graph:
     def nodes(self):
         """Returns name -> {(role, topic or service)} of each node except this one; {} if the
         master does not answer."""
-        nodes = defaultdict(set)
-        with suppress(OSError, rosgraph.MasterException):
-            for role, groups in enumerate(self._master.getSystemState()):
-                for topic, names in groups:
-                    for name in set(names) - {rospy.get_name()}:
-                        nodes[name].add((role, topic))
+        try:
+            state = self._master.getSystemState()
+        except (OSError, rosgraph.MasterException):
+            return {}
+        nodes = {}
+        for role, groups in enumerate(state):
+            for topic, names in groups:
+                for name in names:
+                    nodes.setdefault(name, set()).add((role, topic))
+        nodes.pop(rospy.get_name(), None)
         return nodes
 
     def of_node(self, role):
@@ -218,8 +232,8 @@ class Graph:
             robot = xmlrpc.client.ServerProxy(self._master.lookupNode('/' + ROBOT))
             connected = {(name, topic) for _, name, _, _, topic, *_ in robot.getBusInfo(
                 rospy.get_name())[2]}
-        listens = self.of_node(LISTENS) if connected else set()
-        return [topic.strip('/') for topic in needed if topic in listens and not any(
+        listens = self.of_node(LISTENS)
+        return [topic.strip('/') for topic in needed if topic in listens and connected and not any(
             (name, topic) in connected for name in self.names)]
 
     def kind_of(self, topic):
