@@ -152,7 +152,7 @@ class PanelBrowserTest(PanelCase):
         self.others.append(other)
         self.addCleanup(other.close)
         for press in lambda: self.page.press_key('b'), lambda: self.page.move_pad(pressed=[1]):
-            other.wait_for(has_control=False, page='')    # it knows of the last stop
+            self.let_pass(SILENCE)    # until each False of the last stop has come: each is a stop
             other.hold(pad={})
             self.let_pass(0.5)    # the node knows the delay of a pad after this time
             other.hold(pad={'a': True})
