@@ -93,42 +93,55 @@ class Pointer:
         if os.environ.get('WAYLAND_DISPLAY'):
             raise ValueError('the mouse cannot be read in a Wayland session: log in again with '
                              'an "Xorg" (X11) session')
-        try:    # the import fails without a display, too
-            from pynput import mouse
-            from Xlib import display
-        except ImportError as problem:
-            raise ValueError(
-                'the mouse needs a computer with a screen (DISPLAY is {!r}), and the package '
-                'pynput: sudo apt install python3-pynput (Ubuntu 20.04: sudo apt install '
-                'python3-xlib; pip3 install --no-deps pynput): {}'.format(
-                    os.environ.get('DISPLAY', ''), str(problem).split('\n')[0])) from None
+        if not os.environ.get('DISPLAY'):
+            raise ValueError('no display: the mouse can only be read on a computer with a screen '
+                             '(DISPLAY is not set)')
+        mouse, display = _libraries()
         self._hand = mouse.Controller()
         self._root = display.Display().screen().root
         # A daemon thread, which is never stopped or joined: on X11 a stop or a join hangs.
         self._listener = mouse.Listener(
             on_move=lambda x, y: on_move(),
             on_scroll=lambda x, y, dx, dy: dy and on_scroll(dy > 0))
-        report = threading.excepthook    # position() tells of a display that is lost
-        threading.excepthook = lambda died: died.thread is self._listener or report(died)
+        _end_quietly(self._listener)
         self._listener.start()
         self._listener.wait()
 
     def position(self):
         """(x, y), each from -1 to 1 over the whole screen, x to the right, y up."""
         try:
+            if not self._listener.is_alive():
+                raise EOFError('the listener has ended')
             screen = self._root.get_geometry()
-            pixel = self._hand.position
+            return screen_position(*self._hand.position, screen.width, screen.height)
         except Exception as problem:    # Xlib raises classes of its own, not all of them public
             raise ValueError('lost the display of the mouse ({})'.format(problem)) from None
-        if not self._listener.is_alive():    # it would not hear a scroll up
-            raise ValueError('lost the display of the mouse')
-        return screen_position(*pixel, screen.width, screen.height)
 
 
 def screen_position(pixel_x, pixel_y, width, height):
     """Returns the position (x, y), -1 to 1, of a pixel; pixels count from the top left corner."""
     x, y = 2.0 * pixel_x / max(width - 1, 1) - 1.0, 1.0 - 2.0 * pixel_y / max(height - 1, 1)
     return max(-1.0, min(1.0, x)), max(-1.0, min(1.0, y))
+
+
+def _libraries():
+    try:
+        from pynput import mouse
+        from Xlib import display
+    except ImportError as problem:
+        if (problem.name or '').startswith('pynput'):
+            raise ValueError('the mouse needs the Python package pynput: sudo apt install '
+                             'python3-pynput (Ubuntu 20.04: sudo apt install python3-xlib; '
+                             'pip3 install --no-deps pynput)') from None
+        raise ValueError('cannot open the display {} to read the mouse'.format(
+            os.environ['DISPLAY'])) from None
+    return mouse, display
+
+
+def _end_quietly(thread):
+    """Print no traceback when `thread` dies with its display, which Pointer.position reports."""
+    report = threading.excepthook
+    threading.excepthook = lambda died: died.thread is thread or report(died)
 
 
 if __name__ == '__main__':

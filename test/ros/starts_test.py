@@ -9,7 +9,7 @@ from std_msgs.msg import Bool, Float64
 from node_case import STARTING, Program, run_as_node
 from starts import Stage
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.publishing import heard_by
+from tb3_labs.ros.rospy_internals import heard_by
 from thumb import A, B
 
 

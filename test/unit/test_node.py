@@ -25,9 +25,8 @@ from rospy.impl.tcpros_base import TCPROSTransport, TCPServer
 from rospy.impl.tcpros_pubsub import TCPROSPub
 from rospy.topics import _PublisherImpl
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.publishing import write_at_once
 from tb3_labs.ros.rospy_internals import (
-    answer_side_by_side, hear_all_publishers, hear_others_alone)
+    answer_side_by_side, hear_all_publishers, hear_others_alone, write_at_once)
 
 BEGIN = '''
 import os, time

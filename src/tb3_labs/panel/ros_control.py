@@ -17,7 +17,7 @@ from tb3_labs.panel.ros_watch import Watch
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.parameters import read_config
-from tb3_labs.ros.publishing import heard_by
+from tb3_labs.ros.rospy_internals import heard_by
 from tb3_labs.ros.reset_call import call_reset
 from tb3_labs.supervision.page_grip import Grip
 

@@ -2,6 +2,6 @@
 
 `node` starts and ends a node, and states the order of locks; `clocks` waits, `topics` listens.
 Nodes that drive also use `sensor_topics`, `parameters` and `live_settings`; a call of a reset is in
-`reset_call`; `gate` guards a core, and `publishing` sends its commands. The ROS side of a node
-stands beside its core.
+`reset_call`; `gate` guards a core, and sends its commands. The ROS side of a node stands beside
+its core.
 """

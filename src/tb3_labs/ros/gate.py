@@ -18,8 +18,7 @@ from geometry_msgs.msg import Twist
 
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.node import guarded
-from tb3_labs.ros.publishing import write_at_once
-from tb3_labs.ros.rospy_internals import is_wall_time
+from tb3_labs.ros.rospy_internals import is_wall_time, write_at_once
 from tb3_labs.supervision.freshness import Freshness
 
 #: A smaller speed turns no motor [m/s], [rad/s]: their steps are eight times as large. The firmware

@@ -34,6 +34,6 @@ def _call_as_in_the_handout(x, y, yaw_deg):
     pose.orientation.z, pose.orientation.w = math.sin(half), math.cos(half)
     try:
         rospy.ServiceProxy(service, SetInitialPose)(message)
-    except rospy.ServiceException as problem:
+    except (rospy.ROSException, rospy.ServiceException) as problem:    # also when this node ends
         raise ValueError(str(problem)) from None
     return '{} was called with x={:.3f}, y={:.3f}, yaw={:.1f} deg'.format(service, x, y, yaw_deg)

@@ -1,5 +1,4 @@
-"""The private parts of rospy that the nodes read or change, each behind one function; those of
-publishers are in :mod:`tb3_labs.ros.publishing`.
+"""The private parts of rospy that the nodes read or change, each behind one function.
 
 They are those of rospy 1.15.15 (Debian 12). Each docstring names the part, what would hurt without
 it, and the test that fails if the part changes. If it names no test, an AttributeError shows the
@@ -8,6 +7,7 @@ change: a node does not start, or ends at once.
 import socket
 import threading
 import time
+from collections import deque
 from contextlib import suppress
 
 import rospy
@@ -15,6 +15,7 @@ from rospy.impl import tcpros_base
 from rospy.impl.paramserver import get_param_server_cache
 from rospy.impl.registration import RegManager, get_registration_listeners
 from rospy.impl.tcpros_base import TCPROSTransport
+from rospy.msg import serialize_message
 
 
 def connection_of(message):
@@ -122,3 +123,72 @@ def hear_all_publishers(manager=None):
             update(name, sorted(together - {name in _others_alone and manager.uri}))
 
     manager.publisher_update = joined
+
+
+def heard_by(publisher):
+    """The names of the nodes that are connected to `publisher` (`endpoint_id`): a stop that no node
+    hears is not shown as done (test/ros/panel.test)."""
+    return {connection.endpoint_id for connection in list(publisher.impl.connections)}
+
+
+def write_at_once(publisher, most=1):
+    """Let ``publish()`` itself write to each subscriber, as far as its buffers are free; else the
+    latest `most` messages wait for it.
+
+    rospy's queue has a thread for each subscriber. To wake it costs more than the message, and what
+    is in the queue is lost when the process ends (`impl`, its `add_connection`;
+    test/unit/test_node.py).
+    """
+    topic, add = publisher.impl, publisher.impl.add_connection
+
+    def add_writing(connection):
+        connection.write_data = _Writer(connection, most).write
+        return add(connection)
+
+    topic.set_queue_size(None)
+    topic.add_connection = add_writing
+
+
+class _Writer:
+    """Writes to one connection, and never waits for it."""
+
+    def __init__(self, connection, most):
+        self._connection = connection
+        self._lock = threading.Lock()    # guards the next two
+        self._waiting = deque(maxlen=most)
+        self._is_full = False            # then a thread writes what waits
+
+    def write(self, data):
+        with self._lock:
+            if self._is_full:
+                self._waiting.append(data)
+                return
+            sent = 0
+            with suppress(BlockingIOError):
+                sent = self._connection.socket.send(data, socket.MSG_DONTWAIT)
+            self._is_full = sent < len(data)
+            if self._is_full:
+                threading.Thread(target=self._write, args=(data[sent:],), daemon=True).start()
+
+    def _write(self, data):
+        while data:
+            try:
+                self._connection.socket.sendall(data)
+            except (OSError, AttributeError):    # the subscriber is gone, or was removed
+                self._connection.close()
+                return
+            with self._lock:
+                data = b''.join(self._waiting)
+                self._waiting.clear()
+                self._is_full = bool(data)
+
+
+def publish_together(publisher, messages):
+    """Publish messages by one write, as what a network has delayed: a subscriber with queue_size=1
+    drops all but the last (`impl.buff`, which is written, and `seq`; test/ros/fake_robot.test)."""
+    topic, (*before, last) = publisher.impl, messages
+    topic.buff.truncate(topic.buff.seek(0))    # what a subscriber that left has not got
+    for message in before:
+        topic.seq += 1
+        serialize_message(topic.buff, topic.seq, message)
+    publisher.publish(last)

@@ -23,7 +23,7 @@ from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.conversions import (
     TRUTH_PIPE, frame, to_pose_stamped, to_quaternion, to_transform)
 from tb3_labs.ros.node import guarded
-from tb3_labs.ros.publishing import publish_together, write_at_once
+from tb3_labs.ros.rospy_internals import publish_together, write_at_once
 from tb3_labs.simulation.sensors import MOST_HELD
 from tb3_labs.simulation.simulator import Simulator
 

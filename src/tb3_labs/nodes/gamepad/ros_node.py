@@ -9,6 +9,7 @@ from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.gate import Diagnostics, Gate, values_of
+from tb3_labs.ros.node import guarded
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reset_call import call_reset
 from tb3_labs.ros.rospy_internals import hear_others_alone
@@ -51,7 +52,7 @@ class GamepadNode:
         if output.holder is not None:
             self._holders.publish(output.holder.value)
         if output.asks_reset:    # in a thread of its own: a node that sleeps answers late
-            threading.Thread(target=_reset, daemon=True).start()
+            threading.Thread(target=guarded(_reset), daemon=True).start()
 
     def _diagnose(self):
         joy, holder = self._core.joy, self._core.holder.value
