@@ -73,7 +73,7 @@ class ClockTest(NodeCase):
 
     def test_1_a_clock_that_never_comes_is_said_within_three_seconds(self):
         nodes = [self.start(executable) for executable in (
-            'move2goal_tf.py', 'turtlebot_controller.py')]
+            'move2goal_tf.py', 'turtlebot_controller.py', 'gamepad.py')]
         for node in nodes:
             node.wait_for('ERROR', STARTING)
             line, = [line for line in node.lines if 'ERROR' in line]

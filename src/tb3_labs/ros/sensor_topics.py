@@ -1,11 +1,8 @@
-"""The IMU and the wheels: their messages as samples, and reminders of what is not heard.
+"""The IMU and the wheels: their messages as samples.
 
 An invalid message raises ``ValueError``: NaN, infinity, an invalid quaternion, a speed that no such
 robot can have, an IMU that says that it has no orientation.
 """
-import threading
-import time
-
 import rospy
 from sensor_msgs.msg import JointState
 
@@ -13,15 +10,11 @@ from tb3_labs.geometry.angles import yaw_from_quaternion
 from tb3_labs.robot.samples import (
     FARTHEST_WHEEL, FASTEST_GYRO, LAST_STAMP, ImuSample, WheelSample, bounded)
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
-from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import publishers_of, subscribe
 
 #: The wheels are read once in this time [s]: each second message of a TurtleBot3. The gyro is
 #: compared with wheels whose messages are nearer than freshness.MEAN_ONLY.
 WHEEL_PERIOD = 0.06
-#: Time before the first reminder of something that is missing, and between later ones
-#: [s, wall clock].
-FIRST_REMINDER, NEXT_REMINDER = 2.0, 10.0
 
 
 def to_imu_sample(message):
@@ -63,24 +56,3 @@ def subscribe_wheels(callback):
     were_sent = bool(publishers_of(rospy.resolve_name('joint_states')))
     subscriber = subscribe('joint_states', JointState, hear, idle_for=lambda now: WHEEL_PERIOD)
     return lambda: were_sent or subscriber.get_num_connections() > 0
-
-
-def say_what_is_awaited(heard):
-    """Remind of a /clock without a message so far, and of other topics. `heard`: {topic: function
-    that answers whether a message was heard}."""
-    def run():
-        time.sleep(FIRST_REMINDER)
-        while not rospy.is_shutdown():
-            missing = [rospy.resolve_name(topic) for topic, was_heard in heard.items()
-                       if not was_heard()]
-            if rospy.get_time() == 0.0:
-                rospy.logerr('/use_sim_time is true, but nobody publishes /clock: start a '
-                             'simulation, or: rosparam set /use_sim_time false, and start the '
-                             'nodes again')
-            elif missing:
-                rospy.loginfo('Waiting for %s: is the robot running?', ' and '.join(missing))
-            else:
-                return
-            time.sleep(NEXT_REMINDER)
-
-    threading.Thread(target=guarded(run), name='reminder', daemon=True).start()

@@ -5,6 +5,7 @@ order, each once, and only if they are new. A latched topic repeats an event wit
 each node that starts, and after each new connection. A subscriber that keeps only the latest
 message loses events: a node reads delayed messages all at once.
 """
+import threading
 import time
 
 import rosgraph
@@ -20,6 +21,9 @@ from tb3_labs.supervision.events import Connection, Event, Origins
 RENEWS = {'renewed': '1'}
 #: Time between two warnings of one kind [s, wall clock].
 COMPLAINT_PERIOD = 1.0
+#: Time before the first reminder of something that is missing, and between later ones
+#: [s, wall clock].
+FIRST_REMINDER, NEXT_REMINDER = 2.0, 10.0
 
 
 class Complaints:
@@ -97,3 +101,24 @@ def publishers_of(topic):
     """Names of the nodes that publish `topic` now."""
     published, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
     return {node for name, nodes in published if name == topic for node in nodes}
+
+
+def say_what_is_awaited(heard, hint='is the robot running?'):
+    """Remind of a /clock without a message so far, and of other topics. `heard`: {topic: function
+    that answers whether a message was heard}; `hint`: what to look at."""
+    def run():
+        time.sleep(FIRST_REMINDER)
+        while not rospy.is_shutdown():
+            missing = [rospy.resolve_name(topic) for topic, was_heard in heard.items()
+                       if not was_heard()]
+            if rospy.get_time() == 0.0:
+                rospy.logerr('/use_sim_time is true, but nobody publishes /clock: start a '
+                             'simulation, or: rosparam set /use_sim_time false, and start the '
+                             'nodes again')
+            elif missing:
+                rospy.loginfo('Waiting for %s: %s', ' and '.join(missing), hint)
+            else:
+                return
+            time.sleep(NEXT_REMINDER)
+
+    threading.Thread(target=guarded(run), name='reminder', daemon=True).start()

@@ -20,8 +20,8 @@ from tb3_labs.ros.gate import Diagnostics, Gate, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import end, end_roslaunch, guarded
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.sensor_topics import say_what_is_awaited, subscribe_wheels, to_imu_sample
-from tb3_labs.ros.topics import subscribe, subscribe_events
+from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
+from tb3_labs.ros.topics import say_what_is_awaited, subscribe, subscribe_events
 from tb3_labs.supervision.events import Event
 
 #: A turn that is asked for before the robot is connected waits this long for the robot [s].

@@ -13,7 +13,7 @@ from tb3_labs.ros.node import guarded
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reset_call import call_reset
 from tb3_labs.ros.rospy_internals import hear_others_alone
-from tb3_labs.ros.topics import RENEWS, subscribe_events
+from tb3_labs.ros.topics import RENEWS, say_what_is_awaited, subscribe_events
 
 
 class GamepadNode:
@@ -38,6 +38,8 @@ class GamepadNode:
         subscribe_events('has_control', Bool,
                          lambda word: self._gate.take_in(self._core.on_has_control, word))
         Diagnostics(model.name, lambda: self._gate.ask(self._diagnose))
+        say_what_is_awaited({'joy': lambda: self._core.joy.count}, 'is joy_node running (Debian '
+                            'has none)? The page of web:=true is a pad, too')
 
     def _say(self, output):
         """A listener may take the first message on a connection for a latched one. A stop must

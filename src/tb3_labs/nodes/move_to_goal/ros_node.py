@@ -24,8 +24,8 @@ from tb3_labs.ros.gate import Diagnostics, Gate, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.rospy_internals import connection_of, hear_others_alone, sender_of
-from tb3_labs.ros.sensor_topics import say_what_is_awaited, subscribe_wheels, to_imu_sample
-from tb3_labs.ros.topics import subscribe, subscribe_events
+from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
+from tb3_labs.ros.topics import say_what_is_awaited, subscribe, subscribe_events
 
 #: The path gets a new point after this distance [m].
 PATH_STEP = 0.02
