@@ -22,7 +22,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.supervision.events import LATCHED_WITHIN
-from tb3_labs.supervision.goal_requests import SENDER_PAUSE
+from tb3_labs.supervision.freshness import SENDER_PAUSE
 
 from drive_case import DriveCase
 from node_case import STARTING, ZERO, path_of, run_as_node

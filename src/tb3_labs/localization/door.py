@@ -85,7 +85,7 @@ class Door:
         silence, stamp = source.heard(now, reading), sample.stamp
         by_stamps = stamp - self._stamps.get(source.name, stamp)
         self._stamps[source.name] = stamp
-        time = self.clock.time_of(source.name, stamp, now, all_silent)
+        time = self.clock.time_of(source.name, stamp, now, silence, all_silent)
         return Heard(sample, now, time, self.clock.epoch, self.clock.measured_at(time, now),
                      silence, all_silent, by_stamps)
 
@@ -102,18 +102,19 @@ class SenderClock:
         self._last_arrival = math.nan    # before the first sample
         self._new_epoch()
 
-    def time_of(self, source: str, stamp: float, arrival: float, all_silent: float) -> float:
+    def time_of(self, source: str, stamp: float, arrival: float, silence: float,
+                all_silent: float) -> float:
         """The time at which `source` measured a sample, on the sender's clock (or by arrival);
-        `all_silent`: the silence of all sources before it [s]."""
+        `silence`, `all_silent`: of this source, and of all, before it [s]."""
         if self.uses_stamps and self._is_no_clock(source, stamp, arrival):
             self.uses_stamps = False
             self._new_epoch()
-        elif self._is_new_clock(source, stamp, arrival, all_silent):
+        elif self._is_new_clock(source, stamp, arrival, silence, all_silent):
             self._new_epoch()
         time = arrival
         if self.uses_stamps:
             time = max(stamp, self._last[source][0]) if source in self._last else stamp
-        self._last[source] = time, stamp, arrival
+        self._last[source] = time, stamp
         self._last_arrival = arrival
         self._least.add(arrival, arrival - time)
         return time
@@ -144,7 +145,7 @@ class SenderClock:
             return False
         return arrival - self._off_since.setdefault(source, arrival) > MAX_OFF
 
-    def _is_new_clock(self, source: str, stamp: float, arrival: float,
+    def _is_new_clock(self, source: str, stamp: float, arrival: float, silence: float,
                       all_silent: float) -> bool:
         if self._least.value is None:
             return False
@@ -154,15 +155,14 @@ class SenderClock:
             return arrival < self._last_arrival
         if source not in self._last:
             return False
-        _, last_stamp, last_arrival = self._last[source]
+        _, last_stamp = self._last[source]
         # Delayed messages arrive all at once, but their stamps go on evenly.
-        ahead = (stamp - last_stamp) - (arrival - last_arrival)
-        return stamp < last_stamp - SMALL_STEP or ahead > CLOCK_STEP
+        return not -SMALL_STEP <= stamp - last_stamp <= silence + CLOCK_STEP
 
     def _new_epoch(self) -> None:
         self.epoch += 1
         self._least = Least()
-        self._last: Dict[str, Tuple[float, float, float]] = {}    # by source: time, stamp, arrival
+        self._last: Dict[str, Tuple[float, float]] = {}    # by source: time, stamp
         self._off_since: Dict[str, float] = {}
         self._behind_since: Dict[str, float] = {}
 

@@ -76,6 +76,9 @@ CONFIRMATION = 0.04
 LAPSE = 0.5
 #: A grant expires after this silence. A True that was delayed for longer does not count.
 LONGEST_LAPSE = 2.0
+#: A sender of goals or turns that is silent for longer than this has paused: it may ask the same
+#: again.
+SENDER_PAUSE = 2.0
 
 # -- this process sleeps
 

@@ -13,14 +13,11 @@ goal again within `SENDER_PAUSE`, unchanged but for its stamp. The rules:
 Units: seconds on a clock that never stands still and never goes back (`now`). Edge cases: a sender
 is not silent while this process sleeps; a link that holds one up for `SENDER_PAUSE` is a pause.
 """
-import math
 from enum import Enum
 from typing import Any, Dict, List, NamedTuple, Optional
 
-from tb3_labs.supervision.freshness import SleepWatch
+from tb3_labs.supervision.freshness import SENDER_PAUSE, Freshness, SleepWatch
 
-#: A sender that is silent for longer than this has paused [s].
-SENDER_PAUSE = 2.0
 #: A goal is repeated if its sender sent it this often without a pause.
 REPETITION = 2
 #: The text of a goal that is rejected because its sender repeats it.
@@ -65,7 +62,7 @@ class _Row:
     def __init__(self, goal: Any) -> None:
         self.goal = goal
         self.times = 0         # at most REPETITION
-        self.heard_at = -math.inf
+        self.source = Freshness('goal', SENDER_PAUSE)
         self.latest = GoalRequest(goal)
         self.is_ended = self.was_told = False
 
@@ -91,7 +88,8 @@ class GoalRequests:
         if row is None or row.goal != request.goal:
             row = self._rows[request.sender] = _Row(request.goal)
         row.times = min(row.times + 1, REPETITION)
-        row.latest, row.heard_at = request, now
+        row.latest = request
+        row.source.heard(now)
 
     def stays_ended(self, request: GoalRequest) -> bool:
         """Is a goal that was just heard the repetition of one that was ended?"""
@@ -158,4 +156,4 @@ class GoalRequests:
     def _forget(self, now: float) -> None:
         """Forget the senders that have paused."""
         self._rows = {sender: row for sender, row in self._rows.items()
-                      if now - max(row.heard_at, self._sleep.woke_at) <= SENDER_PAUSE}
+                      if row.source.is_fresh(now) or now - self._sleep.woke_at <= SENDER_PAUSE}

@@ -15,8 +15,8 @@ from tb3_labs.nodes.controller.turns import (
     DRIVERS, AskedTurn, Driver, DriverEvent, Heading, Repetitions)
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
-from tb3_labs.supervision.events import REPEATS_WITHIN, Event, News, NewsDesk, Output
-from tb3_labs.supervision.freshness import RESUME_TIME, SleepWatch
+from tb3_labs.supervision.events import Event, News, NewsDesk, Output
+from tb3_labs.supervision.freshness import RESUME_TIME, SENDER_PAUSE, SleepWatch
 from tb3_labs.supervision.lost_or_stalled import SensorWatch, Sight, StallWatch
 
 #: A robot that turns faster than this without commands from here is driven by another node [rad/s].
@@ -100,7 +100,7 @@ class ControllerCore:
             self._try(turn, now)
         elif doubts == 1:
             self._news.tell('A turn of {} only repeats an earlier one, and does not count: pause '
-                            'for {:.0f} s, then ask again'.format(turn.sender, REPEATS_WITHIN),
+                            'for {:.0f} s, then ask again'.format(turn.sender, SENDER_PAUSE),
                             warning=True)
 
     def on_typed(self, turn: 'Event[float]', now: float) -> None:

@@ -18,7 +18,8 @@ from tb3_labs.geometry.angles import continuous
 from tb3_labs.localization.door import Heard, YawNoise
 from tb3_labs.robot.samples import ImuSample, heading_jump
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.supervision.events import REPEATS_WITHIN, Event
+from tb3_labs.supervision.events import Event
+from tb3_labs.supervision.freshness import SENDER_PAUSE, Freshness
 from tb3_labs.supervision.lost_or_stalled import StallWatch
 
 #: The yaw of a robot at rest may change by this from one sample to the next: it drifts [rad].
@@ -176,7 +177,7 @@ DRIVERS = {
 
 class Repetitions:
     """Finds requests that only go on with what was doubtful, or was stopped: the same again from
-    the same sender, without a pause of `REPEATS_WITHIN`."""
+    the same sender, without a pause of `SENDER_PAUSE`."""
 
     def __init__(self) -> None:
         self._requests: Dict[str, _Request] = {}    # by sender
@@ -185,11 +186,11 @@ class Repetitions:
         """The number of doubtful requests up to this one; 0 if it counts. `is_waking`: it may be
         older than a sleep of this process, and so may be what goes on with it."""
         last = self._requests.get(event.sender)
-        if last is None or last.what != event.what or event.at - last.at > REPEATS_WITHIN:
+        if last is None or last.what != event.what or not last.source.is_fresh(event.at):
             last = self._requests[event.sender] = _Request(event.what)
         else:
             last.is_repeated = True
-        last.at = event.at
+        last.source.heard(event.at)
         last.is_doubted = last.is_doubted or event.age.is_doubtful
         last.doubts += last.is_doubted
         last.is_doubted = last.is_doubted or is_waking
@@ -205,6 +206,6 @@ class _Request:
     """The last request of one sender, as long as it is not changed, and without a pause."""
 
     def __init__(self, what: object) -> None:
-        self.what, self.at = what, -math.inf
+        self.what, self.source = what, Freshness('turn', SENDER_PAUSE)
         self.is_repeated = self.is_doubted = False
         self.doubts = 0
