@@ -40,8 +40,7 @@ class ControllerNode:
         self._gate = gate = Gate(lambda: core.tick(ros_time(), steady_time()))
         rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
         self._sends_wheels = subscribe_wheels(lambda sample: gate.ask(core.on_wheels, sample))
-        subscribe('imu', Imu, self._on_imu, to_imu_sample, core.imu,
-                  idle_for=lambda now: gate.ask(core.idle_for, now))
+        subscribe('imu', Imu, self._on_imu, to_imu_sample, core.imu, idle_for=core.idle_for)
         # every message is read: scrolling up stops at once, even if later messages came with it
         subscribe_events('mouse_info', MouseController,
                          lambda mouse: gate.take_in(core.on_mouse, mouse),
