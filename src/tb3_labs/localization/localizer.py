@@ -68,7 +68,7 @@ class Reset:
 
     @property
     def answer(self) -> str:
-        """What became of it, in words, once it is over."""
+        """Its outcome in words, once it is over."""
         return self.problem or 'Local pose set to {}{}'.format(self.declared, self.hint)
 
     def give_up(self) -> None:

@@ -1,5 +1,5 @@
-"""What may be the act of a person: a True, a False, a turn. One Event for each message. And what a
-core answers to messages and the clock: an Output, with News for the person.
+"""Messages that a person may have caused: a True, a False, a turn. Each becomes one Event. A core
+answers to messages and the clock by an Output, with News for the person.
 
 The door makes the Event when the message arrives, and the rules read its fields. Only a request
 that makes the robot move is ever doubted. A stop counts however it arrives.
@@ -116,7 +116,7 @@ class NewsDesk:
 
 @dataclass(frozen=True)
 class Output:
-    """What a core wants done now. A node may add fields of its own."""
+    """All that a core wants done now. A node may add fields of its own."""
 
     #: The command to send, a turtlebot3.Twist2; zero stops the robot. None: no command is due.
     command: Optional[Tuple[float, float]] = None

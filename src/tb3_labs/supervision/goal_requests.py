@@ -31,7 +31,7 @@ class GoalRequest(NamedTuple):
     sender: str = ''
     name: str = ''        # that of its GoalID; '' if it has none
     stamp: int = 0        # that of its GoalID [ns, sender's clock]; 0 if it has none
-    client: Any = None    # who hears what becomes of it
+    client: Any = None    # it gets the GoalAnswers
 
     def is_meant(self, name: str, stamp: int) -> bool:
         """Does a cancel with this name and stamp mean it?"""
@@ -39,7 +39,7 @@ class GoalRequest(NamedTuple):
 
 
 class Outcome(Enum):
-    """What becomes of a goal, by the methods of actionlib's handle of it."""
+    """The fate of a goal, by the methods of actionlib's handle of it."""
 
     ACCEPTED = 'set_accepted'
     REJECTED = 'set_rejected'
@@ -49,7 +49,7 @@ class Outcome(Enum):
 
 
 class GoalAnswer(NamedTuple):
-    """What the client of a goal is to hear."""
+    """An answer to the client of a goal."""
 
     request: GoalRequest
     outcome: Outcome
@@ -127,7 +127,7 @@ class GoalRequests:
             self._open = None
 
     def take_answers(self) -> List[GoalAnswer]:
-        """What clients are to hear, in order, since the last call."""
+        """The answers since the last call, in order."""
         answers, self._answers = self._answers, []
         return answers
 

@@ -29,7 +29,7 @@ RESTLESS = 3.0
 
 @dataclass(frozen=True)
 class PadOutput(Output):
-    """What the pad wants done now."""
+    """All that the pad wants done now."""
 
     #: The holder of the robot, if it has changed.
     holder: Optional[Holder] = None

@@ -53,7 +53,7 @@ class MoveToGoalConfig(Config):
 
 @dataclass(frozen=True)
 class DriveOutput(Output):
-    """What move_to_goal wants done now."""
+    """All that move_to_goal wants done now."""
 
     #: Was control given, and not taken back? Its sender may be silent for a moment.
     control_stands: bool = False
