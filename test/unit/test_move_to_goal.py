@@ -35,6 +35,7 @@ class Robot:
     def control(self, granted, sender='hand'):
         """A sender gives or takes control."""
         self.core.on_word(Event(granted, self.now, sender))
+        self.tick()
 
     def ask(self, pose, sender='person', in_odom=False, **goal_id):
         """A goal of the action arrives."""

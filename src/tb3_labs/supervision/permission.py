@@ -70,8 +70,6 @@ class Permission:
 
     def __init__(self, granted: bool, tell: Callable[[str, bool], None]) -> None:
         """`granted`: from the start; `tell(text, warning)` gets each line for the user."""
-        #: May the robot be driven? As of the last :meth:`update`.
-        self.granted = granted
         #: Number of grants so far.
         self.count = 0
         self._sensor_problem, self._patience = 'no sensors yet', ROBOT_START
@@ -80,9 +78,15 @@ class Permission:
         self._said: Dict[str, bool] = {}
         self._stops: Dict[str, float] = {}
         self._refused: Set[str] = set()    # senders that were told that their True did not count
-        self._began_at = math.nan      # the time of the first update, or of the end of a long sleep
+        self._now = math.nan           # the time of the last update
+        self._began_at = math.nan      # that of the first one, or of the end of a long sleep
         self.sleep = SleepWatch()
         self._tell = tell
+
+    @property
+    def granted(self) -> bool:
+        """May the robot be driven? As of the last :meth:`update`."""
+        return any(grant.holds(self._now) for grant in self._grants.values())
 
     @property
     def stands(self) -> bool:
@@ -136,7 +140,6 @@ class Permission:
         elif not self.stands:
             self._refuse(sender, 'True from {} does not count, it was said before: False, then '
                          'True, gives control again')
-        self.update(now)
 
     def _refuse(self, sender: str, text: str) -> None:
         """Tell once that a True does not count, since a sender repeats it ten times a second."""
@@ -146,6 +149,7 @@ class Permission:
 
     def update(self, now: float) -> None:
         """Suspend or end grants that were not renewed in time. To be called repeatedly."""
+        self._now = now
         if math.isnan(self._began_at):
             self._began_at = now
         self.sleep.update(now)
@@ -154,15 +158,12 @@ class Permission:
             if self._grants:
                 self._grants = {}
                 self._tell('Control is gone: ' + self.sleep.in_words(), True)
-        self.granted = False
         for sender, grant in list(self._grants.items()):
             if not grant.has_robot and now - grant.given_at > self._patience:
                 self._end(sender, '{} for {:.0f} s (is the robot running?)'.format(
                     self._sensor_problem, self._patience))
             elif grant.silent_for(now) > LONGEST_LAPSE:
                 self._end(sender, 'it was silent for {:.1f} s'.format(grant.silent_for(now)))
-            else:
-                self.granted = self.granted or grant.holds(now)
 
     def _look_at_delay(self, sender: str, grant: _Grant) -> None:
         """End a grant whose renewals show that its True was delayed."""

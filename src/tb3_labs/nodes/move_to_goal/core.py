@@ -195,7 +195,6 @@ class MoveToGoalCore:
     def on_word(self, word: 'Event[bool]') -> None:
         """A sender gives control, or takes it."""
         self._permission.told(word)
-        self.update_control(word.at)
 
     def update_control(self, now: float) -> None:
         """Check whether the permission still holds, also before a goal is set; `now` as in
