@@ -12,5 +12,10 @@ import rospkg
 
 if __name__ == '__main__':
     PATH = os.path.join(rospkg.RosPack().get_path('tb3_labs'), sys.argv.pop(1))
-    sys.path.insert(0, os.path.dirname(PATH))
-    runpy.run_path(PATH, run_name='__main__')
+    FOLDER, FILE = os.path.split(PATH)
+    sys.path.insert(0, FOLDER)
+    if FILE.endswith('_test.py'):
+        from rosunit_internals import run
+        run(FILE[:-len('_test.py')])
+    else:
+        runpy.run_path(PATH, run_name='__main__')

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Counts the tests that scripts/test.sh ran: each case once, by the results of pytest and rostest.
 
 Usage: count_results.py FOLDER CTEST_STATUS LINT LOG

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """How often is the diagnosis of a run right? Right nodes, and nodes with a mistake, drive simulated
 robots; the diagnosis sees only what a bag would hold.
 

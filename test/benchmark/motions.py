@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Accuracy and time of drives and turns, in pure Python, judged by the robot's true pose.
 
 Two tables have drives and turns; robots, starts, offsets and goals are drawn at random from a fixed

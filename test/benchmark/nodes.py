@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The cost of each node, beside bare rospy nodes on the same topics in the same run.
 
     node            its name

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The order of starts decides nothing: a table of all orders of robot, move_to_goal, gamepad and
 panel, started at once and apart.
 

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Is each mistake named? The nodes of wrong_nodes.yaml are marked, and their runs reported: what is
 said first, and where it sends the student.
 

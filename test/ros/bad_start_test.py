@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Invalid parameters and missing files: one line names the valid values, and nothing moves."""
 import os
 import signal
@@ -6,7 +5,7 @@ import signal
 import rosgraph
 
 from costs import cpu_time, free_port
-from node_case import STARTING, NodeCase, Program, run_as_node
+from node_case import STARTING, NodeCase, Program
 
 
 class BadStartTest(NodeCase):
@@ -74,7 +73,3 @@ class BadStartTest(NodeCase):
         node.wait_for('Waiting for a ROS master at http://localhost:1', STARTING)
         self.assertEqual(node.end(), 0)
         self.assertEqual(len(node.lines), 1, node.text)
-
-
-if __name__ == '__main__':
-    run_as_node('bad_start', BadStartTest)

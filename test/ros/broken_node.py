@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """One of the package's nodes with a method that raises during a drive, for the tests.
 
 Usage: broken_node.py NODE.py MODULE:CLASS.METHOD [ROS arguments]

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """A real browser for tests: Chromium without a window, driven by selenium."""
 import contextlib
 import glob

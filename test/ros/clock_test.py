@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """A /clock that is missing, stands still or jumps back: the robot stays safe, a line reports it."""
 import math
 import threading
@@ -12,7 +11,7 @@ from sensor_msgs.msg import Imu
 
 from tb3_labs.ros.conversions import to_quaternion
 
-from node_case import STARTING, NodeCase, run_as_node
+from node_case import STARTING, NodeCase
 
 STEP = 0.01
 #: Sensors that are silent for longer than 2 s make a node wait to be told. A clock that stands does not:
@@ -113,7 +112,3 @@ class ClockTest(NodeCase):
         since = time.monotonic() + 0.1
         self.seen.wait_until(lambda: time.monotonic() > since + seconds)
         self.assertEqual(self.commands(since), [])
-
-
-if __name__ == '__main__':
-    run_as_node('clock', ClockTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The demonstration succeeds, and the report of its recording has the errors that it printed."""
 import contextlib
 import math
@@ -17,7 +16,7 @@ from tb3_labs.report.motion.epochs import epochs
 from tb3_labs.robot.turtlebot3 import robot_model
 
 from costs import free_port
-from node_case import Program, run_as_node
+from node_case import Program
 from rosunit_internals import needs_setup
 
 SCRIPT = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')
@@ -89,7 +88,3 @@ class DemoTest(unittest.TestCase):
             self.assertIn(line, said)
             self.assertNotIn('RLException', run.text)
             self.assertEqual(left_behind(uri), [])
-
-
-if __name__ == '__main__':
-    run_as_node('demo', DemoTest)

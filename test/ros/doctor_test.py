@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """doctor.py with real faults: it names each of them, in time, and leaves nothing behind.
 
 All patients are examined at the same time; each test then reads what the doctor printed of one.
@@ -20,7 +19,6 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
 from node_case import STARTING, Node, NodeCase, Program, path_of
-from rosunit_internals import rosrun
 from tb3_labs.ros.clocks import wait_until
 from two_hosts import PREFIX, TwoHosts
 
@@ -103,6 +101,7 @@ class Doctors:
 
 
 class DoctorTest(NodeCase):
+    IS_NODE = False
 
     @classmethod
     def setUpClass(cls):
@@ -286,7 +285,3 @@ class DoctorTest(NodeCase):
         self.assertLess(self.read('bad computer')[2], 4.0)
         _, output, _ = self.doctors.ended['bad computer']
         self.assertRegex(output.splitlines()[-1], '^3 faults: begin with the first')
-
-
-if __name__ == '__main__':
-    rosrun('doctor', DoctorTest)

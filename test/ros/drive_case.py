@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Shared by the tests that send move_to_goal to goals: control, goals, resets, and states."""
 import math
 

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The embedded robot's node on the wall clock: rates, cost, its end, and a hidden fault."""
 import math
 import signal
@@ -17,7 +16,7 @@ from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
 from costs import cpu_time
-from node_case import STARTING, Program, path_of, run_as_node
+from node_case import STARTING, Program, path_of
 from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.conversions import yaw_of
 
@@ -126,7 +125,3 @@ class FakeRobotRatesTest(unittest.TestCase):
         said = [line for line in robot.lines if 'Inbound TCP/IP connection' not in line]
         self.assertLessEqual(len(said), 2, robot.text)
         self.assertIn('one fault is hidden', said[0])
-
-
-if __name__ == '__main__':
-    run_as_node('fake_robot_rates', FakeRobotRatesTest)

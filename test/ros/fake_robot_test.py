@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The simulated robot's node on simulated time: topics, frames, firmware, faults."""
 import math
 import unittest
@@ -10,7 +9,6 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from tf2_msgs.msg import TFMessage
 
-from node_case import run_as_node
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_twist
 
@@ -128,7 +126,3 @@ class FakeRobotTest(unittest.TestCase):
         finally:
             self.live.update_configuration({'imu_silent': False, 'odom_silent': False})
         self.wait('the next one', lambda: len(new[NEWEST_ONLY]()) > 1)
-
-
-if __name__ == '__main__':
-    run_as_node('fake_robot', FakeRobotTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Faults during motion, with real processes: the time of the zero, the true place of the robot.
 
 Prints a line with the measured times of each fault. The core's roll-outs (test/unit/test_stops.py)
@@ -17,7 +16,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool
 
 from drive_case import DriveCase
-from node_case import STARTING, ZERO, Node, run_as_node
+from node_case import STARTING, ZERO, Node
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
@@ -254,7 +253,3 @@ class FaultsTest(DriveCase):
             'SIGKILL', rested - killed, 1000 * start.distance_to(end)))
         # the firmware's timeout, and the motors
         self.assertLess(rested - killed, 0.5 + 0.4 + self.hiccups.since(killed, rested))
-
-
-if __name__ == '__main__':
-    run_as_node('faults', FaultsTest)

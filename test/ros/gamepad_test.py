@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The lab's demonstration with a gamepad, and faults of the pad; a script plays the pad."""
 import math
 import signal
@@ -9,7 +8,7 @@ from std_msgs.msg import Bool, String
 
 from costs import free_port
 from drive_case import DriveCase
-from node_case import STARTING, ZERO, Node, run_as_node
+from node_case import STARTING, ZERO, Node
 from observer import Observer
 from panel_page import Page, address_of
 from tb3_labs.geometry.se2 import Pose2
@@ -225,7 +224,3 @@ class GamepadTest(WithThumb, DriveCase):
         self.let_it_drive()
         self.assert_stopped(self.thumb.press(B), 0.2)
         self.assertEqual(student.end(), 0)
-
-
-if __name__ == '__main__':
-    run_as_node('gamepad', GamepadTest)

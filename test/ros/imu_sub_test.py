@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The output of imu_sub, against the simulated robot's true heading."""
 import math
 import re
@@ -6,7 +5,7 @@ import re
 import rospy
 from std_msgs.msg import Float32
 
-from node_case import STARTING, NodeCase, run_as_node
+from node_case import STARTING, NodeCase
 
 LINE = re.compile(r'Current heading is (\d+\.\d{6}) degrees\.$')
 
@@ -39,7 +38,3 @@ class ImuSubTest(NodeCase):
         for heading in [float(LINE.search(line).group(1)) for line in lines[:-1]] + headings:
             self.assertLess(abs(math.remainder(heading - truth, 360.0)), 0.1)
         self.assertTrue(lines[-1].endswith('Shutting down the IMU subscriber'), lines[-1])
-
-
-if __name__ == '__main__':
-    run_as_node('imu_sub', ImuSubTest)

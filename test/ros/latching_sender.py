@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """A student's node that latches `ctrl_relinq`: it says each True or False that is typed. On `again`
 its connections break, so that its last word is sent once more. On `goal` it sends an action goal,
 which it latches, too."""

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """dynamic_reconfigure of both driving nodes, by ROS's own client: effective at once; plots."""
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -6,7 +5,7 @@ from dynamic_reconfigure import DynamicReconfigureCallbackException
 from dynamic_reconfigure.client import Client
 from std_msgs.msg import Bool, Float32, Float64
 
-from node_case import NodeCase, run_as_node
+from node_case import NodeCase
 
 BURGER_LINEAR, BURGER_ANGULAR = 0.2108, 2.635
 
@@ -76,7 +75,3 @@ class LiveTest(NodeCase):
         with self.assertRaises((DynamicReconfigureCallbackException, rospy.ServiceException)):
             client.update_configuration({'max_ang_z': 0.05})    # its bound is 0.1
         self.seen.wait_for('cmd_vel', lambda command: command == (0.0, 0.0), 20.0)
-
-
-if __name__ == '__main__':
-    run_as_node('live', LiveTest)

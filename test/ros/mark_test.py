@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Marks submissions whose marks are known.
 
 They are plain nodes in the layout of a course's repository; the same nodes with deliberate mistakes;
@@ -31,7 +30,6 @@ from tb3_labs.marking.lab_names import NODES
 from tb3_labs.ros.clocks import wait_until
 
 from node_case import path_of, plain_node
-from rosunit_internals import rosrun
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 
@@ -138,6 +136,7 @@ def changed(code, changes):
 
 class MarkTest(unittest.TestCase):
     """mark.py runs once for each lab and parts of it; the tests read its files."""
+    IS_NODE = False
 
     @classmethod
     def setUpClass(cls):
@@ -275,7 +274,3 @@ class MarkTest(unittest.TestCase):
         printed = self.runs[GAMEPAD][1]
         self.assertIn('] good ...', printed)
         self.assertRegex(printed, r'\[1/\d\] good: (\d+) of \1 points, \d+ s')
-
-
-if __name__ == '__main__':
-    rosrun('mark', MarkTest)

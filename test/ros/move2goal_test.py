@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The drives, resets and goals of the real node, judged by the robot's true pose."""
 import math
 import random
@@ -15,7 +14,7 @@ from nav_msgs.msg import Path
 from tf2_msgs.msg import TFMessage
 
 from drive_case import DriveCase
-from node_case import STARTING, ZERO, run_as_node, stamped, watch_robot
+from node_case import STARTING, ZERO, stamped, watch_robot
 from tb3_labs.control.goal_state import is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
@@ -286,7 +285,3 @@ class Move2GoalTest(DriveCase):
             status = self.seen.wait_for('move2goal/result')
             self.assertEqual(status.status, GoalStatus.REJECTED)
             self.assertIn(reason, status.text)
-
-
-if __name__ == '__main__':
-    run_as_node('move2goal', Move2GoalTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The network, the master and the disk: gone during a drive, and back."""
 import contextlib
 import ipaddress
@@ -23,7 +22,7 @@ from costs import free_port, start_master
 from drive_case import DriveCase
 from node_case import SILENCE, STARTING, Program
 from panel_page import Page, address_of
-from rosunit_internals import needs_setup, rosrun
+from rosunit_internals import needs_setup
 from tb3_labs.geometry.se2 import Pose2
 from two_hosts import TwoHosts
 
@@ -195,6 +194,7 @@ def listening(environment):
 
 
 class NetworkTest(unittest.TestCase):
+    IS_NODE = False
 
     @classmethod
     def setUpClass(cls):
@@ -258,7 +258,4 @@ class NetworkTest(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    if sys.argv[1] in SCENES:
-        unittest.main(argv=[sys.argv[0], 'Scenes.' + sys.argv[1]], warnings='ignore')
-    else:
-        rosrun('network', NetworkTest)
+    unittest.main(argv=[sys.argv[0], 'Scenes.' + sys.argv[1]], warnings='ignore')

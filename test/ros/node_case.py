@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Shared by the tests of nodes: starting a node, waiting until it is ready, rest, silence, and the
 delays of this machine."""
 import os
@@ -7,7 +6,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import threading
 import unittest
 import xmlrpc.client
 from bisect import bisect_left
@@ -19,12 +17,11 @@ import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 
 from observer import Observer
-from rosunit_internals import Hiccups, rosrun
+from rosunit_internals import Hiccups
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import interpolate
 from tb3_labs.marking.trial import processes
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.node import leave
 
 PACKAGE = 'tb3_labs'
 ZERO = (0.0, 0.0)
@@ -241,10 +238,3 @@ class NodeCase(unittest.TestCase):
         """Wait until the robot rests; its true pose."""
         self.seen.wait_for_rest(topic, seconds=STARTING)
         return self.seen.latest(topic)
-
-
-def run_as_node(name, case):
-    """Run a test case of a rostest as the ROS node NAME_test."""
-    rospy.init_node(name + '_test')
-    rospy.on_shutdown(threading.Thread(target=leave, daemon=True).start)
-    rosrun(name, case)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The panel as a person uses it: in a real browser, by mouse, keys and gamepad. The result of each
 act is the simulated robot's true pose."""
 import math
@@ -11,7 +10,7 @@ from tb3_labs.geometry.se2 import Pose2
 
 from browser import MISSING, Browser, Cable
 from costs import free_port
-from node_case import SILENCE, STARTING, ZERO, Node, run_as_node
+from node_case import SILENCE, STARTING, ZERO, Node
 from panel_case import LOSS, PanelCase
 from panel_page import Page, address_of
 
@@ -215,7 +214,3 @@ class PanelBrowserTest(PanelCase):
         since = rospy.get_time()
         self.page.kill()
         self.assert_stopped(since, LOSS + 0.05)    # the time that the system needs to end it
-
-
-if __name__ == '__main__':
-    run_as_node('panel_browser', PanelBrowserTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Shared by the tests of the panel: when a robot moves, when it has stopped, which tests are void.
 
 A page that is silent for 0.25 s is lost, and a node must stop. On a busy machine the page of a test

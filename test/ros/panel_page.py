@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """A page of the panel for tests, without a browser: its websocket, and hands that hold controls."""
 import asyncio
 import json

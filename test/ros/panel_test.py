@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The panel as its pages use it, without a browser. The actions and pictures of pages are compared
 with the simulated robot's true pose."""
 import http.client
@@ -26,7 +25,7 @@ from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 
 from costs import free_port
-from node_case import SILENCE, STARTING, ZERO, Node, run_as_node
+from node_case import SILENCE, STARTING, ZERO, Node
 from panel_case import LOSS, PanelCase
 from panel_page import Page, address_of
 
@@ -369,7 +368,3 @@ class PanelTest(PanelCase):
         self.assertEqual(page.ask('goal', x=0, y=0, yaw_deg=0), (
             False, 'no node listens on move_base_simple/goal: is move_to_goal running?'))
         self.assertEqual(page.ask('stop'), (False, 'no node hears it'))
-
-
-if __name__ == '__main__':
-    run_as_node('panel', PanelTest)

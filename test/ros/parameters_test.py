@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The ways to give a parameter to a node that runs: a file, set:=, dynparam; and its refusals."""
 import os
 import sys
@@ -10,7 +9,7 @@ from dynamic_reconfigure.client import Client
 
 from tb3_labs.control.goal_state import DriveConfig
 
-from node_case import STARTING, NodeCase, Program, run_as_node
+from node_case import STARTING, NodeCase, Program
 
 NODE = '/mine/move_to_goal'
 DYNPARAM = [sys.executable, '-m', 'tb3_labs.ros.dynparam']
@@ -69,7 +68,3 @@ class ParametersTest(NodeCase):
         program = Program(DYNPARAM + words.split())
         self.addCleanup(program.kill)
         return program
-
-
-if __name__ == '__main__':
-    run_as_node('parameters', ParametersTest)

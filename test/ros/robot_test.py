@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """robot.launch over a real SSH connection, to this computer: the embedded robot stands in for the
 board, where the robot would start rosserial_python."""
 import getpass
@@ -20,7 +19,7 @@ from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.ros.conversions import to_pose2
 
 from costs import free_port
-from node_case import NodeCase, Program, run_as_node
+from node_case import NodeCase, Program
 
 HOST = '127.0.0.1'
 CORE, BOARD = '/turtlebot3_core', '/board'
@@ -172,7 +171,3 @@ class RobotTest(NodeCase):
             self.assertEqual(program.wait(60.0), 1, case)
             self.assertIn(words, program.text)
             self.assertNotIn('Traceback', program.text)
-
-
-if __name__ == '__main__':
-    run_as_node('robot', RobotTest)

@@ -6,6 +6,7 @@ test/count_results.py counts from that file. A robot, a sender or a node that wa
 tells nothing about the node. Each test of this package is run by :func:`rosrun`.
 """
 import functools
+import importlib
 import os
 import threading
 import time
@@ -14,8 +15,11 @@ import xml.etree.ElementTree as ET
 from collections import deque
 
 import rospkg
+import rospy
 import rostest
 from rosunit import xmlrunner
+
+from tb3_labs.ros.node import leave
 
 #: Decorator of a test, or a case, that starts scripts/setup.sh. In a workspace of one's own that
 #: would install packages, and make a second workspace within the sources.
@@ -125,3 +129,14 @@ def rosrun(name, case):
     for test in unittest.defaultTestLoader.getTestCaseNames(case):
         setattr(case, test, tried_again(getattr(case, test)))
     rostest.rosrun('tb3_labs', name, case)
+
+
+def run(name):
+    """Run the only class named ...Test of NAME_test.py, as the ROS node NAME_test unless it has
+    `IS_NODE = False`."""
+    file = importlib.import_module(name + '_test')
+    case, = [getattr(file, word) for word in vars(file) if word.endswith('Test')]
+    if getattr(case, 'IS_NODE', True):
+        rospy.init_node(name + '_test')
+        rospy.on_shutdown(threading.Thread(target=leave, daemon=True).start)
+    rosrun(name, case)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Types the commands of the pages, as a student would, and reads what they print.
 
 The lab sheets come first; sheets_walk.md has the commands that stand in sentences and tables. How a
@@ -22,9 +21,10 @@ import rospy
 
 from costs import free_port
 from node_case import Program, plain_node
-from rosunit_internals import needs_setup, rosrun
+from rosunit_internals import needs_setup
 from sheets_steps import promised, steps_of
 
+os.environ.pop('ROS_NAMESPACE', None)
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 REPOSITORY = (PACKAGE / 'README.md').resolve().parent
 PAGES = ('doc/imu_lab.md', 'doc/transformation_lab.md', 'test/ros/sheets_walk.md',
@@ -208,6 +208,7 @@ class Student:
 @needs_setup
 class SheetsTest(unittest.TestCase):
     """One student's term."""
+    IS_NODE = False
 
     def walk(self, speed, long):
         """Do the steps of all pages; without `long` those that are not long."""
@@ -240,8 +241,3 @@ class SheetsTest(unittest.TestCase):
         if not rospy.get_param('/sheets_all'):
             self.skipTest('only by: rostest tb3_labs sheets.test all:=true')
         self.walk(REAL_TIME, long=True)
-
-
-if __name__ == '__main__':
-    os.environ.pop('ROS_NAMESPACE', None)
-    rosrun('sheets', SheetsTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The real nodes, hour after hour: flat memory, no thread left behind, no growing error."""
 import math
 import random
@@ -9,7 +8,7 @@ from std_msgs.msg import Float64
 
 from costs import memory, process_of, threads
 from drive_case import DriveCase
-from node_case import STARTING, ZERO, run_as_node
+from node_case import STARTING, ZERO
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
@@ -81,7 +80,3 @@ class SoakTest(DriveCase):
         # on a fast clock a short pause of the computer is a long one for the robot
         self.assertLess(max(distance for distance, _ in drives), 0.020)
         self.assertLess(max(angle for _, angle in drives), 1.0)
-
-
-if __name__ == '__main__':
-    run_as_node('soak', SoakTest)

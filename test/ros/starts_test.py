@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The order in which nodes start decides nothing, and what merely repeats gives nothing."""
 import signal
 import unittest
@@ -6,7 +5,7 @@ import unittest
 import rospy
 from std_msgs.msg import Bool, Float64
 
-from node_case import STARTING, Program, run_as_node
+from node_case import STARTING, Program
 from starts import Stage
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import heard_by
@@ -83,7 +82,3 @@ class StartsTest(unittest.TestCase):
         self.assertTrue(wait_until(lambda: heard_by(person), STARTING))
         person.publish(90.0)
         stage.nodes['controller'].wait_for('Turning 90 degrees')
-
-
-if __name__ == '__main__':
-    run_as_node('starts', StartsTest)

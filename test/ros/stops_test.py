@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """A stop stays a stop, on real nodes: hands, pads, sleeping and waking processes, closed terminals.
 
 In each test the robot stands although a sender repeated, woke up or reconnected, and drives again
@@ -25,7 +24,7 @@ from tb3_labs.supervision.events import LATCHED_WITHIN
 from tb3_labs.supervision.freshness import SENDER_PAUSE
 
 from drive_case import DriveCase
-from node_case import STARTING, ZERO, path_of, run_as_node
+from node_case import STARTING, ZERO, path_of
 from thumb import A, B, Thumb, WithThumb
 
 #: Time from a stop to the last command that moves the robot [s].
@@ -358,7 +357,3 @@ def run_in_terminal(executable, *arguments):
                                stderr=theirs, preexec_fn=own_it)
     os.close(theirs)
     return ours, process
-
-
-if __name__ == '__main__':
-    run_as_node('stops', StopsTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The students' archive in src of a workspace of one's own, without git, and with the Python
 environment in it: it is built, writes the skeletons, and checks a node."""
 import os
@@ -9,7 +8,6 @@ import tempfile
 import unittest
 
 from node_case import STARTING, Program
-from rosunit_internals import rosrun
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'unit'))
 
@@ -41,6 +39,7 @@ rostest tb3_labs check_imu.test pkg:=ice6 type:=imu_sub.py parts:=heading
 
 @unittest.skipIf(MISSING, MISSING)
 class StudentsTest(unittest.TestCase):
+    IS_NODE = False
 
     def test_the_archive_is_built_and_checks_a_node(self):
         with tempfile.TemporaryDirectory(dir='/tmp') as folder:    # outside of the repository
@@ -63,7 +62,3 @@ class StudentsTest(unittest.TestCase):
             self.assertEqual(program.text.count(' is written. '), 4)
             self.assertRegex(program.text, r'\n(\d+) of \1 points')
             self.assertIn('RESULT: SUCCESS', program.text)
-
-
-if __name__ == '__main__':
-    rosrun('students', StudentsTest)

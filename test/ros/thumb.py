@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """A pad for tests: it publishes `joy` as joy_node does with autorepeat_rate."""
 import contextlib
 import threading

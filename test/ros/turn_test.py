@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Turns by keyboard beside a real mouse: a terminal, an X server, a pointer; judged by the true
 heading of the simulated robot."""
 import math
@@ -12,7 +11,7 @@ from importlib.util import find_spec
 import rospy
 from std_msgs.msg import Float64
 
-from node_case import STARTING, ZERO, NodeCase, run_as_node
+from node_case import STARTING, ZERO, NodeCase
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.mouse_reader import to_mouse
 from tb3_labs.ros.clocks import wait_until
@@ -228,7 +227,3 @@ class TurnTest(NodeCase):
             # rosout may be on its way to a node that ends: rospy says so in a line of its own
             said = [line for line in client.lines if 'Inbound TCP/IP connection' not in line]
             self.assertTrue(len(said) == 1 and words in said[0], client.text)
-
-
-if __name__ == '__main__':
-    run_as_node('turn', TurnTest)

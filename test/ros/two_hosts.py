@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Two hosts on one machine: network namespaces, joined by a third one that can be cut.
 
 Needs root and iproute2. A process is on a host if its command follows :meth:`TwoHosts.prefix`, with

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Each of two robots drives and is reset by itself, and they share no frame."""
 import math
 
@@ -12,7 +11,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
 from tb3_labs.srv import ResetPose
 
-from node_case import STARTING, NodeCase, run_as_node
+from node_case import STARTING, NodeCase
 from thumb import A, B, Thumb
 
 ROBOTS = ('robot1', 'robot2')
@@ -98,7 +97,3 @@ class TwoRobotsTest(NodeCase):
 
     def pairs(self):
         return {pair for _, pairs in self.seen.all('/tf') for pair in pairs}
-
-
-if __name__ == '__main__':
-    run_as_node('two_robots', TwoRobotsTest)

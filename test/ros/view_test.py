@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """view.launch on a robot in a namespace: its wheels turn as far as it drives. test_launch.py reads RViz's file."""
 import math
 
@@ -7,7 +6,7 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseStamped, Twist
 
-from node_case import NodeCase, run_as_node
+from node_case import NodeCase
 from tb3_labs.ros.conversions import to_pose2, to_twist
 
 WHEEL_RADIUS = 0.033    # of a Burger [m]
@@ -45,7 +44,3 @@ class ViewTest(NodeCase):
         turned = self.tf.lookup_transform('robot3/odom', 'robot3/wheel_{}_link'.format(side),
                                           rospy.Time(0), rospy.Duration(60.0)).transform.rotation
         return np.array([turned.x, turned.y, turned.z, turned.w])
-
-
-if __name__ == '__main__':
-    run_as_node('view', ViewTest)
