@@ -103,7 +103,9 @@ class Pointer:
         self._listener = mouse.Listener(
             on_move=lambda x, y: on_move(),
             on_scroll=lambda x, y, dx, dy: dy and on_scroll(dy > 0))
-        _end_quietly(self._listener)
+        # without a traceback when it dies with its display, which position() reports
+        report = threading.excepthook
+        threading.excepthook = lambda died: died.thread is self._listener or report(died)
         self._listener.start()
         self._listener.wait()
 
@@ -136,12 +138,6 @@ def _libraries():
         raise ValueError('cannot open the display {} to read the mouse'.format(
             os.environ['DISPLAY'])) from None
     return mouse, display
-
-
-def _end_quietly(thread):
-    """Print no traceback when `thread` dies with its display, which Pointer.position reports."""
-    report = threading.excepthook
-    threading.excepthook = lambda died: died.thread is thread or report(died)
 
 
 if __name__ == '__main__':

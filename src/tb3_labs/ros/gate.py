@@ -5,6 +5,13 @@ When a node that drives stops, for any reason, it publishes exactly one zero and
 that another node may drive. The zero is also sent when the node shuts down (a signal, an exception
 that ended it), and when its clock stands still. Once a second a driving node publishes
 `/diagnostics`, for rqt_robot_monitor and rostopic.
+
+Locks are taken in this order, each only before those below it:
+    1  locks of the parts that call a node back: the hooks of its end, dynamic settings,
+       diagnostics, actionlib. A node that calls these parts holds no lock.
+    2  the lock of the node, that of its Gate, which guards its core and its commands
+    3  locks of rospy's topics, and of its log
+A thread that holds a node's lock does not wait for a service, a message or a subscriber.
 """
 import math
 import queue

@@ -9,13 +9,6 @@ rospy's own signal handlers interrupt the main thread at any point to shut down,
 holds one of rospy's locks. Here a signal is an exception in the main thread: first it leaves its
 calls and their locks, then the node shuts down. Ctrl+Z ends a node, too: as a process that is
 stopped it could not stop its robot.
-
-Locks are taken in this order, each only before those below it:
-    1  locks of the parts that call a node back: the hooks of its end, dynamic settings,
-       diagnostics, actionlib. A node that calls these parts holds no lock.
-    2  the lock of the node (:mod:`tb3_labs.ros.gate`), which guards its core and its commands
-    3  locks of rospy's topics, and of its log
-A thread that holds a node's lock does not wait for a service, a message or a subscriber.
 """
 import contextlib
 import functools
@@ -30,7 +23,6 @@ from pathlib import Path
 import rosgraph
 import rospy
 
-from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import (
     answer_side_by_side, hear_all_publishers, log_without_the_master, note_connections)
 
@@ -86,7 +78,9 @@ def run(name, make_node, interface=None):
 def leave(status=0):
     """End this process when the hooks of its shutdown are done. By rospy alone the end takes 0.6 s
     longer, and computes for most of that time."""
-    wait_until(rospy.is_shutdown, LONGEST_END, END_LOOK)
+    deadline = time.monotonic() + LONGEST_END
+    while not rospy.is_shutdown() and time.monotonic() < deadline:
+        time.sleep(END_LOOK)
     sys.stdout.flush()
     os._exit(1 if _failures else status)
 

@@ -27,7 +27,7 @@ import math
 from collections import deque
 from typing import Deque, Optional, Sequence, Tuple
 
-from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.angles import clamp, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import (
@@ -43,8 +43,8 @@ NO_COMMAND = -math.inf, 0.0, 0.0
 
 def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
     """(left, right) goal speeds of the motors [rad/s] for a command [m/s], [rad/s]."""
-    linear = _clip(_received(linear), model.max_linear)
-    angular = _clip(_received(angular), model.max_angular)
+    linear = clamp(_received(linear), -model.max_linear, model.max_linear)
+    angular = clamp(_received(angular), -model.max_angular, model.max_angular)
     turning = angular * model.half_track
     return _whole_steps(linear - turning, model), _whole_steps(linear + turning, model)
 
@@ -57,13 +57,9 @@ def _received(speed: float) -> float:
 
 
 def _whole_steps(rim_speed: float, model: RobotModel) -> float:
-    rim_speed = _clip(rim_speed, model.max_wheel_speed)
+    rim_speed = clamp(rim_speed, -model.max_wheel_speed, model.max_wheel_speed)
     steps = int(rim_speed / model.wheel_radius / MOTOR_SPEED_STEP)
-    return _clip(steps, model.motor_steps) * MOTOR_SPEED_STEP
-
-
-def _clip(value: float, limit: float) -> float:
-    return min(max(value, -limit), limit)
+    return clamp(steps, -model.motor_steps, model.motor_steps) * MOTOR_SPEED_STEP
 
 
 def encoder(motor_angle: float) -> int:

@@ -58,11 +58,6 @@ class LinkSettings:
     longest_stall: float = LONGEST_STALL    # each lasts a uniform random time up to this [s]
     is_cut: bool = False            # nothing arrives while this is True
 
-    @property
-    def stalls(self) -> Tuple[float, float]:
-        """The settings of the stalls. If they change, the stalls are planned anew."""
-        return self.stalls_per_min, self.longest_stall
-
 
 class Interruptions:
     """Random intervals [start, end). Outside them, `rate` intervals begin per second on average.
@@ -101,8 +96,9 @@ class Link:
         """Use other settings from `now` on."""
         self._arrived = self.take(now)
         before, self._settings = self._settings, settings
-        if settings.stalls != before.stalls:
-            # The links of both directions plan alike: one stall delays both.
+        if (settings.stalls_per_min, settings.longest_stall) != (
+                before.stalls_per_min, before.longest_stall):
+            # Stalls are planned anew. The links of both directions plan alike: one delays both.
             self._stalls = Interruptions(
                 settings.stalls_per_min / 60.0, (0.0, settings.longest_stall), now,
                 'stalls {}'.format(self._seed)) if settings.stalls_per_min else None

@@ -77,10 +77,6 @@ class FakeRobot:
     def configure(self, settings):
         """Use other settings from now on, except those of the start."""
         with self._lock:
-            self._configure(settings)
-
-    def _configure(self, settings):
-        if settings is not self._robot.config:
             self._robot.configure(settings)
 
     @property
@@ -95,7 +91,7 @@ class FakeRobot:
             else self._truth and self._truth.get_num_connections())
         with self._lock:
             if self._hidden:
-                self._configure(self._hidden.settings_at(self._robot.now))
+                self._robot.configure(self._hidden.settings_at(self._robot.now))
             bursts = self._robot.step_in_bursts(SIMULATION_STEP)
             now = epoch + self._robot.now
             origin = self._robot.sensors.origin

@@ -31,9 +31,8 @@ class Rhythm:
     """The moments 1/rate, 2/rate, ... after `start`; each is taken once, in order."""
 
     def __init__(self, rate: float, start: float = 0.0) -> None:
-        self._rate, self._base, self._count = rate, start, 1
-        #: The next moment [s]. An attribute, for speed.
-        self.due = start + 1.0 / rate
+        self._rate = self.due = 0.0     # `due`: the next moment [s]; an attribute, for speed
+        self.set_rate(rate, start)
 
     def take(self) -> float:
         """Take the moment that is due [s]; the next one becomes due."""

@@ -65,6 +65,8 @@ class Simulator:
 
     def configure(self, config: SimulatorConfig) -> None:
         """Use other settings from now on; ``ValueError`` if one of `STARTING` differs."""
+        if config is self.config:
+            return
         for name in STARTING:
             if getattr(config, name) != getattr(self.config, name):
                 raise ValueError('{} = {!r} is not valid: it only counts at the start'.format(
@@ -143,15 +145,9 @@ class Simulator:
     def _drive(self, stamp: float) -> None:
         """The board's own tick: the latest command that has arrived goes to the motors."""
         self._read(stamp)
-        if not self._board.is_busy:
-            self._obey(stamp, self._board.wanted(stamp))
-
-    def _read(self, stamp: float) -> None:
-        """The board reads what has arrived."""
-        if self._board.read(self._command_link.take(stamp)):
-            self._calibrate(stamp)
-
-    def _obey(self, stamp: float, wanted: Tuple[float, float]) -> None:
+        if self._board.is_busy:
+            return
+        wanted = self._board.wanted(stamp)
         if self.config.motors_off or self.config.battery_cut:
             wanted = 0.0, 0.0
         if wanted != self._obeyed:
@@ -160,8 +156,10 @@ class Simulator:
             self._body.drivetrain.set_goals(*motor_speeds(*wanted, self._model))
             self._body.motion_changed()
 
-    def _calibrate(self, stamp: float) -> None:
-        self._body.move_to(stamp)
-        self._board.calibrate(stamp, self.config.reset_pause, self._body.yaw)
-        self.sensors.resetting = True
-        self._body.use_bias(RAW_BIAS)
+    def _read(self, stamp: float) -> None:
+        """The board reads what has arrived; by a reset it calibrates its gyro."""
+        if self._board.read(self._command_link.take(stamp)):
+            self._body.move_to(stamp)
+            self._board.calibrate(stamp, self.config.reset_pause, self._body.yaw)
+            self.sensors.resetting = True
+            self._body.use_bias(RAW_BIAS)

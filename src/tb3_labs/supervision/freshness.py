@@ -76,8 +76,7 @@ CONFIRMATION = 0.04
 LAPSE = 0.5
 #: A grant expires after this silence. A True that was delayed for longer does not count.
 LONGEST_LAPSE = 2.0
-#: A sender of goals or turns that is silent for longer than this has paused: it may ask the same
-#: again.
+#: After this silence a sender of goals or turns has paused: it may ask for the same again.
 SENDER_PAUSE = 2.0
 
 # -- this process sleeps

@@ -9,10 +9,7 @@ import math
 from enum import Enum
 from typing import List
 
-from tb3_labs.supervision.freshness import LONGEST_LAPSE, RENEWAL
-
-#: A message of move_to_goal this soon after a press of A may be older than the press [s].
-CROSSING = 0.3
+from tb3_labs.supervision.freshness import RENEWAL
 
 
 class Holder(Enum):
@@ -57,8 +54,7 @@ HOLDERS = {
 
 class ControlMessages:
     """The messages of one pad for `ctrl_relinq`: True gives the robot to move_to_goal, False takes
-    it. A pad that has just started says nothing: no person has pressed anything.
-    """
+    it. A pad that has just started says nothing: no person has pressed anything."""
 
     def __init__(self) -> None:
         #: Does move_to_goal have control by this pad? Then the pad must renew its permission.
@@ -95,12 +91,3 @@ class ControlMessages:
         self.grants = False
         self.stopped_at = max(self.stopped_at, caused_at)    # a late B is older than a loss
         self._waiting.append(False)
-
-    def crossed(self, now: float) -> bool:
-        """Was the last True so recent that a "no control" of move_to_goal may be older?"""
-        return now - self.given_at < CROSSING
-
-    def too_late(self, now: float, lateness: float) -> bool:
-        """Is a press of A that was delayed by `lateness` [s] too old, or was control taken since?
-        """
-        return lateness > LONGEST_LAPSE or now - lateness < self.stopped_at

@@ -21,6 +21,8 @@ from tb3_labs.supervision.events import Event, NewsDesk, Output
 from tb3_labs.supervision.freshness import LONGEST_LAPSE, SleepWatch
 from tb3_labs.supervision.holder import HOLDERS, ControlMessages, Holder, HolderEvent
 
+#: A message of move_to_goal this soon after a press of A may be older than the press [s].
+CROSSING = 0.3
 #: After taking the robot back the pad waits until move_to_goal has stopped [s].
 HAND_BACK = 0.15
 #: If the sticks do not come to rest for this long, and so do not drive, the operator is told [s].
@@ -76,9 +78,7 @@ class GamepadCore:
             self._happens(HolderEvent.REGAIN, now)
         elif state.relinquish and not before.relinquish and not state.regain:
             self._relinquish(now, self._pad.lateness)
-        is_ready = state.at_rest
-        if self._config.has_hold:
-            is_ready = state.hold and not before.hold
+        is_ready = (state.hold and not before.hold) if self._config.has_hold else state.at_rest
         if is_ready and self._pad.is_current(now):
             self._happens(HolderEvent.READY, now)
         elif self._pad.came_after_loss and self.holder is Holder.GAMEPAD:
@@ -93,16 +93,13 @@ class GamepadCore:
         if has_control.what:
             self.messages.given_at = -math.inf    # it has heard the True
             self._happens(HolderEvent.GRANTED, now)
-        elif not self.messages.crossed(now):
+        elif now - self.messages.given_at >= CROSSING:
             self._happens(HolderEvent.TAKEN, now)
 
     def on_word(self, word: 'Event[bool]') -> None:
-        """Another node says True or False. Its False takes control from move_to_goal, and stops
-        held sticks.
-
-        If others gave control, it is over only when move_to_goal says so, since only move_to_goal
-        knows the order of both messages.
-        """
+        """Another node says True or False. Its False takes the control that this pad gave, or stops
+        held sticks. Control that others gave is over when move_to_goal says so: it alone knows the
+        order of both messages."""
         if not word.what:
             self._on_taken(word.at)
 
@@ -124,38 +121,33 @@ class GamepadCore:
         """Look at the clock, and decide."""
         self._look_at_clock(now)
         self._look_at_rest(now)
-        if self._is_lost(now):
-            self._lose(now)
+        self._look_at_loss(now)
         command = self._command(now) if self._is_new else None
         holder = None if self.holder is self._told_holder else self.holder
+        watched = self.messages.grants or self._drives() or (
+            self._pad.state is not None and self.holder is Holder.NOBODY)
         asks_reset, self._told_holder, self._asks_reset = self._asks_reset, self.holder, False
-        return PadOutput(command, news=self._news.take(), watched=self._watched(), holder=holder,
+        return PadOutput(command, news=self._news.take(), watched=watched, holder=holder,
                          words=self.messages.take(), renews=self.messages.renews(now),
                          asks_reset=asks_reset)
 
     def _look_at_rest(self, now: float) -> None:
         """A pad at rest is ready once it has been heard for long enough. A stick that never rests,
         as a worn one, is named once."""
-        state = self._pad.state
-        if self.holder is not Holder.NOBODY or state is None or self._config.has_hold:
+        state, config = self._pad.state, self._config
+        if self.holder is not Holder.NOBODY or state is None or config.has_hold:
             self._restless_since = math.inf
-        elif state.at_rest:
-            self._restless_since = math.inf
-            if self._pad.is_current(now):
-                self._happens(HolderEvent.READY, now)
-        else:
-            self._restless_since = min(self._restless_since, now)
-            if now - self._restless_since > RESTLESS:
-                self._restless_since = math.nan    # it was named
-                config, (axes, _) = self._config, state.sent
-                axis = max(config.linear_axis, config.angular_axis, key=lambda n: abs(axes[n]))
-                self._news.tell('No stick drives: axis {} is at {:.2f}, beyond dead_zone {:g}. Let '
-                                'go of it; if it rests there, set a larger dead_zone'.format(
-                                    axis, axes[axis], config.dead_zone), warning=True)
-
-    def _watched(self) -> bool:
-        return self.messages.grants or self._drives() or (
-            self._pad.state is not None and self.holder is Holder.NOBODY)
+            return
+        self._restless_since = math.inf if state.at_rest else min(self._restless_since, now)
+        if state.at_rest and self._pad.is_current(now):
+            self._happens(HolderEvent.READY, now)
+        if now - self._restless_since > RESTLESS:
+            self._restless_since = math.nan    # it was named
+            axes, _ = state.sent
+            axis = max(config.linear_axis, config.angular_axis, key=lambda n: abs(axes[n]))
+            self._news.tell('No stick drives: axis {} is at {:.2f}, beyond dead_zone {:g}. Let go '
+                            'of it; if it rests there, set a larger dead_zone'.format(
+                                axis, axes[axis], config.dead_zone), warning=True)
 
     def _command(self, now: float) -> Twist2:
         self._is_new = False
@@ -171,10 +163,6 @@ class GamepadCore:
         state = self._pad.state
         return (self.holder is Holder.GAMEPAD and state is not None
                 and not state.at_rest and (state.hold or not self._config.has_hold))
-
-    def _is_lost(self, now: float) -> bool:
-        return not self.joy.is_fresh(now) and (
-            self._drives() or (self.messages.grants and not self._config.drive_without_pad))
 
     def _look_at_clock(self, now: float) -> None:
         """After a long sleep of this process, take back the permission that the pad gave. If the
@@ -197,7 +185,7 @@ class GamepadCore:
             doubt = 'may have been pressed while this node did not run'
         elif not self._pad.tells_lateness(now):
             doubt = 'was pressed the moment the pad was first heard'
-        elif self.messages.too_late(now, lateness):
+        elif lateness > LONGEST_LAPSE or now - lateness < self.messages.stopped_at:
             doubt = 'was pressed {:.1f} s ago, before something took control'.format(lateness)
         elif not self.messages.grants:
             self.messages.grant(now, lateness)
@@ -226,7 +214,10 @@ class GamepadCore:
     def _again(self) -> str:
         return 'press the hold button' if self._config.has_hold else 'let go of the sticks'
 
-    def _lose(self, now: float) -> None:
+    def _look_at_loss(self, now: float) -> None:
+        needs_pad = self._drives() or (self.messages.grants and not self._config.drive_without_pad)
+        if not needs_pad or self.joy.is_fresh(now):
+            return
         hint = '' if self._pad.repeats else (
             '. If the pad is there, start joy_node with autorepeat_rate 20, as gamepad.launch does')
         self._news.tell('{}: robot stopped; {} to drive again{}'.format(

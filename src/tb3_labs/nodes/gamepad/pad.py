@@ -34,8 +34,7 @@ class PadConfig(Config):
                                   low=0.01, high=1.0)
     angular_scale: float = setting(2.84, "full stick; the robot's own limit holds as well", 'rad/s',
                                    low=0.05, high=5.0)
-    drive_without_pad: bool = setting(
-        False, 'move_to_goal may drive on when the pad is lost')
+    drive_without_pad: bool = setting(False, 'move_to_goal may drive on when the pad is lost')
 
     @property
     def has_hold(self) -> bool:

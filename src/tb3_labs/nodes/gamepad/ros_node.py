@@ -26,7 +26,6 @@ class GamepadNode:
                                         headers=RENEWS)
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
         self._gate = Gate(lambda: self._core.tick(steady_time()), self._say, self._carry_out)
-        # the operator leaves
         rospy.on_shutdown(lambda: self._gate.take_in(lambda: self._core.on_leave(steady_time())))
         self._gate.look()
         # every message is read: a press counts even if many messages arrive at once
