@@ -174,9 +174,9 @@ ENDING = 5.0
 AT_ONCE = 0.5
 #: A node must stop the robot within this time after a sensor or an input fell silent [s].
 LOST_AFTER = 1.0
-#: These limits in words.
-IN_TIME, STOPS_AT_ONCE, STOPS_WHEN_LOST = (
-    'within {:g} s'.format(time) for time in (START_TIME, AT_ONCE, LOST_AFTER))
+#: A limit [s] in words.
+within = 'within {:g} s'.format
+IN_TIME, STOPS_AT_ONCE = within(START_TIME), within(AT_ONCE)
 
 
 def starts(seen: Observation) -> str:
@@ -194,7 +194,7 @@ def ends_cleanly(part: str, where: Place) -> Criterion:
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where,
         lambda seen: first_missed(*map(_clean_exit, _ends(seen))),
-        limits='within {:g} s; "{}", which rospy raises, does not count'.format(ENDING, NOT_THEIRS))
+        limits='{}; "{}", which rospy raises, does not count'.format(within(ENDING), NOT_THEIRS))
 
 
 def _clean_exit(scene: Scene) -> str:
@@ -233,10 +233,18 @@ def apart(headings: np.ndarray, others: Union[np.ndarray, float]) -> np.ndarray:
 
 # ----- stopping when something is lost -----
 
+#: The part in which something falls silent.
+LOST = 'lost'
 
-def stops_when_silent(seen: Observation, name: str, what: str) -> str:
-    """'' if the node stopped the robot after `what` fell silent in the stimulus `name`."""
-    scene = seen.during(name)
+
+def stops_when_lost(name: str, meaning: str, what: str, stimulus: str, where: Place) -> Criterion:
+    """The criterion beyond the handout that the node stops after `what` fell silent."""
+    return Criterion(
+        name, LOST, '{} after {} fell silent'.format(meaning, what), where,
+        lambda seen: _drives_on(seen.during(stimulus), what), extra=True, limits=within(LOST_AFTER))
+
+
+def _drives_on(scene, what):
     if not scene.facts[WAS_MOVING]:
         return 'the robot was not moving when {} fell silent'.format(what)
     if len(scene.moving_after(LOST_AFTER)):

@@ -6,16 +6,15 @@ import rospkg
 import yaml
 
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, AT_ONCE, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, STOPS_WHEN_LOST,
-    THUMB, Criterion, Place, ends_cleanly, opposite, starts, steers, stops_robot,
-    stops_when_silent)
+    ANGULAR, AT_ONCE, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, THUMB, Criterion,
+    Place, ends_cleanly, opposite, starts, steers, stops_robot, stops_when_lost, within)
 from tb3_labs.marking.trial.evidence import other_topics
 from tb3_labs.marking.trial.observation import CTRL_RELINQ, NotSeen, Observation
 from tb3_labs.marking.trial.printed import last_words
 from tb3_labs.nodes.gamepad.pad import PadConfig
 
 #: The parts of the lab.
-STICKS, BUTTONS, NO_SERVICE, LOST = 'sticks', 'buttons', 'no service', 'lost'
+STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
 #: The stimuli of the sticks, in their order.
 UP, HALF_UP, DOWN = 'left stick up', 'left stick half up', 'left stick down'
 TO_LEFT, TO_RIGHT = 'right stick left', 'right stick right'
@@ -49,8 +48,6 @@ PROMPT = 0.7
 #: A stick is held for HELD [s]. A value is heard on ctrl_relinq within SAYS [s]. A reset is called,
 #: or has failed, within RESET_TIME [s].
 HELD, SAYS, RESET_TIME = 0.8, 1.0, 2.5
-#: The limit of a reset without a service, in words.
-IN_RESET_TIME = 'within {:g} s'.format(RESET_TIME)
 #: The limits of full sticks, in words.
 STICK_LIMITS = '{:g} to {:g} {} within {:g} s, and at most {:g} of the other speed'
 SUCCESS = 'Pose reset successfully'
@@ -195,27 +192,24 @@ CRITERIA = [
     Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', THUMB, _lets_go,
               limits=STOPS_AT_ONCE),
     Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', THUMB,
-              partial(_control, name=HAND_OVER, wanted=True),
-              limits='within {:g} s'.format(SAYS)),
+              partial(_control, name=HAND_OVER, wanted=True), limits=within(SAYS)),
     Criterion('silent_meanwhile', BUTTONS, 'sends no velocity while the robot is handed over',
               THUMB, _silent_meanwhile, limits='the stick is up for {:g} s'.format(HELD)),
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
               THUMB, _regains, limits='within {:g} s; the stick within {:g} s'.format(SAYS, HELD)),
     Criterion('resets', BUTTONS, 'Y calls the reset with (0, 0, 0)', Y_STEP, _resets,
-              limits=IN_RESET_TIME + ', by a quaternion of length 1'),
+              limits=within(RESET_TIME) + ', by a quaternion of length 1'),
     Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SUCCESS), Y_STEP, _says_success,
-              limits=IN_RESET_TIME),
+              limits=within(RESET_TIME)),
     ends_cleanly(BUTTONS, THUMB),
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', THUMB,
-              _says_why_not, limits=IN_RESET_TIME),
+              _says_why_not, limits=within(RESET_TIME)),
     Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', BEYOND,
               stops_robot, extra=True, limits=STOPS_AT_ONCE),
     Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', BEYOND,
-              _not_blocked, extra=True, limits='the stick drives within {:g} s'.format(PROMPT)),
+              _not_blocked, extra=True, limits='the stick drives ' + within(PROMPT)),
     Criterion('once', BUTTONS, 'Y, held, is one call', BEYOND, _once, extra=True),
     Criterion('latched', BUTTONS, 'ctrl_relinq is latched', BEYOND, _latched, extra=True,
-              limits='heard within {:g} s'.format(SAYS)),
-    Criterion('lost_pad', LOST, 'stops the robot after the pad fell silent', BEYOND,
-              partial(stops_when_silent, name=PAD_SILENT, what='the pad'), extra=True,
-              limits=STOPS_WHEN_LOST),
+              limits='heard ' + within(SAYS)),
+    stops_when_lost('lost_pad', 'stops the robot', 'the pad', PAD_SILENT, BEYOND),
 ]

@@ -55,28 +55,25 @@ def _standing(seen):
 
 
 def _prints_heading(seen: Observation) -> str:
-    for heading, printed in _standing(seen):
-        if not printed:
-            return 'nothing was printed while the robot stood at {:.0f} degrees'.format(
-                heading)
-    return ''
+    silent = [heading for heading, printed in _standing(seen) if not printed]
+    return 'nothing was printed while the robot stood at {:.0f} degrees'.format(
+        silent[0]) if silent else ''
+
+
+def _headings(seen):
+    """[(a printed heading, the IMU's)] [deg]"""
+    return [(number, heading) for heading, printed in _standing(seen) for number in printed]
 
 
 def _heading_right(seen: Observation) -> str:
-    for heading, printed in _standing(seen):
-        for number in printed:
-            if abs(difference_degrees(number, heading)) > HEADING_TOLERANCE:
-                return 'printed {:.1f} degrees while the IMU said {:.1f}'.format(number, heading)
-    return ''
+    wrong = [each for each in _headings(seen) if abs(difference_degrees(*each)) > HEADING_TOLERANCE]
+    return 'printed {:.1f} degrees while the IMU said {:.1f}'.format(*wrong[0]) if wrong else ''
 
 
 def _from_0_to_360(seen: Observation) -> str:
-    for heading, printed in _standing(seen):
-        for number in printed:
-            if not 0.0 <= number < 360.0:
-                return 'printed {:.1f} degrees while the robot stood at {:.0f}'.format(
-                    number, heading)
-    return ''
+    wrong = [each for each in _headings(seen) if not 0.0 <= each[0] < 360.0]
+    return 'printed {:.1f} degrees while the robot stood at {:.0f}'.format(
+        *wrong[0]) if wrong else ''
 
 
 def _says_goodbye(seen: Observation) -> str:

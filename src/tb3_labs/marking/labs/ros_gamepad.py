@@ -5,18 +5,18 @@ needs them. They are known from the source of rospy 1.15.15 (Debian 12).
 """
 import math
 import time
-from contextlib import closing
 from io import BytesIO
 
 import rospy
 from rospy.msg import AnyMsg
 from sensor_msgs.msg import Joy
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, Empty
 
 from tb3_labs.marking.labs import gamepad as asked
+from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.labs.gamepad import HELD, RESET_TIME, SAYS
 from tb3_labs.marking.trial.observation import CTRL_RELINQ, JOY
-from tb3_labs.marking.labs.ros_move2goal import NAMES
+from tb3_labs.marking.labs.ros_move2goal import NAMES, fields_of
 from tb3_labs.marking.trial.ros_robot import UNDER_WAY, Repeater
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import connection_of
@@ -65,35 +65,26 @@ class HeldPad(Repeater):
         self.hold(Joy(axes=list(self._axes), buttons=list(self._buttons)))
 
 
-def _reset_service(stage):
-    return closing(AnyService(stage.node.graph.types.by_sum()))
-
-
 def _stick_up(stage, pad, name):
-    with stage.stimulus(name):
-        pad.sticks(1.0)
-        time.sleep(HELD)
+    stage.watch(name, HELD, lambda: pad.sticks(1.0))
     pad.sticks()
     time.sleep(UNDER_WAY)
 
 
 def sticks(stage):
     """The sticks at several places."""
-    with _reset_service(stage):
-        if not stage.node.start():
-            return
+    with AnyService(stage):
+        stage.node.start()
         with HeldPad(stage.pad) as pad:
             for name, place in asked.PLACES.items():
-                with stage.stimulus(name):
-                    pad.sticks(*place)
-                    time.sleep(HELD)
+                stage.watch(name, HELD, lambda: pad.sticks(*place))
 
 
 def buttons(stage):
     """A, the sticks, B, the sticks, Y; then Ctrl+C while a stick drives."""
-    with _reset_service(stage) as service:
-        if not stage.node.alive and not stage.node.start():
-            return
+    with AnyService(stage) as service:
+        if not stage.node.alive:
+            stage.node.start()
         with HeldPad(stage.pad) as pad:
             _hand_over(stage, pad)
             with stage.stimulus(asked.RESET_BUTTON) as record:
@@ -101,9 +92,9 @@ def buttons(stage):
                 wait_until(lambda: service.calls, RESET_TIME - HOLD)
                 time.sleep(UNDER_WAY)
                 record.facts.update({asked.CALLS: len(service.calls),
-                                     asked.ORIGIN: all(origin for origin, _ in service.calls),
-                                     asked.UNIT: all(unit for _, unit in service.calls)})
-            stage.remark([NO_COVARIANCE] * service.lacks_covariance)
+                                     asked.ORIGIN: all(map(is_origin, service.calls)),
+                                     asked.UNIT: all(map(is_unit, service.calls))})
+            stage.remark([NO_COVARIANCE] * (not all(map(has_covariance, service.calls))))
             stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
 
 
@@ -136,8 +127,7 @@ def _hand_over(stage, pad):
 
 def no_service(stage):
     """Y while nobody offers a reset, and a stick right after it."""
-    if not stage.node.start():
-        return
+    stage.node.start()
     with HeldPad(stage.pad) as pad, stage.stimulus(asked.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
         pad.sticks(1.0)
@@ -147,77 +137,30 @@ def no_service(stage):
 def lost(stage):
     """The pad falls silent while it drives."""
     with HeldPad(stage.pad) as pad:
-        moving = _start_driving(stage, pad)
-        if moving is not None:
-            stage.falls_silent(asked.PAD_SILENT, moving, lambda: pad.hold(None))
+        stage.falls_silent(asked.PAD_SILENT, _start_driving(stage, pad), lambda: pad.hold(None))
 
 
 PARTS = {asked.STICKS: sticks, asked.BUTTONS: buttons, asked.NO_SERVICE: no_service,
-         asked.LOST: lost}
+         LOST: lost}
 
 
 # -- a reset service of any type
 
-def _fields(message):
-    """(name, type, value) of each field of a message and of the messages in it, without headers."""
-    for name, kind in zip(message.__slots__, message._slot_types):
-        value = getattr(message, name)
-        if kind != 'std_msgs/Header':
-            yield name, kind, value
-            if hasattr(value, '_slot_types'):
-                yield from _fields(value)
-
-
 def is_origin(request):
     """Does a request declare (0, 0, 0), or no pose at all?"""
-    return all(abs(value) <= 1e-6 for name, kind, value in _fields(request)
+    return all(abs(value) <= 1e-6 for name, kind, value in fields_of(request)
                if kind in ('float32', 'float64') and name != 'w')
 
 
 def is_unit(request):
     """Is every quaternion of a request a rotation, of length 1?"""
     return all(abs(math.sqrt(q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2) - 1.0) < 0.01
-               for _, kind, q in _fields(request) if kind == 'geometry_msgs/Quaternion')
+               for _, kind, q in fields_of(request) if kind == 'geometry_msgs/Quaternion')
 
 
 def has_covariance(request):
     """Is any number of its covariance not zero, if it has one?"""
-    return all(any(value) for name, _, value in _fields(request) if name == 'covariance')
-
-
-class AnyService:
-    """Reset services with the names NAMES. They take calls of any type, and answer with success.
-
-    The client's checksum tells the type. Of a type that the student made, the fields are not read.
-    """
-
-    def __init__(self, types):
-        """`types`: checksum -> class."""
-        self._types = types
-        #: For each call so far: did it declare (0, 0, 0), and is its quaternion a rotation? Both
-        #: are True also if its fields are not read.
-        self.calls = []
-        self.lacks_covariance = False
-        self._services = [offer_any_service(name, self._on_call) for name in NAMES]
-
-    def close(self):
-        for service in self._services:
-            service.shutdown()
-
-    def _on_call(self, checksum, data):
-        kind = self._types.get(checksum)
-        if kind is None:
-            self.calls.append((True, True))
-            raise rospy.ServiceException('the type of this request is not known here')
-        request = kind._request_class()
-        request.deserialize(data)
-        self.calls.append((is_origin(request), is_unit(request)))
-        self.lacks_covariance |= not has_covariance(request)
-        response = kind._response_class()
-        for name, value in (('success', True), ('message', 'reset')):
-            if name in response.__slots__:
-                setattr(response, name, value)
-        return response
+    return all(any(value) for name, _, value in fields_of(request) if name == 'covariance')
 
 
 class _AnySum(str):
@@ -241,20 +184,38 @@ class _AnyType:
     _response_class = AnyMsg
 
 
-def offer_any_service(name, on_call):
-    """Returns a rospy.Service that takes requests of any type.
+class AnyService:
+    """Reset services with the names NAMES, in a ``with`` block. They take calls of any type, and
+    answer with success.
 
-    ``on_call(checksum, data)`` gets the checksum of the client's type and the bytes of its request,
-    and returns the response, a message.
-
+    The client's checksum tells the type. Of a type that the student made, the fields are not read.
     A gamepad's call of its own service type fails if rospy no longer compares a client's checksum
     with `_md5sum`, or no longer passes on the header and the bytes of an AnyMsg.
     launch/checks/check_gamepad.test and test/ros/mark.test show it.
     """
-    def answer(raw):
-        response = on_call(connection_of(raw)['md5sum'], raw._buff)
-        buffer, whole = BytesIO(), AnyMsg()
+
+    def __init__(self, stage):
+        self._types = stage.node.graph.types.by_sum()     # checksum -> class
+        #: The request of each call so far; it is Empty if its fields are not read.
+        self.calls = []
+        self._services = [rospy.Service(name, _AnyType, self._on_call) for name in NAMES]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *problem):
+        for service in self._services:
+            service.shutdown()
+
+    def _on_call(self, raw):
+        kind = self._types.get(connection_of(raw)['md5sum'])
+        if kind is None:
+            self.calls.append(Empty())
+            raise rospy.ServiceException('the type of this request is not known here')
+        self.calls.append(kind._request_class().deserialize(raw._buff))
+        response, buffer = kind._response_class(), BytesIO()
+        for name, value in (('success', True), ('message', 'reset')):
+            if name in response.__slots__:
+                setattr(response, name, value)
         response.serialize(buffer)
-        whole.deserialize(buffer.getvalue())
-        return whole
-    return rospy.Service(name, _AnyType, answer)
+        return AnyMsg().deserialize(buffer.getvalue())

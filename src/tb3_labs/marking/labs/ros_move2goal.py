@@ -12,6 +12,7 @@ from std_msgs.msg import Bool, Empty
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import move2goal as asked
+from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.labs.move2goal import (
     ANSWER_TIME, ASTRAY, DRIVE_TIME, PROBLEM, REACTION, TAKES_EFFECT, TURNED, WATCHED)
 from tb3_labs.marking.trial.observation import (
@@ -41,16 +42,23 @@ NAMES = ('reset_pose', 'reset', 'set_pose', 'reset_local_pose', 'set_local_pose'
 WORDS = ('reset', 'pose')
 
 
+def fields_of(message):
+    """(name, type, value) of each field of a message and of the messages in it, without headers."""
+    for name, kind in zip(message.__slots__, message._slot_types):
+        value = getattr(message, name)
+        if kind != 'std_msgs/Header':
+            yield name, kind, value
+            if hasattr(value, '_slot_types'):
+                yield from fields_of(value)
+
+
 def fill_pose(message, pose):
     """Fill a Pose2 into a request like that of SetInitialPose, which has a geometry_msgs/Pose, or
     into one of ResetPose. Returns True if there is a place for it."""
-    for name, kind in zip(message.__slots__, message._slot_types):
-        value = getattr(message, name)
+    for _, kind, value in fields_of(message):
         if kind == 'geometry_msgs/Pose':
             value.position.x, value.position.y = pose.x, pose.y
             value.orientation = to_quaternion(pose.yaw)
-            return True
-        if hasattr(value, '_slot_types') and fill_pose(value, pose):
             return True
     if isinstance(message, ResetPoseRequest):
         message.x, message.y, message.yaw_deg = pose.x, pose.y, math.degrees(pose.yaw)
@@ -147,28 +155,23 @@ def drive(stage):
     """The node waits without control, drives from the odometry's origin, is silent at the goal."""
     control = Control(stage)
     start = stage.recorder.pose
-    if not stage.node.start():
-        return
-    with stage.stimulus(asked.WITHOUT_CONTROL):
-        time.sleep(WATCHED)
+    stage.node.start()
+    stage.watch(asked.WITHOUT_CONTROL, WATCHED)
     control.drive(asked.FIRST_DRIVE, start=start)
-    with stage.stimulus(asked.AT_GOAL):
-        time.sleep(WATCHED)
+    stage.watch(asked.AT_GOAL, WATCHED)
 
 
 def reset(stage):
     """The marker turns the robot, resets the frame, and has the node drive again."""
     control = Control(stage)
     if not stage.node.alive:
-        if not stage.node.start():
-            return
+        stage.node.start()
         stage.robot.leave_origin()
     time.sleep(0.3)
     stage.robot.face(stage.recorder.heading_deg + TURNED)
     caller = ResetCaller(stage.node.graph)
     if not caller.found:
         stage.not_offered([asked.RESET_TO_ORIGIN, asked.SECOND_DRIVE], OFFERS_NONE)
-        return
     if caller.found.rsplit('/', 1)[-1] not in NAMES:
         stage.remark(['Its reset is called {}: the gamepad of the lab calls set_pose.'.format(
             caller.found)])
@@ -186,12 +189,8 @@ def _reset(stage, name, caller, pose):
 def control_taken(stage):
     """Control is taken in the middle of a drive; then Ctrl+C in another."""
     control = Control(stage)
-    moving = control.start_driving()
-    if moving is None:
-        return
-    with stage.stimulus(asked.CONTROL_TAKEN, {WAS_MOVING: moving}):
-        control.give(False)
-        time.sleep(WATCHED)
+    facts = {WAS_MOVING: control.start_driving()}
+    stage.watch(asked.CONTROL_TAKEN, WATCHED, lambda: control.give(False), facts)
     stage.ctrl_c_in_motion(control.start_driving)
     control.give(False)
 
@@ -199,13 +198,11 @@ def control_taken(stage):
 def declared(stage):
     """The frame is reset to a pose that is not the origin; then the node drives."""
     control = Control(stage)
-    if not stage.node.start():
-        return
+    stage.node.start()
     caller = ResetCaller(stage.node.graph)
     if not caller.takes_pose:
         stage.not_offered([asked.RESET_ELSEWHERE, asked.DECLARED_DRIVE],
                           'its reset takes no pose' if caller.found else OFFERS_NONE)
-        return
     if _reset(stage, asked.RESET_ELSEWHERE, caller, DECLARED_POSE):
         control.drive(asked.DECLARED_DRIVE, DECLARED_POSE)
 
@@ -218,23 +215,20 @@ def offset(stage):
     wait_until(board.get_num_connections, 5.0)
     if not stage.robot.face(OFFSET_HEADING):
         stage.not_offered([asked.OFFSET_DRIVE], MOVES)
-        return
     board.publish()
     time.sleep(RECALIBRATION)
-    if stage.node.start():
-        reset_to_origin(stage.node)
-        control.drive(asked.OFFSET_DRIVE)
-        control.give(False)
+    stage.node.start()
+    reset_to_origin(stage.node)
+    control.drive(asked.OFFSET_DRIVE)
+    control.give(False)
 
 
 def lost(stage):
     """The odometry falls silent in the middle of a drive."""
     control = Control(stage)
-    moving = control.start_driving()
-    if moving is not None:
-        stage.sensor_falls_silent(asked.ODOMETRY_SILENT, moving, ODOM_SWITCH)
-        control.give(False)
+    stage.sensor_falls_silent(asked.ODOMETRY_SILENT, control.start_driving(), ODOM_SWITCH)
+    control.give(False)
 
 
 PARTS = {asked.DRIVE: drive, asked.RESET: reset, asked.CONTROL: control_taken,
-         asked.DECLARED: declared, asked.OFFSET: offset, asked.LOST: lost}
+         asked.DECLARED: declared, asked.OFFSET: offset, LOST: lost}

@@ -1,6 +1,7 @@
 """The scripts of the IMU lab: for the node of the exercise, then for the node of the turns."""
 import math
 import time
+from contextlib import suppress
 
 import rospy
 from geometry_msgs.msg import Quaternion
@@ -9,8 +10,10 @@ from sensor_msgs.msg import Imu
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.marking.labs import imu as asked_imu
 from tb3_labs.marking.labs import turn as asked
+from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.labs.last_hints import remarks_on_turns
-from tb3_labs.marking.trial.observation import ASKED_DEG, MOUSE_INFO, MOVED, RESTED, WAS_MOVING
+from tb3_labs.marking.trial.observation import (
+    ASKED_DEG, MOUSE_INFO, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)
 from tb3_labs.marking.trial.ros_robot import IMU_SWITCH, WELL_UNDER_WAY, Repeater
 from tb3_labs.marking.trial.ros_student_node import LISTENS
 from tb3_labs.marking.labs.turn import LEFT
@@ -38,8 +41,7 @@ def exercise(stage):
     """The robot is turned to several headings and stands at each; then Ctrl+C."""
     node = stage.node
     offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # before a node can change it
-    if not node.start():
-        return
+    node.start()
     for name, degrees in asked_imu.STANDS.items():
         stage.robot.face(degrees - offset)
         heading = (stage.recorder.heading_deg + offset) % 360.0
@@ -52,8 +54,7 @@ def exercise(stage):
 
 def odd_samples(stage):
     """The marker's own IMU sends samples that a robot's IMU seldom sends."""
-    if not stage.node.start('imu:=' + PROBE, listens=PROBE):
-        return
+    stage.node.start('imu:=' + PROBE, listens=PROBE)
     with Repeater(PROBE, Imu) as hand:
         def send(orientation, seconds):
             hand.hold(Imu(orientation=orientation))
@@ -125,16 +126,14 @@ def _named(usual, names):
 
 
 def mouse_of(stage, names):
-    """The HeldMouse of the node, inactive in the middle; None if the node has no mouse that can be
-    played: the stimuli `names` are not offered."""
+    """The HeldMouse of the node, inactive in the middle. If the node has no mouse that can be
+    played, the stimuli `names` are not offered, which ends the part."""
     if rospy.resolve_name(MOUSE_INFO) not in stage.node.graph.of_node(LISTENS):
         stage.not_offered(names, 'it does not listen to mouse_info')
-        return None
     try:
         mouse = HeldMouse(stage.node.graph)
     except ValueError as problem:
         stage.not_offered(names, str(problem))
-        return None
     stage.remark(mouse.remarks)
     mouse.at(0.0, 0.0, active=False)
     mouse.wait_until_heard()
@@ -144,28 +143,25 @@ def mouse_of(stage, names):
 def turns(stage):
     """Five turns, each from its own heading even if the last turn failed; then an invalid input."""
     for name, turn in asked.EACH_TURN.items():
-        if not _begin_at(stage, turn.begins_deg):
-            return
+        _begin_at(stage, turn.begins_deg)
         _try_turn(stage, name, turn.typed, {ASKED_DEG: turn.asked_deg})
-    if _begin_at(stage, LAST_HEADING):
-        with stage.stimulus(asked.NONSENSE):
-            stage.node.type(asked.TYPED_NONSENSE)
-            time.sleep(asked.ANSWER)
+    with suppress(NotTried):        # the remarks are those on the turns
+        _begin_at(stage, LAST_HEADING)
+        stage.watch(asked.NONSENSE, asked.ANSWER, lambda: stage.node.type(asked.TYPED_NONSENSE))
     stage.remark(remarks_on_turns(stage.observation))
 
 
 def _begin_at(stage, heading):
     """Have a node that waits for input, and a robot at rest near this heading [deg].
 
-    If needed, the robot is turned and the node is started. Returns False if the node did not start.
+    If needed, the robot is turned and the node is started.
     """
     astray = abs(difference_degrees(stage.recorder.heading_deg, heading)) > HEADING_ASTRAY
-    if stage.node.alive and stage.recorder.rests() and not astray:
-        return True
-    stage.node.stop()
-    if astray:
-        stage.robot.face(heading)
-    return stage.node.start()
+    if astray or not (stage.node.alive and stage.recorder.rests()):
+        stage.node.stop()
+        if astray:
+            stage.robot.face(heading)
+        stage.node.start()
 
 
 def _try_turn(stage, name, typed, facts=()):
@@ -180,39 +176,27 @@ def _try_turn(stage, name, typed, facts=()):
 
 def mouse(stage):
     """The mouse alone, before any key was pressed."""
-    hand = mouse_of(stage, asked.MOUSE_ALONE) if stage.node.start() else None
-    if hand is None:
-        return
-    with hand:
-        with stage.stimulus(asked.NOT_ACTIVE):
-            hand.at(0.0, 1.0, active=False)
-            time.sleep(asked.MOUSE_HELD)
+    stage.node.start()
+    with mouse_of(stage, asked.MOUSE_ALONE) as hand:
+        stage.watch(asked.NOT_ACTIVE, asked.MOUSE_HELD, lambda: hand.at(0.0, 1.0, active=False))
         hand.at(0.0, 0.0)
         time.sleep(0.2)
         for name, place in asked.MOUSE_PLACES.items():
-            with stage.stimulus(name):
-                hand.at(*place)
-                time.sleep(asked.MOUSE_HELD)
+            stage.watch(name, asked.MOUSE_HELD, lambda: hand.at(*place))
         hand.at(0.0, 1.0)
         time.sleep(0.4)
-        with stage.stimulus(asked.DEACTIVATED):
-            hand.at(0.0, 1.0, active=False)
-            time.sleep(1.0)
+        stage.watch(asked.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
 
 
 def both(stage):
     """A turn while the mouse is active; then the mouse after a turn, and during a turn."""
-    runs = _is_idle(stage) or stage.node.start()
-    hand = mouse_of(stage, asked.BESIDE_TURNS) if runs else None
-    if hand is None:
-        return
-    with hand:
+    if not _is_idle(stage):
+        stage.node.start()
+    with mouse_of(stage, asked.BESIDE_TURNS) as hand:
         hand.at(0.0, 0.0)
         time.sleep(0.3)
         _try_turn(stage, asked.TURN_BESIDE, LEFT)
-        with stage.stimulus(asked.AFTER_TURN):
-            hand.at(0.0, 1.0)
-            time.sleep(asked.MOUSE_HELD)
+        stage.watch(asked.AFTER_TURN, asked.MOUSE_HELD, lambda: hand.at(0.0, 1.0))
         hand.at(0.0, 0.0)
         wait_until(stage.recorder.rests, 2.0)
         moving = stage.moves_after(lambda: stage.node.type(LEFT), asked.TURN_REACTION)
@@ -241,23 +225,18 @@ def shutdown(stage):
 
 def lost(stage):
     """The mouse falls silent while it drives, the IMU in a turn."""
-    if not stage.node.start():
-        return
-    hand = mouse_of(stage, [asked.MOUSE_SILENT])
-    if hand is not None:
-        with hand:
-            hand.at(0.0, 0.0)
-            time.sleep(0.3)
-            moving = stage.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
-            time.sleep(WELL_UNDER_WAY)
-            stage.falls_silent(asked.MOUSE_SILENT, moving, lambda: hand.hold(None))
-            hand.at(0.0, 0.0, active=False)
-            time.sleep(0.3)
-    moving = _in_a_turn(stage)
-    if moving is not None:
-        stage.sensor_falls_silent(asked.IMU_SILENT, moving, IMU_SWITCH)
+    stage.node.start()
+    with suppress(NotOffered), mouse_of(stage, [asked.MOUSE_SILENT]) as hand:
+        hand.at(0.0, 0.0)
+        time.sleep(0.3)
+        moving = stage.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
+        time.sleep(WELL_UNDER_WAY)
+        stage.falls_silent(asked.MOUSE_SILENT, moving, lambda: hand.hold(None))
+        hand.at(0.0, 0.0, active=False)
+        time.sleep(0.3)
+    stage.sensor_falls_silent(asked.IMU_SILENT, _in_a_turn(stage), IMU_SWITCH)
 
 
 EXERCISE_PARTS = {asked_imu.HEADING: exercise, asked_imu.ODD_SAMPLES: odd_samples}
 PARTS = {asked.TURNS: turns, asked.MOUSE: mouse, asked.BOTH: both, asked.SHUTDOWN: shutdown,
-         asked.LOST: lost}
+         LOST: lost}

@@ -7,15 +7,15 @@ import numpy as np
 
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, RARELY, ROUNDING, STOPS_AT_ONCE,
-    STOPS_WHEN_LOST, TURN_LAB, Criterion, Place, apart, ends_cleanly, first_missed, opposite, says,
-    seldom, starts, steers, stops_robot, stops_when_silent)
+    TURN_LAB, Criterion, Place, apart, ends_cleanly, first_missed, opposite, says, seldom, starts,
+    steers, stops_robot, stops_when_lost, within)
 from tb3_labs.marking.trial.evidence import STILL_DEG, idle
 from tb3_labs.marking.trial.observation import (
     MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
 from tb3_labs.marking.trial.printed import LONGEST_LINE
 
 #: The parts of the lab.
-TURNS, MOUSE, BOTH, SHUTDOWN, LOST = 'turns', 'mouse', 'both', 'shutdown', 'lost'
+TURNS, MOUSE, BOTH, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
 #: The stimulus: the IMU stops sending during a turn.
 IMU_SILENT = 'IMU silent'
 GOODBYE = 'Controller exiting. Halting robot.'
@@ -84,13 +84,10 @@ AT_EDGE = (FULL - NEAR, FULL + NEAR)
 HALF_WAY = (0.2 * FULL, 0.8 * FULL)
 #: The mouse is held at a place for MOUSE_HELD; moved in a turn, it must drive within AT_LAST [s].
 MOUSE_HELD, AT_LAST = 0.8, 4.0
-#: The limits of the criteria of the mouse, in words.
-DRIVES, DRIVES_AFTER_TURN, IN_DEAD_ZONE = (
-    'within {:g} s: {:.2f} to {:.2f} at the edge, {:.2f} to {:.2f} at {:g} to the right; the other '
-    'speed at most {:g}'.format(MOUSE_HELD, *AT_EDGE, *HALF_WAY, MOUSE_PLACES[HALF_RIGHT][0], NEAR),
-    'more than {:.2f} m/s within {:g} s'.format(AT_EDGE[0], MOUSE_HELD),
-    'at ({:g}, {:g}) from {:g} s on'.format(*MOUSE_PLACES[NEAR_MIDDLE], AT_ONCE))
-#: The limits of the first turn in words, and those of the other turns.
+#: The limits of the mouse, and of the turns, in words.
+DRIVES = 'within {:g} s: {:.2f} to {:.2f} at the edge, {:.2f} to {:.2f} at {:g} to the right; ' \
+    'the other speed at most {:g}'.format(
+        MOUSE_HELD, *AT_EDGE, *HALF_WAY, MOUSE_PLACES[HALF_RIGHT][0], NEAR)
 TURN_LIMITS = 'within {:g} degrees, and {:g} for stopping; begun within {:g} s, over within ' \
     '{:g} s'.format(TOLERANCE, AFTER_STOP, TURN_REACTION, TURN_TIME)
 AS_LEFT = 'as left'
@@ -126,12 +123,8 @@ def _degrees(seen_deg):
     return '{} degrees to the {}'.format(number, 'left' if seen_deg > 0.0 else 'right')
 
 
-def _short_way(seen: Observation) -> str:
-    return first_missed(*(turned(seen, name, EACH_TURN[name]) for name in ACROSS))
-
-
-def _within_1_deg(seen: Observation) -> str:
-    return first_missed(*(turned(seen, name, turn, EXACT) for name, turn in EACH_TURN.items()))
+def _turned_each(seen: Observation, names: Sequence[str], *tolerance: float) -> str:
+    return first_missed(*(turned(seen, name, EACH_TURN[name], *tolerance) for name in names))
 
 
 def _turning(seen):
@@ -226,15 +219,18 @@ NEARLY = 15.0
 AWAY = 45.0
 #: A node whose turn is over at once sends at most this number of zeros.
 FEW = 5
+NO_RIGHT = 'A turn to the right is over at once, one to the left is not: is there a branch for ' \
+    'r, as for l? Any negative error is less than HDG_TOL (abs).'
 
 
 def hint(seen: Observation) -> str:
     """What a node may do that turns wrongly; '' if that is not known."""
     each_turn = tried(seen)
     turns = [(turn, scene) for turn, scene in each_turn if len(scene.moving)]
-    words, where = _why_no_turn(each_turn) if len(turns) < len(each_turn) else ('', LAW)
-    words, where = (words, where) if words or not turns else _why_wrong(turns)
-    return words and '{} See {}.'.format(words, where)
+    words = _why_no_turn(each_turn) if len(turns) < len(each_turn) else ''
+    if turns and not words:
+        words = _why_wrong(turns)
+    return words and '{} See {}.'.format(words, TO_RIGHT if words == NO_RIGHT else LAW)
 
 
 def tried(seen: Observation) -> List[Tuple[WatchedTurn, Scene]]:
@@ -255,85 +251,77 @@ def _why_no_turn(tried):
     if all(scene.run.printed.startswith(turn.typed) for turn, scene in still):
         return 'It had not asked for a letter after {:.0f} s: is there a Timer, and how often ' \
             'does it call callback_controller? Duration(.1) is ten times a second, Duration(10) ' \
-            'is every 10 s.'.format(max(scene.end - scene.run.begin for _, scene in still)), LAW
+            'is every 10 s.'.format(max(scene.end - scene.run.begin for _, scene in still))
     if not all(len(scene.commands) for _, scene in still) or any(scene.odd for _, scene in tried):
-        return '', LAW
+        return ''
     answers = [scene.printed.splitlines()[1:-1] for _, scene in still]
     if all(answers):        # between the letter and the prompt
         return '{} is answered by {!r}: with what is the letter compared?'.format(
-            still[0][0].typed, answers[0][0][:LONGEST_LINE]), LAW
+            still[0][0].typed, answers[0][0][:LONGEST_LINE])
     if len(still) == len(tried):
         return 'Its commands go on, all of them zero: which field of the Twist turns the robot, ' \
             'and is it set?' if min(len(scene.commands) for _, scene in still) > FEW else \
             'Its turn is over at once: is self.turning True after the letter, and is the angle ' \
-            'that it adds in degrees, as HDG_TOL is?', LAW
+            'that it adds in degrees, as HDG_TOL is?'
     if {turn.typed for turn, _ in still} == {RIGHT}:
-        return 'A turn to the right is over at once, one to the left is not: is there a branch ' \
-            'for r, as for l? Any negative error is less than HDG_TOL (abs).', TO_RIGHT
-    if not len(tried[0][1].moving):
-        return '', LAW
+        return NO_RIGHT
     return 'Only zeros followed its first turn: does turning become False at the goal, so that ' \
-        'the next letter is read?', LAW
+        'the next letter is read?' if len(tried[0][1].moving) else ''
 
 
 def _why_wrong(turns):
     """Of turns that began; the first of these that fits."""
-    commands = np.vstack([scene.moving for _, scene in turns])
-    if not commands[:, ANGULAR].any():
-        return 'It commands linear.x alone, and no angular.z: which of them turns the robot?', LAW
+    if not any(scene.moving[:, ANGULAR].any() for _, scene in turns):
+        return 'It commands linear.x alone, and no angular.z: which of them turns the robot?'
     pause = seldom(scene for _, scene in turns)
     if pause:
         return 'Its commands come every {:.1f} s: is there a sleep in callback_controller, or is ' \
             'its Timer as slow? The robot turns by up to {:.0f} degrees meanwhile.'.format(
-                pause, np.degrees(pause * MAX_ANG_Z)), LAW
+                pause, np.degrees(pause * MAX_ANG_Z))
     wrong = [each for each in turns if is_wrong(*each)]
     if not wrong:
-        return '', LAW
-    restless = [scene for _, scene in wrong if not scene.facts[RESTED]]
+        return ''
     if all(len(scene.commands) and scene.commands[-1, ANGULAR]
            and scene.end - scene.commands[-1, 0] > RARELY for _, scene in wrong):
-        return 'No zero follows its last command: which message shall be the last one of a ' \
-            'turn?', LAW
-    where = _where_it_ends(turns)
-    if where:
-        return where, LAW
-    first = [scene.moving[0, ANGULAR] * turn.asked_deg < 0.0 for turn, scene in wrong]
-    if all(first) and len(restless) > 1 and all(
-            scene.turned_deg * turn.asked_deg < 0.0 and abs(scene.turned_deg) > AWAY
-            for turn, scene in wrong):
-        return 'It turns away from the goal, and comes to no rest. Turn it to the left by hand: ' \
-            'if self.curr_yaw grows, is the error goal minus heading, and K_HDG positive? If it ' \
-            'falls, step 4 has the heading.', LAW
-    if all(first) and len(wrong) > 1 and all(
-            abs(abs(scene.turned_deg) - abs(turn.asked_deg)) < NEARLY for turn, scene in wrong):
-        return 'It turns to the other side: to the left the heading grows, to the right it ' \
-            'falls.', LAW
-    if restless and all(abs(scene.turned_deg - turn.asked_deg) < 2.0 * NEARLY
-                        for turn, scene in wrong):
-        return 'It comes to its goal, and goes on to and fro: is HDG_TOL 10, and the turn over ' \
-            'within it?', LAW
-    return '', LAW
+        return 'No zero follows its last command: which message shall be the last one of a turn?'
+    return _where_it_ends(turns) or _which_way(wrong)
+
+
+def _which_way(wrong):
+    """What the ways say by which wrong turns begin and go on; '' if they say nothing."""
+    asked, turned = np.array([(turn.asked_deg, scene.turned_deg) for turn, scene in wrong]).T
+    restless = sum(not scene.facts[RESTED] for _, scene in wrong)
+    if all(scene.moving[0, ANGULAR] * turn.asked_deg < 0.0 for turn, scene in wrong):
+        if restless > 1 and (turned * np.sign(asked) < -AWAY).all():
+            return 'It turns away from the goal, and comes to no rest. Turn it to the left by ' \
+                'hand: if self.curr_yaw grows, is the error goal minus heading, and K_HDG ' \
+                'positive? If it falls, step 4 has the heading.'
+        if len(wrong) > 1 and (np.abs(np.abs(turned) - np.abs(asked)) < NEARLY).all():
+            return 'It turns to the other side: to the left the heading grows, to the right it ' \
+                'falls.'
+    return 'It comes to its goal, and goes on to and fro: is HDG_TOL 10, and the turn over ' \
+        'within it?' if restless and (np.abs(turned - asked) < 2.0 * NEARLY).all() else ''
 
 
 def _where_it_ends(turns):
     """What the headings say at which turns end, and the angles; '' if they say nothing."""
-    rested = [(turn, scene) for turn, scene in turns if scene.facts[RESTED]]
-    if len(rested) < 3 or len(rested) < len(turns):
+    if len(turns) < 3 or not all(scene.facts[RESTED] for _, scene in turns):
         return ''
-    ends = np.array([turn.begins_deg + scene.turned_deg for turn, scene in rested])
-    if (np.abs(apart(ends, 0.0)) < NEARLY).all():
+    begins, asked, turned = np.array([
+        (turn.begins_deg, turn.asked_deg, scene.turned_deg) for turn, scene in turns]).T
+    if (np.abs(apart(begins + turned, 0.0)) < NEARLY).all():
         return 'Each turn ends at the heading 0, which self.goal_yaw has from the beginning: is ' \
             'the goal of the letter stored in self.goal_yaw?'
-    if (np.abs(apart(ends, [turn.asked_deg for turn, _ in rested])) < NEARLY).all():
+    if (np.abs(apart(begins + turned, asked)) < NEARLY).all():
         return 'Each l ends at the heading 90, each r at 270, wherever it began: does the goal ' \
             'count from self.curr_yaw?'
-    angles = np.array([abs(scene.turned_deg) for _, scene in rested])
-    is_half = abs(angles.mean() - 180.0) < NEARLY       # its side is chance
-    if np.ptp(angles) > NEARLY or abs(angles.mean() - 90.0) < NEARLY or not is_half and any(
-            scene.turned_deg * turn.asked_deg < 0.0 for turn, scene in rested):
+    mean = np.abs(turned).mean()
+    is_half = abs(mean - 180.0) < NEARLY       # its side is chance
+    if np.ptp(np.abs(turned)) > NEARLY or abs(mean - 90.0) < NEARLY or (
+            not is_half and (turned * asked < 0.0).any()):
         return ''
     return 'Each turn is one of {:.0f} degrees: which angle does a letter add to self.curr_yaw{}' \
-        '?'.format(angles.mean(), ', and is HDG_TOL 10' if angles.mean() < 90.0 else '')
+        '?'.format(mean, ', and is HDG_TOL 10' if mean < 90.0 else '')
 
 
 CRITERIA = [
@@ -342,8 +330,8 @@ CRITERIA = [
               partial(turned, name=LEFT, turn=EACH_TURN[LEFT]), limits=TURN_LIMITS),
     Criterion('right', TURNS, 'r turns 90 degrees right', TO_RIGHT,
               partial(turned, name=RIGHT, turn=EACH_TURN[RIGHT]), limits=AS_LEFT),
-    Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees',
-              LAW, _short_way, limits=AS_LEFT),
+    Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees', LAW,
+              lambda seen: _turned_each(seen, ACROSS), limits=AS_LEFT),
     Criterion('clamped', TURNS, 'turns no faster than {:g} rad/s'.format(MAX_ANG_Z), LAW,
               _clamped, limits='and {:g} for rounding'.format(ROUNDING)),
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW,
@@ -354,27 +342,26 @@ CRITERIA = [
     Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
               'edge'.format(FULL), AT_MOUSE, _steers_robot, limits=DRIVES),
     Criterion('mouse_dead_zone', MOUSE, 'a mouse within {:g} of the middle moves nothing'.format(
-        DEAD_ZONE), AT_MOUSE, _has_dead_zone, limits=IN_DEAD_ZONE),
+        DEAD_ZONE), AT_MOUSE, _has_dead_zone,
+              limits='at ({:g}, {:g}) from {:g} s on'.format(
+                  *MOUSE_PLACES[NEAR_MIDDLE], AT_ONCE)),
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
               AT_MOUSE, _can_be_off, limits=STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
               AT_MOUSE, partial(turned, name=TURN_BESIDE, turn=EACH_TURN[LEFT]),
               limits=AS_LEFT),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', AT_MOUSE,
-              _drives_after_turn, limits=DRIVES_AFTER_TURN),
+              _drives_after_turn,
+              limits='more than {:.2f} m/s within {:g} s'.format(AT_EDGE[0], MOUSE_HELD)),
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
-              AT_MOUSE, _drives_in_turn, limits='within {:g} s'.format(AT_LAST)),
+              AT_MOUSE, _drives_in_turn, limits=within(AT_LAST)),
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', AT_CTRL_C,
               stops_robot, limits=STOPS_AT_ONCE),
     Criterion('says_goodbye', SHUTDOWN, 'at Ctrl+C says "{}"'.format(GOODBYE), AT_CTRL_C,
               partial(says, words=GOODBYE)),
     ends_cleanly(SHUTDOWN, AT_CTRL_C),
     Criterion('within_1_deg', TURNS, 'all turns are within {:g} degree'.format(EXACT), IMU_EXTRAS,
-              _within_1_deg, extra=True),
-    Criterion('lost_imu', LOST, 'stops a turn after the IMU fell silent', IMU_EXTRAS,
-              partial(stops_when_silent, name=IMU_SILENT, what='the IMU'), extra=True,
-              limits=STOPS_WHEN_LOST),
-    Criterion('lost_mouse', LOST, 'stops the robot after the mouse fell silent', IMU_EXTRAS,
-              partial(stops_when_silent, name=MOUSE_SILENT, what='the mouse'), extra=True,
-              limits=STOPS_WHEN_LOST),
+              lambda seen: _turned_each(seen, list(EACH_TURN), EXACT), extra=True),
+    stops_when_lost('lost_imu', 'stops a turn', 'the IMU', IMU_SILENT, IMU_EXTRAS),
+    stops_when_lost('lost_mouse', 'stops the robot', 'the mouse', MOUSE_SILENT, IMU_EXTRAS),
 ]

@@ -16,8 +16,8 @@ from tb3_labs.marking.trial.printed import counted, exceptions, last_words
 TWIST = 'geometry_msgs/Twist'
 #: A node gets up to three Ctrl+C, since the last message that rospy publishes may be lost.
 CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
-#: Without a command a robot turns or drives by less than this [deg], [m].
-STILL_DEG, STILL_WAY = 3.0, 0.02
+#: Without a command a robot turns by less than this [deg].
+STILL_DEG = 3.0
 #: These words, and then the exception.
 STOPPED = 'an exception had stopped it'
 #: The exception that a remark quotes.

@@ -223,16 +223,15 @@ class Observation:
         return 'the time was up before this was tried' if run.end is None else 'this was not tried'
 
 
-class Scene:
+class Scene(Stimulus):
     """The part of an observation that belongs to one stimulus.
 
     `commands` has rows of time, linear, angular; `truth` has rows of time, x, y, yaw.
     """
 
     def __init__(self, observation: Observation, stimulus: Stimulus) -> None:
-        self.seen, self.name = observation, stimulus.name
-        self.facts, self.printed, self.lines = stimulus.facts, stimulus.printed, stimulus.lines
-        self.begin, self.end = stimulus.begin, stimulus.end
+        super().__init__(**vars(stimulus))
+        self.seen = observation
         self.odd = [words for time, words in observation.odd if self.begin <= time <= self.end]
         self.commands = _between(observation.commands, 3, self.begin, self.end)
         self.truth = _between(observation.truth, 4, self.begin, self.end)
@@ -261,12 +260,6 @@ class Scene:
     def turned_deg(self) -> float:
         """The angle by which the robot truly turned, left positive [deg]; 0 without a pose."""
         return math.degrees(self.truth[-1, 3] - self.truth[0, 3]) if len(self.truth) else 0.0
-
-    @property
-    def way(self) -> float:
-        """The distance between the places at which the robot truly was at its ends [m]."""
-        return float(np.hypot(*(self.truth[-1, 1:3] - self.truth[0, 1:3]))) if len(
-            self.truth) else 0.0
 
 
 def _between(rows, columns, begin, end):

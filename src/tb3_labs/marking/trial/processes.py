@@ -106,10 +106,8 @@ class Program:
 
     def send(self, number):
         """Send a signal to the whole group."""
-        try:
+        with suppress(ProcessLookupError):      # it has ended already
             os.killpg(self._process.pid, number)
-        except ProcessLookupError:
-            pass    # it has ended already
 
     def kill(self):
         """End it at once (SIGKILL)."""

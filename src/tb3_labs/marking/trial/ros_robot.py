@@ -8,7 +8,6 @@ import os
 import threading
 import time
 from bisect import bisect_left
-from contextlib import contextmanager
 
 import numpy as np
 import rosgraph
@@ -48,8 +47,7 @@ REST_WAY, REST_TURN, REST_TIME = 0.002, 0.005, 0.4
 FEWEST = 5
 #: A turn by the marker. GAIN: rate for each rad of error [1/s]. SLOWEST, FASTEST_RETURN: limits of
 #: the rate [rad/s]. CLOSE_TO_PLACE: greatest error at its end [rad]. COMMAND_PERIOD: time between
-#: commands [s].
-#: FACED: the longest time of a turn [s].
+#: commands [s]. FACED: the longest time of a turn [s].
 GAIN, SLOWEST, FASTEST_RETURN = 3.0, 0.1, 1.5
 CLOSE_TO_PLACE, COMMAND_PERIOD, FACED = 0.01, 0.03, 8.0
 #: The robot leaves the origin at this speed [m/s], for this long [s].
@@ -203,13 +201,16 @@ class RobotHand:
         self._recorder = recorder
         self._wheels = rospy.Publisher(CMD_VEL, Twist, queue_size=1)
 
-    @contextmanager
-    def _moves(self):
-        """The robot is moved in this ``with`` block. The last command is zero, also after an
-        interruption."""
-        begin = self._recorder.now
+    def _move(self, command, seconds):
+        """Move the robot by ``command()``, (linear, angular), until this is None, for `seconds` [s]
+        at most. The last command is zero, also after an interruption."""
+        begin, deadline = self._recorder.now, time.monotonic() + seconds
         try:
-            yield
+            for speeds in iter(command, None):
+                if time.monotonic() >= deadline:
+                    break
+                self._wheels.publish(to_twist(*speeds))
+                time.sleep(COMMAND_PERIOD)
         finally:
             self._wheels.publish(to_twist(0.0, 0.0))
             self._recorder.note_own_move(begin)
@@ -217,23 +218,16 @@ class RobotHand:
     def face(self, heading_deg):
         """Turn the robot the short way to a heading [deg], in at most FACED. Does it rest
         afterwards?"""
-        def error():
-            return difference(math.radians(heading_deg), self._recorder.pose.yaw)
-        deadline = time.monotonic() + FACED
-        with self._moves():
-            while abs(error()) > CLOSE_TO_PLACE and time.monotonic() < deadline:
-                rate = clamp(GAIN * error(), -FASTEST_RETURN, FASTEST_RETURN)
-                self._wheels.publish(to_twist(0.0, math.copysign(max(abs(rate), SLOWEST), rate)))
-                time.sleep(COMMAND_PERIOD)
+        def command():
+            error = difference(math.radians(heading_deg), self._recorder.pose.yaw)
+            speed = clamp(abs(GAIN * error), SLOWEST, FASTEST_RETURN)
+            return (0.0, math.copysign(speed, error)) if abs(error) > CLOSE_TO_PLACE else None
+        self._move(command, FACED)
         return wait_until(self._recorder.rests, RESTS)
 
     def leave_origin(self):
         """Drive the robot forward: at the odometry's origin many a wrong frame looks right."""
-        until = time.monotonic() + LEAVING
-        with self._moves():
-            while time.monotonic() < until:
-                self._wheels.publish(to_twist(LEAVING_SPEED, 0.0))
-                time.sleep(COMMAND_PERIOD)
+        self._move(lambda: (LEAVING_SPEED, 0.0), LEAVING)
 
 
 class Repeater:

@@ -19,7 +19,8 @@ from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, SIGNAL, TOOK
 from tb3_labs.marking.trial.evidence import CTRL_C
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, NODES, TURN
-from tb3_labs.marking.trial.observation import LONGEST, TRUTH, WAS_MOVING, Observation, Stimulus
+from tb3_labs.marking.trial.observation import (
+    LONGEST, TRUTH, WAS_MOVING, NotOffered, NotSeen, Observation, Stimulus)
 from tb3_labs.marking.trial.ros_robot import (
     ROBOT, SWITCHES, UNDER_WAY, WELL_UNDER_WAY, Recorder, RobotHand)
 from tb3_labs.marking.trial.ros_student_node import StudentNode
@@ -45,23 +46,18 @@ class Stage:
         ``tell(words)`` is called with the present step."""
         self.observation = Observation(lab, '{}/{}'.format(package, executable))
         self.recorder = Recorder(self.observation)
-        self.robot, self.pad = RobotHand(self.recorder), pad
+        self.robot, self.pad, self.part = RobotHand(self.recorder), pad, ''
         self.witness = Witness(self.observation, self.recorder.robot,
                                lambda: self.recorder.hand_to(keep))
-        self.node = StudentNode(package, executable, NODES[lab].sensors, lambda: self.recorder.now)
-        self._keep, self._tell, self._part = keep, tell, ''
-        self.observation.runs, self.node.on_end = self.node.runs, self.keep
-
-    def begin(self, part):
-        """Begin a part of the lab."""
-        self._part = part
-        self._tell('{}: the node is started'.format(part))
+        self.node = StudentNode(self.observation, NODES[lab].sensors, lambda: self.recorder.now,
+                                self.keep)
+        self._keep, self._tell = keep, tell
 
     @contextmanager
     def stimulus(self, name, facts=None):
         """Record the node's behaviour within the ``with`` block as the stimulus `name`, with these
         `facts`, and those that the block adds."""
-        self._tell('{}: {}'.format(self._part, name))
+        self._tell('{}: {}'.format(self.part, name))
         record = Stimulus(name, self.recorder.now, facts=dict(facts or {}))
         characters, lines = self.node.printed
         yield record
@@ -72,9 +68,16 @@ class Stage:
         self.observation.stimuli.append(record)
         self.keep()
 
+    def watch(self, name, seconds, act=lambda: None, facts=None):
+        """Record `act()` and the `seconds` [s] after it as the stimulus `name`, with `facts`."""
+        with self.stimulus(name, facts):
+            act()
+            time.sleep(seconds)
+
     def not_offered(self, names, reason):
-        """Note that the node does not offer what these stimuli need."""
+        """End the part by ``NotOffered``: the node does not offer what these stimuli need."""
         self.observation.missing.update(dict.fromkeys(names, reason[:LONGEST]))
+        raise NotOffered(reason)
 
     def remark(self, sentences):
         """Add these sentences to the remarks for the student, each once."""
@@ -98,25 +101,24 @@ class Stage:
 
     def set_in_motion(self, is_ready, act, reaction):
         """Have the node move the robot. Returns True in the middle of the motion, False if the
-        node does not move the robot, None if the node does not run.
+        node does not move the robot.
 
         `is_ready()`: does the node run, and wait? If not, it is started. `act()` should make it
         move within `reaction` [s].
         """
         for _ in range(2):
-            if not is_ready() and not self.node.start():
-                return None
+            if not is_ready():
+                self.node.start()
             if self.moves_after(act, reaction):
                 time.sleep(WELL_UNDER_WAY)
                 return self.node.alive
             self.node.stop()        # an earlier stimulus may have upset it: start it anew
-        return False if self.node.start() else None
+        self.node.start()
+        return False
 
     def falls_silent(self, name, was_moving, silence):
         """Record the stimulus of a sensor or an input; `silence()` ends its messages."""
-        with self.stimulus(name, {WAS_MOVING: was_moving}):
-            silence()
-            time.sleep(SILENCE)
+        self.watch(name, SILENCE, silence, {WAS_MOVING: was_moving})
 
     def sensor_falls_silent(self, name, was_moving, switch):
         """Record the stimulus of a silent sensor; the robot's setting `switch` makes it silent."""
@@ -131,10 +133,7 @@ class Stage:
         `set_in_motion()` returns what :meth:`set_in_motion` returns.
         """
         for name in CTRL_C:
-            moving = set_in_motion()
-            if moving is None:
-                return
-            begin = self.recorder.now
+            moving, begin = set_in_motion(), self.recorder.now
             self.ctrl_c(name, moving)
             if any(not (linear or angular) and at <= begin + AT_ONCE
                    for at, linear, angular in self.recorder.commands_since(begin)):
@@ -236,8 +235,10 @@ def try_out(lab, package, executable, parts, keep, pad, tell):
     try:
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:
-                stage.begin(name)
-                act(stage)
+                stage.part = name
+                tell('{}: the node is started'.format(name))
+                with suppress(NotSeen):     # the rest of the part cannot be tried
+                    act(stage)
     except Exception as problem:
         # an untried stimulus must not look like a failure of the node
         stage.observation.broken = '{}: {}'.format(

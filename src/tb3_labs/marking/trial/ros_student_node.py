@@ -17,7 +17,7 @@ import rospy
 import rosservice
 
 from tb3_labs.marking.labs.criteria import START_TIME
-from tb3_labs.marking.trial.observation import Run
+from tb3_labs.marking.trial.observation import NotTried, Run
 from tb3_labs.marking.trial.ros_robot import ROBOT
 from tb3_labs.marking.trial.processes import Program, ResourceWatch
 from tb3_labs.marking.trial.ros_types import Types
@@ -49,19 +49,17 @@ PRINTED = 20000
 
 
 class StudentNode:
-    """Runs one process of the node at a time; `runs` is a list of Run, the latest last."""
+    """Runs one process of the node of an Observation at a time, and writes down its runs."""
 
-    def __init__(self, package, executable, sensors, now):
+    def __init__(self, observation, sensors, now, on_end):
         """`sensors`: topics that the node needs, the first of them before it is ready; `now()`: the
-        observation's time [s]."""
+        observation's time [s]; ``on_end()`` is called after each run."""
         self._sensors, self._now, self._launch = sensors, now, Launch.given()
-        self._needed = []
+        self._needed, self._on_end = [], on_end
         self._what = [self._launch.program] if self._launch.program else [
-            'rosrun', package, executable]
-        #: This function is called after each run.
-        self.on_end = lambda: None
+            'rosrun', *observation.node.split('/', 1)]
         self._process = self._watch = None
-        self.runs = []
+        self.runs = observation.runs
         self.graph = Graph(Types(self._launch.types))
 
     @property
@@ -78,7 +76,7 @@ class StudentNode:
         return BY_SIGNAL - status if isolated else status
 
     def start(self, *arguments, listens=None):
-        """Start the node anew. Returns True as soon as the node is ready, else False.
+        """Start the node anew. ``NotTried`` if the node is not ready in time.
 
         If its first run was never ready, the node is not started again.
         """
@@ -86,7 +84,7 @@ class StudentNode:
             self._sensors if listens is None else [listens])]
         self.stop()
         if self.runs and self.runs[0].ready is None:
-            return False
+            raise NotTried
         known = set(self.graph.nodes())
         run = Run(self._now(), needed=needed[0].strip('/'))
         self.runs.append(run)
@@ -97,11 +95,10 @@ class StudentNode:
                                 environment)
         if self._launch.isolated:
             self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS, os.getppid())
-        if self._is_ready_in_time(needed, known):
-            run.ready = self._now()
-            return True
-        self.stop()
-        return False
+        if not self._is_ready_in_time(needed, known):
+            self.stop()
+            raise NotTried
+        run.ready = self._now()
 
     def _is_ready_in_time(self, needed, known):
         new, since = {}, time.monotonic()
@@ -135,7 +132,7 @@ class StudentNode:
         self.runs[-1].end = self._now()
         self._process = None
         self.graph.forget()
-        self.on_end()
+        self._on_end()
 
     def interrupt(self, seconds):
         """Send Ctrl+C. Returns True as soon as the node has ended, False after `seconds` [s]."""
@@ -188,15 +185,12 @@ class Graph:
     def nodes(self):
         """Returns name -> {(role, topic or service)} of each node except this one; {} if the
         master does not answer."""
-        try:
-            state = self._master.getSystemState()
-        except (OSError, rosgraph.MasterException):
-            return {}
         nodes = {}
-        for role, groups in enumerate(state):
-            for topic, names in groups:
-                for name in names:
-                    nodes.setdefault(name, set()).add((role, topic))
+        with suppress(OSError, rosgraph.MasterException):
+            for role, groups in enumerate(self._master.getSystemState()):
+                for topic, names in groups:
+                    for name in names:
+                        nodes.setdefault(name, set()).add((role, topic))
         nodes.pop(rospy.get_name(), None)
         return nodes
 
