@@ -63,13 +63,13 @@ class FakeTurtlebot3:
 
     def __init__(self):
         settings, around = read_config(SimulatorConfig, FakeTurtlebot3Config)
-        settings = _named(replace(settings, model=read_model().name),
-                          NETWORKS[around.network], HOSTS[around.host])
+        settings = replace(settings, model=read_model().name)
         if around.mystery:
-            robot = FakeRobot(settings, HiddenFault(around.mystery, settings))
+            robot = FakeRobot(settings, HiddenFault(around.mystery, settings, around))
             rospy.loginfo('mystery %d: one fault is hidden. There is no ground_truth, and no '
                           'setting can be changed while it runs.', around.mystery)
         else:
+            settings = _named(settings, NETWORKS[around.network], HOSTS[around.host])
             robot = FakeRobot(settings)
             LiveSettings(settings, robot.configure, fixed=STARTING)
         start(robot, around.speed)

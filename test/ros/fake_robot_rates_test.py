@@ -117,7 +117,7 @@ class FakeRobotRatesTest(unittest.TestCase):
         self.assertEqual(rospy.get_param('/mystery'), {'turtlebot3': {'mystery': 4}})
 
         self.assertEqual(other.wait(STARTING), 1)
-        self.assertIn('is not valid together with mystery = 4', other.text)
+        self.assertIn("network = 'bad' is not valid together with mystery = 4", other.text)
         for line in [robot.text, other.text] + logged:
             for word in '115', 'offset', 'imu', 'silent', 'odom':
                 self.assertNotIn(word, line)

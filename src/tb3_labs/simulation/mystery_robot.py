@@ -13,6 +13,7 @@ import random
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, List, Mapping, Tuple
 
+from tb3_labs.config import Config
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: The last number; the first one is 1.
@@ -20,7 +21,8 @@ LAST_NUMBER = 9999
 #: Time without a fault before each occurrence of a fault that comes and goes [s].
 BETWEEN_FAULTS = 12.0
 #: Settings that may be given to a mystery robot: they are not faults.
-PLAIN = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate')
+PLAIN = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate', 'speed',
+         'mystery')
 
 
 @dataclass(frozen=True)
@@ -59,19 +61,20 @@ FAULT_KINDS = (
 class HiddenFault:
     """The fault of mystery `number` in a robot that is `plain` otherwise.
 
-    Raises ``ValueError`` if there is no such number, or if a setting of `plain` that is not in
-    PLAIN differs from its default.
+    Raises ``ValueError`` if there is no such number, or if a setting of `plain`, or of the configs
+    `around` it, that is not in PLAIN differs from its default.
     """
 
-    def __init__(self, number: int, plain: SimulatorConfig) -> None:
+    def __init__(self, number: int, plain: SimulatorConfig, *around: Config) -> None:
         self.fault, self.value, seed = draw(number)
-        default = SimulatorConfig()
-        for item in fields(plain):
-            value = getattr(plain, item.name)
-            if item.name not in PLAIN and value != getattr(default, item.name):
-                raise ValueError('{} = {!r} is not valid together with mystery = {}: beside the '
-                                 'hidden fault no other is set, and no network or host'.format(
-                                     item.name, value, number))
+        for config in (plain, *around):
+            for item in fields(config):
+                value = getattr(config, item.name)
+                if item.name not in PLAIN and value != item.default:
+                    raise ValueError(
+                        '{} = {!r} is not valid together with mystery = {}: beside the hidden '
+                        'fault no other is set, and no network or host'.format(
+                            item.name, value, number))
         changes = dict(self.fault.settings)
         if self.fault.setting:
             changes[self.fault.setting] = self.value * self.fault.scale

@@ -124,11 +124,8 @@ class Link:
         under_way, stalls = self._under_way, self._stalls
         if not self._settings.is_cut:
             while under_way and under_way[0][0] <= until:
-                if stalls:
-                    arrival = stalls.release(under_way[0][0])
-                    if arrival > until:
-                        break
-                    arrived.append((arrival, under_way.popleft()[1]))
-                else:
-                    arrived.append(under_way.popleft())
+                arrival = stalls.release(under_way[0][0]) if stalls else under_way[0][0]
+                if arrival > until:
+                    break
+                arrived.append((arrival, under_way.popleft()[1]))
         return arrived
