@@ -357,14 +357,6 @@ class Bench:
         return [news.text for news in self.core.take_news() if news.text.startswith('Turned')]
 
 
-def test_turns_and_reports_the_error_it_measured_at_rest():
-    bench = Bench(90.0)
-    bench.run(3.5)
-    words, = bench.reports()
-    assert float(words.split()[1]) == pytest.approx(bench.turned, abs=0.1)
-    assert bench.run(1.0) == []        # silence
-
-
 @pytest.mark.parametrize('second, total', [(90.0, 180.0), (-90.0, 0.0), (-180.0, -90.0)])
 def test_a_turn_during_a_turn_moves_its_goal(second, total):
     bench = Bench(90.0)

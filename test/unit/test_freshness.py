@@ -110,17 +110,6 @@ def test_a_repetition_counts_from_the_second_look_on_until_there_is_a_new_readin
     assert imu.repeated_for == 0.0
 
 
-@pytest.mark.parametrize('paused', [True, False])
-def test_a_repetition_before_a_stand_does_not_count(paused):
-    imu, watch = repeating(MANY)
-    if paused:
-        watch.pause()
-    else:
-        imu.heard(DT * MANY + 1.0, 7)
-        assert look(watch, DT * MANY + 1.0) is Sight.BACK_SOON
-    assert watch.frozen() == ''
-
-
 def test_each_frozen_source_is_named():
     sources = Freshness('imu'), Freshness('joy'), Freshness('odom')
     for source, seconds in zip(sources, (0.7, 0.5, 0.7)):

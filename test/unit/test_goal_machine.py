@@ -62,19 +62,6 @@ def last_of(machine, motion=STANDING, seconds=1.0):
     return answers[-1]
 
 
-def test_states_follow_in_order_and_the_end_is_silence():
-    law = Told()
-    machine = machine_with(law)
-    for state in STATES:
-        assert machine.step(STANDING, 0.1) == Twist2(0.1, 0.2)
-        assert machine.state.value == state.upper()
-        law.left[state] = 0.0
-    assert machine.step(STANDING, 0.1) is None
-    assert machine.state is GoalState.GOAL_REACHED
-    assert machine.failure == ''
-    assert [machine.step(STANDING, 0.1) for _ in range(3)] == [None] * 3
-
-
 def test_finished_states_are_passed_through_within_one_step():
     law = Told()
     law.left.update(rotate_to_goal=0.0, move_forward=0.0)
@@ -130,14 +117,6 @@ def test_another_try_waits_for_rest_of_its_own():
 def finished():
     """A machine whose law has finished, of a robot that has yet to come to rest."""
     return machine_with(Told(left=0.0))
-
-
-@pytest.mark.parametrize('motion', [Motion(Pose2(), 0.0, 0.2), Motion(Pose2(), 0.02, 0.0)])
-def test_a_robot_that_still_moves_has_not_reached_its_goal(motion):
-    machine = finished()
-    assert last_of(machine, motion) == Twist2()
-    assert machine.state is GoalState.ROTATE_TO_FINAL
-    assert last_of(machine) is None and machine.state is GoalState.GOAL_REACHED
 
 
 @pytest.mark.parametrize('ages', [('imu_age',), ('odometry_age',), ('imu_age', 'odometry_age')])

@@ -315,15 +315,6 @@ def test_a_reset_is_refused_while_a_sensor_is_silent(lost):
     assert robot.reset().problem.startswith('no {} for 0.5 s'.format(lost))
 
 
-def test_renewals_of_what_was_given_leave_the_attempt_as_it_was():
-    robot = driving()
-    attempt = robot.status.attempt
-    for _ in range(10):
-        robot.core.on_word(Event(True, robot.now, 'hand', renews=True))
-        assert None not in robot.run(0.05)
-    assert robot.status.attempt == attempt
-
-
 @pytest.mark.parametrize('moved, told', [
     ((Pose2(), 1.0), 1), ((Pose2(1.3, 2.0, 1.8), 2.5), 0), ((Pose2(1.3, 2.0, -1.2), -0.5), 0)])
 def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(moved, told):
@@ -336,18 +327,6 @@ def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(
     assert robot.status.failure == '' and len(robot.refused) == told
     robot.control(True)
     assert None not in robot.run(0.2)[2:]
-
-
-def test_a_drive_that_was_silenced_begins_from_standing():
-    """The time without commands counts neither as one long period, nor as one of a frozen robot."""
-    robot = driving()
-    robot.control(False)
-    assert set(robot.run(5.0)) == {None}
-    robot.control(True)
-    commands = robot.run(0.5)
-    assert None not in commands and not robot.status.failure
-    assert abs(commands[0].angular) == pytest.approx(
-        DriveConfig().angular_acceleration * PreciseLaw.period)
 
 
 def test_somebody_must_look_at_the_clock_while_it_drives_and_only_then():
@@ -533,16 +512,3 @@ def test_after_a_stand_the_law_is_told_that_its_drive_was_interrupted(stand):
     robot.imu = True
     renewed()
     assert law.times == 1 and robot.status.attempt == attempt
-
-
-def test_the_reason_of_a_stand_ends_with_the_drive():
-    robot = driving()
-    robot.imu = False
-    robot.run(0.5)
-    robot.cancel()
-    robot.imu = True
-    robot.run(0.1)
-    assert robot.status.hold_reason == ''
-    robot.core.set_goal(Pose2())
-    robot.run(0.5)
-    assert robot.status.words == 'GOAL_REACHED'
