@@ -18,7 +18,7 @@ from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.lab_names import NODES
 from tb3_labs.marking.intake.packages import (
     NotJudged, SourceFile, choose, find_node, is_aside, source_of)
-from tb3_labs.marking.intake.reading import Reading, _read, read
+from tb3_labs.marking.intake.reading import _read, read
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
 from tb3_labs.marking.marker import forget_overlays
@@ -46,16 +46,10 @@ def hand_in(folder, files):
 
 
 def prepared(tmp_path, files, lab=TURN):
-    """(what is prepared, with all remarks; what was read), in this process; NotJudged if it is not."""
+    """(how it starts; what was read, with all remarks), in this process; NotJudged if it is not."""
     folder = files if not isinstance(files, dict) else hand_in(tmp_path / 'bob', files)
-    said = _read('bob', [str(folder)], [], str(tmp_path / 'ws' / COPY), lab, '', '')
-    if isinstance(said, str):
-        raise NotJudged(said)
-    reading = Reading(**said)
-    ready = prepare(reading, tmp_path / 'ws', {})
-    ready.remarks = reading.remarks + ready.remarks
-    ready.look_at = reading.look_at + ready.look_at
-    return ready, reading
+    reading = _read([str(folder)], [], str(tmp_path / 'ws' / COPY), lab, '', '')
+    return prepare(reading, tmp_path / 'ws', os.environ), reading
 
 
 def output_of(ready):
@@ -126,10 +120,10 @@ HANDED_IN = {
 @pytest.mark.parametrize('name', HANDED_IN)
 def test_a_node_is_found_repaired_and_built(tmp_path, name):
     files, prints, told = HANDED_IN[name]
-    ready, _ = prepared(tmp_path, files)
-    assert ready.executable == 'turtlebot_controller.py'
-    assert told in ' '.join(ready.remarks + ready.look_at)
-    assert bool(ready.look_at) is (name in ('two files of a name', 'another Python'))
+    ready, reading = prepared(tmp_path, files)
+    assert os.path.basename(ready.program) == 'turtlebot_controller.py'
+    assert told in ' '.join(reading.remarks + reading.look_at)
+    assert bool(reading.look_at) is (name in ('two files of a name', 'another Python'))
     assert prints is None or output_of(ready).startswith(prints)
     for path, text in files.items():    # what was handed in stays
         assert (tmp_path / 'bob' / path).read_bytes() == (text if isinstance(text, bytes) else text.encode())
@@ -164,8 +158,8 @@ def test_what_cannot_be_judged_says_why(tmp_path, files, said):
     (manifest('../../etc'), 'etc'), (manifest('lab7\N{KELVIN SIGN}'), 'got another name')])
 def test_a_package_whose_name_cannot_be_used_gets_another(tmp_path, text, words):
     files = {'lab7/scripts/move2goal.py': NODE, 'lab7/scripts/helper.py': NODE}
-    ready, _ = prepared(tmp_path, dict(files, **{'lab7/package.xml': text} if text else {}), LAB)
-    assert ready.package == 'submission' and any(words in remark for remark in ready.remarks)
+    ready, reading = prepared(tmp_path, dict(files, **{'lab7/package.xml': text} if text else {}), LAB)
+    assert ready.package == 'submission' and any(words in remark for remark in reading.remarks)
     copy = tmp_path / 'ws' / 'src' / 'lab7'
     assert '<name>submission</name>' in (copy / 'package.xml').read_text()
     assert (copy / 'scripts' / 'helper.py').exists()
@@ -198,9 +192,9 @@ def test_no_link_is_followed(tmp_path):
 @pytest.mark.parametrize('name', [
     'move2goal "$(find rospy)".py', '-move2goal.py', os.fsdecode(b'move2goal\xfc.py')])
 def test_a_node_with_an_odd_name_gets_another_one(tmp_path, name):
-    ready, _ = prepared(tmp_path, {name: 'class MoveToGoal: pass\nrospy.init_node("move_to_goal")\n'}, LAB)
+    ready, reading = prepared(tmp_path, {name: 'class MoveToGoal: pass\nrospy.init_node("move_to_goal")\n'}, LAB)
     assert ready.program == str(tmp_path / 'ws' / 'src' / 'node.py')
-    assert 'got another name' in ' '.join(ready.remarks)
+    assert 'got another name' in ' '.join(reading.remarks)
 
 
 @pytest.mark.parametrize('code, message', [
@@ -210,7 +204,7 @@ def test_a_node_with_an_odd_name_gets_another_one(tmp_path, name):
 def test_a_file_that_is_too_deep_or_too_long_ends_nothing(tmp_path, code, message):
     begun = time.process_time()
     ready, _ = prepared(tmp_path, {'move2goal.py': code, 'lab7/msg/M.msg': message}, LAB)
-    assert ready.executable == 'move2goal.py' and time.process_time() - begun < 10.0
+    assert os.path.basename(ready.program) == 'move2goal.py' and time.process_time() - begun < 10.0
 
 
 def test_whatever_eats_the_memory_of_its_reader_ends_the_reader_alone(tmp_path):

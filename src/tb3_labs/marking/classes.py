@@ -14,7 +14,7 @@ from tb3_labs.marking.intake.reading import unpack_class
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.intake.sandbox import problem as sandbox_problem
 from tb3_labs.marking.intake.submissions import (
-    Refused, Submission, chosen, is_zip, submissions_in, without_wrapping)
+    Submission, chosen, is_zip, submissions_in, without_wrapping)
 from tb3_labs.marking.lab_names import GAMEPAD
 from tb3_labs.marking.labs.gamepad import HANDOUT, pad_called
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
@@ -142,7 +142,7 @@ def mark_class(given, tell_problem):
             _check_sandboxes(given.unprotected)
             folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),
                                  given.points is not None)
-        except (OSError, ValueError, Refused) as problem:
+        except (OSError, ValueError, NotJudged) as problem:
             tell_problem(reason(problem))
             return 2
         marked = MarkedClass(Marker(given.lab, worth, folder.logs, parts, options), folder,

@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 import uuid
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Dict, List, Mapping, MutableMapping, Sequence
 
@@ -19,7 +19,7 @@ from tb3_labs.marking.intake.packages import NotJudged
 from tb3_labs.marking.intake.reading import Reading, read
 from tb3_labs.marking.intake.sandbox import IDENTITY, MODULES, PREFIXES, NoSandbox, Sandbox
 from tb3_labs.marking.intake.submissions import Submission
-from tb3_labs.marking.intake.workspace import ALWAYS, COPY, VARIABLE, Launch, elsewhere, prepare
+from tb3_labs.marking.intake.workspace import COPY, VARIABLE, elsewhere, prepare
 from tb3_labs.marking.lab_names import GAMEPAD, NODES
 from tb3_labs.marking.labs.criteria import judge
 from tb3_labs.marking.labs.gamepad import HANDOUT, pad_in_words
@@ -36,22 +36,11 @@ LISTS = (PREFIXES, 'LD_LIBRARY_PATH', 'PATH', 'PKG_CONFIG_PATH', MODULES, 'ROS_P
 #: Starts the master without rosout: rosout would write all log lines into a file.
 ROSCORE = '<launch/>'
 #: Log lines go to the terminal as usual, but to no file.
-LOGGING = '''[loggers]
-keys=root,rosout
-[handlers]
-keys=stream
-[formatters]
-keys=
-[logger_root]
-handlers=
-[logger_rosout]
-level=INFO
-handlers=stream
-propagate=0
-qualname=rosout
-[handler_stream]
-class=rosgraph.roslogging.RosStreamHandler
-args=(True,)
+LOGGING = '''version: 1
+disable_existing_loggers: false
+root: {handlers: []}
+handlers: {stream: {class: rosgraph.roslogging.RosStreamHandler}}
+loggers: {rosout: {level: INFO, handlers: [stream], propagate: false}}
 '''
 #: The time for one submission, and between two looks at its check [s].
 LIMIT, LOOK = 300.0, 0.1
@@ -111,13 +100,21 @@ class Marker:
         """Write node, remarks and Observation of a submission into its Marks."""
         log, record = self._logs / (marks.student + '.log'), work / 'observation.json'
         sandbox = Sandbox([work / 'ws', work / 'etc']) if self._options.sandbox else NoSandbox()
-        prepared = prepare(reading, work / 'ws', {IDENTITY: identity}, sandbox)
-        marks.node = '{}/{}'.format(prepared.package, prepared.executable)
-        marks.remarks += reading.remarks + prepared.remarks
-        marks.findings += reading.look_at + prepared.look_at
+        own = environment_in(work, dict(os.environ, **{IDENTITY: identity}))
+        launch = prepare(reading, work / 'ws', own, sandbox)
+        marks.node = '{}/{}'.format(launch.package, os.path.basename(launch.program))
+        marks.remarks += reading.remarks
+        marks.findings += reading.look_at
         if self._lab == GAMEPAD:
             marks.remarks.append(pad_in_words(self._options.pad))
-        if not self._check(prepared, sandbox, work, log, record, identity):
+        sandbox.hand_over(work / 'ws')
+        # the node alone gets the environment of the student's workspace: modules of the submission
+        (work / 'launch.json').write_text(json.dumps(launch))
+        own[VARIABLE] = str(work / 'launch.json')
+        write_output(log, '')       # a new file, never through a link
+        with open(str(log), 'w') as file:
+            in_time = self._check(marks.node, sandbox, record, own, file)
+        if not in_time:
             marks.remarks.append('It was stopped after {:g} s, the limit.'.format(LIMIT))
         if self.interrupted.is_set():
             raise MarkingInterrupted('interrupted')
@@ -137,36 +134,25 @@ class Marker:
         marks.findings += ['Its page has no timeline; see {}.'.format(log)] * (
             not marks.observation.shown)
 
-    def _check(self, prepared, sandbox, work, log, record, identity):
-        """Run the lab's check; False if the time was up.
-
-        Only the node gets the environment of the student's workspace: this has modules of the
-        submission.
-        """
-        sandbox.hand_over(work / 'ws')
-        own = environment_in(work, dict(os.environ, **{IDENTITY: identity}))
-        launch = Launch(ALWAYS + sandbox.command([]),
-                        sandbox.environment(environment_in(work, prepared.environment)),
-                        prepared.types, sandbox.isolates, prepared.program)
-        (work / 'launch.json').write_text(json.dumps(asdict(launch)))
-        write_output(log, '')       # a new file, never through a link
-        with open(str(log), 'w') as file:
-            check = subprocess.Popen(
-                sandbox.own_network([
-                    'rostest', 'tb3_labs', 'check_{}.test'.format(self._lab),
-                    'pkg:=' + prepared.package, 'type:=' + prepared.executable,
-                    'parts:=' + ','.join(self._parts), 'record:={}'.format(record),
-                    'truth:={}'.format(work / 'truth')]
-                    + ['pad:=' + self._options.pad] * (self._lab == GAMEPAD)),
-                env=dict(own, **{VARIABLE: str(work / 'launch.json')}), cwd=str(work),
-                stdin=subprocess.DEVNULL, stdout=file, stderr=file, start_new_session=True)
-            begun = time.monotonic()
-            while check.poll() is None and not self.interrupted.wait(LOOK) and (
-                    time.monotonic() < begun + LIMIT):
-                pass
-            in_time = check.poll() is not None or self.interrupted.is_set()
-            sweep(identity)
-            check.wait()
+    def _check(self, node, sandbox, record, environment, output):
+        """Run the lab's check on package/file `node`; False if the time was up."""
+        package, executable = node.split('/')
+        work = record.parent
+        check = subprocess.Popen(
+            sandbox.own_network([
+                'rostest', 'tb3_labs', 'check_{}.test'.format(self._lab), 'pkg:=' + package,
+                'type:=' + executable, 'parts:=' + ','.join(self._parts),
+                'record:={}'.format(record), 'truth:={}'.format(work / 'truth')]
+                + ['pad:=' + self._options.pad] * (self._lab == GAMEPAD)),
+            env=environment, cwd=str(work), stdin=subprocess.DEVNULL, stdout=output, stderr=output,
+            start_new_session=True)
+        begun = time.monotonic()
+        while check.poll() is None and not self.interrupted.wait(LOOK) and (
+                time.monotonic() < begun + LIMIT):
+            pass
+        in_time = check.poll() is not None or self.interrupted.is_set()
+        sweep(environment[IDENTITY])
+        check.wait()
         return in_time
 
 
@@ -176,12 +162,12 @@ def environment_in(work: Path, environment: Dict[str, str]) -> Dict[str, str]:
     """The environment of a separate ROS that writes only below `work`, an existing folder."""
     settings = work / 'etc'
     settings.mkdir(exist_ok=True)
-    (settings / 'logging.conf').write_text(LOGGING)
+    (settings / 'logging.yaml').write_text(LOGGING)
     (settings / 'roscore.xml').write_text(ROSCORE)
     given = {name: value for name, value in environment.items() if name not in FORGOTTEN}
     return dict(given, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(work / 'ros'),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
-                ROS_PYTHON_LOG_CONFIG_FILE=str(settings / 'logging.conf'),
+                ROS_PYTHON_LOG_CONFIG_FILE=str(settings / 'logging.yaml'),
                 ROS_TEST_RESULTS_DIR=str(work / 'results'))
 
 

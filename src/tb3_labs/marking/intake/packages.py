@@ -123,7 +123,7 @@ def interface_files(package: Path) -> Dict[str, List[str]]:
 # -- the node
 
 class NotJudged(Exception):
-    """A submission cannot be judged; the text is the reason, a sentence."""
+    """A submission, or an archive, cannot be judged; the text is the reason, a sentence."""
 
 
 class SourceFile(NamedTuple):
@@ -134,12 +134,9 @@ class SourceFile(NamedTuple):
     text: str
 
 
-class Choice(NamedTuple):
-    """The file that is chosen as the node."""
-
-    path: str
-    remarks: List[str]      # why, for the student
-    look_at: List[str]      # for the instructor: the choice was by chance
+#: The path of the file that is chosen as the node; why, for the student; a sentence for the
+#: instructor if the choice was by chance.
+Choice = Tuple[str, List[str], List[str]]
 
 
 class _Candidate(NamedTuple):
@@ -209,10 +206,10 @@ def choose(lab: NodeNames, files: Sequence[SourceFile], package: str = '',
         raise NotJudged(_nothing_found(files, package, names))
     alike = [each for each in found if each[:ALIKE] == found[0][:ALIKE]]
     differ = len({each.text for each in alike}) > 1
-    return Choice(found[0].path, _remarks(found, packages, names), [
+    return found[0].path, _remarks(found, packages, names), [
         'Judged was {}. It is as likely the node as {}, and they differ: --package and --type '
         'choose another one.'.format(found[0].path, shortened(
-            [each.path for each in alike[1:]]))] * differ)
+            [each.path for each in alike[1:]]))] * differ
 
 
 def _candidate(lab, file, packages, names):

@@ -6,31 +6,34 @@ reading it takes all memory, or hours. Then that process ends, not the marking.
 import json
 import subprocess
 import sys
-from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Sequence, Union
+from typing import Any, Callable, Dict, List, NamedTuple, Sequence
 
 from tb3_labs.marking.intake.imports import needs_of
 from tb3_labs.marking.intake.packages import (
     MANIFEST, NotJudged, digest, find_node, name_in, packages_in, source_of)
-from tb3_labs.marking.intake.submissions import CLASS, Budget, Refused, Submission, unpack
+from tb3_labs.marking.intake.submissions import CLASS, Budget, Submission, unpack
 from tb3_labs.marking.lab_names import NodeNames
 
 #: The most that a call may use: memory [bytes], processor time [s].
 MEMORY, COMPUTING = 10 ** 9, 120
-PROGRAM = '''import importlib, json, sys
-sys.path[:], module, name, arguments = json.load(sys.stdin)
-json.dump(getattr(importlib.import_module(module), name)(*arguments), sys.stdout)
+PROGRAM = '''import json, sys
+sys.path[:], name, arguments = json.load(sys.stdin)
+from tb3_labs.marking.intake import reading
+try:
+    answer = getattr(reading, name)(*arguments), None
+except reading.NotJudged as problem:
+    answer = None, str(problem)
+json.dump(answer, sys.stdout)
 '''
 
 
-@dataclass
-class Reading:
+class Reading(NamedTuple):
     """What was handed in. Paths are relative to the folder of the copy."""
 
     digest: str                     # of all files of the copy
-    remarks: List[str]              # sentences for the student
-    look_at: List[str]              # sentences for the instructor
+    remarks: List[str]              # sentences for the student; later steps add theirs
+    look_at: List[str]              # sentences for the instructor, as well
     node: str                       # its file
     package: str                    # the folder of its package
     name: str                       # the name in the package's package.xml; '' if it has none
@@ -44,77 +47,62 @@ def read(submission: Submission, folder: Path, lab: NodeNames, package: str = ''
          name: str = '') -> Reading:
     """The Reading of a submission, copied into `folder`, which is made. `package`, `name`: of the
     node, if given. ``NotJudged`` if no file can be the node, or if it lacks modules."""
-    try:
-        said = _call(_read, submission.student, list(map(str, submission.paths)),
-                     submission.names, str(folder), lab, package, name)
-    except _TooMuch as problem:
-        raise NotJudged('It cannot be read: {}.'.format(problem)) from None
-    if isinstance(said, str):
-        raise NotJudged(said)
-    return Reading(**said)
+    return Reading(*_call('It cannot be read', _read, list(map(str, submission.paths)),
+                          submission.names, str(folder), lab, package, name))
 
 
 def unpack_class(path: Path, folder: Path) -> None:
-    """Unpack the zip file of a class. ``Refused`` if it must not be."""
-    try:
-        problem = _call(_unpack_class, str(path), str(folder))
-    except _TooMuch as problem_of_it:
-        problem = 'The zip file cannot be unpacked: {}.'.format(problem_of_it)
-    if problem:
-        raise Refused(problem)
+    """Unpack the zip file of a class. ``NotJudged`` if it must not be."""
+    _call('The zip file cannot be unpacked', _unpack_class, str(path), str(folder))
 
 
-# -- in the process of its own
-
-class _TooMuch(Exception):
-    """The call failed, most likely at a limit; the text is a clause."""
-
-
-def _call(function: Callable[..., Any], *arguments: Any) -> Any:
-    """The result of a module's function. Arguments and result pass as JSON.
-
-    ``_TooMuch`` if it has none.
-    """
+def _call(failure: str, function: Callable[..., Any], *arguments: Any) -> Any:
+    """The result of a function of this file, in a process of its own. Arguments and result pass as
+    JSON. ``NotJudged`` if the function raises it; or if there is no result, most likely at a limit:
+    its text begins with `failure`."""
     done = subprocess.run(
         ['prlimit', '--as={}'.format(MEMORY), '--cpu={}'.format(COMPUTING), '--core=0',
          sys.executable, '-c', PROGRAM],
-        input=json.dumps([sys.path, function.__module__, function.__name__, arguments]),
+        input=json.dumps([sys.path, function.__name__, arguments]),
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
         cwd='/',                    # Python looks for modules in its folder
         start_new_session=True)     # Ctrl+C is for the marker
     if done.returncode != 0:
         words = done.stderr.strip().splitlines() or ['exit status {}'.format(done.returncode)]
-        raise _TooMuch('reading it takes more than {:g} GB of memory or {:g} s, or failed '
-                       '({})'.format(MEMORY / 1e9, COMPUTING, words[-1]))
-    return json.loads(done.stdout)
+        raise NotJudged('{}: reading it takes more than {:g} GB of memory or {:g} s, or failed '
+                        '({}).'.format(failure, MEMORY / 1e9, COMPUTING, words[-1]))
+    result, refusal = json.loads(done.stdout)
+    if refusal is not None:
+        raise NotJudged(refusal)
+    return result
 
+
+# -- in the process of its own
 
 def _unpack_class(path, folder):
     budget = Budget(CLASS)
-    try:
-        unpack(Path(path), Path(folder), budget)
-    except Refused as problem:
-        return str(problem)
-    return budget.exceeded
+    unpack(Path(path), Path(folder), budget)
+    if budget.exceeded:
+        raise NotJudged(budget.exceeded)
 
 
-def _read(student: str, paths: Sequence[str], names: List[str], folder: str, lab: Sequence[Any],
-          package: str, name: str) -> Union[str, Dict[str, Any]]:
+def _read(paths: Sequence[str], names: List[str], folder: str, lab: Sequence[Any], package: str,
+          name: str) -> Reading:
     place = Path(folder)
-    copy = Submission(student, list(map(Path, paths)), names).lay_out(place)
-    unread = list(dict.fromkeys(copy.unread))
+    remarks, unread = Submission('', list(map(Path, paths)), names).lay_out(place)
+    unread = list(dict.fromkeys(unread))
     try:
-        choice = find_node(place, NodeNames(*lab), package, name)
+        path, why, look_at = find_node(place, NodeNames(*lab), package, name)
     except NotJudged as problem:    # the node may be in what was not read
-        return ' '.join((unread or [str(problem)]) + copy.remarks)
-    node = place / choice.path
+        raise NotJudged(' '.join((unread or [str(problem)]) + remarks)) from None
+    node = place / path
     source, packages = source_of(node, place), packages_in(place, node)
     needs = needs_of(node, packages)
     if needs.lacking:
-        return '{} imports {}, which neither the submission nor the marking machine has.'.format(
-            choice.path, ' and '.join(needs.lacking))
-    return asdict(Reading(
-        digest(place), copy.remarks + choice.remarks + unread, choice.look_at, choice.path,
-        str(source.relative_to(place)), *name_in(source / MANIFEST),
+        raise NotJudged('{} imports {}, which neither the submission nor the marking machine has.'
+                        .format(path, ' and '.join(needs.lacking)))
+    return Reading(
+        digest(place), remarks + why + unread, look_at, path, str(source.relative_to(place)),
+        *name_in(source / MANIFEST),
         {each: str(packages[each].relative_to(place)) for each in needs.packages
-         if each in packages}, needs.given, needs.unused))
+         if each in packages}, needs.given, needs.unused)

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Callable, Dict, Iterable, List, NamedTuple, Tuple
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.packages import shortened
+from tb3_labs.marking.intake.packages import NotJudged, shortened
 
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(r'(?P<student>[^_]+)(?:_late)?_(?P<number>\d+)_\d+_(?P<file>.+)',
@@ -136,13 +136,6 @@ def chosen(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
 
 # -- submissions
 
-class Copy(NamedTuple):
-    """What is said of the copy of a submission."""
-
-    remarks: List[str]      # on files that were left out
-    unread: List[str]       # on files that could not be copied or unpacked: the node may be in one
-
-
 @dataclass
 class Submission:
     """The files and folders that one student handed in."""
@@ -151,36 +144,38 @@ class Submission:
     paths: List[Path]                       # folders and files
     names: List[str] = field(default_factory=list)     # the student's own names of the files
 
-    def lay_out(self, folder: Path) -> Copy:
-        """Copy the submission, unpacked, into `folder`, which is made.
+    def lay_out(self, folder: Path) -> Tuple[List[str], List[str]]:
+        """Copy the submission, unpacked, into `folder`, which is made. Returns (remarks on files
+        that were left out, remarks on those that could not be copied or unpacked: the node may be
+        in one).
 
         Zip files are unpacked unless there is a Python file: then they do not belong to the code.
         """
         folder.mkdir(parents=True)
-        copy, budget = Copy([], []), Budget()
+        remarks: List[str] = []
+        unread: List[str] = []
+        budget = Budget()
         files = [found for path, name in zip(
             self.paths, self.names or [path.name for path in self.paths])
-            for found in (_files_in(path, copy) if path.is_dir() else [(path, Path(name))])]
+            for found in (_files_in(path, remarks) if path.is_dir() else [(path, Path(name))])]
         zips = [found for found in files if is_zip(found[1].name)]
         for source, place in sorted(set(files) - set(zips), key=lambda found: _turn(
                 str(found[1]), found[0].stat().st_size)):
             if budget.take(source.stat().st_size):
                 _copy_file(source, folder / place)
         if any(place.suffix == '.py' for _, place in files):
-            _say(copy, 'it is a zip file beside Python code', [place for _, place in zips])
+            _say(remarks, 'it is a zip file beside Python code', [place for _, place in zips])
         else:
             for source, place in zips:
                 try:
                     unpack(source, folder / place.parent / (place.stem + '.unpacked'), budget)
-                except Refused as reason:
-                    copy.unread.append(str(reason))
+                except NotJudged as reason:
+                    unread.append(str(reason))
             others = [path.name for path in sort_out(folder)[0]
                       if path.suffix.lower() in OTHER_ARCHIVES]
-            copy.unread.extend(
-                '{} was not unpacked: only zip files are, and none in others.'.format(
-                    printable(name)) for name in others[:1])
-        copy.unread.extend([budget.exceeded] * bool(budget.exceeded))
-        return copy
+            unread += ['{} was not unpacked: only zip files are, and none in others.'.format(
+                printable(name)) for name in others[:1]]
+        return remarks, unread + [budget.exceeded] * bool(budget.exceeded)
 
 
 def sort_out(folder: Path) -> Tuple[List[Path], List[Path]]:
@@ -252,21 +247,21 @@ def without_wrapping(folder: Path) -> Path:
     return inside[0] if is_wrapped else folder
 
 
-def _files_in(folder, copy):
+def _files_in(folder, remarks):
     """The (path, place in the copy) of each file to copy below a folder; others are said."""
     files, others = sort_out(folder)
     large = [path for path in files if path.stat().st_size > LARGEST and not is_zip(path.name)]
-    _say(copy, 'each is a link, a device, too deep, or may not be read',
+    _say(remarks, 'each is a link, a device, too deep, or may not be read',
          [path.relative_to(folder) for path in others])
-    _say(copy, 'each is larger than {:g} MB'.format(LARGEST / 1e6),
+    _say(remarks, 'each is larger than {:g} MB'.format(LARGEST / 1e6),
          [path.relative_to(folder) for path in large])
     return [(path, path.relative_to(folder)) for path in files if path not in set(large)]
 
 
-def _say(copy, why, left):
+def _say(remarks, why, left):
     """Remark that these files were left out."""
     if left:
-        copy.remarks.append('Left out, because {}: {}.'.format(why, shortened(
+        remarks.append('Left out, because {}: {}.'.format(why, shortened(
             [printable(str(place)) for place in sorted(left)], NAMED_FILES)))
 
 
@@ -282,10 +277,6 @@ def _copy_file(source, target):
 
 
 # -- zip files
-
-class Refused(Exception):
-    """A zip file is not unpacked; the text says why."""
-
 
 class Budget:
     """The number of files and bytes that submissions may still have."""
@@ -311,14 +302,14 @@ class Budget:
 def unpack(path: Path, folder: Path, budget: Budget) -> None:
     """Unpack the zip file `path` into `folder`, as far as the budget reaches.
 
-    ``Refused`` if it is not a zip file, or must not be unpacked. No file becomes larger than the
+    ``NotJudged`` if it is not a zip file, or must not be unpacked. No file becomes larger than the
     zip file declares: zipfile reads no further.
     """
     try:
         with zipfile.ZipFile(str(path)) as archive:
             wanted = [info for info in archive.infolist() if _is_wanted(info)]
             if any(info.flag_bits & ENCRYPTED for info in wanted):
-                raise Refused('The zip file was not unpacked: it has a password.')
+                raise NotJudged('The zip file was not unpacked: it has a password.')
             for info in sorted(wanted, key=lambda info: _turn(info.filename, info.file_size)):
                 if budget.take(info.file_size):
                     target = archive.extract(info, str(folder))
@@ -326,18 +317,18 @@ def unpack(path: Path, folder: Path, budget: Budget) -> None:
                         os.chmod(target, 0o755 if (info.external_attr >> 16) & 0o100 else 0o644)
     except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError,
             zlib.error, OSError) as problem:
-        raise Refused('The zip file cannot be unpacked: {}.'.format(
+        raise NotJudged('The zip file cannot be unpacked: {}.'.format(
             str(problem).rstrip('.') or type(problem).__name__)) from None
 
 
 def _is_wanted(info):
-    """Is this file of an archive unpacked? ``Refused`` if its path leads out of the folder. Windows
-    writes \\ for /."""
+    """Is this file of an archive unpacked? ``NotJudged`` if its path leads out of the folder.
+    Windows writes \\ for /."""
     path = info.filename = info.filename.replace('\\', '/')
     if path.count('/') > DEEPEST:
-        raise Refused('The zip file was not unpacked: its folders are deeper than {}.'.format(
+        raise NotJudged('The zip file was not unpacked: its folders are deeper than {}.'.format(
             DEEPEST))
     if path.startswith('/') or re.match('[A-Za-z]:', path) or '..' in path.split('/'):
-        raise Refused('The zip file was not unpacked: its path {!r} leads out of it.'.format(
+        raise NotJudged('The zip file was not unpacked: its path {!r} leads out of it.'.format(
             path[:80]))
     return not stat.S_ISLNK(info.external_attr >> 16) and not LEFT_OUT.search(path)

@@ -14,9 +14,8 @@ import json
 import os
 import re
 import shutil
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 import rospkg
 
@@ -57,46 +56,32 @@ VARIABLE = 'TB3_LABS_LAUNCH'
 ALWAYS = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
 
 
-@dataclass
-class Prepared:
-    """A copy that can run: its `program`, in this `environment`."""
-
-    package: str
-    executable: str
-    program: str                        # the path of the node
-    environment: Dict[str, str]
-    types: Optional[Dict[str, Any]]     # see describe.py; None without types
-    remarks: List[str] = field(default_factory=list)    # sentences for the student
-    look_at: List[str] = field(default_factory=list)    # sentences for the instructor
-
-
-@dataclass
-class Launch:
+class Launch(NamedTuple):
     """The start of a node: `prefix`, then its own command."""
 
-    prefix: List[str] = field(default_factory=lambda: ALWAYS + NoSandbox().command([]))
+    prefix: Sequence[str] = ALWAYS + NoSandbox().command([])
     environment: Optional[Dict[str, str]] = None            # None: that of this process
     types: Optional[Dict[str, Any]] = None      # of the student; see describe.py
     isolated: bool = False
     program: str = ''           # the path of the node; '': rosrun finds it
+    package: str = ''           # its name
 
     @classmethod
     def given(cls) -> 'Launch':
         """The Launch that mark.py wrote; without mark.py, one without a sandbox."""
         if VARIABLE not in os.environ:
             return cls()
-        return cls(**json.loads(Path(os.environ[VARIABLE]).read_text()))
+        return cls(*json.loads(Path(os.environ[VARIABLE]).read_text()))
 
 
-def prepare(reading: Reading, workspace: Path, variables: Mapping[str, str],
-            sandbox: NoSandbox = NoSandbox()) -> Prepared:
-    """The Prepared of a submission that was read into the folder COPY of `workspace`.
+def prepare(reading: Reading, workspace: Path, environment: Mapping[str, str],
+            sandbox: NoSandbox = NoSandbox()) -> Launch:
+    """The Launch of a submission that was read into the folder COPY of `workspace`.
 
-    The node is repaired there, and the Python modules that it needs are made, in `sandbox`. The
-    environment has these `variables` too.
+    The node is repaired there, and the Python modules that it needs are made, in `sandbox`; its
+    environment is this one, and the folders of the workspace. `reading` gets the remarks.
     """
-    remarks: List[str] = []
-    look_at: List[str] = []
+    remarks = reading.remarks
     copy, made = workspace / COPY, workspace / MADE
     source, node = copy / reading.package, copy / reading.node
     packages = {name: copy / folder for name, folder in reading.packages.items()
@@ -105,8 +90,8 @@ def prepare(reading: Reading, workspace: Path, variables: Mapping[str, str],
         packages[name] = _stand_in(name, workspace / 'given' / name, remarks)
     called = _name(reading, source, packages, remarks)
     node = _called_properly(node, remarks)
-    _repair(node, remarks, look_at)
-    environment = dict(os.environ, **variables)
+    _repair(node, remarks, reading.look_at)
+    environment = dict(environment)
     environment['ROS_PACKAGE_PATH'] = ':'.join(filter(None, [
         *map(str, dict.fromkeys([source, *packages.values()])),
         environment.get('ROS_PACKAGE_PATH')]))
@@ -114,7 +99,8 @@ def prepare(reading: Reading, workspace: Path, variables: Mapping[str, str],
                    for name, folder in packages.items()}, made, environment, remarks, sandbox)
     _make_empty(reading.unused, made, remarks)
     environment[MODULES] = ':'.join(filter(None, [str(made), environment.get(MODULES)]))
-    return Prepared(called, node.name, str(node), environment, types, remarks, look_at)
+    return Launch(ALWAYS + sandbox.command([]), sandbox.environment(environment), types,
+                  sandbox.isolates, str(node), called)
 
 
 def _stand_in(name, folder, remarks):
