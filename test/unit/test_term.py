@@ -256,7 +256,7 @@ def marked(path, acts, problems):
     """(a class marked by a marker that needs no robot, its submissions); `acts`: student -> what
     the marker does."""
     folder = folder_of(path / 'marks')
-    marker = Marker('turn', WORTH, folder.logs)
+    marker = Marker(folder)
 
     def mark(student, *_):
         act = acts.get(student)
@@ -267,7 +267,7 @@ def marked(path, acts, problems):
     for student in acts:
         (path / 'in' / student).mkdir(parents=True)
         (path / 'in' / student / 'turtlebot_controller.py').touch()
-    return MarkedClass(marker, folder, False, problems.append), submissions_in(path / 'in', print)
+    return MarkedClass(marker, False, problems.append), submissions_in(path / 'in', print)
 
 
 def marks_below(path):

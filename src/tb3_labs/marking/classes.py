@@ -6,7 +6,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Callable, Sequence
+from typing import Callable, Sequence
 
 from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.intake.packages import NotJudged
@@ -29,13 +29,12 @@ def tell(line: str) -> None:
 
 
 class MarkedClass:
-    """A class whose submissions are marked, and its folder of marks."""
+    """A class whose submissions are marked."""
 
-    def __init__(self, marker: Any, folder: MarksFolder, anew: bool,
-                 tell_problem: Callable[[str], None]) -> None:
-        """`marker`: a Marker. `anew`: try all submissions again, also those that were marked and
+    def __init__(self, marker: Marker, anew: bool, tell_problem: Callable[[str], None]) -> None:
+        """`anew`: try all submissions again, also those that were marked and
         have not changed."""
-        self._marker, self._folder, self._anew = marker, folder, anew
+        self._marker, self._folder, self._anew = marker, marker.folder, anew
         self._tell_problem = tell_problem
         self._failed, self._unchanged = False, 0
         self._writing = threading.Lock()
@@ -129,27 +128,13 @@ def mark_class(given, tell_problem):
     forget_overlays()
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         try:
-            lab = LABS[given.lab]
-            parts = lab.checked_parts(given.parts)
-            worth = points_of(given.lab, read_points(given.points))
-            _check_place(given.submissions, given.folder)
-            found = submissions_in(_folder_of(given.submissions, Path(work)), tell_problem)
-            if given.only:
-                names = chosen([submission.student for submission in found], given.only)
-                found = [submission for submission in found if submission.student in names]
-            _check_lab(given)
-            options = Options(given.package, given.type, given.pad, not given.unprotected)
-            _check_sandboxes(given.unprotected)
-            folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),
-                                 given.points is not None)
+            marker, found = _begun(given, Path(work), tell_problem)
         except (OSError, ValueError, NotJudged) as problem:
             tell_problem(reason(problem))
             return 2
-        marked = MarkedClass(Marker(given.lab, worth, folder.logs, parts, options), folder,
-                             bool(given.only), tell_problem)
-        failed = marked.mark_all(found, given.jobs)
+        failed = MarkedClass(marker, bool(given.only), tell_problem).mark_all(found, given.jobs)
     try:
-        page, notes = folder.write_overview(given.unprotected)
+        page, notes = marker.folder.write_overview(given.unprotected)
     except (OSError, ValueError) as problem:
         tell_problem(reason(problem))
         return 2
@@ -160,38 +145,35 @@ def mark_class(given, tell_problem):
     return 1 if failed else 0
 
 
-def _folder_of(submissions, work):
-    """The folder of the submissions; a zip file is unpacked below `work`."""
-    path = submissions.absolute()
-    if path.is_dir():
-        return path
-    if not (path.is_file() and is_zip(path.name)):
-        raise ValueError('{} is neither a folder nor a zip file'.format(submissions))
-    unpack_class(path, work / 'all')
-    return without_wrapping(work / 'all')
-
-
-def _check_lab(given):
-    """Raises ``ValueError`` for an unknown pad, and for an option of another lab."""
+def _begun(given, work, tell_problem):
+    """(Marker, Submissions) of these arguments, which are checked before anything is
+    started; a class's zip file is unpacked below `work`."""
+    parts = LABS[given.lab].checked_parts(given.parts)
+    worth = points_of(given.lab, read_points(given.points))
+    marks, source = given.folder.resolve(), given.submissions.resolve()
+    if source.is_dir() and source in (marks, *marks.parents):   # they would be marked, too
+        raise ValueError('-o {}: the marks would lie among the submissions; give a folder beside '
+                         'them'.format(given.folder))
+    source = given.submissions.absolute()
+    if not source.is_dir():
+        if not (source.is_file() and is_zip(source.name)):
+            raise ValueError('{} is neither a folder nor a zip file'.format(given.submissions))
+        unpack_class(source, work / 'all')
+        source = without_wrapping(work / 'all')
+    found = submissions_in(source, tell_problem)
+    if given.only:
+        names = chosen([submission.student for submission in found], given.only)
+        found = [submission for submission in found if submission.student in names]
     if given.pad != HANDOUT and given.lab != GAMEPAD:
         raise ValueError('--pad is for --lab {} alone'.format(GAMEPAD))
     pad_called(given.pad)
-
-
-def _check_place(submissions, marks):
-    """Raises ``ValueError`` if the marks would lie among the submissions, and be marked, too."""
-    inside, outside = marks.resolve(), submissions.resolve()
-    if outside.is_dir() and outside in (inside, *inside.parents):
-        raise ValueError('-o {}: the marks would lie among the submissions; give a folder beside '
-                         'them'.format(marks))
-
-
-def _check_sandboxes(unprotected):
-    """If `unprotected`, print that there is no protection. Otherwise raise ``ValueError`` if
-    sandboxes do not work here."""
-    if unprotected:
+    if given.unprotected:
         tell(UNPROTECTED)
     elif sandbox_problem():
         raise ValueError("{}: the submissions' programs cannot be kept in sandboxes here; nothing "
                          'was started. --unprotected marks without: {}'.format(
                              sandbox_problem(), UNPROTECTED))
+    options = Options(given.package, given.type, given.pad, not given.unprotected)
+    folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),
+                         given.points is not None)
+    return Marker(folder, options), found

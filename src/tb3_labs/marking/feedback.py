@@ -32,9 +32,8 @@ COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERE
 
 #: Headings of the wide columns, which have sentences.
 SEEN, WHY, REMARKS = 'what was seen, and where to look', 'why no points', 'remarks'
-#: Columns of the table, and the cells of a criterion without points.
-STUDENT, POINTS, OF, NODE = 'student', 'points', 'of', 'node'
-YES, NO = 'yes', 'no'
+#: The first columns of the table.
+FIRST = ['student', 'points', 'of']
 #: When a student sees the tests in Gradescope.
 VISIBILITY = 'after_published'
 
@@ -124,11 +123,14 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
     some = all_marks[0]
     heads = ['student', 'points', WHY] + [Markup('<span class="upright">{}</span>'.format(
         escape(v.criterion.name.replace('_', ' ')))) for v in some.graded + some.extra] + [REMARKS]
-    rows = [[_link(marks),
+    rows = [[Markup('<a href="{}">{}</a>'.format(quote(marks.student + '.html'),
+                                                 escape(marks.student))),
              '{:g} / {:g}'.format(marks.points, marks.worth) if marks.judged else NOT_JUDGED,
              marks.why_none]
             + [_mark(verdict) if marks.judged else '' for verdict in marks.graded + marks.extra]
-            + [_folded(marks.remarks)] for marks in all_marks]
+            + [Markup('<details><summary>{}</summary>{}</details>'.format(
+                len(marks.remarks), escape(' '.join(marks.remarks))) if marks.remarks else '')]
+            for marks in all_marks]
     look = ['<h2>For the instructor alone</h2>'] * bool(notes) + [
         '<p>{}</p>'.format(escape(note)) for note in notes]
     totals = sorted(marks.points for marks in all_marks if marks.judged)
@@ -140,16 +142,6 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
         if totals else '', len(some.extra))
     return document('{}: overview'.format(lab), look + [
         '<p>{}</p>'.format(escape(summary)), table(heads, rows, words=(WHY, REMARKS))], WIDE)
-
-
-def _link(marks):
-    return Markup('<a href="{}">{}</a>'.format(quote(marks.student + '.html'),
-                                               escape(marks.student)))
-
-
-def _folded(remarks):
-    return Markup('<details><summary>{}</summary>{}</details>'.format(
-        len(remarks), escape(' '.join(remarks))) if remarks else '')
 
 
 # -- Gradescope
@@ -191,16 +183,14 @@ class Table:
         except csv.Error as problem:
             raise ValueError(str(problem)) from None
         self._heads, self._rows = (rows[0], rows[1:]) if rows else ([], [])
-        if rows and self._heads[:3] != [STUDENT, POINTS, OF]:
-            raise ValueError('it does not begin with the columns {}, {}, {}'.format(
-                STUDENT, POINTS, OF))
+        if rows and self._heads[:3] != FIRST:
+            raise ValueError('it does not begin with the columns ' + ', '.join(FIRST))
 
     def renewed(self, all_marks: Sequence[Marks]) -> str:
         """The table with these marks. A person's columns stay, and others' rows, also if several
         have one name."""
         some = all_marks[0]
-        heads = [STUDENT, POINTS, OF] + [v.criterion.label for v in some.graded + some.extra] + [
-            NODE, REMARKS]
+        heads = FIRST + [v.criterion.label for v in some.graded + some.extra] + ['node', REMARKS]
         nowhere = max(map(len, [self._heads, *self._rows]))
         places = [self._heads.index(head) if head in self._heads else nowhere for head in heads]
         added = [place for place in range(nowhere) if place not in places]
@@ -223,7 +213,7 @@ class Table:
 
 def _cells(marks):
     points = ['{:g}'.format(v.points) for v in marks.graded] + [
-        '{:g}'.format(v.points) if v.worth else YES if v.outcome is Outcome.MET else NO
+        '{:g}'.format(v.points) if v.worth else 'yes' if v.outcome is Outcome.MET else 'no'
         for v in marks.extra]
     return ([safe(marks.student), '{:g}'.format(marks.points) if marks.judged else '',
              '{:g}'.format(marks.worth)]

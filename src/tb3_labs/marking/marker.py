@@ -12,7 +12,7 @@ import time
 import uuid
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Dict, List, Mapping, MutableMapping, Sequence
+from typing import Dict, List, MutableMapping
 
 from tb3_labs.command_line import write_output
 from tb3_labs.marking.intake.packages import NotJudged
@@ -24,6 +24,7 @@ from tb3_labs.marking.lab_names import GAMEPAD, NODES
 from tb3_labs.marking.labs.criteria import judge
 from tb3_labs.marking.labs.gamepad import HANDOUT, pad_in_words
 from tb3_labs.marking.marks import LABS, Marks
+from tb3_labs.marking.marks_folder import MarksFolder
 from tb3_labs.marking.trial.evidence import remarks_on, untold
 from tb3_labs.marking.trial.observation import Observation
 from tb3_labs.marking.trial.processes import sweep
@@ -61,13 +62,11 @@ class MarkingInterrupted(RuntimeError):
 
 
 class Marker:
-    """Marks submissions of one lab. Several threads may use it at a time."""
+    """Marks the submissions of a class. Several threads may use it at a time."""
 
-    def __init__(self, lab: str, worth: Mapping[str, float], logs: Path, parts: Sequence[str] = (),
-                 options: Options = Options()) -> None:
-        """`worth`: criterion -> points; `logs`: an existing folder; `parts`: only these."""
-        self._lab, self._worth, self._logs = lab, worth, Path(logs)
-        self._parts, self._options = parts, options
+    def __init__(self, folder: MarksFolder, options: Options = Options()) -> None:
+        """`folder`: says what is marked, and gets the logs."""
+        self.folder, self._lab, self._options = folder, folder.lab, options
         #: Once this is set, all that runs is ended; each :meth:`mark` raises MarkingInterrupted.
         self.interrupted = threading.Event()
 
@@ -92,13 +91,14 @@ class Marker:
         if marks.unjudged:
             marks.findings.append('Not judged: ' + marks.unjudged)
         observation = marks.observation or Observation(self._lab, marks.node)
-        marks.verdicts = judge(LABS[self._lab].criteria, observation, self._worth, self._parts)
+        marks.verdicts = judge(LABS[self._lab].criteria, observation, self.folder.worth,
+                               self.folder.parts)
         marks.remarks = untold(marks.remarks, ' '.join(each.seen for each in marks.verdicts))
         return marks
 
     def _observe(self, marks, reading, work, identity):
         """Write node, remarks and Observation of a submission into its Marks."""
-        log, record = self._logs / (marks.student + '.log'), work / 'observation.json'
+        log, record = self.folder.logs / (marks.student + '.log'), work / 'observation.json'
         sandbox = Sandbox([work / 'ws', work / 'etc']) if self._options.sandbox else NoSandbox()
         own = environment_in(work, dict(os.environ, **{IDENTITY: identity}))
         launch = prepare(reading, work / 'ws', own, sandbox)
@@ -123,7 +123,7 @@ class Marker:
         observed = record.read_text()       # of no use to a student: the copy's place
         for place in (reading.package + '/', ''):
             observed = observed.replace('{}/ws/{}/{}'.format(work, COPY, place), '')
-        write_output(self._logs / (marks.student + '.json'), observed)
+        write_output(self.folder.logs / (marks.student + '.json'), observed)
         marks.observation = Observation.from_json(observed)
         marks.remarks += remarks_on(marks.observation)
         marks.findings += marks.observation.findings + elsewhere(
@@ -141,7 +141,7 @@ class Marker:
         check = subprocess.Popen(
             sandbox.own_network([
                 'rostest', 'tb3_labs', 'check_{}.test'.format(self._lab), 'pkg:=' + package,
-                'type:=' + executable, 'parts:=' + ','.join(self._parts),
+                'type:=' + executable, 'parts:=' + ','.join(self.folder.parts),
                 'record:={}'.format(record), 'truth:={}'.format(work / 'truth')]
                 + ['pad:=' + self._options.pad] * (self._lab == GAMEPAD)),
             env=environment, cwd=str(work), stdin=subprocess.DEVNULL, stdout=output, stderr=output,

@@ -29,8 +29,6 @@ from tb3_labs.marking.trial.observation import Observation
 NOT_JUDGED = 'not judged'
 #: The section of a lab's points for criteria beyond the handout.
 EXTRA = 'extra'
-#: Parts of a record.
-KEY, MARKS, VERDICTS = 'key', 'marks', 'verdicts'
 
 
 class Lab(NamedTuple):
@@ -132,7 +130,7 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
     extra = given.pop(EXTRA, {})
     if not isinstance(extra, dict):
         raise ValueError('{}: "{}" is a section of its own'.format(lab, EXTRA))
-    worth = {}
+    worth: Dict[str, float] = {}
     for section, names in ((given, [c.name for c in criteria if not c.extra]),
                            (extra, [c.name for c in criteria if c.extra])):
         for name in section:
@@ -140,16 +138,13 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
                 raise ValueError('{}: no criterion is called "{}"; these are: {}'.format(
                     lab, name, ', '.join(names)))
         for name in names:
-            worth[name] = _checked_points(lab, name, section.get(name))
+            points = section.get(name)
+            if isinstance(points, bool) or not isinstance(points, (int, float)) or not (
+                    math.isfinite(points) and points >= 0):
+                raise ValueError('{}: {} = {!r} is not valid: a number of at least 0'.format(
+                    lab, name, points))
+            worth[name] = points
     return worth
-
-
-def _checked_points(lab: str, name: str, points: Any) -> float:
-    if isinstance(points, bool) or not isinstance(points, (int, float)) or not (
-            math.isfinite(points) and points >= 0):
-        raise ValueError('{}: {} = {!r} is not valid: a number of at least 0'.format(
-            lab, name, points))
-    return points
 
 
 def read_points(path: Optional[Path]) -> Any:
@@ -174,11 +169,11 @@ def read_points(path: Optional[Path]) -> Any:
 
 def to_record(marks: Marks, key: Mapping[str, Any]) -> Dict[str, Any]:
     """Returns the record of these marks."""
-    return {KEY: dict(key),
-            MARKS: {name: value for name, value in vars(marks).items()
-                    if name not in (VERDICTS, 'observation')},
-            VERDICTS: {verdict.criterion.name: [verdict.outcome.value, verdict.seen]
-                       for verdict in marks.verdicts}}
+    return {'key': dict(key),
+            'marks': {name: value for name, value in vars(marks).items()
+                      if name not in ('verdicts', 'observation')},
+            'verdicts': {verdict.criterion.name: [verdict.outcome.value, verdict.seen]
+                         for verdict in marks.verdicts}}
 
 
 def from_record(record: Mapping[str, Any], criteria: Iterable[Criterion],
@@ -188,10 +183,10 @@ def from_record(record: Mapping[str, Any], criteria: Iterable[Criterion],
     ``ValueError`` if the record lacks a criterion of these parts, or is of another version.
     """
     try:
-        marks = Marks(**record[MARKS])
+        marks = Marks(**record['marks'])
         for criterion in criteria:
             if criterion.is_tried(parts):
-                outcome, seen = record[VERDICTS][criterion.name]
+                outcome, seen = record['verdicts'][criterion.name]
                 marks.verdicts.append(Verdict(criterion, Outcome(outcome), seen,
                                               worth[criterion.name]))
     except (KeyError, TypeError) as problem:

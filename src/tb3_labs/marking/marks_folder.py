@@ -8,24 +8,20 @@
 import hashlib
 import json
 from pathlib import Path
-from typing import Any, Dict, Iterable, List, Mapping, Optional, Tuple
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import rospkg
 
 from tb3_labs.command_line import output_folder, printable, write_output
 from tb3_labs.marking.feedback import Table, feedback, overview, results
 from tb3_labs.marking.intake.sandbox import OWN_PACKAGE, UNPROTECTED
-from tb3_labs.marking.marks import KEY, LABS, Marks, from_record, to_record
+from tb3_labs.marking.marks import LABS, Marks, from_record, to_record
 from tb3_labs.marking.trial.observation import LONGEST, Observation
 
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
-#: Key of a record: the points of each criterion on the student's page.
-PAGE_KEY = 'page'
 #: At most this many remarks and as many findings are written for one student.
 MOST_SENTENCES = 100
-#: Keys of a record's KEY: two tries that agree in all of them end alike.
-LAB, PARTS_KEY, SUBMISSION, OPTIONS, VERSION = 'lab', 'parts', 'submission', 'options', 'version'
 #: This package, and the program of its simulated robot; an installed one lies in lib.
 PACKAGE, ROBOT = Path(rospkg.RosPack().get_path(OWN_PACKAGE)), 'fake_turtlebot3.py'
 
@@ -33,15 +29,16 @@ PACKAGE, ROBOT = Path(rospkg.RosPack().get_path(OWN_PACKAGE)), 'fake_turtlebot3.
 class MarksFolder:
     """The marks of one lab, or of some of its parts, in a folder that is made if it is missing."""
 
-    def __init__(self, path: Path, lab: str, parts: Iterable[str], worth: Mapping[str, float],
+    def __init__(self, path: Path, lab: str, parts: Sequence[str], worth: Mapping[str, float],
                  options: Dict[str, Any], rescores: bool = True) -> None:
         """`worth`: criterion -> points; `options`: all other settings of a try. ``ValueError`` if
         the folder has marks of another lab or other parts, or a table that cannot be read; unless
         it `rescores`, also if its marks have other points."""
-        self._path, self._lab, self._parts = output_folder(path), lab, sorted(parts)
+        self._path, self.lab, self.parts, self.worth = output_folder(path), lab, parts, worth
         self.logs = output_folder(self._path / 'logs')
-        self._worth = worth
-        self._key = {LAB: lab, PARTS_KEY: self._parts, OPTIONS: options, VERSION: _version()}
+        #: Two tries of a submission that agree in all this end alike.
+        self._key = {'lab': lab, 'parts': sorted(parts), 'options': options,
+                     'version': _version()}
         self._records: Dict[str, Dict[str, Any]] = {}
         for file in sorted(self.logs.glob('*' + RECORD)):
             self._read(file)
@@ -52,7 +49,7 @@ class MarksFolder:
     def kept(self, student: str, submission: str) -> Optional[Marks]:
         """A student's Marks if a new try of this digest would end alike, else None."""
         record = self._records.get(student)
-        if record is None or record[KEY] != self._key_of(submission):
+        if record is None or record['key'] != dict(self._key, submission=submission):
             return None
         return self._marks(record)
 
@@ -63,7 +60,7 @@ class MarksFolder:
         """
         marks.unjudged = ' '.join(_cleaned([marks.unjudged]))
         marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
-        self._keep(marks, to_record(marks, self._key_of(submission)))
+        self._keep(marks, to_record(marks, dict(self._key, submission=submission)))
 
     def write_overview(self, unprotected: bool = False) -> Tuple[Optional[Path], List[str]]:
         """Write the files about all students; `unprotected`: were there no sandboxes?
@@ -79,19 +76,19 @@ class MarksFolder:
             'With other points than before: {}.'.format(', '.join(renewed))] * bool(renewed) + [
             'To look at: {}: {}'.format(marks.student, finding)
             for marks in all_marks for finding in marks.findings]
-        write_output(self._path / OVERVIEW, overview(all_marks, LABS[self._lab].title, notes))
+        write_output(self._path / OVERVIEW, overview(all_marks, LABS[self.lab].title, notes))
         return self._path / OVERVIEW, notes
 
     def _read(self, file):
         try:
             record = json.loads(file.read_text(encoding='utf-8'))
-            key = record[KEY]
-            mine = (key[LAB], key[PARTS_KEY]) == (self._lab, self._parts)
+            key = record['key']
+            mine = [key['lab'], key['parts']] == [self.lab, sorted(self.parts)]
         except (ValueError, KeyError, TypeError):
             return      # cut off, or of another version: it is tried again
         if not mine:
             raise ValueError('{} has marks of {}, {}: choose another folder for these'.format(
-                self._path, key[LAB], ', '.join(key[PARTS_KEY]) or 'all parts'))
+                self._path, key['lab'], ', '.join(key['parts']) or 'all parts'))
         self._records[file.name[:-len(RECORD)]] = record
 
     def _check_points(self):
@@ -103,19 +100,16 @@ class MarksFolder:
                         '--points; a file that is given counts for all'.format(
                             self._path, verdict.criterion.label, before, verdict.worth))
 
-    def _key_of(self, submission):
-        return dict(self._key, **{SUBMISSION: submission})
-
     def _of_all(self):
-        """Yields (Marks, points of each criterion on the student's page)."""
+        """Yields (Marks, points of each criterion on the student's page: the record's `page`)."""
         for _, record in sorted(self._records.items()):
             try:
-                yield self._marks(record), record[PAGE_KEY]
+                yield self._marks(record), record['page']
             except (ValueError, KeyError):
                 continue    # the record is of an older version, and nothing new was handed in
 
     def _marks(self, record):
-        return from_record(record, LABS[self._lab].criteria, self._worth, self._parts)
+        return from_record(record, LABS[self.lab].criteria, self.worth, self.parts)
 
     def _table(self):
         path = self._path / TABLE
@@ -128,7 +122,7 @@ class MarksFolder:
     def _renew_page(self, marks):
         """Write the page again if points were changed. Returns True if they were."""
         record = self._records[marks.student]
-        if record[PAGE_KEY] == _shown(marks):
+        if record['page'] == _shown(marks):
             return False
         file = self.logs / (marks.student + '.json')
         if file.exists():
@@ -137,7 +131,7 @@ class MarksFolder:
         return True
 
     def _keep(self, marks, record):
-        page = feedback(marks, LABS[self._lab].title)
+        page = feedback(marks, LABS[self.lab].title)
         write_output(self._path / (marks.student + '.html'), page)
         marks.observation = None        # the observations of a class need hundreds of MB
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
@@ -145,7 +139,7 @@ class MarksFolder:
             write_output(folder / RESULTS, json.dumps(results(marks), indent=1))
         elif (folder / RESULTS).exists():
             (folder / RESULTS).unlink()     # of an earlier try: no longer true
-        self._records[marks.student] = dict(record, **{PAGE_KEY: _shown(marks)})
+        self._records[marks.student] = dict(record, page=_shown(marks))
         write_output(self.logs / (marks.student + RECORD), json.dumps(self._records[marks.student]))
 
 

@@ -30,20 +30,16 @@ class Import(NamedTuple):
         return {module.split('.')[0] for module in self.modules}
 
 
-def _nodes_of(text):
-    """All nodes of a program's syntax tree; [] if its syntax is wrong, or too deep."""
-    try:
-        return list(ast.walk(ast.parse(text)))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return []
-
-
 def imports_of(text: bytes) -> List[Import]:
-    """Returns the import statements of a program, in any order; [] if it is not valid Python.
+    """Returns the import statements of a program, in any order; [] if it is not valid Python, or
+    too deep.
 
     Imports of the program's own package (``from . import x``) are left out.
     """
-    nodes = _nodes_of(text)
+    try:
+        nodes = list(ast.walk(ast.parse(text)))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
     used = {node.id for node in nodes if isinstance(node, ast.Name)}
     guarded = {id(inner) for node in nodes if isinstance(node, ast.Try)
                and any(_catches(handler) for handler in node.handlers)
@@ -107,7 +103,8 @@ def needs_of(node: Path, packages: Dict[str, Path]) -> Needs:
             beside = node.parent / (imported + '.py')
             if beside.is_file() and beside not in programs:
                 programs.append(beside)
-    offered = {name for name, folder in packages.items() if offers_modules(folder)}
+    offered = {name for name, folder in packages.items()
+               if any(interface_files(folder).values()) or (folder / 'setup.py').exists()}
     missing = {name for name in set().union(*(item.packages for item in own)) - offered
                if name not in sys.builtin_module_names
                and PathFinder.find_spec(name, [str(node.parent)] + sys.path) is None}
@@ -122,11 +119,6 @@ def needs_of(node: Path, packages: Dict[str, Path]) -> Needs:
 
 def _packages_of(imports: Iterable[Import]) -> List[str]:
     return sorted(set().union(*(item.packages for item in imports)))
-
-
-def offers_modules(package: Path) -> bool:
-    """Does a package folder have anything that can be imported by the package's name?"""
-    return any(interface_files(package).values()) or (package / 'setup.py').exists()
 
 
 def _types_used(package):

@@ -162,7 +162,10 @@ class Submission:
         for source, place in sorted(set(files) - set(zips), key=lambda found: _turn(
                 str(found[1]), found[0].stat().st_size)):
             if budget.take(source.stat().st_size):
-                _copy_file(source, folder / place)
+                target = folder / place
+                target.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(str(source), str(target))
+                target.chmod(0o755 if os.access(str(source), os.X_OK) else 0o644)
         if any(place.suffix == '.py' for _, place in files):
             _say(remarks, 'it is a zip file beside Python code', [place for _, place in zips])
         else:
@@ -268,12 +271,6 @@ def _say(remarks, why, left):
 def _turn(place, size):
     """A key by which files take their part of the budget: a package's own files first."""
     return Path(place).suffix.lower() not in OWN_ENDINGS, place.count('/'), size, place
-
-
-def _copy_file(source, target):
-    target.parent.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(str(source), str(target))
-    target.chmod(0o755 if os.access(str(source), os.X_OK) else 0o644)
 
 
 # -- zip files

@@ -32,8 +32,6 @@ SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</vers
 <description>-</description><maintainer email="nobody@example.org">-</maintainer>
 <license>-</license></package>
 '''
-#: The name of a node's file in the copy if its own name cannot be used.
-SUBSTITUTE_NODE = 'node.py'
 SHEBANG = '#!/usr/bin/env python3'
 #: A first line that names a Python.
 NAMES_PYTHON = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
@@ -89,7 +87,10 @@ def prepare(reading: Reading, workspace: Path, environment: Mapping[str, str],
     for name in reading.given:
         packages[name] = _stand_in(name, workspace / 'given' / name, remarks)
     called = _name(reading, source, packages, remarks)
-    node = _called_properly(node, remarks)
+    if not NAME.fullmatch(node.stem if node.suffix == '.py' else node.name):
+        remarks.append('The file {} got another name, since ROS allows letters, digits and _ in it.'
+                       .format(printable(node.name)))
+        node = node.rename(node.with_name('node.py'))
     _repair(node, remarks, reading.look_at)
     environment = dict(environment)
     environment['ROS_PACKAGE_PATH'] = ':'.join(filter(None, [
@@ -97,7 +98,15 @@ def prepare(reading: Reading, workspace: Path, environment: Mapping[str, str],
         environment.get('ROS_PACKAGE_PATH')]))
     types = build({called if folder == source else name: folder
                    for name, folder in packages.items()}, made, environment, remarks, sandbox)
-    _make_empty(reading.unused, made, remarks)
+    for module in reading.unused:
+        place = made
+        for part in module.split('.'):
+            place /= part
+            place.mkdir(parents=True, exist_ok=True)
+            (place / '__init__.py').write_text(EMPTY_MODULE)
+    if reading.unused:
+        remarks.append('{}: imported, but not used, and not found on the marking machine: left '
+                       'out.'.format(', '.join(reading.unused)))
     environment[MODULES] = ':'.join(filter(None, [str(made), environment.get(MODULES)]))
     return Launch(ALWAYS + sandbox.command([]), sandbox.environment(environment), types,
                   sandbox.isolates, str(node), called)
@@ -113,28 +122,6 @@ def _stand_in(name, folder, remarks):
     return folder
 
 
-def _make_empty(modules, folder, remarks):
-    """Make empty modules with these names, with dots, that nothing uses."""
-    for module in modules:
-        place = folder
-        for part in module.split('.'):
-            place /= part
-            place.mkdir(parents=True, exist_ok=True)
-            (place / '__init__.py').write_text(EMPTY_MODULE)
-    if modules:
-        remarks.append('{}: imported, but not used, and not found on the marking machine: left '
-                       'out.'.format(', '.join(modules)))
-
-
-def _called_properly(node, remarks):
-    """Returns the file of a node; it is renamed if its name is unsafe for roslaunch and rosrun."""
-    if NAME.fullmatch(node.stem if node.suffix == '.py' else node.name):
-        return node
-    remarks.append('The file {} got another name, since ROS allows letters, digits and _ in it.'
-                   .format(printable(node.name)))
-    return node.rename(node.with_name(SUBSTITUTE_NODE))
-
-
 def _name(reading, source, packages, remarks):
     """Returns a usable name of the package; if it is a new one, writes a package.xml with it."""
     if reading.name and reading.name != OWN_PACKAGE:
@@ -148,30 +135,29 @@ def _name(reading, source, packages, remarks):
 
 
 def _repair(node, remarks, look_at):
-    code = node.read_bytes()
+    code, said = node.read_bytes(), []
     if code.startswith(codecs.BOM_UTF8):
         code = code[len(codecs.BOM_UTF8):]
-        remarks.append('{} begins with a byte order mark: removed.'.format(node.name))
+        said.append('begins with a byte order mark: removed')
     if b'\r\n' in code:
         code = code.replace(b'\r\n', b'\n')
-        remarks.append('{} has Windows line endings: changed.'.format(node.name))
+        said.append('has Windows line endings: changed')
     first = code.partition(b'\n')[0]
     python = NAMES_PYTHON.match(first)
     if not code.strip():
-        remarks.append('{} is empty.'.format(node.name))
+        said.append('is empty')
     elif b'\0' in code:
-        remarks.append('{} is not text in UTF-8: save it as UTF-8.'.format(node.name))
+        said.append('is not text in UTF-8: save it as UTF-8')
     elif b'\r' in code and b'\n' not in code:
-        remarks.append('{} has the line ends of an old Mac (CR): save it with LF.'.format(
-            node.name))
+        said.append('has the line ends of an old Mac (CR): save it with LF')
     elif not code.startswith(b'#!'):
-        remarks.append('{} does not begin with {}, so that rosrun cannot start it.'.format(
-            node.name, SHEBANG))
+        said.append('does not begin with {}, so that rosrun cannot start it'.format(SHEBANG))
     elif python and not shutil.which(os.fsdecode(python.group(1))):
         look_at.append('It begins with {}, which this machine lacks: on another one it may '
                        'run.'.format(printable(os.fsdecode(first[:80]))))
     if not os.access(str(node), os.X_OK):
-        remarks.append('{} is not executable: it was made so.'.format(node.name))
+        said.append('is not executable: it was made so')
+    remarks += ['{} {}.'.format(node.name, each) for each in said]
     node.write_bytes(code)
     node.chmod(0o755)
 
