@@ -164,8 +164,6 @@ def first_missed(*missed: str) -> str:
 #: to be killed. SIGNAL: the number of the signal that ended the node, 0 if it ended by itself.
 TOOK = 'took'
 SIGNAL = 'signal'
-#: The values of SIGNAL for a node that ended properly: by itself, by SIGINT, by SIGTERM.
-ORDERLY = (0, 2, 15)
 #: A node must run, and listen to its topic, within this time [s].
 START_TIME = 15.0
 #: A node that still runs after this time hangs [s]; rospy itself needs up to 2 s.
@@ -203,7 +201,7 @@ def _clean_exit(scene: Scene) -> str:
     errors = scene.exceptions
     if errors:
         return 'it ended with a traceback' + (errors[-1] and ': {!r}'.format(errors[-1]))
-    if scene.facts[SIGNAL] not in ORDERLY:
+    if scene.facts[SIGNAL] not in (0, 2, 15):       # by itself, by SIGINT, by SIGTERM
         return 'it was ended by signal {}'.format(scene.facts[SIGNAL])
     return ''
 
@@ -268,7 +266,6 @@ def seldom(scenes: Iterable[Scene]) -> float:
 
 #: The columns of a command.
 LINEAR, ANGULAR = 1, 2
-UNITS = {LINEAR: 'm/s', ANGULAR: 'rad/s'}
 #: The other column of a command must be smaller than this [m/s] or [rad/s].
 NEAR = 0.05
 #: The part that rounding may add to a limit [m/s] or [rad/s].
@@ -291,7 +288,7 @@ def steers(scene: Scene, commands: np.ndarray, column: int, bounds: Tuple[float,
         return ''
     return '{}, where {:.2f} to {:.2f} {} and nothing else were asked for'.format(
         'with the {} it commanded {:.2f} m/s and {:.2f} rad/s'.format(name, *commands[-1, 1:]),
-        low, high, UNITS[column])
+        low, high, 'm/s' if column == LINEAR else 'rad/s')
 
 
 def opposite(bounds: Tuple[float, float]) -> Tuple[float, float]:

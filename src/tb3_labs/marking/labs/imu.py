@@ -26,7 +26,6 @@ AFTERWARDS, NEXT = 57.0, 0.9
 #: Key of a fact: the IMU's heading where the robot stands [deg].
 HEADING_DEG = 'heading_deg'
 
-HEADING_LINE = re.compile(r'Current heading is (-?\d+(?:\.\d+)?) degrees')
 IMU_GOODBYE = 'Shutting down the IMU subscriber'
 #: A printed heading is right if it is at most this far from the IMU's [deg].
 HEADING_TOLERANCE = 1.0
@@ -39,7 +38,8 @@ LISTENING, EXERCISE, IMU_AT_CTRL_C = (
 
 def headings(text: str) -> List[float]:
     """Returns the headings in a node's output [deg]."""
-    return [float(number) for number in HEADING_LINE.findall(text)]
+    return [float(number) for number in re.findall(
+        r'Current heading is (-?\d+(?:\.\d+)?) degrees', text)]
 
 
 def _standing(seen):
@@ -104,10 +104,6 @@ def _survives_nonsense(seen: Observation) -> str:
     return ''
 
 
-#: Differences of printed headings below SAME are none [deg]; roll and pitch are below LEVEL [deg].
-SAME, LEVEL = 3.0, 5.0
-#: A node that prints fewer headings in a second sleeps [1/s].
-SELDOM = 2.0
 #: The output of a wrong node, by the yaw from -180 to 180 [deg], and the mistake.
 PRINTS = [
     (np.radians, 'Its numbers are radians.'),
@@ -129,7 +125,7 @@ def hint(seen: Observation) -> str:
         words = _prints(*map(np.array, zip(*((true, said[-1]) for true, said in stands))))
     number = sum(len(printed) for _, printed in stands)
     watched = sum(scene.end - scene.begin for scene in map(seen.during, STANDS))
-    if not words and number < SELDOM * watched:
+    if not words and number < 2.0 * watched:       # two in a second
         words = 'It printed {} heading{} in {:.0f} s, and late: is there a sleep in ' \
             'callback_imu?'.format(number, 's' * (number > 1), watched)
     return words and '{} See {}.'.format(words, EXERCISE)
@@ -137,10 +133,10 @@ def hint(seen: Observation) -> str:
 
 def _prints(true, said):
     """The mistake of a node that says these headings for the true ones [deg]."""
-    if np.ptp(said) < SAME:
+    if np.ptp(said) < 3.0:
         return 'It printed the same number, {:.1f}, at each heading. {}'.format(
             said[0], 'Is it the roll or the pitch in place of the yaw? (Radians would run up to '
-            '3.14.)' if abs(said[0]) < LEVEL else 'Is the order of the four numbers w, x, y, z?')
+            '3.14.)' if abs(said[0]) < 5.0 else 'Is the order of the four numbers w, x, y, z?')
     yaw = apart(true, 0.0)
 
     def is_said(numbers):

@@ -41,7 +41,6 @@ ANSWER_TIME, TAKES_EFFECT = 3.0, 0.5
 #: The marker turns the robot by this angle before the reset [deg].
 TURNED = 100.0
 REACHED = re.compile(r'goal reached', re.IGNORECASE)
-SET = re.compile(r'local pose set', re.IGNORECASE)
 
 #: The handout's goal: x, y [m], heading [rad]. Edit it for another goal of a class.
 GOAL = (-0.61, 0.61, 0.0)
@@ -143,7 +142,7 @@ def _reset(seen: Observation, name: str = RESET_TO_ORIGIN) -> str:
 
 
 def _says_reset(seen: Observation) -> str:
-    return '' if SET.search(seen.during(RESET_TO_ORIGIN).printed) else \
+    return '' if 'local pose set' in seen.during(RESET_TO_ORIGIN).printed.lower() else \
         'no line "Local pose set to x=..., y=..., yaw=..." was printed'
 
 

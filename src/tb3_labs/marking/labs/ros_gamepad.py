@@ -14,20 +14,16 @@ from std_msgs.msg import Bool, Empty
 
 from tb3_labs.marking.labs import gamepad as asked
 from tb3_labs.marking.labs.criteria import LOST
-from tb3_labs.marking.labs.gamepad import HELD, RESET_TIME, SAYS
 from tb3_labs.marking.trial.observation import CTRL_RELINQ, JOY
 from tb3_labs.marking.labs.ros_move2goal import NAMES, fields_of
 from tb3_labs.marking.trial.ros_robot import UNDER_WAY, Repeater
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import connection_of
 
-NO_COVARIANCE = 'The covariance of its reset is all zeros: TODO 4 is open.'
 #: A pad has this number of axes and of buttons; those without a function stay zero.
 AXES, PAD_BUTTONS_SENT = 8, 11
 #: A button is pressed for PRESS [s]; Y is held for HOLD [s].
 PRESS, HOLD = 0.15, 0.6
-#: A node that will drive has begun to drive within this time [s].
-PAD_REACTION = 1.5
 
 
 class HeldPad(Repeater):
@@ -48,12 +44,6 @@ class HeldPad(Repeater):
         self._axes[self.numbers.angular_axis] = left
         self._show()
 
-    def push(self, forward=0.0, left=0.0):
-        """Hold the sticks in their middle until the node heard that, then at these values."""
-        self.sticks()
-        self.wait_until_heard()
-        self.sticks(forward, left)
-
     def press(self, button, seconds=PRESS):
         """Press a button for this time [s], and let it go."""
         for down, held in ((1, seconds), (0, PRESS)):
@@ -66,7 +56,7 @@ class HeldPad(Repeater):
 
 
 def _stick_up(stage, pad, name):
-    stage.watch(name, HELD, lambda: pad.sticks(1.0))
+    stage.watch(name, asked.HELD, lambda: pad.sticks(1.0))
     pad.sticks()
     time.sleep(UNDER_WAY)
 
@@ -77,7 +67,7 @@ def sticks(stage):
         stage.node.start()
         with HeldPad(stage.pad) as pad:
             for name, place in asked.PLACES.items():
-                stage.watch(name, HELD, lambda: pad.sticks(*place))
+                stage.watch(name, asked.HELD, lambda: pad.sticks(*place))
 
 
 def buttons(stage):
@@ -89,18 +79,23 @@ def buttons(stage):
             _hand_over(stage, pad)
             with stage.stimulus(asked.RESET_BUTTON) as record:
                 pad.press(pad.numbers.reset_button, HOLD)
-                wait_until(lambda: service.calls, RESET_TIME - HOLD)
+                wait_until(lambda: service.calls, asked.RESET_TIME - HOLD)
                 time.sleep(UNDER_WAY)
                 record.facts.update({asked.CALLS: len(service.calls),
                                      asked.ORIGIN: all(map(is_origin, service.calls)),
                                      asked.UNIT: all(map(is_unit, service.calls))})
-            stage.remark([NO_COVARIANCE] * (not all(map(has_covariance, service.calls))))
+            stage.remark(['The covariance of its reset is all zeros: TODO 4 is open.'] * (
+                not all(map(has_covariance, service.calls))))
             stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
 
 
 def _start_driving(stage, pad):
+    def push():
+        pad.sticks()
+        pad.wait_until_heard()
+        pad.sticks(1.0)
     pad.sticks()
-    return stage.set_in_motion(lambda: stage.node.alive, lambda: pad.push(1.0), PAD_REACTION)
+    return stage.set_in_motion(lambda: stage.node.alive, push, 1.5)
 
 
 def _hand_over(stage, pad):
@@ -108,17 +103,17 @@ def _hand_over(stage, pad):
     listener = rospy.Subscriber(CTRL_RELINQ, Bool, lambda message: said.append(message.data))
     with stage.stimulus(asked.HAND_OVER) as record:
         pad.press(pad.numbers.relinquish_button)
-        wait_until(lambda: True in said, SAYS)
+        wait_until(lambda: True in said, asked.SAYS)
         time.sleep(UNDER_WAY)
         latecomer = rospy.Subscriber(CTRL_RELINQ, Bool, late.append)
-        record.facts.update({asked.LATCHED: wait_until(lambda: late, SAYS),
+        record.facts.update({asked.LATCHED: wait_until(lambda: late, asked.SAYS),
                              asked.RELINQUISHED: said[-1] if said else None})
         latecomer.unregister()
     _stick_up(stage, pad, asked.UP_HANDED_OVER)
     said.clear()
     with stage.stimulus(asked.TAKE_BACK) as record:
         pad.press(pad.numbers.regain_button)
-        wait_until(lambda: said and not said[-1], SAYS)
+        wait_until(lambda: said and not said[-1], asked.SAYS)
         record.facts[asked.RELINQUISHED] = said[-1] if said else None
     listener.unregister()
     time.sleep(UNDER_WAY)
@@ -131,7 +126,7 @@ def no_service(stage):
     with HeldPad(stage.pad) as pad, stage.stimulus(asked.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
         pad.sticks(1.0)
-        time.sleep(RESET_TIME)
+        time.sleep(asked.RESET_TIME)
 
 
 def lost(stage):

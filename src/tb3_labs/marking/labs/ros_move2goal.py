@@ -13,8 +13,6 @@ from std_msgs.msg import Bool, Empty
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import move2goal as asked
 from tb3_labs.marking.labs.criteria import LOST
-from tb3_labs.marking.labs.move2goal import (
-    ANSWER_TIME, ASTRAY, DRIVE_TIME, PROBLEM, REACTION, TAKES_EFFECT, TURNED, WATCHED)
 from tb3_labs.marking.trial.observation import (
     CTRL_RELINQ, GOAL_POSE, LOCAL_T_WORLD, LONGEST, MOVED, RESTED, WAS_MOVING)
 from tb3_labs.marking.trial.observation import RESET as ROBOTS_RESET
@@ -26,14 +24,8 @@ from tb3_labs.srv import ResetPoseRequest
 
 #: A robot has arrived if it rests and had no command to move for this time [s].
 ARRIVAL = 1.5
-#: The robot has this heading before its own `reset` [deg].
-OFFSET_HEADING = 100.0
-#: The robot recalibrates after its `reset` for less than this time [s].
-RECALIBRATION = 3.2
 #: The pose for the reset of a node that takes any pose.
 DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
-#: The robot's own `reset` is published only while it rests.
-MOVES = 'the robot did not come to rest, so that it could not be reset'
 OFFERS_NONE = 'it offers no service whose name has "reset" or "pose" in it'
 
 #: The reset's usual names by the handouts, likeliest first. Any other name with one of WORDS in it
@@ -94,8 +86,8 @@ class ResetCaller:
             except (rospy.ServiceException, rospy.ROSException, TypeError) as problem:
                 answers.append(str(problem)[:200])
         threading.Thread(target=ask, daemon=True).start()
-        if not wait_until(lambda: answers, ANSWER_TIME):
-            return '{} did not answer within {:g} s'.format(self.found, ANSWER_TIME)
+        if not wait_until(lambda: answers, asked.ANSWER_TIME):
+            return '{} did not answer within {:g} s'.format(self.found, asked.ANSWER_TIME)
         return answers[0]
 
 
@@ -123,10 +115,10 @@ class Control:
         facts = {GOAL_POSE: asked.GOAL, MOVED: False, RESTED: False,
                  LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]}
         with self._stage.stimulus(name, facts) as record:
-            record.facts[MOVED] = self._stage.moves_after(lambda: self.give(True), REACTION)
+            record.facts[MOVED] = self._stage.moves_after(lambda: self.give(True), asked.REACTION)
             if record.facts[MOVED]:
                 wait_until(lambda: not node.alive or recorder.rests(ARRIVAL)
-                           or recorder.pose.distance_to(start) > ASTRAY, DRIVE_TIME)
+                           or recorder.pose.distance_to(start) > asked.ASTRAY, asked.DRIVE_TIME)
                 record.facts[RESTED] = recorder.rests(ARRIVAL)
 
     def start_driving(self):
@@ -134,7 +126,7 @@ class Control:
 
         A node that runs and can be reset drives again after a reset. Any other is started anew.
         """
-        return self._stage.set_in_motion(self._is_ready, lambda: self.give(True), REACTION)
+        return self._stage.set_in_motion(self._is_ready, lambda: self.give(True), asked.REACTION)
 
     def _is_ready(self):
         self.give(False)
@@ -156,9 +148,9 @@ def drive(stage):
     control = Control(stage)
     start = stage.recorder.pose
     stage.node.start()
-    stage.watch(asked.WITHOUT_CONTROL, WATCHED)
+    stage.watch(asked.WITHOUT_CONTROL, asked.WATCHED)
     control.drive(asked.FIRST_DRIVE, start=start)
-    stage.watch(asked.AT_GOAL, WATCHED)
+    stage.watch(asked.AT_GOAL, asked.WATCHED)
 
 
 def reset(stage):
@@ -168,7 +160,7 @@ def reset(stage):
         stage.node.start()
         stage.robot.leave_origin()
     time.sleep(0.3)
-    stage.robot.face(stage.recorder.heading_deg + TURNED)
+    stage.robot.face(stage.recorder.heading_deg + asked.TURNED)
     caller = ResetCaller(stage.node.graph)
     if not caller.found:
         stage.not_offered([asked.RESET_TO_ORIGIN, asked.SECOND_DRIVE], OFFERS_NONE)
@@ -181,16 +173,16 @@ def reset(stage):
 
 def _reset(stage, name, caller, pose):
     with stage.stimulus(name) as record:
-        record.facts[PROBLEM] = caller.call(pose)[:LONGEST]
-        time.sleep(TAKES_EFFECT)
-    return not record.facts[PROBLEM]
+        record.facts[asked.PROBLEM] = caller.call(pose)[:LONGEST]
+        time.sleep(asked.TAKES_EFFECT)
+    return not record.facts[asked.PROBLEM]
 
 
 def control_taken(stage):
     """Control is taken in the middle of a drive; then Ctrl+C in another."""
     control = Control(stage)
     facts = {WAS_MOVING: control.start_driving()}
-    stage.watch(asked.CONTROL_TAKEN, WATCHED, lambda: control.give(False), facts)
+    stage.watch(asked.CONTROL_TAKEN, asked.WATCHED, lambda: control.give(False), facts)
     stage.ctrl_c_in_motion(control.start_driving)
     control.give(False)
 
@@ -213,10 +205,11 @@ def offset(stage):
     stage.node.stop()
     board = rospy.Publisher(ROBOTS_RESET, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
-    if not stage.robot.face(OFFSET_HEADING):
-        stage.not_offered([asked.OFFSET_DRIVE], MOVES)
+    if not stage.robot.face(100.0):
+        stage.not_offered([asked.OFFSET_DRIVE],
+                          'the robot did not come to rest, so that it could not be reset')
     board.publish()
-    time.sleep(RECALIBRATION)
+    time.sleep(3.2)     # it recalibrates for less
     stage.node.start()
     reset_to_origin(stage.node)
     control.drive(asked.OFFSET_DRIVE)

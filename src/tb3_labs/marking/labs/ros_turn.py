@@ -16,23 +16,16 @@ from tb3_labs.marking.trial.observation import (
     ASKED_DEG, MOUSE_INFO, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)
 from tb3_labs.marking.trial.ros_robot import IMU_SWITCH, WELL_UNDER_WAY, Repeater
 from tb3_labs.marking.trial.ros_student_node import LISTENS
-from tb3_labs.marking.labs.turn import LEFT
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
 
-#: This number of printed lines is read at each heading; the IMU sends 200 samples a second.
-LINES = 3
 #: The topic of the marker's own IMU; the node's imu is remapped to this topic.
 PROBE = 'probe/imu'
 #: Each odd sample is repeated for this time [s].
 ODD = 0.6
 #: Headings just below zero [rad].
 HAIRS = (-1e-17, -1e-12, math.radians(-1e-8))
-#: The marker turns a robot that is farther than this from the heading where a turn begins [deg].
-HEADING_ASTRAY = 25.0
-#: The robot's heading after the last turn; there an invalid input is typed [deg].
-LAST_HEADING = -50.0
 #: A turn is over if the node has commanded no movement for this time [s].
 QUIET_AFTER = 0.4
 
@@ -48,13 +41,13 @@ def exercise(stage):
         with stage.stimulus(name, {asked_imu.HEADING_DEG: heading}):
             characters, _ = node.printed
             wait_until(lambda: not node.alive or len(asked_imu.headings(
-                node.text_since(characters))) >= LINES, asked_imu.READING)
+                node.text_since(characters))) > 2, asked_imu.READING)   # at up to 200 a second
     stage.ctrl_c()
 
 
 def odd_samples(stage):
     """The marker's own IMU sends samples that a robot's IMU seldom sends."""
-    stage.node.start('imu:=' + PROBE, listens=PROBE)
+    stage.node.start('imu:=' + PROBE, listens=[PROBE])
     with Repeater(PROBE, Imu) as hand:
         def send(orientation, seconds):
             hand.hold(Imu(orientation=orientation))
@@ -82,8 +75,9 @@ class HeldMouse(Repeater):
         self._names, self.remarks = mouse_fields(self._kind.fields)
         super().__init__(MOUSE_INFO, self._kind)
 
-    def at(self, x, y, active=True):
-        """Hold the mouse at a place: x to the right, y up, each -1 to 1."""
+    def at(self, x, y, active=True, seconds=0.0):
+        """Hold the mouse at a place from now on, and wait for `seconds` [s]. x to the right, y up,
+        each -1 to 1."""
         message, now = self._kind(), rospy.Time.now()
         for name, of, _ in message.fields:
             if of == 'std_msgs/Header':
@@ -91,6 +85,7 @@ class HeldMouse(Repeater):
         for name, value in zip(self._names, (active, x, y)):
             message.put(name, value)
         self.hold(message)
+        time.sleep(seconds)
 
 
 #: The mouse lab's names of fields; FLAGS and NUMBERS are the types that they may have.
@@ -118,11 +113,8 @@ def mouse_fields(fields):
 
 def _named(usual, names):
     """The name that is this one in any case, with or without `Pos`; '' if there is none."""
-    for wanted in (usual.lower(), usual.lower().replace('pos', '')):
-        for name in names:
-            if name.lower().replace('_', '') == wanted:
-                return name
-    return ''
+    bare = {name.lower().replace('_', ''): name for name in reversed(names)}
+    return bare.get(usual.lower()) or bare.get(usual.lower().replace('pos', ''), '')
 
 
 def mouse_of(stage, names):
@@ -146,7 +138,7 @@ def turns(stage):
         _begin_at(stage, turn.begins_deg)
         _try_turn(stage, name, turn.typed, {ASKED_DEG: turn.asked_deg})
     with suppress(NotTried):        # the remarks are those on the turns
-        _begin_at(stage, LAST_HEADING)
+        _begin_at(stage, -50.0)     # where the last turn ends
         stage.watch(asked.NONSENSE, asked.ANSWER, lambda: stage.node.type(asked.TYPED_NONSENSE))
     stage.remark(remarks_on_turns(stage.observation))
 
@@ -156,7 +148,7 @@ def _begin_at(stage, heading):
 
     If needed, the robot is turned and the node is started.
     """
-    astray = abs(difference_degrees(stage.recorder.heading_deg, heading)) > HEADING_ASTRAY
+    astray = abs(difference_degrees(stage.recorder.heading_deg, heading)) > 25.0
     if astray or not (stage.node.alive and stage.recorder.rests()):
         stage.node.stop()
         if astray:
@@ -179,12 +171,10 @@ def mouse(stage):
     stage.node.start()
     with mouse_of(stage, asked.MOUSE_ALONE) as hand:
         stage.watch(asked.NOT_ACTIVE, asked.MOUSE_HELD, lambda: hand.at(0.0, 1.0, active=False))
-        hand.at(0.0, 0.0)
-        time.sleep(0.2)
+        hand.at(0.0, 0.0, seconds=0.2)
         for name, place in asked.MOUSE_PLACES.items():
             stage.watch(name, asked.MOUSE_HELD, lambda: hand.at(*place))
-        hand.at(0.0, 1.0)
-        time.sleep(0.4)
+        hand.at(0.0, 1.0, seconds=0.4)
         stage.watch(asked.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
 
 
@@ -193,20 +183,18 @@ def both(stage):
     if not _is_idle(stage):
         stage.node.start()
     with mouse_of(stage, asked.BESIDE_TURNS) as hand:
-        hand.at(0.0, 0.0)
-        time.sleep(0.3)
-        _try_turn(stage, asked.TURN_BESIDE, LEFT)
+        hand.at(0.0, 0.0, seconds=0.3)
+        _try_turn(stage, asked.TURN_BESIDE, asked.LEFT)
         stage.watch(asked.AFTER_TURN, asked.MOUSE_HELD, lambda: hand.at(0.0, 1.0))
         hand.at(0.0, 0.0)
         wait_until(stage.recorder.rests, 2.0)
-        moving = stage.moves_after(lambda: stage.node.type(LEFT), asked.TURN_REACTION)
+        moving = stage.moves_after(lambda: stage.node.type(asked.LEFT), asked.TURN_REACTION)
         time.sleep(WELL_UNDER_WAY)
         with stage.stimulus(asked.IN_TURN, {WAS_MOVING: moving}) as record:
             hand.at(0.0, 1.0)
             wait_until(lambda: asked.drives_forward(
                 stage.recorder.commands_since(record.begin)), asked.AT_LAST)
-        hand.at(0.0, 0.0, active=False)
-        time.sleep(0.2)
+        hand.at(0.0, 0.0, active=False, seconds=0.2)
 
 
 def _is_idle(stage):
@@ -214,7 +202,7 @@ def _is_idle(stage):
 
 
 def _in_a_turn(stage):
-    return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.node.type(LEFT),
+    return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.node.type(asked.LEFT),
                                asked.TURN_REACTION)
 
 
@@ -227,13 +215,11 @@ def lost(stage):
     """The mouse falls silent while it drives, the IMU in a turn."""
     stage.node.start()
     with suppress(NotOffered), mouse_of(stage, [asked.MOUSE_SILENT]) as hand:
-        hand.at(0.0, 0.0)
-        time.sleep(0.3)
+        hand.at(0.0, 0.0, seconds=0.3)
         moving = stage.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
         time.sleep(WELL_UNDER_WAY)
         stage.falls_silent(asked.MOUSE_SILENT, moving, lambda: hand.hold(None))
-        hand.at(0.0, 0.0, active=False)
-        time.sleep(0.3)
+        hand.at(0.0, 0.0, active=False, seconds=0.3)
     stage.sensor_falls_silent(asked.IMU_SILENT, _in_a_turn(stage), IMU_SWITCH)
 
 

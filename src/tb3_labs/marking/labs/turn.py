@@ -74,9 +74,6 @@ BESIDE_TURNS = (TURN_BESIDE, AFTER_TURN, IN_TURN)
 #: The places of the active mouse: stimulus -> (x to the right, y up), each -1 to 1.
 MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
                 HALF_RIGHT: (0.6, 0.0)}
-#: The mouse lab's dead zone: in each direction, the mouse asks for zero within this distance of the
-#: middle.
-DEAD_ZONE = 0.25
 #: The full speed, at the edge of the screen [m/s], [rad/s].
 FULL = 0.5
 AT_EDGE = (FULL - NEAR, FULL + NEAR)
@@ -215,10 +212,6 @@ def drives_forward(commands: Iterable[Sequence[float]]) -> bool:
 
 #: Near to an angle [deg].
 NEARLY = 15.0
-#: A robot that turns away from its goal comes at least this far [deg].
-AWAY = 45.0
-#: A node whose turn is over at once sends at most this number of zeros.
-FEW = 5
 NO_RIGHT = 'A turn to the right is over at once, one to the left is not: is there a branch for ' \
     'r, as for l? Any negative error is less than HDG_TOL (abs).'
 
@@ -260,7 +253,7 @@ def _why_no_turn(tried):
             still[0][0].typed, answers[0][0][:LONGEST_LINE])
     if len(still) == len(tried):
         return 'Its commands go on, all of them zero: which field of the Twist turns the robot, ' \
-            'and is it set?' if min(len(scene.commands) for _, scene in still) > FEW else \
+            'and is it set?' if min(len(scene.commands) for _, scene in still) > 5 else \
             'Its turn is over at once: is self.turning True after the letter, and is the angle ' \
             'that it adds in degrees, as HDG_TOL is?'
     if {turn.typed for turn, _ in still} == {RIGHT}:
@@ -292,7 +285,7 @@ def _which_way(wrong):
     asked, turned = np.array([(turn.asked_deg, scene.turned_deg) for turn, scene in wrong]).T
     restless = sum(not scene.facts[RESTED] for _, scene in wrong)
     if all(scene.moving[0, ANGULAR] * turn.asked_deg < 0.0 for turn, scene in wrong):
-        if restless > 1 and (turned * np.sign(asked) < -AWAY).all():
+        if restless > 1 and (turned * np.sign(asked) < -45.0).all():
             return 'It turns away from the goal, and comes to no rest. Turn it to the left by ' \
                 'hand: if self.curr_yaw grows, is the error goal minus heading, and K_HDG ' \
                 'positive? If it falls, step 4 has the heading.'
@@ -341,9 +334,8 @@ CRITERIA = [
               'the robot rests'.format(ANSWER, LEGIBLE)),
     Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
               'edge'.format(FULL), AT_MOUSE, _steers_robot, limits=DRIVES),
-    Criterion('mouse_dead_zone', MOUSE, 'a mouse within {:g} of the middle moves nothing'.format(
-        DEAD_ZONE), AT_MOUSE, _has_dead_zone,
-              limits='at ({:g}, {:g}) from {:g} s on'.format(
+    Criterion('mouse_dead_zone', MOUSE, 'a mouse within 0.25 of the middle moves nothing',
+              AT_MOUSE, _has_dead_zone, limits='at ({:g}, {:g}) from {:g} s on'.format(
                   *MOUSE_PLACES[NEAR_MIDDLE], AT_ONCE)),
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
               AT_MOUSE, _can_be_off, limits=STOPS_AT_ONCE),

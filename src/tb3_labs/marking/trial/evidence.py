@@ -22,10 +22,6 @@ STILL_DEG = 3.0
 STOPPED = 'an exception had stopped it'
 #: The exception that a remark quotes.
 QUOTED = re.compile(r'^A traceback was printed .*?: ([\'"].*[\'"])\. The clean exit')
-#: A terminal shows the letter that was typed.
-LETTER = re.compile(r'^\w\r?\n')
-#: A rate is known from this number of commands on.
-FEWEST_COMMANDS = 3
 
 
 def remarks_on(seen: Observation) -> List[str]:
@@ -88,7 +84,7 @@ def _silence(scene, run):
         return other_topics(run, CMD_VEL)
     whole = np.array([time for time, _, _ in scene.seen.commands if run.begin <= time and (
         run.end is None or time <= run.end)])
-    if len(whole) >= FEWEST_COMMANDS:
+    if len(whole) > 2:      # else no rate is known
         return 'nothing came on {} for {:.1f} s (in this run a command every {:.2g} s)'.format(
             CMD_VEL, scene.end - scene.begin, float(np.median(np.diff(whole))))
     return 'nothing came on {}'.format(CMD_VEL)
@@ -101,7 +97,7 @@ def other_topics(run: Run, topic: str) -> str:
 
 
 def _printed(scene):
-    printed = LETTER.sub('', scene.printed)
+    printed = re.sub(r'^\w\r?\n', '', scene.printed)   # a terminal shows what was typed
     return ', and it printed {}'.format(last_words(printed) if printed.strip() else 'nothing')
 
 

@@ -14,12 +14,8 @@ UNREAD = re.compile(r'(?=^ *File ".*", line \d+\n(?:.*\n){1,3}(?:Syntax|Indentat
                     re.MULTILINE)
 #: rospy itself raises these in a callback that publishes while the node ends.
 NOT_THEIRS, NOR_THIS = 'publish() to a closed topic', 'topic was closed during publish()'
-#: Frames below these folders are not the student's.
-LIBRARIES = ('/usr/', '/opt/', '<frozen')
 #: The colours of a log line on a terminal.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
-#: rospy calls what it was given as a callback.
-CALLED = ' (was a callback given as self.f(), not as self.f?)'
 #: The most characters of an exception, and of a line, that are quoted.
 LONGEST_ERROR, LONGEST_LINE = 160, 160
 
@@ -47,9 +43,10 @@ def exceptions(printed: str, file: str = '') -> List[str]:
 def _place(piece, file):
     frames = FRAME.findall(piece)
     own = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file] or [
-        frame for frame in frames if not frame[0].startswith(LIBRARIES)]
+        frame for frame in frames if not frame[0].startswith(('/usr/', '/opt/', '<frozen'))]
     if not own:
-        return CALLED if "'NoneType' object is not callable" in piece else ''
+        return ' (was a callback given as self.f(), not as self.f?)' * (
+            "'NoneType' object is not callable" in piece)      # rospy calls what it was given
     _, line, function = own[-1]
     return ' (line {}{})'.format(line, ', in ' + function if function.isidentifier() else '')
 

@@ -24,11 +24,6 @@ MEMORY, OWN_DISK, PROCESSES = 2 * 10 ** 9, 300 * 10 ** 6, 100
 OF_OTHERS = 600 * 10 ** 6
 #: The period of the watch [s].
 LOOK_PERIOD_OF_LIMITS = 0.25
-MEMORY_PAGE = os.sysconf('SC_PAGE_SIZE')
-#: Number of characters kept from the beginning of an output, and as many from its end.
-KEPT_CHARACTERS = 100000
-#: Highest speed of reading, so that a long output does not load the computer [characters/s].
-FASTEST_READING = 1e6
 
 
 # -- a program, observed from outside
@@ -71,7 +66,7 @@ class Program:
                 self._changed.notify_all()
             if not chunk:
                 return
-            time.sleep(len(chunk) / FASTEST_READING)
+            time.sleep(len(chunk) / 1e6)    # a long output does not load the computer
 
     @property
     def text(self):
@@ -116,9 +111,9 @@ class Program:
 
 
 class BoundedText:
-    """The beginning and the end of an output, which may be endless."""
+    """The beginning and the end of an output, which may be endless: `kept` characters of each."""
 
-    def __init__(self, kept=KEPT_CHARACTERS):
+    def __init__(self, kept=100000):
         self._kept = kept
         self._head = ''
         self._tail = ''
@@ -250,7 +245,7 @@ def _memory(pid):
         _, resident, shared, *_ = Path('/proc/{}/statm'.format(pid)).read_text().split()
     except OSError:
         return 0
-    return (int(resident) - int(shared)) * MEMORY_PAGE
+    return (int(resident) - int(shared)) * os.sysconf('SC_PAGE_SIZE')
 
 
 def _own_memory(pid):

@@ -31,38 +31,18 @@ from tb3_labs.ros.topics import subscribe
 ROBOT = 'turtlebot3'
 #: Its settings that the marker itself switches.
 SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
-#: The robot publishes its pose within this time, also on a busy computer [s].
-ROBOT_STARTS = 60.0
-#: Equal commands in a row are recorded at most once in this time [s].
-SAME_COMMAND = 0.04
 #: At most this many commands, odd commands and log lines of a node are recorded, of each line at
 #: most LINE_LENGTH characters.
 MOST_COMMANDS, MOST_ODD, MOST_LINES, LINE_LENGTH = 40000, 1000, 1000, 300
-#: Samples of the sensors are rounded to this number of digits.
-PLACE_DIGITS = 5
 #: A robot rests if it moves less than REST_WAY [m] and turns less than REST_TURN [rad] within
 #: REST_TIME [s].
 REST_WAY, REST_TURN, REST_TIME = 0.002, 0.005, 0.4
-#: With fewer poses than this in REST_TIME a robot does not count as resting.
-FEWEST = 5
-#: A turn by the marker. GAIN: rate for each rad of error [1/s]. SLOWEST, FASTEST_RETURN: limits of
-#: the rate [rad/s]. CLOSE_TO_PLACE: greatest error at its end [rad]. COMMAND_PERIOD: time between
-#: commands [s]. FACED: the longest time of a turn [s].
-GAIN, SLOWEST, FASTEST_RETURN = 3.0, 0.1, 1.5
-CLOSE_TO_PLACE, COMMAND_PERIOD, FACED = 0.01, 0.03, 8.0
-#: The robot leaves the origin at this speed [m/s], for this long [s].
-LEAVING_SPEED, LEAVING = 0.2, 2.5
 #: The robot rests within this time after its last command [s].
 RESTS = 2.0
 #: A movement has lasted this long before something happens to it [s].
 WELL_UNDER_WAY = 0.5
 #: The output and the messages of a node arrive within this time [s].
 UNDER_WAY = 0.3
-#: The time between two messages that are repeated [s].
-REPEATED = 0.05
-#: A node that is ready connects within CONNECTING [s]. A node may ignore a new pad that has not
-#: been at rest for a moment (this package's gamepad: 0.3 s). SETTLED_FOR is long enough [s].
-CONNECTING, SETTLED_FOR = 1.0, 0.45
 
 
 class Recorder:
@@ -85,7 +65,7 @@ class Recorder:
         subscribe(IMU_TOPIC, Imu, self._on_imu, to_imu_sample)
         subscribe(ODOM, Odometry, self._on_odometry, to_odometry_sample)
         subscribe('/rosout', Log, self._on_log, queue_size=None)
-        if not wait_until(lambda: observation.truth, ROBOT_STARTS):
+        if not wait_until(lambda: observation.truth, 60.0):     # also on a busy computer
             raise RuntimeError('the simulated robot does not run')
         #: The robot's address.
         self.robot = rosgraph.Master(rospy.get_name()).lookupNode('/' + ROBOT)
@@ -115,7 +95,7 @@ class Recorder:
                     len(seen.odd) < MOST_ODD)
                 return
             same = seen.commands and seen.commands[-1][1:] == entry[1:]
-            if same and entry[0] - seen.commands[-1][0] < SAME_COMMAND:
+            if same and entry[0] - seen.commands[-1][0] < 0.04:     # [s]
                 return
             if len(seen.commands) < MOST_COMMANDS:
                 seen.commands.append(entry)
@@ -135,7 +115,7 @@ class Recorder:
         pose, imu = sample.pose, self._imu
         if imu is not None:
             with self._lock:
-                self._observation.sensed.append([round(number, PLACE_DIGITS) for number in (
+                self._observation.sensed.append([round(number, 5) for number in (
                     self.now, pose.x, pose.y, pose.yaw, sample.linear, imu.yaw, imu.yaw_rate)])
 
     def _on_log(self, line):
@@ -188,7 +168,7 @@ class Recorder:
         truth = self._observation.truth
         with self._lock:
             recent = np.array(truth[bisect_left(truth, [self.now - REST_TIME]):])
-        if len(recent) < FEWEST:
+        if len(recent) < 5:     # too few to tell
             return False
         _, x, y, yaw = (recent - recent[0]).T
         return bool(np.hypot(x, y).max() < REST_WAY and np.abs(yaw).max() < REST_TURN)
@@ -210,24 +190,24 @@ class RobotHand:
                 if time.monotonic() >= deadline:
                     break
                 self._wheels.publish(to_twist(*speeds))
-                time.sleep(COMMAND_PERIOD)
+                time.sleep(0.03)
         finally:
             self._wheels.publish(to_twist(0.0, 0.0))
             self._recorder.note_own_move(begin)
 
     def face(self, heading_deg):
-        """Turn the robot the short way to a heading [deg], in at most FACED. Does it rest
+        """Turn the robot the short way to a heading [deg], in at most 8 s. Does it rest
         afterwards?"""
         def command():
             error = difference(math.radians(heading_deg), self._recorder.pose.yaw)
-            speed = clamp(abs(GAIN * error), SLOWEST, FASTEST_RETURN)
-            return (0.0, math.copysign(speed, error)) if abs(error) > CLOSE_TO_PLACE else None
-        self._move(command, FACED)
+            speed = clamp(3.0 * abs(error), 0.1, 1.5)       # [rad/s]
+            return (0.0, math.copysign(speed, error)) if abs(error) > 0.01 else None
+        self._move(command, 8.0)
         return wait_until(self._recorder.rests, RESTS)
 
     def leave_origin(self):
         """Drive the robot forward: at the odometry's origin many a wrong frame looks right."""
-        self._move(lambda: (LEAVING_SPEED, 0.0), LEAVING)
+        self._move(lambda: (0.2, 0.0), 2.5)     # [m/s], [rad/s], [s]
 
 
 class Repeater:
@@ -251,9 +231,13 @@ class Repeater:
         self._send(message)
 
     def wait_until_heard(self):
-        """Wait until a node is connected and has heard the message that is held."""
-        wait_until(self._publisher.get_num_connections, CONNECTING)
-        time.sleep(SETTLED_FOR)
+        """Wait until a node is connected and has heard the message that is held.
+
+        A node may ignore a new pad that has not been at rest for a moment (this package's gamepad:
+        0.3 s).
+        """
+        wait_until(self._publisher.get_num_connections, 1.0)
+        time.sleep(0.45)
 
     def _send(self, message):
         if message is not None:
@@ -262,4 +246,4 @@ class Repeater:
     def _repeat(self):
         while not (self._closed or rospy.is_shutdown()):
             self._send(self._message)
-            time.sleep(REPEATED)
+            time.sleep(0.05)

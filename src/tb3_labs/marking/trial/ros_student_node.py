@@ -17,7 +17,8 @@ import rospy
 import rosservice
 
 from tb3_labs.marking.labs.criteria import START_TIME
-from tb3_labs.marking.trial.observation import NotTried, Run
+from tb3_labs.marking.trial.observation import (
+    CTRL_RELINQ, JOY, MOUSE_INFO, NotTried, Run)
 from tb3_labs.marking.trial.ros_robot import ROBOT
 from tb3_labs.marking.trial.processes import Program, ResourceWatch
 from tb3_labs.marking.trial.ros_types import Types
@@ -29,20 +30,8 @@ from tb3_labs.ros.clocks import wait_until
 PUBLISHES, LISTENS, OFFERS = 0, 1, 2
 #: Topics of each node, and of each that has settings.
 OF_EACH = {'/rosout', '/clock'}
-#: The marker publishes these topics later, if the node listens to them.
-OFFERED_LATER = 'mouse_info', 'joy', 'ctrl_relinq'
-#: A node is ready if it listens to its topic and has registered nothing new for QUIET [s]. The
-#: master is asked every LOOK [s].
-QUIET, LOOK = 0.5, 0.1
-#: On a busy computer, with several processes that wait for each processor, a node gets up to BUSY
-#: times as long to start.
-BUSY = 4.0
-#: A node gets this time to end before it is killed [s].
-PATIENCE = 2.0
 #: If a signal ended its program, the exit status of a sandbox is this plus the signal's number.
 BY_SIGNAL = 128
-#: This line is added to the output of a node that used too much.
-ENDED_BY_MARKER = '\nThe marker ended it, since it used {}.\n'
 #: This many characters of a node's output are kept: the last ones of each stimulus, the first and
 #: the last ones of each run.
 PRINTED = 20000
@@ -75,13 +64,12 @@ class StudentNode:
         isolated = self._launch.isolated and status is not None and status > BY_SIGNAL
         return BY_SIGNAL - status if isolated else status
 
-    def start(self, *arguments, listens=None):
+    def start(self, *arguments, listens=()):
         """Start the node anew. ``NotTried`` if the node is not ready in time.
 
         If its first run was never ready, the node is not started again.
         """
-        needed = self._needed = [rospy.resolve_name(name) for name in (
-            self._sensors if listens is None else [listens])]
+        needed = self._needed = list(map(rospy.resolve_name, listens or self._sensors))
         self.stop()
         if self.runs and self.runs[0].ready is None:
             raise NotTried
@@ -103,17 +91,18 @@ class StudentNode:
     def _is_ready_in_time(self, needed, known):
         new, since = {}, time.monotonic()
 
-        def is_ready():
+        def is_ready():     # it listens to its topic, and has registered nothing new for 0.5 s
             nonlocal new, since
             seen = {name: registered for name, registered in self.graph.nodes().items()
                     if name not in known}
             if seen != new:
                 new, since = seen, time.monotonic()
             return any((LISTENS, needed[0]) in registered for registered in new.values()) and (
-                time.monotonic() - since >= QUIET)
+                time.monotonic() - since >= 0.5)
+        # a busy computer, with several processes that wait for each processor, is slower
         waiting = os.getloadavg()[0] / (os.cpu_count() or 1)
         ready = wait_until(lambda: not self.alive or is_ready(),
-                           START_TIME * min(BUSY, max(1.0, waiting)), LOOK)
+                           START_TIME * min(4.0, max(1.0, waiting)), 0.1)
         self.graph.names, self.runs[-1].nodes = set(new), sorted(new)
         if self.alive:
             self.runs[-1].unheard = self.graph.unheard(needed)
@@ -124,7 +113,7 @@ class StudentNode:
         if self._process is None:
             return
         self.note()
-        self.interrupt(PATIENCE)
+        self.interrupt(2.0)     # then it is killed
         self._process.kill()
         if self._watch is not None:
             self._watch.over.set()
@@ -162,7 +151,7 @@ class StudentNode:
         if len(text) > 2 * PRINTED:
             text = '{}\n...\n{}'.format(text[:PRINTED], text[-PRINTED:])
         if self._watch is not None and self._watch.exceeded:
-            text += ENDED_BY_MARKER.format(self._watch.exceeded)
+            text += '\nThe marker ended it, since it used {}.\n'.format(self._watch.exceeded)
         run.printed = text
         if self.alive:
             with suppress(OSError, rosgraph.MasterException):   # the master does not answer
@@ -208,7 +197,7 @@ class Graph:
         listens = self.of_node(LISTENS)
         published = {topic for registered in self.nodes().values()
                      for role, topic in registered if role == PUBLISHES}
-        offered = {rospy.resolve_name(name) for name in OFFERED_LATER}
+        offered = set(map(rospy.resolve_name, (MOUSE_INFO, JOY, CTRL_RELINQ)))  # if it listens
         return [] if listens.issuperset(needed) else sorted(listens - published - offered)
 
     def topics(self):
