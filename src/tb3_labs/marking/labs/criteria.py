@@ -272,14 +272,16 @@ NEAR = 0.05
 ROUNDING = 0.005
 
 
-def steers(scene: Scene, commands: np.ndarray, column: int, bounds: Tuple[float, float]) -> str:
-    """'' if the latest of the scene's `commands` is within `bounds` and commands nothing else, else
-    a clause.
+def steers(seen: Observation, name: str, column: int, bounds: Tuple[float, float],
+           of_moving: bool = False) -> str:
+    """'' if the latest command of the stimulus `name`, or the latest one that is not zero
+    (`of_moving`), is within `bounds` and commands nothing else, else a clause.
 
     `column` is LINEAR [m/s] or ANGULAR [rad/s]; `bounds` are the least and the greatest value, both
     allowed.
     """
-    name = scene.name
+    scene = seen.during(name)
+    commands = scene.moving if of_moving else scene.commands
     if not len(commands) or not commands[-1, 1:].any():
         return 'with the {} nothing was commanded: {}'.format(name, idle(scene))
     low, high = bounds

@@ -68,30 +68,23 @@ def pad_called(name: str) -> PadConfig:
 
 def pad_in_words(name: str) -> str:
     """Returns a sentence on the pad and the numbers of its axes and buttons."""
-    pad = pad_called(name)
-    return ('The pad was "{}": axis {} drives, axis {} turns; button {} is A, {} is B, '
-            '{} is Y.').format(
-        name, pad.linear_axis, pad.angular_axis, pad.relinquish_button, pad.regain_button,
-        pad.reset_button)
-
-
-def _stick(seen, name, column, bounds):
-    scene = seen.during(name)
-    return steers(scene, scene.commands, column, bounds)
+    return ('The pad was "{}": axis {pad.linear_axis} drives, axis {pad.angular_axis} turns; '
+            'button {pad.relinquish_button} is A, {pad.regain_button} is B, {pad.reset_button} '
+            'is Y.').format(name, pad=pad_called(name))
 
 
 def _drives(seen: Observation) -> str:
-    missed = _stick(seen, UP, LINEAR, FORWARD)
+    missed = steers(seen, UP, LINEAR, FORWARD)
     if missed:
         return missed
     full = seen.during(UP).commands[-1, LINEAR]
-    return (_stick(seen, HALF_UP, LINEAR, (HALF[0] * full, HALF[1] * full))
-            or _stick(seen, DOWN, LINEAR, opposite(FORWARD)))
+    return (steers(seen, HALF_UP, LINEAR, (HALF[0] * full, HALF[1] * full))
+            or steers(seen, DOWN, LINEAR, opposite(FORWARD)))
 
 
 def _turns(seen: Observation) -> str:
-    return (_stick(seen, TO_LEFT, ANGULAR, TURN_RANGE)
-            or _stick(seen, TO_RIGHT, ANGULAR, opposite(TURN_RANGE)))
+    return (steers(seen, TO_LEFT, ANGULAR, TURN_RANGE)
+            or steers(seen, TO_RIGHT, ANGULAR, opposite(TURN_RANGE)))
 
 
 def _lets_go(seen: Observation) -> str:

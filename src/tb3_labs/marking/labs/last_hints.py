@@ -28,7 +28,7 @@ def _of_turns(seen):
     """The questions on its heading, for a node that turns wrongly to both sides."""
     wrong = {each.typed for each, scene in turn.tried(seen)
              if len(scene.moving) and turn.is_wrong(each, scene)}
-    return '{} See {}.'.format(ITS_HEADING, turn.MEASURED) if len(wrong) > 1 else ''
+    return '{} See {}.'.format(ITS_HEADING, turn.START) if len(wrong) > 1 else ''
 
 
 def _of_a_drive(seen):

@@ -16,15 +16,11 @@ from tb3_labs.marking.trial.observation import (
 
 #: The parts of the lab.
 DRIVE, RESET, CONTROL, DECLARED, OFFSET = 'drive', 'reset', 'control', 'declared', 'offset'
-#: The stimuli.
-WITHOUT_CONTROL = 'without control'
-FIRST_DRIVE = 'first drive'
-AT_GOAL = 'at the goal'
-RESET_TO_ORIGIN = 'reset to the origin'
-SECOND_DRIVE = 'second drive'
+#: The stimuli of each part.
+WITHOUT_CONTROL, FIRST_DRIVE, AT_GOAL = 'without control', 'first drive', 'at the goal'
+RESET_TO_ORIGIN, SECOND_DRIVE = 'reset to the origin', 'second drive'
 CONTROL_TAKEN = 'control taken'
-RESET_ELSEWHERE = 'reset to another pose'
-DECLARED_DRIVE = 'drive from a declared pose'
+RESET_ELSEWHERE, DECLARED_DRIVE = 'reset to another pose', 'drive from a declared pose'
 OFFSET_DRIVE = 'drive with an offset IMU'
 ODOMETRY_SILENT = 'odometry silent'
 #: Key of a reset's facts: the reason why the reset failed, '' if it succeeded.

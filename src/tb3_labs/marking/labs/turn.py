@@ -16,14 +16,13 @@ from tb3_labs.marking.trial.printed import LONGEST_LINE
 
 #: The parts of the lab.
 TURNS, MOUSE, BOTH, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
-#: The stimulus: the IMU stops sending during a turn.
-IMU_SILENT = 'IMU silent'
+#: The stimuli: the IMU stops sending during a turn, and the mouse.
+IMU_SILENT, MOUSE_SILENT = 'IMU silent', 'mouse silent'
 GOODBYE = 'Controller exiting. Halting robot.'
 
+#: START also names the mistakes of the heading.
 AT_MOUSE, START, LAW, TO_RIGHT, AT_CTRL_C = (
     Place(IMU_SHEET, TURN_LAB, step) for step in (2, 4, 5, 6, 7))
-#: The step that names the mistakes of the heading.
-MEASURED = START
 
 #: The letters that a person types.
 LEFT, RIGHT = 'l', 'r'
@@ -60,17 +59,12 @@ TURN_REACTION, TURN_TIME = 3.0, 8.0
 ANSWER, LEGIBLE = 1.0, 1000
 #: The tolerance of the criterion beyond the handout [deg].
 EXACT = 1.0
-#: The stimuli of the mouse alone, in their order.
-NOT_ACTIVE = 'mouse not active'
-MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_RIGHT = (
-    'mouse up', 'mouse near the middle', 'mouse left', 'mouse half right')
-DEACTIVATED = 'mouse deactivated'
-#: The stimuli beside turns.
-TURN_BESIDE, AFTER_TURN, IN_TURN = 'l beside the mouse', 'mouse after a turn', 'mouse in a turn'
-#: The stimulus: the mouse stops sending.
-MOUSE_SILENT = 'mouse silent'
-MOUSE_ALONE = (NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_RIGHT, DEACTIVATED)
-BESIDE_TURNS = (TURN_BESIDE, AFTER_TURN, IN_TURN)
+#: The stimuli of the mouse alone, in their order, and those beside turns.
+MOUSE_ALONE = NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_RIGHT, DEACTIVATED = (
+    'mouse not active', 'mouse up', 'mouse near the middle', 'mouse left', 'mouse half right',
+    'mouse deactivated')
+BESIDE_TURNS = TURN_BESIDE, AFTER_TURN, IN_TURN = (
+    'l beside the mouse', 'mouse after a turn', 'mouse in a turn')
 #: The places of the active mouse: stimulus -> (x to the right, y up), each -1 to 1.
 MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
                 HALF_RIGHT: (0.6, 0.0)}
@@ -90,10 +84,9 @@ TURN_LIMITS = 'within {:g} degrees, and {:g} for stopping; begun within {:g} s, 
 AS_LEFT = 'as left'
 
 
-def turned(seen: Observation, name: str, turn: WatchedTurn,
-           tolerance: float = TOLERANCE + AFTER_STOP) -> str:
-    """'' if the robot did `turn` within `tolerance` [deg] in the stimulus `name`, else a clause."""
-    scene = seen.during(name)
+def turned(seen: Observation, name: str, tolerance: float = TOLERANCE + AFTER_STOP) -> str:
+    """'' if the robot did a turn, the stimulus `name`, within `tolerance` [deg], else a clause."""
+    scene, turn = seen.during(name), EACH_TURN[name[0]]     # a name begins with its letter
     after = 'after {}{}'.format(turn.typed, ' ({})'.format(name[2:]) if name in ACROSS else '')
     seen_deg = scene.turned_deg
     if not scene.facts[MOVED]:
@@ -121,7 +114,7 @@ def _degrees(seen_deg):
 
 
 def _turned_each(seen: Observation, names: Sequence[str], *tolerance: float) -> str:
-    return first_missed(*(turned(seen, name, EACH_TURN[name], *tolerance) for name in names))
+    return first_missed(*(turned(seen, name, *tolerance) for name in names))
 
 
 def _turning(seen):
@@ -165,13 +158,9 @@ def _mouse_drove(seen):
 
 
 def _steers_robot(seen: Observation) -> str:
-    for name, column, bounds in ((MOUSE_UP, LINEAR, AT_EDGE), (MOUSE_LEFT, ANGULAR, AT_EDGE),
-                                 (HALF_RIGHT, ANGULAR, opposite(HALF_WAY))):
-        scene = seen.during(name)
-        missed = steers(scene, scene.moving, column, bounds)
-        if missed:
-            return missed
-    return ''
+    return (steers(seen, MOUSE_UP, LINEAR, AT_EDGE, True)
+            or steers(seen, MOUSE_LEFT, ANGULAR, AT_EDGE, True)
+            or steers(seen, HALF_RIGHT, ANGULAR, opposite(HALF_WAY), True))
 
 
 def _has_dead_zone(seen: Observation) -> str:
@@ -319,10 +308,10 @@ def _where_it_ends(turns):
 
 CRITERIA = [
     Criterion('starts', TURNS, 'runs and listens to imu', START, starts, limits=IN_TIME),
-    Criterion('left', TURNS, 'l turns 90 degrees left', LAW,
-              partial(turned, name=LEFT, turn=EACH_TURN[LEFT]), limits=TURN_LIMITS),
-    Criterion('right', TURNS, 'r turns 90 degrees right', TO_RIGHT,
-              partial(turned, name=RIGHT, turn=EACH_TURN[RIGHT]), limits=AS_LEFT),
+    Criterion('left', TURNS, 'l turns 90 degrees left', LAW, partial(turned, name=LEFT),
+              limits=TURN_LIMITS),
+    Criterion('right', TURNS, 'r turns 90 degrees right', TO_RIGHT, partial(turned, name=RIGHT),
+              limits=AS_LEFT),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees', LAW,
               lambda seen: _turned_each(seen, ACROSS), limits=AS_LEFT),
     Criterion('clamped', TURNS, 'turns no faster than {:g} rad/s'.format(MAX_ANG_Z), LAW,
@@ -340,8 +329,7 @@ CRITERIA = [
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
               AT_MOUSE, _can_be_off, limits=STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
-              AT_MOUSE, partial(turned, name=TURN_BESIDE, turn=EACH_TURN[LEFT]),
-              limits=AS_LEFT),
+              AT_MOUSE, partial(turned, name=TURN_BESIDE), limits=AS_LEFT),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', AT_MOUSE,
               _drives_after_turn,
               limits='more than {:.2f} m/s within {:g} s'.format(AT_EDGE[0], MOUSE_HELD)),

@@ -10,7 +10,6 @@ from contextlib import contextmanager, suppress
 
 import rosgraph
 import rospy
-from dynamic_reconfigure.client import Client
 from dynamic_reconfigure.encoding import decode_config, encode_config
 from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
@@ -20,7 +19,7 @@ from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, 
 from tb3_labs.marking.trial.evidence import CTRL_C
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, NODES, TURN
 from tb3_labs.marking.trial.observation import (
-    LONGEST, TRUTH, WAS_MOVING, NotOffered, NotSeen, Observation, Stimulus)
+    LONGEST, TRUTH, WAS_MOVING, NotOffered, NotTried, Observation, Stimulus)
 from tb3_labs.marking.trial.ros_robot import (
     ROBOT, SWITCHES, UNDER_WAY, WELL_UNDER_WAY, Recorder, RobotHand)
 from tb3_labs.marking.trial.ros_student_node import StudentNode
@@ -117,10 +116,8 @@ class Stage:
 
     def sensor_falls_silent(self, name, was_moving, switch):
         """Record the stimulus of a silent sensor; the robot's setting `switch` makes it silent."""
-        settings = Client(ROBOT, timeout=10.0)      # takes a moment to connect
-        self.falls_silent(name, was_moving,
-                          lambda: settings.update_configuration({switch: True}))
-        settings.update_configuration({switch: False})
+        self.falls_silent(name, was_moving, lambda: configure_robot({switch: True}))
+        configure_robot({switch: False})
 
     def ctrl_c_in_motion(self, set_in_motion):
         """Send Ctrl+C while the node moves the robot; again if the node sends no zero velocity.
@@ -199,11 +196,9 @@ class Witness:
             self._observation.note(finding)
         if findings and self._repairs < 20:     # not against a program without end
             self._repairs += 1
-            before = {name: value for name, value in self._settings.items()
-                      if name not in SWITCHES}
             with suppress(rospy.ServiceException):      # the robot is gone: noted elsewhere
-                rospy.ServiceProxy('/{}/set_parameters'.format(ROBOT), Reconfigure)(
-                    encode_config(before))
+                configure_robot({name: value for name, value in self._settings.items()
+                                 if name not in SWITCHES})
 
     def _on_shutdown(self):
         """End at once: a marker that was shut down hears nothing, and would observe wrongly."""
@@ -211,6 +206,11 @@ class Witness:
             self._observation.note(ENDED.format('marker'))
             self._keep()
             os._exit(1)
+
+
+def configure_robot(settings):
+    """Change these settings of the robot: name -> value."""
+    rospy.ServiceProxy('/{}/set_parameters'.format(ROBOT), Reconfigure)(encode_config(settings))
 
 
 def changed(before, now):
@@ -232,7 +232,7 @@ def try_out(lab, package, executable, parts, keep, pad, tell):
             if not parts or name in parts:
                 stage.part = name
                 tell('{}: the node is started'.format(name))
-                with suppress(NotSeen):     # the rest of the part cannot be tried
+                with suppress(NotOffered, NotTried):    # the rest of the part cannot be tried
                     act(stage)
     except Exception as problem:
         # an untried stimulus must not look like a failure of the node
