@@ -34,6 +34,12 @@ class Rhythm:
         self._rate = self.due = 0.0     # `due`: the next moment [s]; an attribute, for speed
         self.set_rate(rate, start)
 
+    def set_rate(self, rate: float, now: float) -> None:
+        """Use another rate, counted from `now` on; the same rate changes nothing."""
+        if rate != self._rate:
+            self._rate, self._base, self._count = rate, now, 1
+            self.due = now + 1.0 / rate
+
     def take(self) -> float:
         """Take the moment that is due [s]; the next one becomes due."""
         due = self.due
@@ -50,12 +56,6 @@ class Rhythm:
             due = self._base + count / self._rate
         self.due, self._count = due, count
         return moments
-
-    def set_rate(self, rate: float, now: float) -> None:
-        """Use another rate, counted from `now` on; the same rate changes nothing."""
-        if rate != self._rate:
-            self._rate, self._base, self._count = rate, now, 1
-            self.due = now + 1.0 / rate
 
 
 class SensorFaults:
