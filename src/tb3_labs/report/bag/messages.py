@@ -14,8 +14,7 @@ from typing import Optional
 
 import numpy as np
 
-from tb3_labs.geometry.angles import WHOLE_TURN, wrap
-from tb3_labs.geometry.angles import yaw_from_quaternion
+from tb3_labs.geometry.angles import WHOLE_TURN, wrap, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.run_data import (
@@ -63,9 +62,15 @@ def resets_in(log: LogLines) -> Poses:
 def make_collectors(parts, prefix):
     """Returns {field of RunData: Collector} for the robot in the namespace `prefix`."""
     special = {
-        'imu': (ImuSamples, _imu), 'odometry': (OdometrySamples, _odometry),
-        'commands': (Commands, _command), 'states': (States, _state), 'asked': (Values, _angle),
-        'control': (Values, _switch), 'presses': (Values, _presses()),
+        'imu': (ImuSamples, lambda message: [
+            (message.header, _yaw(message.orientation), message.angular_velocity.z)]),
+        'odometry': (OdometrySamples, lambda message: [
+            (*_pose(message)[0], message.twist.twist.linear.x, message.twist.twist.angular.z)]),
+        'commands': (Commands, lambda message: [(None, message.linear.x, message.angular.z)]),
+        'states': (States, lambda message: [(None, message.data)]),
+        'asked': (Values, lambda message: [(None, math.radians(message.data))]),
+        'control': (Values, lambda message: [(None, float(message.data))]),
+        'presses': (Values, _presses()),
         'frames': (Poses, _frames((prefix + 'local').strip('/'))),
         'log': (LogLines, _lines(prefix))}
     return {part: Collector(*special.get(part, (Poses, _pose))) for part in parts}
@@ -135,34 +140,9 @@ def _yaw(q):
     return yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)
 
 
-def _imu(message):
-    yield message.header, _yaw(message.orientation), message.angular_velocity.z
-
-
 def _pose(message):
     pose = getattr(message.pose, 'pose', message.pose)      # with a covariance, or without
-    yield message.header, pose.position.x, pose.position.y, _yaw(pose.orientation)
-
-
-def _odometry(message):
-    for row in _pose(message):
-        yield (*row, message.twist.twist.linear.x, message.twist.twist.angular.z)
-
-
-def _command(message):
-    yield None, message.linear.x, message.angular.z
-
-
-def _state(message):
-    yield None, message.data
-
-
-def _angle(message):
-    yield None, math.radians(message.data)
-
-
-def _switch(message):
-    yield None, float(message.data)
+    return [(message.header, pose.position.x, pose.position.y, _yaw(pose.orientation))]
 
 
 def _presses():
