@@ -173,7 +173,8 @@ def to_record(marks: Marks, key: Mapping[str, Any]) -> Dict[str, Any]:
             'marks': {name: value for name, value in vars(marks).items()
                       if name not in ('verdicts', 'observation')},
             'verdicts': {verdict.criterion.name: [verdict.outcome.value, verdict.seen]
-                         for verdict in marks.verdicts}}
+                         for verdict in marks.verdicts},
+            'page': [verdict.worth for verdict in marks.verdicts]}
 
 
 def from_record(record: Mapping[str, Any], criteria: Iterable[Criterion],

@@ -7,6 +7,7 @@
 """
 import hashlib
 import json
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
@@ -39,7 +40,8 @@ class MarksFolder:
         #: Two tries of a submission that agree in all this end alike.
         self._key = {'lab': lab, 'parts': sorted(parts), 'options': options,
                      'version': _version()}
-        self._records: Dict[str, Dict[str, Any]] = {}
+        #: Student -> Marks, the key of their try, and the points of each criterion on their page.
+        self._kept: Dict[str, Tuple[Marks, Dict[str, Any], List[float]]] = {}
         for file in sorted(self.logs.glob('*' + RECORD)):
             self._read(file)
         self._table()
@@ -48,10 +50,8 @@ class MarksFolder:
 
     def kept(self, student: str, submission: str) -> Optional[Marks]:
         """A student's Marks if a new try of this digest would end alike, else None."""
-        record = self._records.get(student)
-        if record is None or record['key'] != dict(self._key, submission=submission):
-            return None
-        return self._marks(record)
+        marks, key, _ = self._kept.get(student, (None, None, None))
+        return marks if key == dict(self._key, submission=submission) else None
 
     def write(self, marks: Marks, submission: str) -> None:
         """Write the marks of one student, and forget their observation.
@@ -60,14 +60,14 @@ class MarksFolder:
         """
         marks.unjudged = ' '.join(_cleaned([marks.unjudged]))
         marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
-        self._keep(marks, to_record(marks, dict(self._key, submission=submission)))
+        self._keep(marks, dict(self._key, submission=submission))
 
     def write_overview(self, unprotected: bool = False) -> Tuple[Optional[Path], List[str]]:
         """Write the files about all students; `unprotected`: were there no sandboxes?
 
         Returns (path of the page, lines for the instructor); (None, []) if there are no marks.
         """
-        all_marks = [marks for marks, _ in self._of_all()]
+        all_marks = [marks for _, (marks, *_) in sorted(self._kept.items())]
         if not all_marks:
             return None, []
         write_output(self._path / TABLE, self._table().renewed(all_marks))
@@ -89,27 +89,18 @@ class MarksFolder:
         if not mine:
             raise ValueError('{} has marks of {}, {}: choose another folder for these'.format(
                 self._path, key['lab'], ', '.join(key['parts']) or 'all parts'))
-        self._records[file.name[:-len(RECORD)]] = record
+        with suppress(ValueError, KeyError):    # of an older version: tried again if handed in
+            self._kept[file.name[:-len(RECORD)]] = from_record(
+                record, LABS[self.lab].criteria, self.worth, self.parts), key, record['page']
 
     def _check_points(self):
-        for marks, before_all in self._of_all():
+        for _, (marks, _, before_all) in sorted(self._kept.items()):
             for verdict, before in zip(marks.verdicts, before_all):
                 if verdict.worth != before:
                     raise ValueError(
                         '{} was marked with other points ({}: {:g}, not {:g}): give their file by '
                         '--points; a file that is given counts for all'.format(
                             self._path, verdict.criterion.label, before, verdict.worth))
-
-    def _of_all(self):
-        """Yields (Marks, points of each criterion on the student's page: the record's `page`)."""
-        for _, record in sorted(self._records.items()):
-            try:
-                yield self._marks(record), record['page']
-            except (ValueError, KeyError):
-                continue    # the record is of an older version, and nothing new was handed in
-
-    def _marks(self, record):
-        return from_record(record, LABS[self.lab].criteria, self.worth, self.parts)
 
     def _table(self):
         path = self._path / TABLE
@@ -121,16 +112,16 @@ class MarksFolder:
 
     def _renew_page(self, marks):
         """Write the page again if points were changed. Returns True if they were."""
-        record = self._records[marks.student]
-        if record['page'] == _shown(marks):
+        _, key, shown = self._kept[marks.student]
+        if shown == [verdict.worth for verdict in marks.verdicts]:
             return False
         file = self.logs / (marks.student + '.json')
         if file.exists():
             marks.observation = Observation.from_json(file.read_text())
-        self._keep(marks, record)
+        self._keep(marks, key)
         return True
 
-    def _keep(self, marks, record):
+    def _keep(self, marks, key):
         page = feedback(marks, LABS[self.lab].title)
         write_output(self._path / (marks.student + '.html'), page)
         marks.observation = None        # the observations of a class need hundreds of MB
@@ -139,12 +130,9 @@ class MarksFolder:
             write_output(folder / RESULTS, json.dumps(results(marks), indent=1))
         elif (folder / RESULTS).exists():
             (folder / RESULTS).unlink()     # of an earlier try: no longer true
-        self._records[marks.student] = dict(record, page=_shown(marks))
-        write_output(self.logs / (marks.student + RECORD), json.dumps(self._records[marks.student]))
-
-
-def _shown(marks):
-    return [verdict.worth for verdict in marks.verdicts]
+        record = to_record(marks, key)
+        self._kept[marks.student] = marks, key, record['page']
+        write_output(self.logs / (marks.student + RECORD), json.dumps(record))
 
 
 def _cleaned(sentences):
