@@ -13,12 +13,11 @@ import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.intake import messages
-from tb3_labs.marking.intake.imports import imports_of
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.lab_names import NODES
 from tb3_labs.marking.intake.packages import (
     NotJudged, SourceFile, choose, find_node, is_aside, source_of)
-from tb3_labs.marking.intake.reading import _read, read
+from tb3_labs.marking.intake.reading import _read, imports_of, read
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
 from tb3_labs.marking.marker import forget_overlays

@@ -20,10 +20,9 @@ from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence
 import rospkg
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.imports import GIVEN
 from tb3_labs.marking.intake.messages import build
 from tb3_labs.marking.intake.packages import MANIFEST, MESSAGES, NAME
-from tb3_labs.marking.intake.reading import Reading
+from tb3_labs.marking.intake.reading import GIVEN, Reading
 from tb3_labs.marking.intake.sandbox import MODULES, OWN_PACKAGE, NoSandbox
 
 #: The name of a package in the copy if its own name cannot be used.
