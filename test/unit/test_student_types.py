@@ -8,7 +8,7 @@ from unittest import mock
 
 import genpy
 import pytest
-from tb3_labs.marking.intake.messages import build
+from tb3_labs.marking.intake.workspace import build
 from tb3_labs.marking.labs.ros_gamepad import has_covariance, is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
 from tb3_labs.marking.trial.ros_types import Types

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.intake import messages
+from tb3_labs.marking.intake import workspace
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.lab_names import NODES
 from tb3_labs.marking.intake.packages import (
@@ -278,7 +278,7 @@ def test_what_listens_can_be_the_node():
         with pytest.raises(NotJudged, match=r'There is no turtlebot_controller\.py, .*a/b\.py'):
             choose(TURN, repository(TURN, {'a/b.py': line}))
     with pytest.raises(NotJudged, match='Nothing was handed in'):
-        find_node(messages.Path('/nowhere'), TURN)
+        find_node(workspace.Path('/nowhere'), TURN)
 
 
 def test_package_and_name_overrule():
@@ -314,7 +314,7 @@ def test_messages_that_cannot_be_read_are_told(tmp_path):
             return ['false']
     remarks = []
     folder = hand_in(tmp_path / 'lab1', {'msg/M.msg': 'int32 x\n'})
-    built = messages.build({'lab1': folder}, tmp_path / 'python', {}, remarks, Fails())
+    built = workspace.build({'lab1': folder}, tmp_path / 'python', {}, remarks, Fails())
     assert remarks == ['The messages and services could not be built.'] and built['msg'] == {}
 
 
@@ -332,13 +332,13 @@ def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(
                 half_way.set()
                 go_on.wait(100.0)
             return str(tmp_path / name)
-    monkeypatch.setattr(messages.rospkg, 'RosPack', Packages)
-    messages.system_messages.cache_clear()
-    request.addfinalizer(messages.system_messages.cache_clear)
+    monkeypatch.setattr(workspace.rospkg, 'RosPack', Packages)
+    workspace.system_messages.cache_clear()
+    request.addfinalizer(workspace.system_messages.cache_clear)
     with ThreadPoolExecutor(2) as pool:
-        first = pool.submit(lambda: sorted(messages.system_messages()))
+        first = pool.submit(lambda: sorted(workspace.system_messages()))
         assert half_way.wait(100.0)
-        second = pool.submit(lambda: sorted(messages.system_messages()))
+        second = pool.submit(lambda: sorted(workspace.system_messages()))
         wait([second], 0.05)
         go_on.set()
         assert first.result() == second.result() == ['one', 'two']

@@ -173,8 +173,7 @@ def _needs_of(node, packages):
     not handed in, whose GIVEN the node imports; modules that are not found, and not used, with
     dots; modules that are not found, up to their first dot); `packages`: name -> folder of all
     packages of the submission. The imports of the modules beside the node count too."""
-    order: List[str] = []
-    seen: Set[str] = set()
+    order, seen = [], set()
 
     def visit(name):
         if name in seen or name not in packages:

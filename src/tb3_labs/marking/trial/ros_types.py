@@ -23,7 +23,7 @@ class Types:
     """Knows the types that this process can import, and those of which a sandbox made examples."""
 
     def __init__(self, described: Optional[Dict[str, Any]] = None) -> None:
-        """`described`: the answer of messages.build; None: the student defined no types."""
+        """`described`: the answer of workspace.build; None: the student defined no types."""
         described = described or {'msg': {}, 'srv': {}}
         self._messages, self._services = described['msg'], described['srv']
 
