@@ -27,53 +27,42 @@ class Meaning(NamedTuple):
 #: {name of a fault: its Meaning}
 MEANINGS = {
     'imu offset': Meaning(
-        'deg', 3.0,
-        "the IMU's heading minus the odometry's, from -180 to 180",
+        'deg', 3.0, "the IMU's heading minus the odometry's, from -180 to 180",
         'The headings of /imu and /odom differ by a constant, also at rest.'),
     'imu drift': Meaning(
-        'deg/min', 2.0,
-        "turn of the IMU's heading in a minute at rest, positive to the left",
+        'deg/min', 2.0, "turn of the IMU's heading in a minute at rest, positive to the left",
         'The heading changes steadily while the robot stands, and the gyro shows a small rate.'),
     'wheel mismatch': Meaning(
-        '%', 0.5,
-        'by how much the right wheel is smaller than the left one; negative: larger',
+        '%', 0.5, 'by how much the right wheel is smaller than the left one; negative: larger',
         'The heading is steady at rest, but changes with each metre of a drive that is '
         'commanded straight: turn [rad] = path [m] x mismatch / distance of the wheels (Burger: '
         '0.16 m).'),
     'slip': Meaning(
-        '%', 2.0,
-        "share of the wheels' travel that does not move the robot",
+        '%', 2.0, "share of the wheels' travel that does not move the robot",
         'The robot drives straight, but it turns at less than the commanded rate, on the spot '
         'and in both directions.'),
     'frozen imu': Meaning(
-        's', 0.3,
-        'duration of one freeze',
+        's', 0.3, 'duration of one freeze',
         'Now and then /imu repeats one sample with new stamps, to the last digit. Meanwhile '
         '/odom goes on.'),
     'frozen odometry': Meaning(
-        's', 0.3,
-        'duration of one freeze',
+        's', 0.3, 'duration of one freeze',
         'Now and then /odom repeats one pose and speed with new stamps. Meanwhile /imu goes on.'),
     'silent imu': Meaning(
-        's', 0.3,
-        'duration of one silence',
+        's', 0.3, 'duration of one silence',
         'rostopic hz /imu: a large max_delta, and a lower rate. Meanwhile /odom goes on.'),
     'silent odometry': Meaning(
-        's', 0.3,
-        'duration of one silence',
+        's', 0.3, 'duration of one silence',
         'rostopic hz /odom: a large max_delta, and a lower rate. Meanwhile /imu goes on.'),
     'sensor latency': Meaning(
-        's', 0.03,
-        'delay of each sample, from its stamp to its arrival',
+        's', 0.03, 'delay of each sample, from its stamp to its arrival',
         'Each sample is older than it should be at its arrival: rostopic delay /imu.'),
     'command latency': Meaning(
-        's', 0.1,
-        'delay of each command, from its sending to its arrival',
+        's', 0.1, 'delay of each command, from its sending to its arrival',
         'The samples are fresh at their arrival, but at the end of a drive the measured speed '
         'drops later than the commanded one.'),
     'network stalls': Meaning(
-        's', 0.15,
-        'the longest time for which nothing arrives',
+        's', 0.15, 'the longest time for which nothing arrives',
         'rostopic hz /imu /odom: a large max_delta of both, but the rates stay: messages of '
         'both are held up together, and come all at once.'),
 }

@@ -14,7 +14,7 @@ import numpy as np
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.report.cause.diagnosed_drives import CLOSE, SETTLED, Fit, swings, turn_apart, was_lost
+from tb3_labs.report.cause.diagnosed_drives import CLOSE, SETTLED, swings, turn_apart, was_lost
 from tb3_labs.report.cause.mistakes import settled, unwrapped
 from tb3_labs.report.motion.movements import FASTEST_BY_MOUSE, NO_SPEED
 from tb3_labs.report.run_data import RunData
@@ -130,12 +130,7 @@ LAWS = (
     Law('quaternion_order', reading=lambda heading: (180.0 - heading) % 360.0))
 
 
-def compared(seen: Sequence[Turn], law: Law) -> Fit:
-    """Returns the Fit of the turns and a `law`, in radians."""
-    return Fit(law.mistake, [_apart(law, turn) for turn in seen])
-
-
-def _apart(law: Law, turn: Turn) -> float:
+def apart(law: Law, turn: Turn) -> float:
     """The distance of a turn from that of a law, for the letter that fits better [rad]."""
     far = []
     for side in turn.sides:

@@ -150,7 +150,8 @@ def _by_turns(run: RunData, seen: Sequence[Turn]) -> Diagnosis:
         is_left = any(turn.peak > TOO_FAST for turn in seen)
         return Diagnosis('no_clamp' if is_left else 'no_negative_clamp', TURN,
                          moment=fastest.begin)
-    fits = _best(diagnosed_turns.compared(seen, law) for law in LAWS)
+    fits = _best(Fit(law.mistake, [diagnosed_turns.apart(law, turn) for turn in seen])
+                 for law in LAWS)
     result = _decided(TURN, fits, [turn.begin for turn in seen])
     if result.mistake == 'no_negative_clamp' and not diagnosed_turns.begin_slowly(run, seen):
         return replace(result, mistake=None)

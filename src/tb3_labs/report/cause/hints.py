@@ -58,14 +58,12 @@ HINTS = {
         'goal_yaw after a letter: it is below 0 or above 360'),
     (TURN, 'no_negative_clamp'): Hint(
         'limits positive commands only', 'An error of -90 gives a command of -9. What do both '
-        'limits make of it?', TURNS_STEP, 6, 'TODO 7',
-        'ang_z after r: it is 0.5 or more'),
+        'limits make of it?', TURNS_STEP, 6, 'TODO 7', 'ang_z after r: it is 0.5 or more'),
     (TURN, 'no_clamp'): Hint(
         'does not limit its commands', 'An error of 90 gives a command of 9. What do both limits '
         'make of it?', TURNS_STEP, 5, 'TODO 7'),
     (TURN, 'heading_kept'): Hint(
-        LATE, HEARD, TURNS_STEP, 4,
-        'the subscriber, and TODO 6',
+        LATE, HEARD, TURNS_STEP, 4, 'the subscriber, and TODO 6',
         BY_HAND + 'it stays, or follows late'),
     (TURN, 'swapped'): Hint(
         'turns right for l, and left for r', 'The heading is 100. Which goal has l, if the heading '
@@ -133,8 +131,7 @@ HINTS = {
         'local_x, local_y and local_yaw a second after such a reset: all are 0'),
     (DRIVE, 'no_local_frame'): Hint(
         'drives by odom in place of local, in one line or in all', 'Which variables does '
-        'control_loop read in each line, and in which frame is the goal?', STATES_STEP, 0,
-        'TODO 5',
+        'control_loop read in each line, and in which frame is the goal?', STATES_STEP, 0, 'TODO 5',
         'local_x, local_y and local_yaw a second after a reset at another heading: they are '
         'right, but control_loop reads other variables'),
     (DRIVE, 'error_not_wrapped'): Hint(
@@ -145,8 +142,7 @@ HINTS = {
         'reads the numbers of a quaternion in another order', PRINT_YAW, POSE, 2, 'TODO 2',
         BY_HAND + 'it falls, or stays although the node hears the IMU'),
     (DRIVE, 'heading_kept'): Hint(
-        LATE, HEARD, POSE, 2, 'the subscriber, and TODO 2',
-        BY_HAND + 'it stays, or follows late'),
+        LATE, HEARD, POSE, 2, 'the subscriber, and TODO 2', BY_HAND + 'it stays, or follows late'),
     (DRIVE, 'degrees'): Hint(
         'mixes degrees and radians', PRINT_YAW, POSE, 2, 'the callbacks, and TODO 2',
         BY_HAND + 'it runs beyond 3.2'),

@@ -87,11 +87,6 @@ def lost(declared: Pose2, since: Pose2) -> Pose2:
     return since
 
 
-def not_rotated(declared: Pose2, since: Pose2) -> Pose2:
-    """The pose of a node that adds the displacement as it is."""
-    return Pose2(declared.x + since.x, declared.y + since.y, declared.yaw + since.yaw)
-
-
 class Believed(NamedTuple):
     """The numbers that a node drives by: a place, the heading of its first turn, the heading of its
     last turn. The handout's node has a line for each of the four."""
@@ -120,11 +115,6 @@ def in_global(*lines: bool) -> Callable[[Pose2, float, Pose2], Believed]:
     return lambda odom, imu, local: Believed(*(
         far if is_global else near for is_global, far, near in zip(
             lines, (odom.x, odom.y, imu, imu), by_local(odom, imu, local))))
-
-
-def swapped(here: Believed, goal: Pose2) -> float:
-    """The direction of the goal by a node that swaps the arguments of atan2 [rad]."""
-    return math.atan2(goal.x - here.x, goal.y - here.y)
 
 
 @dataclass(frozen=True)
@@ -202,11 +192,6 @@ def reach(goal: Tuple[float, float], step: Tuple[float, float]) -> float:
     return (along - math.sqrt(inside)) / square if inside >= 0.0 and along > 0.0 else math.inf
 
 
-def in_degrees(reference: Declared) -> float:
-    """The rotation of a node whose odometry's yaw is in degrees."""
-    return in_radians(reference.odom.yaw)
-
-
 WAYS = (
     Way(),
     Way('inverse_missing', lambda reference: -reference.odom.yaw),
@@ -219,7 +204,8 @@ WAYS = (
     Way('place_kept', references=lambda last, start: (start, last, last)),
     Way('place_kept', references=lambda last, start: (start, start, last)),
     Way('declared_lost', declared=lost),
-    Way('declared_lost', declared=not_rotated),
+    Way('declared_lost', declared=lambda declared, since: Pose2(    # adds the displacement as it is
+        declared.x + since.x, declared.y + since.y, declared.yaw + since.yaw)),
     *(Way('no_local_frame', believed=in_global(*lines))
       for lines in product((True, False), repeat=4) if any(lines)),
     Way('no_local_frame', believed=lambda odom, imu, local: by_local(odom, imu, odom)),
@@ -235,9 +221,11 @@ WAYS = (
     Way('quaternion_order', lambda reference: mirrored(reference.odom.yaw)),
     Way('quaternion_order', lambda reference: math.pi),
     Way('degrees', reading=in_radians, leaps=True),
-    Way('degrees', in_degrees, reading=in_radians, leaps=True),
-    Way('degrees', in_degrees),
-    Way('yaw_sign', reading=lambda yaw: -yaw), Way('atan2', bearing=swapped),
+    Way('degrees', lambda reference: in_radians(reference.odom.yaw), reading=in_radians,
+        leaps=True),
+    Way('degrees', lambda reference: in_radians(reference.odom.yaw)),
+    Way('yaw_sign', reading=lambda yaw: -yaw),
+    Way('atan2', bearing=lambda here, goal: math.atan2(goal.x - here.x, goal.y - here.y)),
     Way('never_arrives', arrives=False), Way('sign', wraps=lambda error: wrap(-error)),
     Way('yaw_left_out', believed=lambda odom, imu, local: Believed(
         local.x, local.y, 0.0, local.yaw)))

@@ -16,7 +16,7 @@ from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.report.cause import hints
 from tb3_labs.report.cause.diagnosis import diagnose
-from tb3_labs.report.motion.drives import DriveReport, drives, goal_errors, spans
+from tb3_labs.report.motion.drives import drives, goal_errors, spans
 from tb3_labs.report.motion.epochs import epochs
 from tb3_labs.report.motion.movements import FASTEST_BY_MOUSE, PAUSE, moving
 from tb3_labs.report.motion.turns import TurnReport, turns
@@ -32,6 +32,7 @@ SHORTEST_PATH = 0.05
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
     'turns': 'Angle left to what was asked, and rate of turn, from the first command on.'}
+FIGURE = '<figure><img alt="{}" src="data:image/png;base64,{}"><figcaption>{}</figcaption></figure>'
 NOTHING = 'No drives are listed: {}. The local frame is {}.'
 NO_COMMANDS = ('no command came on cmd_vel (does the terminal of a node that should drive show an '
                'exception? Does rosnode info name cmd_vel among its publications?)')
@@ -64,7 +65,9 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
     write_csv(run, folder / 'run.csv')
     tables.write_reports(folder, name, turned, driven)
     page = folder / 'report.html'
-    shown = _figures(run, folder, turn, driven)
+    angles = write_figure(figures.turns(run, turn), folder / 'turns.png')
+    has_path = run.odometry.length >= SHORTEST_PATH
+    ways = write_figure(figures.paths(run, driven) if has_path else None, folder / 'paths.png')
     found = diagnose(run)
     write_output(page, document('Run report: ' + name, [
         *('<p>{}</p>'.format(escape(text)) for text in [
@@ -73,38 +76,22 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
             run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)),
         hints.section(found, run),
         _part('Turns', tables.TURN_COLUMNS, turned, _rule_of_turns(run, turned)) * bool(turned),
-        shown['turns'], _part('Drives', tables.REACHED_COLUMNS, driven, _rule_of_drives(run) if (
-            driven) else nothing_driven(run)) * bool(driven or not turned), shown['paths'],
+        angles, _part('Drives', tables.REACHED_COLUMNS, driven, _rule_of_drives(run) if (
+            driven) else nothing_driven(run)) * bool(driven or not turned), ways,
         '<div class="next"></div>' * bool(driven), _part(
             'Along the way', tables.ALONG, driven, tables.NOTE) * bool(driven)]))
     return page
 
 
-def _figures(run: RunData, folder: Path, turn: int,
-             driven: Sequence[DriveReport]) -> Dict[str, str]:
-    """Returns {name: HTML} of the figures; '' for a figure that would show nothing."""
-    drawn = {'turns': figures.turns(run, turn), 'paths': None}
-    if run.odometry.length >= SHORTEST_PATH:
-        drawn['paths'] = figures.paths(run, driven)
-    return {name: write_figure(figure, folder / (name + '.png'), CAPTIONS[name])
-            for name, figure in drawn.items()}
-
-
-def picture(png: bytes, name: str, caption: str) -> str:
-    """Returns an HTML figure that holds the PNG picture; `name` is its alternative text."""
-    data = base64.b64encode(png).decode('ascii')
-    return '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2}</figcaption>' \
-        '</figure>'.format(escape(name), data, escape(caption))
-
-
-def write_figure(figure: Optional[figures.Figure], path: Path, caption: str) -> str:
+def write_figure(figure: Optional[figures.Figure], path: Path) -> str:
     """Write a figure as PNG. Returns its HTML, with the picture in it; '' without a figure."""
     if figure is None:
         return ''
     png = BytesIO()
     figures.save(figure, png)
     write_output(path, png.getvalue())
-    return picture(png.getvalue(), path.stem, caption)
+    return FIGURE.format(path.stem, base64.b64encode(png.getvalue()).decode('ascii'),
+                         CAPTIONS[path.stem])
 
 
 def _summary(run: RunData, model: RobotModel) -> str:
