@@ -77,7 +77,7 @@ class Program(processes.Program):
         with tempfile.TemporaryFile() as file:
             file.write(typed.encode())
             file.seek(0)
-            self._start(command, source, file, printed, environment)
+            super().__init__(command, environment, (source, file, printed))
 
     @property
     def lines(self):

@@ -134,13 +134,11 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
             seen = _once(criterion.judge(look), quoted)
             outcome = Outcome.MISSED if seen else Outcome.MET
         except NotSeen as reason:
-            missing = isinstance(reason, NotOffered)
-            outcome = Outcome.NOT_OFFERED if missing else Outcome.MISSED
+            outcome = Outcome.NOT_OFFERED if isinstance(reason, NotOffered) else Outcome.MISSED
             seen = _once(str(reason), quoted)
             if isinstance(reason, NotTried) and seen in {verdict.seen for verdict in verdicts}:
                 seen = NOT_TRIED    # a node that fails at its start has one reason, not fifteen
-        verdicts.append(Verdict(criterion, outcome, seen, worth[criterion.name],
-                                look.moment))
+        verdicts.append(Verdict(criterion, outcome, seen, worth[criterion.name], look.moment))
     return verdicts
 
 

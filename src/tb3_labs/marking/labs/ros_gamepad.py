@@ -5,6 +5,7 @@ needs them. They are known from the source of rospy 1.15.15 (Debian 12).
 """
 import math
 import time
+from contextlib import contextmanager
 from io import BytesIO
 
 import rospy
@@ -63,7 +64,7 @@ def _stick_up(stage, pad, name):
 
 def sticks(stage):
     """The sticks at several places."""
-    with AnyService(stage):
+    with any_services(stage.node.graph.types.by_sum()):
         stage.node.start()
         with HeldPad(stage.pad) as pad:
             for name, place in asked.PLACES.items():
@@ -72,20 +73,20 @@ def sticks(stage):
 
 def buttons(stage):
     """A, the sticks, B, the sticks, Y; then Ctrl+C while a stick drives."""
-    with AnyService(stage) as service:
+    with any_services(stage.node.graph.types.by_sum()) as calls:
         if not stage.node.alive:
             stage.node.start()
         with HeldPad(stage.pad) as pad:
             _hand_over(stage, pad)
             with stage.stimulus(asked.RESET_BUTTON) as record:
                 pad.press(pad.numbers.reset_button, HOLD)
-                wait_until(lambda: service.calls, asked.RESET_TIME - HOLD)
+                wait_until(lambda: calls, asked.RESET_TIME - HOLD)
                 time.sleep(UNDER_WAY)
-                record.facts.update({asked.CALLS: len(service.calls),
-                                     asked.ORIGIN: all(map(is_origin, service.calls)),
-                                     asked.UNIT: all(map(is_unit, service.calls))})
+                record.facts.update({asked.CALLS: len(calls),
+                                     asked.ORIGIN: all(map(is_origin, calls)),
+                                     asked.UNIT: all(map(is_unit, calls))})
             stage.remark(['The covariance of its reset is all zeros: TODO 4 is open.'] * (
-                not all(map(has_covariance, service.calls))))
+                not all(map(has_covariance, calls))))
             stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
 
 
@@ -135,8 +136,7 @@ def lost(stage):
         stage.falls_silent(asked.PAD_SILENT, _start_driving(stage, pad), lambda: pad.hold(None))
 
 
-PARTS = {asked.STICKS: sticks, asked.BUTTONS: buttons, asked.NO_SERVICE: no_service,
-         LOST: lost}
+PARTS = {asked.STICKS: sticks, asked.BUTTONS: buttons, asked.NO_SERVICE: no_service, LOST: lost}
 
 
 # -- a reset service of any type
@@ -179,38 +179,34 @@ class _AnyType:
     _response_class = AnyMsg
 
 
-class AnyService:
+@contextmanager
+def any_services(types):
     """Reset services with the names NAMES, in a ``with`` block. They take calls of any type, and
-    answer with success.
+    answer with success. Gives the requests of the calls so far, Empty for one of an unknown type.
 
-    The client's checksum tells the type. Of a type that the student made, the fields are not read.
-    A gamepad's call of its own service type fails if rospy no longer compares a client's checksum
-    with `_md5sum`, or no longer passes on the header and the bytes of an AnyMsg.
+    The client's checksum tells the type (`types`: checksum -> class). Of a type that the student
+    made, the fields are not read. A gamepad's call of its own service type fails if rospy no longer
+    compares a client's checksum with `_md5sum`, or no longer passes on the header and the bytes of
+    an AnyMsg.
     launch/checks/check_gamepad.test and test/ros/mark.test show it.
     """
+    calls = []
 
-    def __init__(self, stage):
-        self._types = stage.node.graph.types.by_sum()     # checksum -> class
-        #: The request of each call so far; it is Empty if its fields are not read.
-        self.calls = []
-        self._services = [rospy.Service(name, _AnyType, self._on_call) for name in NAMES]
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *problem):
-        for service in self._services:
-            service.shutdown()
-
-    def _on_call(self, raw):
-        kind = self._types.get(connection_of(raw)['md5sum'])
+    def on_call(raw):
+        kind = types.get(connection_of(raw)['md5sum'])
         if kind is None:
-            self.calls.append(Empty())
+            calls.append(Empty())
             raise rospy.ServiceException('the type of this request is not known here')
-        self.calls.append(kind._request_class().deserialize(raw._buff))
+        calls.append(kind._request_class().deserialize(raw._buff))
         response, buffer = kind._response_class(), BytesIO()
         for name, value in (('success', True), ('message', 'reset')):
             if name in response.__slots__:
                 setattr(response, name, value)
         response.serialize(buffer)
         return AnyMsg().deserialize(buffer.getvalue())
+    services = [rospy.Service(name, _AnyType, on_call) for name in NAMES]
+    try:
+        yield calls
+    finally:
+        for service in services:
+            service.shutdown()

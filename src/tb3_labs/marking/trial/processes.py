@@ -33,16 +33,15 @@ class Program:
     a person had started it.
 
     Output and errors are one text; its beginning and its end are kept. `environment`: None for that
-    of this process.
+    of this process. `ends`: where its output is read, its own input and output, in place of a
+    terminal.
     """
 
-    def __init__(self, command, environment=None):
-        source, theirs = pty.openpty()
-        self._start(command, source, theirs, theirs, environment)
-
-    def _start(self, command, source, typed, printed, environment):
-        """Start the command; `source`: where its output is read; `typed`, `printed`: its ends."""
-        self._source = source
+    def __init__(self, command, environment=None, ends=None):
+        if ends is None:
+            source, theirs = pty.openpty()
+            ends = source, theirs, theirs
+        self._source, typed, printed = ends
         self._process = subprocess.Popen(
             command, stdin=typed, stdout=printed, stderr=printed,
             # otherwise text that is printed to a pipe is seen only at the end

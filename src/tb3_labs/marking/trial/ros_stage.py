@@ -157,8 +157,7 @@ class Witness:
         self._asking = threading.Lock()
         self._settings, self._repairs = None, 0
         self._over = threading.Event()
-        subscribe('/{}/parameter_updates'.format(ROBOT), Values, self._on_settings,
-                  queue_size=None)
+        subscribe('/{}/parameter_updates'.format(ROBOT), Values, self._on_settings, queue_size=None)
         rospy.on_shutdown(self._on_shutdown)
         threading.Thread(target=self._repeat, daemon=True).start()
 
@@ -236,8 +235,7 @@ def try_out(lab, package, executable, parts, keep, pad, tell):
                     act(stage)
     except Exception as problem:
         # an untried stimulus must not look like a failure of the node
-        stage.observation.broken = '{}: {}'.format(
-            type(problem).__name__, problem)[:LONGEST]
+        stage.observation.broken = '{}: {}'.format(type(problem).__name__, problem)[:LONGEST]
         stage.keep()
         raise
     finally:

@@ -17,8 +17,7 @@ import rospy
 import rosservice
 
 from tb3_labs.marking.labs.criteria import START_TIME
-from tb3_labs.marking.trial.observation import (
-    CTRL_RELINQ, JOY, MOUSE_INFO, NotTried, Run)
+from tb3_labs.marking.trial.observation import CTRL_RELINQ, JOY, MOUSE_INFO, NotTried, Run
 from tb3_labs.marking.trial.ros_robot import ROBOT
 from tb3_labs.marking.trial.processes import Program, ResourceWatch
 from tb3_labs.marking.trial.ros_types import Types
@@ -79,8 +78,7 @@ class StudentNode:
         environment = self._launch.environment
         if environment is not None:     # each submission has a master of its own
             environment = dict(environment, ROS_MASTER_URI=os.environ['ROS_MASTER_URI'])
-        self._process = Program([*self._launch.prefix, *self._what, *arguments],
-                                environment)
+        self._process = Program([*self._launch.prefix, *self._what, *arguments], environment)
         if self._launch.isolated:
             self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS, os.getppid())
         if not self._is_ready_in_time(needed, known):
