@@ -22,15 +22,6 @@ def test_more_than_a_radian_at_once_is_a_jump(turned, said):
     assert heading.yaw == 3.0      # it is told before the sample is taken in
 
 
-@pytest.mark.parametrize('clock_ahead', [0.0, 0.8, -300.0])
-def test_the_age_counts_from_the_measurement_by_the_least_delay(clock_ahead):
-    heading = AtDoor(Heading())
-    for sent, delay in ((1.0, 0.004), (1.1, 0.0), (1.2, 0.1)):
-        heading.on_imu(ImuSample(1000.0 + sent + clock_ahead, 0.0, 0.0), 1000.0 + sent + delay)
-    assert heading.age(1001.31) == pytest.approx(0.11)
-    assert heading.age(1000.0) == 0.0      # a clock that went back
-
-
 def test_the_heading_of_a_robot_at_rest_is_better_known_than_by_one_sample():
     """Yaws of +/-0.01 rad in turns, at rest; then it turns away, and the new yaw counts."""
     heading = AtDoor(Heading())

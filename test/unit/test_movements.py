@@ -25,14 +25,6 @@ def kinds(segments, **parts):
     return [movement.kind for movement in movements(driven(segments, **parts))]
 
 
-def test_a_drive_and_its_three_parts():
-    found, = movements(driven(DRIVE))
-    first = math.radians(135.0) / 1.5
-    assert found.kind is Kind.DRIVE
-    assert (found.begin, found.forward, found.turns_again, found.end) == pytest.approx(
-        (2.0, 2.1 + first, 6.1 + first, 6.2 + 2.0 * first))
-
-
 def arc(degrees):
     """A turn, then both speeds at once: a law that steers a little, or an arc. Its first 0.3 s do
     not count."""

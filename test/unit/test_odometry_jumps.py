@@ -82,13 +82,6 @@ def test_the_firmwares_fault_is_in_the_robot_and_not_in_the_local_pose():
     assert abs(pose.x - truth.x) < 0.002 and abs(pose.y) < truth.x * math.radians(3 * 0.5)
 
 
-def test_a_spike_in_a_pose_that_is_right_changes_nothing():
-    steady = Steady()
-    for k in range(20):
-        seen = sample(0.01 * k, 0.0, 0.0, k / 30.0, 0.3, 140.0 if k == 7 else 0.0)
-        assert steady.take(seen, k / 30.0, IMU) == (seen.pose, None)
-
-
 @pytest.mark.parametrize('linear', [0.2, -0.2])
 @pytest.mark.parametrize('yaw', [0.0, 0.7, 2.5, -1.2])
 def test_one_displacement_backwards_is_turned_round_either_way_of_driving(linear, yaw):

@@ -44,15 +44,6 @@ def test_a_rest_is_no_stall_but_has_an_end():
     assert UNSETTLED in after(progress, 3 * DT, 1.0, told_to_move=False)
 
 
-def test_after_a_stand_the_way_may_be_longer_but_the_time_goes_on():
-    progress = StallWatch()
-    assert after(progress, 1.0, 0.5) == ''
-    progress.resume()
-    progress.update(0.5 + 2.0 * AWAY_LIMIT, 0.0, 0.0, DT)
-    assert progress.problem() == ''
-    assert STUCK in after(progress, STALL_TIME - 1.0 + DT, 0.5 + 2.0 * AWAY_LIMIT)
-
-
 def test_a_robot_settles_by_the_samples_of_one_rest():
     """Times by hand; the samples are of 1 s on, and of 5 s on."""
     settling = Settling()
