@@ -10,7 +10,7 @@ import pytest
 
 from tb3_labs.marking.intake import reading, submissions
 from tb3_labs.marking.intake.submissions import (
-    DEEPEST, Budget, HandedIn, Submission, by_student, file_name, read_name, sort_out,
+    DEEPEST, Budget, HandedIn, Submission, by_student, file_name, lay_out, read_name, sort_out,
     submissions_in, unpack, without_wrapping)
 from tb3_labs.marking.intake.packages import NotJudged, digest
 
@@ -111,7 +111,7 @@ def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
         (tmp_path / 'in' / 'a{}.zip'.format(number)).write_bytes(bomb)
     with open(str(tmp_path / 'in' / 'b.zip'), 'wb') as file:
         file.truncate(10 ** 12)
-    _, unread = Submission('Ann', [tmp_path / 'in']).lay_out(tmp_path / 'work')
+    _, unread = lay_out({tmp_path / 'in': ''}, tmp_path / 'work')
     sizes = [file.stat().st_size for file in (tmp_path / 'work').rglob('*') if file.is_file()]
     assert sum(sizes) <= 100000
     assert 'More than 0.1 MB: not all of it was unpacked.' in unread
@@ -130,7 +130,7 @@ def test_what_is_no_zip_file_is_refused(tmp_path):
 @pytest.mark.parametrize('name', ['a/' * 1500 + 'x.py', 'x' * 300 + '.py', '"\n\u202e.py',
                                   'a\\..\\..\\x.py'])
 def test_odd_paths_in_an_archive_end_nothing(tmp_path, name):
-    files, said = laid_out(Submission('Ann', [zipped(tmp_path / 'a.zip', {name: 'x'})]), tmp_path)
+    files, said = laid_out(Submission('Ann', {zipped(tmp_path / 'a.zip', {name: 'x'}): 'a.zip'}), tmp_path)
     assert len(files) + len(said) == 1
     assert ('deeper than 50' in ' '.join(said)) is (name.count('/') > 50)
 
@@ -148,7 +148,7 @@ def test_folders_that_are_too_deep_are_left_out(tmp_path):
 def laid_out(submission, tmp_path):
     """(the files that a submission consists of, remarks)."""
     folder = tmp_path / 'work' / submission.student
-    remarks, unread = submission.lay_out(folder)
+    remarks, unread = lay_out(submission.files, folder)
     return files_below(folder.resolve()), remarks + unread
 
 
@@ -194,14 +194,14 @@ def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path,
 
 def test_a_zip_file_in_a_zip_file_is_not_unpacked_and_that_is_told_unless_there_is_code(tmp_path):
     inner = zipped(tmp_path / 'inner.zip', {NODE: 'x'}).read_bytes()
-    one = Submission('Ann', [zipped(tmp_path / 'one.zip', {'a/inner.zip': inner})])
+    one = Submission('Ann', {zipped(tmp_path / 'one.zip', {'a/inner.zip': inner}): 'one.zip'})
     files, said = laid_out(one, tmp_path)
     assert files == {'one.unpacked/a/inner.zip'}
     assert said == ['inner.zip was not unpacked: only zip files are, and none in others.']
     (tmp_path / 'two').mkdir()
     (tmp_path / 'two' / 'n.py').write_text('x')
     (tmp_path / 'two' / 'inner.zip').write_bytes(inner)
-    assert laid_out(Submission('Bo', [tmp_path / 'two']), tmp_path) == (
+    assert laid_out(Submission('Bo', {tmp_path / 'two': ''}), tmp_path) == (
         {'n.py'}, ['Left out, because it is a zip file beside Python code: inner.zip.'])
 
 
@@ -210,7 +210,7 @@ def test_what_is_left_out_or_cannot_be_unpacked_is_told(tmp_path):
     (tmp_path / 'a' / 'link').symlink_to('/etc/passwd')
     (tmp_path / 'a' / 'work.zip').write_bytes(b'x')
     (tmp_path / 'a' / 'work.rar').write_bytes(b'x')
-    files, remarks = laid_out(Submission('Ann', [tmp_path / 'a']), tmp_path)
+    files, remarks = laid_out(Submission('Ann', {tmp_path / 'a': ''}), tmp_path)
     assert files == {'work.rar'}
     assert remarks[0] == 'Left out, because each is a link, a device, too deep, or may not be read: link.'
     assert 'cannot be unpacked' in remarks[1] and 'work.rar was not unpacked' in remarks[2]
@@ -238,7 +238,7 @@ def test_the_packages_of_a_python_environment_leave_room_for_the_node(tmp_path, 
     if not is_zip:
         unpack(path, tmp_path / 'ann', Budget(9))
         path = tmp_path / 'ann'
-    copied, said = laid_out(Submission('Ann', [path]), tmp_path)
+    copied, said = laid_out(Submission('Ann', {path: path.name}), tmp_path)
     assert ('work.unpacked/' * is_zip + NODE) in copied and len(copied) == 20
     assert said == ['More than 20 files: not all of it was unpacked.']
 

@@ -47,7 +47,7 @@ def hand_in(folder, files):
 def prepared(tmp_path, files, lab=TURN):
     """(how it starts; what was read, with all remarks), in this process; NotJudged if it is not."""
     folder = files if not isinstance(files, dict) else hand_in(tmp_path / 'bob', files)
-    reading = _read([str(folder)], [], str(tmp_path / 'ws' / COPY), lab, '', '')
+    reading = _read({str(folder): ''}, str(tmp_path / 'ws' / COPY), lab, '', '')
     return prepare(reading, tmp_path / 'ws', os.environ), reading
 
 
@@ -210,7 +210,7 @@ def test_whatever_eats_the_memory_of_its_reader_ends_the_reader_alone(tmp_path):
     """To parse this file Python needs 2.7 GB."""
     folder = hand_in(tmp_path / 'eve', {'turtlebot_controller.py': 'import ' + 'a.' * 50000 + 'a\n'})
     try:
-        assert read(Submission('eve', [folder]), tmp_path / 'copy', TURN).node == 'turtlebot_controller.py'
+        assert read(Submission('eve', {folder: ''}), tmp_path / 'copy', TURN).node == 'turtlebot_controller.py'
     except NotJudged as problem:
         assert 'more than 1 GB' in str(problem)
     assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < 1.1e6

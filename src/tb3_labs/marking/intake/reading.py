@@ -16,7 +16,8 @@ from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Set, Tuple
 from tb3_labs.marking.intake.packages import (
     MANIFEST, NotJudged, digest, find_node, interface_files, is_name, name_in, packages_in,
     source_of)
-from tb3_labs.marking.intake.submissions import CLASS, Budget, Submission, unpack
+from tb3_labs.marking.intake.submissions import (
+    CLASS, Budget, Submission, lay_out, unpack)
 from tb3_labs.marking.lab_names import NodeNames
 
 #: The most that a call may use: memory [bytes], processor time [s].
@@ -57,8 +58,9 @@ def read(submission: Submission, folder: Path, lab: NodeNames, package: str = ''
          name: str = '') -> Reading:
     """The Reading of a submission, copied into `folder`, which is made. `package`, `name`: of the
     node, if given. ``NotJudged`` if no file can be the node, or if it lacks modules."""
-    return Reading(*_call('It cannot be read', _read, list(map(str, submission.paths)),
-                          submission.names, str(folder), lab, package, name))
+    return Reading(*_call('It cannot be read', _read, {
+        str(path): own_name for path, own_name in submission.files.items()}, str(folder), lab,
+        package, name))
 
 
 def unpack_class(path: Path, folder: Path) -> None:
@@ -96,10 +98,10 @@ def _unpack_class(path, folder):
         raise NotJudged(budget.exceeded)
 
 
-def _read(paths: Sequence[str], names: List[str], folder: str, lab: Sequence[Any], package: str,
+def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
           name: str) -> Reading:
     place = Path(folder)
-    remarks, unread = Submission('', list(map(Path, paths)), names).lay_out(place)
+    remarks, unread = lay_out({Path(path): own for path, own in files.items()}, place)
     unread = list(dict.fromkeys(unread))
     try:
         path, why, look_at = find_node(place, NodeNames(*lab), package, name)

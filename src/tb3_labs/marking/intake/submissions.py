@@ -17,7 +17,6 @@ import stat
 import zipfile
 import zlib
 from collections import Counter
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Callable, Dict, Iterable, List, NamedTuple, Tuple
 
@@ -136,49 +135,47 @@ def chosen(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
 
 # -- submissions
 
-@dataclass
-class Submission:
+class Submission(NamedTuple):
     """The files and folders that one student handed in."""
 
     student: str
-    paths: List[Path]                       # folders and files
-    names: List[str] = field(default_factory=list)     # the student's own names of the files
+    files: Dict[Path, str]      # file or folder -> the student's own name of a file
 
-    def lay_out(self, folder: Path) -> Tuple[List[str], List[str]]:
-        """Copy the submission, unpacked, into `folder`, which is made. Returns (remarks on files
-        that were left out, remarks on those that could not be copied or unpacked: the node may be
-        in one).
 
-        Zip files are unpacked unless there is a Python file: then they do not belong to the code.
-        """
-        folder.mkdir(parents=True)
-        remarks: List[str] = []
-        unread: List[str] = []
-        budget = Budget()
-        files = [found for path, name in zip(
-            self.paths, self.names or [path.name for path in self.paths])
-            for found in (_files_in(path, remarks) if path.is_dir() else [(path, Path(name))])]
-        zips = [found for found in files if is_zip(found[1].name)]
-        for source, place in sorted(set(files) - set(zips), key=lambda found: _turn(
-                str(found[1]), found[0].stat().st_size)):
-            if budget.take(source.stat().st_size):
-                target = folder / place
-                target.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(str(source), str(target))
-                target.chmod(0o755 if os.access(str(source), os.X_OK) else 0o644)
-        if any(place.suffix == '.py' for _, place in files):
-            _say(remarks, 'it is a zip file beside Python code', [place for _, place in zips])
-        else:
-            for source, place in zips:
-                try:
-                    unpack(source, folder / place.parent / (place.stem + '.unpacked'), budget)
-                except NotJudged as reason:
-                    unread.append(str(reason))
-            others = [path.name for path in sort_out(folder)[0]
-                      if path.suffix.lower() in OTHER_ARCHIVES]
-            unread += ['{} was not unpacked: only zip files are, and none in others.'.format(
-                printable(name)) for name in others[:1]]
-        return remarks, unread + [budget.exceeded] * bool(budget.exceeded)
+def lay_out(handed_in: Dict[Path, str], folder: Path) -> Tuple[List[str], List[str]]:
+    """Copy the files of a submission, unpacked, into `folder`, which is made. Returns (remarks on
+    files that were left out, remarks on those that could not be copied or unpacked: the node may be
+    in one).
+
+    Zip files are unpacked unless there is a Python file: then they do not belong to the code.
+    """
+    folder.mkdir(parents=True)
+    remarks: List[str] = []
+    unread: List[str] = []
+    budget = Budget()
+    files = [found for path, name in handed_in.items()
+             for found in (_files_in(path, remarks) if path.is_dir() else [(path, Path(name))])]
+    zips = [found for found in files if is_zip(found[1].name)]
+    for source, place in sorted(set(files) - set(zips), key=lambda found: _turn(
+            str(found[1]), found[0].stat().st_size)):
+        if budget.take(source.stat().st_size):
+            target = folder / place
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(str(source), str(target))
+            target.chmod(0o755 if os.access(str(source), os.X_OK) else 0o644)
+    if any(place.suffix == '.py' for _, place in files):
+        _say(remarks, 'it is a zip file beside Python code', [place for _, place in zips])
+    else:
+        for source, place in zips:
+            try:
+                unpack(source, folder / place.parent / (place.stem + '.unpacked'), budget)
+            except NotJudged as reason:
+                unread.append(str(reason))
+        others = [path.name for path in sort_out(folder)[0]
+                  if path.suffix.lower() in OTHER_ARCHIVES]
+        unread += ['{} was not unpacked: only zip files are, and none in others.'.format(
+            printable(name)) for name in others[:1]]
+    return remarks, unread + [budget.exceeded] * bool(budget.exceeded)
 
 
 def sort_out(folder: Path) -> Tuple[List[Path], List[Path]]:
@@ -226,16 +223,15 @@ def submissions_in(folder: Path, tell: Callable[[str], None]) -> List[Submission
             tell('left out, because it is {}: {}'.format(
                 'a link' if stat.S_ISLNK(mode) else 'neither a folder nor a file', path))
     for student, parts in by_student((name, path.is_dir()) for name, path in paths.items()).items():
-        submission = Submission(student, [])
+        files = {}
         for name, said in parts:
             if paths[name].is_dir() or said.number or is_zip(name):
-                submission.paths.append(paths[name])
-                submission.names.append(said.file)
+                files[paths[name]] = said.file
             else:
                 tell('left out, because it is neither a folder nor a zip file: {}'.format(
                     paths[name]))
-        if submission.paths:
-            found.append(submission)
+        if files:
+            found.append(Submission(student, files))
     if not found:
         raise ValueError('there is no folder and no zip file in {}'.format(folder))
     return sorted(found, key=lambda submission: submission.student)
