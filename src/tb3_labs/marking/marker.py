@@ -34,8 +34,6 @@ FORGOTTEN = ('ROS_MASTER_URI', 'ROS_IP', 'ROS_NAMESPACE', 'TURTLEBOT3_MODEL', 'R
              'DISPLAY', 'WAYLAND_DISPLAY')
 #: Variables that list folders of catkin's workspaces.
 LISTS = (PREFIXES, 'LD_LIBRARY_PATH', 'PATH', 'PKG_CONFIG_PATH', MODULES, 'ROS_PACKAGE_PATH')
-#: Starts the master without rosout: rosout would write all log lines into a file.
-ROSCORE = '<launch/>'
 #: Log lines go to the terminal as usual, but to no file.
 LOGGING = '''version: 1
 disable_existing_loggers: false
@@ -163,7 +161,8 @@ def environment_in(work: Path, environment: Dict[str, str]) -> Dict[str, str]:
     settings = work / 'etc'
     settings.mkdir(exist_ok=True)
     (settings / 'logging.yaml').write_text(LOGGING)
-    (settings / 'roscore.xml').write_text(ROSCORE)
+    # without rosout, which would write all log lines into a file
+    (settings / 'roscore.xml').write_text('<launch/>')
     given = {name: value for name, value in environment.items() if name not in FORGOTTEN}
     return dict(given, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(work / 'ros'),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),

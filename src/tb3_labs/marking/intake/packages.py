@@ -41,11 +41,6 @@ def is_name(text: str) -> bool:
     return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
 
 
-def is_type(text: str) -> bool:
-    """Is this the name of a type, such as ``lab2/MouseController``?"""
-    return len(text.split('/')) == 2 and all(map(is_name, text.split('/')))
-
-
 def files_in(folder: Path) -> List[Path]:
     """Returns the paths of all files below `folder`, in order, without links."""
     return sorted(path for path in folder.rglob('*') if path.is_file() and not path.is_symlink())

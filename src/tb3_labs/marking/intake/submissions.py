@@ -44,19 +44,15 @@ OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
 TAKEN_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
 #: A name is at most this long, so that an ending fits behind it [bytes]. Linux allows 255.
 LONGEST_NAME = 180
-ENCRYPTED = 1       # the bit for a password, in the flags of a file in a zip file
 #: Archives that are not unpacked; a zip file if it lies in another one.
 OTHER_ARCHIVES = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 #: A larger file is not copied, unless it is an archive [bytes].
 LARGEST = 20000000
-#: A remark names at most this many of the files that were left out.
-NAMED_FILES = 3
 
 
 # -- names
 
 def is_zip(name: str) -> bool:
-    """Is this the name of a zip file?"""
     return name.lower().endswith(ZIP)
 
 
@@ -261,7 +257,7 @@ def _say(remarks, why, left):
     """Remark that these files were left out."""
     if left:
         remarks.append('Left out, because {}: {}.'.format(why, shortened(
-            [printable(str(place)) for place in sorted(left)], NAMED_FILES)))
+            [printable(str(place)) for place in sorted(left)], 3)))
 
 
 def _turn(place, size):
@@ -301,7 +297,7 @@ def unpack(path: Path, folder: Path, budget: Budget) -> None:
     try:
         with zipfile.ZipFile(str(path)) as archive:
             wanted = [info for info in archive.infolist() if _is_wanted(info)]
-            if any(info.flag_bits & ENCRYPTED for info in wanted):
+            if any(info.flag_bits & 1 for info in wanted):      # the bit for a password
                 raise NotJudged('The zip file was not unpacked: it has a password.')
             for info in sorted(wanted, key=lambda info: _turn(info.filename, info.file_size)):
                 if budget.take(info.file_size):

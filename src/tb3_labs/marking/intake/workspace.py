@@ -29,13 +29,11 @@ from tb3_labs.marking.intake.packages import (
 from tb3_labs.marking.intake.reading import GIVEN, Reading
 from tb3_labs.marking.intake.sandbox import MODULES, OWN_PACKAGE, NoSandbox
 
-#: The name of a package in the copy if its own name cannot be used.
-SUBSTITUTE = 'submission'
-SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</version>
+#: The package.xml of a package in the copy if its own name cannot be used.
+SUBSTITUTE = '''<package format="2"><name>{}</name><version>0.0.0</version>
 <description>-</description><maintainer email="nobody@example.org">-</maintainer>
 <license>-</license></package>
 '''
-SHEBANG = '#!/usr/bin/env python3'
 #: A first line that names a Python.
 NAMES_PYTHON = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
 #: The text of a module that stands in for one that is missing: each of its names is None.
@@ -52,8 +50,8 @@ BUILD_TIME = 30.0
 ELSEWHERE = re.compile(
     r"""^((?:AttributeError: module|ImportError: cannot import name '.*?' from) '(\w+)[\w.]*'.*|"""
     r"""AttributeError: 'Thread' object .* 'isAlive')$""", re.MULTILINE)
-#: Of a workspace: the copy of the submission, and the Python modules that are made for it.
-COPY, MADE = 'src', 'python'
+#: The folder of a workspace that has the copy of the submission.
+COPY = 'src'
 #: The environment variable with the path of a file that holds a Launch. mark.py writes the file;
 #: another process, the check, reads it and starts the node.
 VARIABLE = 'TB3_LABS_LAUNCH'
@@ -88,7 +86,7 @@ def prepare(reading: Reading, workspace: Path, environment: Mapping[str, str],
     environment is this one, and the folders of the workspace. `reading` gets the remarks.
     """
     remarks = reading.remarks
-    copy, made = workspace / COPY, workspace / MADE
+    copy, made = workspace / COPY, workspace / 'python'
     source, node = copy / reading.package, copy / reading.node
     packages = {name: copy / folder for name, folder in reading.packages.items()
                 if name != OWN_PACKAGE}
@@ -137,8 +135,8 @@ def _name(reading, source, packages, remarks):
     remarks.append(reading.bad_name or 'The package is called {}, as this one: it got another '
                    'name.'.format(reading.name))
     # its node may import messages by the folder's name
-    name = source.name if source.name in packages else SUBSTITUTE
-    (source / MANIFEST).write_text(SUBSTITUTE_MANIFEST.format(name), encoding='utf-8')
+    name = source.name if source.name in packages else 'submission'
+    (source / MANIFEST).write_text(SUBSTITUTE.format(name), encoding='utf-8')
     return name
 
 
@@ -159,7 +157,7 @@ def _repair(node, remarks, look_at):
     elif b'\r' in code and b'\n' not in code:
         said.append('has the line ends of an old Mac (CR): save it with LF')
     elif not code.startswith(b'#!'):
-        said.append('does not begin with {}, so that rosrun cannot start it'.format(SHEBANG))
+        said.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
     elif python and not shutil.which(os.fsdecode(python.group(1))):
         look_at.append('It begins with {}, which this machine lacks: on another one it may '
                        'run.'.format(printable(os.fsdecode(first[:80]))))

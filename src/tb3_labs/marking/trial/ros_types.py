@@ -12,7 +12,7 @@ from typing import Any, BinaryIO, Dict, List, Optional
 import genpy
 
 from tb3_labs.marking.intake.describe import FORMS, example_of
-from tb3_labs.marking.intake.packages import is_type
+from tb3_labs.marking.intake.packages import is_name
 
 #: The packages of the services that the handout, its skeletons and the sheets call. A service of a
 #: student with the checksum of one of these is the same.
@@ -82,7 +82,7 @@ def _example(kind, checksum, data, fields=()):
 def _imported(kind, what):
     package, _, name = kind.partition('/')
     try:
-        return is_type(kind) and getattr(
+        return is_name(package) and is_name(name) and getattr(
             importlib.import_module('{}.{}'.format(package, what)), name, None)
     except ImportError:
         return None
