@@ -231,14 +231,13 @@ def _read(request, environment, sandbox):
 
     It comes in a file, since a program in a sandbox cannot write a large file.
     """
-    with tempfile.TemporaryFile('w+') as asked, tempfile.TemporaryFile('w+') as answer:
-        json.dump(request, asked)
-        asked.seek(0)
+    with tempfile.TemporaryFile('w+') as answer:
         try:
             subprocess.run(
-                sandbox.own_network(sandbox.command(['python3', '-c', DESCRIBE])), stdin=asked,
-                stdout=answer, stderr=subprocess.DEVNULL, timeout=BUILD_TIME,
-                env=sandbox.environment(environment), check=True)
+                sandbox.own_network(sandbox.command(['python3', '-c', DESCRIBE])),
+                input=json.dumps(request), stdout=answer, stderr=subprocess.DEVNULL,
+                timeout=BUILD_TIME, env=sandbox.environment(environment), check=True,
+                universal_newlines=True)
             answer.seek(0)
             return json.load(answer)
         except (subprocess.SubprocessError, ValueError):
