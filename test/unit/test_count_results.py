@@ -87,9 +87,8 @@ def test_no_result_overwrites_another():
 
 
 def test_a_rostest_that_skips_says_so(tmp_path, run, monkeypatch):
-    rospy, xmlrunner = pytest.importorskip('rospy'), pytest.importorskip('rosunit.xmlrunner')
     monkeypatch.syspath_prepend(str(TEST / 'ros'))
-    from rosunit_internals import rosrun
+    from rosunit_internals import rospy, rosrun, xmlrunner
 
     class Some(unittest.TestCase):
         def test_one(self):
@@ -128,7 +127,6 @@ def test_a_rostest_that_skips_says_so(tmp_path, run, monkeypatch):
 
 @pytest.mark.parametrize('load, attempts', [(0.0, 1), (1000.0, 3)])
 def test_a_rostest_that_fails_is_tried_again_on_a_busy_machine_alone(monkeypatch, load, attempts):
-    pytest.importorskip('rostest')
     monkeypatch.syspath_prepend(str(TEST / 'ros'))
     import rosunit_internals
     ran = []

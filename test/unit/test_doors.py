@@ -3,8 +3,6 @@ import math
 
 import pytest
 
-pytest.importorskip('rospy')
-
 from genpy import Time
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState

@@ -3,8 +3,6 @@ from types import SimpleNamespace
 
 import pytest
 
-pytest.importorskip('rospy')
-
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.simulation import ros_fake_robot
 from tb3_labs.simulation.mystery_robot import HiddenFault

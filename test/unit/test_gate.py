@@ -3,10 +3,6 @@ import ast
 import pathlib
 import threading
 
-import pytest
-
-pytest.importorskip('rospy')
-
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.ros import gate
 from tb3_labs.supervision.events import News, Output

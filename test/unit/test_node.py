@@ -13,8 +13,6 @@ from types import SimpleNamespace
 
 import pytest
 
-pytest.importorskip('rospy')    # the processes below need it
-
 from geometry_msgs.msg import Twist, Vector3
 from pages import SCRIPTS
 from tb3_labs.robot.turtlebot3 import Twist2

@@ -2,8 +2,6 @@
 import runpy
 
 import pytest
-
-pytest.importorskip('rospy')
 from pages import SCRIPTS
 
 screen_position = runpy.run_path(str(SCRIPTS / 'mouse_client.py'))['screen_position']

@@ -4,8 +4,6 @@ from types import SimpleNamespace
 
 import pytest
 
-pytest.importorskip('actionlib')
-
 from actionlib import CommState
 from actionlib_msgs.msg import GoalStatus
 
