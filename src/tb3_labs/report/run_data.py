@@ -19,7 +19,6 @@ import numpy as np
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
-from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: An interval of a topic longer than this is a gap [s].
 GAP = 0.3
@@ -146,13 +145,6 @@ class Commands(Samples):
 
     linear: np.ndarray
     angular: np.ndarray
-
-    def newest(self, times: np.ndarray) -> np.ndarray:
-        """The index of the command in force at each time [s]; -1 before the first command, and
-        after the robot's timeout."""
-        newest = np.searchsorted(self.time, times, side='right') - 1
-        is_over = np.append(self.time, -math.inf)[newest] < times - COMMAND_TIMEOUT
-        return np.where(is_over, -1, newest)
 
 
 @dataclass(frozen=True)

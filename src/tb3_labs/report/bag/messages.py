@@ -71,7 +71,10 @@ def make_collectors(parts, prefix):
         'asked': (Values, lambda message: [(None, math.radians(message.data))]),
         'control': (Values, lambda message: [(None, float(message.data))]),
         'presses': (Values, _presses()),
-        'frames': (Poses, _frames((prefix + 'local').strip('/'))),
+        'frames': (Poses, lambda message: (
+            (each.header, each.transform.translation.x, each.transform.translation.y,
+             _yaw(each.transform.rotation)) for each in message.transforms
+            if each.child_frame_id.lstrip('/') == (prefix + 'local').strip('/'))),
         'log': (LogLines, _lines(prefix))}
     return {part: Collector(*special.get(part, (Poses, _pose))) for part in parts}
 
@@ -153,16 +156,6 @@ def _presses():
         nonlocal held
         before, held = held, {k for k, is_down in enumerate(message.buttons) if is_down}
         return [(None, float(number)) for number in sorted(held - before)]
-    return rows_of
-
-
-def _frames(child):
-    """The pose of the frame `child` among all transforms."""
-    def rows_of(message):
-        for each in message.transforms:
-            if each.child_frame_id.lstrip('/') == child:
-                place, rotation = each.transform.translation, each.transform.rotation
-                yield each.header, place.x, place.y, _yaw(rotation)
     return rows_of
 
 

@@ -154,17 +154,15 @@ def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequ
     if epoch.local_T_world is not None:
         truth = truth.seen_from(epoch.local_T_world)
     drift, deviation = _drift(run, parts)
-    seconds = [0.0] * len(DRIVING)
-    for part in parts:
-        if part.state in DRIVING:
-            seconds[DRIVING.index(part.state)] += part.end - part.begin
+    seconds = tuple(sum((part.end - part.begin for part in parts if part.state == state), 0.0)
+                    for state in DRIVING)
     least = math.nan
     if goal is not None and len(local):
         least = least_time(local.at(begin), goal, model, max_angular=MAX_ANGULAR)
     return DriveReport(
         begin, end, goal, _outcome(frames, parts, later), _miss(local, goal, end),
         UNKNOWN if epoch.local_T_world is None else _miss(truth, goal, end),
-        drift, deviation, tuple(seconds), least)
+        drift, deviation, seconds, least)
 
 
 def _miss(poses: Poses, goal: Optional[Pose2], end: float) -> Tuple[float, float]:
@@ -215,8 +213,5 @@ def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float =
     linear = min(max_linear, model.max_linear)
     angular = min(max_angular, model.max_angular)
     line = start.bearing_to(goal)
-    times = []
-    for face in (line, line + math.pi) if reverse else (line,):
-        times.append(turned(start.yaw, face, goal.yaw) / angular
-                     + start.distance_to(goal) / linear)
-    return min(times)
+    return min(turned(start.yaw, face, goal.yaw) / angular + start.distance_to(goal) / linear
+               for face in ((line, line + math.pi) if reverse else (line,)))

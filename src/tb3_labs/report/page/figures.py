@@ -105,8 +105,6 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
     return figure
 
 
-# The paths ---------------------------------------------------------------------------------------
-
 def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     """The path in odom and in local, side by side at one scale, with the axes of both frames, and
     the goals of the drives."""

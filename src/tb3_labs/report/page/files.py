@@ -23,7 +23,7 @@ from tb3_labs.report.motion.turns import TurnReport, turns
 from tb3_labs.report.page import figures, tables, timeline
 from tb3_labs.report.page.document import degrees, document, number
 from tb3_labs.report.run_data import Poses, RunData, yaw_offset
-from tb3_labs.robot.turtlebot3 import RobotModel
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
 #: A pose belongs to an odometry message if their times differ by at most this [s].
 SAME_INSTANT = 0.02
@@ -115,9 +115,6 @@ def _part(title: str, columns: Sequence[tables.Column], reports: Sequence[Any], 
         title, tables.numbered(row, columns, reports) if reports else '', escape(words))
 
 
-# Sentences: findings, rules and frames --------------------------------------------------------
-
-
 def nothing_driven(run: RunData) -> str:
     """Returns the sentence that tells why no drives are listed."""
     words = NOTHING.format(
@@ -169,9 +166,6 @@ def _rule(run: RunData) -> str:
     return WITH_MOUSE if 'mouse_info' in run.devices else BY_SHAPE
 
 
-# run.csv --------------------------------------------------------------------------------------
-
-
 def write_csv(run: RunData, path: Path) -> None:
     """Write one row for each odometry message; a cell is empty if nothing was recorded then."""
     odometry, local, truth, at = run.odometry, run.local_pose, run.ground_truth, run.odometry.time
@@ -180,7 +174,9 @@ def write_csv(run: RunData, path: Path) -> None:
     words = np.array([''] + [span.state for span in in_order], dtype=object)
     states = words[np.searchsorted([span.begin for span in in_order], at, side='right')]
     near = _nearest(error_time, at)
-    newest = run.commands.newest(at)
+    newest = np.searchsorted(run.commands.time, at, side='right') - 1
+    is_over = np.append(run.commands.time, -math.inf)[newest] < at - COMMAND_TIMEOUT
+    newest = np.where(is_over, -1, newest)      # no command yet, or after the robot's timeout
     columns = {
         'time_s': at, **_pose_columns('odom', odometry, np.arange(len(at))),
         **_pose_columns('local', local, _nearest(local.time, at)),

@@ -7,7 +7,7 @@ import csv
 import math
 from io import StringIO
 from pathlib import Path
-from typing import Any, Callable, Iterable, List, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Iterable, NamedTuple, Sequence, Tuple
 
 from tb3_labs.command_line import write_output
 from tb3_labs.control.goal_state import DRIVING
@@ -79,26 +79,15 @@ NOTE = ('Drift: heading at the end of MOVE_FORWARD minus {} s after its start, b
             STRAIGHT_AFTER, MAX_ANGULAR))
 
 
-def cells(columns: Sequence[Column], report: Any) -> List[str]:
-    """Returns the texts of a report on a page, one for each column."""
-    return [number(column.value(report), column.form) if column.form else column.value(report)
-            for column in columns]
-
-
-# Tables of a page -----------------------------------------------------------------------------
-
-
 def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
     """Returns a table with a numbered row for each report; `word`: what a row is, such as
     'turn'."""
     more = len(reports) - MOST_ROWS
     return table([word] + [column.head for column in columns], [
-        [str(count)] + cells(columns, report)
+        [str(count)] + [number(column.value(report), column.form) if column.form else
+                        column.value(report) for column in columns]
         for count, report in enumerate(reports[:MOST_ROWS], 1)], words=('outcome',)) + (
             '<p>{}s.csv has {} more.</p>'.format(word, more) if more > 0 else '')
-
-
-# CSV ------------------------------------------------------------------------------------------
 
 
 def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],

@@ -39,7 +39,6 @@ DIGITS, TIMELINE_ROUNDING = 3, 0.0005
 MOST_POINTS, MOST_MARKS, MOST_LINES, LONGEST_TEXT = 50000, 500, 2000, 1000
 #: rosbag's own node. Its log lines, the topics that it records, are left out.
 RECORDER = 'record'
-PLACE = ('m', 'm', 'deg')
 #: A moment or a stretch on the line: kind, begin, end, text.
 Mark = Dict[str, Any]
 
@@ -120,7 +119,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
 
 def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
     yaw = np.degrees(np.unwrap(poses.yaw)) if len(poses) else poses.yaw
-    return track(poses.time, [poses.x, poses.y, yaw], PLACE, [*breaks, *poses.leaps])
+    return track(poses.time, [poses.x, poses.y, yaw], ['m', 'm', 'deg'], [*breaks, *poses.leaps])
 
 
 def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
@@ -173,9 +172,10 @@ def marks(run: RunData, turned: Sequence[TurnReport],
     found += [mark('reset', epoch.begin, 'reset {} of local'.format(k))
               for k, epoch in enumerate(epochs(run)[1:], 1)]
     found += [mark('stop', span.begin, span.state) for span in spans(run) if ':' in span.state]
-    found += [mark('start' if allowed else 'stop', at,
-                   'control {} the node'.format('given to' if allowed else 'taken from'))
-              for at, allowed in _changes(run)]
+    given = run.control.value > 0.5
+    found += [mark('start' if given[k] else 'stop', run.control.time[k],
+                   'control {} the node'.format('given to' if given[k] else 'taken from'))
+              for k in np.flatnonzero(np.diff(given, prepend=~given[:1]))]
     for name, samples in (('imu', run.imu), ('odometry', run.odometry)):
         for k in np.flatnonzero(np.diff(samples.time) > GAP):
             begin, end = samples.time[k:k + 2]
@@ -191,13 +191,6 @@ def _by_hand(run: RunData, begin: float, end: float) -> Mark:
     return mark('hand', begin, '{}: {:.2f} m, turned {} deg'.format(
         'driven by ' + ' and '.join(drivers) if drivers else 'by hand',
         run.odometry.between(begin, end).length, degrees(after - before, '{:+.1f}')), end)
-
-
-def _changes(run: RunData) -> List[Any]:
-    """(time, may a node drive?) at each change of ctrl_relinq."""
-    values = run.control.value > 0.5
-    changes = [0, *(np.flatnonzero(values[1:] != values[:-1]) + 1)] if len(values) else []
-    return [(float(run.control.time[k]), bool(values[k])) for k in changes]
 
 
 def _lines(log: LogLines) -> List[List[Any]]:
@@ -216,8 +209,6 @@ def _lines(log: LogLines) -> List[List[Any]]:
     return first + [[first[-1][0], '', '({} lines are left out)'.format(left_out)]
                     for _ in range(left_out > 0)] + last
 
-
-# The page -----------------------------------------------------------------------------------------
 
 def section(data: Dict[str, Any]) -> str:
     """The HTML of a timeline with these data, which needs no other file."""
