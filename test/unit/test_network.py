@@ -7,14 +7,15 @@ from operator import itemgetter
 
 import pytest
 
-from tb3_labs.simulation.network import Interruptions, Link, LinkSettings
+from tb3_labs.simulation.network import Interruptions, Link
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 SPARSE = [float(k) for k in range(20000)]           # nothing waits for what was before it [s]
 DENSE = [k / 1000.0 for k in range(600000)]         # ten minutes [s]
-STALLING = LinkSettings(stalls_per_min=20.0, longest_stall=0.3)
+STALLING = SimulatorConfig(stalls_per_min=20.0, longest_stall=0.3)
 
 
-def link_of(link_settings, direction='sensors', seed=1):
+def link_of(link_settings, direction='sensor', seed=1):
     link = Link(direction, seed)
     link.configure(link_settings, 0.0)
     return link
@@ -43,7 +44,7 @@ def stalls_of(arrivals, moments):
 # Delay and jitter ---------------------------------------------------------------------------------
 
 def test_jitter_is_exponential_on_top_of_the_delay():
-    arrivals = carry(link_of(LinkSettings(delay=0.02, jitter=0.01)), SPARSE)
+    arrivals = carry(link_of(SimulatorConfig(sensor_latency=0.02, sensor_jitter=0.01)), SPARSE)
     extra = sorted(arrival - number - 0.02 for arrival, number in arrivals)
     assert extra[0] >= -1e-9
     # 20000 numbers: the mean is good to 0.7 % (one sigma)
@@ -54,12 +55,12 @@ def test_jitter_is_exponential_on_top_of_the_delay():
 # The cut ------------------------------------------------------------------------------------------
 
 def test_what_is_under_way_when_the_cut_comes_is_held_up_and_afterwards_takes_its_time():
-    link = link_of(LinkSettings(delay=0.5))
+    link = link_of(SimulatorConfig(sensor_latency=0.5))
     link.send(['arrives', 'held'], [0.0, 0.25])
-    link.configure(LinkSettings(delay=0.5, is_cut=True), 0.625)
+    link.configure(SimulatorConfig(sensor_latency=0.5, network_cut=True), 0.625)
     link.send(['late'], [8.75])
     assert link.take(9.0) == [(0.5, 'arrives')]
-    link.configure(LinkSettings(delay=0.5), 9.0)
+    link.configure(SimulatorConfig(sensor_latency=0.5), 9.0)
     assert link.take(9.5) == [(9.0, 'held'), (9.25, 'late')]
 
 
@@ -101,7 +102,7 @@ def test_a_stall_holds_up_what_falls_into_it_until_its_end_and_nothing_else():
 
 def test_a_stall_counts_at_arrival_not_at_sending():
     direct = stalls_of(stalling_arrivals(), DENSE)
-    late = carry(link_of(replace(STALLING, delay=0.5)), DENSE)
+    late = carry(link_of(replace(STALLING, sensor_latency=0.5)), DENSE)
     held = [(arrival, DENSE[number]) for arrival, number in late
             if arrival - DENSE[number] > 0.5 + 1e-9]
     ends = {end for end, _ in direct}
@@ -111,7 +112,7 @@ def test_a_stall_counts_at_arrival_not_at_sending():
 
 
 def test_one_stall_holds_up_both_directions():
-    assert carry(link_of(STALLING, 'commands'), DENSE) == stalling_arrivals()
+    assert carry(link_of(STALLING, 'command'), DENSE) == stalling_arrivals()
 
 
 def test_a_change_of_the_stalls_ends_the_present_one():
@@ -119,19 +120,19 @@ def test_a_change_of_the_stalls_ends_the_present_one():
     link, middle = link_of(STALLING), (first[1][0] + first[0]) / 2.0
     link.send(['held'], [first[1][0]])
     assert link.take(middle) == []
-    link.configure(LinkSettings(), middle)
+    link.configure(SimulatorConfig(), middle)
     assert link.take(middle) == [(middle, 'held')]
 
 
 # Seeds --------------------------------------------------------------------------------------------
 
-ALL = LinkSettings(delay=0.02, jitter=0.01, stalls_per_min=40.0, longest_stall=0.5)
+ALL = SimulatorConfig(sensor_latency=0.02, sensor_jitter=0.01, stalls_per_min=40.0, longest_stall=0.5)
 
 
 def test_the_seed_decides():
     moments = DENSE[:60000]
     assert carry(link_of(ALL, seed=3), moments) == carry(link_of(ALL, seed=3), moments)
-    jitter = LinkSettings(jitter=0.01)
+    jitter = SimulatorConfig(sensor_jitter=0.01, command_jitter=0.01)
     for kind in jitter, STALLING:
         assert carry(link_of(kind, seed=3), moments) != carry(link_of(kind, seed=4), moments)
-    assert carry(link_of(jitter, 'sensors'), SPARSE) != carry(link_of(jitter, 'commands'), SPARSE)
+    assert carry(link_of(jitter, 'sensor'), SPARSE) != carry(link_of(jitter, 'command'), SPARSE)

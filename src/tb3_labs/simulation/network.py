@@ -21,18 +21,16 @@ Leith and Dangerfield, "Inferring queue state by measuring delay in a WiFi netwo
 import math
 import random
 from collections import deque
-from dataclasses import dataclass
 from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple, Union
+
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: A moment [s], and the message that arrives then.
 Arrival = Tuple[float, Any]
 
-#: The longest stall of the recordings [s].
-LONGEST_STALL = 0.4
-
 
 def _network(delay: float = 0.0, stalls_per_min: float = 0.0,
-             longest_stall: float = LONGEST_STALL) -> Dict[str, float]:
+             longest_stall: float = SimulatorConfig.longest_stall) -> Dict[str, float]:
     # The jitter's mean is a quarter of the delay: one message in 55 takes twice the delay or more.
     return dict(command_latency=delay, sensor_latency=delay, command_jitter=delay / 4.0,
                 sensor_jitter=delay / 4.0, stalls_per_min=stalls_per_min,
@@ -46,17 +44,6 @@ NETWORKS: Dict[str, Dict[str, float]] = {
     'busy': _network(0.015, 20.0, 0.3),
     'bad': _network(0.030, 40.0, 0.5),
 }
-
-
-@dataclass(frozen=True)
-class LinkSettings:
-    """Settings of one direction."""
-
-    delay: float = 0.0              # of every message [s]
-    jitter: float = 0.0             # mean of the additional delay, exponential [s]
-    stalls_per_min: float = 0.0
-    longest_stall: float = LONGEST_STALL    # each lasts a uniform random time up to this [s]
-    is_cut: bool = False            # nothing arrives while this is True
 
 
 class Interruptions:
@@ -81,18 +68,18 @@ class Interruptions:
 
 
 class Link:
-    """One direction of the network, 'sensors' or 'commands'. Messages arrive in their order."""
+    """One direction of the network, 'sensor' or 'command'. Messages arrive in their order."""
 
     def __init__(self, direction: str, seed: int) -> None:
-        self._seed = seed
-        self._random = random.Random('jitter of {} {}'.format(direction, seed))
-        self._settings = LinkSettings()
+        self._names, self._seed = (direction + '_latency', direction + '_jitter'), seed
+        self._random = random.Random('jitter of {}s {}'.format(direction, seed))
+        self._settings = SimulatorConfig()
         self._stalls: Optional[Interruptions] = None
         self._under_way: Deque[Arrival] = deque()   # (due at [s], message), in order
         self._last_due = -math.inf
         self._arrived: List[Arrival] = []
 
-    def configure(self, settings: LinkSettings, now: float) -> None:
+    def configure(self, settings: SimulatorConfig, now: float) -> None:
         """Use other settings from `now` on."""
         self._arrived = self.take(now)
         before, self._settings = self._settings, settings
@@ -107,7 +94,7 @@ class Link:
 
     def send(self, things: Sequence[Any], moments: Sequence[float]) -> None:
         """Each of `things` is sent at its moment [s]."""
-        delay, jitter = self._settings.delay, self._settings.jitter
+        delay, jitter = (getattr(self._settings, name) for name in self._names)
         latest, append = self._last_due, self._under_way.append
         for thing, moment in zip(things, moments):
             due = moment + delay
@@ -122,7 +109,7 @@ class Link:
         """The messages that have arrived by `until` [s], in order of their arrival."""
         arrived, self._arrived = self._arrived, []
         under_way, stalls = self._under_way, self._stalls
-        if not self._settings.is_cut:
+        if not self._settings.network_cut:
             while under_way and under_way[0][0] <= until:
                 arrival = stalls.release(under_way[0][0]) if stalls else under_way[0][0]
                 if arrival > until:

@@ -24,7 +24,7 @@ from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
 from tb3_labs.simulation.body import RAW_BIAS, Body
 from tb3_labs.simulation.firmware import RESET_COMMAND, Board, motor_speeds
-from tb3_labs.simulation.network import Link, LinkSettings
+from tb3_labs.simulation.network import Link
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
 
@@ -47,8 +47,8 @@ class Simulator:
         #: Time since the start [s].
         self.now = 0.0
         self._control_rhythm = Rhythm(CONTROL_RATE)
-        self._command_link = Link('commands', config.seed)
-        self._sensor_link = Link('sensors', config.seed)
+        self._command_link = Link('command', config.seed)
+        self._sensor_link = Link('sensor', config.seed)
         self._board = Board()
         self._obeyed = 0.0, 0.0     # (forward speed, rate of turn) that the motors follow
         self._apply(config)
@@ -84,11 +84,8 @@ class Simulator:
             body.imu.bias = math.radians(config.gyro_bias_deg)
         body.motion_changed()
         self.sensors.configure(config, self.now)
-        for link, delay, jitter in (
-                (self._command_link, config.command_latency, config.command_jitter),
-                (self._sensor_link, config.sensor_latency, config.sensor_jitter)):
-            link.configure(LinkSettings(delay, jitter, config.stalls_per_min, config.longest_stall,
-                                        config.network_cut), self.now)
+        for link in (self._command_link, self._sensor_link):
+            link.configure(config, self.now)
 
     def command(self, linear: float, angular: float) -> None:
         """Send a command now: forward speed [m/s], rate of turn [rad/s]. The firmware takes

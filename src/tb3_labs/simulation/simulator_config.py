@@ -10,7 +10,6 @@ from typing import Dict
 
 from tb3_labs.config import Config, setting
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
-from tb3_labs.simulation.network import LONGEST_STALL
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ class SimulatorConfig(Config):
         0.0, 'random stalls of the network: all is delayed, then arrives at once', '1/min',
         0.0, 120.0)
     longest_stall: float = setting(
-        LONGEST_STALL, 'longest stall; each lasts a random time up to this', 's', 0.0, 10.0)
+        0.4, 'longest stall; each lasts a random time up to this', 's', 0.0, 10.0)
     # 512 readings at 200 Hz; the firmware gives up after 5 s.
     reset_pause: float = setting(
         2.56, 'time in which the board only recalibrates its gyro, after `reset`; motors run on',
