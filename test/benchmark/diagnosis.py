@@ -15,7 +15,7 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, 'unit'))
-from mutants import SAME, agree, known, mistaken_node, scene_of
+from mutants import agree, is_same, known, mistaken_node, scene_of
 from right_runs import RIGHT, right_run
 from student_runs import played
 from tb3_labs.report.cause.diagnosis import diagnose
@@ -46,10 +46,6 @@ def made(number, seed):
     return None
 
 
-def is_right(mistake, guess):
-    return guess == mistake or any({guess, mistake} <= group for group in SAME)
-
-
 def main():
     """Make the runs, ask, and print the guesses for each mistake."""
     parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
@@ -66,7 +62,7 @@ def main():
     for (lab, mistake), guesses in sorted(table.items()):
         print('{:6}{:27}{:4}   {}'.format(lab, mistake, sum(guesses.values()), ', '.join(
             '{} {}'.format(guess, count) for guess, count in guesses.most_common())))
-    guesses = [is_right(mistake, guess) for _, mistake, _, guess in runs if mistake]
+    guesses = [is_same(mistake, guess) for _, mistake, _, guess in runs if mistake]
     accused = [bool(guess) for _, mistake, _, guess in runs if not mistake]
     print('right first guess      {:5.1f} % of {} runs of known mistakes'.format(
         100.0 * sum(guesses) / len(guesses), len(guesses)))

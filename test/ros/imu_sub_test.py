@@ -18,10 +18,6 @@ class ImuSubTest(NodeCase):
         cls.watch_data(Float32, 'heading')
         cls.seen.wait_for('ground_truth')
 
-    def true_heading(self):
-        """The heading of this robot's IMU [deg]: the true heading and its offset."""
-        return math.degrees(self.seen.latest('ground_truth').yaw) + 20.0
-
     def test_prints_at_most_ten_lines_a_second_and_publishes_every_message(self):
         begun = rospy.get_time()
         node = self.start('imu_sub.py')
@@ -34,7 +30,7 @@ class ImuSubTest(NodeCase):
         expected, late = len(headings) / 20.0, 10.0 * self.hiccups.since(begun)
         self.assertTrue(0.9 * expected - late <= len(lines) - 1 <= expected + 5.0 + late,
                         (len(lines), len(headings), late))
-        truth = self.true_heading()
+        truth = math.degrees(self.seen.latest('ground_truth').yaw) + 20.0    # the IMU's offset
         for heading in [float(LINE.search(line).group(1)) for line in lines[:-1]] + headings:
             self.assertLess(abs(math.remainder(heading - truth, 360.0)), 0.1)
         self.assertTrue(lines[-1].endswith('Shutting down the IMU subscriber'), lines[-1])

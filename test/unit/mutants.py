@@ -4,7 +4,7 @@ right node's text with some lines replaced.
 The mistakes bear the identifiers of tb3_labs.report.cause.diagnosis.
 """
 import random
-from typing import Callable, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -262,6 +262,11 @@ OWN_CONSTANTS = 0.3
 def known() -> List[Tuple[str, str]]:
     """All known mistakes: (lab, identifier)."""
     return [(lab, mistake) for lab, mistakes in MISTAKES.items() for mistake in mistakes]
+
+
+def is_same(mistake: str, guess: Optional[str]) -> bool:
+    """Is it the mistake, or one that can make the same run?"""
+    return guess == mistake or any({guess, mistake} <= group for group in SAME)
 
 
 def right_node(lab: str, source: random.Random) -> Node:

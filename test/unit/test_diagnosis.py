@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from made_run import made
-from mutants import BY_LETTERS, PARTIAL, SAME, edited, mistaken_node, right_node, scene_of
+from mutants import BY_LETTERS, PARTIAL, edited, is_same, mistaken_node, right_node, scene_of
 from right_runs import RIGHT, right_run
 from student_runs import played, text_of, turn_scene
 from test_marking import turned as robot_that_turned
@@ -87,10 +87,6 @@ def test_a_displacement_that_is_rotated_wrongly_never_comes_near(way):
 def test_how_far_a_drive_is_from_an_ideal_one(was, ended, ideal, metres):
     seen = Seen((0.0, 1.0, 2.0, 3.0), Pose2(), Drive(*was), ended, Pose2())
     assert apart(seen, Drive(*ideal)) == pytest.approx(metres, abs=1e-9)
-
-
-def is_same(mistake, guess):
-    return guess == mistake or any({guess, mistake} <= group for group in SAME)
 
 
 def run_of(lab, mistake, seed):

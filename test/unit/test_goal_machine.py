@@ -56,12 +56,6 @@ def machine_with(law):
     return machine
 
 
-def last_of(machine, motion=STANDING, seconds=1.0):
-    """The machine's last answer in that time; each of its steps reads a new sample."""
-    answers = [machine.step(motion, 0.033) for _ in range(round(seconds / 0.033))]
-    return answers[-1]
-
-
 def test_finished_states_are_passed_through_within_one_step():
     law = Told()
     law.left.update(rotate_to_goal=0.0, move_forward=0.0)
@@ -100,7 +94,7 @@ def test_a_drive_that_ends_outside_is_driven_on_from_there_twice(misses, starts,
     ends = iter(misses * ['stopped 30 mm from the goal'] + [''])
     law.shortfall = lambda pose, goal: next(ends)
     machine = machine_with(law)
-    assert last_of(machine) is None
+    assert [machine.step(STANDING, 0.033) for _ in range(30)][-1] is None
     assert law.starts == starts
     assert (machine.state is GoalState.GOAL_REACHED) is reached
     assert machine.failure == ('' if reached else 'stopped 30 mm from the goal')
@@ -114,14 +108,9 @@ def test_another_try_waits_for_rest_of_its_own():
     assert law.starts == 3 and answers == 8 * [Twist2()] + [None]
 
 
-def finished():
-    """A machine whose law has finished, of a robot that has yet to come to rest."""
-    return machine_with(Told(left=0.0))
-
-
 @pytest.mark.parametrize('ages', [('imu_age',), ('odometry_age',), ('imu_age', 'odometry_age')])
 def test_one_sample_at_rest_is_not_enough_however_often_it_is_looked_at(ages):
-    machine, age = finished(), 0.0
+    machine, age = machine_with(Told(left=0.0)), 0.0      # its law has finished
     machine.step(MOVING, 0.033)
     for _ in range(30):
         age += 0.033      # no sample has come since

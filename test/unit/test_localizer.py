@@ -248,7 +248,6 @@ def test_the_noise_of_the_imu_is_told_with_the_motion():
 
 METRES, TURNS = st.floats(-10.0, 10.0), st.floats(-7.0, 7.0)
 TRUTHS = st.builds(Truth, st.builds(complex, METRES, METRES), TURNS)
-OFFSETS_DEG = [0.0, -1.3, -34.6, -47.7, 59.1, -105.5, 140.6, 180.0, -180.0]   # of real robots
 
 
 @given(TRUTHS, TRUTHS, TRUTHS, TURNS)

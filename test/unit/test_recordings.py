@@ -36,7 +36,8 @@ class Recording:
         self.faults = [number for number, (_, angular) in enumerate(speeds) if abs(angular) > 100.0]
         for number in self.faults:
             step = self.odometry[number, 1:3] - self.odometry[number - 1, 1:3]
-            assert step @ _direction(self.odometry[number, 3]) * speeds[number][0] < 0.0
+            yaw = self.odometry[number, 3]
+            assert step @ (math.cos(yaw), math.sin(yaw)) * speeds[number][0] < 0.0
             self.odometry[number:, 1:3] -= 2.0 * step
 
     def at(self, stamp):
@@ -54,10 +55,6 @@ class Recording:
         cos, sin = math.cos(declared.yaw), math.sin(declared.yaw)
         return (declared.x + cos * forward - sin * left, declared.y + sin * forward + cos * left,
                 declared.yaw + imu - imu0)
-
-
-def _direction(yaw):
-    return np.array([math.cos(yaw), math.sin(yaw)])
 
 
 load = functools.lru_cache(maxsize=None)(Recording)

@@ -11,14 +11,10 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import ImuSamples, Poses, yaw_offset
 
 
-def offset_of(imu_yaw, kept=slice(None)):
-    imu = ImuSamples(TIME, TIME, wrap_all(imu_yaw), ZERO).take(kept)
-    return yaw_offset(made(imu=imu))
-
-
 def test_an_offset_that_grows_has_its_mean_spread_and_drift():
     """From 170 deg to 190: the mean is half a turn, the spread that of a uniform distribution."""
-    offset = offset_of(np.radians(170.0 + 2.0 * TIME))
+    yaw = wrap_all(np.radians(170.0 + 2.0 * TIME))
+    offset = yaw_offset(made(imu=ImuSamples(TIME, TIME, yaw, ZERO)))
     assert abs(math.degrees(offset.mean)) == pytest.approx(180.0)
     assert math.degrees(offset.spread) == pytest.approx(20.0 / math.sqrt(12.0), rel=0.01)
     # the last 20 of 201 samples against the first 20
