@@ -129,11 +129,6 @@ class SourceFile(NamedTuple):
     text: str
 
 
-#: The path of the file that is chosen as the node; why, for the student; a sentence for the
-#: instructor if the choice was by chance.
-Choice = Tuple[str, List[str], List[str]]
-
-
 class _Candidate(NamedTuple):
     """A file and its ranks, compared in this order: the file with the smallest is chosen."""
 
@@ -148,7 +143,8 @@ class _Candidate(NamedTuple):
     text: str
 
 
-def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -> Choice:
+def find_node(folder: Path, lab: NodeNames, package: str = '',
+              name: str = '') -> Tuple[str, List[str], List[str]]:
     """The choice of a lab's node below `folder`; see choose()."""
     files, names = [], {}
     for path in filter(_is_program, files_in(folder)):
@@ -186,8 +182,9 @@ def _is_program(path):
 
 
 def choose(lab: NodeNames, files: Sequence[SourceFile], package: str = '',
-           name: str = '') -> Choice:
-    """The Choice of the file that is the node of a lab.
+           name: str = '') -> Tuple[str, List[str], List[str]]:
+    """Returns (path of the file that is the node of a lab; why, for the student; a sentence for the
+    instructor if the choice was by chance).
 
     A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
     of class and node. Only files of `package` and called `name` count, if these are given.
