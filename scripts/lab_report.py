@@ -46,25 +46,17 @@ def parse(words):
     return given
 
 
-def report(given):
-    """Write the report. Returns the path of its page.
-
-    Raises ``ValueError`` if the bag has no such run or turn, ``OSError`` if nothing can be written,
-    ``ImportError`` without matplotlib.
-    """
-    from tb3_labs.report.motion.movements import LAB_GOAL, completed
-    from tb3_labs.report.page.files import write_report
-    from tb3_labs.report.bag.ros_bag import read_run
-    run = completed(read_run(str(given.bag), given.ns, _tell), given.goal or LAB_GOAL)
-    folder = given.folder or given.bag.with_name(given.bag.stem + '_report')
-    return write_report(run, robot_model(given.model), folder, given.turn)
-
-
 def main(words):
     """Read the bag, and write the report. Returns the exit status."""
     given = parse(words)
     try:
-        print('Report: {}'.format(report(given)))
+        from tb3_labs.report.motion.movements import LAB_GOAL, completed
+        from tb3_labs.report.page.files import write_report    # needs matplotlib
+        from tb3_labs.report.bag.ros_bag import read_run
+        run = completed(read_run(str(given.bag), given.ns, _tell), given.goal or LAB_GOAL)
+        folder = given.folder or given.bag.with_name(given.bag.stem + '_report')
+        print('Report: {}'.format(write_report(
+            run, robot_model(given.model), folder, given.turn)))
     except ImportError as problem:
         return _fail('{}; install it: sudo apt install --no-install-recommends python3-{}'.format(
             problem, (problem.name or 'matplotlib').split('.')[0]))

@@ -173,12 +173,13 @@ def _odom(run: RunData, time: float) -> Pose2:
 def seen_drive(run: RunData, movement: Movement, ends: np.ndarray) -> Seen:
     """Returns a movement as it was; `ends`: the times at which one may be cut off [s]. A robot goes
     on a moment after its last command. Without a way, the last turn begins where the side
-    changes."""
+    changes, if it changes once."""
     begin, forward, again, stop = (
         movement.begin, movement.forward, movement.turns_again, movement.end)
     has_way = forward < again
     if not has_way:
-        forward = again = _other_side(run, begin, stop)
+        changes = side_changes(run, begin, stop)
+        forward = again = float(changes[0]) if len(changes) == 1 else stop + SETTLED
     later = run.commands.time[(run.commands.time > stop) & moving(run.commands)]
     rest = min([stop + SETTLED, run.duration, *later[:1]])
     at_begin, ahead, end = (_odom(run, time) for time in (begin, min(forward, rest), rest))
@@ -194,20 +195,16 @@ def seen_drive(run: RunData, movement: Movement, ends: np.ndarray) -> Seen:
                 part if was_cut else '', end)
 
 
-def _other_side(run: RunData, begin: float, end: float) -> float:
-    """Returns the time at which the commands of a turn change their side; a moment after the end if
-    they do not, or if the turn goes left and right."""
+def side_changes(run: RunData, begin: float, end: float) -> np.ndarray:
+    """The times at which the commands change the side of a turn [s]."""
     commands = run.commands.between(begin, end)
     turning = commands.take(np.abs(commands.angular) > NO_SPEED)
-    changes = np.flatnonzero(np.diff(np.sign(turning.angular)))
-    return float(turning.time[changes[0] + 1]) if len(changes) == 1 else end + SETTLED
+    return turning.time[1:][np.diff(np.sign(turning.angular)) != 0.0]
 
 
 def swings(run: RunData, begin: float, end: float) -> bool:
     """Was the robot told to turn left and right, again and again?"""
-    rates = run.commands.between(begin, end).angular
-    sides = np.sign(rates[np.abs(rates) > NO_SPEED])
-    return int(np.count_nonzero(np.diff(sides))) >= SWINGS
+    return len(side_changes(run, begin, end)) >= SWINGS
 
 
 def _arrived(seen: Seen, last: Declared, goal: Pose2) -> bool:

@@ -98,7 +98,10 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
     return {
         'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
         'odom': _poses(odometry), 'local': _poses(local, local_resets),
-        'truth': _poses(_truth_in_odom(run, frames)),
+        # in each epoch the truth is matched to its first pose in local
+        'truth': _poses(Poses.joined([run.ground_truth.between(epoch.begin, epoch.end).seen_from(
+            epoch.odom_T_local @ epoch.local_T_world)
+            for epoch in frames if epoch.local_T_world is not None])),
         'asked': _poses(asked), 'mistaken': _poses(mistaken),
         'frame': _poses(local_in_odom(run, local.time), local_resets),
         'heading': track(imu.time, [np.degrees(np.unwrap(imu.yaw))], ['deg']),
@@ -126,13 +129,6 @@ def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
     """Returns the indices of the first samples after a reset; `time`: of the samples [s]."""
     found = np.searchsorted(time, [epoch.begin for epoch in frames[1:]])
     return [int(index) for index in found if 0 < index < len(time)]
-
-
-def _truth_in_odom(run: RunData, frames: Sequence[Epoch]) -> Poses:
-    """Returns the true poses in ``odom``, matched in each epoch to its first pose in ``local``."""
-    return Poses.joined([run.ground_truth.between(epoch.begin, epoch.end).seen_from(
-        epoch.odom_T_local @ epoch.local_T_world)
-        for epoch in frames if epoch.local_T_world is not None])
 
 
 def _commands(commands: Commands) -> List[List[Any]]:
