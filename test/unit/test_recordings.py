@@ -65,11 +65,6 @@ def recording(request):
     return load(request.param)
 
 
-@pytest.fixture(scope='module')
-def drive():
-    return load('burger_drive')
-
-
 def replay(recording, asked=()):
     """(fixes, resets) of a localizer, `asked` being [(time of the recorder, declared pose)]."""
     localizer, waiting, resets, fixes = AtDoor.localizer(), list(asked), [], []
@@ -125,7 +120,8 @@ def test_a_reset_on_the_way(recording, declared, seconds):
 
 
 @pytest.mark.parametrize('offset', [-0.06, -0.02, 0.0, 0.02, 0.06])
-def test_a_reset_while_the_imu_crosses_half_a_turn(drive, offset):
+def test_a_reset_while_the_imu_crosses_half_a_turn(offset):
+    drive = load('burger_drive')
     crossing, = np.flatnonzero(np.diff(np.floor((drive.imu[:, 1] + math.pi) / (2.0 * math.pi))))
     arrival = next(arrival for arrival, sample in drive.arrivals
                    if isinstance(sample, ImuSample) and sample.stamp == drive.imu[crossing, 0])
