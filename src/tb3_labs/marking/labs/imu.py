@@ -133,7 +133,7 @@ def hint(seen: Observation) -> str:
 
 def _prints(true, said):
     """The mistake of a node that says these headings for the true ones [deg]."""
-    if np.ptp(said) < 3.0:
+    if np.ptp(said) < 3.0:      # [deg], and roll and pitch of a level robot are below 5
         return 'It printed the same number, {:.1f}, at each heading. {}'.format(
             said[0], 'Is it the roll or the pitch in place of the yaw? (Radians would run up to '
             '3.14.)' if abs(said[0]) < 5.0 else 'Is the order of the four numbers w, x, y, z?')

@@ -205,7 +205,7 @@ def offset(stage):
     stage.node.stop()
     board = rospy.Publisher(ROBOTS_RESET, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
-    if not stage.robot.face(100.0):
+    if not stage.robot.face(100.0):     # [deg]: both zeros differ clearly after the reset
         stage.not_offered([asked.OFFSET_DRIVE],
                           'the robot did not come to rest, so that it could not be reset')
     board.publish()

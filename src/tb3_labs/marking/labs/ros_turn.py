@@ -148,7 +148,7 @@ def _begin_at(stage, heading):
 
     If needed, the robot is turned and the node is started.
     """
-    astray = abs(difference_degrees(stage.recorder.heading_deg, heading)) > 25.0
+    astray = abs(difference_degrees(stage.recorder.heading_deg, heading)) > 25.0   # [deg]
     if astray or not (stage.node.alive and stage.recorder.rests()):
         stage.node.stop()
         if astray:

@@ -199,8 +199,9 @@ def drives_forward(commands: Iterable[Sequence[float]]) -> bool:
     return any(command[LINEAR] > AT_EDGE[0] for command in commands)
 
 
-#: Near to an angle [deg].
-NEARLY = 15.0
+#: Near to an angle [deg]. A robot that turns away from its goal comes at least AWAY far [deg]. A
+#: node whose turn is over at once sends at most FEW zeros.
+NEARLY, AWAY, FEW = 15.0, 45.0, 5
 NO_RIGHT = 'A turn to the right is over at once, one to the left is not: is there a branch for ' \
     'r, as for l? Any negative error is less than HDG_TOL (abs).'
 
@@ -242,7 +243,7 @@ def _why_no_turn(tried):
             still[0][0].typed, answers[0][0][:LONGEST_LINE])
     if len(still) == len(tried):
         return 'Its commands go on, all of them zero: which field of the Twist turns the robot, ' \
-            'and is it set?' if min(len(scene.commands) for _, scene in still) > 5 else \
+            'and is it set?' if min(len(scene.commands) for _, scene in still) > FEW else \
             'Its turn is over at once: is self.turning True after the letter, and is the angle ' \
             'that it adds in degrees, as HDG_TOL is?'
     if {turn.typed for turn, _ in still} == {RIGHT}:
@@ -274,7 +275,7 @@ def _which_way(wrong):
     asked, turned = np.array([(turn.asked_deg, scene.turned_deg) for turn, scene in wrong]).T
     restless = sum(not scene.facts[RESTED] for _, scene in wrong)
     if all(scene.moving[0, ANGULAR] * turn.asked_deg < 0.0 for turn, scene in wrong):
-        if restless > 1 and (turned * np.sign(asked) < -45.0).all():
+        if restless > 1 and (turned * np.sign(asked) < -AWAY).all():
             return 'It turns away from the goal, and comes to no rest. Turn it to the left by ' \
                 'hand: if self.curr_yaw grows, is the error goal minus heading, and K_HDG ' \
                 'positive? If it falls, step 4 has the heading.'

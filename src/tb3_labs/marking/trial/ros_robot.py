@@ -190,7 +190,7 @@ class RobotHand:
                 if time.monotonic() >= deadline:
                     break
                 self._wheels.publish(to_twist(*speeds))
-                time.sleep(0.03)
+                time.sleep(0.03)    # a control period of the robot
         finally:
             self._wheels.publish(to_twist(0.0, 0.0))
             self._recorder.note_own_move(begin)
@@ -200,14 +200,14 @@ class RobotHand:
         afterwards?"""
         def command():
             error = difference(math.radians(heading_deg), self._recorder.pose.yaw)
-            speed = clamp(3.0 * abs(error), 0.1, 1.5)       # [rad/s]
+            speed = clamp(3.0 * abs(error), 0.1, 1.5)   # [rad/s], by the error in [rad]
             return (0.0, math.copysign(speed, error)) if abs(error) > 0.01 else None
         self._move(command, 8.0)
         return wait_until(self._recorder.rests, RESTS)
 
     def leave_origin(self):
         """Drive the robot forward: at the odometry's origin many a wrong frame looks right."""
-        self._move(lambda: (0.2, 0.0), 2.5)     # [m/s], [rad/s], [s]
+        self._move(lambda: (0.2, 0.0), 2.5)     # 0.2 m/s for 2.5 s
 
 
 class Repeater:
@@ -246,4 +246,4 @@ class Repeater:
     def _repeat(self):
         while not (self._closed or rospy.is_shutdown()):
             self._send(self._message)
-            time.sleep(0.05)
+            time.sleep(0.05)    # 20 messages in a second
