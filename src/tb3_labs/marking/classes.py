@@ -129,15 +129,11 @@ def mark_class(given, tell_problem):
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         try:
             marker, found = _begun(given, Path(work), tell_problem)
+            failed = MarkedClass(marker, bool(given.only), tell_problem).mark_all(found, given.jobs)
+            page, notes = marker.folder.write_overview(given.unprotected)
         except (OSError, ValueError, NotJudged) as problem:
             tell_problem(reason(problem))
             return 2
-        failed = MarkedClass(marker, bool(given.only), tell_problem).mark_all(found, given.jobs)
-    try:
-        page, notes = marker.folder.write_overview(given.unprotected)
-    except (OSError, ValueError) as problem:
-        tell_problem(reason(problem))
-        return 2
     for note in notes[given.unprotected:]:      # the note on --unprotected was printed before
         tell(note)
     if page is not None:
