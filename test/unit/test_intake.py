@@ -157,14 +157,16 @@ def test_a_folder_of_everything(tmp_path):
     zipped(folder / 'Ann_1_assignsubmission_file_' / 'work.zip', {NODE: 'x'})
     zipped(folder / 'lee_LATE_2_22_lab2.zip', {'lee/' + NODE: 'x'})
     (folder / 'kim_3_33_turtlebot_controller-1.py').write_text('x')
+    (folder / 'Zoe_4_assignsubmission_file_').write_text('x')      # without a name of its own
     (folder / 'plain').mkdir()
     (folder / 'grades.csv').write_text('x')
     (folder / '__MACOSX').mkdir()
     found = submissions_in(folder, told.append)
-    assert [submission.student for submission in found] == ['Ann', 'kim', 'lee', 'plain']
+    assert [submission.student for submission in found] == ['Ann', 'Zoe', 'kim', 'lee', 'plain']
     assert len(told) == 1 and 'neither a folder nor a zip file' in told[0]
-    assert [laid_out(submission, tmp_path)[0] for submission in found[:3]] == [
-        {'work.unpacked/' + NODE}, {'turtlebot_controller.py'}, {'lab2.unpacked/lee/' + NODE}]
+    assert [laid_out(submission, tmp_path)[0] for submission in found[:4]] == [
+        {'work.unpacked/' + NODE}, {'Zoe_4_assignsubmission_file_'}, {'turtlebot_controller.py'},
+        {'lab2.unpacked/lee/' + NODE}]
 
 
 def in_zip(path, folder):

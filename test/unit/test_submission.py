@@ -98,7 +98,8 @@ HANDED_IN = {
     'packages without a manifest': (OUTER, '0.0\n', 'no package.xml'),
     "the skeleton's message": (BARE, 'False\n', 'The package lab2 was not handed in: the message '
                                'MouseController of the skeleton stands in for its own.'),
-    'broken messages': (BROKEN, 'False\n', 'lab1/Broken.msg cannot be built: Cannot locate message [Type]'),
+    'broken messages': (BROKEN, 'False\n', 'lab1/Broken.msg cannot be built: Cannot locate message [Type]: '
+                        'unknown package [nowhere].'),
     'a broken service': (BROKEN, 'False\n', 'lab1/S.srv cannot be built: Invalid declaration: no type here.'),
     'own modules, and the nearer package': (LAWS, 'lab2 lab2/lab1\n', 'is not executable'),
     'two files of a name': (TWICE, 'scripts\n', 'as likely the node as {}, and they differ'.format(MINE)),

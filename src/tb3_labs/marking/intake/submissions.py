@@ -222,7 +222,7 @@ def submissions_in(folder: Path, tell: Callable[[str], None]) -> List[Submission
         files = {}
         for name, said in parts:
             if paths[name].is_dir() or said.number or is_zip(name):
-                files[paths[name]] = said.file
+                files[paths[name]] = said.file or name
             else:
                 tell('left out, because it is neither a folder nor a zip file: {}'.format(
                     paths[name]))

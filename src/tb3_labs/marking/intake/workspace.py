@@ -205,8 +205,9 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
         place.mkdir(parents=True, exist_ok=True)
         (place / name).write_text(text, encoding='utf-8')
         (folder / package_name / '__init__.py').touch()
-    remarks += ['{} cannot be built: {}.'.format(
-        '/'.join(name.split(os.sep)[::2]), ' '.join(problem.split()).rstrip('.'))
+    # without the folders in which genmsg has searched: they are the marking machine's
+    remarks += ['{} cannot be built: {}.'.format('/'.join(name.split(os.sep)[::2]), re.split(
+        ' on search path | with paths ', ' '.join(problem.split()))[0].rstrip('.'))
         for name, problem in sorted(done['problems'].items())]
     return done
 
