@@ -12,14 +12,14 @@ from tb3_labs.ros.conversions import to_pose2, to_pose_stamped
 from tb3_labs.srv import ResetPose
 
 from node_case import STARTING, NodeCase
-from thumb import A, B, Thumb
+from thumb import A, B, Thumb, WithThumb
 
 ROBOTS = ('robot1', 'robot2')
 DECLARED = {'robot1': Pose2(0.5, -0.5, 1.0), 'robot2': Pose2(-1.0, 0.0, -2.0)}
 GOALS = {'robot1': Pose2(0.9, -0.2, 0.0), 'robot2': Pose2(-0.6, 0.3, 2.0)}
 
 
-class TwoRobotsTest(NodeCase):
+class TwoRobotsTest(WithThumb, NodeCase):
 
     @classmethod
     def setUpClass(cls):
@@ -75,6 +75,7 @@ class TwoRobotsTest(NodeCase):
     def test_a_gamepad_hands_over_its_own_robot_only(self):
         for robot in ROBOTS:
             self.seen.forget(robot + '/ctrl_relinq')
+        self.thumb.press(B)     # another test may have given robot2 away
         # a pad is obeyed after it was at rest for a while
         self.seen.wait_for('robot2/control_holder', lambda holder: holder == 'gamepad')
         self.thumb.press(A)
