@@ -15,9 +15,9 @@ DENSE = [k / 1000.0 for k in range(600000)]         # ten minutes [s]
 STALLING = SimulatorConfig(stalls_per_min=20.0, longest_stall=0.3)
 
 
-def link_of(link_settings, direction='sensor', seed=1):
+def link_of(settings, direction='sensor', seed=1):
     link = Link(direction, seed)
-    link.configure(link_settings, 0.0)
+    link.configure(settings, 0.0)
     return link
 
 

@@ -63,6 +63,7 @@ class SimulatorConfig(Config):
     stalls_per_min: float = setting(
         0.0, 'random stalls of the network: all is delayed, then arrives at once', '1/min',
         0.0, 120.0)
+    # The default: the longest stall of the recordings.
     longest_stall: float = setting(
         0.4, 'longest stall; each lasts a random time up to this', 's', 0.0, 10.0)
     # 512 readings at 200 Hz; the firmware gives up after 5 s.
