@@ -44,19 +44,23 @@ def main(words):
         files = skeleton(templates, package)
         target = checked_place(given.folder.expanduser().resolve()) / package
         write(files, target)
+    except FileExistsError as problem:
+        return tell_problem('{} is already there, and stays as it is; --name gives another name, '
+                            'or give another folder'.format(problem.filename))
     except (OSError, ValueError) as problem:
-        said = reason(problem)
-        if isinstance(problem, FileExistsError):
-            said = '{} is already there, and stays as it is; --name gives another name, or give ' \
-                'another folder'.format(problem.filename)
-        print('skeleton.py: {}'.format(said), file=sys.stderr)
-        return 2
+        return tell_problem(reason(problem))
     source = target.parent
     print('{} is written. The TODOs are in src/{}. Next: cd {}; catkin_make; source '
           'devel/setup.bash; roslaunch {} {}.launch sim:=true'.format(
               target, node, source.parent if source.name == 'src' else 'WORKSPACE', package,
               given.lab))
     return 0
+
+
+def tell_problem(problem):
+    """Print why nothing was written. Returns the exit status."""
+    print('skeleton.py: {}'.format(problem), file=sys.stderr)
+    return 2
 
 
 if __name__ == '__main__':

@@ -192,6 +192,11 @@ def reach(goal: Tuple[float, float], step: Tuple[float, float]) -> float:
     return (along - math.sqrt(inside)) / square if inside >= 0.0 and along > 0.0 else math.inf
 
 
+def in_degrees(reference: Declared) -> float:
+    """The rotation of a node whose odometry's yaw is in degrees."""
+    return in_radians(reference.odom.yaw)
+
+
 WAYS = (
     Way(),
     Way('inverse_missing', lambda reference: -reference.odom.yaw),
@@ -221,9 +226,8 @@ WAYS = (
     Way('quaternion_order', lambda reference: mirrored(reference.odom.yaw)),
     Way('quaternion_order', lambda reference: math.pi),
     Way('degrees', reading=in_radians, leaps=True),
-    Way('degrees', lambda reference: in_radians(reference.odom.yaw), reading=in_radians,
-        leaps=True),
-    Way('degrees', lambda reference: in_radians(reference.odom.yaw)),
+    Way('degrees', in_degrees, reading=in_radians, leaps=True),
+    Way('degrees', in_degrees),
     Way('yaw_sign', reading=lambda yaw: -yaw),
     Way('atan2', bearing=lambda here, goal: math.atan2(goal.x - here.x, goal.y - here.y)),
     Way('never_arrives', arrives=False), Way('sign', wraps=lambda error: wrap(-error)),
