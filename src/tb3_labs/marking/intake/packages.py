@@ -129,6 +129,14 @@ class SourceFile(NamedTuple):
     text: str
 
 
+class Choice(NamedTuple):
+    """The file that is chosen as the node."""
+
+    path: str
+    remarks: List[str]      # why, for the student
+    look_at: List[str]      # for the instructor: the choice was by chance
+
+
 class _Candidate(NamedTuple):
     """A file and its ranks, compared in this order: the file with the smallest is chosen."""
 
@@ -143,9 +151,8 @@ class _Candidate(NamedTuple):
     text: str
 
 
-def find_node(folder: Path, lab: NodeNames, package: str = '',
-              name: str = '') -> Tuple[str, List[str], List[str]]:
-    """The choice of a lab's node below `folder`; see choose()."""
+def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -> Choice:
+    """The Choice of a lab's node below `folder`; see choose()."""
     files, names = [], {}
     for path in filter(_is_program, files_in(folder)):
         found = package_folder(path, folder)
@@ -182,9 +189,8 @@ def _is_program(path):
 
 
 def choose(lab: NodeNames, files: Sequence[SourceFile], package: str = '',
-           name: str = '') -> Tuple[str, List[str], List[str]]:
-    """Returns (path of the file that is the node of a lab; why, for the student; a sentence for the
-    instructor if the choice was by chance).
+           name: str = '') -> Choice:
+    """Returns the file that is the node of a lab.
 
     A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
     of class and node. Only files of `package` and called `name` count, if these are given.
@@ -198,10 +204,10 @@ def choose(lab: NodeNames, files: Sequence[SourceFile], package: str = '',
         raise NotJudged(_nothing_found(files, package, names))
     alike = [each for each in found if each[:ALIKE] == found[0][:ALIKE]]
     differ = len({each.text for each in alike}) > 1
-    return found[0].path, _remarks(found, packages, names), [
+    return Choice(found[0].path, _remarks(found, packages, names), [
         'Judged was {}. It is as likely the node as {}, and they differ: --package and --type '
         'choose another one.'.format(found[0].path, shortened(
-            [each.path for each in alike[1:]]))] * differ
+            [each.path for each in alike[1:]]))] * differ)
 
 
 def _candidate(lab, file, packages, names):

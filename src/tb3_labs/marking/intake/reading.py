@@ -109,14 +109,15 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
         raise NotJudged(' '.join((unread or [str(problem)]) + remarks)) from None
     node = place / path
     source, packages = source_of(node, place), packages_in(place, node)
-    needed, given, unused, lacking = _needs_of(node, packages)
-    if lacking:
+    needs = _needs_of(node, packages)
+    if needs.lacking:
         raise NotJudged('{} imports {}, which neither the submission nor the marking machine has.'
-                        .format(path, ' and '.join(lacking)))
+                        .format(path, ' and '.join(needs.lacking)))
     return Reading(
         digest(place), remarks + why + unread, look_at, path, str(source.relative_to(place)),
         *name_in(source / MANIFEST),
-        {each: str(packages[each].relative_to(place)) for each in needed}, given, unused)
+        {each: str(packages[each].relative_to(place)) for each in needs.packages},
+        needs.given, needs.unused)
 
 
 # -- the imports of a program
@@ -170,11 +171,18 @@ def _catches(handler):
         isinstance(node, ast.Name) and node.id in CAUGHT for node in ast.walk(handler.type))
 
 
+class Needs(NamedTuple):
+    """The needs of a node besides the system's modules."""
+
+    packages: List[str]     # names, each after those that it needs
+    given: List[str]        # packages that were not handed in, whose GIVEN the node imports
+    unused: List[str]       # modules that are not found, and not used, with dots
+    lacking: List[str]      # modules that are not found, up to their first dot
+
+
 def _needs_of(node, packages):
-    """(names of the packages that a node needs, each after those that it needs; packages that were
-    not handed in, whose GIVEN the node imports; modules that are not found, and not used, with
-    dots; modules that are not found, up to their first dot); `packages`: name -> folder of all
-    packages of the submission. The imports of the modules beside the node count too."""
+    """The Needs of a node; `packages`: name -> folder of all packages of the submission. The
+    imports of the modules beside the node count too."""
     order, seen = [], set()
 
     def visit(name):
@@ -207,9 +215,9 @@ def _needs_of(node, packages):
              for name in item.packages & missing if is_name(name) and name not in packages}
     missing -= given
     lacking = set().union(*(item.packages & missing for item in own if item.used), ())
-    return order, sorted(given), sorted({
+    return Needs(order, sorted(given), sorted({
         module for item in own for module in item.modules
-        if module.split('.')[0] in missing - lacking}), sorted(lacking)
+        if module.split('.')[0] in missing - lacking}), sorted(lacking))
 
 
 def _packages_of(imports):
