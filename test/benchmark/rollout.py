@@ -7,7 +7,7 @@ Units: seconds, metres, radians.
 """
 import math
 from dataclasses import dataclass
-from typing import Callable, List, Sequence, Union
+from typing import Callable, List, Optional, Sequence, Union
 
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig, GoalState
@@ -22,6 +22,7 @@ from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.nodes.controller.turns import Driver, TurnConfig, make_turn
+from tb3_labs.supervision.events import News
 
 #: Time between two looks at the robot's true pose [s].
 LOOK_PERIOD = 0.02
@@ -170,9 +171,6 @@ def navigation(robot: Simulator, navigator: MoveToGoalCore) -> Callable[[Sample]
             navigator.on_odometry(sample, robot.now)
         elif listening.reads(robot.now):
             navigator.on_imu(sample, robot.now)
-        else:
-            return
-        navigator.take_fix()
     return hear
 
 
@@ -194,22 +192,29 @@ def newest_of(samples: Sequence[Sample], kind: type) -> List[Sample]:
             if index == last or not isinstance(sample, kind)]
 
 
-def run(robot, driver, hear, seconds):
+def run(robot, driver, hear, seconds, news=None):
     """Let time pass: each sample goes to `hear` when it arrives, and the command of `driver` then
-    goes to the robot. Returns the commands, a zero Twist2 where the driver became silent."""
+    goes to the robot. Returns the commands, a zero Twist2 where the driver is silent. Its News are
+    added to the list `news`."""
     commands: List[Twist2] = []
     end = robot.now + seconds
     while robot.now < end:
         arrived = robot.step(min(1.0 / robot.config.imu_rate, end - robot.now))
         for sample in newest_of(arrived, ImuSample):
             hear(sample)
-            _obey(robot, driver, commands)
-        _obey(robot, driver, commands)
+            commands += obey(robot, driver, news)
+        commands += obey(robot, driver, news)
     return commands
 
 
-def _obey(robot: Simulator, driver: Union[MoveToGoalCore, ControllerCore],
-          commands: List[Twist2]) -> None:
-    if driver.due(robot.now):
-        commands.append(driver.command(robot.now) or Twist2())
-        robot.command(*commands[-1])
+def obey(robot: Simulator, driver: Union[MoveToGoalCore, ControllerCore],
+         news: Optional[List[News]] = None) -> List[Twist2]:
+    """The robot gets the command of `driver`, if there is one; returns it in a list."""
+    output = driver.tick(robot.now, robot.now)
+    if news is not None:
+        news += output.news
+    if output.command is None and not output.stops_first:
+        return []
+    command = output.command or Twist2()
+    robot.command(*command)
+    return [command]

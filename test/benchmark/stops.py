@@ -67,13 +67,9 @@ def stop_of_a_turn(fault, robot_config=ROBOT, turn_config=TurnConfig(), degrees=
     hear = control(robot, controller)
     run(robot, controller, hear, 0.5)
     controller.ask(degrees, robot.now)
-    controller.take_news()
     told = []
-
-    def reason():
-        told.extend(news.text for news in controller.take_news() if news.warning)
-        return '; '.join(told)
-    return _stop(robot, controller, hear, fault, reason)
+    return _stop(robot, controller, hear, fault, lambda: '; '.join(
+        news.text for news in told if news.warning), told)
 
 
 def setting(**changes):
@@ -81,14 +77,14 @@ def setting(**changes):
     return lambda robot: robot.configure(replace(robot.config, **changes))
 
 
-def _stop(robot, driver, hear, fault, reason):
+def _stop(robot, driver, hear, fault, reason, news=None):
     run(robot, driver, hear, FULL_MOTION)
     fault(robot)
     begun = moved_at = robot.now
     last, yaw = robot.truth, robot.truth.yaw
     zero_at, way, turn, said = None, 0.0, 0.0, ''
     while robot.now - begun < PATIENCE:
-        commands = run(robot, driver, hear, STEP)
+        commands = run(robot, driver, hear, STEP, news)
         if zero_at is None and ZERO in commands:
             zero_at, said = robot.now, reason()
         here = robot.truth

@@ -218,7 +218,6 @@ class Mover(Process):
         self.oracle.cancel(self.at(at))
 
     def on_reset(self):
-        self.core.update_control(self.world.now)
         reset = Reset(AskedPose(Pose2()))
         self.core.on_reset(reset, self.world.now)
         if not reset.problem:

@@ -105,7 +105,6 @@ class Driven:
             self.controller.on_imu(imu, self.now)
         if odometry:
             self.mover.on_odometry(odometry, self.now)
-        self.mover.take_fix()
 
     def run(self):
         """Let 0.2 s pass; each command is finite, within the limits, and permitted."""
@@ -113,10 +112,8 @@ class Driven:
             self.now, self.tremble = self.now + 0.01, -self.tremble
             self.hear(ImuSample(self.now, self.tremble, 0.0),
                       OdometrySample(self.now, Pose2(0.0, 0.0, self.tremble), 0.0, 0.0))
-            self.mover.update_control(self.now)
-            self.controller.update(self.now)
             for core in self.mover, self.controller:
-                command = core.command(self.now) if core.due(self.now) else None
+                command = core.tick(self.now, self.now).command
                 if command is not None:
                     self.commands += 1
                     assert core is self.controller or self.mover.has_control

@@ -8,6 +8,7 @@ import pytest
 
 from at_door import AtDoor
 from real_recordings import NAMES, arrays_of
+from rollout import obey
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import AskedPose, Pose2
@@ -40,6 +41,7 @@ class Watched:
         self.encoders = EncoderWatch()
         self._wheels = {}            # by stamp
         self.clock_ahead = 0.0       # of the robot [s]
+        self.news = []               # of an ear that drives
 
     def set(self, **settings):
         self.clock_ahead = settings.pop('clock_ahead', self.clock_ahead)
@@ -49,12 +51,12 @@ class Watched:
         return self.ears[0].problem()
 
     def run(self, seconds, linear=0.0, angular=0.0, until=lambda: False):
-        """Let time pass; commands at 20 Hz, unless the ear drives: it has a command then."""
+        """Let time pass; commands at 20 Hz, unless the ear drives: it is ticked then."""
         end = self.robot.now + seconds
         for tick in itertools.count():
             if self.robot.now >= end or until():
                 return
-            if tick % 10 == 0 and not hasattr(self.ears[0], 'command'):
+            if tick % 10 == 0 and not hasattr(self.ears[0], 'tick'):
                 self.robot.command(linear, angular)
             samples = self.robot.step(0.005)
             sensors = self.robot.sensors
@@ -62,8 +64,8 @@ class Watched:
             for sample in samples:
                 self._hear(sample)
             for ear in self.ears:
-                if hasattr(ear, 'command') and ear.due(self.robot.now):
-                    self.robot.command(*(ear.command(self.robot.now) or (0.0, 0.0)))
+                if hasattr(ear, 'tick'):
+                    obey(self.robot, ear, self.news)
 
     def _hear(self, sample):
         if not isinstance(sample, ImuSample):
@@ -78,7 +80,6 @@ class Watched:
             ear.on_wheels(WheelSample(stamp, *self._wheels[sample.stamp]))
             if isinstance(ear, MoveToGoalCore):
                 ear.on_odometry(sample, self.robot.now)
-                ear.take_fix()
 
 
 def navigator():

@@ -20,7 +20,7 @@ from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
-from tb3_labs.supervision.events import Event
+from tb3_labs.supervision.events import Event, Output
 
 PERIOD = 0.02
 
@@ -160,14 +160,15 @@ class OtherNode:
         self._navigator = navigator
         self._next = 0.0
         self.rate = 0.0
+        self.fix = None              # the latest
 
-    def due(self, now):
-        return now >= self._next
-
-    def command(self, now):
+    def tick(self, now, at):
+        self.fix = self._navigator.tick(now, at).fix or self.fix
+        if now < self._next:
+            return Output()
         self._next = now + 0.1
         self._navigator.on_command('', 0.0, self.rate, now)
-        return Twist2(0.0, self.rate)
+        return Output(Twist2(0.0, self.rate))
 
 
 def reset_in_a_spin(robot_config, rate=1.0, after=None):
@@ -196,7 +197,7 @@ def reset_in_a_spin(robot_config, rate=1.0, after=None):
     while not reset.done:
         spin(rate, PERIOD)
     spin(0.0, 1.5)
-    return abs(difference(navigator.pose(robot.now).yaw, (there.inverse() @ robot.truth).yaw))
+    return abs(difference(node.fix.local_T_base.yaw, (there.inverse() @ robot.truth).yaw))
 
 
 def test_a_reset_in_a_spin_behind_a_slow_host():

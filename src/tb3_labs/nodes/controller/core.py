@@ -4,7 +4,7 @@
 Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked for in degrees.
 """
 import math
-from typing import List, Optional
+from typing import Optional
 
 from tb3_labs.control.approach import PreciseTurn
 from tb3_labs.control.commands import LONGEST_IDLE, Pace
@@ -15,7 +15,7 @@ from tb3_labs.nodes.controller.turns import (
     DRIVERS, AskedTurn, Driver, DriverEvent, Heading, Repetitions)
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
-from tb3_labs.supervision.events import Event, News, NewsDesk, Output
+from tb3_labs.supervision.events import Event, NewsDesk, Output
 from tb3_labs.supervision.freshness import RESUME_TIME, SENDER_PAUSE, SleepWatch
 from tb3_labs.supervision.lost_or_stalled import SensorWatch, Sight, StallWatch
 
@@ -72,7 +72,7 @@ class ControllerCore:
         self._gyro.on_wheels(sample)
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
-        self.update(message.at)
+        self._update(message.at)
         was_active, active = self.mouse.active, message.what.active
         deactivated = self.mouse.heard(message)
         if self.mouse.active:
@@ -94,7 +94,7 @@ class ControllerCore:
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg], as another node asks, see :meth:`ask`; not if it only repeats
         what it asked before this node could hear it, or before a stop."""
-        self.update(turn.at)
+        self._update(turn.at)
         doubts = self._repetitions.count(turn, self._sleep.is_waking)
         if not doubts:
             self._try(turn, now)
@@ -105,7 +105,7 @@ class ControllerCore:
 
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed here: it is never doubted."""
-        self.update(turn.at)
+        self._update(turn.at)
         self._refused_at = -math.inf
         self._try(turn, now)
 
@@ -136,7 +136,7 @@ class ControllerCore:
         self._news.tell('Turning {:g} degrees'.format(round(math.degrees(asked), 6)))
         self._happens(DriverEvent.TURN_ASKED)
 
-    def update(self, now: float) -> None:
+    def _update(self, now: float) -> None:
         """Give up a turn if this process slept for long during it, and release a mouse that is
         lost. `now` as in Event.at."""
         self._sleep.update(now)
@@ -163,17 +163,13 @@ class ControllerCore:
 
     def tick(self, now: float, at: float) -> Output:
         """Look at the clock, and decide; `at` is on the clock of Event.at."""
-        self.update(at)
-        command = (self.command(now) or Twist2()) if self.due(now) else None
+        self._update(at)
+        is_due = self._mouse_is_new or self.driver is Driver.TURN and (
+            self._pace.due(now) or not self._sensors.are_fresh(now))
+        command = (self._command(now) or Twist2()) if is_due else None
         has_changed, self._last_driver = self.driver is not self._last_driver, self.driver
-        return Output(command, has_changed, self._news.take(), self.watched)
-
-    def take_news(self) -> List[News]:
-        return self._news.take()
-
-    @property
-    def watched(self) -> bool:
-        return self.driver is not Driver.NOBODY or self.mouse.active
+        return Output(command, has_changed, self._news.take(),
+                      self.driver is not Driver.NOBODY or self.mouse.active)
 
     def problem(self, now: float) -> str:
         """The problem of the IMU; '' if there is none."""
@@ -182,11 +178,7 @@ class ControllerCore:
     def idle_for(self, now: float) -> float:
         return self._pace.idle_for(now) if self.driver is Driver.TURN else LONGEST_IDLE
 
-    def due(self, now: float) -> bool:
-        return self._mouse_is_new or self.driver is Driver.TURN and (
-            self._pace.due(now) or not self._sensors.are_fresh(now))
-
-    def command(self, now: float) -> Optional[Twist2]:
+    def _command(self, now: float) -> Optional[Twist2]:
         self._mouse_is_new = False
         if self.driver is Driver.MOUSE:
             return self.mouse.twist

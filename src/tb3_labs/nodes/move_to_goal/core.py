@@ -8,7 +8,7 @@ Units: seconds on the receiver's clock (`now`), metres, radians; poses in the lo
 """
 import math
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, Optional, Sequence, Tuple
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.commands import LONGEST_IDLE, Pace
@@ -23,7 +23,7 @@ from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
-from tb3_labs.supervision.events import Event, News, NewsDesk, Output
+from tb3_labs.supervision.events import Event, NewsDesk, Output
 from tb3_labs.supervision.goal_requests import (
     STAYS_ENDED, GoalAnswer, GoalRequest, GoalRequests, Outcome)
 from tb3_labs.supervision.lost_or_stalled import SURELY_DRIVES, SURELY_TURNS, SensorWatch, Sight
@@ -85,7 +85,8 @@ class MoveToGoalCore:
         self._news = NewsDesk()
         self._permission = Permission(has_control, self._news.tell)
         self._requests = GoalRequests(GoalRequest(None, stamp=1), self._permission.sleep)
-        self._may_drive = has_control      # the permission at the last update
+        #: May this node drive? As of the last tick.
+        self.has_control = has_control
         self._grants = 0                   # number of grants at the last update
         self._pace = Pace(law.period)
         self._sensors = SensorWatch(self.imu, self.odometry)
@@ -170,7 +171,7 @@ class MoveToGoalCore:
 
     def on_repetition(self, request: GoalRequest, now: float) -> None:
         """A goal was sent again, by the name that it had before."""
-        self.update_control(now)    # finds a sleep: the goal may be older than that
+        self._update_control(now)    # finds a sleep: the goal may be older than that
         self._look_at_end(now)
         self._requests.hear(request, now)
 
@@ -196,21 +197,21 @@ class MoveToGoalCore:
         """A sender gives control, or takes it."""
         self._permission.told(word)
 
-    def update_control(self, now: float) -> None:
+    def _update_control(self, now: float) -> None:
         """Check whether the permission still holds, also before a goal is set; `now` as in
         permission.Permission."""
         permission, machine = self._permission, self._machine
         permission.update(now)
-        before, self._may_drive = self._may_drive, permission.granted
+        before, self.has_control = self.has_control, permission.granted
         given, self._grants = permission.count > self._grants, permission.count
         if given and (machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
             if machine.failure or machine.active:
                 machine.restart()
             self._begin_anew()
-        elif self._may_drive and not before:
+        elif self.has_control and not before:
             machine.interrupt()
-        elif before and not self._may_drive:
+        elif before and not self.has_control:
             self._pause()
 
     # -- what comes out, once
@@ -219,23 +220,18 @@ class MoveToGoalCore:
         """Look at the clocks, and return what is to be done; to be called after each sample of the
         IMU and each request, and while there is none; `steady`: as `now` in permission.Permission.
         """
-        self.update_control(steady)
-        is_due = self.due(now)
-        command = self.command(now) if is_due else None
+        self._update_control(steady)
+        # at the law's own rate, and whenever a sensor is lost
+        is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
+        command = self._command(now) if is_due else None
         self._look_at_end(steady)
         return DriveOutput(
             command, command is None and (is_due or not self._drives), status=self._new_status(now),
-            news=self.take_news(), watched=self._permission.stands and self._machine.active,
+            news=self._news.take(), watched=self._permission.stands and self._machine.active,
             control_stands=self._permission.stands, answers=self._requests.take_answers(),
-            fix=self.take_fix(), odom_T_local=self.odom_T_local)
+            fix=self._localizer.take_fix(), odom_T_local=self.odom_T_local)
 
-    def take_news(self) -> List[News]:
-        return self._news.take()
-
-    def take_fix(self) -> Optional[Fix]:
-        return self._localizer.take_fix()
-
-    def command(self, now: float) -> Optional[Twist2]:
+    def _command(self, now: float) -> Optional[Twist2]:
         self._look_at_sensors(now)
         refusal = POSE_LOST if self._localizer.is_lost else self._contradiction()
         if not self._drives:
@@ -283,11 +279,6 @@ class MoveToGoalCore:
     # -- state
 
     @property
-    def has_control(self) -> bool:
-        """May this node drive?"""
-        return self._permission.granted
-
-    @property
     def _drives(self) -> bool:
         return self.has_control and self._machine.active
 
@@ -304,15 +295,6 @@ class MoveToGoalCore:
             machine.law.distance_tolerance, machine.attempt, machine.begun,
             machine.active and not failure, failure, self._sensors.hold_reason, self.has_control,
             problem)
-
-    def pose(self, now: float) -> Optional[Pose2]:
-        """The robot's pose in local at this moment; None if it is not known (yet)."""
-        motion = self._localizer.motion(now)
-        return None if motion is None else motion.pose
-
-    def due(self, now: float) -> bool:
-        """Is a command due? At the law's own rate, and whenever a sensor is lost."""
-        return self._pace.due(now) or not self._sensors.are_fresh(now)
 
     def idle_for(self, now: float) -> float:
         if self._localizer.has_resets:
