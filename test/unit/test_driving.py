@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tb3_labs.control.approach import ApproachConfig
+from tb3_labs.control.commands import LawStep
 from tb3_labs.control.driving import PreciseLaw, driving_approach
 from tb3_labs.control.goal_state import DriveConfig, GoalState
 from tb3_labs.geometry.se2 import Pose2
@@ -115,7 +116,7 @@ def test_a_goal_nearer_than_half_the_tolerance_is_only_turned_at(distance, there
     law = begun(goal)
     step = law.rotate_to_goal(at(0.0, 0.0, 0.0), goal, law.period)
     if there:
-        assert step == (Twist2(), 0.0, True)
+        assert step == LawStep(Twist2(), 0.0, True)
     else:
         assert step.remaining == pytest.approx(math.pi / 2.0) and step.command.angular > 0.0
         assert not step.finished

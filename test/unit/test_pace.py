@@ -1,7 +1,7 @@
 """The times of commands, and the length of steps."""
 import pytest
 
-from tb3_labs.control.commands import LONGEST_IDLE, Pace
+from tb3_labs.control.commands import Pace
 
 
 def test_the_first_step_counts_as_one_period_also_after_a_pause():
@@ -39,7 +39,17 @@ def test_between_steps_no_sample_needs_a_look():
     assert not pace.due(woken - 0.0001)
     assert pace.due(woken + 1e-9)       # the sample that has waited meanwhile takes the step
     assert pace.idle_for(woken) < 1e-9 and pace.idle_for(7.0) == 0.0
-    assert pace.idle_for(-100.0) <= LONGEST_IDLE
+    assert pace.idle_for(-100.0) <= 2.0 / 30.0
+
+
+def test_a_command_that_stays_is_prolonged_by_one_period():
+    pace = Pace(0.1)
+    pace.step(5.0)
+    pace.prolong()
+    assert not any(pace.due(5.0 + 0.01 * k) for k in range(19)) and pace.due(5.2)
+    assert pace.idle_for(5.0) == pytest.approx(0.2, abs=0.005)
+    pace.step(5.2)
+    assert not pace.due(5.29) and pace.due(5.31)
 
 
 def test_steps_after_the_first_are_rather_early_than_late():

@@ -5,13 +5,16 @@ import statistics
 from concurrent.futures import ProcessPoolExecutor
 
 import pytest
-from rollout import drive
+from rollout import drive, navigation, run
 
+from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.report.motion.drives import least_time
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
+from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 BURGER = robot_model('burger')
@@ -48,6 +51,20 @@ def test_random_drives_all_arrive_within_the_limits():
     angles = [abs(math.degrees(d.angle_error)) for d in drives]
     assert statistics.median(distances) <= 0.005 and max(distances) <= 0.010
     assert statistics.median(angles) <= 0.3 and max(angles) <= 0.5
+
+
+def test_at_full_speed_on_its_line_a_robot_is_commanded_in_every_second_period():
+    robot = Simulator(SimulatorConfig())
+    core = MoveToGoalCore(PreciseLaw(DriveConfig(), BURGER), True)
+    hear = navigation(robot, core)
+    run(robot, core, hear, 0.5)
+    core.set_goal(Pose2(1.0, 0.0, 0.0))
+    run(robot, core, hear, 1.0)
+    assert len(run(robot, core, hear, 2.0)) == pytest.approx(30, abs=1)
+    commands = [command for command in run(robot, core, hear, 4.0) if command.linear]
+    assert robot.truth.x == pytest.approx(1.0, abs=0.002)
+    braking = [linear for linear, _ in commands if 0.0 < linear < 0.21]
+    assert len(braking) >= 7 and braking == sorted(braking, reverse=True)    # 0.2 s, at 30 Hz
 
 
 def test_the_least_time_to_the_labs_goal():

@@ -11,8 +11,9 @@ STUCK, MISSED, UNSETTLED = 'does not move', 'has missed it', 'does not settle'
 def after(progress, seconds, remaining, speed=(0.0, 0.0), **told):
     """The problem after that time."""
     for k in range(round(seconds / DT)):
-        progress.update(remaining(k * DT) if callable(remaining) else remaining, *speed, DT, **told)
-    return progress.problem()
+        problem = progress.update(
+            remaining(k * DT) if callable(remaining) else remaining, *speed, DT, **told)
+    return problem
 
 
 @pytest.mark.parametrize('speed, words', [
@@ -32,10 +33,8 @@ def test_a_robot_that_gets_nearer_in_time_has_no_problem(sign):
 def test_a_robot_that_goes_away_has_missed_its_goal_at_once():
     progress = StallWatch()
     progress.update(0.1, 0.2, 0.0, DT)
-    progress.update(0.1 + AWAY_LIMIT, 0.2, 0.0, DT)
-    assert progress.problem() == ''
-    progress.update(0.11 + AWAY_LIMIT, 0.2, 0.0, DT)
-    assert MISSED in progress.problem()
+    assert progress.update(0.1 + AWAY_LIMIT, 0.2, 0.0, DT) == ''
+    assert MISSED in progress.update(0.11 + AWAY_LIMIT, 0.2, 0.0, DT)
 
 
 def test_a_rest_is_no_stall_but_has_an_end():

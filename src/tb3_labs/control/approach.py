@@ -93,6 +93,12 @@ class Approach:
         return history.only_stops_since(
             history.now - age - self._identification.estimate.delay - 2.0 * self._config.period)
 
+    def cruises(self, fastest: float) -> bool:
+        """Is the command the speed `fastest`, and will it be that for two more periods?"""
+        later = abs(self.at_rest.value) - 2.0 * self._config.period * fastest
+        return abs(self._history.command) == fastest and (
+            braking_speed(later, self._config.braking, self._config.gain) >= fastest)
+
     def step(self, remaining: float, speed: float, fastest: float, dt: float,
              noise: float = 0.0, age: float = 0.0) -> float:
         """The speed to command, given the remaining way and the measured speed, `dt` [s] after the

@@ -1,9 +1,10 @@
 """The commands of a law: their rhythm, the speed to brake by, and the dead time of a robot.
 
-*Rhythm*: a step reads the latest samples and gives one command. The robot obeys the latest command
-for exactly one of its control periods (turtlebot3.CONTROL_RATE). So a law asks for one step in each
-period (its ``period``), and `Pace` says when that step is due. Between two steps no sample of the
-IMU needs to be read: the one that is read then is at most one period of the IMU old.
+*Rhythm*: a step reads the latest samples and gives one command. The robot takes a new command once
+in each of its control periods (turtlebot3.CONTROL_RATE). So a law asks for one step in each period
+(its ``period``), and `Pace` says when that step is due; a command that stays as it is holds for two
+periods. Between two steps no sample of the IMU needs to be read: the one that is read then is at
+most one period of the IMU old.
 
 *Dead time*: a robot obeys late. A command is under way for the *delay*, and the motors follow with
 a first-order *lag*. A controller that brakes by the measured position alone overshoots by the
@@ -31,7 +32,8 @@ from tb3_labs.robot.turtlebot3 import Twist2
 #: Steps after the first one are planned earlier by this [s]. The sample for a step may come 5 ms
 #: late, and the robot obeys the command before until a late command arrives.
 EARLY = 0.0035
-#: A stream of samples is left alone for this long at most [s]: a little more than a control period.
+#: While the robot is not driven, a stream of samples is left alone for this long [s]: a little more
+#: than a control period.
 LONGEST_IDLE = 0.036
 #: In 95 of 100 cases the true value is within two standard deviations of the estimate.
 STANDARD_ERRORS = 2.0
@@ -49,6 +51,7 @@ class LawStep(NamedTuple):
     command: Twist2
     remaining: float
     finished: bool
+    steady: bool = False    # the command will hardly change in the next period
 
 
 def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
@@ -81,11 +84,11 @@ class Pace:
 
     def due(self, now: float) -> bool:
         """Is it time for the next step?"""
-        return now >= self._next or now < self._next - self._period
+        return now >= self._next or now < self._next - 2.0 * self._period
 
     def idle_for(self, now: float) -> float:
         """Time for which no sample needs to be read [s]."""
-        return clamp(self._next - now, 0.0, LONGEST_IDLE)
+        return clamp(self._next - now, 0.0, 2.0 * self._period)
 
     def step(self, now: float) -> float:
         """Take a step; returns the time since the last one [s]."""
@@ -100,6 +103,10 @@ class Pace:
         """Leave out a step that was due; the next one is a period later."""
         self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
 
+    def prolong(self) -> None:
+        """The robot goes on with its command: the next step is due a period later."""
+        self._next += self._period
+
     def pause(self) -> None:
         """The robot stands, or another node drives it: the next step counts as the first."""
         self._last = None
@@ -112,17 +119,12 @@ class CommandHistory:
         """`period`: each command is obeyed for this long [s]."""
         self._period = period
         self._sent: Deque[Tuple[float, float]] = deque()   # (start of its period, command)
-        #: Time since the start [s].
-        self.now = 0.0
+        #: Time since the start, and start of the period for which a command given now holds [s].
+        self.now = self.begin = 0.0
         #: The latest command.
         self.command = 0.0
         self._same_since = 0.0
         self._earlier_travel = 0.0        # commanded before the latest period
-
-    @property
-    def begin(self) -> float:
-        """Start of the period for which a command given now holds [s]."""
-        return round(self.now / self._period) * self._period
 
     @property
     def first(self) -> float:
@@ -142,6 +144,7 @@ class CommandHistory:
     def advance(self, dt: float) -> None:
         """Let `dt` [s] pass."""
         self.now += dt
+        self.begin = round(self.now / self._period) * self._period
 
     def send(self, command: float) -> None:
         """Give a command for the period that begins now."""

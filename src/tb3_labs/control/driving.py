@@ -45,6 +45,8 @@ class PreciseLaw:
     #: The robot steers towards a point of the line this far ahead. A larger distance is calmer, a
     #: smaller one keeps nearer to the line.
     LOOK_AHEAD = 0.20             # [m]
+    #: While it drives at full speed and steers less than this, every second step is left out.
+    CALM = 0.05                   # [rad/s]
     #: A robot that is slower than this counts as standing.
     REST_SPEED = 0.01             # [m/s]
 
@@ -113,7 +115,10 @@ class PreciseLaw:
         look = wrap(self._line + math.atan2(-aside, self.LOOK_AHEAD))
         self._turning.aim(wrap(look + math.pi) if self._reverse else look)
         arrived = -self._outside <= at_rest <= self.STOP_AHEAD and not slips
-        return self._step(speed, self._turn(motion, dt), ahead, self._there or arrived)
+        turn = self._turn(motion, dt)
+        steady = (self._driving.cruises(self._max_linear)
+                  and abs(turn.command.angular) <= self.CALM)
+        return self._step(speed, turn, ahead, self._there or arrived)._replace(steady=steady)
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading; ends when settled: inside the tolerance and at rest."""

@@ -40,6 +40,8 @@ class GoalMachine:
         self.cancelled = False
         #: True once the robot has been told to move for this goal.
         self.begun = False
+        #: Will the command of the last step hardly change in the next period?
+        self.steady = False
         #: Number of the drive: each goal and each restart begins a new one.
         self.attempt = 0
         self._tries_left = 0
@@ -87,7 +89,7 @@ class GoalMachine:
 
         `dt` is the time since the last step [s].
         """
-        goal = self.goal
+        goal, self.steady = self.goal, False
         if goal is None or not self.active:
             return None
         if not self.begun:
@@ -98,13 +100,12 @@ class GoalMachine:
         self._time += dt
         self._settling.look(is_slow(motion.linear, motion.angular), self._time - motion.imu_age)
         while self.active:
-            command, remaining, finished = self._move(motion, goal, dt)
+            command, remaining, finished, self.steady = self._move(motion, goal, dt)
             if finished and self.state is GoalState.ROTATE_TO_FINAL and not self._rests(motion):
                 return Twist2()
             if not finished:
-                stall = self._stalls[self.state]
-                stall.update(remaining, motion.linear, motion.angular, dt, command != Twist2())
-                self.failure = stall.problem()
+                self.failure = self._stalls[self.state].update(
+                    remaining, motion.linear, motion.angular, dt, command != Twist2())
                 return None if self.failure else command
             self._finish_state(motion.pose, goal)
             dt = 0.0

@@ -27,7 +27,8 @@ from typing import Any, Dict, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 from tb3_labs.supervision.freshness import (
-    CLOCK_STEP, LONG_SILENCE, MAX_BEHIND, MAX_OFF, SMALL_STEP, Freshness, Least)
+    CLOCK_STEP, LONG_SILENCE, MAX_BEHIND, MAX_OFF, SMALL_STEP, Least)
+from tb3_labs.supervision.lost_or_stalled import Sensor
 
 #: A stamp that is repeated more often than this does not belong to a clock.
 MAX_REPEATS = 3
@@ -68,7 +69,7 @@ class Door:
     """The door of one robot: its IMU, and its odometry if it is heard."""
 
     def __init__(self) -> None:
-        self.imu, self.odometry = Freshness('imu'), Freshness('odom')
+        self.imu, self.odometry = Sensor('imu'), Sensor('odom')
         self.clock = SenderClock()
         self._stamps: Dict[str, float] = {}    # of each source's last sample
 
@@ -80,7 +81,7 @@ class Door:
         """A message of the odometry has arrived."""
         return self._hear(self.odometry, sample, (sample.pose, sample.linear, sample.angular), now)
 
-    def _hear(self, source: Freshness, sample: Sample, reading: Any, now: float) -> Heard:
+    def _hear(self, source: Sensor, sample: Sample, reading: Any, now: float) -> Heard:
         all_silent = min(self.imu.age(now), self.odometry.age(now))
         silence, stamp = source.heard(now, reading), sample.stamp
         by_stamps = stamp - self._stamps.get(source.name, stamp)

@@ -14,7 +14,7 @@ count as fresh for too long.
 """
 import math
 from collections import deque
-from typing import Any, Deque, Optional, Tuple
+from typing import Deque, Optional, Tuple
 
 # -- a sensor, a pad or a mouse is silent
 
@@ -97,39 +97,13 @@ class Freshness:
         self.timeout = timeout
         #: Number of valid messages so far, and of invalid ones, which were dropped.
         self.count = self.dropped = 0
-        #: Contents of the last message, without its stamp.
-        self.reading: Any = None
-        #: The reading has not changed for this long, although it must change [s].
-        self.repeated_for = 0.0
         self._heard_at: Optional[float] = None
-        self._longest_gap = 0.0
-        self._is_new = False
 
-    def heard(self, now: float, reading: Any = None) -> float:
+    def heard(self, now: float) -> float:
         """A valid message arrived at `now`. Returns the silence before it [s]."""
-        silence = self.age(now)
-        if self.count > 1 and silence > self._longest_gap:
-            self._longest_gap = silence
-        self._heard_at = now
+        silence, self._heard_at = self.age(now), now
         self.count += 1
-        if reading != self.reading:
-            self.reading, self._is_new = reading, True
         return silence
-
-    def look(self, must_change: bool, dt: float) -> None:
-        """Note whether the reading changed in the last `dt` [s]; `must_change`: it had to."""
-        self.repeated_for = self.repeated_for + dt if must_change and not self._is_new else 0.0
-        self._is_new = False
-
-    def take_longest_gap(self) -> float:
-        """The longest silence between two messages since the last call [s]; a sleep is one, too."""
-        gap, self._longest_gap = self._longest_gap, 0.0
-        return gap
-
-    def clock_went_back(self, now: float) -> None:
-        """The receiver's clock may have gone back to `now`."""
-        if self._heard_at is not None:
-            self._heard_at = min(self._heard_at, now)
 
     def age(self, now: float) -> float:
         """Seconds since the last message; infinite before the first."""

@@ -10,9 +10,10 @@ the receiver (`now`).
 """
 import math
 from enum import Enum
-from typing import Optional
+from typing import Any, Optional
 
-from tb3_labs.supervision.freshness import FROZEN_TIME, RESUME_TIME, ROBOT_START, Freshness
+from tb3_labs.supervision.freshness import (
+    FROZEN_TIME, RESUME_TIME, ROBOT_START, SENSOR_TIMEOUT, Freshness)
 
 #: The reason why a robot stands whose sensors are fresh.
 UNCHECKED = 'gyro and wheels are not compared yet: the robot must rest for a second'
@@ -44,15 +45,49 @@ class Sight(Enum):
     LATE = 'silent for too long, or fresh again after that: give up, the robot may be anywhere'
 
 
+class Sensor(Freshness):
+    """A sensor that a motion needs: when it was heard, and what it read."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name, SENSOR_TIMEOUT)
+        #: Contents of the last message, without its stamp.
+        self.reading: Any = None
+        #: At the last look the reading had not changed for this long, although it must change [s].
+        self.repeated_for = 0.0
+        #: The longest silence between two messages since the last pause [s]; a sleep is one, too.
+        self.longest_gap = 0.0
+        self._changed_at = math.nan    # the reading; NaN: at the next look
+
+    def heard(self, now: float, reading: Any = None) -> float:
+        """A valid message with this content arrived. Returns the silence before it [s]."""
+        silence = super().heard(now)
+        if self.count > 2 and silence > self.longest_gap:
+            self.longest_gap = silence
+        if reading != self.reading:
+            self.reading, self._changed_at = reading, now
+        return silence
+
+    def look(self, must_change: bool, now: float) -> None:
+        """Set `repeated_for`; `must_change`: the reading must change, since the robot moves."""
+        if not (must_change and self._changed_at <= now):    # the clock may have gone back
+            self._changed_at = now
+        self.repeated_for = now - self._changed_at
+
+    def pause(self) -> None:
+        """The robot stood until now: forget silences and repetitions."""
+        self.longest_gap, self.repeated_for, self._changed_at = 0.0, 0.0, math.nan
+
+    def clock_went_back(self, now: float) -> None:
+        """The receiver's clock may have gone back to `now`."""
+        if self._heard_at is not None:
+            self._heard_at = min(self._heard_at, now)
+
+
 class SensorWatch:
-    """Watches all sensors that a motion needs: finds silent ones, and ones that repeat a reading.
+    """Finds silent sensors of a motion, and those frozen at their last :meth:`Sensor.look`."""
 
-    The owner of the motion calls Freshness.look for the readings.
-    """
-
-    def __init__(self, *sources: Freshness) -> None:
+    def __init__(self, *sources: Sensor) -> None:
         self._sources = sources
-        self._shortest_timeout = min(source.timeout for source in sources)
         #: The state at the last :meth:`update`. After a silence one update finds BACK_SOON or LATE.
         self.sight = Sight.SILENT
         #: The reason why the robot stands; '' while all sensors are fresh.
@@ -93,8 +128,8 @@ class SensorWatch:
             self.sight, self.silent_for = Sight.LATE if is_late else Sight.SILENT, silent_for
             return
         self.hold_reason = ''
-        gap = max([source.take_longest_gap() for source in self._sources])
-        if gap <= self._shortest_timeout and not is_late:
+        gap = max([source.longest_gap for source in self._sources])
+        if gap <= SENSOR_TIMEOUT and not is_late:
             self.sight = Sight.FRESH
             return
         self.sight, self.silent_for = (
@@ -105,8 +140,7 @@ class SensorWatch:
         """The robot stood until now: forget silences and repetitions."""
         self.hold_reason = ''
         for source in self._sources:
-            source.take_longest_gap()
-            source.repeated_for = 0.0
+            source.pause()
 
     def problem(self, now: float, with_age: bool = False) -> str:
         """The lost sensors, in words; '' while all sensors are fresh.
@@ -127,10 +161,7 @@ class SensorWatch:
 
     def are_fresh(self, now: float) -> bool:
         """True while all sensors are fresh."""
-        for source in self._sources:
-            if not source.is_fresh(now):
-                return False
-        return True
+        return all(source.is_fresh(now) for source in self._sources)
 
 
 class StallWatch:
@@ -140,7 +171,6 @@ class StallWatch:
         self._least: Optional[float] = math.inf    # None: the next remaining way is the least
         self._stalled_for = 0.0
         self._rested_for = 0.0
-        self._problem = ''
 
     def resume(self) -> None:
         """The robot stood while its sensors were silent: its remaining way may have grown.
@@ -151,15 +181,15 @@ class StallWatch:
         self._least = None
 
     def update(self, remaining: float, linear: float, angular: float, dt: float,
-               told_to_move: bool = True) -> None:
+               told_to_move: bool = True) -> str:
         """Take in the remaining way [m or rad], the measured speeds [m/s, rad/s], the time since
-        the last update [s], and whether the robot is told to move, or to rest.
+        the last update [s], and whether the robot is told to move, or to rest. Returns the problem
+        in words; '' if there is none.
         """
         if not told_to_move:
             self._rested_for += dt
-            self._problem = '' if self._rested_for <= LONGEST_REST else (
+            return '' if self._rested_for <= LONGEST_REST else (
                 'the robot does not settle although it is told to rest (a noisy IMU?)')
-            return
         remaining = abs(remaining)
         if self._least is None:
             self._least = remaining
@@ -169,16 +199,10 @@ class StallWatch:
         else:
             self._stalled_for += dt
         if remaining <= self._least + AWAY_LIMIT and self._stalled_for <= STALL_TIME:
-            self._problem = ''
-        elif abs(linear) > MOVING or abs(angular) > MOVING:
-            self._problem = 'the robot moves, but no longer nearer to its goal: it has missed it'
-        else:
-            self._problem = (
-                'the robot does not move although it is told to (stuck, or motors off?)')
-
-    def problem(self) -> str:
-        """The problem that the last update found; '' if it found none."""
-        return self._problem
+            return ''
+        if abs(linear) > MOVING or abs(angular) > MOVING:
+            return 'the robot moves, but no longer nearer to its goal: it has missed it'
+        return 'the robot does not move although it is told to (stuck, or motors off?)'
 
 
 class Settling:

@@ -245,11 +245,11 @@ class ControllerCore:
         assert turn is not None
         dt = self._pace.step(now)
         step = self._law.step(self._yaw, heading.rate, dt, heading.age(now), heading.noise)
-        self.imu.look(True, dt)
+        self.imu.look(True, now)
         problem = self._sensors.frozen() or self._gyro.problem()
         if not problem and not step.finished:
-            turn.stall.update(step.remaining, 0.0, heading.rate, dt, step.command != Twist2())
-            problem = turn.stall.problem()
+            problem = turn.stall.update(
+                step.remaining, 0.0, heading.rate, dt, step.command != Twist2())
         if not step.finished and not problem:
             return step.command
         turn.left_at_end = step.remaining

@@ -31,6 +31,8 @@ from tb3_labs.supervision.permission import Permission
 
 #: Another node that commands a motion for longer than this while this one drives fights it [s].
 RIVAL = 0.3
+#: A reading that is repeated for no longer than this is that of the last sample [s].
+SHORT_REPETITION = 0.05
 
 
 @dataclass(frozen=True)
@@ -243,8 +245,12 @@ class MoveToGoalCore:
             motion = self._localizer.motion(now)
             if motion is not None:
                 dt = self._pace.step(now)
-                self._look_at_readings(dt)
+                self._look_at_readings(now)
                 command = self._machine.step(motion, dt)
+                # a reading that is repeated is looked at in each period: its sensor may be frozen
+                if self._machine.steady and max(
+                        self.imu.repeated_for, self.odometry.repeated_for) <= SHORT_REPETITION:
+                    self._pace.prolong()
                 self._sent = command or Twist2()
                 if self._sent != Twist2():
                     self._localizer.driven_at = now
@@ -318,13 +324,13 @@ class MoveToGoalCore:
             self._machine.give_up('{} for {:.1f} s'.format(
                 sensors.hold_reason or 'sensors were silent', sensors.silent_for))
 
-    def _look_at_readings(self, dt: float) -> None:
+    def _look_at_readings(self, now: float) -> None:
         """Give up if a sensor repeats a reading that the last command must have changed."""
         drives = abs(self._sent.linear) > SURELY_DRIVES
         turns = abs(self._sent.angular) > SURELY_TURNS
         # The odometry's yaw is the IMU's: if it turns, the IMU must change.
-        self.imu.look(turns or (drives and self._odometry_turned), dt)
-        self.odometry.look(drives or turns, dt)
+        self.imu.look(turns or (drives and self._odometry_turned), now)
+        self.odometry.look(drives or turns, now)
         if self._sensors.frozen():
             self._machine.give_up(self._sensors.frozen())
 
