@@ -15,8 +15,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.intake import workspace
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.lab_names import NODES
-from tb3_labs.marking.intake.packages import (
-    NotJudged, SourceFile, choose, find_node, is_aside, source_of)
+from tb3_labs.marking.intake.packages import NotJudged, find_node, is_aside, source_of
 from tb3_labs.marking.intake.reading import _read, imports_of, read
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
@@ -223,15 +222,9 @@ rospy.init_node('controller')"""
 IMU_TOO = MOUSE_ONLY + "\nrospy.Subscriber('imu', Imu, f)"
 
 
-def repository(lab, texts):
-    """SourceFiles; each * stands for the lab's usual file, and the first folder is a package if it has
-    a digit."""
-    files = []
-    for name, text in texts.items():
-        first = name.split('/')[0]
-        files.append(SourceFile(name.replace('*', lab.files[0]),
-                                first if any(c.isdigit() for c in first) else '', text))
-    return files
+def repository(folder, lab, texts):
+    """A folder of files; each * stands for the lab's usual file."""
+    return hand_in(folder, {name.replace('*', lab.files[0]): text for name, text in texts.items()})
 
 
 @pytest.mark.parametrize('lab, texts, expected, said', [
@@ -257,8 +250,8 @@ def repository(lab, texts):
      'lab4_gamepad/*', ' and 5 more.'),
     (LAB, {'move2goal.py': '', 'lab7/scripts/other.py': ''}, 'move2goal.py', ''),
     (LAB, {'a/b/src/Move2Goal_TF.py': ''}, 'a/b/src/Move2Goal_TF.py', '')])
-def test_package_then_name_then_signs(lab, texts, expected, said):
-    path, remarks, _ = choose(lab, repository(lab, texts))
+def test_package_then_name_then_signs(tmp_path, lab, texts, expected, said):
+    path, remarks, _ = find_node(repository(tmp_path, lab, texts), lab)
     assert path == expected.replace('*', lab.files[0])
     assert said.replace('*', lab.files[0]) in ' '.join(remarks) if said else remarks == []
 
@@ -268,24 +261,26 @@ def test_a_folder_that_was_not_put_aside():
         assert not is_aside(name) and not is_aside(name + '/n.py') and is_aside(name + '/n_old.py')
 
 
-def test_what_listens_can_be_the_node():
+def test_what_listens_can_be_the_node(tmp_path):
     for line in ("rospy.Subscriber('imu', Imu, f)", 'rospy.Subscriber("/imu", Imu, f)',
                  'Subscriber( name="robot3/imu" , data_class=Imu)'):
-        assert choose(TURN, repository(TURN, {'a/b.py': line}))[0] == 'a/b.py'
+        assert find_node(repository(tmp_path, TURN, {'a/b.py': line}), TURN).path == 'a/b.py'
     for line in ("# rospy.Subscriber('imu', Imu, f)", "rospy.Subscriber('imu_raw', Imu, f)",
                  'class Controllers:', "rospy.Publisher('imu', Imu)"):
         with pytest.raises(NotJudged, match=r'There is no turtlebot_controller\.py, .*a/b\.py'):
-            choose(TURN, repository(TURN, {'a/b.py': line}))
+            find_node(repository(tmp_path, TURN, {'a/b.py': line}), TURN)
     with pytest.raises(NotJudged, match='Nothing was handed in'):
         find_node(workspace.Path('/nowhere'), TURN)
 
 
-def test_package_and_name_overrule():
-    files = repository(TURN, {'lab1/*': IMU_TOO, 'lab2/mine.py': ''})
-    assert choose(TURN, files, package='lab1')[0] == 'lab1/turtlebot_controller.py'
-    assert choose(TURN, files, name='mine.py')[0] == 'lab2/mine.py'
-    with pytest.raises(NotJudged, match='There is no mine.py in a package lab1'):
-        choose(TURN, files, package='lab1', name='mine.py')
+def test_package_and_name_overrule(tmp_path):
+    """The package's name in package.xml counts, not only that of its folder."""
+    folder = repository(tmp_path, TURN, {
+        'one/*': IMU_TOO, 'one/package.xml': manifest('lab1'), 'lab2/mine.py': ''})
+    assert find_node(folder, TURN, package='lab1').path == 'one/turtlebot_controller.py'
+    assert find_node(folder, TURN, name='mine.py').path == 'lab2/mine.py'
+    with pytest.raises(NotJudged, match='There is no mine.py in a package lab1, .* found .*: lab2/mine.py, one/'):
+        find_node(folder, TURN, package='lab1', name='mine.py')
 
 
 @pytest.mark.parametrize('node, source', [

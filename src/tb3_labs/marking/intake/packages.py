@@ -10,6 +10,7 @@ import hashlib
 import keyword
 import re
 import xml.etree.ElementTree as ElementTree
+from functools import lru_cache
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
@@ -121,14 +122,6 @@ class NotJudged(Exception):
     """A submission, or an archive, cannot be judged; the text is the reason, a sentence."""
 
 
-class SourceFile(NamedTuple):
-    """A file of a submission that may be a node."""
-
-    path: str       # within the submission, with '/'
-    package: str    # the name in the nearest package.xml above it; '' if there is none
-    text: str
-
-
 class Choice(NamedTuple):
     """The file that is chosen as the node."""
 
@@ -152,20 +145,33 @@ class _Candidate(NamedTuple):
 
 
 def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -> Choice:
-    """The Choice of a lab's node below `folder`; see choose()."""
-    files, names = [], {}
-    for path in filter(_is_program, files_in(folder)):
-        found = package_folder(path, folder)
-        if found not in names:
-            names[found] = name_in(found / MANIFEST)[0] if found else ''
-        files.append(SourceFile(str(path.relative_to(folder)), names[found],
-                                path.read_bytes().decode(errors='replace')))
-    if not files:
-        others = [str(path.relative_to(folder)) for path in files_in(folder)]
-        raise NotJudged('{} {}'.format(
-            _nothing_found([], package, (name,) if name else lab.files),
-            'Handed in: {}.'.format(shortened(others)) if others else 'Nothing was handed in.'))
-    return choose(lab, files, package, name)
+    """The file below `folder` that is the node of a lab.
+
+    A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
+    of class and node. Only files of `package` and called `name` count, if these are given.
+    ``NotJudged`` if no file is left.
+    """
+    packages, names = (package,) if package else lab.packages, (name,) if name else lab.files
+    handed_in = files_in(folder)
+    # a manifest is read once
+    name_of = lru_cache(maxsize=None)(lambda found: name_in(found / MANIFEST)[0] if found else '')
+    programs = sorted(
+        _candidate(lab, str(path.relative_to(folder)), name_of(package_folder(path, folder)),
+                   path.read_bytes().decode(errors='replace'), packages, names)
+        for path in handed_in if _is_program(path))
+    found = [each for each in programs
+             if (not package or each.package == 0) and _can_be_the_node(each, names, name)]
+    if not found:
+        raise NotJudged('There is no {}{}, and no other file does what it should. {}'.format(
+            ' or '.join(names), ' in a package {}'.format(package) if package else '',
+            _there_is(sorted(each.path for each in programs),
+                      [str(path.relative_to(folder)) for path in handed_in])))
+    alike = [each for each in found if each[:ALIKE] == found[0][:ALIKE]]
+    differ = len({each.text for each in alike}) > 1
+    return Choice(found[0].path, _remarks(found, packages, names), [
+        'Judged was {}. It is as likely the node as {}, and they differ: --package and --type '
+        'choose another one.'.format(found[0].path, shortened(
+            [each.path for each in alike[1:]]))] * differ)
 
 
 def is_aside(path: str) -> bool:
@@ -188,38 +194,16 @@ def _is_program(path):
     return path.suffix == '.py' or not path.suffix and b'python' in path.read_bytes()[:80]
 
 
-def choose(lab: NodeNames, files: Sequence[SourceFile], package: str = '',
-           name: str = '') -> Choice:
-    """Returns the file that is the node of a lab.
-
-    A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
-    of class and node. Only files of `package` and called `name` count, if these are given.
-    ``NotJudged`` if no file is left.
-    """
-    packages, names = (package,) if package else lab.packages, (name,) if name else lab.files
-    found = sorted(candidate for candidate in (
-        _candidate(lab, file, packages, names) for file in files)
-        if (not package or candidate.package == 0) and _can_be_the_node(candidate, names, name))
-    if not found:
-        raise NotJudged(_nothing_found(files, package, names))
-    alike = [each for each in found if each[:ALIKE] == found[0][:ALIKE]]
-    differ = len({each.text for each in alike}) > 1
-    return Choice(found[0].path, _remarks(found, packages, names), [
-        'Judged was {}. It is as likely the node as {}, and they differ: --package and --type '
-        'choose another one.'.format(found[0].path, shortened(
-            [each.path for each in alike[1:]]))] * differ)
-
-
-def _candidate(lab, file, packages, names):
-    *folders, name = file.path.lower().split('/')
-    said = _signs(lab, file.text)
+def _candidate(lab, path, package, text, packages, names):
+    *folders, name = path.lower().split('/')
+    said = _signs(lab, text)
     lower = [usual.lower() for usual in names]
     return _Candidate(
-        is_aside(file.path),
-        min(_package_rank(usual.lower(), [file.package.lower()] + folders) for usual in packages),
+        is_aside(path),
+        min(_package_rank(usual.lower(), [package.lower()] + folders) for usual in packages),
         lower.index(name) if name in lower else len(names), 3 - len(said),
         FOLDERS.index(folders[-1]) if folders and folders[-1] in FOLDERS else len(FOLDERS),
-        len(folders), file.path, said, file.text)
+        len(folders), path, said, text)
 
 
 def _package_rank(usual, called):
@@ -270,9 +254,9 @@ def shortened(names: Sequence[str], most: int = NAMED) -> str:
     return ', '.join(names[:most]) + ' and {} more'.format(more) * (more > 0)
 
 
-def _nothing_found(files, package, names):
-    there = sorted(file.path for file in files)
-    said = 'There is no {}{}, and no other file does what it should. '.format(
-        ' or '.join(names), ' in a package {}'.format(package) if package else '')
-    return said + ('Python files that were found (--package and --type choose another one): {}.'
-                   .format(shortened(there)) if there else 'No Python file was found at all.')
+def _there_is(programs, handed_in):
+    if programs:
+        return ('Python files that were found (--package and --type choose another one): {}.'
+                .format(shortened(programs)))
+    return 'No Python file was found at all. ' + (
+        'Handed in: {}.'.format(shortened(handed_in)) if handed_in else 'Nothing was handed in.')
