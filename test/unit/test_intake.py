@@ -34,8 +34,7 @@ def test_a_name_says_whose_it_is(name, is_folder, said):
 
 def test_files_of_one_student_belong_together_and_namesakes_do_not():
     names = ['lee_1_11_a.py', 'lee_1_12_b.msg', 'lee_2_13_a.py', 'kim_3_14_a.zip', 'kim.zip', 'kim']
-    found = by_student((name, '.' not in name) for name in names)
-    assert {student: [name for name, _ in files] for student, files in found.items()} == {
+    assert by_student({name: read_name(name, '.' not in name) for name in names}) == {
         'lee (1)': ['lee_1_11_a.py', 'lee_1_12_b.msg'], 'lee (2)': ['lee_2_13_a.py'],
         'kim (3)': ['kim_3_14_a.zip'], 'kim (kim.zip)': ['kim.zip'], 'kim (kim)': ['kim']}
 
@@ -58,8 +57,8 @@ def test_a_usual_name_stays_and_odd_ones_are_told_apart():
         'Ann-Li de Groot', 'M\xfcller', 'kim (2)', '\u05d0']
     assert file_name(os.fsdecode(b'M\x80\xff')) == 'M\\x80\\xff'
     names = NASTY + ['M\\xfcller', 'M\\xfcller_', 'x' * 254, '..', 'Ann', 'Ann ']
-    found = by_student((name, True) for name in names)
-    assert sorted(parts[0][0] for parts in found.values()) == sorted(names)
+    found = by_student({name: read_name(name, True) for name in names})
+    assert sorted(name for name, in found.values()) == sorted(names)
 
 
 # -- archives

@@ -79,39 +79,36 @@ class HandedIn(NamedTuple):
 
 def read_name(name: str, is_folder: bool) -> HandedIn:
     """The parts of the name of a file or a folder."""
-    moodle = MOODLE.fullmatch(name)
+    moodle, canvas = MOODLE.fullmatch(name), CANVAS.fullmatch(name)
     if moodle:
-        return HandedIn(moodle['student'].strip(), moodle['number'],
-                        '' if is_folder else moodle['file'])
+        return HandedIn(moodle['student'].strip(), moodle['number'], moodle['file'])
     if is_folder:
         return HandedIn(name, '', '')
-    canvas = CANVAS.fullmatch(name)
     if canvas:
         return HandedIn(canvas['student'].strip(), canvas['number'],
                         AGAIN.sub('', canvas['file']))
     return HandedIn(name[:-len(ZIP)] if is_zip(name) else name, '', name)
 
 
-def by_student(names: Iterable[Tuple[str, bool]]) -> Dict[str, List[Tuple[str, HandedIn]]]:
-    """Returns the names of each student, with their parts; `names`: (name, is it a folder?).
+def by_student(names: Dict[str, HandedIn]) -> Dict[str, List[str]]:
+    """Returns the names of each student; `names`: name of a file or folder -> its parts.
 
     Several files of one student belong together. Two students of the same name are told apart by
     their numbers, or, without a number, by the whole names of their files. Each key is a valid
     name of a file.
     """
-    groups: Dict[Tuple[str, str, str], List[Tuple[str, HandedIn]]] = {}
-    for name, is_folder in names:
-        said = read_name(name, is_folder)
+    groups: Dict[Tuple[str, str, str], List[str]] = {}
+    for name, said in names.items():
         alone = '' if said.number else name
-        groups.setdefault((file_name(said.student), said.number, alone), []).append((name, said))
+        groups.setdefault((file_name(said.student), said.number, alone), []).append(name)
     times = Counter(student for student, _, _ in groups)
-    students: Dict[str, List[Tuple[str, HandedIn]]] = {}
-    for (student, number, alone), parts in groups.items():
+    students: Dict[str, List[str]] = {}
+    for (student, number, alone), together in groups.items():
         if times[student] > 1:
             student = file_name('{} ({})'.format(student, number or alone))
         while student in students:      # the names differed only in characters that do not show
             student += '_'
-        students[student] = parts
+        students[student] = together
     return students
 
 
@@ -208,29 +205,23 @@ def submissions_in(folder: Path, tell: Callable[[str], None]) -> List[Submission
 
     ``ValueError`` or ``OSError`` if there is nothing to mark.
     """
-    paths, found = {}, []
+    names = {}
     for path in sorted(folder.iterdir()):
-        mode = path.lstat().st_mode
         if path.name.startswith('.') or LEFT_OUT.search(path.name):
             continue
-        if stat.S_ISREG(mode) or stat.S_ISDIR(mode):
-            paths[path.name] = path
-        else:       # a link may lead to another student's work, or out of here
-            tell('left out, because it is {}: {}'.format(
-                'a link' if stat.S_ISLNK(mode) else 'neither a folder nor a file', path))
-    for student, parts in by_student((name, path.is_dir()) for name, path in paths.items()).items():
-        files = {}
-        for name, said in parts:
-            if paths[name].is_dir() or said.number or is_zip(name):
-                files[paths[name]] = said.file or name
-            else:
-                tell('left out, because it is neither a folder nor a zip file: {}'.format(
-                    paths[name]))
-        if files:
-            found.append(Submission(student, files))
-    if not found:
+        mode = path.lstat().st_mode
+        said = read_name(path.name, stat.S_ISDIR(mode))
+        if stat.S_ISDIR(mode) or stat.S_ISREG(mode) and (said.number or is_zip(path.name)):
+            names[path.name] = said
+            continue
+        why = 'neither a folder nor a {}'.format('zip file' if stat.S_ISREG(mode) else 'file')
+        # a link may lead to another student's work, or out of here
+        tell('left out, because it is {}: {}'.format(
+            'a link' if stat.S_ISLNK(mode) else why, path))
+    if not names:
         raise ValueError('there is no folder and no zip file in {}'.format(folder))
-    return sorted(found, key=lambda submission: submission.student)
+    return [Submission(student, {folder / name: names[name].file or name for name in together})
+            for student, together in sorted(by_student(names).items())]
 
 
 def without_wrapping(folder: Path) -> Path:
