@@ -37,9 +37,10 @@ class MarksFolder:
         it `rescores`, also if its marks have other points."""
         self._path, self.lab, self.parts, self.worth = output_folder(path), lab, parts, worth
         self.logs = output_folder(self._path / 'logs')
+        decisive = hashlib.sha256(b''.join(path.read_bytes() for path in decisive_files()))
         #: Two tries of a submission that agree in all this end alike.
         self._key = {'lab': lab, 'parts': sorted(parts), 'options': options,
-                     'version': _version()}
+                     'version': decisive.hexdigest()}
         #: Student -> Marks, the key of their try, and the points of each criterion on their page.
         self._kept: Dict[str, Tuple[Marks, Dict[str, Any], List[float]]] = {}
         for file in sorted(self.logs.glob('*' + RECORD)):
@@ -146,11 +147,3 @@ def decisive_files() -> List[Path]:
     return sorted(Path(__file__).resolve().parents[1].glob('**/*.py')) + sorted(
         path for path in [*programs, *PACKAGE.glob('launch/**/*')]
         if path.is_file() and path.suffix != '.pyc' and path.name != 'points.yaml')
-
-
-def _version():
-    """A text that changes with the files that decide a trial."""
-    whole = hashlib.sha256()
-    for path in decisive_files():
-        whole.update(path.read_bytes())
-    return whole.hexdigest()

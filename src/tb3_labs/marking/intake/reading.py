@@ -174,7 +174,7 @@ def _catches(handler):
 class Needs(NamedTuple):
     """The needs of a node besides the system's modules."""
 
-    packages: List[str]     # names, each after those that it needs
+    packages: List[str]     # names
     given: List[str]        # packages that were not handed in, whose GIVEN the node imports
     unused: List[str]       # modules that are not found, and not used, with dots
     lacking: List[str]      # modules that are not found, up to their first dot
@@ -183,29 +183,19 @@ class Needs(NamedTuple):
 def _needs_of(node, packages):
     """The Needs of a node; `packages`: name -> folder of all packages of the submission. The
     imports of the modules beside the node count too."""
-    order, seen = [], set()
-
-    def visit(name):
-        if name in seen or name not in packages:
-            return
-        seen.add(name)
-        place = packages[name]
-        for other in sorted(_types_used(place)):
-            visit(other)
-        for path in sorted(place.glob('src/{}/**/*.py'.format(name))):
-            for imported in _packages_of(imports_of(path.read_bytes())):
-                visit(imported)
-        order.append(name)
-
-    programs, own = [node], []
-    for program in programs:        # modules beside the node are added as they are found
+    needed, programs, own = [], [node], []
+    for program in programs:        # the list grows meanwhile
         found = imports_of(program.read_bytes())
         own += [item for item in found if not item.guarded] if program == node else []
-        for imported in _packages_of(found):
-            visit(imported)
-            beside = node.parent / (imported + '.py')
+        imported = _packages_of(found)
+        for name in imported:       # this list too
+            beside = node.parent / (name + '.py')
             if beside.is_file() and beside not in programs:
                 programs.append(beside)
+            if name in packages and name not in needed:
+                needed.append(name)
+                imported += sorted(_types_used(packages[name]))
+                programs += sorted(packages[name].glob('src/{}/**/*.py'.format(name)))
     offered = {name for name, folder in packages.items()
                if any(interface_files(folder).values()) or (folder / 'setup.py').exists()}
     missing = {name for name in set().union(*(item.packages for item in own)) - offered
@@ -215,7 +205,7 @@ def _needs_of(node, packages):
              for name in item.packages & missing if is_name(name) and name not in packages}
     missing -= given
     lacking = set().union(*(item.packages & missing for item in own if item.used), ())
-    return Needs(order, sorted(given), sorted({
+    return Needs(needed, sorted(given), sorted({
         module for item in own for module in item.modules
         if module.split('.')[0] in missing - lacking}), sorted(lacking))
 

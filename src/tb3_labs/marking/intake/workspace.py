@@ -193,8 +193,9 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
         files += _definitions(name, package, remarks)
     if not files:
         return None
-    done = _read({'search': system_messages(), 'definitions': files}, environment, sandbox)
-    if done is None:
+    try:
+        done = _described({'search': system_messages(), 'definitions': files}, environment, sandbox)
+    except (subprocess.SubprocessError, ValueError):
         remarks.append('The messages and services could not be built.')
         done = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
     for package_name, kind, name, text in done['modules']:
@@ -227,22 +228,16 @@ def _definitions(name, package, remarks):
                                'of a type.'.format(name, printable(file)))
 
 
-def _read(request, environment, sandbox):
-    """Returns the answer of the program in the sandbox; None if there is none.
-
-    It comes in a file, since a program in a sandbox cannot write a large file.
-    """
+def _described(request, environment, sandbox):
+    # its answer comes in a file, since a program in a sandbox cannot write a large one
     with tempfile.TemporaryFile('w+') as answer:
-        try:
-            subprocess.run(
-                sandbox.own_network(sandbox.command(['python3', '-c', DESCRIBE])),
-                input=json.dumps(request), stdout=answer, stderr=subprocess.DEVNULL,
-                timeout=BUILD_TIME, env=sandbox.environment(environment), check=True,
-                universal_newlines=True)
-            answer.seek(0)
-            return json.load(answer)
-        except (subprocess.SubprocessError, ValueError):
-            return None
+        subprocess.run(
+            sandbox.own_network(sandbox.command(['python3', '-c', DESCRIBE])),
+            input=json.dumps(request), stdout=answer, stderr=subprocess.DEVNULL,
+            timeout=BUILD_TIME, env=sandbox.environment(environment), check=True,
+            universal_newlines=True)
+        answer.seek(0)
+        return json.load(answer)
 
 
 @lru_cache(maxsize=None)
