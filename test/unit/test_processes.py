@@ -122,7 +122,7 @@ def test_programs_that_start_others_without_end_are_ended(monkeypatch):
 def test_a_sandbox_that_uses_too_much_is_ended(monkeypatch, family, limit, most, words):
     monkeypatch.setattr(processes, 'LOOK_PERIOD_OF_LIMITS', 0.01)
     monkeypatch.setattr(processes, 'OF_OTHERS', 10 ** 12)
-    calm = ResourceWatch(family.pid, [])
+    calm = ResourceWatch(family.pid, [], os.getpid())
     calm.over.set()
     assert calm._excess() == ''
     monkeypatch.setattr(processes, limit, most)

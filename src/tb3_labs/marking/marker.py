@@ -10,9 +10,10 @@ import sys
 import threading
 import time
 import uuid
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Dict, List, MutableMapping
+from typing import Dict, List, MutableMapping, Set
 
 from tb3_labs.command_line import write_output
 from tb3_labs.marking.intake.packages import NotJudged
@@ -181,7 +182,10 @@ def forget_overlays(environment: MutableMapping[str, str] = os.environ,
     holders = [number for number, prefix in enumerate(prefixes)
                if os.path.isdir(os.path.join(prefix, 'share', 'tb3_labs'))]
     overlays = prefixes[:holders[0]] if holders else []
-    sources = {source for prefix in overlays for source in _sources_of(prefix)}
+    sources: Set[str] = set()
+    for prefix in overlays:
+        with suppress(OSError):
+            sources.update(Path(prefix, '.catkin').read_text().split(';'))
 
     def stays(path: str) -> bool:
         return path not in sources and not any(
@@ -190,10 +194,3 @@ def forget_overlays(environment: MutableMapping[str, str] = os.environ,
         if name in environment:
             environment[name] = ':'.join(filter(stays, environment[name].split(':')))
     modules[:] = filter(stays, modules)
-
-
-def _sources_of(prefix):
-    try:
-        return Path(prefix, '.catkin').read_text().split(';')
-    except OSError:
-        return ()

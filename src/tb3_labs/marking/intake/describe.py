@@ -10,7 +10,6 @@ import importlib
 import io
 import json
 import os
-import resource
 import struct
 import sys
 import tempfile
@@ -20,8 +19,6 @@ import genpy
 from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
-#: The most that the program may use: memory [bytes], processor time [s].
-LIMITS = {resource.RLIMIT_AS: 10 ** 9, resource.RLIMIT_CPU: 20}
 #: An example has at most this many bytes.
 LONGEST_EXAMPLE = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
@@ -116,8 +113,6 @@ def _turn_upright(message):
 
 
 if __name__ == '__main__':
-    for limit, most in LIMITS.items():
-        resource.setrlimit(limit, (most, most))
     with tempfile.TemporaryDirectory() as here:
         os.chdir(here)
         json.dump(describe(**json.load(sys.stdin)), sys.stdout)

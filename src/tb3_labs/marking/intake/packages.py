@@ -26,8 +26,6 @@ INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
 LISTENS_TO = 'listens to '
-#: A remark names at most this many files.
-NAMED = 6
 #: Candidates that agree in so many ranks are alike.
 ALIKE = 4
 #: A larger file is not a program [bytes].
@@ -207,7 +205,6 @@ def _candidate(lab, path, package, text, packages, names):
 
 
 def _package_rank(usual, called):
-    """Returns 0 if one of these names is the `usual` one, 1 if one begins like it, else 2."""
     if usual in called:
         return 0
     # lab2_final and Lab2-main, but not lab20
@@ -248,7 +245,7 @@ def _remarks(found, packages, names):
         len(found), best.path, why, shortened([other.path for other in others]))]
 
 
-def shortened(names: Sequence[str], most: int = NAMED) -> str:
+def shortened(names: Sequence[str], most: int = 6) -> str:
     """The names in one line: at most so many, and the number of the others."""
     more = len(names) - most
     return ', '.join(names[:most]) + ' and {} more'.format(more) * (more > 0)

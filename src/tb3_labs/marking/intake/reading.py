@@ -187,7 +187,7 @@ def _needs_of(node, packages):
     for program in programs:        # the list grows meanwhile
         found = imports_of(program.read_bytes())
         own += [item for item in found if not item.guarded] if program == node else []
-        imported = _packages_of(found)
+        imported = sorted(set().union(*(item.packages for item in found)))
         for name in imported:       # this list too
             beside = node.parent / (name + '.py')
             if beside.is_file() and beside not in programs:
@@ -208,10 +208,6 @@ def _needs_of(node, packages):
     return Needs(needed, sorted(given), sorted({
         module for item in own for module in item.modules
         if module.split('.')[0] in missing - lacking}), sorted(lacking))
-
-
-def _packages_of(imports):
-    return sorted(set().union(*(item.packages for item in imports)))
 
 
 def _types_used(package):

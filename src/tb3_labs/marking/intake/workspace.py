@@ -46,6 +46,8 @@ EMPTY_MODULE = '''def __getattr__(name):
 DESCRIBE = Path(__file__).with_name('describe.py').read_text(encoding='utf-8')
 MODULE = re.compile(r'_[A-Za-z0-9_]+\.py')
 BUILD_TIME = 30.0
+#: Its start, with the most that it may use: memory [bytes], processor time [s].
+LIMITED_PYTHON = ['prlimit', '--as=1000000000', '--cpu=20', 'python3', '-c']
 #: Errors by a module that has another version here, or by this version of Python.
 ELSEWHERE = re.compile(
     r"""^((?:AttributeError: module|ImportError: cannot import name '.*?' from) '(\w+)[\w.]*'.*|"""
@@ -232,7 +234,7 @@ def _described(request, environment, sandbox):
     # its answer comes in a file, since a program in a sandbox cannot write a large one
     with tempfile.TemporaryFile('w+') as answer:
         subprocess.run(
-            sandbox.own_network(sandbox.command(['python3', '-c', DESCRIBE])),
+            sandbox.own_network(sandbox.command(LIMITED_PYTHON + [DESCRIBE])),
             input=json.dumps(request), stdout=answer, stderr=subprocess.DEVNULL,
             timeout=BUILD_TIME, env=sandbox.environment(environment), check=True,
             universal_newlines=True)

@@ -12,7 +12,7 @@ import threading
 import time
 from contextlib import suppress
 from pathlib import Path
-from typing import Iterable, Optional, Set
+from typing import Iterable, Set
 
 from tb3_labs.marking.intake.sandbox import IDENTITY
 
@@ -113,13 +113,9 @@ class BoundedText:
     """The beginning and the end of an output, which may be endless: `kept` characters of each."""
 
     def __init__(self, kept=100000):
-        self._kept = kept
-        self._head = ''
-        self._tail = ''
-        #: Number of characters so far, also of dropped ones.
-        self.length = 0
-        #: Number of line ends so far, also of dropped ones.
-        self.lines = 0
+        self._kept, self._head, self._tail = kept, '', ''
+        #: Numbers of characters and of line ends so far, also of dropped ones.
+        self.length = self.lines = 0
 
     def append(self, text):
         """Add `text` at the end."""
@@ -196,7 +192,7 @@ def _kill(pid):
 class ResourceWatch:
     """Watches a sandbox until `over` is set; kills its programs if they use too much."""
 
-    def __init__(self, pid: int, own_folders: Iterable[str], others: Optional[int] = None) -> None:
+    def __init__(self, pid: int, own_folders: Iterable[str], others: int) -> None:
         """`pid`: the outermost process of the sandbox; `own_folders`: the sandbox's own folders,
         as its programs see them; `others`: the first of the processes that its programs can fill,
         master, robot and check."""
@@ -219,11 +215,10 @@ class ResourceWatch:
             return 'more than {} processes'.format(PROCESSES)
         if sum(map(_memory, processes)) > MEMORY and sum(map(_own_memory, processes)) > MEMORY:
             return 'more than {:g} GB of memory'.format(MEMORY / 1e9)
-        if self._others is not None:
-            others = {self._others, *_below(self._others)} - {self._pid, *processes}
-            if sum(map(_memory, others)) > OF_OTHERS:
-                return 'more than {:g} MB of the memory of master, robot and check'.format(
-                    OF_OTHERS / 1e6)
+        others = {self._others, *_below(self._others)} - {self._pid, *processes}
+        if sum(map(_memory, others)) > OF_OTHERS:
+            return 'more than {:g} MB of the memory of master, robot and check'.format(
+                OF_OTHERS / 1e6)
         if processes and sum(_used(processes[-1], own) for own in self._own) > OWN_DISK:
             return 'files of more than {:g} MB'.format(OWN_DISK / 1e6)
         return ''
