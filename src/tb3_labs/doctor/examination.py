@@ -55,7 +55,8 @@ def _look_at_way_back(here, graph, alive, drivers):
     sent = {node: _type_of(topic, peer, 'getPublications') for node, peer in drivers.items()
             if not peer.problem}
     unheard = {node: kind for node, kind in sent.items() if heard and kind not in ('', heard)}
-    yield from filter(None, [judge_types(topic, hearer, heard, unheard)])
+    if unheard:
+        yield judge_types(topic, hearer, heard, unheard)
     mine = {node: peer.uri for node, peer in drivers.items() if (
         peer.problem == 'unresolved' or is_own(peer.address) and not peer.problem)
         and node not in graph.robot_nodes and node not in unheard}

@@ -49,22 +49,18 @@ class Peer:
             return None
         begun = time.monotonic()
         try:
-            value = self._call(method, arguments)
+            link = http.client.HTTPConnection(self.address, self.port, timeout=ANSWERING)
+            link.request('POST', '/', xmlrpc.client.dumps((CALLER, *arguments), method),
+                         {'Content-Type': 'text/xml'})
+            with link.getresponse() as answer:
+                ((code, reason, value),), _ = xmlrpc.client.loads(answer.read())
+            if code != 1:
+                raise RuntimeError(reason)
         except Exception as trouble:    # a peer may answer with anything
             is_refused = isinstance(trouble, ConnectionRefusedError)
             self.problem = 'refused' if is_refused else 'silent'
             return None
         self.problem, self.round_trip = '', time.monotonic() - begun
-        return value
-
-    def _call(self, method, arguments):
-        link = http.client.HTTPConnection(self.address, self.port, timeout=ANSWERING)
-        link.request('POST', '/', xmlrpc.client.dumps((CALLER, *arguments), method),
-                     {'Content-Type': 'text/xml'})
-        with link.getresponse() as answer:
-            ((code, reason, value),), _ = xmlrpc.client.loads(answer.read())
-        if code != 1:
-            raise RuntimeError(reason)
         return value
 
 
@@ -184,12 +180,9 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Line:
         node, 1e3 * peer.round_trip) for node, peer in sorted(peers.items())))
 
 
-def judge_types(topic: str, robot: str, heard: str,
-                unheard: Mapping[str, str]) -> Optional[Line]:
-    """Do drivers publish another message than `heard`, the one that the node `robot` hears on
-    `topic`? `unheard`: {driver: type of its message}, for each that does."""
-    if not unheard:
-        return None
+def judge_types(topic: str, robot: str, heard: str, unheard: Mapping[str, str]) -> Line:
+    """The line on drivers that publish another message than `heard`, the one that the node `robot`
+    hears on `topic`. `unheard`: {driver: type of its message}."""
     return fault('Commands', '{} on {}, but {} hears {}: no such command arrives'.format(
         ', '.join('{} publishes {}'.format(*each) for each in sorted(unheard.items())),
         topic, robot, heard), 'publish {} there'.format(heard))

@@ -24,11 +24,12 @@ from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.conversions import to_odometry_sample
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 
-#: The topics of a robot that the doctor hears, with their messages.
-TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'cmd_vel': rospy.AnyMsg}
+#: The topics of a robot that the doctor hears: their messages, and how these become samples.
+TOPICS = {'imu': (Imu, to_imu_sample), 'odom': (Odometry, to_odometry_sample),
+          'joint_states': (JointState, to_wheel_sample),
+          'cmd_vel': (rospy.AnyMsg, lambda command: None)}
 #: The message that moves a robot.
 COMMAND = 'geometry_msgs/Twist'
-READERS = {'imu': to_imu_sample, 'odom': to_odometry_sample, 'joint_states': to_wheel_sample}
 
 
 class Heard(NamedTuple):
@@ -86,7 +87,7 @@ def listen(namespace, address):
     try:
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,
                         disable_rostime=True, disable_signals=True)
-        for name, kind in TOPICS.items():
+        for name, (kind, _) in TOPICS.items():
             rospy.Subscriber(namespace + name, kind, hear, name)
         time.sleep(HEARING_TIME)
         return list(heard), time.time()
@@ -101,7 +102,7 @@ def compared(heard, reset_topic):
     door, samples, refused = Door(), [], {topic: [] for topic in TOPICS}
     for topic, at, _, message, _ in heard:
         try:
-            sample = READERS[topic](message) if topic in READERS else None
+            sample = TOPICS[topic][1](message)
         except ValueError as problem:
             if topic != 'joint_states' or set(WHEEL_JOINTS).issubset(message.name):
                 refused[topic].append(str(problem))    # else: of other joints, such as an arm's

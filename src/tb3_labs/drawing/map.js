@@ -23,18 +23,13 @@ class Trail {
     const last = this.points[this.points.length - 1];
     const far = last ? Math.hypot(pose[0] - last[0], pose[1] - last[1]) : 0;
     if (last && far < STEP) return;
-    if (far > JUMP) this.lift();
+    if (far > JUMP) this.points.push(null);
     this.points.push([pose[0], pose[1]]);
     // Breaks stay, so that thinning never joins two pieces.
     let keep = false;
     if (this.points.length > MOST) {
       this.points = this.points.filter((point) => { keep = !keep; return point === null || keep; });
     }
-  }
-
-  /** The next point is not joined to the last one. */
-  lift() {
-    if (this.points.length && this.points[this.points.length - 1]) this.points.push(null);
   }
 }
 

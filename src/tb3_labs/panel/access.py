@@ -21,8 +21,6 @@ from tb3_labs.config import Config, setting
 
 #: The address at which only programs of this computer can connect.
 LOOPBACK = '127.0.0.1'
-#: Names of the loopback.
-LOOPBACK_NAMES = ('localhost', LOOPBACK, '::1')
 #: The port at the end of a Host header.
 PORT = re.compile(r':[0-9]*\Z')
 
@@ -47,7 +45,7 @@ class Access:
         """`names`: names and addresses of this computer, beside those of the loopback."""
         # as a Host header writes them: an IPv6 address stands in brackets
         self._names = {('[{}]' if ':' in name else '{}').format(name.lower())
-                       for name in (*LOOPBACK_NAMES, *names)}
+                       for name in ('localhost', LOOPBACK, '::1', *names)}
         self._token = token
 
     def refusal(self, host: Optional[str], origin: Optional[str],
@@ -64,11 +62,8 @@ class Access:
                 name, ', '.join(sorted(self._names)))
         if origin is not None and origin.lower() not in ('http://' + host, 'https://' + host):
             return 'requests of pages of other sites ({}) are refused'.format(origin)
-        if token is not None and not hmac.compare_digest(_bytes(token), _bytes(self._token)):
+        # hmac takes no text but ASCII; a browser may send any
+        if token is not None and not hmac.compare_digest(*(
+                word.encode(errors='surrogatepass') for word in (token, self._token))):
             return 'the token is missing or wrong: use the whole address that the panel printed'
         return ''
-
-
-def _bytes(token: str) -> bytes:
-    """The token for hmac, which takes no text but ASCII; a browser may send any."""
-    return token.encode(errors='surrogatepass')

@@ -39,8 +39,8 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 TRAIL_STEP = 0.02
 #: If a trail has more points than this, every second point is dropped.
 MOST_POINTS = 1000
-#: If the odometry jumps by more than this, it was zeroed [m], [rad].
-ODOMETRY_JUMP = 0.2, math.radians(60.0)
+#: If the odometry jumps by more than one of these, it was zeroed [m], [rad].
+JUMP, TURN_JUMP = 0.2, math.radians(60.0)
 #: The line of the handout by which a node says that local was declared: x, y [m], yaw [rad].
 DECLARED = re.compile(r'Local pose set to x=([-+.\de]+), y=([-+.\de]+), yaw=([-+.\de]+?)\.?$')
 #: Truth and odometry that are farther apart in time than this are not compared [s].
@@ -50,8 +50,6 @@ SAME_PICTURE = 0.3
 READ_WITHIN = 0.3
 #: A robot that is slower than this stands, by its odometry [m/s] or [rad/s].
 STANDS_BELOW = 0.02
-#: Sources whose ages a picture has.
-SOURCES = ('imu', 'odom')
 
 Point = Tuple[float, float]
 
@@ -91,7 +89,9 @@ class RobotView:
     def hear_odometry(self, sample: OdometrySample, now: float) -> None:
         """Store a sample of the odometry."""
         last = self.latest('odom')
-        if last is not None and _moved(last.pose, sample.pose, ODOMETRY_JUMP):
+        if last is not None and (
+                last.pose.distance_to(sample.pose) > JUMP
+                or abs(difference(sample.pose.yaw, last.pose.yaw)) > TURN_JUMP):
             self.trail, self._computed = Trail(), None
         self.trail.add(sample.pose)
         self.hear('odom', sample, now)
@@ -115,10 +115,6 @@ class RobotView:
     def latest(self, kind: str) -> Any:
         """The latest value of a kind, or None."""
         return self._latest.get(kind)
-
-    def age(self, kind: str, now: float) -> Optional[float]:
-        """Time since the last message of a kind [s]; None before the first one."""
-        return now - self._arrivals[kind] if kind in self._arrivals else None
 
     @property
     def is_driving(self) -> bool:
@@ -182,11 +178,13 @@ class RobotView:
             else None,
             'heading_deg': _rounded(
                 None if heading is None else round(math.degrees(heading) % 360.0, 1) % 360.0),
-            'ages': {source: self._silence(source, now) for source in SOURCES}}
+            'ages': {source: self._silence(source, now) for source in ('imu', 'odom')}}
 
     def _silence(self, kind: str, now: float) -> Optional[float]:
-        age = self.age(kind, now)
-        return 0.0 if age is not None and age <= READ_WITHIN else _rounded(age)
+        if kind not in self._arrivals:
+            return None
+        age = now - self._arrivals[kind]
+        return 0.0 if age <= READ_WITHIN else _rounded(age)
 
     def _truth_in_odom(self) -> Optional[Pose2]:
         """Returns the true pose in odom at the time of the odometry, to compare the two while the
@@ -199,11 +197,6 @@ class RobotView:
             ahead = stamp - odom.stamp
             pose = pose @ Pose2(ahead * odom.linear, 0.0, ahead * odom.angular).inverse()
         return origin.inverse() @ pose
-
-
-def _moved(before: Pose2, after: Pose2, step: Tuple[float, float]) -> bool:
-    return (before.distance_to(after) > step[0]
-            or abs(difference(after.yaw, before.yaw)) > step[1])
 
 
 def _numbers(pose: Optional[Pose2]) -> Optional[List[float]]:

@@ -160,13 +160,13 @@ class PanelRobot:
             self._release()
         self.grip.stop()
 
-    def update(self):
-        """Notice a silent page. Returns the reason if the page that drives was lost, else ''."""
+    def look_at_grip(self):
+        """Stop the robot if the page that drives is lost; all pages show the line."""
         silence = self.grip.silence(steady_time())
         if silence:
             self.stop()
-            return 'The page that drives is silent for {:.1f} s'.format(silence)
-        return ''
+            rospy.logwarn('The page that drives is silent for %.1f s: the robot is stopped',
+                          silence)
 
     def gone(self, page):
         """The connection to `page` has ended."""

@@ -5,15 +5,17 @@ from collections import deque
 
 import rospy
 from rosgraph_msgs.msg import Log
+from tornado.ioloop import PeriodicCallback
 
 from tb3_labs.panel.requests import Viewer, read_request
 from tb3_labs.panel.ros_control import PanelRobot
-from tb3_labs.panel.ros_server import Server, Timer
+from tb3_labs.panel.ros_server import Server
 from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import subscribe
 
-#: A page that drives is checked once in this time [s].
-GRIP_PERIOD = 0.02
+#: A page that drives is checked once in this time [ms].
+GRIP_PERIOD = 20.0
 #: When the node ends: longest wait until the robot is released [s].
 RELEASE_TIME = 0.5
 #: Number of log lines kept for a page that comes later.
@@ -34,8 +36,9 @@ class Pages:
         self._lines = deque(maxlen=LINES_KEPT)
         self._server = Server(config, self._open_page)
         self._robot = PanelRobot(self._server)
-        self._drawing = Timer(1.0 / config.rate, self._draw)
-        self._watching = Timer(GRIP_PERIOD, self._update)
+        #: They run while there is a page.
+        self._timers = [PeriodicCallback(guarded(self._draw), 1000.0 / config.rate),
+                        PeriodicCallback(guarded(self._robot.look_at_grip), GRIP_PERIOD)]
         subscribe('/rosout', Log, self._on_line, queue_size=None)
         #: The address to open in a browser.
         self.address = self._server.address
@@ -57,12 +60,13 @@ class Pages:
 
     def _open_page(self, send):
         page = Viewer(send)
+        if not self._pages:
+            for timer in self._timers:
+                timer.start()
         self._pages.append(page)
         page.send('hello', **self._hello)
         page.send('trail', odom=self._robot.watch.read(lambda view: list(view.trail.points)))
         page.lines = list(self._lines)
-        self._drawing.start()
-        self._watching.start()
         return (lambda text: self._on_text(page, text)), (lambda: self._on_end(page))
 
     def _on_end(self, page):
@@ -70,8 +74,8 @@ class Pages:
         self._pages.remove(page)
         self._robot.gone(page)
         if not self._pages:
-            self._drawing.stop()
-            self._watching.stop()
+            for timer in self._timers:
+                timer.stop()
 
     # -- pictures and lines of the log
 
@@ -89,7 +93,7 @@ class Pages:
         """Keep a line of /rosout. The lines of each node come in a thread of their own."""
         level = next((name for least, name in LOG_LEVELS if message.level >= least), None)
         if level is not None and message.name.startswith(rospy.get_namespace()):
-            self._robot.watch.hear_line(message.msg)
+            self._robot.watch.read(lambda view: view.hear_line(message.msg))
             line = {'time': time.strftime('%H:%M:%S'), 'level': level, 'node': message.name,
                     'text': message.msg[:LONGEST_LINE]}
             self._server.soon(lambda: self._keep(line))
@@ -113,9 +117,3 @@ class Pages:
         else:
             if answer is not None:
                 page.answer(request, True, answer)
-
-    def _update(self):
-        """Tell all pages if the one that drives was lost."""
-        reason = self._robot.update()
-        if reason:
-            rospy.logwarn('%s: the robot is stopped', reason)

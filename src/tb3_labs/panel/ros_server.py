@@ -11,7 +11,7 @@ from weakref import WeakSet
 
 import rosgraph.network
 import rospy
-from tornado import httpserver, ioloop, netutil, web, websocket
+from tornado import httpserver, netutil, web, websocket
 
 from tb3_labs import drawing
 from tb3_labs.panel.access import LOOPBACK, Access
@@ -118,18 +118,6 @@ class _Door(httpserver.HTTPServer):
                 next(each for each in group if each not in self.admitted).close()
         if not stream.closed():
             super().handle_stream(stream, address)
-
-
-class Timer(ioloop.PeriodicCallback):
-    """While running, calls `job()` every `seconds`. Only the server's thread uses it."""
-
-    def __init__(self, seconds, job):
-        super().__init__(guarded(job), 1000.0 * seconds)
-
-    def start(self):
-        """Start, unless it runs already."""
-        if not self.is_running():    # a second start would call twice as often
-            super().start()
 
 
 def in_thread(job):

@@ -1,5 +1,6 @@
 """Listens to the robot for pages, and no faster than a page draws."""
 import threading
+from operator import attrgetter
 
 import rospy
 from actionlib_msgs.msg import GoalID
@@ -23,21 +24,11 @@ ODOMETRY_PERIOD = 0.045
 NUMBERS_PERIOD = 0.2
 
 
-def _data(message):
-    return message.data
+_data = attrgetter('data')
 
 
 def _pose(message):
     return to_pose2(message.pose)
-
-
-def _stamped_pose(message):
-    """(Pose2, stamp [s])."""
-    return to_pose2(message.pose), message.header.stamp.to_sec()
-
-
-def _yaw(message):
-    return to_imu_sample(message).yaw
 
 
 def _tolerance(values):
@@ -73,22 +64,19 @@ class Watch:
                 ('local_pose', NUMBERS_PERIOD, PoseStamped, self._hear('local'), _pose),
                 ('distance_error', NUMBERS_PERIOD, Float32, self._hear('distance'), _data),
                 ('angle_error_deg', NUMBERS_PERIOD, Float32, self._hear('angle'), _data),
-                ('ground_truth', NUMBERS_PERIOD, PoseStamped, self._hear('truth'), _stamped_pose),
-                ('imu', NUMBERS_PERIOD, Imu, self._hear('imu'), _yaw),
+                ('ground_truth', NUMBERS_PERIOD, PoseStamped, self._hear('truth'),
+                 lambda truth: (to_pose2(truth.pose), truth.header.stamp.to_sec())),
+                ('imu', NUMBERS_PERIOD, Imu, self._hear('imu'),
+                 lambda imu: to_imu_sample(imu).yaw),
                 ('cmd_vel', NUMBERS_PERIOD, Twist, self._write(_command)),
                 ('/tf', NUMBERS_PERIOD, *transforms)):
             subscribe(topic, *how, idle_for=lambda now, rest=rest: rest)
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
 
     def read(self, question):
-        """Returns ``question(view)``; any thread may call it."""
+        """Returns ``question(view)``, which may write into the view; any thread may call it."""
         with self._lock:
             return question(self._view)
-
-    def hear_line(self, text):
-        """Let the view read a line of the log."""
-        with self._lock:
-            self._view.hear_line(text)
 
     @property
     def hears_another_pad(self):
@@ -98,10 +86,7 @@ class Watch:
 
     def _write(self, store):
         """Returns a callback that calls ``store(view, value, now)``."""
-        def on_value(value):
-            with self._lock:
-                store(self._view, value, steady_time())
-        return on_value
+        return lambda value: self.read(lambda view: store(view, value, steady_time()))
 
     def _hear(self, name):
         return self._write(lambda view, value, now: view.hear(name, value, now))

@@ -29,10 +29,8 @@ export class Controls {
   constructor({link, pad, map, seen, redraw}) {
     Object.assign(this, {_link: link, _pad: pad, _seen: seen, _redraw: redraw});
     this._mapInput = new PoseInput(map, {
-      redraw, yawOf: typedYaw,
       // the pose is sent, and stays in the fields
-      placed: (kind, pose) => { fill(kind, pose); this._sendTyped(kind); },
-      toolChanged: showTool,
+      redraw, placed: (kind, pose) => { fill(kind, pose); this._sendTyped(kind); },
     });
     // May keys and a real gamepad drive now?
     const driving = () => this._seen.control && !this._reasons().pad;
@@ -113,7 +111,7 @@ export class Controls {
   /** All that was held must be gripped anew. */
   _dropped() {
     for (const letGo of this._letGo) letGo();
-    this._keys.forget();
+    this._keys.release();
     this._gamepad.disarm();
   }
 
@@ -148,11 +146,10 @@ export class Controls {
 
 /** Pointers on the map: with a tool, a drag gives a pose in local; else see MapInput. */
 class PoseInput extends MapInput {
-  /** `placed(kind, pose)` gets a dragged pose; `yawOf(kind)`: the heading that is typed [degrees];
-   *  `toolChanged(tool)`: another tool is chosen. */
-  constructor(map, {redraw, placed, yawOf, toolChanged}) {
+  /** `placed(kind, pose)` gets a dragged pose. */
+  constructor(map, {redraw, placed}) {
     super(map, redraw);
-    Object.assign(this, {_placed: placed, _yawOf: yawOf, _toolChanged: toolChanged});
+    this._placed = placed;
     this._tool = null;                // null, 'goal' or 'reset'
     this._start = null;               // {pixel, point}: where a drag of the tool began
   }
@@ -160,7 +157,7 @@ class PoseInput extends MapInput {
   choose(tool) {
     this._tool = this._tool === tool ? null : tool;
     this.cancel();
-    this._toolChanged(this._tool);
+    showTool(this._tool);
   }
 
   /** End a drag without sending anything. */
@@ -190,7 +187,7 @@ class PoseInput extends MapInput {
     this.cancel();
     if (event.type !== 'pointerup' || !draft) return;
     this._tool = null;
-    this._toolChanged(null);
+    showTool(null);
     this._placed(kind, draft.pose);
   }
 
@@ -200,7 +197,7 @@ class PoseInput extends MapInput {
     if (!end) return;
     const isFar = Math.hypot(at[0] - pixel[0], at[1] - pixel[1]) >= HEADING_FROM;
     const yaw = isFar ? Math.atan2(end[1] - point[1], end[0] - point[0])
-      : radians(this._yawOf(this._tool));
+      : radians(read(this._tool + '-yaw') || 0);
     const words = `${this._tool === 'goal' ? 'goal' : 'robot is at'} ${point[0].toFixed(2)} `
       + `${point[1].toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
     this.map.draft = {pose: [point[0], point[1], yaw], words};
@@ -221,11 +218,6 @@ const named = (name, reason) => (reason ? `${name}: ${reason}` : '');
 const join = (...texts) => [...new Set(texts.filter(Boolean))].join(' \u00b7 ');
 
 // -- the fields of the goal and of the reset: x and y [m], yaw [degrees], in the frame local
-
-/** The heading that is typed for 'goal' or 'reset' [degrees]; 0 if there is none. */
-function typedYaw(kind) {
-  return read(kind + '-yaw') || 0;
-}
 
 function fill(kind, pose) {
   const [x, y, yaw] = pose;

@@ -1,6 +1,7 @@
 // The inputs of a person who drives: sticks, buttons and the mouse pad on the screen, the keyboard,
 // and a real gamepad. Each pointer holds its own element, so that several fingers work at once.
 
+import {clamp} from './pad.js';
 import {say} from './page.js';
 
 const NEAR = 0.04;            // a stick nearer to its middle than this is at rest
@@ -14,8 +15,6 @@ const TYPING = 'input, textarea, select';
 const OFF_MIDDLE = 0.12;      // a stick further from its middle than this is touched
 const BUTTONS = {a: 0, b: 1, y: 3, hold: 5};    // of the layout "standard"
 const DRIVING = ['a', 'y'];   // B is a stop, and counts at any time
-
-const clamp = (value) => Math.max(-1, Math.min(1, value));
 
 /** A stick that moves along one axis, 'forward' or 'left'. It counts from where it was gripped.
  *  Returns a function that lets it go. */
@@ -125,9 +124,6 @@ export class Keys {
     this._arrows.clear();
     this._pad.release('keys');
   }
-
-  /** Forget the arrows: the pad has dropped them already. */
-  forget() { this._arrows.clear(); }
 
   _down(event) {
     if (event.key === ' ' || event.key === 'Escape') { this._stopKey(event); return; }

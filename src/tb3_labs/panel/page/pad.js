@@ -11,7 +11,7 @@ const HEARD = 450;            // [ms] A and Y are shown once the node has heard 
 const SETTLE = 700;           // [ms] after A, has_control may still be false
 const STOPPED_WITHIN = 2500;  // [ms] a stop without an answer for this long is not confirmed
 
-const clamp = (value) => Math.max(-1, Math.min(1, value));
+export const clamp = (value) => Math.max(-1, Math.min(1, value));
 
 export class Pad {
   /** Set `onstop` (B is pressed) and `ondrop` (nothing that is held counts any more). */

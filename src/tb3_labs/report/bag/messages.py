@@ -71,6 +71,7 @@ def make_collectors(parts, prefix):
         'asked': (Values, lambda message: [(None, math.radians(message.data))]),
         'control': (Values, lambda message: [(None, float(message.data))]),
         'presses': (Values, _presses()),
+        'sent': (Values, None),    # by the connections, not by the messages
         'frames': (Poses, lambda message: (
             (each.header, each.transform.translation.x, each.transform.translation.y,
              _yaw(each.transform.rotation)) for each in message.transforms

@@ -8,7 +8,6 @@ import struct
 from collections import Counter
 
 import genpy
-import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import Odometry
@@ -21,7 +20,7 @@ from tb3_labs.msg import MouseController
 from tb3_labs.report.bag.clock import one_clock
 from tb3_labs.report.bag.messages import make_collectors, samples_of
 from tb3_labs.report.bag.records import Bag, BagProblem, open_bag
-from tb3_labs.report.run_data import RunData, Values
+from tb3_labs.report.run_data import RunData
 
 #: RunData's field: (name of the topic, class), besides the IMU and the odometry.
 OPTIONAL = {
@@ -86,9 +85,10 @@ def _read(bag, path, namespace, tell):
              'the bag: {}'.format(path, ', '.join(others[:NAMED_TOPICS] + ['{} more'.format(
                  len(others) - NAMED_TOPICS)] * (len(others) > NAMED_TOPICS))))
     prefix = parent(topics['odometry'])
-    collectors = make_collectors(topics, prefix)
-    start, notes, sent = _collect(bag, {topic: (collectors[part], types[topic][0])
-                                        for part, topic in topics.items()})
+    collectors = make_collectors([*topics, 'sent'], prefix)
+    names = tuple(sorted(senders.get(topics.get('commands'), ())))
+    start, notes = _collect(bag, {topic: (collectors[part], types[topic][0])
+                                  for part, topic in topics.items()}, collectors['sent'], names)
     for part in ('imu', 'odometry'):
         if not len(collectors[part].arrival):
             raise BagProblem('not one good message on {} (bad quaternions?)'.format(topics[part]))
@@ -96,30 +96,26 @@ def _read(bag, path, namespace, tell):
     notes = ['{}: the report ends at {:.1f} s'.format(note, duration) for note in notes]
     notes += set_at + [
         '{} has more than {} messages: the later ones are left out'.format(
-            topics[part], len(each.arrival)) for part, each in collectors.items() if each.is_full]
+            topic, len(collectors[part].arrival))
+        for part, topic in topics.items() if collectors[part].is_full]
     for note in notes:
         tell('{}: {}'.format(path, note))
     absolute = {_absolute(topic) for topic in types}
-    names = tuple(sorted(senders.get(topics.get('commands'), ())))
-    samples = samples_of(collectors)
-    if 'commands' in samples:
-        order = np.argsort(collectors['commands'].arrival, kind='stable')
-        samples['sent'] = Values(samples['commands'].arrival, samples['commands'].time, np.array(
-            [names.index(sent[k]) for k in np.array(collectors['commands'].number)[order]]))
     return RunData(str(path), start, duration, topics=topics, notes=tuple(notes), senders=names,
                    devices=tuple(name for name in DEVICES if prefix + name in absolute),
                    dropped={part: collector.bad for part, collector in collectors.items()},
-                   **samples)
+                   **samples_of(collectors))
 
 
-def _collect(bag, of_topic):
-    """Fill the collectors, {topic: (Collector, class)}. Returns (time of the first message [s since
-    1970], [why the rest was not read], {number of each Twist: its sender})."""
+def _collect(bag, of_topic, sent, names):
+    """Fill the collectors, {topic: (Collector, class)}, and `sent`, the index in `names` of each
+    command's sender. Returns (time of the first message [s since 1970], [why the rest was not
+    read])."""
     def is_wanted(connection):
         return connection.topic in of_topic and (
             CLASSES.get((connection.kind, connection.checksum)) is of_topic[connection.topic][1])
 
-    start, number, size, too_much, sent = None, 0, 0, [], {}
+    start, number, size, too_much = None, 0, 0, []
     for connection, (seconds, nanoseconds), data in bag.messages(is_wanted):
         if start is None:
             start = seconds + 1e-9 * nanoseconds
@@ -137,10 +133,11 @@ def _collect(bag, of_topic):
         except (genpy.DeserializationError, struct.error, ValueError):
             collector.bad += 1
             continue
+        arrival = (seconds - start) + 1e-9 * nanoseconds
+        collector.add(message, arrival, start, number)
         if made is Twist:
-            sent[number] = connection.sender
-        collector.add(message, (seconds - start) + 1e-9 * nanoseconds, start, number)
-    return start, too_much or [problem for problem in [bag.problem] if problem], sent
+            sent.keep([names.index(connection.sender)], arrival, arrival, number)
+    return start, too_much or [problem for problem in [bag.problem] if problem]
 
 
 def choose_topics(types, namespace):

@@ -34,7 +34,6 @@ MAX_ANGULAR = DriveConfig().max_angular
 UNKNOWN = math.nan, math.nan
 
 FIRST, STRAIGHT, LAST = DRIVING
-REACHED_STATE = GoalState.GOAL_REACHED.name
 
 
 @dataclass(frozen=True)
@@ -189,7 +188,7 @@ def _outcome(frames: Sequence[Epoch], parts: Sequence[Span], later: Sequence[Spa
     if not later:
         return 'recording ended'
     state = later[0].state
-    if state == REACHED_STATE:
+    if state == GoalState.GOAL_REACHED.name:
         return 'reached'
     if state != FIRST:
         return state
