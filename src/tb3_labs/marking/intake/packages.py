@@ -12,7 +12,7 @@ import re
 import xml.etree.ElementTree as ElementTree
 from functools import lru_cache
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs.marking.lab_names import NodeNames
 
@@ -87,25 +87,19 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
     A package has a package.xml, or at least message files. If several packages have one name, the
     package nearest to `node` is taken.
     """
-    found: Dict[str, Set[Path]] = {}
-    for path in files_in(folder):
-        if path.name == MANIFEST:
-            name, place = name_in(path)[0] or path.parent.name, path.parent
-        elif path.parent.name in INTERFACES and path.suffix == '.' + path.parent.name:
-            place = path.parent.parent
-            if (place / MANIFEST).exists():
-                continue
-            name = place.name
-        else:
-            continue
-        if is_name(name):
-            found.setdefault(name, set()).add(place)
+    files = files_in(folder)
+    places = {path.parent for path in files if path.name == MANIFEST} | {
+        path.parent.parent for path in files
+        if path.parent.name in INTERFACES and path.suffix == '.' + path.parent.name}
 
-    def far(place: Path) -> Tuple[int, bool, int, str]:
+    def near(place: Path) -> Tuple[int, bool, int, str]:
         common = set(place.parents) & set(node.parents)
         return (-len(common), is_aside(str(place.relative_to(folder))), len(place.parts),
                 str(place))
-    return {name: min(places, key=far) for name, places in found.items()}
+    # the nearest comes last, and takes the place of the others
+    named = [(name_in(place / MANIFEST)[0] or place.name, place)
+             for place in sorted(places, key=near, reverse=True)]
+    return {name: place for name, place in named if is_name(name)}
 
 
 def interface_files(package: Path) -> Dict[str, List[str]]:

@@ -16,7 +16,6 @@ import os
 import platform
 import random
 import re
-import resource
 import signal
 import subprocess
 import sys
@@ -77,9 +76,8 @@ def problem() -> str:
         return 'bubblewrap is not installed (apt install bubblewrap)'
     except subprocess.TimeoutExpired:
         return 'bubblewrap hangs'
-    words = done.stderr.strip().splitlines()
-    return '' if done.returncode == 0 else 'bubblewrap fails ({})'.format(
-        words[-1] if words else 'exit status {}'.format(done.returncode))
+    words = done.stderr.strip().splitlines() or ['exit status {}'.format(done.returncode)]
+    return '' if done.returncode == 0 else 'bubblewrap fails ({})'.format(words[-1])
 
 
 class NoSandbox:
@@ -129,14 +127,13 @@ class Sandbox(NoSandbox):
         for folder in hidden + ['/dev', '/']:
             options += ['--remount-ro', folder]
         options += ['--chdir', HOME]
-        limits = {'RLIMIT_FSIZE': LARGEST_FILE, 'RLIMIT_AS': ADDRESS_SPACE, 'RLIMIT_CORE': 0}
+        limited = LIMITED + ['--core=0']
         if self.user is not None or _version(platform.release()) >= COUNTED:
-            limits['RLIMIT_NPROC'] = TASKS
-        entered = {'limits': limits, 'forget': IDENTITY, 'user': self.user, 'folders': OWN_FOLDERS,
-                   'logs': LOGS}
+            limited.append('--nproc={}'.format(TASKS))
+        entered = {'forget': IDENTITY, 'user': self.user, 'folders': OWN_FOLDERS, 'logs': LOGS}
         # Ctrl+C is for the program: it must not end bubblewrap
         return ['sh', '-c', 'trap "" INT; exec "$@"', 'sh', 'bwrap'] + options + [
-            '--', '/usr/bin/python3', '-ISc', ENTER, json.dumps(entered)] + command
+            '--'] + limited + ['/usr/bin/python3', '-ISc', ENTER, json.dumps(entered)] + command
 
     def environment(self, environment: Mapping[str, str]) -> Dict[str, str]:
         kept = {name: value for name, value in environment.items()
@@ -216,11 +213,11 @@ def _version(text):
     return tuple(int(number) for number in re.findall(r'\d+', text)[:2])
 
 
-def _enter(limits, forget, user, folders, logs):
-    """The first program in a sandbox becomes `user` (None: keeps its user), and keeps within
-    `limits`: name in :mod:`resource` -> number. The variable `forget` is removed; the `folders`
-    are writable for the user. The folder `logs` is made, since rospy itself would need its
-    parent's owner. The text of this function runs there, without this package.
+def _enter(forget, user, folders, logs):
+    """The first program in a sandbox becomes `user` (None: keeps its user). The variable `forget`
+    is removed; the `folders` are writable for the user. The folder `logs` is made, since rospy
+    itself would need its parent's owner. The text of this function runs there, without this
+    package.
     """
     if user is not None:
         for folder in folders:
@@ -229,15 +226,13 @@ def _enter(limits, forget, user, folders, logs):
         os.setresgid(user, user, user)
         os.setresuid(user, user, user)
     os.makedirs(logs, exist_ok=True)
-    for name, number in limits.items():
-        resource.setrlimit(getattr(resource, name), (number, number))
     os.environ.pop(forget, None)
     # bubblewrap ignores Ctrl+C, and its child would ignore it too
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 #: The text of the first program, for python3 -c. Arguments: JSON for _enter(), then the command.
-ENTER = '''import errno, json, os, resource, signal, sys
+ENTER = '''import errno, json, os, signal, sys
 {}
 _enter(**json.loads(sys.argv[1]))
 try:

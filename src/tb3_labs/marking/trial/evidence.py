@@ -49,21 +49,21 @@ def untold(remarks: List[str], said: str) -> List[str]:
 
 
 def errors_in(seen: Observation, run: Run) -> List[str]:
-    """The exceptions of a run before it got Ctrl+C."""
+    """The exceptions of a run before it got Ctrl+C, without those that cannot be read."""
     text = run.printed
     for stimulus in seen.stimuli:
         if stimulus.name in CTRL_C and stimulus.begin >= run.begin:
             text = text.replace(stimulus.printed, '')
-    return exceptions(text, seen.file)
+    return list(filter(None, exceptions(text, seen.file)))
 
 
 def idle(scene: Scene) -> str:
     """A clause on the reason why a node did not move the robot in this scene."""
     run = scene.run
-    errors = list(filter(None, errors_in(scene.seen, run)))
+    errors = errors_in(scene.seen, run)
     if errors:
         number = sum(errors_in(scene.seen, each).count(errors[0]) for each in scene.seen.runs)
-        return '{}, {}'.format(STOPPED, counted(errors[:1] * max(number, 1))[0])
+        return '{}, {}'.format(STOPPED, counted(errors[:1] * number)[0])
     if scene.odd:
         return '{} of its commands were not finite numbers, such as {}'.format(
             len(scene.odd), scene.odd[0])
@@ -104,7 +104,7 @@ def _printed(scene):
 def unprinted(scene: Scene) -> str:
     """A clause on the reason why a node did not print what was asked in this scene."""
     run = scene.run
-    errors = list(filter(None, errors_in(scene.seen, run)))
+    errors = errors_in(scene.seen, run)
     if errors:
         return 'its callback failed: {}'.format(counted(errors)[0])
     if run.unconnected:
