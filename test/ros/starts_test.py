@@ -1,14 +1,20 @@
-"""The order in which nodes start decides nothing, and what merely repeats gives nothing."""
+"""The order in which nodes start decides nothing, and what merely repeats gives nothing; two robots
+on one master are apart."""
 import signal
 import unittest
 
 import rospy
+from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, Float64
+from tf2_msgs.msg import TFMessage
 
 from node_case import STARTING, Program
 from starts import Stage
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.rospy_internals import heard_by
+from tb3_labs.srv import ResetPose
 from thumb import A, B
 
 
@@ -82,3 +88,31 @@ class StartsTest(unittest.TestCase):
         self.assertTrue(wait_until(lambda: heard_by(person), STARTING))
         person.publish(90.0)
         stage.nodes['controller'].wait_for('Turning 90 degrees')
+
+    def test_two_robots_on_one_master_share_neither_a_reset_nor_a_drive_nor_a_frame(self):
+        one, other = stages = self.stage(), self.stage()
+        for stage in stages:
+            stage.local = stage.name + '/local_pose'
+            stage.seen.watch(stage.local, PoseStamped, lambda message: to_pose2(message.pose))
+            stage.start_all(('turtlebot3', 'gamepad', 'move_to_goal'), 0.0, False)
+            stage.seen.wait_for(stage.local, seconds=STARTING)
+        for topic in '/tf', '/tf_static':    # heard by a node that comes later
+            one.seen.watch(topic, TFMessage, lambda message: {
+                (each.header.frame_id, each.child_frame_id) for each in message.transforms})
+        reset = rospy.ServiceProxy(other.name + '/reset_pose', ResetPose)
+        self.assertTrue(wait_until(lambda: reset(-1.0, 0.0, -2.0).success, STARTING))
+        other.seen.wait_for(other.local, lambda pose: pose.distance_to(Pose2(-1.0)) < 0.01)
+        for stage in stages:
+            stage.nodes['gamepad'].wait_for('The gamepad drives')
+            stage.thumb.press(B)    # each pad may have been there before the node that it gives control
+        other.thumb.press(A)
+        self.assertEqual(other.outcome('drives'), 'drives')
+        other.seen.wait_for(other.local, lambda pose: pose.distance_to(Pose2(-1.0)) > 0.1)
+        self.assertEqual(one.outcome('stands'), 'stands')
+        self.assertLess(one.seen.latest(one.local).distance_to(Pose2()), 0.01)
+        names = [stage.name[1:] + '/' for stage in stages]
+        for topic, frames in (('/tf', {(name + 'odom', name + child) for name in names for child in (
+                'local', 'base_footprint')}), ('/tf_static', {('world', name + 'odom') for name in names})):
+            self.assertEqual(set().union(*(pairs for _, pairs in one.seen.all(topic))), frames)
+        one.thumb.press(A)
+        self.assertEqual([stage.outcome('drives') for stage in stages], 2 * ['drives'])

@@ -1,0 +1,168 @@
+"""Commands: their times, the travel that is under way, and a number by noisy samples."""
+import math
+
+import pytest
+
+from tb3_labs.control.commands import CONTRADICTION, CommandHistory, Estimate, Pace, followed
+
+PERIOD = 0.02
+
+
+def test_the_first_step_counts_as_one_period_also_after_a_pause():
+    assert all(Pace(2.0).due(now) for now in (0.0, 0.5, 1.5, 100.0))
+    pace = Pace(0.02)
+    assert not pace.running
+    assert pace.step(5.0) == 0.02
+    assert pace.running
+    assert pace.step(5.03) == pytest.approx(0.03)
+    pace.pause()
+    assert not pace.running
+    assert pace.step(9.0) == 0.02
+
+
+def test_after_a_late_step_the_next_is_due_half_a_period_later():
+    pace = Pace(0.1)
+    pace.step(0.0)
+    pace.step(0.18)
+    assert not pace.due(0.229) and pace.due(0.231)
+
+
+def test_a_clock_that_goes_back_is_no_step_backwards():
+    pace = Pace(0.1)
+    pace.step(100.0)
+    assert pace.due(3.0)
+    assert pace.step(3.0) == 0.0
+    assert pace.due(3.11) and not pace.due(3.04)
+
+
+def test_between_steps_no_sample_needs_a_look():
+    pace = Pace(1.0 / 30.0)
+    pace.step(5.0)
+    woken = 5.0 + pace.idle_for(5.0)
+    assert 5.02 < woken < 5.0334
+    assert not pace.due(woken - 0.0001)
+    assert pace.due(woken + 1e-9)       # the sample that has waited meanwhile takes the step
+    assert pace.idle_for(woken) < 1e-9 and pace.idle_for(7.0) == 0.0
+    assert pace.idle_for(-100.0) <= 2.0 / 30.0
+
+
+def test_a_command_that_stays_is_prolonged_by_one_period():
+    pace = Pace(0.1)
+    pace.step(5.0)
+    pace.prolong()
+    assert not any(pace.due(5.0 + 0.01 * k) for k in range(19)) and pace.due(5.2)
+    assert pace.idle_for(5.0) == pytest.approx(0.2, abs=0.005)
+    pace.step(5.2)
+    assert not pace.due(5.29) and pace.due(5.31)
+
+
+def test_steps_after_the_first_are_rather_early_than_late():
+    """Looks at 200 Hz, out of step with the steps: never more than 2 ms late."""
+    pace, begun, taken = Pace(1.0 / 30.0), None, 0
+    for look in range(1000):
+        now = 2.0 + 0.005 * look
+        if pace.due(now):
+            begun = now if begun is None else begun
+            pace.step(now)
+            assert -0.004 < now - begun - taken / 30.0 < 0.002
+            taken += 1
+    assert taken == pytest.approx(150, abs=1)
+
+
+# The travel that is commanded and not yet driven ---------------------------------------------------
+
+def history_of(commands, extra=0.0):
+    """A history of one command in each period, `extra` seconds after the last period's begin."""
+    history = CommandHistory(PERIOD)
+    for index, command in enumerate(commands):
+        if index:
+            history.advance(PERIOD)
+        history.send(command)
+    history.advance(extra)
+    return history
+
+
+def test_travel_under_way_is_the_sum_of_the_commands_within_the_delay():
+    history = history_of([0.1, 0.2, 0.3], extra=PERIOD)
+    # at 0.06 s: the two latest are under way as a whole, and the last 10 ms of the first
+    assert history.travel_under_way(0.05) == pytest.approx(0.02 * 0.3 + 0.02 * 0.2 + 0.01 * 0.1)
+    assert history.travel_under_way(0.0) == 0.0
+    assert history.travel_under_way(10.0) == pytest.approx(0.012)
+    assert history.first == 0.1
+
+
+def test_nothing_is_under_way_before_the_first_command():
+    history = CommandHistory(PERIOD)
+    assert history.travel_under_way(0.3) == 0.0
+    assert history.arrived(0.0) == 0.0
+    assert history.only_stops_since(-math.inf)
+    history.advance(PERIOD)
+    assert history.unchanged_for == PERIOD
+
+
+@pytest.mark.parametrize('delay, command', [(0.0, 0.3), (0.015, 0.3), (0.03, 0.2), (0.05, 0.1),
+                                            (0.07, 0.0)])
+def test_the_command_that_arrives_is_the_one_of_a_delay_ago(delay, command):
+    assert history_of([0.1, 0.2, 0.3], extra=PERIOD).arrived(delay) == command
+
+
+def test_all_that_was_commanded_is_counted():
+    history = history_of([0.5] * 10, extra=0.9 * PERIOD)
+    assert history.commanded(history.now) == pytest.approx(0.5 * 9.9 * PERIOD)
+    assert history.commanded(history.begin) == pytest.approx(0.5 * 10.0 * PERIOD)
+    assert history.unchanged_for == pytest.approx(9.9 * PERIOD)
+    assert CommandHistory(PERIOD).commanded(PERIOD) == 0.0
+
+
+def test_commands_are_forgotten_but_not_their_travel():
+    history = history_of([0.1] * 500, extra=PERIOD)
+    assert history.commanded(history.now) == pytest.approx(0.1 * 500 * PERIOD)
+    assert history.travel_under_way(10.0) < 0.1 * 1.5
+
+
+@pytest.mark.parametrize('lag', [0.0, 0.02, 0.1])
+@pytest.mark.parametrize('steps', [1, 7])
+def test_a_motor_follows_exponentially_in_however_many_steps(lag, steps):
+    speed = 0.2
+    for _ in range(steps):
+        speed = followed(speed, -1.0, lag, 0.05 / steps)
+    assert speed == pytest.approx(-1.0 + 1.2 * (math.exp(-0.05 / lag) if lag else 0.0))
+    assert followed(0.2, 1.0, 0.05, 0.0) == 0.2
+
+
+# An estimate: the mean of equal samples, the newest of those that say more ------------------------
+
+def estimate_of(*samples, noise=0.1):
+    estimate = Estimate()
+    for sample in samples:
+        estimate.add(sample, noise)
+    return estimate
+
+
+def test_nothing_is_known_before_the_first_sample_and_one_without_noise_is_believed():
+    assert Estimate().uncertainty == math.inf
+    assert estimate_of(7.0).value == 7.0
+    estimate = estimate_of(1.0, 2.0, noise=0.0)
+    assert (estimate.value, estimate.uncertainty) == (2.0, 0.0)
+
+
+def test_of_a_number_that_does_not_change_it_is_the_mean():
+    estimate = estimate_of(0.1, 0.2, 0.3, 0.4)
+    assert estimate.value == pytest.approx(0.25)
+    assert estimate.uncertainty == pytest.approx(0.1)       # 2 x 0.1 / sqrt(4)
+
+
+def test_a_change_is_taken_over_and_its_doubt_added():
+    estimate = estimate_of(1.0)
+    estimate.shift(0.5, 0.1)
+    assert estimate.value == 1.5
+    assert estimate.uncertainty == pytest.approx(2.0 * math.hypot(0.1, 0.1))
+    estimate.add(1.8, 0.1)      # now it counts twice as much as the estimate before
+    assert estimate.value == pytest.approx(1.7)
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+@pytest.mark.parametrize('share, value', [(0.99, 0.5), (1.01, 1.0)])
+def test_a_sample_that_contradicts_the_estimate_takes_its_place(share, value, sign):
+    far = sign * share * CONTRADICTION * math.hypot(0.1, 0.1)
+    assert estimate_of(0.0, far).value == pytest.approx(value * far)
