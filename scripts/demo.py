@@ -37,6 +37,7 @@ from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, run
 from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import connection_of
+from tb3_labs.ros.topics import subscribe
 from tb3_labs.srv import ResetPose
 
 #: Longest wait for a node that starts, and for the end of a drive; for the recorder, which may have
@@ -55,7 +56,6 @@ source scripts/setup.sh:
   rosrun tb3_labs send_goal.py 1 1 90         another goal
   rostopic echo /local_pose/pose              where it believes to be
 Ctrl+C here ends everything."""
-TAKEN_LINE = 'Control was taken from the demonstration: it drives no more'
 
 
 class Taken(Exception):
@@ -73,9 +73,9 @@ class Demo:
         self._taken = False
         # not latched: move_to_goal would take a latched message for one of an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
-        hear('ctrl_relinq', Bool, self._on_control)
-        hear('goal_state', String, lambda message: self._states.append(
-            (rospy.get_time(), message.data)))
+        subscribe('ctrl_relinq', Bool, self._on_control, queue_size=None)
+        subscribe('goal_state', String, lambda message: self._states.append(
+            (rospy.get_time(), message.data)), queue_size=None)
         self._keep('has_control', Bool, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
             self._keep(topic, PoseStamped, lambda message: to_pose2(message.pose))
@@ -84,7 +84,7 @@ class Demo:
     def _keep(self, topic, kind, read):
         def keep(message):
             self._heard[topic] = rospy.get_time(), read(message)
-        hear(topic, kind, keep)
+        subscribe(topic, kind, keep, queue_size=None)
 
     def _on_control(self, message):
         if not message.data and connection_of(message)['callerid'] != rospy.get_name():
@@ -103,7 +103,7 @@ class Demo:
             print(table(drives))
             self._end(all(drive.is_good for drive in drives), 'a drive ended outside the tolerance')
         except Taken:
-            self._end(False, TAKEN_LINE)
+            self._end(False, 'Control was taken from the demonstration: it drives no more')
 
     def _end(self, good, problem):
         if good and 'TB3_LABS_DEMO' in os.environ:
@@ -176,11 +176,6 @@ class Demo:
         if not wait_until(condition, LONGEST_WAIT):
             raise RuntimeError('waited {:.0f} s in vain for {}; states: {}'.format(
                 LONGEST_WAIT, what, [state for _, state in self._states]))
-
-
-def hear(topic, kind, callback):
-    """Call `callback` for each message, in their order."""
-    rospy.Subscriber(topic, kind, guarded(callback), queue_size=None, tcp_nodelay=True)
 
 
 def is_reset():

@@ -16,7 +16,6 @@ import tb3_labs.ros.start    # noqa: F401 (first: what is missing is one line)
 
 import sys
 import threading
-from functools import partial
 
 import actionlib
 import rosgraph
@@ -45,7 +44,8 @@ class Progress:
         self._left = {}    # {topic: its latest value [m] or [deg]}
         self._said = None
         for topic in ('distance_error', 'angle_error_deg'):
-            subscribe(topic, Float32, partial(self._on_left, topic))
+            subscribe(topic, Float32, lambda left, topic=topic: self._left.update(
+                {topic: left.data}))
         subscribe('goal_state', String, self._on_state, queue_size=None)
 
     def tell(self):
@@ -53,9 +53,6 @@ class Progress:
         if self._said in DRIVING and len(self._left) == 2:
             print('{}: {}'.format(self._said, to_go(
                 self._left['distance_error'], self._left['angle_error_deg'])), flush=True)
-
-    def _on_left(self, topic, message):
-        self._left[topic] = message.data
 
     def _on_state(self, message):
         is_of_the_last_goal = self._said is None and is_over(message.data)

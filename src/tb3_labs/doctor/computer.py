@@ -109,11 +109,6 @@ class Address:
         return self.ros_hostname or self.ros_ip or self.hostname
 
     @property
-    def setting(self) -> str:
-        """The variable that sets it, with its value; in quotes if a blank is in it."""
-        return 'ROS_{}={}'.format('HOSTNAME' if self.ros_hostname else 'IP', shown(self.told))
-
-    @property
     def towards_others(self) -> str:
         """The address on the way to the master; if that is here, the first one; '' without any."""
         return next((each for each in (self.way_out, *self.own)
@@ -145,8 +140,9 @@ def judge_address(here: Address) -> Line:
         return warning('Address', '{}the robot is told the name {}, and may not resolve it'.format(
             unset, here.hostname), here.advice)
     known = here.resolved in ('', here.told) or is_loopback(here.resolved)
-    source = '{}{}{}'.format(
-        here.setting, '' if known else ' ({})'.format(here.resolved),
+    source = 'ROS_{}={}{}{}'.format(
+        'HOSTNAME' if here.ros_hostname else 'IP', shown(here.told),
+        '' if known else ' ({})'.format(here.resolved),
         ' (it goes before ROS_IP={})'.format(shown(here.ros_ip))
         if here.ros_hostname and here.ros_ip else '')
     if not here.resolved:

@@ -140,7 +140,7 @@ export function stroke(c, colour, points) {
 function trace(c, points) {
   c.beginPath();
   points.forEach((point, i) => {
-    if (point) c[points[i - 1] ? 'lineTo' : 'moveTo'](...point);
+    if (point) c[points[i - 1] ? 'lineTo' : 'moveTo'](point[0], point[1]);
   });
 }
 

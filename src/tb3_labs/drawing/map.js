@@ -83,9 +83,10 @@ export class RobotMap {
     return this._into('local', this.fixed, [point[0], point[1], 0]);
   }
 
-  pixelOfLocal(x, y) {
-    const pose = this.shown('local', [x, y, 0]);
-    return pose && this.view.pixel(pose[0], pose[1]);
+  /** Where a pose of a frame is drawn: [x px, y px, yaw]; null while that is unknown. */
+  drawn(frame, pose) {
+    const shown = this.shown(frame, pose);
+    return shown && [...this.view.pixel(shown[0], shown[1]), shown[2]];
   }
 
   fit() {
@@ -151,27 +152,23 @@ export class RobotMap {
   }
 
   _path(c, frame, points) {
-    stroke(c, colours[frame], points.map((point) => {
-      const pose = point && this.shown(frame, [point[0], point[1], 0]);
-      return pose && this.view.pixel(pose[0], pose[1]);
-    }));
+    stroke(c, colours[frame], points.map((point) => point && this.drawn(frame, [...point, 0])));
   }
 
   _frames(c, labels) {
-    const origins = FRAMES.map((name) => [name, this.shown(name, [0, 0, 0])])
+    const origins = FRAMES.map((name) => [name, this.drawn(name, [0, 0, 0])])
       .filter((origin) => origin[1]);
-    for (const [, pose] of origins) labels.avoid(...this.view.pixel(pose[0], pose[1]), 6);
-    for (const [name, pose] of origins) this._frame(c, labels, name, pose);
+    for (const [, [px, py]] of origins) labels.avoid(px, py, 6);
+    for (const [name, at] of origins) this._frame(c, labels, name, at);
   }
 
-  _frame(c, labels, name, pose) {
+  _frame(c, labels, name, [px, py, yaw]) {
     const colour = colours[name];
-    const [px, py] = this.view.pixel(pose[0], pose[1]);
     // The axes of local are longer and thinner: both are seen where the frames coincide.
     const factor = name === 'local' ? 1.35 : 1;
     const [least, most] = AXIS_PIXELS;
     const length = factor * Math.max(least, Math.min(most, AXIS * this.view.scale));
-    const ends = [['x', pose[2]], ['y', pose[2] + Math.PI / 2]].map(([axis, angle]) => {
+    const ends = [['x', yaw], ['y', yaw + Math.PI / 2]].map(([axis, angle]) => {
       c.lineWidth = name === 'odom' ? 4 : 2;
       c.setLineDash(name === 'odom' ? [] : [6, 3]);
       const [ex, ey] = arrow(c, px, py, angle, length, colour, axis === 'x');
@@ -191,20 +188,20 @@ export class RobotMap {
 
   _goalLine(c) {
     const {goal, odom, local} = this.picture;
-    const from = this.shown('odom', odom) || this.shown('local', local);
-    const to = this.shown('local', goal);
+    const from = this.drawn('odom', odom) || this.drawn('local', local);
+    const to = this.drawn('local', goal);
     if (!from || !to) return;
     c.lineWidth = 1.5;
     c.setLineDash([2, 5]);
-    stroke(c, colours.goal, [this.view.pixel(from[0], from[1]), this.view.pixel(to[0], to[1])]);
+    stroke(c, colours.goal, [from, to]);
     c.setLineDash([]);
   }
 
   /** A target in local: its tolerance to scale, a cross of constant size, the final heading. */
   _target(c, labels, target, text, tolerance) {
-    const pose = this.shown('local', target);
-    if (!pose) return;
-    const [px, py] = this.view.pixel(pose[0], pose[1]);
+    const at = this.drawn('local', target);
+    if (!at) return;
+    const [px, py, yaw] = at;
     const colour = colours.goal;
     c.lineWidth = 2;
     circle(c, px, py, 13, colour);
@@ -213,7 +210,7 @@ export class RobotMap {
     }
     disc(c, px, py, Math.max(1, (tolerance || 0) * this.view.scale), colour, 0.35);
     c.lineWidth = 3;
-    const [ex, ey] = arrow(c, px, py, pose[2], 40, colour, true);
+    const [ex, ey] = arrow(c, px, py, yaw, 40, colour, true);
     labels.avoid(px, py, 13);
     labels.avoid((px + ex) / 2, (py + ey) / 2, 8);
     labels.avoid(ex, ey, 8);
@@ -222,30 +219,29 @@ export class RobotMap {
 
   /** A robot that is drawn by its rim alone. */
   _ghost(c, labels, place, name, colour) {
-    const pose = this.shown('odom', place);
-    if (!pose) return;
-    const [px, py] = this.view.pixel(pose[0], pose[1]);
+    const at = this.drawn('odom', place);
+    if (!at) return;
+    const [px, py, yaw] = at;
     const size = Math.max(this.radius * this.view.scale, LEAST_SIZE);
     c.lineWidth = 2;
     c.setLineDash([3, 3]);
     circle(c, px, py, size, colour);
     const nose = 1.4 * size;
-    stroke(c, colour, [
-      [px, py], [px + nose * Math.cos(pose[2]), py - nose * Math.sin(pose[2])]]);
+    stroke(c, colour, [[px, py], [px + nose * Math.cos(yaw), py - nose * Math.sin(yaw)]]);
     c.setLineDash([]);
     labels.avoid(px, py, size * 0.72);
     labels.add(name, px, py, colour, {size: 12, away: size * 0.72 + 8});
   }
 
   _robot(c, labels) {
-    const pose = this.shown('odom', this.picture.odom) || this.shown('local', this.picture.local);
-    if (!pose) return;
-    const [px, py] = this.view.pixel(pose[0], pose[1]);
+    const at = this.drawn('odom', this.picture.odom) || this.drawn('local', this.picture.local);
+    if (!at) return;
+    const [px, py, yaw] = at;
     const size = Math.max(this.radius * this.view.scale, LEAST_SIZE);    // seen on any map
     c.lineWidth = 2;
     disc(c, px, py, size, colours.ink, 0.25);
     circle(c, px, py, size, colours.ink);
-    heading(c, px, py, pose[2], size * 0.85, colours.ink, colours.paper);
+    heading(c, px, py, yaw, size * 0.85, colours.ink, colours.paper);
     labels.avoid(px, py, size);
     labels.add('robot', px, py, colours.ink, {away: size * 0.72 + 5});
   }

@@ -101,17 +101,13 @@ class PanelRobot:
         self._confirm(page, request, steady_time())
 
     def _ask_turn(self, _page, request):
-        self._check(request)
-        if not heard_by(self._turn):
-            raise ValueError('no node listens on turn: is the controller running?')
+        self._check(request, self._turn, 'turn: is the controller running?')
         self._refuse_beside_move_to_goal()
         self._turn.publish(request.value)
         return 'asked for {:g} degrees'.format(request.value)
 
     def _send_goal(self, _page, request):
-        self._check(request)
-        if not heard_by(self._goal):
-            raise ValueError('no node listens on move_base_simple/goal: is move_to_goal running?')
+        self._check(request, self._goal, 'move_base_simple/goal: is move_to_goal running?')
         place = request.value
         self._goal.publish(to_pose_stamped(place.pose, frame('local'), rospy.get_time()))
         return 'goal sent: {0.x:.2f} m, {0.y:.2f} m, {0.yaw_deg:.0f} deg'.format(place)
@@ -131,13 +127,15 @@ class PanelRobot:
     #: The method for each type of request.
     _ACTIONS = {'joy': _hold, 'stop': _stop, 'turn': _ask_turn, 'goal': _send_goal, 'reset': _reset}
 
-    def _check(self, request):
-        """Raises ``ValueError`` if a request that moves the robot is old."""
+    def _check(self, request, publisher, topic):
+        """Raises ``ValueError`` if a request that moves the robot is old, or if nobody hears it."""
         self.grip.check(request.stops)
         lateness = steady_time() - request.sent_at
         if lateness > LONGEST_DELAY:
             raise ValueError('this came {:.1f} s late, and does not count: ask again'.format(
                 lateness))
+        if not heard_by(publisher):
+            raise ValueError('no node listens on ' + topic)
 
     def _refuse_beside_move_to_goal(self):
         if self.watch.read(lambda view: view.is_driving):

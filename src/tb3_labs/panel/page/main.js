@@ -98,7 +98,7 @@ window.panel = {
   get latest() { return seen.picture; },
   /** Client coordinates of a point in the frame local; null while that frame is unknown. */
   pixel(x, y) {
-    const at = map.pixelOfLocal(x, y);
+    const at = map.drawn('local', [x, y, 0]);
     const box = $('map').getBoundingClientRect();
     return at && [box.left + at[0], box.top + at[1]];
   },

@@ -112,14 +112,11 @@ def one_clock(collectors: Dict[str, Any]) -> Tuple[float, List[str]]:
 def _set_back(arrival: np.ndarray, topic: np.ndarray) -> Optional[int]:
     """Returns the index of the first message after the clock was first set back, or None. Two
     topics may lie one behind the other; only within a topic the arrivals rise."""
-    hits = []
-    for each in range(topic.max() + 1):
-        index = np.flatnonzero(topic == each)
-        back = np.flatnonzero(np.diff(arrival[index]) < -SET_BACK)
-        hits += list(index[back[:1] + 1])
-    if not hits:
+    by_topic = np.argsort(topic, kind='stable')
+    is_back = (np.diff(arrival[by_topic]) < -SET_BACK) & (np.diff(topic[by_topic]) == 0)
+    if not is_back.any():
         return None
-    hit = int(min(hits))
+    hit = int(by_topic[1:][is_back].min())
     is_low = arrival[:hit + 1] < np.maximum.accumulate(arrival[:hit + 1]) - SET_BACK
     return hit + 1 - int(np.argmin(is_low[::-1]))
 

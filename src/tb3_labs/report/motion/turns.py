@@ -113,7 +113,11 @@ def _turn(run: RunData, begin: float, end: float, until: float,
     """Returns the turn by the commands from `begin` to `end`; None if it is not a turn. The robot
     may rest up to `until`, the time of its next command. A request before `since` belongs to
     another turn."""
-    before, rest = _rest_before(run.imu, begin), _rest(run.imu, end, min(end + REST_WAIT, until))
+    latest = min(end + REST_WAIT, until)
+    before = next((float(time) for time in begin - np.arange(0.0, MISSED, REST_LOOK / 3.0)
+                   if _rests(run.imu, time - REST_LOOK, time)), None)
+    rest = next((float(time) for time in run.imu.between(end, latest).time
+                 if _rests(run.imu, time, min(time + REST_LOOK, latest))), None)
     if before is None or rest is None:
         return None
     settled = min(rest + REST_LOOK + REST_MEAN, until)
@@ -131,22 +135,10 @@ def _turn(run: RunData, begin: float, end: float, until: float,
         float(np.abs(imu.yaw_rate).max()), max(0.0, float(on_the_way.max())))
 
 
-def _rest_before(imu: ImuSamples, begin: float) -> Optional[float]:
-    """Returns the last time at which the robot rested before the command at `begin`, or None."""
-    for time in begin - np.arange(0.0, MISSED, REST_LOOK / 3.0):
-        before = imu.between(time - REST_LOOK, time)
-        if len(before) and abs(before.yaw_rate.mean()) < AT_REST:
-            return float(time)
-    return None
-
-
-def _rest(imu: ImuSamples, begin: float, until: float) -> Optional[float]:
-    """The first time in [begin, until) from which on the robot rests, or None."""
-    for time in imu.between(begin, until).time:
-        after = imu.between(time, min(time + REST_LOOK, until))
-        if abs(after.yaw_rate.mean()) < AT_REST:
-            return float(time)
-    return None
+def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
+    """Does the robot rest from `begin` to `end`? Without a sample it is not known to rest."""
+    rates = imu.between(begin, end).yaw_rate
+    return len(rates) > 0 and bool(abs(rates.mean()) < AT_REST)
 
 
 def _asked(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:
