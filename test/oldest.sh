@@ -4,7 +4,7 @@
 #     bash test/oldest.sh python3.8 [OPTIONS OF PYTEST]
 #
 # ROS itself is this machine's. The libraries come from PyPI, once, into build/.ws/oldest. They are not in the suite, since
-# they want a network and another Python; that guards the syntax alone (test/unit/test_python38.py).
+# they want a network and another Python; that guards the syntax alone (test/unit/test_house.py).
 set -euo pipefail
 repo=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P) old=$repo/build/.ws/oldest
 python=$(command -v "${1:-}") || { echo 'usage: bash test/oldest.sh PYTHON [OPTIONS OF PYTEST], such as python3.8' >&2; exit 2; }

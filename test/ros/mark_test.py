@@ -196,7 +196,6 @@ class MarkTest(unittest.TestCase):
         self.assertEqual(lost, expected, '\n'.join(said))
 
     def words_of(self, key, student):
-        """The words that a student's page shows."""
         page = (self.runs[key][0] / (student + '.html')).read_text(encoding='utf-8')
         self.assertIn('id="timeline"', page)
         self.assertNotIn(str(self.temporary), page)     # a place on this machine

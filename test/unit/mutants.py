@@ -260,7 +260,6 @@ OWN_CONSTANTS = 0.3
 
 
 def known() -> List[Tuple[str, str]]:
-    """All known mistakes: (lab, identifier)."""
     return [(lab, mistake) for lab, mistakes in MISTAKES.items() for mistake in mistakes]
 
 
@@ -283,7 +282,6 @@ def right_node(lab: str, source: random.Random) -> Node:
 
 
 def mistaken_node(lab: str, mistake: str, source: random.Random) -> Node:
-    """A node with the mistake."""
     edits, base = MISTAKES[lab][mistake]
     zero = lab != DRIVE or base is not HONOURING and source.random() < 0.5
     if lab == DRIVE and base is not HONOURING and not zero:

@@ -157,7 +157,6 @@ def in_degrees(miss):
 
 
 def recorded(run, by_tf):
-    """The run with or without tf."""
     return run if by_tf else replace(run, frames=Poses.none())
 
 

@@ -434,7 +434,6 @@ class _Rospy:
 
 
 def _execute(text, rospy):
-    """Run the text of a node."""
     world = rospy.world
 
     def thread(target, args=(), daemon=None):

@@ -46,13 +46,6 @@ def test_one_robot_of_several(tmp_path):
         read_run(path, 'robot5')
 
 
-def test_bad_quaternions_are_dropped_and_counted(run, tmp_path):
-    yaw = np.where(np.arange(len(run.imu)) == 10, math.nan, run.imu.yaw)
-    bad = replace(run, imu=replace(run.imu, yaw=yaw))
-    read = read_run(write_bag(tmp_path / 'bad.bag', bad, sources=(sensors,)))
-    assert (read.dropped['imu'], len(read.imu)) == (1, len(run.imu) - 1)
-
-
 def events(run):
     """(time, topic, message) of what people and nodes say at three moments."""
     line = Log(name='/move_to_goal', msg='Local pose set to x=1.00, y=0.50, yaw=1.57')
@@ -114,17 +107,20 @@ def test_a_definition_in_a_bag_is_never_run(tmp_path, topic, kind, checksum, lef
     assert left_out in ' '.join(told) and len(told) == bool(left_out)
 
 
+def sent_by(node):
+    return {'topic': '/cmd_vel', 'type': Twist._type, 'md5sum': Twist._md5sum,
+            'message_definition': Twist._full_text, 'callerid': node}
+
+
 def test_a_program_that_drove_is_named_and_its_square_is_split_where_it_turns(tmp_path):
     turning = known_run()
     turning = replace(turning, imu=replace(turning.imu, yaw=0.3 * turning.imu.time))
     path = write_bag(tmp_path / 'square.bag', turning, sources=(sensors,))
-    header = {'topic': '/cmd_vel', 'type': Twist._type, 'md5sum': Twist._md5sum,
-              'message_definition': Twist._full_text, 'callerid': '/testsuite'}
     with rosbag.Bag(str(path), 'a') as bag:
         for time in np.arange(1.0, 9.0, 0.1):
             turns = time % 2.0 >= 1.0
             bag.write('/cmd_vel', to_twist(0.0 if turns else 0.2, 0.5 if turns else 0.0),
-                      rospy.Time.from_sec(BEGIN + time), connection_header=header)
+                      rospy.Time.from_sec(BEGIN + time), connection_header=sent_by('/testsuite'))
     run = completed(read_run(path))
     found = [each for each in timeline.marks(run, [], []) if each['kind'] == 'hand']
     assert [each['begin'] for each in found] == pytest.approx(list(range(1, 9)), abs=0.1)
@@ -284,13 +280,15 @@ def test_a_bag_with_too_many_messages_is_read_up_to_the_budget(tmp_path, monkeyp
     assert run.notes[0].endswith('the report ends at {:.1f} s'.format(run.duration))
 
 
-@pytest.mark.parametrize('value', [math.nan, math.inf, 1.7e308, -2e5])
-def test_a_number_that_no_robot_has_is_dropped_with_its_message(value, run, tmp_path):
-    x = np.where(np.arange(len(run.odometry)) == 10, value, run.odometry.x)
-    read = read_run(write_bag(tmp_path / 'far.bag', replace(
-        run, odometry=replace(run.odometry, x=x)), sources=(sensors,)))
-    assert read.dropped['odometry'] == 1 and read.odometry.length == pytest.approx(
-        run.odometry.length)
+@pytest.mark.parametrize('part, column, value', [
+    ('imu', 'yaw', math.nan), *[('odometry', 'x', value) for value in (math.nan, math.inf, 1.7e308, -2e5)]])
+def test_a_number_that_no_robot_has_is_dropped_with_its_message(part, column, value, run, tmp_path):
+    table = getattr(run, part)
+    numbers = np.where(np.arange(len(table)) == 10, value, getattr(table, column))
+    read = read_run(write_bag(tmp_path / 'bad.bag', replace(
+        run, **{part: replace(table, **{column: numbers})}), sources=(sensors,)))
+    assert (read.dropped[part], len(getattr(read, part))) == (1, len(table) - 1)
+    assert read.odometry.length == pytest.approx(run.odometry.length)
 
 
 @pytest.mark.parametrize('part', [0.3, 0.9])
@@ -326,12 +324,10 @@ def test_what_a_person_drove_by_rostopic_is_not_diagnosed(tmp_path, senders, is_
     path = write_bag(tmp_path / 'by_hand.bag', sources=(sensors,))
     with rosbag.Bag(str(path), 'a') as bag:
         for number, sender in enumerate(senders):
-            header = {'topic': '/cmd_vel', 'type': Twist._type, 'md5sum': Twist._md5sum,
-                      'message_definition': Twist._full_text, 'callerid': sender}
             bag._topic_connections.pop('/cmd_vel', None)    # rosbag record: one for each sender
             for time, rate in ((1.0, 0.5), (1.4, 0.4), (1.8, 0.0)):
                 bag.write('/cmd_vel', to_twist(0.0, rate), rospy.Time(BEGIN + time + 3 * number),
-                          connection_header=header)
+                          connection_header=sent_by(sender))
     run = read_run(path)
     assert list(run.senders) == sorted(senders)
     assert (diagnose(run) != Diagnosis('')) is is_known

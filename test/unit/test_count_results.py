@@ -21,7 +21,6 @@ NODE = '<testcase name="testx"/>'
 
 
 def suite(*cases):
-    """The text of a result file."""
     return '<testsuite>{}</testsuite>'.format(''.join(cases))
 
 

@@ -23,15 +23,6 @@ def drive_of(run):
 
 # Place and time of the measurement ----------------------------------------------------------------
 
-def test_a_drive_by_hand():
-    drive = drive_of(made(goals=goals([0.5], [1.02], 0.03, 0.2)))
-    assert (drive.begin, drive.end, drive.time) == (0.5, 7.0, 6.5)
-    assert drive.goal == Pose2(1.02, 0.03, 0.2) and drive.outcome == 'reached'
-    assert drive.measured == pytest.approx((math.hypot(0.02, 0.03), 0.2))
-    assert drive.true == pytest.approx((math.nan, math.nan), nan_ok=True)
-    assert drive.seconds == (0.5, 5.0, 1.0)
-
-
 @pytest.mark.parametrize('moves_at, counts', [(7.9, True), (8.02, False)])
 def test_it_is_measured_at_rest_within_a_second_of_its_end(moves_at, counts):
     late = np.where(TIME > moves_at, SHIFT, 0.0)

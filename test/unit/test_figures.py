@@ -3,8 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from made_motion import driven, turn
-from made_run import TIME, X, ZERO, goals, made, poses, reset_lines
+from made_run import TIME, X, ZERO, driven, goals, made, poses, reset_lines, turn
 
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.run_data import OdometrySamples, Poses

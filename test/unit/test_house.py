@@ -172,6 +172,17 @@ def test_a_line_of_a_test_has_at_most_120_characters():
             for line in path.read_text(encoding='utf-8').splitlines() if len(line) > 120] == []
 
 
+def test_all_of_it_is_python38():
+    """Noetic's, also if a newer Python runs the tests. vermin (pip) finds uses of a newer standard
+    library; it is too large to be a requirement:
+    vermin -t=3.8- --violations --eval-annotations --feature union-types src scripts test doc
+    """
+    files = [path for folder in ('src', 'scripts', 'test', 'doc') for path in (ROOT / folder).rglob('*.py')]
+    assert len(files) > 100
+    for path in files:
+        ast.parse(path.read_text(encoding='utf-8'), str(path), feature_version=(3, 8))
+
+
 # ----- what must be read for one node -----
 
 def closure(script):

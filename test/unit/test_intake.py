@@ -169,7 +169,6 @@ def test_a_folder_of_everything(tmp_path):
 
 
 def in_zip(path, folder):
-    """The Submissions in the zip file of a class."""
     reading._unpack_class(str(path), str(folder / 'all'))
     return submissions_in(without_wrapping(folder / 'all'), print)
 

@@ -30,7 +30,6 @@ def environment(monkeypatch):
 
 
 def loaded(name, *arguments):
-    """The ROSLaunchConfig of a launch file."""
     config = ROSLaunchConfig()    # without roscore's part, which starts two programs
     XmlLoader().load(str(LAUNCH / (name + '.launch')), config, argv=list(arguments), verbose=False)
     return config

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_motion import drive, driven, resets, turn, values
-from made_run import goals, made
+from made_run import drive, driven, goals, made, resets, turn, values
 from recorded_run import BURGER, odometry_jumps
 
 from tb3_labs.geometry.se2 import Pose2

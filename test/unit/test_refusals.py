@@ -59,7 +59,6 @@ def main_of(script):
 
 @pytest.fixture(scope='module')
 def mains():
-    """{script: its main}"""
     return {script: main_of(script) for script in {script for script, _, _ in CASES}}
 
 

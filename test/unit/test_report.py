@@ -11,9 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_motion import drive, driven, turn, values
 from made_run import (
-    STATES, TIME, X, ZERO, goals, made, poses, rows_of, states, table_in, without_pictures)
+    STATES, TIME, X, ZERO, drive, driven, goals, made, poses, rows_of, states, table_in, turn,
+    values, without_pictures)
 from pages import SCRIPTS
 from recorded_run import (  # noqa: F401
     BURGER, MISS, MISS_DEG, bag, odometry_jumps, rosbag, run, sensors, write_bag)
@@ -260,8 +260,7 @@ def test_movements_by_hand_are_marks(tmp_path):
     assert line['text'] == 'by hand: 0.39 m, turned +0.0 deg'
 
 
-@pytest.fixture(scope='module')
-def page(tmp_path_factory):
+def test_the_page_says_what_was_driven_and_what_happened_along_the_way(tmp_path):
     """The odometry keeps 0. The IMU is at 0.5 rad until 1.3 s, then turns by 3 deg until 6 s."""
     yaw = np.radians(np.interp(TIME, [1.3, 6.0], [0.0, 3.0]))
     run = made(
@@ -270,10 +269,7 @@ def page(tmp_path_factory):
                       (8.5, 'ROTATE_TO_GOAL')),
         imu=ImuSamples(TIME, TIME, yaw + 0.5, ZERO).take((TIME < 8.01) | (TIME > 8.59)),
         odometry=made().odometry, dropped={'imu': 7}, topics={'imu': '/robot3/imu'})
-    return words_of(run, str(tmp_path_factory.mktemp('page') / 'a' / 'b'))
-
-
-def test_the_page_says_what_was_driven_and_what_happened_along_the_way(page):
+    page = words_of(run, str(tmp_path / 'a' / 'b'))
     assert 'Burger on 2023-11-1' in page and (
         '10.0 s, 1.00 m driven, no resets, 7 invalid messages of /robot3/imu dropped. ' in page)
     first, second = (row for row in rows_of(page) if len(row) == 11)
@@ -291,9 +287,7 @@ def test_the_page_says_what_was_driven_and_what_happened_along_the_way(page):
     assert float(first[6]) == pytest.approx(2.97, abs=0.05) and first[6][0] == '+'
     assert float(first[7]) == pytest.approx(2.97, abs=0.05)
     assert second == ['2', '1.50', '0.00', '0.00', '0.00', second[5], UNKNOWN, UNKNOWN]
-
-
-def test_the_page_says_how_imu_and_odometry_differ(page):
+    # how IMU and odometry differ
     mean, drift = map(float, re.search(
         r'mean ([+-][0-9.]+) deg, standard deviation [0-9.]+, .* ([+-][0-9.]+)\.',
         page).groups())

@@ -56,7 +56,6 @@ def node_of(lab, package=None):
 
 
 def plain_node(lab):
-    """The text of a lab's plain node."""
     name = NODES[lab].files[0]
     path = ROOT / 'scripts' / ('plain_' + name)
     return (path if path.exists() else path.with_name(name)).read_text(encoding='utf-8')

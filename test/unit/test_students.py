@@ -40,7 +40,6 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope='module')
 def archive(folder):
-    """{path: text} of its files."""
     return {path.relative_to(folder).as_posix(): text_of(path)
             for path in sorted(folder.rglob('*')) if path.is_file()}
 

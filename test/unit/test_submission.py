@@ -353,7 +353,6 @@ def test_an_error_that_another_machine_may_not_have_is_told_to_the_instructor(tm
 # -- the instructor's own workspaces
 
 def devel_space(folder, *packages):
-    """A devel space; its path."""
     for name in packages:
         (folder / 'devel' / 'share' / name).mkdir(parents=True)
     (folder / 'devel' / '.catkin').write_text(str(folder / 'src'))

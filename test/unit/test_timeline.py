@@ -43,15 +43,12 @@ def test_no_value_is_farther_from_its_track_than_the_bound(steps, seed):
         timeline.BOUNDS['m'] + 0.001 * 0.02 / 0.002)    # a time is rounded, too
 
 
-def test_a_straight_line_keeps_its_ends():
-    at, (column,), breaks = decoded(timeline.track(TIME, [0.3 * TIME], ['m']))
-    assert list(at) == [0.0, 10.0] and list(column) == pytest.approx([0.0, 3.0]) and breaks == []
-
-
-def test_a_step_is_not_smoothed():
-    at, (column,), _ = decoded(timeline.track(TIME, [(TIME >= 5.0) * 1.0], ['m']))
-    assert list(at) == pytest.approx([0.0, 4.95, 5.0, 10.0])
-    assert list(column) == pytest.approx([0.0, 0.0, 1.0, 1.0])
+@pytest.mark.parametrize('values, times, kept', [
+    (0.3 * TIME, [0.0, 10.0], [0.0, 3.0]),
+    ((TIME >= 5.0) * 1.0, [0.0, 4.95, 5.0, 10.0], [0.0, 0.0, 1.0, 1.0])], ids=['line', 'step'])
+def test_a_straight_line_keeps_its_ends_and_a_step_is_not_smoothed(values, times, kept):
+    at, (column,), breaks = decoded(timeline.track(TIME, [values], ['m']))
+    assert list(at) == pytest.approx(times) and list(column) == pytest.approx(kept) and breaks == []
 
 
 def test_a_silence_is_a_break_and_not_a_line():

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_motion import drive, driven, turn, values
-from made_run import states
+from made_run import drive, driven, states, turn, values
 
 from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.motion.turns import turns
