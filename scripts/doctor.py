@@ -19,7 +19,7 @@ except ImportError:
     # A terminal that was not set up is among the faults: the doctor must start there, too.
     sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir, 'src'))
 
-from tb3_labs.command_line import Parser    # noqa: E402
+from tb3_labs.command_line import Parser, run_tool    # noqa: E402
 from tb3_labs.doctor.examination import examine    # noqa: E402
 from tb3_labs.doctor import printed, summary    # noqa: E402
 
@@ -50,4 +50,4 @@ def main(words):
 
 if __name__ == '__main__':
     # rosrun may append the remappings __name:= and __log:=
-    sys.exit(main([word for word in sys.argv[1:] if ':=' not in word]))
+    run_tool(lambda words: main([word for word in words if ':=' not in word]))

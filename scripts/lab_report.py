@@ -13,7 +13,7 @@ on /rosout. To compare runs, put their turns.csv or drives.csv into one spreadsh
 import sys
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, number_or_text, printable
+from tb3_labs.command_line import Parser, number_or_text, printable, run_tool
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
@@ -81,4 +81,4 @@ def _tell(words):
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv[1:]))
+    run_tool(main)

@@ -8,12 +8,11 @@ platform. MARKS gets marks.csv, overview.html, and a
 page of feedback and a results.json for each student. A submission that has been marked there, and
 has not changed, is not tried again. doc/instructor/marking.md tells more.
 """
-import os
 import signal
 import sys
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, printable
+from tb3_labs.command_line import Parser, printable, run_tool
 from tb3_labs.marking.lab_names import GAMEPAD
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.classes import mark_class
@@ -61,7 +60,6 @@ def main(words):
     for each in ENDS:
         if each != signal.SIGHUP or signal.getsignal(each) != signal.SIG_IGN:    # nohup's
             signal.signal(each, interrupt)
-    sys.stdout.reconfigure(errors='backslashreplace')    # not every terminal has every letter
     try:
         return mark_class(given, tell_problem)
     except KeyboardInterrupt:
@@ -69,13 +67,10 @@ def main(words):
         return 130
 
 
-def interrupt(number, _):
+def interrupt(*_):
     """Interrupt the marking, once: the tidying up must not be interrupted."""
     for each in ENDS:
         signal.signal(each, signal.SIG_IGN)
-    if number == signal.SIGHUP:     # else each word to the closed terminal would be an error
-        for stream in (1, 2):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
     raise KeyboardInterrupt
 
 
@@ -85,4 +80,4 @@ def tell_problem(words):
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv[1:]))
+    run_tool(main)

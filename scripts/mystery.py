@@ -11,7 +11,7 @@ import sys
 import textwrap
 from importlib.util import find_spec
 
-from tb3_labs.command_line import Parser
+from tb3_labs.command_line import Parser, run_tool
 from tb3_labs.simulation.mystery_answer import MEANINGS, judge
 from tb3_labs.simulation.mystery_robot import LAST_NUMBER
 
@@ -75,4 +75,4 @@ def _described(name, fault):
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv[1:]))
+    run_tool(main)

@@ -18,17 +18,16 @@ import sys
 import threading
 
 import actionlib
-import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from std_msgs.msg import Float32, String
 
-from tb3_labs.command_line import number_or_text
+from tb3_labs.command_line import number_or_text, run_tool
 from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_over, to_go
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.node import Interrupted, SafeStream, pause, take_signals
+from tb3_labs.ros.node import Interrupted, pause, require_master, take_signals
 from tb3_labs.ros.topics import subscribe
 
 HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with blanks between ' \
@@ -114,16 +113,11 @@ def main(words):
         if len(numbers) != 3:
             raise ValueError(HELP)
         goal = TypedPose(*numbers).pose
+        require_master()
     except ValueError as problem:
         print('send_goal: {}'.format(problem), file=sys.stderr)
         return 2
-    if not rosgraph.is_master_online():
-        print('send_goal: no ROS master answers at {}: start a launch file first'.format(
-            rosgraph.get_master_uri()), file=sys.stderr)
-        return 1
     take_signals()    # from here on Ctrl+C, `kill` and a closed terminal raise Interrupted
-    # a line for a closed terminal is lost; as an error it would come before Interrupted
-    sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     try:
         return drive(goal)
     except Interrupted:
@@ -131,4 +125,5 @@ def main(words):
 
 
 if __name__ == '__main__':
-    sys.exit(main(rospy.myargv()[1:]))
+    # a line for a closed terminal is lost; as an error it would come before Interrupted
+    run_tool(lambda _: main(rospy.myargv()[1:]))

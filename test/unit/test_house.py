@@ -14,7 +14,7 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SOURCES = ROOT / 'src' / 'tb3_labs'
 #: The notions, from the ground up; a room imports only from lower floors, and from itself.
-NOTIONS = [{'config', 'command_line', 'drawing'}, {'geometry'}, {'robot', 'supervision'},
+NOTIONS = [{'terminal'}, {'config', 'command_line', 'drawing'}, {'geometry'}, {'robot', 'supervision'},
            {'localization', 'control'}, {'nodes'}]
 #: The parts that a tool takes from other tools. Each holds all of one tool, its ROS in files named ros_*.py.
 TOOLS = {'simulation': set(), 'report': {'simulation'}, 'marking': {'report'},
@@ -227,11 +227,12 @@ PLAIN = re.compile('plain_|imu_sub')
                          ids=lambda path: path.name)
 def test_every_script_answers_help(path):
     """By run() of tb3_labs.ros.node, by command_line.Parser, or by itself; bad_start.test tries
-    some of them."""
+    some of them. A tool prints by run_tool()."""
     assert len(ast.get_docstring(tree_of(path))) > 60
     text = path.read_text(encoding='utf-8')
     assert any(words in text for words in (
         "\n    run('", 'parser = Parser(', "'--help'", 'sys.exit(__doc__'))
+    assert 'Parser(' not in text or '\n    run_tool(' in text
 
 
 def test_every_script_is_executable():

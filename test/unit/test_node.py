@@ -117,17 +117,20 @@ def test_only_a_roslaunch_is_ended(tmp_path, name):
 
 # ----- waits, log lines and terminals
 
-class Gone:
-    """A stream whose terminal is closed."""
+@pytest.mark.parametrize('output', ['>&-', '>/dev/full', '| :'])
+def test_a_terminal_that_has_gone_ends_nothing(output):
+    """Else a class that is marked in `mark.py ... | head` would lose its marks."""
+    ran = subprocess.run(['bash', '-c', '{{ "$@"; echo $? >&3; }} {}'.format(output), 'bash', sys.executable,
+                          str(SCRIPTS / 'mystery.py'), '--list'], stdout=subprocess.PIPE, text=True,
+                         stderr=subprocess.STDOUT, preexec_fn=lambda: os.dup2(1, 3), pass_fds=[3])
+    assert ran.stdout == '0\n'
 
-    def write(self, _text):
-        raise OSError('gone')
 
-
-@pytest.mark.parametrize('stream', [Gone(), None])
-def test_a_terminal_that_has_gone_ends_nothing(stream):
-    output = node.SafeStream(stream)
-    print('a line', file=output, flush=True)
+@pytest.mark.parametrize('address', ['', 'localhost:11311', 'http://localhost:x'])
+def test_an_address_of_a_master_that_is_none_is_told_with_a_valid_one(address, monkeypatch):
+    monkeypatch.setenv('ROS_MASTER_URI', address)
+    with pytest.raises(ValueError, match='ROS_MASTER_URI {} is not an address such as http'.format(address)):
+        node.require_master()
 
 
 # ----- Ctrl+C while a node imports its modules

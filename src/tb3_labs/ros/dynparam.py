@@ -24,6 +24,7 @@ from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.config import nearest
 from tb3_labs.ros.live_settings import decoded, encoded
+from tb3_labs.ros.node import require_master
 
 SERVICE = '/set_parameters'
 #: Longest wait for a node's answer [s].
@@ -102,9 +103,7 @@ def main(words):
     try:
         if not words or len(words) not in COMMANDS.get(words[0], ()):
             raise ValueError(USAGE)
-        if not rosgraph.is_master_online():
-            raise ValueError('no ROS master answers at {}: start a launch file first'.format(
-                rosgraph.get_master_uri()))
+        require_master()
         rospy.init_node('dynparam', anonymous=True, disable_rosout=True)
         carry_out(*words)
     except (ValueError, rospy.ROSException) as problem:

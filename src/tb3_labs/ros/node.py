@@ -10,7 +10,6 @@ holds one of rospy's locks. Here a signal is an exception in the main thread: fi
 calls and their locks, then the node shuts down. Ctrl+Z ends a node, too: as a process that is
 stopped it could not stop its robot.
 """
-import contextlib
 import functools
 import os
 import signal
@@ -25,6 +24,7 @@ import rospy
 
 from tb3_labs.ros.rospy_internals import (
     answer_side_by_side, hear_all_publishers, log_without_the_master, note_connections)
+from tb3_labs.terminal import SafeStream
 
 #: Time between two looks for a master [s].
 MASTER_PERIOD = 0.5
@@ -85,33 +85,29 @@ def leave(status=0):
     os._exit(1 if _failures else status)
 
 
-class SafeStream:
-    """A stream whose terminal may be closed at any time: then its text is lost. Otherwise a hook
-    that logs a line would end the shutdown before the last zero."""
-
-    def __init__(self, stream):
-        self._stream = stream
-
-    def write(self, text):
-        # an output that was never open is None
-        with contextlib.suppress(OSError, ValueError, AttributeError):
-            self._stream.write(text)
-            self._stream.flush()
-
-    def flush(self):
-        """Do nothing: each text was flushed when it was written."""
-
-    def __getattr__(self, name):
-        return getattr(self._stream, name)
-
-
 def _wait_for_master():
     """Wait until a master answers. rospy does not wait if the command line has parameters."""
-    if not rosgraph.is_master_online():
+    if not master_answers():
         print('Waiting for a ROS master at {}: roslaunch starts one, roscore too'.format(
             rosgraph.get_master_uri()))
-        while not rosgraph.is_master_online():
+        while not master_answers():
             pause(MASTER_PERIOD)
+
+
+def master_answers():
+    """Does a ROS master answer? ``ValueError`` if ROS_MASTER_URI is not an address."""
+    try:
+        return rosgraph.is_master_online()
+    except ValueError:
+        raise ValueError('ROS_MASTER_URI {} is not an address such as http://192.168.0.5:11311'
+                         .format(rosgraph.get_master_uri())) from None
+
+
+def require_master():
+    """``ValueError`` if no ROS master answers."""
+    if not master_answers():
+        raise ValueError('no ROS master answers at {}: start a launch file first'.format(
+            rosgraph.get_master_uri()))
 
 
 def guarded(callback):
