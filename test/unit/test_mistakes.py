@@ -9,8 +9,8 @@ import pytest
 
 from test_criteria import GOOD, heading, observed, scene, turn, verdicts
 from tb3_labs.marking.labs.imu import STANDS
-from tb3_labs.marking.labs.last_hints import ITS_HEADING, last_hint, remarks_on_turns
 from tb3_labs.marking.labs.turn import EACH_TURN
+from tb3_labs.marking.labs.turn_hints import ITS_HEADING, last_hint, remarks_on_turns
 from tb3_labs.marking.feedback import own_hint
 from tb3_labs.marking.labs.criteria import judge
 from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
@@ -124,7 +124,7 @@ def test_a_page_has_no_last_hint_beside_one_that_explains():
     swapped = all_turns(lambda each: turn(-each.asked_deg))
     marks = Marks('', verdicts=judge(LABS['turn'].criteria, swapped, points_of('turn', read_points(None))),
                   observation=swapped)
-    assert 'to the other side' in own_hint(marks) and own_hint(marks, last_hint).startswith(ITS_HEADING)
+    assert 'to the other side' in own_hint(marks) and own_hint(marks, is_last=True).startswith(ITS_HEADING)
     assert ITS_HEADING[:40] not in shown(marks)
 
 

@@ -15,13 +15,13 @@ import csv
 import io
 from dataclasses import replace
 from html import escape
-from typing import Any, Callable, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, Sequence
 from urllib.parse import quote
 
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks
 from tb3_labs.marking.trial.evidence import tracebacks_before_the_end
-from tb3_labs.marking.trial.observation import NotSeen, Observation
+from tb3_labs.marking.trial.observation import NotSeen
 from tb3_labs.report.page.document import Markup, document, safe, table
 
 #: A page shows the last SHOWN_LINES lines of each run, each with at most LINE_LENGTH characters.
@@ -105,15 +105,15 @@ def _printed(observation):
     return parts
 
 
-def own_hint(marks: Marks, hint: Optional[Callable[[Observation], str]] = None) -> str:
-    """The sentence on the mistake of a node that lost points; '' if there is none. `hint` gives
-    another one than the lab's own."""
+def own_hint(marks: Marks, is_last: bool = False) -> str:
+    """The sentence on the mistake of a node that lost points; '' if there is none. `is_last`: the
+    one for a node whose mistake nothing else explains."""
     seen = marks.observation
     lost = any(verdict.outcome is Outcome.MISSED for verdict in marks.graded)
     if not lost or seen is None or seen.lab not in LABS or tracebacks_before_the_end(seen):
         return ''       # an exception is the mistake
     try:
-        return (hint or LABS[seen.lab].hint)(seen)
+        return (LABS[seen.lab].last_hint if is_last else LABS[seen.lab].hint)(seen)
     except NotSeen:
         return ''
 

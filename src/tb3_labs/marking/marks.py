@@ -20,7 +20,7 @@ import rospkg
 import yaml
 
 from tb3_labs.command_line import reason
-from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
+from tb3_labs.marking.labs import gamepad, imu, move2goal, turn, turn_hints
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.observation import Observation
@@ -38,6 +38,8 @@ class Lab(NamedTuple):
     criteria: List[Criterion]
     #: The mistake that a node may have, in a sentence; '' if it is not known.
     hint: Callable[[Observation], str] = lambda seen: ''
+    #: A mistake to look for if nothing else explains the node.
+    last_hint: Callable[[Observation], str] = lambda seen: ''
 
     @property
     def parts(self) -> List[str]:
@@ -54,8 +56,9 @@ class Lab(NamedTuple):
 
 LABS = {
     IMU: Lab('IMU exercise', imu.CRITERIA, imu.hint),
-    TURN: Lab('IMU lab', turn.CRITERIA, turn.hint),
-    MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA),
+    TURN: Lab('IMU lab', turn.CRITERIA, turn_hints.hint, turn_hints.last_hint),
+    MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA,
+                   last_hint=move2goal.last_hint),
     GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA)}
 
 

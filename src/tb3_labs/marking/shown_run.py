@@ -13,7 +13,6 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.feedback import own_hint
 from tb3_labs.marking.lab_names import GAMEPAD
 from tb3_labs.marking.labs.criteria import Outcome
-from tb3_labs.marking.labs.last_hints import last_hint
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.trial.evidence import tracebacks_before_the_end
 from tb3_labs.marking.trial.observation import (
@@ -32,7 +31,7 @@ def shown(marks: Marks) -> str:
         return ''
     run = as_run(marks.observation)
     found = diagnosis(run, marks)
-    last = '' if found.mistake or own_hint(marks) else own_hint(marks, last_hint)
+    last = '' if found.mistake or own_hint(marks) else own_hint(marks, is_last=True)
     return '\n'.join([section(moments(run, marks, found)),
                       '<p>{}</p>'.format(escape(last)) if last else hints.section(found)])
 
@@ -68,7 +67,7 @@ def hint_in_a_line(marks: Marks) -> str:
     if own_hint(marks) or marks.observation is None or not marks.observation.truth:
         return own_hint(marks)
     return hints.in_a_line(diagnosis(as_run(marks.observation), marks)) or own_hint(
-        marks, last_hint)
+        marks, is_last=True)
 
 
 def as_run(seen: Observation) -> RunData:

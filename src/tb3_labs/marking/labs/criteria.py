@@ -6,11 +6,10 @@ else one clause about the behaviour that was seen. Students read this clause tog
 """
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Set, Tuple, Union
+from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.marking.trial.evidence import CTRL_C, STOPPED, idle
 from tb3_labs.marking.trial.observation import (
     WAS_MOVING, NotOffered, NotSeen, NotTried, Observation, Scene)
@@ -220,11 +219,6 @@ def says(seen: Observation, words: str) -> str:
     """'' if these words were printed at Ctrl+C, else a clause."""
     scene = seen.during(CTRL_C[0], may_die=True)
     return '' if words in scene.printed else '"{}" was not printed at Ctrl+C'.format(words)
-
-
-def apart(headings: np.ndarray, others: Union[np.ndarray, float]) -> np.ndarray:
-    """Headings minus others [deg], each from -180 to 180."""
-    return np.degrees(wrap_all(np.radians(headings - others)))
 
 
 # ----- stopping when something is lost -----

@@ -4,10 +4,10 @@ from typing import List
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import difference_degrees
+from tb3_labs.geometry.angle_arrays import difference_degrees, wrap_all
 from tb3_labs.marking.labs.criteria import (
-    CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME, Criterion, Place, apart, ends_cleanly,
-    says, starts)
+    CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME, Criterion, Place, ends_cleanly, says,
+    starts)
 from tb3_labs.marking.trial.evidence import unprinted
 from tb3_labs.marking.trial.observation import NotSeen, Observation
 
@@ -118,7 +118,7 @@ PRINTS = [
 
 
 def hint(seen: Observation) -> str:
-    """What a node may do that prints wrong headings; '' if that is not known."""
+    """The mistake of a node that prints wrong headings; '' if it is not known."""
     stands = _standing(seen)
     words = ''
     if all(printed for _, printed in stands):
@@ -137,7 +137,7 @@ def _prints(true, said):
         return 'It printed the same number, {:.1f}, at each heading. {}'.format(
             said[0], 'Is it the roll or the pitch in place of the yaw? (Radians would run up to '
             '3.14.)' if abs(said[0]) < 5.0 else 'Is the order of the four numbers w, x, y, z?')
-    yaw = apart(true, 0.0)
+    yaw = np.degrees(wrap_all(np.radians(true)))
 
     def is_said(numbers):
         return (np.abs(said - numbers) < HEADING_TOLERANCE).all()

@@ -8,8 +8,8 @@ import numpy as np
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs.criteria import (
-    AT_ONCE, BEYOND, IN_TIME, ROUNDING, STATES, STOPS_AT_ONCE, TRANSFORMATION_SHEET, Criterion,
-    Place, ends_cleanly, starts, stops_robot, stops_when_lost)
+    AT_ONCE, BEYOND, IN_TIME, LINEAR, ROUNDING, STATES, STOPS_AT_ONCE, TRANSFORMATION_SHEET,
+    Criterion, Place, ends_cleanly, seldom, starts, stops_robot, stops_when_lost)
 from tb3_labs.marking.trial.evidence import idle
 from tb3_labs.marking.trial.observation import (
     CTRL_RELINQ, GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
@@ -69,7 +69,7 @@ TWO_ZEROS = Place(TRANSFORMATION_SHEET, '1. The local pose', 4)
 def _place(seen: Observation, name: str, tolerance: float = DISTANCE + MORE_DISTANCE) -> str:
     """'' if the drive `name` ended at most `tolerance` [m] from the goal, else what was seen."""
     scene = _driven(seen, name)
-    away = end_of(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
+    away = _end_of(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
     if not scene.facts[RESTED]:
         return 'it was still moving after {:.0f} s, {:.2f} m from the goal'.format(
             scene.end - scene.begin, away)
@@ -81,7 +81,7 @@ def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE
     scene = _driven(seen, name)
     if not scene.facts[RESTED]:
         return 'it was still moving after {:.0f} s'.format(scene.end - scene.begin)
-    faced, goal = wrap(end_of(scene).yaw), wrap(scene.facts[GOAL_POSE][2])
+    faced, goal = wrap(_end_of(scene).yaw), wrap(scene.facts[GOAL_POSE][2])
     return '' if abs(math.degrees(difference(faced, goal))) <= tolerance else \
         'at the end it faced {:.1f} degrees instead of {:.0f}'.format(
             math.degrees(faced), math.degrees(goal))
@@ -97,7 +97,7 @@ def _driven(seen: Observation, name: str) -> Scene:
     return scene
 
 
-def end_of(scene: Scene) -> Pose2:
+def _end_of(scene: Scene) -> Pose2:
     """The pose at which a drive ended, in the local frame."""
     return Pose2(*scene.facts[LOCAL_T_WORLD]) @ Pose2(*scene.truth[-1, 1:])
 
@@ -157,9 +157,27 @@ def _exact(seen: Observation, name: str) -> str:
     return _place(seen, name, EXACT_DISTANCE) or _heading(seen, name, EXACT_ANGLE)
 
 
-def arrives(seen: Observation, name: str) -> str:
-    """'' if the drive `name` ended at the goal, facing as it shall, else what was seen."""
+def _arrives(seen: Observation, name: str) -> str:
     return _place(seen, name) or _heading(seen, name)
+
+
+def last_hint(seen: Observation) -> str:
+    """The mistake that a first drive shows which missed the goal; '' if none."""
+    scene = seen.during(FIRST_DRIVE)
+    if not scene.facts[MOVED] or not _arrives(seen, FIRST_DRIVE):
+        return ''
+    words, end = '', _end_of(scene)
+    if seldom([scene]):
+        words = 'Its commands come every {:.1f} s: is there a sleep, or is its Timer as ' \
+            'slow?'.format(seldom([scene]))
+    elif not scene.commands[:, LINEAR].any():
+        words = 'It turned, and never drove forward: does the state become MOVE_FORWARD as soon ' \
+            'as the error is small?'
+    elif REACHED.search(scene.printed):
+        words = 'It said "Goal reached!" at ({:.2f}, {:.2f}), {:.0f} degrees of the local frame: ' \
+            'is this its goal (self.goal_x, goal_y, goal_yaw), and are its distances and angles ' \
+            'those of the law?'.format(end.x, end.y, math.degrees(wrap(end.yaw)))
+    return words and '{} See {}.'.format(words, STATES)
 
 
 CRITERIA = [
@@ -195,10 +213,10 @@ CRITERIA = [
               lambda seen: _exact(seen, FIRST_DRIVE) or _exact(seen, SECOND_DRIVE),
               extra=True, also=DRIVE),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',
-              BEYOND, lambda seen: _reset(seen, RESET_ELSEWHERE) or arrives(seen, DECLARED_DRIVE),
+              BEYOND, lambda seen: _reset(seen, RESET_ELSEWHERE) or _arrives(seen, DECLARED_DRIVE),
               extra=True, limits='as goal_place and goal_heading'),
     Criterion('offset_imu', OFFSET, 'drives with an IMU whose zero is not that of the odometry',
-              TWO_ZEROS, partial(arrives, name=OFFSET_DRIVE), extra=True,
+              TWO_ZEROS, partial(_arrives, name=OFFSET_DRIVE), extra=True,
               limits='as goal_place and goal_heading'),
     stops_when_lost('lost_odometry', 'stops the robot', 'the odometry', ODOMETRY_SILENT, BEYOND),
 ]

@@ -11,7 +11,7 @@ from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.marking.labs import imu as asked_imu
 from tb3_labs.marking.labs import turn as asked
 from tb3_labs.marking.labs.criteria import LOST
-from tb3_labs.marking.labs.last_hints import remarks_on_turns
+from tb3_labs.marking.labs.turn_hints import remarks_on_turns
 from tb3_labs.marking.trial.observation import (
     ASKED_DEG, MOUSE_INFO, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)
 from tb3_labs.marking.trial.ros_robot import IMU_SWITCH, WELL_UNDER_WAY, Repeater

@@ -1,18 +1,16 @@
 """The IMU lab: turns by keyboard, beside the mouse: what is done, and the criteria."""
 import re
 from functools import partial
-from typing import Iterable, List, NamedTuple, Sequence, Tuple
+from typing import Iterable, NamedTuple, Sequence
 
 import numpy as np
 
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, RARELY, ROUNDING, STOPS_AT_ONCE,
-    TURN_LAB, Criterion, Place, apart, ends_cleanly, first_missed, opposite, says, seldom, starts,
-    steers, stops_robot, stops_when_lost, within)
+    ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE,
+    TURN_LAB, Criterion, Place, ends_cleanly, first_missed, opposite, says, starts, steers,
+    stops_robot, stops_when_lost, within)
 from tb3_labs.marking.trial.evidence import STILL_DEG, idle
-from tb3_labs.marking.trial.observation import (
-    MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
-from tb3_labs.marking.trial.printed import LONGEST_LINE
+from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
 
 #: The parts of the lab.
 TURNS, MOUSE, BOTH, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
@@ -197,114 +195,6 @@ def _drives_in_turn(seen: Observation) -> str:
 def drives_forward(commands: Iterable[Sequence[float]]) -> bool:
     """Does a mouse at the upper edge give one of these commands? Rows of time, linear, angular."""
     return any(command[LINEAR] > AT_EDGE[0] for command in commands)
-
-
-#: Near to an angle [deg]. A robot that turns away from its goal comes at least AWAY far [deg]. A
-#: node whose turn is over at once sends at most FEW zeros.
-NEARLY, AWAY, FEW = 15.0, 45.0, 5
-NO_RIGHT = 'A turn to the right is over at once, one to the left is not: is there a branch for ' \
-    'r, as for l? Any negative error is less than HDG_TOL (abs).'
-
-
-def hint(seen: Observation) -> str:
-    """What a node may do that turns wrongly; '' if that is not known."""
-    each_turn = tried(seen)
-    turns = [(turn, scene) for turn, scene in each_turn if len(scene.moving)]
-    words = _why_no_turn(each_turn) if len(turns) < len(each_turn) else ''
-    if turns and not words:
-        words = _why_wrong(turns)
-    return words and '{} See {}.'.format(words, TO_RIGHT if words == NO_RIGHT else LAW)
-
-
-def tried(seen: Observation) -> List[Tuple[WatchedTurn, Scene]]:
-    """The turns that were tried."""
-    return [(turn, seen.during(name, may_die=True)) for name, turn in EACH_TURN.items()
-            if seen.has(name)]
-
-
-def is_wrong(turn: WatchedTurn, scene: Scene) -> bool:
-    """Did the robot miss the goal of a turn, or go on?"""
-    return not scene.facts[RESTED] or (
-        abs(scene.turned_deg - turn.asked_deg) > TOLERANCE + AFTER_STOP)
-
-
-def _why_no_turn(tried):
-    """Of turns of which some did not begin."""
-    still = [(turn, scene) for turn, scene in tried if not len(scene.moving)]
-    if all(scene.run.printed.startswith(turn.typed) for turn, scene in still):
-        return 'It had not asked for a letter after {:.0f} s: is there a Timer, and how often ' \
-            'does it call callback_controller? Duration(.1) is ten times a second, Duration(10) ' \
-            'is every 10 s.'.format(max(scene.end - scene.run.begin for _, scene in still))
-    if not all(len(scene.commands) for _, scene in still) or any(scene.odd for _, scene in tried):
-        return ''
-    answers = [scene.printed.splitlines()[1:-1] for _, scene in still]
-    if all(answers):        # between the letter and the prompt
-        return '{} is answered by {!r}: with what is the letter compared?'.format(
-            still[0][0].typed, answers[0][0][:LONGEST_LINE])
-    if len(still) == len(tried):
-        return 'Its commands go on, all of them zero: which field of the Twist turns the robot, ' \
-            'and is it set?' if min(len(scene.commands) for _, scene in still) > FEW else \
-            'Its turn is over at once: is self.turning True after the letter, and is the angle ' \
-            'that it adds in degrees, as HDG_TOL is?'
-    if {turn.typed for turn, _ in still} == {RIGHT}:
-        return NO_RIGHT
-    return 'Only zeros followed its first turn: does turning become False at the goal, so that ' \
-        'the next letter is read?' if len(tried[0][1].moving) else ''
-
-
-def _why_wrong(turns):
-    """Of turns that began; the first of these that fits."""
-    if not any(scene.moving[:, ANGULAR].any() for _, scene in turns):
-        return 'It commands linear.x alone, and no angular.z: which of them turns the robot?'
-    pause = seldom(scene for _, scene in turns)
-    if pause:
-        return 'Its commands come every {:.1f} s: is there a sleep in callback_controller, or is ' \
-            'its Timer as slow? The robot turns by up to {:.0f} degrees meanwhile.'.format(
-                pause, np.degrees(pause * MAX_ANG_Z))
-    wrong = [each for each in turns if is_wrong(*each)]
-    if not wrong:
-        return ''
-    if all(len(scene.commands) and scene.commands[-1, ANGULAR]
-           and scene.end - scene.commands[-1, 0] > RARELY for _, scene in wrong):
-        return 'No zero follows its last command: which message shall be the last one of a turn?'
-    return _where_it_ends(turns) or _which_way(wrong)
-
-
-def _which_way(wrong):
-    """What the ways say by which wrong turns begin and go on; '' if they say nothing."""
-    asked, turned = np.array([(turn.asked_deg, scene.turned_deg) for turn, scene in wrong]).T
-    restless = sum(not scene.facts[RESTED] for _, scene in wrong)
-    if all(scene.moving[0, ANGULAR] * turn.asked_deg < 0.0 for turn, scene in wrong):
-        if restless > 1 and (turned * np.sign(asked) < -AWAY).all():
-            return 'It turns away from the goal, and comes to no rest. Turn it to the left by ' \
-                'hand: if self.curr_yaw grows, is the error goal minus heading, and K_HDG ' \
-                'positive? If it falls, step 4 has the heading.'
-        if len(wrong) > 1 and (np.abs(np.abs(turned) - np.abs(asked)) < NEARLY).all():
-            return 'It turns to the other side: to the left the heading grows, to the right it ' \
-                'falls.'
-    return 'It comes to its goal, and goes on to and fro: is HDG_TOL 10, and the turn over ' \
-        'within it?' if restless and (np.abs(turned - asked) < 2.0 * NEARLY).all() else ''
-
-
-def _where_it_ends(turns):
-    """What the headings say at which turns end, and the angles; '' if they say nothing."""
-    if len(turns) < 3 or not all(scene.facts[RESTED] for _, scene in turns):
-        return ''
-    begins, asked, turned = np.array([
-        (turn.begins_deg, turn.asked_deg, scene.turned_deg) for turn, scene in turns]).T
-    if (np.abs(apart(begins + turned, 0.0)) < NEARLY).all():
-        return 'Each turn ends at the heading 0, which self.goal_yaw has from the beginning: is ' \
-            'the goal of the letter stored in self.goal_yaw?'
-    if (np.abs(apart(begins + turned, asked)) < NEARLY).all():
-        return 'Each l ends at the heading 90, each r at 270, wherever it began: does the goal ' \
-            'count from self.curr_yaw?'
-    mean = np.abs(turned).mean()
-    is_half = abs(mean - 180.0) < NEARLY       # its side is chance
-    if np.ptp(np.abs(turned)) > NEARLY or abs(mean - 90.0) < NEARLY or (
-            not is_half and (turned * asked < 0.0).any()):
-        return ''
-    return 'Each turn is one of {:.0f} degrees: which angle does a letter add to self.curr_yaw{}' \
-        '?'.format(mean, ', and is HDG_TOL 10' if mean < 90.0 else '')
 
 
 CRITERIA = [
