@@ -96,7 +96,7 @@ def test_the_sheet_for_instructors_lists_every_part():
         listed.append((lab, line[1]))
     assert listed == [(name, part) for name, lab in LABS.items()
                       for part in SCRIPTS[name]]
-    assert all(set(lab.parts) == set(SCRIPTS[name]) for name, lab in LABS.items())
+    assert all(lab.parts == list(SCRIPTS[name]) for name, lab in LABS.items())
 
 
 def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():

@@ -15,7 +15,7 @@ import csv
 import io
 from dataclasses import replace
 from html import escape
-from typing import Any, Dict, List, Sequence
+from typing import Any, Dict, Sequence
 from urllib.parse import quote
 
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
@@ -72,19 +72,16 @@ def feedback(marks: Marks, lab: str) -> str:
 
 
 def _verdicts(verdicts, has_timeline):
-    sentences = [_sentence(verdict, verdict.seen not in ('', NOT_TRIED) and verdict.seen in [
-        above.seen for above in verdicts[:number]], has_timeline)
-                 for number, verdict in enumerate(verdicts)]
-    return table(['what is asked', '', 'points', SEEN], [
-        [v.criterion.meaning, _mark(v), '{:g} / {:g}'.format(v.points, v.worth), sentence]
-        for v, sentence in zip(verdicts, sentences)], words=(SEEN,))
-
-
-def _sentence(verdict, is_repeated, has_timeline):
-    said = replace(verdict, seen='the same').sentence if is_repeated else verdict.sentence
-    if not has_timeline or verdict.moment is None or verdict.outcome is not Outcome.MISSED:
-        return said
-    return Markup('{} <a href="#t={:.1f}">Watch it</a>'.format(escape(said), verdict.moment))
+    rows, above = [], set()
+    for v in verdicts:
+        sentence = (replace(v, seen='the same') if v.seen in above else v).sentence
+        above |= {v.seen} - {'', NOT_TRIED}
+        if has_timeline and v.moment is not None and v.outcome is Outcome.MISSED:
+            sentence = Markup('{} <a href="#t={:.1f}">Watch it</a>'.format(
+                escape(sentence), v.moment))
+        rows.append([v.criterion.meaning, _mark(v), '{:g} / {:g}'.format(v.points, v.worth),
+                     sentence])
+    return table(['what is asked', '', 'points', SEEN], rows, words=(SEEN,))
 
 
 def _mark(verdict):
@@ -182,32 +179,31 @@ class Table:
                                                 delimiter=delimiter)))
         except csv.Error as problem:
             raise ValueError(str(problem)) from None
-        self._heads, self._rows = (rows[0], rows[1:]) if rows else ([], [])
-        if rows and self._heads[:3] != FIRST:
+        if rows and rows[0][:3] != FIRST:
             raise ValueError('it does not begin with the columns ' + ', '.join(FIRST))
+        self._width = max(map(len, rows), default=0)
+        # all rows have one more cell, which is empty
+        self._heads, *self._rows = [row + [''] * (self._width + 1 - len(row))
+                                    for row in rows or [[]]]
 
     def renewed(self, all_marks: Sequence[Marks]) -> str:
         """The table with these marks. A person's columns stay, and others' rows, also if several
         have one name."""
         some = all_marks[0]
         heads = FIRST + [v.criterion.label for v in some.graded + some.extra] + ['node', REMARKS]
-        nowhere = max(map(len, [self._heads, *self._rows]))
-        places = [self._heads.index(head) if head in self._heads else nowhere for head in heads]
-        added = [place for place in range(nowhere) if place not in places]
-
-        def cells(row: List[str], of: Sequence[int]) -> List[str]:
-            return [row[place] if place < len(row) else '' for place in of]
+        places = [self._heads.index(head) if head in self._heads else -1 for head in heads]
+        added = [place for place in range(self._width) if place not in places]
         out = io.StringIO(newline='')
         writer = csv.writer(out, lineterminator='\n')
-        writer.writerow(heads + cells(self._heads, added))
+        writer.writerow(heads + [self._heads[place] for place in added])
         others = list(self._rows)
         for marks in all_marks:
             old = next((row for row in others if row[0] == safe(marks.student)), None)
             if old is not None:
                 others.remove(old)
-            writer.writerow(_cells(marks) + cells(old or [], added))
+            writer.writerow(_cells(marks) + [old[place] if old else '' for place in added])
         for row in others:
-            writer.writerow(cells(row, places + added))
+            writer.writerow([row[place] for place in places + added])
         return out.getvalue()
 
 

@@ -150,17 +150,11 @@ def _once(seen: str, quoted: Set[str]) -> str:
     return words + 'the same exception had stopped it'
 
 
-def first_missed(*missed: str) -> str:
-    """The first of these judgements that is not ''; '' if all criteria are met."""
-    return next((said for said in missed if said), '')
-
-
 # ----- criteria that several labs share: starting, ending at Ctrl+C -----
 
 #: Keys of the facts of a Ctrl+C. TOOK: the time until the node had ended [s], None if the node had
 #: to be killed. SIGNAL: the number of the signal that ended the node, 0 if it ended by itself.
-TOOK = 'took'
-SIGNAL = 'signal'
+TOOK, SIGNAL = 'took', 'signal'
 #: A node must run, and listen to its topic, within this time [s].
 START_TIME = 15.0
 #: A node that still runs after this time hangs [s]; rospy itself needs up to 2 s.
@@ -188,7 +182,7 @@ def ends_cleanly(part: str, where: Place) -> Criterion:
     """The criterion that the node ends properly at each Ctrl+C."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where,
-        lambda seen: first_missed(*map(_clean_exit, _ends(seen))),
+        lambda seen: next(filter(None, map(_clean_exit, _ends(seen))), ''),
         limits='{}; "{}", which rospy raises, does not count'.format(within(ENDING), NOT_THEIRS))
 
 
@@ -229,18 +223,14 @@ LOST = 'lost'
 
 def stops_when_lost(name: str, meaning: str, what: str, stimulus: str, where: Place) -> Criterion:
     """The criterion beyond the handout that the node stops after `what` fell silent."""
-    return Criterion(
-        name, LOST, '{} after {} fell silent'.format(meaning, what), where,
-        lambda seen: _drives_on(seen.during(stimulus), what), extra=True, limits=within(LOST_AFTER))
-
-
-def _drives_on(scene, what):
-    if not scene.facts[WAS_MOVING]:
-        return 'the robot was not moving when {} fell silent'.format(what)
-    if len(scene.moving_after(LOST_AFTER)):
+    def drives_on(seen: Observation) -> str:
+        scene = seen.during(stimulus)
+        if not scene.facts[WAS_MOVING]:
+            return 'the robot was not moving when {} fell silent'.format(what)
         return 'the robot was still driven more than {:g} s after {} had fallen silent'.format(
-            LOST_AFTER, what)
-    return ''
+            LOST_AFTER, what) if len(scene.moving_after(LOST_AFTER)) else ''
+    return Criterion(name, LOST, '{} after {} fell silent'.format(meaning, what), where, drives_on,
+                     extra=True, limits=within(LOST_AFTER))
 
 
 #: A node whose law is called less often sleeps [s].

@@ -25,17 +25,13 @@ PLACES = {UP: (1.0, 0.0), HALF_UP: (0.5, 0.0), DOWN: (-1.0, 0.0), TO_LEFT: (0.0,
 #: The stimuli of the buttons.
 HAND_OVER, UP_HANDED_OVER, TAKE_BACK, UP_TAKEN_BACK = (
     'A', 'left stick up after A', 'B', 'left stick up after B')
-RESET_BUTTON = 'Y'
-RESET_WITHOUT_SERVICE = 'Y without a service'
+RESET_BUTTON, RESET_WITHOUT_SERVICE = 'Y', 'Y without a service'
 PAD_SILENT = 'pad silent'
 #: Keys of the buttons' facts. RELINQUISHED (A, B): the latest value on ctrl_relinq, None if there
 #: was none. LATCHED (A): did a late subscriber hear it? CALLS (Y): the number of calls. ORIGIN (Y):
 #: did each call declare (0, 0, 0)? UNIT (Y): was the quaternion of each call of length 1?
-RELINQUISHED = 'relinquished'
-LATCHED = 'heard late'
-CALLS = 'calls'
-ORIGIN = 'origin'
-UNIT = 'unit'
+RELINQUISHED, LATCHED = 'relinquished', 'heard late'
+CALLS, ORIGIN, UNIT = 'calls', 'origin', 'unit'
 
 #: FULL_SPEED [m/s] and FULL_TURN [rad/s] are the gamepad lab's. FORWARD and TURN_RANGE: the least
 #: and the greatest command of a full stick.
@@ -80,11 +76,6 @@ def _drives(seen: Observation) -> str:
     full = seen.during(UP).commands[-1, LINEAR]
     return (steers(seen, HALF_UP, LINEAR, (HALF[0] * full, HALF[1] * full))
             or steers(seen, DOWN, LINEAR, opposite(FORWARD)))
-
-
-def _turns(seen: Observation) -> str:
-    return (steers(seen, TO_LEFT, ANGULAR, TURN_RANGE)
-            or steers(seen, TO_RIGHT, ANGULAR, opposite(TURN_RANGE)))
 
 
 def _lets_go(seen: Observation) -> str:
@@ -141,11 +132,6 @@ def _resets(seen: Observation) -> str:
         'after Y the orientation of the call was not a rotation: its quaternion is not of length 1'
 
 
-def _says_success(seen: Observation) -> str:
-    return '' if SUCCESS.lower() in seen.during(RESET_BUTTON).printed.lower() else \
-        '"{}." was not printed after Y'.format(SUCCESS)
-
-
 def _not_blocked(seen: Observation) -> str:
     scene = seen.during(RESET_WITHOUT_SERVICE)
     moving = scene.moving
@@ -170,18 +156,15 @@ def _once(seen: Observation) -> str:
     return '' if calls == 1 else 'Y, held for a moment, called the reset {} times'.format(calls)
 
 
-def _latched(seen: Observation) -> str:
-    return '' if seen.during(HAND_OVER).facts[LATCHED] else \
-        'a subscriber that came after A heard nothing on ctrl_relinq'
-
-
 CRITERIA = [
     Criterion('starts', STICKS, 'runs and listens to joy', THUMB, starts, limits=IN_TIME),
     Criterion('drives', STICKS, 'left stick drives forward and back, at most {:g} m/s'.format(
         FULL_SPEED), THUMB, _drives, limits=STICK_LIMITS.format(*FORWARD, 'm/s', HELD, NEAR) +
               '; half way {:g} to {:g} of full'.format(*HALF)),
     Criterion('turns', STICKS, 'right stick turns left and right, at most {:g} rad/s'.format(
-        FULL_TURN), THUMB, _turns, limits=STICK_LIMITS.format(*TURN_RANGE, 'rad/s', HELD, NEAR)),
+        FULL_TURN), THUMB, lambda seen: steers(seen, TO_LEFT, ANGULAR, TURN_RANGE) or steers(
+            seen, TO_RIGHT, ANGULAR, opposite(TURN_RANGE)),
+              limits=STICK_LIMITS.format(*TURN_RANGE, 'rad/s', HELD, NEAR)),
     Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', THUMB, _lets_go,
               limits=STOPS_AT_ONCE),
     Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', THUMB,
@@ -192,8 +175,9 @@ CRITERIA = [
               THUMB, _regains, limits='within {:g} s; the stick within {:g} s'.format(SAYS, HELD)),
     Criterion('resets', BUTTONS, 'Y calls the reset with (0, 0, 0)', Y_STEP, _resets,
               limits=within(RESET_TIME) + ', by a quaternion of length 1'),
-    Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SUCCESS), Y_STEP, _says_success,
-              limits=within(RESET_TIME)),
+    Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SUCCESS), Y_STEP,
+              lambda seen: '' if SUCCESS.lower() in seen.during(RESET_BUTTON).printed.lower() else
+              '"{}." was not printed after Y'.format(SUCCESS), limits=within(RESET_TIME)),
     ends_cleanly(BUTTONS, THUMB),
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', THUMB,
               _says_why_not, limits=within(RESET_TIME)),
@@ -202,7 +186,9 @@ CRITERIA = [
     Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', BEYOND,
               _not_blocked, extra=True, limits='the stick drives ' + within(PROMPT)),
     Criterion('once', BUTTONS, 'Y, held, is one call', BEYOND, _once, extra=True),
-    Criterion('latched', BUTTONS, 'ctrl_relinq is latched', BEYOND, _latched, extra=True,
+    Criterion('latched', BUTTONS, 'ctrl_relinq is latched', BEYOND,
+              lambda seen: '' if seen.during(HAND_OVER).facts[LATCHED] else
+              'a subscriber that came after A heard nothing on ctrl_relinq', extra=True,
               limits='heard ' + within(SAYS)),
     stops_when_lost('lost_pad', 'stops the robot', 'the pad', PAD_SILENT, BEYOND),
 ]

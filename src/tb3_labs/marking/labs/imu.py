@@ -14,13 +14,11 @@ from tb3_labs.marking.trial.observation import NotSeen, Observation
 #: The parts of the lab.
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'
 #: The headings at which the robot stands: stimulus -> heading [deg].
-STANDS = {'at 50 degrees': 50.0, 'at 150 degrees': 150.0, 'at 220 degrees': 220.0,
-          'at 350 degrees': 350.0}
+STANDS = {'at {:g} degrees'.format(heading): heading for heading in (50.0, 150.0, 220.0, 350.0)}
 #: The node must print its line at each heading within this time [s].
 READING = 1.5
 #: Samples that a real IMU sends seldom.
-HAIR_BELOW_ZERO = 'a hair below zero'
-ZERO_QUATERNION = 'a quaternion of zeros'
+HAIR_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
 #: After the quaternion of zeros the heading AFTERWARDS [deg] is sent for NEXT [s].
 AFTERWARDS, NEXT = 57.0, 0.9
 #: Key of a fact: the IMU's heading where the robot stands [deg].
@@ -60,20 +58,10 @@ def _prints_heading(seen: Observation) -> str:
         silent[0]) if silent else ''
 
 
-def _headings(seen):
-    """[(a printed heading, the IMU's)] [deg]"""
-    return [(number, heading) for heading, printed in _standing(seen) for number in printed]
-
-
-def _heading_right(seen: Observation) -> str:
-    wrong = [each for each in _headings(seen) if abs(difference_degrees(*each)) > HEADING_TOLERANCE]
-    return 'printed {:.1f} degrees while the IMU said {:.1f}'.format(*wrong[0]) if wrong else ''
-
-
-def _from_0_to_360(seen: Observation) -> str:
-    wrong = [each for each in _headings(seen) if not 0.0 <= each[0] < 360.0]
-    return 'printed {:.1f} degrees while the robot stood at {:.0f}'.format(
-        *wrong[0]) if wrong else ''
+def _first_wrong(seen, is_wrong, words):
+    """The `words` on the first heading for which `is_wrong(printed, the IMU's)` [deg]; else ''."""
+    return next((words.format(number, heading) for heading, printed in _standing(seen)
+                 for number in printed if is_wrong(number, heading)), '')
 
 
 def _says_goodbye(seen: Observation) -> str:
@@ -149,10 +137,14 @@ CRITERIA = [
     Criterion('starts', HEADING, 'runs and listens to imu', LISTENING, starts, limits=IN_TIME),
     Criterion('prints_heading', HEADING, 'prints "Current heading is ... degrees."', EXERCISE,
               _prints_heading, limits='within {:g} s at each heading'.format(READING)),
-    Criterion('heading_right', HEADING, 'prints the heading of the IMU', EXERCISE, _heading_right,
+    Criterion('heading_right', HEADING, 'prints the heading of the IMU', EXERCISE,
+              lambda seen: _first_wrong(
+                  seen, lambda *pair: abs(difference_degrees(*pair)) > HEADING_TOLERANCE,
+                  'printed {:.1f} degrees while the IMU said {:.1f}'),
               limits='within {:g} degree'.format(HEADING_TOLERANCE)),
     Criterion('from_0_to_360', HEADING, 'counts the heading from 0 to 360 degrees', EXERCISE,
-              _from_0_to_360),
+              lambda seen: _first_wrong(seen, lambda number, _: not 0.0 <= number < 360.0,
+                                        'printed {:.1f} degrees while the robot stood at {:.0f}')),
     Criterion('says_goodbye', HEADING, 'at Ctrl+C says "{}", then nothing'.format(IMU_GOODBYE),
               IMU_AT_CTRL_C, _says_goodbye,
               limits='{} more heading may follow'.format(LATE_HEADINGS)),

@@ -77,7 +77,7 @@ def _place(seen: Observation, name: str, tolerance: float = DISTANCE + MORE_DIST
 
 
 def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE) -> str:
-    """'' if the last heading was the goal's within `tolerance` [deg], else what was seen."""
+    """As _place, of the heading there; `tolerance` in [deg]."""
     scene = _driven(seen, name)
     if not scene.facts[RESTED]:
         return 'it was still moving after {:.0f} s'.format(scene.end - scene.begin)
@@ -100,12 +100,6 @@ def _driven(seen: Observation, name: str) -> Scene:
 def _end_of(scene: Scene) -> Pose2:
     """The pose at which a drive ended, in the local frame."""
     return Pose2(*scene.facts[LOCAL_T_WORLD]) @ Pose2(*scene.truth[-1, 1:])
-
-
-def _waits(seen: Observation) -> str:
-    return 'it moved the robot without having control: does control_loop look at has_control, ' \
-        'which True on ctrl_relinq sets and False clears?' if len(
-            seen.during(WITHOUT_CONTROL).moving) else ''
 
 
 def _says_reached(seen: Observation) -> str:
@@ -135,11 +129,6 @@ def _reset(seen: Observation, name: str = RESET_TO_ORIGIN) -> str:
     problem = seen.during(name).facts[PROBLEM]
     return problem and 'the reset failed: {}{}'.format(
         problem, ' (does its callback return a response?)' * ('returned None' in problem))
-
-
-def _says_reset(seen: Observation) -> str:
-    return '' if 'local pose set' in seen.during(RESET_TO_ORIGIN).printed.lower() else \
-        'no line "Local pose set to x=..., y=..., yaw=..." was printed'
 
 
 def _control_taken(seen: Observation) -> str:
@@ -182,7 +171,10 @@ def last_hint(seen: Observation) -> str:
 
 CRITERIA = [
     Criterion('starts', DRIVE, 'runs and listens to odom', STATES, starts, limits=IN_TIME),
-    Criterion('waits', DRIVE, 'does not move before it has control', STATES, _waits,
+    Criterion('waits', DRIVE, 'does not move before it has control', STATES,
+              lambda seen: 'it moved the robot without having control: does control_loop look at '
+              'has_control, which True on ctrl_relinq sets and False clears?' if len(
+                  seen.during(WITHOUT_CONTROL).moving) else '',
               limits='for {:g} s'.format(WATCHED)),
     Criterion('goal_place', DRIVE, 'drives to ({:g}, {:g})'.format(*GOAL), STATES,
               partial(_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
@@ -197,7 +189,10 @@ CRITERIA = [
     Criterion('resets', RESET, 'a service resets the local frame', AT_RESET, _reset,
               limits='answers within {:g} s'.format(ANSWER_TIME)),
     Criterion('says_reset', RESET, 'says "Local pose set to x=..., y=..., yaw=..."', AT_RESET,
-              _says_reset, limits='within {:g} s after the answer'.format(TAKES_EFFECT)),
+              lambda seen: '' if 'local pose set' in seen.during(
+                  RESET_TO_ORIGIN).printed.lower() else
+              'no line "Local pose set to x=..., y=..., yaw=..." was printed',
+              limits='within {:g} s after the answer'.format(TAKES_EFFECT)),
     Criterion('second_place', RESET, 'does the same task after a turn by {:g} degrees and a '
               'reset'.format(TURNED), TURNED_STEP,
               lambda seen: _reset(seen) or _place(seen, SECOND_DRIVE), limits='as goal_place'),

@@ -159,15 +159,10 @@ def has_covariance(request):
 
 
 class _AnySum(str):
-    """Equal to the checksum of every type."""
-
-    def __eq__(self, other):
-        return True
+    """Differs from the checksum of no type."""
 
     def __ne__(self, other):
         return False
-
-    __hash__ = str.__hash__
 
 
 class _AnyType:

@@ -62,9 +62,9 @@ class ResetCaller:
 
     def __init__(self, graph):
         bases = {name: name.rsplit('/', 1)[-1].lower() for name in graph.of_node(OFFERS)}
-        likely = [name for name, base in bases.items() if any(word in base for word in WORDS)]
-        usual = [name for wanted in NAMES for name in sorted(likely) if bases[name] == wanted]
-        self.found = (usual + sorted(likely) + [''])[0]
+        likely = sorted(name for name, base in bases.items() if any(word in base for word in WORDS))
+        usual = [name for wanted in NAMES for name in likely if bases[name] == wanted]
+        self.found = (usual + likely + [''])[0]
         self._kind = graph.service(self.found) if self.found else None
         #: Can its request declare any pose?
         self.takes_pose = self._kind is not None and fill_pose(self._kind._request_class(), Pose2())

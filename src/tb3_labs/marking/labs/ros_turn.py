@@ -206,11 +206,6 @@ def _in_a_turn(stage):
                                asked.TURN_REACTION)
 
 
-def shutdown(stage):
-    """Ctrl+C in the middle of a turn."""
-    stage.ctrl_c_in_motion(lambda: _in_a_turn(stage))
-
-
 def lost(stage):
     """The mouse falls silent while it drives, the IMU in a turn."""
     stage.node.start()
@@ -224,5 +219,6 @@ def lost(stage):
 
 
 EXERCISE_PARTS = {asked_imu.HEADING: exercise, asked_imu.ODD_SAMPLES: odd_samples}
-PARTS = {asked.TURNS: turns, asked.MOUSE: mouse, asked.BOTH: both, asked.SHUTDOWN: shutdown,
+PARTS = {asked.TURNS: turns, asked.MOUSE: mouse, asked.BOTH: both,
+         asked.SHUTDOWN: lambda stage: stage.ctrl_c_in_motion(lambda: _in_a_turn(stage)),
          LOST: lost}

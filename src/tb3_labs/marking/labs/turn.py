@@ -7,7 +7,7 @@ import numpy as np
 
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE,
-    TURN_LAB, Criterion, Place, ends_cleanly, first_missed, opposite, says, starts, steers,
+    TURN_LAB, Criterion, Place, ends_cleanly, opposite, says, starts, steers,
     stops_robot, stops_when_lost, within)
 from tb3_labs.marking.trial.evidence import STILL_DEG, idle
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
@@ -111,8 +111,8 @@ def _degrees(seen_deg):
     return '{} degrees to the {}'.format(number, 'left' if seen_deg > 0.0 else 'right')
 
 
-def _turned_each(seen: Observation, names: Sequence[str], *tolerance: float) -> str:
-    return first_missed(*(turned(seen, name, *tolerance) for name in names))
+def _turned_each(seen: Observation, names: Iterable[str], *tolerance: float) -> str:
+    return next(filter(None, [turned(seen, name, *tolerance) for name in names]), '')
 
 
 def _turning(seen):
@@ -155,12 +155,6 @@ def _mouse_drove(seen):
         raise NotSeen('the mouse did not move the robot at all')
 
 
-def _steers_robot(seen: Observation) -> str:
-    return (steers(seen, MOUSE_UP, LINEAR, AT_EDGE, True)
-            or steers(seen, MOUSE_LEFT, ANGULAR, AT_EDGE, True)
-            or steers(seen, HALF_RIGHT, ANGULAR, opposite(HALF_WAY), True))
-
-
 def _has_dead_zone(seen: Observation) -> str:
     _mouse_drove(seen)
     late = seen.during(NEAR_MIDDLE).moving_after(AT_ONCE)
@@ -176,11 +170,6 @@ def _can_be_off(seen: Observation) -> str:
     if len(seen.during(DEACTIVATED).moving_after(AT_ONCE)):
         return 'the robot was still driven {:g} s after the mouse was deactivated'.format(AT_ONCE)
     return ''
-
-
-def _drives_after_turn(seen: Observation) -> str:
-    return '' if drives_forward(seen.during(AFTER_TURN).commands) else \
-        'after a turn the mouse did not move the robot any more'
 
 
 def _drives_in_turn(seen: Observation) -> str:
@@ -213,7 +202,10 @@ CRITERIA = [
               'ones', TO_RIGHT, _answers_nonsense, limits='within {:g} s, in at most {} lines; '
               'the robot rests'.format(ANSWER, LEGIBLE)),
     Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
-              'edge'.format(FULL), AT_MOUSE, _steers_robot, limits=DRIVES),
+              'edge'.format(FULL), AT_MOUSE, limits=DRIVES, judge=lambda seen: (
+                  steers(seen, MOUSE_UP, LINEAR, AT_EDGE, True)
+                  or steers(seen, MOUSE_LEFT, ANGULAR, AT_EDGE, True)
+                  or steers(seen, HALF_RIGHT, ANGULAR, opposite(HALF_WAY), True))),
     Criterion('mouse_dead_zone', MOUSE, 'a mouse within 0.25 of the middle moves nothing',
               AT_MOUSE, _has_dead_zone, limits='at ({:g}, {:g}) from {:g} s on'.format(
                   *MOUSE_PLACES[NEAR_MIDDLE], AT_ONCE)),
@@ -222,7 +214,8 @@ CRITERIA = [
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
               AT_MOUSE, partial(turned, name=TURN_BESIDE), limits=AS_LEFT),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', AT_MOUSE,
-              _drives_after_turn,
+              lambda seen: '' if drives_forward(seen.during(AFTER_TURN).commands) else
+              'after a turn the mouse did not move the robot any more',
               limits='more than {:.2f} m/s within {:g} s'.format(AT_EDGE[0], MOUSE_HELD)),
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
               AT_MOUSE, _drives_in_turn, limits=within(AT_LAST)),
@@ -232,7 +225,7 @@ CRITERIA = [
               partial(says, words=GOODBYE)),
     ends_cleanly(SHUTDOWN, AT_CTRL_C),
     Criterion('within_1_deg', TURNS, 'all turns are within {:g} degree'.format(EXACT), IMU_EXTRAS,
-              lambda seen: _turned_each(seen, list(EACH_TURN), EXACT), extra=True),
+              lambda seen: _turned_each(seen, EACH_TURN, EXACT), extra=True),
     stops_when_lost('lost_imu', 'stops a turn', 'the IMU', IMU_SILENT, IMU_EXTRAS),
     stops_when_lost('lost_mouse', 'stops the robot', 'the mouse', MOUSE_SILENT, IMU_EXTRAS),
 ]

@@ -64,7 +64,7 @@ def _is_wrong(turn, scene):
 
 
 def _why_no_turn(tried):
-    """Of turns of which some did not begin."""
+    """The mistake of turns of which some did not begin."""
     still = [(turn, scene) for turn, scene in tried if not len(scene.moving)]
     if all(scene.run.printed.startswith(turn.typed) for turn, scene in still):
         return 'It had not asked for a letter after {:.0f} s: is there a Timer, and how often ' \
@@ -88,7 +88,7 @@ def _why_no_turn(tried):
 
 
 def _why_wrong(turns):
-    """Of turns that began; the first of these that fits."""
+    """The mistake of turns that began, the first that fits."""
     if not any(scene.moving[:, ANGULAR].any() for _, scene in turns):
         return 'It commands linear.x alone, and no angular.z: which of them turns the robot?'
     pause = seldom(scene for _, scene in turns)
