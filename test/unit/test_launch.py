@@ -74,15 +74,35 @@ def test_roslaunch_lists_an_argument_as_required_only_if_it_is(path):
     ('turn', 'set:={max_ang_z:1}', 'a blank is missing after the colon: set:="{max_ang_z: 1}"'),
     ('fake_robot', 'set:=slip=0.1', 'set:=slip=0.1: in braces, with colons: set:="{slip: 0.1}"'),
     ('gamepad', 'pad:=lab9', 'pad:=lab9: there is no params/pad_lab9.yaml; pad:= is one of '),
+    ('turn', 'node:=plian', 'node:=plian: there is no nodes/plian.xml; node:= is one of finished, plain'),
+    ('turn', 'set:={max_ang_z:0,5}', 'a blank is missing'),
+    ('move2goal', 'params:=latin.yaml', 'params:=latin.yaml: it is not text in UTF-8: save it as UTF-8'),
+    ('move2goal', 'params:=empty.yaml', 'params:=empty.yaml: goal_y has no value in it'),
+    ('move2goal', 'params:=right.yaml', ''), ('move2goal', 'params:=.', ''),
     ('gamepad', 'pad:=xbox set:={}', ''), ('turn', 'sim:=true node:=plain', ''), ('robot', 'robot:=robot3', ''),
     ('turn', 'model:=waffle __ns:=robot3 params:=my.yaml', '')])
-def test_an_argument_that_a_file_does_not_have_is_told_with_what_is_meant(file, given, line):
+def test_an_argument_that_a_file_does_not_have_is_told_with_what_is_meant(
+        file, given, line, tmp_path, monkeypatch):
     path = LAUNCH / (file + '.launch')
+    monkeypatch.chdir(tmp_path)
+    for name, text in (('latin', '# Gr\xf6\xdfe\n'), ('empty', 'goal_x: 1.0\ngoal_y:   # later\n'),
+                       ('right', '# 0 m:\ngoal_x: 1.0\nrobot:\n  slip: 0.1\n')):
+        (tmp_path / (name + '.yaml')).write_text(text, encoding='latin-1')
     for words in (['tb3_labs', path.name], ['--screen', str(path)]):
         said = launch.problem_of(words + given.split(), path)
         assert line in said and bool(line) == bool(said) and '\n' not in said
         # nor is a file asked that another one includes
         assert launch.problem_of(words + given.split(), LAUNCH / 'view.launch') == ''
+
+
+@pytest.mark.parametrize('value, part', [
+    ('{slip: 0,5}', '5'), ('{slip: }', 'slip:'), ('{slip: 1', ''),
+    ('{slip: 0.5, network: bad,}', ''), ('{}', ''), ('{ slip: -1 }', '')])
+def test_a_decimal_comma_and_a_name_without_a_value_are_told(value, part):
+    """YAML reads both as an empty value; then roslaunch ends with a traceback of its own."""
+    words, path = ['tb3_labs', 'fake_robot.launch', 'set:=' + value], LAUNCH / 'fake_robot.launch'
+    assert launch.problem_of(words, path) == (part and (
+        "set:={}: {!r} is not a name with a value, such as goal_x: 0.5 (with a point)".format(value, part)))
 
 
 # ----- what the files hand on -----

@@ -19,9 +19,14 @@ PACKAGE = 'tb3_labs'
 #: such as params/turtlebot3.yaml.
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
 #: An argument may choose one of several files. Then its doc names them: params/pad_*.yaml.
-CHOICE_OF_FILES = re.compile(r'params/(\w+)\*\.yaml')
+CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
+#: The doc of an argument that takes a file of parameters, and a line in it that YAML reads as none.
+OWN_FILE = 'a YAML file of your own'
+NO_VALUE = re.compile(r'^(\w+):[ \t]*(?:#.*)?(?:\n(?![ \t]+\S)|\Z)', re.MULTILINE)
 #: A colon without a blank after it, as in {slip:0.1}: YAML takes it for a part of the name.
 NO_BLANK = re.compile(r':(?!\s)')
+#: A parameter and its value in {slip: 0.1}; nothing behind a last comma.
+PAIR = re.compile(r'\s*([^:]+:\s+\S.*)?')
 
 
 def _words_of(process):
@@ -72,12 +77,26 @@ def _problem_of_value(name, value, doc, folder):
         if right != value:
             return '{}: {}:="{}"'.format(
                 why if in_braces == value else 'in braces, with colons', name, right)
-    for start in CHOICE_OF_FILES.findall(doc):
-        known = sorted(file.stem[len(start):] for file in folder.glob('params/' + start + '*.yaml'))
+        for part in value.strip('{} ').split(','):
+            if not PAIR.fullmatch(part):
+                return '{!r} is not a name with a value, such as goal_x: 0.5 (with a point)'.format(
+                    part.strip())
+    for start, end in CHOICE_OF_FILES.findall(doc):
+        known = sorted(str(file.relative_to(folder))[len(start):-len(end)]
+                       for file in folder.glob(start + '*' + end))
         if value not in known:
-            return 'there is no params/{}{}.yaml; {}:= is one of {}'.format(
-                start, value, name, ', '.join(known))
-    return ''
+            return 'there is no {}{}{}; {}:= is one of {}'.format(
+                start, value, end, name, ', '.join(known))
+    return _problem_of_file(Path(value)) if doc == OWN_FILE else ''
+
+
+def _problem_of_file(path):
+    """Returns why roslaunch would refuse a YAML file with many lines; '' also if there is none."""
+    try:
+        empty = NO_VALUE.search(_text_of(path))
+    except ValueError:
+        return 'it is not text in UTF-8: save it as UTF-8'
+    return '{} has no value in it'.format(empty.group(1)) if empty else ''
 
 
 def _remedy(name, value, arguments, path):
@@ -94,8 +113,11 @@ def _remedy(name, value, arguments, path):
 
 
 def _parameters_in(file):
-    text = file.read_text(encoding='utf-8') if file.exists() else ''
-    return re.findall(r'^#?(\w+):', text, re.MULTILINE)
+    return re.findall(r'^#?(\w+):', _text_of(file), re.MULTILINE)
+
+
+def _text_of(file):
+    return file.read_text(encoding='utf-8') if file.is_file() else ''
 
 
 if __name__ == '__main__':
