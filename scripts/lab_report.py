@@ -13,7 +13,7 @@ on /rosout. To compare runs, put their turns.csv or drives.csv into one spreadsh
 import sys
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, number_or_text, printable, run_tool
+from tb3_labs.command_line import Parser, number_or_text, printable, run_tool, whole_number
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 
@@ -35,7 +35,7 @@ def parse(words):
     parser.add_argument('--ns', metavar='ROBOT', help='namespace of the robot, / for none')
     parser.add_argument('--model', choices=sorted(MODELS), default=DEFAULT_MODEL,
                         help='the robot with these limits; default: %(default)s')
-    parser.add_argument('--turn', type=int, choices=range(1, 1000), metavar='NUMBER', default=0,
+    parser.add_argument('--turn', type=whole_number(999), metavar='NUMBER', default=0,
                         help='draw this turn of the table alone; default: all turns')
     given = parser.parse_args(words)
     if given.goal is not None:

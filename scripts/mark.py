@@ -12,7 +12,7 @@ import signal
 import sys
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, printable, run_tool
+from tb3_labs.command_line import Parser, printable, run_tool, whole_number
 from tb3_labs.marking.lab_names import GAMEPAD
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.classes import mark_class
@@ -47,7 +47,7 @@ def parse(words):
     parser.add_argument('--pad', metavar='NAME', default=Options().pad,
                         help='for the lab {}: numbers of the gamepad that is played, '
                         'launch/params/pad_NAME.yaml; default: %(default)s'.format(GAMEPAD))
-    parser.add_argument('--jobs', type=int, default=1, choices=range(1, 17), metavar='N',
+    parser.add_argument('--jobs', type=whole_number(16), default=1, metavar='N',
                         help='submissions at a time; each needs about one processor core')
     parser.add_argument('--unprotected', action='store_true', help='mark without sandboxes: the '
                         "submissions' programs can read and delete your files")

@@ -52,6 +52,16 @@ def number_or_text(word: str) -> Union[float, str]:
         return word
 
 
+def whole_number(most: int) -> Callable[[str], int]:
+    """Returns the `type` of an argument that takes 1, 2, ... `most`: argparse would list all."""
+    def read(word: str) -> int:
+        if not (word.isdecimal() and 1 <= int(word) <= most):
+            raise argparse.ArgumentTypeError('{} is not valid: a whole number from 1 to {}'.format(
+                word, most))
+        return int(word)
+    return read
+
+
 def output_folder(path: Union[str, Path]) -> Path:
     """Make the folder for a tool's output if it is missing, and return it.
 

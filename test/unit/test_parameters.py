@@ -5,9 +5,12 @@ import sys
 from dataclasses import fields, replace
 
 import pytest
+import rospy
 import yaml
 
 from pages import PAGES, ROOT, by_name, commands
+from tb3_labs.nodes.gamepad.pad import PadConfig
+from tb3_labs.ros.parameters import read_config
 
 sys.path.insert(0, str(ROOT / 'doc' / 'instructor'))
 
@@ -27,6 +30,14 @@ def test_each_node_that_reads_settings_is_among_the_nodes():
     places = [*(ROOT / 'scripts').glob('*.py'), *ROOT.glob('src/tb3_labs/nodes/*/ros_*.py')]
     readers = {path for path in places if 'read_config(' in path.read_text(encoding='utf-8')}
     assert readers - {ROOT / 'scripts/demo.py'} == {node.source for node in NODES}
+
+
+@pytest.mark.parametrize('given', [5, True, [1, 2], 'text'])
+def test_a_value_in_place_of_a_nodes_parameters_is_refused(given, monkeypatch):
+    """`rosparam set /gamepad 5`."""
+    monkeypatch.setattr(rospy, 'get_param', lambda *_: given)
+    with pytest.raises(ValueError, match='^parameter /unnamed = .* is not valid: the name of the node'):
+        read_config(PadConfig)
 
 
 @every_node

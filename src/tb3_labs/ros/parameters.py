@@ -15,6 +15,9 @@ def read_config(*kinds, of=None):
     `of`: another node, whose parameters are read instead; its unknown parameters are ignored.
     """
     given = rospy.get_param(of or '~', {})
+    if not isinstance(given, dict):
+        raise ValueError('parameter {} = {!r} is not valid: the name of the node holds its '
+                         'parameters'.format(of or rospy.get_name(), given))
     known = {item.name for kind in kinds for item in fields(kind)} | {'model'}
     for name in () if of else sorted(set(given) - known):
         raise ValueError('parameter {}/{} is unknown; {}'.format(
