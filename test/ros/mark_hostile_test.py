@@ -86,8 +86,7 @@ FILL = '''    for number in range(8):
         rospy.set_param('/filled{}'.format(number), 'x' * 150000000)
 '''
 #: The instructor is told this, and no student.
-FINDINGS = (
-    'listens to /ground_truth', 'A setting of the robot was changed: imu_noise_deg from 0')
+FINDINGS = ('listens to /ground_truth', 'A setting of the robot was changed: imu_noise_deg from 0')
 
 
 #: A row of names as nobody should have them: in a program, a file system, a terminal, a table.
@@ -96,10 +95,7 @@ NAMES = ('q"\'`$(id);&|', 'two\nlines', '.. .', 'l' * 200, '\u202eltr', '\u05d0\
 #: genpy pastes the name of a file into Python code: this one writes a file into a home.
 CODE = ('X"""\nopen(__import__("os").environ["HOME"] + chr(47) + "harm", "w")\n'
         "'''\nif 1: #")
-PAD_NODE = PACKAGE / 'scripts' / 'plain_gamepad.py'
-PAD_START = '    Gamepad()\n'
-#: The pad's node uses the names at the master, in a message, and on its terminal; then it ends,
-#: which saves the time of the sticks.
+#: The node uses the names at the master, in a message, and on its terminal; then it ends.
 ODD_DEEDS = '''    import sys
     import rosgraph
     from nav_msgs.msg import Odometry
@@ -154,23 +150,17 @@ class HostileTest(unittest.TestCase):
         cls.hand_in(base / 'submissions' / 'mallory', (START, misdeeds + START), (
             END, FORK.format(most=MOST_FORKS)))
         cls.hand_in(base / 'submissions' / 'whale', (START, START + FILL))
-        cls.hand_in_odd(base / 'odd')
-        odd = subprocess.Popen(
-            ['rosrun', 'tb3_labs', 'mark.py', str(base / 'odd'), '--lab', 'gamepad', '-o',
-             str(cls.home / 'odd'), '--parts', 'sticks'],
-            env=dict(os.environ, HOME=str(cls.home)), stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, encoding='utf-8', errors='backslashreplace')
+        cls.hand_in_odd(base / 'submissions')
         cls.done = subprocess.run(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'submissions'), '--lab', 'imu', '-o',
              str(cls.marks), '--parts', 'heading'],
             env=dict(os.environ, HOME=str(cls.home), TOKEN=SECRET), stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, timeout=1000, universal_newlines=True)
+            stderr=subprocess.STDOUT, timeout=1000, encoding='utf-8', errors='backslashreplace')
         page = cls.marks / 'mallory.html'
         cls.page = page.read_text(encoding='utf-8').replace('&#x27;', "'") if page.exists() else ''
         log = cls.marks / 'logs' / 'mallory.json'
         cls.printed = ''.join(run['printed'] for run in json.loads(log.read_text())['runs'])
-        cls.odd_said, _ = odd.communicate(timeout=1000)
-        table = cls.home / 'odd' / 'marks.csv'
+        table = cls.marks / 'marks.csv'
         text = table.read_text(encoding='utf-8') if table.exists() else ''
         cls.rows = {row['student']: row for row in csv.DictReader(io.StringIO(text, newline=''))}
 
@@ -181,11 +171,11 @@ class HostileTest(unittest.TestCase):
 
     @classmethod
     def hand_in_odd(cls, folder):
-        """A class with the row of names: of its folders, and of all that eve can name."""
+        """Students with the row of names: of their folders, and of all that eve can name."""
         for name in NAMES:
             (folder / ('x' + name)).mkdir(parents=True)
         eve = folder / 'eve'
-        code = replaced(PAD_NODE, (PAD_START, ODD_DEEDS.format(names=NAMES) + PAD_START))
+        code = replaced(NODE, (START, ODD_DEEDS.format(names=NAMES) + START))
         files = {'odd/srv/{}.srv'.format(name): '---\n' for name in NAMES + (CODE, 'Good')}
         files.update({'odd/msg/{}.msg'.format(name): '---\n' for name in NAMES})
         files.update({'p{}/package.xml'.format(number): '<package><name>{}</name></package>'.format(
@@ -237,10 +227,10 @@ class HostileTest(unittest.TestCase):
         self.assertNotIn('changed', (self.marks / 'marks.csv').read_text())
 
     def test_one_odd_submission_does_not_end_a_class(self):
-        self.assertEqual(len(self.rows), len(NAMES) + 1, ascii(self.odd_said))
+        self.assertEqual(len(self.rows), len(NAMES) + 3, ascii(self.done.stdout))
         self.assertIn('xM\\xfcller', self.rows)
-        self.assertEqual(self.rows['eve']['points'], '0', ascii(self.odd_said))
-        printed = (self.home / 'odd' / 'eve.html').read_text(encoding='utf-8')
+        self.assertEqual(self.rows['eve']['points'], '0', ascii(self.done.stdout))
+        printed = (self.marks / 'eve.html').read_text(encoding='utf-8')
         self.assertIn('it ended at once: ', printed)
         self.assertIn('that is all', printed)
         self.assertEqual(self.rows['eve']['node'], 'submission/node.py')
@@ -250,15 +240,14 @@ class HostileTest(unittest.TestCase):
         self.assertIn('ROS allows letters', self.rows['eve']['remarks'])
 
     def test_what_is_shown_is_plain(self):
-        lines = self.odd_said.splitlines()
+        lines = self.done.stdout.splitlines()
         self.assertEqual([line for line in lines if not line.isprintable()], [])
         for cell in [cell for row in self.rows.values() for cell in row.values()]:
             self.assertTrue(cell.isprintable() and cell[:1] not in ('=', '+', '-', '@'), cell)
             self.assertNotIn(';=', cell)
 
     def test_the_instructor_is_told_and_no_student(self):
-        overview = (self.marks / 'overview.html').read_text(encoding='utf-8').replace(
-            '&#x27;', "'")
+        overview = (self.marks / 'overview.html').read_text(encoding='utf-8').replace('&#x27;', "'")
         for finding in FINDINGS:
             self.assertIn(finding, self.done.stdout)
             self.assertTrue(finding in overview, finding)

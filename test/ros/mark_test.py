@@ -262,8 +262,7 @@ class MarkTest(unittest.TestCase):
         self.assertEqual(status, 0, printed)
         self.assertEqual({name: now[name] for name in kept}, {name: before[name] for name in kept})
         if kept:    # else nothing is said
-            self.assertIn('{} of 2 had been marked and have not changed'.format(len(kept)),
-                          printed)
+            self.assertIn('{} of 2 had been marked and have not changed'.format(len(kept)), printed)
         for name in kept:
             self.assertRegex(printed, name + r': \d+ of \d+ points, marked before')
         results = json.loads((folder / 'gradescope' / ZIPPED / 'results.json').read_text())

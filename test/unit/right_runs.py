@@ -2,18 +2,18 @@
 """
 import random
 from dataclasses import replace
-from pathlib import Path
 from typing import Tuple
 
 import yaml
 
 from mutants import DRIVE, PAD, TURN, edited, right_node, scene_of
+from pages import ROOT
 from student_runs import NEVER, Scene, Step, pad_scene
 from tb3_labs.geometry.se2 import Pose2, TypedPose
 from tb3_labs.report.motion.movements import LAB_GOAL
 
-PADS = [yaml.safe_load(path.read_text()) for path in sorted(
-    (Path(__file__).resolve().parents[2] / 'launch' / 'params').glob('pad_*.yaml'))]
+PADS = [yaml.safe_load(path.read_text())
+        for path in sorted((ROOT / 'launch' / 'params').glob('pad_*.yaml'))]
 #: The other goals of the sheets.
 GOALS = (-1.5, 1.5, 0.0), (-3.0, 3.0, 0.0), (1.0, 1.0, 90.0)
 FALSE, DECLARE = Step('control', False, 0.5, 2.0), Step('declare', (0.0, 0.0, 0.0), NEVER, 1.0)

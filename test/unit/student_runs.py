@@ -404,8 +404,7 @@ class _Rospy:
             self.world.advance(NEVER)
 
     def Timer(self, period, call):
-        self.world.timers.append(
-            _callback(call, self.world.now + period.to_sec(), period.to_sec()))
+        self.world.timers.append(_callback(call, self.world.now + period.to_sec(), period.to_sec()))
 
     def Subscriber(self, topic, _kind, call, **_):
         self.world.subscribers.setdefault(topic.lstrip('/'), []).append(_callback(call))
@@ -442,8 +441,7 @@ def _execute(text, rospy):
     fakes = {'rospy': rospy, 'threading': SimpleNamespace(Thread=thread)}
 
     def imported(name, globals_=None, locals_=None, wanted=(), level=0):
-        return fakes[name] if name in fakes else __import__(
-            name, globals_, locals_, wanted, level)
+        return fakes[name] if name in fakes else __import__(name, globals_, locals_, wanted, level)
 
     def answer(*_):
         while not world.typed:

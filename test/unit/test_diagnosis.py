@@ -3,7 +3,6 @@ import math
 import random
 import re
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +10,7 @@ import pytest
 
 from made_run import made
 from mutants import BY_LETTERS, PARTIAL, edited, is_same, mistaken_node, right_node, scene_of
+from pages import ROOT
 from right_runs import RIGHT, right_run
 from student_runs import played, text_of, turn_scene
 from test_marking import turned as robot_that_turned
@@ -28,7 +28,6 @@ from tb3_labs.report.cause.mistakes import WAYS, Declared, Drive, Way
 from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.run_data import LogLines, Values
 
-DOC = Path(__file__).resolve().parents[2] / 'doc'
 GOAL = Pose2(-0.61, 0.61, 0.0)
 #: The robot stood at (0.8, 0.5), 100 degrees, when the frame was declared.
 AT_RESET = Declared(Pose2(0.8, 0.5, math.radians(100.0)), math.radians(65.4))
@@ -161,7 +160,7 @@ def test_each_mistake_has_a_hint_that_leads_to_a_step_of_the_sheet():
     assert {('drive', way.mistake) for way in WAYS[1:]} | {
         ('turn', law.mistake) for law in LAWS[2:]} <= set(hints.HINTS)
     for (lab, _), hint in hints.HINTS.items():
-        text = (DOC / '{}.md'.format(hints.SHEETS[lab].lower().replace(' ', '_'))).read_text()
+        text = (ROOT / 'doc' / '{}.md'.format(hints.SHEETS[lab].lower().replace(' ', '_'))).read_text()
         part = text.split('\n## {}\n'.format(hint.heading))[1].split('\n## ')[0]
         assert not hint.step or re.search(r'^{}\. '.format(hint.step), part, re.MULTILINE), hint
 

@@ -2,13 +2,13 @@
 import csv
 import io
 import math
-import pathlib
 import re
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 import yaml
+from pages import ROOT
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import imu, move2goal, turn
@@ -25,9 +25,7 @@ from tb3_labs.marking.labs.ros_gamepad import AXES, PAD_BUTTONS_SENT
 from tb3_labs.marking.trial.ros_stage import SCRIPTS, changed
 from tb3_labs.nodes.gamepad.pad import PadConfig
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-TABLE = yaml.safe_load(
-    (REPOSITORY / 'launch' / 'checks' / 'points.yaml').read_text(encoding='utf-8'))
+TABLE = yaml.safe_load((ROOT / 'launch/checks/points.yaml').read_text(encoding='utf-8'))
 
 
 def stimulus(name, begin=0.0, end=2.0, **more):
@@ -59,8 +57,9 @@ def test_every_criterion_has_points_and_a_place_in_a_lab_sheet(lab):
     assert sum(points_of(lab, TABLE).values()) > 0
     for criterion in criteria:
         place = criterion.where
-        sheet = (REPOSITORY / 'doc' / place.sheet).read_text(encoding='utf-8')
-        text = re.search(r'^#+ {}\n(.*?)(?=^#+ |\Z)'.format(re.escape(place.heading)), sheet, re.M | re.S).group(1)
+        sheet = (ROOT / 'doc' / place.sheet).read_text(encoding='utf-8')
+        section = r'^#+ {}\n(.*?)(?=^#+ |\Z)'.format(re.escape(place.heading))
+        text = re.search(section, sheet, re.M | re.S).group(1)
         if place.step:
             step = r'^{}\. (.*?)(?=^\d+\. |\Z)'.format(place.step)
             text = re.search(step, text, re.M | re.S).group(1)
@@ -88,19 +87,18 @@ def test_points_that_are_not_valid_are_refused(table, words):
 
 
 def test_the_sheet_for_instructors_lists_every_part():
-    sheet = (REPOSITORY / 'doc' / 'instructor' / 'marking.md').read_text(encoding='utf-8')
+    sheet = (ROOT / 'doc' / 'instructor' / 'marking.md').read_text(encoding='utf-8')
     table = sheet.split('## What is tried')[1]
     listed, lab = [], ''
     for line in re.findall(r'^\| (\w*) *\| ([\w ]+) \|', table, re.M)[1:]:
         lab = line[0] or lab
         listed.append((lab, line[1]))
-    assert listed == [(name, part) for name, lab in LABS.items()
-                      for part in SCRIPTS[name]]
+    assert listed == [(name, part) for name, lab in LABS.items() for part in SCRIPTS[name]]
     assert all(lab.parts == list(SCRIPTS[name]) for name, lab in LABS.items())
 
 
 def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
-    sheet = (REPOSITORY / 'doc' / 'instructor' / 'marking.md').read_text(encoding='utf-8')
+    sheet = (ROOT / 'doc' / 'instructor' / 'marking.md').read_text(encoding='utf-8')
     words, turns = ' '.join(sheet.split()), turn.EACH_TURN.values()
     for said in (
             'the robot rests at {:g}, {:g}, {:g} and {:g} degrees'.format(*imu.STANDS.values()),
@@ -150,7 +148,7 @@ def test_a_pad_is_played_by_the_numbers_that_the_launch_file_loads():
 
 
 def test_the_sticks_and_buttons_of_every_pad_are_there():
-    for file in (REPOSITORY / 'launch' / 'params').glob('pad_*.yaml'):
+    for file in (ROOT / 'launch' / 'params').glob('pad_*.yaml'):
         pad = pad_called(file.name[4:-5])
         assert max(pad.linear_axis, pad.angular_axis) < AXES
         assert max(pad.relinquish_button, pad.regain_button, pad.reset_button) < PAD_BUTTONS_SENT

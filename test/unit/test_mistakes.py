@@ -2,11 +2,11 @@
 whose sentences the benchmark writes."""
 import re
 import runpy
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from pages import ROOT
 from test_criteria import GOOD, heading, observed, scene, turn, verdicts
 from tb3_labs.marking.labs.imu import STANDS
 from tb3_labs.marking.labs.turn import EACH_TURN
@@ -16,11 +16,10 @@ from tb3_labs.marking.labs.criteria import judge
 from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
 from tb3_labs.marking.shown_run import shown
 
-REPOSITORY = Path(__file__).resolve().parents[2]
-WRONG_NODES = runpy.run_path(str(REPOSITORY / 'test' / 'benchmark' / 'wrong_nodes.py'))
+WRONG_NODES = runpy.run_path(str(ROOT / 'test' / 'benchmark' / 'wrong_nodes.py'))
 ROWS = WRONG_NODES['read_table']()
 #: A place of the table is a part of one of these.
-PLACES = ''.join((REPOSITORY / 'doc' / name).read_text(encoding='utf-8')
+PLACES = ''.join((ROOT / 'doc' / name).read_text(encoding='utf-8')
                  for name in ('imu_lab.md', 'transformation_lab.md'))
 
 

@@ -2,12 +2,12 @@
 import ast
 import difflib
 import os
-import pathlib
 import re
 import stat
 import xml.etree.ElementTree as ET
 
 import pytest
+from pages import ROOT
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.xmlloader import XmlLoader
 from test_refusals import main_of
@@ -15,7 +15,6 @@ from test_refusals import main_of
 from tb3_labs.skeletons import FOLDER, checked_name, checked_place, skeleton, write
 from tb3_labs.marking.lab_names import NODES
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: The TODOs of the handouts, in their order: a piece of what each of them is filled with.
 ANSWERS = {
     'imu': ['import Imu', 'rospy.Subscriber(', 'Quaternion(', '.to_euler(', '[2]'],
