@@ -190,7 +190,6 @@ class PanelRobot:
     # -- messages
 
     def _release(self):
-        """Everything is let go."""
         self._send_pad(Pad())
         self._send_mouse(None)
 

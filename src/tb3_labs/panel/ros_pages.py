@@ -70,7 +70,6 @@ class Pages:
         return (lambda text: self._on_text(page, text)), (lambda: self._on_end(page))
 
     def _on_end(self, page):
-        """The page has closed."""
         self._pages.remove(page)
         self._robot.gone(page)
         if not self._pages:

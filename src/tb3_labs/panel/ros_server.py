@@ -207,7 +207,6 @@ def _names_of_this_computer(address):
 
 
 def _shown_name(address):
-    """The name in the address that is printed."""
     if address not in ('0.0.0.0', '::'):
         return '[{}]'.format(address) if ':' in address else address
     return rosgraph.network.get_local_address()

@@ -182,7 +182,6 @@ def _read(source: BinaryIO, size: int, most: int = 2 ** 32) -> bytes:
 
 
 def _fields(data: bytes) -> Dict[bytes, bytes]:
-    """Returns the fields of a header."""
     fields, at = {}, 0
     while at < len(data):
         size = LENGTH.unpack_from(data, at)[0]

@@ -121,23 +121,22 @@ def fresh_drives(run: RunData, found: Sequence[Movement]) -> Iterator[Fresh]:
     ends = np.concatenate([cuts(run), [run.duration], [
         movement.end for movement in found
         if len(run.log) and not (np.abs(said - movement.end) < SAID).any()]])
-    starts = [(time, _declared(run, time, Pose2()))
-              for time in run.starts or [float(run.odometry.time[0])]]
-    declared = [(float(time), _declared(run, float(time), run.resets.pose(k)))
-                for k, time in enumerate(run.resets.time)]
+    starts = [_declared(run, time, Pose2()) for time in run.starts or run.odometry.time[:1]]
+    declared = starts + [_declared(run, time, run.resets.pose(k))
+                         for k, time in enumerate(run.resets.time)]
+    declared.sort(key=lambda reset: reset.time)
     for movement in found:
         if not has_control(run, (movement.begin + movement.end) / 2.0):
             continue
-        _, first = _latest(starts, movement.begin)
-        since, last = _latest(sorted(starts + declared), movement.begin)
-        if _stood(run, since, movement.begin) and not any(
-                was_lost(sensor, since, movement.end) for sensor in (run.imu, run.odometry)):
+        first, last = _latest(starts, movement.begin), _latest(declared, movement.begin)
+        if _stood(run, last.time, movement.begin) and not any(
+                was_lost(sensor, last.time, movement.end) for sensor in (run.imu, run.odometry)):
             yield seen_drive(run, movement, ends), last, first
 
 
-def _latest(pairs: Sequence[Tuple[float, Declared]], time: float) -> Tuple[float, Declared]:
-    """The last of these pairs (time, Declared) until a time [s]; the first one if there is none."""
-    return ([*pairs[:1]] + [pair for pair in pairs if pair[0] <= time])[-1]
+def _latest(resets: Sequence[Declared], time: float) -> Declared:
+    """The last of these resets until a time [s]; the first one if there is none."""
+    return ([*resets[:1]] + [each for each in resets if each.time <= time])[-1]
 
 
 def said_reached(run: RunData) -> np.ndarray:
@@ -160,7 +159,7 @@ def was_lost(sensor: Samples, begin: float, end: float) -> bool:
 
 
 def _declared(run: RunData, time: float, pose: Pose2) -> Declared:
-    return Declared(_odom(run, time), wrap(float(run.imu.yaw_at(time))), pose)
+    return Declared(_odom(run, time), wrap(float(run.imu.yaw_at(time))), pose, float(time))
 
 
 def _odom(run: RunData, time: float) -> Pose2:

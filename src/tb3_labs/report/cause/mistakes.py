@@ -61,11 +61,13 @@ def mirrored(yaw: float) -> float:
 
 
 class Declared(NamedTuple):
-    """A reset: the robot in ``odom`` and the IMU's yaw at it, and the pose that was declared."""
+    """A reset: the robot in ``odom`` and the IMU's yaw at it, the pose that was declared, and its
+    time [s]."""
 
     odom: Pose2
     imu: float
     pose: Pose2 = Pose2()
+    time: float = 0.0
 
 
 class Drive(NamedTuple):
@@ -101,10 +103,6 @@ class Believed(NamedTuple):
         return math.atan2(goal.y - self.y, goal.x - self.x)
 
 
-#: (last reset, the node's start as a reset) -> the references of place, rotation and heading.
-References = Callable[[Declared, Declared], Tuple[Declared, Declared, Declared]]
-
-
 def by_local(odom: Pose2, imu: float, local: Pose2) -> Believed:
     """A right node drives by its pose in ``local``."""
     return Believed(local.x, local.y, local.yaw, local.yaw)
@@ -121,16 +119,17 @@ def in_global(*lines: bool) -> Callable[[Pose2, float, Pose2], Believed]:
 class Way:
     """One way in which a node computes its pose in ``local``.
 
-    `theta`: the angle of R(theta)^-1, by the reference for it. `references`: see References.
-    `declared`: the pose in ``local``, of (the declared one, the pose since). `believed`: of (the
-    odometry's pose, the IMU's yaw, the pose in ``local``). `reading`: the yaw that the node reads,
+    `theta`: the angle of R(theta)^-1, by the reference for it. `keeps`: does it keep the reference
+    of the place, of the rotation, of the heading, from its start, whatever is reset? `declared`:
+    the pose in ``local``, of (the declared one, the pose since). `believed`: of (the odometry's
+    pose, the IMU's yaw, the pose in ``local``). `reading`: the yaw that the node reads,
     by the true one. `bearing`: the direction of the goal. `arrives`: does it stop near the goal?
     `leaps`: does the heading leap, so that it is chance when a turn that goes left and right ends?
     """
 
     mistake: str = ''
     theta: Callable[[Declared], float] = lambda reference: reference.odom.yaw
-    references: References = lambda last, start: (last, last, last)
+    keeps: Tuple[bool, bool, bool] = (False, False, False)
     declared: Callable[[Pose2, Pose2], Pose2] = after
     believed: Callable[[Pose2, float, Pose2], Believed] = by_local
     reading: Callable[[float], float] = unwrapped
@@ -143,7 +142,7 @@ class Way:
     def pose(self, odom: Pose2, imu: float, last: Declared, start: Declared) -> Pose2:
         """The node's pose in ``local``, by the pose in ``odom`` and the IMU's yaw. `last`: the last
         reset; `start`: the references at the node's start, as a reset."""
-        place, rotation, heading = self.references(last, start)
+        place, rotation, heading = (start if kept else last for kept in self.keeps)
         moved = Pose2(yaw=-self.theta(rotation)) @ Pose2(
             odom.x - place.odom.x, odom.y - place.odom.y)
         yaw = self.wraps_heading(self.reading(imu) - self.reading(heading.imu))
@@ -202,12 +201,12 @@ WAYS = (
     Way('inverse_missing', lambda reference: -reference.odom.yaw),
     Way('not_rotated', lambda reference: 0.0),
     Way('imu_rotates', lambda reference: reference.imu),
-    Way('reference_kept', references=lambda last, start: (start, start, start)),
-    Way('yaw_kept', references=lambda last, start: (last, start, start)),
-    Way('yaw_kept', references=lambda last, start: (last, start, last)),
-    Way('yaw_kept', references=lambda last, start: (last, last, start)),
-    Way('place_kept', references=lambda last, start: (start, last, last)),
-    Way('place_kept', references=lambda last, start: (start, start, last)),
+    Way('reference_kept', keeps=(True, True, True)),
+    Way('yaw_kept', keeps=(False, True, True)),
+    Way('yaw_kept', keeps=(False, True, False)),
+    Way('yaw_kept', keeps=(False, False, True)),
+    Way('place_kept', keeps=(True, False, False)),
+    Way('place_kept', keeps=(True, True, False)),
     Way('declared_lost', declared=lost),
     Way('declared_lost', declared=lambda declared, since: Pose2(    # adds the displacement as it is
         declared.x + since.x, declared.y + since.y, declared.yaw + since.yaw)),
