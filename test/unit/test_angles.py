@@ -7,7 +7,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from known_motion import angle_between
-from tb3_labs.geometry.angle_arrays import continuous_at, difference_degrees, wrap_all
+from tb3_labs.geometry.angle_arrays import difference_degrees, wrap_all
 from tb3_labs.geometry.angles import WHOLE_TURN, clamp, continuous, difference, wrap
 
 PI = math.pi
@@ -72,13 +72,6 @@ def test_an_array_keeps_its_shape_and_what_is_no_angle_does_not_hide_the_others(
     assert np.array_equal(wrap_all(angles), angles)
     assert np.array_equal(wrap_all([-PI, 3 * PI]), [PI, PI])
     assert np.array_equal(np.isnan(wrap_all([math.nan, 1.0, math.inf])), [True, False, True])
-
-
-def test_samples_are_interpolated_across_half_a_turn():
-    times, angles = np.array([0.0, 1.0, 2.0]), np.array([3.0, -3.0, -2.0])
-    assert continuous_at([0.5, 1.0, 2.0], times, angles) == pytest.approx(
-        [PI, WHOLE_TURN - 3.0, WHOLE_TURN - 2.0])
-    assert continuous_at([-5.0, 9.0], times, angles) == pytest.approx([3.0, WHOLE_TURN - 2.0])
 
 
 @pytest.mark.parametrize('value, expected', [

@@ -7,6 +7,7 @@ import pytest
 from made_run import TIME, ZERO, made
 
 from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.angles import WHOLE_TURN
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import ImuSamples, Poses, yaw_offset
 
@@ -32,6 +33,14 @@ def test_odometry_in_a_gap_of_the_imu_is_left_out(kept, lost):
     run = made(imu=imu)
     offset = yaw_offset(replace(run, odometry=replace(run.odometry, yaw=np.where(lost, 2.0, 0.0))))
     assert (offset.mean, offset.spread) == pytest.approx((0.5, 0.0), abs=1e-9)
+
+
+def test_a_yaw_is_interpolated_across_half_a_turn():
+    times, yaws = np.array([0.0, 1.0, 2.0]), np.array([3.0, -3.0, -2.0])
+    for samples in (ImuSamples(times, times, yaws, ZERO), Poses(times, times, times, times, yaws)):
+        assert samples.yaw_at([0.5, 1.0, 2.0]) == pytest.approx(
+            [math.pi, WHOLE_TURN - 3.0, WHOLE_TURN - 2.0])
+        assert samples.yaw_at([-5.0, 9.0]) == pytest.approx([3.0, WHOLE_TURN - 2.0])
 
 
 def test_an_imu_of_another_time_has_no_offset():

@@ -61,15 +61,14 @@ class Samples:
         return cls(*(np.empty(0) for _ in fields(cls)))
 
 
-@dataclass(frozen=True)
-class ImuSamples(Samples):
-    """IMU: heading and rate of turn."""
+class Yaws(Samples):
+    """Samples that have a yaw."""
 
     yaw: np.ndarray
-    yaw_rate: np.ndarray
 
     def yaw_at(self, time: Any) -> np.ndarray:
-        """The continuous yaw [rad] at each time [s], linear between two samples."""
+        """The continuous yaw [rad] at each time [s], linear between two samples; outside of the
+        samples the first or last one."""
         return np.interp(time, self.time, self._continuous_yaw)
 
     @functools.cached_property
@@ -78,7 +77,15 @@ class ImuSamples(Samples):
 
 
 @dataclass(frozen=True)
-class Poses(Samples):
+class ImuSamples(Yaws):
+    """IMU: heading and rate of turn."""
+
+    yaw: np.ndarray
+    yaw_rate: np.ndarray
+
+
+@dataclass(frozen=True)
+class Poses(Yaws):
     """Poses in the plane, each topic in a frame of its own."""
 
     x: np.ndarray

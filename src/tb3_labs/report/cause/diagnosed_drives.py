@@ -13,7 +13,6 @@ from typing import Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import continuous_at
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.cause.mistakes import NEAR_GOAL, NEAR_PLACE, Declared, Drive, Way
@@ -165,8 +164,7 @@ def _declared(run: RunData, time: float, pose: Pose2) -> Declared:
 def _odom(run: RunData, time: float) -> Pose2:
     """The pose in ``odom``, with a continuous yaw."""
     place = run.odometry.at(time)
-    return Pose2(place.x, place.y,
-                 float(continuous_at(time, run.odometry.time, run.odometry.yaw)))
+    return Pose2(place.x, place.y, float(run.odometry.yaw_at(time)))
 
 
 def seen_drive(run: RunData, movement: Movement, ends: np.ndarray) -> Seen:

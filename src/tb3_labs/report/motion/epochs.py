@@ -17,7 +17,7 @@ from typing import List, Optional, Sequence, Set
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import continuous_at, wrap_all
+from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import Poses, RunData, once
 
@@ -102,7 +102,7 @@ def robot_in_odom(run: RunData, times: np.ndarray) -> Poses:
     """The robot's poses in ``odom`` at each of the times [s], interpolated."""
     odometry = run.odometry
     x, y = (np.interp(times, odometry.time, column) for column in (odometry.x, odometry.y))
-    return Poses(times, times, x, y, wrap_all(continuous_at(times, odometry.time, odometry.yaw)))
+    return Poses(times, times, x, y, wrap_all(odometry.yaw_at(times)))
 
 
 def _changes(frames: Poses) -> np.ndarray:

@@ -15,7 +15,6 @@ from typing import List, Optional, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.geometry.angle_arrays import continuous_at
 from tb3_labs.report.motion.drives import spans
 from tb3_labs.report.motion.movements import NO_SPEED, TERMINAL, Kind, Movement, movements, programs
 from tb3_labs.report.run_data import ImuSamples, RunData, once
@@ -157,5 +156,5 @@ def _true(run: RunData, begin: float, end: float) -> float:
     truth = run.ground_truth
     if not len(truth) or truth.time[0] > begin or truth.time[-1] < end:
         return math.nan
-    before, after = continuous_at((begin, end), truth.time, truth.yaw)
+    before, after = truth.yaw_at((begin, end))
     return float(after - before)
