@@ -14,7 +14,7 @@ _tb3_labs_terminal() {
   export ROS_HOME=${ROS_HOME:-$home}
   export ROS_LOG_DIR=${ROS_LOG_DIR:-$ROS_HOME/log}
   # No __pycache__ in the repository. (PYTHONPYCACHEPREFIX would also hide the byte code of the system's modules.)
-  unset PYTHONPYCACHEPREFIX
+  unset PYTHONPYCACHEPREFIX PYTHONOPTIMIZE    # --help prints docstrings
   export PYTHONDONTWRITEBYTECODE=1 HYPOTHESIS_STORAGE_DIRECTORY=$ROS_HOME/hypothesis
   export PYTHONNOUSERSITE=1    # what pip once put into ~/.local may be too new or too old for ROS
 

@@ -12,11 +12,13 @@ class BadStartTest(NodeCase):
 
     def test_a_bad_parameter_is_one_fatal_line_and_nothing_moves(self):
         """Each node; test/unit/test_config.py has every kind of value."""
-        cases = [(node, '_' + parameter, words) for node, parameter, *words in (
-            ('move2goal_tf.py', 'model:=vacuum', 'vacuum', 'burger, waffle, waffle_pi'),
-            ('turtlebot_controller.py', 'max_ang_z:=9.0', 'max_ang_z', 'from 0.1 to 5'),
-            ('gamepad.py', 'dead_zone:=-0.1', 'dead_zone', 'from 0 to 0.9'),
-            ('fake_turtlebot3.py', 'imu_rate:=0', 'imu_rate', 'from 1 to 1000'))]
+        cases = [(node, parameter, words) for node, parameter, *words in (
+            ('move2goal_tf.py', '_model:=vacuum', 'vacuum', 'burger, waffle, waffle_pi'),
+            ('move2goal_tf.py', '_model:=[1]', '[1]', 'burger, waffle, waffle_pi'),
+            ('turtlebot_controller.py', '_max_ang_z:=9.0', 'max_ang_z', 'from 0.1 to 5'),
+            ('gamepad.py', 'dead_zone:=0.2', 'the parameter is _dead_zone:=0.2'),
+            ('move2goal_tf.py', '_goal_x=1', '_goal_x=1 is not an argument', '_NAME:=VALUE'),
+            ('fake_turtlebot3.py', '_imu_rate:=0', 'imu_rate', 'from 1 to 1000'))]
         self.seen.forget('cmd_vel')
         nodes = [self.start(executable, '__name:=bad%d' % number, parameter)
                  for number, (executable, parameter, _) in enumerate(cases)]

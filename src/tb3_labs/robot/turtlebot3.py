@@ -88,7 +88,7 @@ def robot_model(name: str, said_by: str = 'model') -> RobotModel:
     or variable that has the name."""
     try:
         return MODELS[name]
-    except KeyError:
+    except (KeyError, TypeError):     # a parameter may be a list
         raise ValueError('{} = {!r} is not valid: one of {}'.format(
             said_by, name, ', '.join(MODELS))) from None
 

@@ -48,7 +48,8 @@ def run(name, make_node, interface=None):
     With --help the `interface` is printed: the docstring of the script, by default that of the
     file of the class `make_node`.
     """
-    if set(rospy.myargv()[1:]) & {'-h', '--help'}:
+    words = rospy.myargv()[1:]
+    if set(words) & {'-h', '--help'}:
         print((interface or make_node.__init__.__globals__['__doc__']).strip())
         sys.exit(0)
     take_signals()
@@ -61,6 +62,9 @@ def run(name, make_node, interface=None):
         answer_side_by_side()
         hear_all_publishers()
         note_connections()
+        if words:
+            raise ValueError('{} is not an argument; a parameter is given by _NAME:=VALUE (--help '
+                             'tells more)'.format(words[0]))
         node = make_node()    # noqa: F841 (it lives as long as this name)
         rospy.on_shutdown(_last_words)
         while not _end_has_begun.is_set():
