@@ -20,18 +20,17 @@ class Thumb:
     """A pad that repeats itself 20 times a second, with stamps."""
 
     def __init__(self, topic='joy'):
-        self.plugged, self.closed = True, False
+        self.closed = False
         self._axes, self._buttons = [0.0] * 6, [0] * 8
-        self._sent = deque(maxlen=20000)     # (time [s, monotonic], plugged)
+        self._sent = deque(maxlen=20000)     # times [s, monotonic]
         self._publisher = rospy.Publisher(topic, Joy, queue_size=20, tcp_nodelay=True)
         threading.Thread(target=self._repeat, daemon=True).start()
 
     def _repeat(self):
         while not (self.closed or rospy.is_shutdown()):
-            self._sent.append((time.monotonic(), self.plugged))
-            if self.plugged:
-                with contextlib.suppress(rospy.ROSException):    # the topic is closed
-                    self._send()
+            self._sent.append(time.monotonic())
+            with contextlib.suppress(rospy.ROSException):    # the topic is closed
+                self._send()
             rospy.rostime.wallsleep(PERIOD)
         self._publisher.unregister()
 
@@ -55,11 +54,9 @@ class Thumb:
         return pressed
 
     def longest_silence(self, since):
-        """Longest time between two messages of a pad that was plugged in, after `since` [s,
-        monotonic]."""
-        sent = [entry for entry in list(self._sent) if entry[0] >= since]
-        return max([then - now for (now, plugged), (then, _) in zip(sent, sent[1:]) if plugged],
-                   default=0.0)
+        """Longest time between two messages, after `since` [s, monotonic]."""
+        sent = [at for at in list(self._sent) if at >= since]
+        return max([then - now for now, then in zip(sent, sent[1:])], default=0.0)
 
 
 class WithThumb:

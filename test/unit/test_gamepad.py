@@ -270,7 +270,9 @@ def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
     pad.run(0.1, plugged=True, sticks=PUSHED)
     assert pad.run(0.31, plugged=False)[-1] is None and pad.holder is NOBODY
     assert pad.run(5.0) == []
-    assert warned(pad.controller, 'autorepeat_rate') is not repeats
+    said, = [news.text for news in pad.controller.take('news') if news.warning]
+    assert said.startswith('No joy for 0.3 s: robot stopped; ')
+    assert ('autorepeat_rate' in said) is not repeats
     # back: only after a rest
     assert set(pad.run(0.5, plugged=True, sticks=(0.9, 0.0))) == {None}
     assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
