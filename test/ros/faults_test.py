@@ -6,7 +6,6 @@ cover every state of a drive, frozen sensors, stuck robots and the robot's own r
 import itertools
 import math
 import re
-import signal
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -210,16 +209,6 @@ class FaultsTest(DriveCase):
         self.zero_since(good, SILENCE)
 
     # -- the nodes
-
-    def test_signals_in_mid_drive(self):
-        for number, begin in ((signal.SIGINT, self.drive), (signal.SIGTERM, self.turn)):
-            node = begin()
-            self.seen.forget('cmd_vel')
-            asked = rospy.get_time()
-            self.assertEqual(node.end(number), 0)
-            self.stop_since(asked, 0.2, '%s in mid-%s' % (
-                signal.Signals(number).name, begin.__name__))
-            self.assertNotIn('Traceback', node.text)
 
     def test_a_node_that_raises(self):
         for executable, where, *arguments in (

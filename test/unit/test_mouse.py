@@ -11,10 +11,18 @@ def hear(mouse, active, x, y, now, name='', stamp=0.0):
     return mouse.heard(Event(MouseState(active, x, y), now, name, sent_at=stamp))
 
 
-def inactive_mouse(*names):
+def inactive_mouse(name=''):
     mouse = Mouse()
-    for name in names or ['']:
-        hear(mouse, False, 0.0, 0.0, 0.0, name)
+    hear(mouse, False, 0.0, 0.0, 0.0, name)
+    return mouse
+
+
+@pytest.fixture
+def lost():
+    """A mouse that was lost while it drove."""
+    mouse = inactive_mouse()
+    hear(mouse, True, 0.9, 0.0, 0.0)
+    mouse.lose(0.3)
     return mouse
 
 
@@ -34,38 +42,29 @@ def test_mouse(x, y, linear, angular):
 
 
 @pytest.mark.parametrize('active, x', [(True, 0.0), (False, 0.9)])
-def test_a_lost_mouse_comes_back_by_the_middle_or_a_deactivation(active, x):
-    mouse = inactive_mouse()
-    hear(mouse, True, 0.9, 0.0, 0.0)
-    mouse.lose(0.3)
-    assert not mouse.active
+def test_a_lost_mouse_comes_back_by_the_middle_or_a_deactivation(active, x, lost):
+    assert not lost.active
     for now in (1.0, 1.1, 1.2, 1.3):
-        hear(mouse, True, 0.9, 0.0, now)
-    assert not mouse.active
-    hear(mouse, active, x, 0.0, 1.4)
-    hear(mouse, True, 0.9, 0.0, 1.5)
-    assert mouse.active and mouse.twist != Twist2()
+        hear(lost, True, 0.9, 0.0, now)
+    assert not lost.active
+    hear(lost, active, x, 0.0, 1.4)
+    hear(lost, True, 0.9, 0.0, 1.5)
+    assert lost.active and lost.twist != Twist2()
 
 
 @pytest.mark.parametrize('active, x', [(True, 0.0), (False, 0.9)])
-def test_messages_of_a_silence_do_not_bring_a_lost_mouse_back(active, x):
+def test_messages_of_a_silence_do_not_bring_a_lost_mouse_back(active, x, lost):
     """They come together when the silence ends, and may be as old as that."""
-    mouse = inactive_mouse()
-    hear(mouse, True, 0.9, 0.0, 0.0)
-    mouse.lose(0.3)
     for k in range(20):
-        hear(mouse, active, x, 0.0, 5.0 + 0.001 * k)
-    hear(mouse, True, 0.9, 0.0, 5.1)
-    assert not mouse.active
+        hear(lost, active, x, 0.0, 5.0 + 0.001 * k)
+    hear(lost, True, 0.9, 0.0, 5.1)
+    assert not lost.active
 
 
-def test_a_mouse_that_is_deactivated_as_a_silence_ends_drives_when_it_is_activated_later():
-    mouse = inactive_mouse()
-    hear(mouse, True, 0.9, 0.0, 0.0)
-    mouse.lose(0.3)
-    hear(mouse, False, 0.9, 0.0, 0.4)
-    hear(mouse, True, 0.9, 0.0, 5.0)
-    assert mouse.active
+def test_a_mouse_that_is_deactivated_as_a_silence_ends_drives_when_it_is_activated_later(lost):
+    hear(lost, False, 0.9, 0.0, 0.4)
+    hear(lost, True, 0.9, 0.0, 5.0)
+    assert lost.active
 
 
 def test_what_the_network_delayed_is_no_activation_but_a_stop():

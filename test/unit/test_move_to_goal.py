@@ -105,18 +105,6 @@ def test_commands_come_at_the_laws_own_rate_also_after_the_sensors_were_silent()
     assert len(robot.run(0.7)) == pytest.approx(21, abs=1)
 
 
-def test_a_robot_that_calibrates_its_gyro_after_its_first_message_is_not_moved():
-    """As a TurtleBot3 that was just connected; the control was given before."""
-    robot = Robot()
-    robot.core.set_goal(Pose2(-0.61, 0.61, 0.0))
-    commands = robot.run(0.01)
-    robot.imu = robot.odom = False
-    assert set(commands + robot.run(2.6)) == {None}
-    robot.imu = robot.odom = True
-    robot.imu_yaw += 0.033
-    assert None not in robot.run(0.2)[2:] and robot.status.words == 'ROTATE_TO_GOAL'
-
-
 def test_a_reset_starts_the_drive_anew_in_the_new_frame():
     robot = driving()
     reset = robot.reset(Pose2(5.0, -1.0, math.pi / 2.0))
@@ -251,6 +239,7 @@ def test_the_words_of_a_drive_from_waiting_to_its_end():
     robot.run(0.5)
     assert robot.status.words == 'stopped: no imu' and is_stopped(robot.status.words)
     assert robot.status.sensor_problem == 'no imu'
+    assert robot.reset().problem.startswith('no imu for 0.5 s')
     robot.run(RESUME_TIME)
     assert robot.status.words == 'gave up: no imu for 2.0 s'
     robot.imu = True
@@ -306,14 +295,6 @@ def test_a_client_hears_of_the_beginning_and_of_one_end():
 
 
 # -- the effect of a wrong sign, a missing line or another constant
-
-
-@pytest.mark.parametrize('lost', ['imu', 'odom'])
-def test_a_reset_is_refused_while_a_sensor_is_silent(lost):
-    robot = driving()
-    setattr(robot, lost, False)
-    robot.run(0.5)
-    assert robot.reset().problem.startswith('no {} for 0.5 s'.format(lost))
 
 
 @pytest.mark.parametrize('moved, told', [
