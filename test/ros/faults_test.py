@@ -119,10 +119,6 @@ class FaultsTest(DriveCase):
             rospy.get_time() - self.seen.all(topic)[-1][0] > 0.1 for topic in topics), 5.0)
         return min(self.seen.all(topic)[-1][0] for topic in topics)
 
-    def diagnostic(self, name):
-        status = self.seen.wait_for('/diagnostics', lambda status: status.name.startswith(name))
-        return {value.key: value.value for value in status.values}
-
     # -- sensors
 
     def test_silent_sensors_in_a_drive(self):
@@ -195,7 +191,9 @@ class FaultsTest(DriveCase):
         flood_until('goal_state', 'GOAL_REACHED', 20.0)
         self.rest()
         self.assertLess(self.place().distance_to(Pose2(0.6)), 0.01)
-        values = self.diagnostic('move_to_goal')
+        status = self.seen.wait_for('/diagnostics',
+                                    lambda status: status.name.startswith('move_to_goal'))
+        values = {value.key: value.value for value in status.values}
         for topic in ('imu', 'odom'):
             self.assertGreater(int(values[topic + ' dropped']), 10)
             warnings = node.text.count('invalid message on {} dropped'.format(topic))

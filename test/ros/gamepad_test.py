@@ -68,13 +68,11 @@ class GamepadTest(WithThumb, DriveCase):
         """The number of times the gamepad node printed `words` in this test."""
         return self.pad.text_since(self.printed).count(words)
 
-    def wait_until_said(self, words, times=1, seconds=5.0):
-        self.seen.wait_until(lambda: self.said(words) >= times, seconds, words)
-
     def press_y(self):
-        resets = self.said('Pose reset successfully.')
+        words = 'Pose reset successfully.'
+        resets = self.said(words)
         self.thumb.press(Y)
-        self.wait_until_said('Pose reset successfully.', resets + 1)
+        self.seen.wait_until(lambda: self.said(words) > resets, 5.0, words)
 
     def assert_at_goal(self, start):
         """The robot truly is at GOAL in a frame that stood at `start`."""

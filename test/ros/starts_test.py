@@ -104,15 +104,17 @@ class StartsTest(unittest.TestCase):
         other.seen.wait_for(other.local, lambda pose: pose.distance_to(Pose2(-1.0)) < 0.01)
         for stage in stages:
             stage.nodes['gamepad'].wait_for('The gamepad drives')
-            stage.thumb.press(B)    # each pad may have been there before the node that it gives control
+            stage.thumb.press(B)    # the pad may have been there before its node
         other.thumb.press(A)
         self.assertEqual(other.outcome('drives'), 'drives')
         other.seen.wait_for(other.local, lambda pose: pose.distance_to(Pose2(-1.0)) > 0.1)
         self.assertEqual(one.outcome('stands'), 'stands')
         self.assertLess(one.seen.latest(one.local).distance_to(Pose2()), 0.01)
         names = [stage.name[1:] + '/' for stage in stages]
-        for topic, frames in (('/tf', {(name + 'odom', name + child) for name in names for child in (
-                'local', 'base_footprint')}), ('/tf_static', {('world', name + 'odom') for name in names})):
+        for topic, frames in (
+                ('/tf_static', {('world', name + 'odom') for name in names}),
+                ('/tf', {(name + 'odom', name + child) for name in names
+                         for child in ('local', 'base_footprint')})):
             self.assertEqual(set().union(*(pairs for _, pairs in one.seen.all(topic))), frames)
         one.thumb.press(A)
         self.assertEqual([stage.outcome('drives') for stage in stages], 2 * ['drives'])
