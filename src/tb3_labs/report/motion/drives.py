@@ -19,13 +19,12 @@ from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.epochs import Epoch, epoch_of, epochs
+from tb3_labs.report.motion.movements import STRAIGHT_AFTER
 from tb3_labs.report.run_data import GAP, Poses, RunData, once
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: The errors of a drive are measured at rest, at most this long after its end [s].
 SETTLE_TIME = 1.0
-#: The heading counts from this long after the start of MOVE_FORWARD: the turn is over then [s].
-STRAIGHT_AFTER = 0.3
 #: A goal belongs to a state if their messages arrived within this time [s].
 SAME_MOMENT = 0.5
 #: Fastest turn in the least possible time of a drive [rad/s]: the package's own limit.

@@ -61,9 +61,9 @@ MOST_MOVEMENTS = 1000
 #: A command that is slower than this is zero [m/s], [rad/s].
 NO_SPEED = 1e-3
 #: On a straight line the heading stays within KEPT of its first value [rad]. The heading counts
-#: from TURN_IS_OVER after the line's start [s]: the turn before the line is over then.
+#: from STRAIGHT_AFTER after the line's start [s]: the turn before the line is over then.
 KEPT = math.radians(20.0)
-TURN_IS_OVER = 0.3
+STRAIGHT_AFTER = 0.3
 #: A drive moves the robot at least this far [m].
 SHORTEST_DRIVE = 0.1
 #: The fastest turn that the mouse commands, by the course's mouse lab [rad/s].
@@ -187,7 +187,7 @@ def has_control(run: RunData, time: float) -> bool:
 
 def _is_line(run: RunData, begin: float, end: float) -> bool:
     """Did the robot move, and keep its heading, from `begin` to `end` [s]?"""
-    yaw = np.unwrap(run.imu.between(begin + TURN_IS_OVER, end).yaw)
+    yaw = np.unwrap(run.imu.between(begin + STRAIGHT_AFTER, end).yaw)
     return (not len(yaw) or bool(np.abs(yaw - yaw[0]).max() <= KEPT)) and (
         run.odometry.at(begin).distance_to(run.odometry.at(end)) >= SHORTEST_DRIVE)
 
