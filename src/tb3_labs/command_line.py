@@ -56,8 +56,8 @@ def whole_number(most: int) -> Callable[[str], int]:
     """Returns the `type` of an argument that takes 1, 2, ... `most`: argparse would list all."""
     def read(word: str) -> int:
         if not (word.isdecimal() and 1 <= int(word) <= most):
-            raise argparse.ArgumentTypeError('{} is not valid: a whole number from 1 to {}'.format(
-                word, most))
+            raise argparse.ArgumentTypeError(
+                '{!r} is not valid: a whole number from 1 to {}'.format(word, most))
         return int(word)
     return read
 

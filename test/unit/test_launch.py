@@ -1,5 +1,6 @@
 """The launch files can be loaded, have few arguments, and refuse arguments that they do not have."""
 import re
+import shlex
 import subprocess
 import xml.etree.ElementTree as ET
 
@@ -146,8 +147,9 @@ def test_a_namespace_reaches_the_frames_and_the_recording(namespace, words, monk
     node, = [node for node in loaded('view', *words).nodes if node.name == 'rviz']
     assert node.args.replace("''", '').endswith(' -f {}odom'.format(namespace and namespace + '/'))
     prefix = '/{}/'.format(namespace).replace('//', '/')
-    recorded = loaded('record', 'bag:=lab').nodes[0].args.split("'")
-    assert recorded[1] == 'lab'
+    monkeypatch.setenv('PWD', "/home/ann/Ann's lab")
+    recorded = shlex.split(loaded('record').nodes[0].args)
+    assert recorded[:2] == ['-o', "/home/ann/Ann's lab/run"]
     for name in RECORDED:
         topic = name if name.startswith('/') else prefix + name
         matched = subprocess.run(['grep', '-qxE', recorded[3]], input=topic.encode())

@@ -245,9 +245,11 @@ def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
     (tmp_path / 'logs' / 'Ann.marks.json').write_text('{"key"')
     assert folder_of(tmp_path).kept('Ann', 'digest') is None
     assert folder_of(tmp_path).write_overview() == (None, [])
-    (tmp_path / 'marks.csv').write_text('my own table\n')
-    with pytest.raises(ValueError, match='may hold what a person wrote: it does not begin with'):
-        folder_of(tmp_path)
+    for text, why in (('my own table\n', 'it does not begin with'),
+                      ('student;points;of;M\xfcller', 'a spreadsheet must save it as "CSV UTF-8"')):
+        (tmp_path / 'marks.csv').write_text(text, encoding='latin-1')
+        with pytest.raises(ValueError, match='may hold what a person wrote: ' + why):
+            folder_of(tmp_path)
 
 
 # -- a class with odd submissions

@@ -109,7 +109,8 @@ class MarksFolder:
             return Table(path.read_text(encoding='utf-8') if path.exists() else '')
         except ValueError as problem:
             raise ValueError('{} cannot be read, and may hold what a person wrote: {}'.format(
-                path, problem)) from None
+                path, 'a spreadsheet must save it as "CSV UTF-8"' if isinstance(
+                    problem, UnicodeDecodeError) else problem)) from None
 
     def _renew_page(self, marks):
         """Write the page again if points were changed. Returns True if they were."""
