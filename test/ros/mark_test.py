@@ -9,7 +9,6 @@ marks many wrong nodes of each lab.
 """
 import csv
 import html
-import json
 import os
 import pty
 import re
@@ -153,16 +152,10 @@ class MarkTest(unittest.TestCase):
     @classmethod
     def run_mark(cls, key):
         """Mark these submissions; (folder of the marks, output, exit status)."""
+        lab, parts, *own = key
         base = Path(cls.folder.name) / ' '.join(key)
         for case in CASES[key]:
             hand_in(base / 'submissions', case)
-        return cls.mark(key)
-
-    @classmethod
-    def mark(cls, key):
-        """Run mark.py on what was handed in; as run_mark()."""
-        lab, parts, *own = key
-        base = Path(cls.folder.name) / ' '.join(key)
         done = subprocess.run(
             [path_of('mark.py'), str(base / 'submissions'), '--lab', lab, '-o',
              str(base / 'marks'), '--parts', parts, '--jobs', '2' if key == TWO_JOBS else '1',
@@ -251,22 +244,6 @@ class MarkTest(unittest.TestCase):
                     line for line in self.left(folder) if ' ' in line], 10.0), self.left(folder))
             else:
                 self.assertEqual(self.left(folder), [])
-
-    def test_what_was_marked_is_not_tried_again(self):
-        key = TWO_JOBS
-        before = self.rows(key)
-        # one that the machine held up is tried again, rightly
-        kept = {name for name, row in before.items() if 'held the robot up' not in row['remarks']}
-        folder, printed, status = self.mark(key)
-        now = self.rows(key)
-        self.assertEqual(status, 0, printed)
-        self.assertEqual({name: now[name] for name in kept}, {name: before[name] for name in kept})
-        if kept:    # else nothing is said
-            self.assertIn('{} of 2 had been marked and have not changed'.format(len(kept)), printed)
-        for name in kept:
-            self.assertRegex(printed, name + r': \d+ of \d+ points, marked before')
-        results = json.loads((folder / 'gradescope' / ZIPPED / 'results.json').read_text())
-        self.assertEqual(results['score'], float(before[ZIPPED]['points']))
 
     def test_progress_is_told(self):
         printed = self.runs[GAMEPAD][1]

@@ -329,6 +329,21 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
     assert list(marks_below(tmp_path / 'marks')) == ['ann', 'bob']
 
 
+def test_what_was_marked_and_has_not_changed_is_not_tried_again(tmp_path, capsys):
+    marking, found = marked(tmp_path, {'ann': None}, [])
+    assert marking.mark_all(found, 1) is False
+    before = marks_below(tmp_path / 'marks')
+    marker = Marker(folder_of(tmp_path / 'marks'))      # as the next run of mark.py has it
+    marker.mark = None
+    assert MarkedClass(marker, False, print).mark_all(found, 1) is False
+    assert marks_below(tmp_path / 'marks') == before
+    assert capsys.readouterr().out.endswith(
+        '[1/1] ann: {0[points]} of {0[of]} points, marked before\n1 of 1 had been marked and have not '
+        'changed (--only NAME tries one again)\n'.format(before['ann']))
+    results = json.loads((tmp_path / 'marks' / 'gradescope' / 'ann' / 'results.json').read_text())
+    assert results['score'] == float(before['ann']['points'])
+
+
 # -- a machine that is too busy
 
 @pytest.mark.parametrize('gaps, told, remark', [
