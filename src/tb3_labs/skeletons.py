@@ -8,6 +8,8 @@ package or a launch file.
 import keyword
 import re
 import shutil
+import sys
+from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Dict, Sequence
 
@@ -32,7 +34,10 @@ def checked_name(name: str, taken: Sequence[str]) -> str:
     if not PACKAGE_NAME.fullmatch(name):
         raise ValueError('{!r} is not a name for a package: it takes lower-case letters, digits '
                          'and underscores, a letter first, such as lab2'.format(name))
-    if name in taken or keyword.iskeyword(name):
+    # the places of Python and of what is installed, not those of workspaces
+    places = [path for path in sys.path if path.startswith((sys.prefix, sys.base_prefix))]
+    if (name in (*taken, *sys.builtin_module_names) or keyword.iskeyword(name)
+            or PathFinder.find_spec(name, places)):
         raise ValueError('the package cannot be called {}: Python would import something else by '
                          'that name'.format(name))
     return name

@@ -165,7 +165,8 @@ def test_what_an_editor_leaves_is_no_template_and_nothing_is_no_skeleton(tmp_pat
         skeleton(tmp_path / 'src', 'lab2')
 
 
-@pytest.mark.parametrize('name', ['', 'Lab2', '2lab', 'lab-2', '../lab2', 'läb', 'class', 'tb3_labs'])
+@pytest.mark.parametrize('name', ['', 'Lab2', '2lab', 'lab-2', '../lab2', 'läb', 'class', 'tb3_labs',
+                                  'random', 'time', 'numpy'])
 def test_names_that_catkin_or_python_refuse(name):
     with pytest.raises(ValueError, match='name|called'):
         checked_name(name, ['tb3_labs'])
