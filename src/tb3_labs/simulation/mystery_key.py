@@ -1,5 +1,6 @@
 """The answers of mystery robots, for the instructor. The students' archive does not have this file.
 """
+from itertools import chain
 from typing import List, Sequence
 
 from tb3_labs.simulation.mystery_answer import MEANINGS, shown
@@ -12,7 +13,7 @@ def key(words: Sequence[str]) -> List[str]:
     lines = ['number  fault            value']
     if not words:
         raise ValueError('which key? A number such as 7, or a range such as 1-12')
-    for number in [number for word in words for number in _range(word)]:
+    for number in chain.from_iterable(map(_range, words)):
         fault, value, _ = draw(number)
         lines.append('{:6}  {:15}  {} (within {:g})'.format(
             number, fault.name, shown(fault, value), MEANINGS[fault.name].tolerance))
