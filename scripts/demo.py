@@ -37,7 +37,6 @@ from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, run
 from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import connection_of
-from tb3_labs.ros.topics import subscribe
 from tb3_labs.srv import ResetPose
 
 #: Longest wait for a node that starts, and for the end of a drive; for the recorder, which may have
@@ -73,9 +72,9 @@ class Demo:
         self._taken = False
         # not latched: move_to_goal would take a latched message for one of an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
-        subscribe('ctrl_relinq', Bool, self._on_control, queue_size=None)
-        subscribe('goal_state', String, lambda message: self._states.append(
-            (rospy.get_time(), message.data)), queue_size=None)
+        hear('ctrl_relinq', Bool, self._on_control)
+        hear('goal_state', String, lambda message: self._states.append(
+            (rospy.get_time(), message.data)))
         self._keep('has_control', Bool, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
             self._keep(topic, PoseStamped, lambda message: to_pose2(message.pose))
@@ -84,7 +83,7 @@ class Demo:
     def _keep(self, topic, kind, read):
         def keep(message):
             self._heard[topic] = rospy.get_time(), read(message)
-        subscribe(topic, kind, keep, queue_size=None)
+        hear(topic, kind, keep)
 
     def _on_control(self, message):
         if not message.data and connection_of(message)['callerid'] != rospy.get_name():
@@ -176,6 +175,11 @@ class Demo:
         if not wait_until(condition, LONGEST_WAIT):
             raise RuntimeError('waited {:.0f} s in vain for {}; states: {}'.format(
                 LONGEST_WAIT, what, [state for _, state in self._states]))
+
+
+def hear(topic, kind, callback):
+    """Call `callback` for each message, in their order."""
+    rospy.Subscriber(topic, kind, guarded(callback), queue_size=None, tcp_nodelay=True)
 
 
 def is_reset():

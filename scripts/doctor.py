@@ -19,9 +19,10 @@ except ImportError:
     # A terminal that was not set up is among the faults: the doctor must start there, too.
     sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir, 'src'))
 
-from tb3_labs.command_line import Parser, run_tool    # noqa: E402
+from tb3_labs.command_line import Parser    # noqa: E402
 from tb3_labs.doctor.examination import examine    # noqa: E402
 from tb3_labs.doctor import printed, summary    # noqa: E402
+from tb3_labs.terminal import run_tool    # noqa: E402
 
 
 def namespace(word):

@@ -13,9 +13,10 @@ on /rosout. To compare runs, put their turns.csv or drives.csv into one spreadsh
 import sys
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, number_or_text, printable, run_tool, whole_number
+from tb3_labs.command_line import Parser, number_or_text, printable, whole_number
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
+from tb3_labs.terminal import run_tool
 
 #: A line on the terminal has at most this many characters.
 LONGEST = 1000

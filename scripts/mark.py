@@ -12,11 +12,12 @@ import signal
 import sys
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, printable, run_tool, whole_number
+from tb3_labs.command_line import Parser, printable, whole_number
 from tb3_labs.marking.lab_names import GAMEPAD
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.classes import mark_class
 from tb3_labs.marking.marker import Options
+from tb3_labs.terminal import run_tool
 
 #: Signals that end the marking: Ctrl+C, the command kill, a terminal that is closed.
 ENDS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP

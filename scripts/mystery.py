@@ -11,9 +11,10 @@ import sys
 import textwrap
 from importlib.util import find_spec
 
-from tb3_labs.command_line import Parser, run_tool
+from tb3_labs.command_line import Parser
 from tb3_labs.simulation.mystery_answer import MEANINGS, judge
 from tb3_labs.simulation.mystery_robot import LAST_NUMBER
+from tb3_labs.terminal import run_tool
 
 #: The instructor's part: `mystery.py key 1-12`. The students' archive does not have it.
 KEY_MODULE = 'tb3_labs.simulation.mystery_key'

@@ -23,12 +23,13 @@ from actionlib_msgs.msg import GoalStatus
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from std_msgs.msg import Float32, String
 
-from tb3_labs.command_line import number_or_text, run_tool
+from tb3_labs.command_line import number_or_text
 from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_over, to_go
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.node import Interrupted, pause, require_master, take_signals
-from tb3_labs.ros.topics import subscribe
+from tb3_labs.ros.node import Interrupted, pause, take_signals
+from tb3_labs.ros.topics import require_master, subscribe
+from tb3_labs.terminal import run_tool
 
 HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with blanks between ' \
     'them, such as: 1 1 90'

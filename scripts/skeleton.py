@@ -12,7 +12,7 @@ from pathlib import Path
 
 import rospkg
 
-from tb3_labs.command_line import Parser, reason, run_tool
+from tb3_labs.command_line import Parser, reason
 from tb3_labs.skeletons import FOLDER, checked_name, checked_place, skeleton, write
 from tb3_labs.marking.lab_names import NODES
 
@@ -64,4 +64,4 @@ def tell_problem(problem):
 
 
 if __name__ == '__main__':
-    run_tool(main)
+    sys.exit(main(sys.argv[1:]))

@@ -9,11 +9,8 @@ import os
 import re
 import secrets
 import signal
-import sys
 from pathlib import Path
-from typing import Any, Callable, List, Union
-
-from tb3_labs.terminal import SafeStream
+from typing import Any, Callable, Union
 
 
 class Parser(argparse.ArgumentParser):
@@ -32,15 +29,6 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, '{}: {}; {}\n'.format(
             self.prog, message, 'is {} meant?'.format(near[0].strip("'")) if near else
             '--help tells more'))
-
-
-def run_tool(main: Callable[[List[str]], int]) -> None:
-    """Carry out the command line by `main`, and exit with its status. What cannot be printed costs
-    no more than its line; a character that the terminal does not have is escaped."""
-    for stream in filter(None, (sys.stdout, sys.stderr)):
-        stream.reconfigure(errors='backslashreplace')   # type: ignore[attr-defined]
-    sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)    # type: ignore
-    sys.exit(main(sys.argv[1:]))
 
 
 def number_or_text(word: str) -> Union[float, str]:

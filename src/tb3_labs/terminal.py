@@ -1,23 +1,33 @@
 """A terminal that may be gone at any time, a full disk, a pipe without a reader."""
 import contextlib
-from typing import Any, Optional, TextIO
+import sys
+from typing import Any, Callable, List
 
 
 class SafeStream:
     """A stream whose text is lost once its terminal is closed, its disk full, or its reader gone.
     Otherwise a line would end a node before its last zero, or cost a student's marks."""
 
-    def __init__(self, stream: Optional[TextIO]) -> None:
-        """`stream`: None if it was never open."""
-        self._stream = stream
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream    # None if it was never open
 
     def write(self, text: str) -> None:
         with contextlib.suppress(OSError, ValueError, AttributeError):
-            self._stream.write(text)    # type: ignore[union-attr]
-            self._stream.flush()        # type: ignore[union-attr]
+            self._stream.write(text)
+            self._stream.flush()
 
     def flush(self) -> None:
         """Do nothing: each text was flushed when it was written."""
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
+
+
+def run_tool(main: Callable[[List[str]], int]) -> None:
+    """Carry out the command line by `main`, and exit with its status. A character that the terminal
+    does not have is escaped."""
+    for name in 'stdout', 'stderr':
+        with contextlib.suppress(AttributeError):    # None has no encoding
+            getattr(sys, name).reconfigure(errors='backslashreplace')
+        setattr(sys, name, SafeStream(getattr(sys, name)))
+    sys.exit(main(sys.argv[1:]))

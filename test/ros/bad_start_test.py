@@ -16,7 +16,7 @@ class BadStartTest(NodeCase):
             ('move2goal_tf.py', '_model:=vacuum', 'vacuum', 'burger, waffle, waffle_pi'),
             ('move2goal_tf.py', '_model:=[1]', '[1]', 'burger, waffle, waffle_pi'),
             ('turtlebot_controller.py', '_max_ang_z:=9.0', 'max_ang_z', 'from 0.1 to 5'),
-            ('gamepad.py', 'dead_zone:=0.2', 'the parameter is _dead_zone:=0.2'),
+            ('gamepad.py', 'dead_zone:=0.2', '_dead_zone:=VALUE'),
             ('move2goal_tf.py', '_goal_x=1', '_goal_x=1 is not an argument', '_NAME:=VALUE'),
             ('fake_turtlebot3.py', '_imu_rate:=0', 'imu_rate', 'from 1 to 1000'))]
         self.seen.forget('cmd_vel')

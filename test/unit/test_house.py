@@ -227,12 +227,12 @@ PLAIN = re.compile('plain_|imu_sub')
                          ids=lambda path: path.name)
 def test_every_script_answers_help(path):
     """By run() of tb3_labs.ros.node, by command_line.Parser, or by itself; bad_start.test tries
-    some of them. A tool prints by run_tool()."""
+    some of them. A tool prints by run_tool(); skeleton.py prints its only line last."""
     assert len(ast.get_docstring(tree_of(path))) > 60
     text = path.read_text(encoding='utf-8')
     assert any(words in text for words in (
         "\n    run('", 'parser = Parser(', "'--help'", 'sys.exit(__doc__'))
-    assert 'Parser(' not in text or '\n    run_tool(' in text
+    assert 'Parser(' not in text or '\n    run_tool(' in text or path.name == 'skeleton.py'
 
 
 def test_every_script_is_executable():

@@ -16,7 +16,7 @@ import pytest
 from geometry_msgs.msg import Twist, Vector3
 from pages import SCRIPTS
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.ros import gate, node, start
+from tb3_labs.ros import gate, start, topics
 from rosgraph.network import encode_ros_handshake_header
 from rospy.impl.registration import RegManager
 from rospy.impl.tcpros_base import TCPROSTransport, TCPServer
@@ -130,7 +130,7 @@ def test_a_terminal_that_has_gone_ends_nothing(output):
 def test_an_address_of_a_master_that_is_none_is_told_with_a_valid_one(address, monkeypatch):
     monkeypatch.setenv('ROS_MASTER_URI', address)
     with pytest.raises(ValueError, match='ROS_MASTER_URI {} is not an address such as http'.format(address)):
-        node.require_master()
+        topics.require_master()
 
 
 # ----- Ctrl+C while a node imports its modules

@@ -24,7 +24,7 @@ from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.config import nearest
 from tb3_labs.ros.live_settings import decoded, encoded
-from tb3_labs.ros.node import require_master
+from tb3_labs.ros.topics import require_master
 
 SERVICE = '/set_parameters'
 #: Longest wait for a node's answer [s].

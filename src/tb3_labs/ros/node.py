@@ -26,10 +26,8 @@ from tb3_labs.ros.rospy_internals import (
     answer_side_by_side, hear_all_publishers, log_without_the_master, note_connections)
 from tb3_labs.terminal import SafeStream
 
-#: Time between two looks for a master [s].
-MASTER_PERIOD = 0.5
-#: Time between two looks whether another thread has ended the node [s].
-END_PERIOD = 0.2
+#: Time between two looks: does a master answer, has another thread ended the node? [s]
+LOOK_PERIOD = 0.2
 #: Time for rospy's queues to send the last messages [s].
 LAST_WORDS = 0.1
 #: A node that ends waits no longer than this for its hooks and its master; period of the looks [s].
@@ -44,31 +42,29 @@ _end_has_begun = threading.Event()    # rospy.is_shutdown() is true only after i
 
 def run(name, make_node, interface=None):
     """Initialise node `name`, build it by ``make_node()``, wait for the end; exits the process.
-
-    With --help the `interface` is printed: the docstring of the script, by default that of the
-    file of the class `make_node`.
-    """
-    words = rospy.myargv()[1:]
-    if set(words) & {'-h', '--help'}:
+    With --help it prints the `interface`: the docstring of the script, by default that of the file
+    of the class `make_node`."""
+    if set(rospy.myargv()[1:]) & {'-h', '--help'}:
         print((interface or make_node.__init__.__globals__['__doc__']).strip())
         sys.exit(0)
     take_signals()
     sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     try:
-        _wait_for_master()
+        if not rosgraph.is_master_online():    # rospy does not wait if parameters are typed
+            print('Waiting for a ROS master at {}: roslaunch starts one, roscore too'.format(
+                rosgraph.get_master_uri()))
+            while not rosgraph.is_master_online():
+                pause(LOOK_PERIOD)
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(_end_has_begun.set)
         log_without_the_master()
         answer_side_by_side()
         hear_all_publishers()
         note_connections()
-        if words:
-            raise ValueError('{} is not an argument; a parameter is given by _NAME:=VALUE (--help '
-                             'tells more)'.format(words[0]))
         node = make_node()    # noqa: F841 (it lives as long as this name)
         rospy.on_shutdown(_last_words)
         while not _end_has_begun.is_set():
-            pause(END_PERIOD)
+            pause(LOOK_PERIOD)
     except ValueError as problem:
         ignore_signals()
         end_roslaunch()
@@ -87,31 +83,6 @@ def leave(status=0):
         time.sleep(END_LOOK)
     sys.stdout.flush()
     os._exit(1 if _failures else status)
-
-
-def _wait_for_master():
-    """Wait until a master answers. rospy does not wait if the command line has parameters."""
-    if not master_answers():
-        print('Waiting for a ROS master at {}: roslaunch starts one, roscore too'.format(
-            rosgraph.get_master_uri()))
-        while not master_answers():
-            pause(MASTER_PERIOD)
-
-
-def master_answers():
-    """Does a ROS master answer? ``ValueError`` if ROS_MASTER_URI is not an address."""
-    try:
-        return rosgraph.is_master_online()
-    except ValueError:
-        raise ValueError('ROS_MASTER_URI {} is not an address such as http://192.168.0.5:11311'
-                         .format(rosgraph.get_master_uri())) from None
-
-
-def require_master():
-    """``ValueError`` if no ROS master answers."""
-    if not master_answers():
-        raise ValueError('no ROS master answers at {}: start a launch file first'.format(
-            rosgraph.get_master_uri()))
 
 
 def guarded(callback):

@@ -4,7 +4,6 @@ import sys
 from dataclasses import fields
 
 import rospy
-from rosgraph.names import load_mappings
 
 from tb3_labs.config import NOT_GIVEN, from_parameters, nearest
 from tb3_labs.robot.turtlebot3 import model_called
@@ -21,10 +20,11 @@ def read_config(*kinds, of=None):
         raise ValueError('parameter {} = {!r} is not valid: the name of the node holds its '
                          'parameters'.format(of or rospy.get_name(), given))
     known = {item.name for kind in kinds for item in fields(kind)} | {'model'}
-    for name, value in () if of else load_mappings(sys.argv).items():
-        if name in known:
-            raise ValueError('{0}:={1} would rename a topic; the parameter is _{0}:={1}'.format(
-                name, value))
+    for word in () if of else sys.argv[1:]:
+        name, maps, _ = word.partition(':=')
+        if name in known or not maps:    # rospy would rename a topic, or ignore the word
+            raise ValueError('{} is not an argument; a parameter is given by _{}:=VALUE (--help '
+                             'tells more)'.format(word, name if maps else 'NAME'))
     for name in () if of else sorted(set(given) - known):
         raise ValueError('parameter {}/{} is unknown; {}'.format(
             rospy.get_name(), name, nearest(name, known)))

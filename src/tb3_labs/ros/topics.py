@@ -97,6 +97,18 @@ def way_of(message):
                       header.get('latching') == '1', RENEWS.items() <= header.items())
 
 
+def require_master():
+    """``ValueError`` if no ROS master answers, or if ROS_MASTER_URI is not an address."""
+    try:
+        answers = rosgraph.is_master_online()
+    except ValueError:
+        raise ValueError('ROS_MASTER_URI {} is not an address such as http://192.168.0.5:11311'
+                         .format(rosgraph.get_master_uri())) from None
+    if not answers:
+        raise ValueError('no ROS master answers at {}: start a launch file first'.format(
+            rosgraph.get_master_uri()))
+
+
 def publishers_of(topic):
     """Names of the nodes that publish `topic` now."""
     published, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
