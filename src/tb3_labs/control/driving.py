@@ -118,7 +118,7 @@ class PreciseLaw:
         turn = self._turn(motion, dt)
         steady = (self._driving.cruises(self._max_linear)
                   and abs(turn.command.angular) <= self.CALM)
-        return self._step(speed, turn, ahead, self._there or arrived)._replace(steady=steady)
+        return self._step(speed, turn, ahead, self._there or arrived, steady)
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading; ends when settled: inside the tolerance and at rest."""
@@ -143,7 +143,8 @@ class PreciseLaw:
         measured = motion.pose.yaw - motion.extrapolated
         return self._turning.step(measured, motion.angular, dt, motion.imu_age, motion.yaw_noise)
 
-    def _step(self, linear: float, turn: LawStep, remaining: float, finished: bool) -> LawStep:
+    def _step(self, linear: float, turn: LawStep, remaining: float, finished: bool,
+              steady: bool = False) -> LawStep:
         both = Twist2(linear, turn.command.angular)
         return LawStep(saturate(both, self._max_linear, self._max_angular, self._model),
-                       remaining, finished)
+                       remaining, finished, steady)

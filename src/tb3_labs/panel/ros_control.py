@@ -54,7 +54,7 @@ class PanelRobot:
         goal, joy = heard_by(self._goal), heard_by(self._joy) - {rospy.get_name()}
         # a node of the handout hears ctrl_relinq, but no goals
         control = heard_by(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
-        return dict(self.watch.read(lambda view: view.picture(now)), stops=self.grip.stops,
+        return dict(self.watch.ask(lambda view: view.picture(now)), stops=self.grip.stops,
                     can={'goal': bool(goal), 'reset': bool(goal or control), 'pad': bool(joy),
                          'turn': bool(heard_by(self._turn)), 'mouse': bool(heard_by(self._mouse))},
                     pad=self._pad_words(joy))
@@ -66,7 +66,7 @@ class PanelRobot:
         if self.watch.hears_another_pad:
             return 'another node publishes joy'
         # a node of the handout does not publish control_holder
-        holder = self.watch.read(lambda view: view.latest('holder')) or 'gamepad'
+        holder = self.watch.ask(lambda view: view.latest('holder')) or 'gamepad'
         return {'gamepad': 'ready', 'move_to_goal': 'move_to_goal has control: B takes it'}.get(
             holder, 'connecting: hold still')
 
@@ -127,18 +127,19 @@ class PanelRobot:
     #: The method for each type of request.
     _ACTIONS = {'joy': _hold, 'stop': _stop, 'turn': _ask_turn, 'goal': _send_goal, 'reset': _reset}
 
-    def _check(self, request, publisher, topic):
-        """Raises ``ValueError`` if a request that moves the robot is old, or if nobody hears it."""
+    def _check(self, request, publisher, what):
+        """Raises ``ValueError`` if a request that moves the robot is old, or if nobody hears it;
+        `what`: its topic, and what to look at."""
         self.grip.check(request.stops)
         lateness = steady_time() - request.sent_at
         if lateness > LONGEST_DELAY:
             raise ValueError('this came {:.1f} s late, and does not count: ask again'.format(
                 lateness))
         if not heard_by(publisher):
-            raise ValueError('no node listens on ' + topic)
+            raise ValueError('no node listens on ' + what)
 
     def _refuse_beside_move_to_goal(self):
-        if self.watch.read(lambda view: view.is_driving):
+        if self.watch.ask(lambda view: view.is_driving):
             raise ValueError('move_to_goal drives: take control first')
 
     # -- stops
@@ -177,7 +178,7 @@ class PanelRobot:
         if not (heard_by(self._control) | heard_by(self._cmd_vel)) - {rospy.get_name()}:
             page.answer(request, False, 'no node hears it')
             return
-        problem, answer = self.watch.read(lambda view: (view.unstopped(since), (
+        problem, answer = self.watch.ask(lambda view: (view.unstopped(since), (
             'the robot stands' if view.latest('has_control') is None
             else 'control taken, the robot stands')))
         if not problem:

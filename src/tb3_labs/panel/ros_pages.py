@@ -65,7 +65,7 @@ class Pages:
                 timer.start()
         self._pages.append(page)
         page.send('hello', **self._hello)
-        page.send('trail', odom=self._robot.watch.read(lambda view: list(view.trail.points)))
+        page.send('trail', odom=self._robot.watch.ask(lambda view: list(view.trail.points)))
         page.lines = list(self._lines)
         return (lambda text: self._on_text(page, text)), (lambda: self._on_end(page))
 
@@ -92,7 +92,7 @@ class Pages:
         """Keep a line of /rosout. The lines of each node come in a thread of their own."""
         level = next((name for least, name in LOG_LEVELS if message.level >= least), None)
         if level is not None and message.name.startswith(rospy.get_namespace()):
-            self._robot.watch.read(lambda view: view.hear_line(message.msg))
+            self._robot.watch.ask(lambda view: view.hear_line(message.msg))
             line = {'time': time.strftime('%H:%M:%S'), 'level': level, 'node': message.name,
                     'text': message.msg[:LONGEST_LINE]}
             self._server.soon(lambda: self._keep(line))

@@ -73,7 +73,7 @@ class Watch:
             subscribe(topic, *how, idle_for=lambda now, rest=rest: rest)
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
 
-    def read(self, question):
+    def ask(self, question):
         """Returns ``question(view)``, which may write into the view; any thread may call it."""
         with self._lock:
             return question(self._view)
@@ -86,7 +86,7 @@ class Watch:
 
     def _write(self, store):
         """Returns a callback that calls ``store(view, value, now)``."""
-        return lambda value: self.read(lambda view: store(view, value, steady_time()))
+        return lambda value: self.ask(lambda view: store(view, value, steady_time()))
 
     def _hear(self, name):
         return self._write(lambda view, value, now: view.hear(name, value, now))
@@ -104,7 +104,7 @@ class Watch:
             self._on_stop()
 
     def _on_control(self, granted):
-        had_control = self.read(lambda view: view.latest('has_control'))
+        had_control = self.ask(lambda view: view.latest('has_control'))
         self._hear('has_control')(granted)
         if had_control and not granted:
             self._on_stop()

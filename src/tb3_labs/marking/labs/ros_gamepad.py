@@ -159,7 +159,7 @@ def has_covariance(request):
 
 
 class _AnySum(str):
-    """Differs from the checksum of no type."""
+    """Never differs from the checksum of a type."""
 
     def __ne__(self, other):
         return False
