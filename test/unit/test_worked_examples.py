@@ -7,6 +7,8 @@ import pytest
 from pages import ROOT
 from squaternion import Quaternion
 
+from tb3_labs.simulation.ros_fake_robot import PITCH, ROLL
+
 NUMBER = r'(-?\d+(?:\.\d+)?)'
 
 
@@ -97,6 +99,12 @@ def test_a_quaternion_and_its_heading():
                                        'degrees, hence a heading of # degrees.')
     assert Quaternion(w, x, y, z).to_euler(degrees=True)[2] == pytest.approx(yaw, abs=0.01)
     assert heading == yaw % 360.0
+
+
+def test_the_quaternion_that_the_imu_sends_at_rest():
+    """A robot that leans by roll and pitch, at a yaw of 0; the odometry's has neither."""
+    w, = numbers('imu_lab.md', 'orientation: w: # angular_velocity:')
+    assert w == pytest.approx(math.cos(ROLL / 2.0) * math.cos(PITCH / 2.0), abs=1e-8)
 
 
 def test_the_error_the_short_way_round():
