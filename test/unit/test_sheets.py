@@ -41,7 +41,7 @@ def test_every_part_of_a_check_is_named(lab):
 
 #: Names, commands and sentences of the handouts that a reader looks for, and that have to be somewhere.
 HANDOUTS = '''Lab6: IMU|Lab 2|Lab7: Transformation|Master|ICM-20648|OpenCR 1.0|middle of the robot|magnetic|170
-    Test the IMU|enable_statistics|echoed|computes easily|squaternion|raise your hand|controller.py|lab1|`= 0`
+    Test the IMU|enable_statistics|echoed|makes computing easier|squaternion|raise your hand|controller.py|lab1|`= 0`
     Update this line|Resources/Lab Template|Gradescope|Lab 2 channel|GitHub|roscore must have ended|jupyter-lab
     order: server|drives as soon as it runs|ctrl_relinq|lab4_gamepad|Lab 6|ece387_ws|nav2_msgs|entry_points|ccbuild
     ros2 node list|`robotX`|ls -la|look for the line|ROS_DOMAIN_ID|interactive|View > Command Palette|Remote-SSH
