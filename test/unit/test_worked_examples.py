@@ -2,6 +2,8 @@
 import cmath
 import math
 import re
+import runpy
+from types import SimpleNamespace
 
 import pytest
 from pages import ROOT
@@ -82,6 +84,20 @@ def test_the_values_of_the_four_states():
         else:
             assert does == '`{}`: {:.2f} rad/s'.format(state, law[state] * turn)
     assert state == 'GOAL_REACHED'
+
+
+def test_the_lines_after_the_goal():
+    """The line of the sheet stands before the last publish of control_loop."""
+    assert 'at most one of your lines follows this one: ```text then=lab Goal reached!' in text_of(
+        'transformation_lab.md')
+    plain, sent = runpy.run_path(str(ROOT / 'scripts' / 'plain_move2goal_tf.py'))['MoveToGoal'], []
+    node = plain.__new__(plain)
+    vars(node).update(has_control=True, initial_global_x=0.0, state='ROTATE_TO_FINAL', local_x=-0.51,
+                      local_y=0.51, local_yaw=0.0, goal_x=-0.61, goal_y=0.61, goal_yaw=0.0,
+                      cmd_pub=SimpleNamespace(publish=sent.append))
+    for _ in range(30):
+        node.control_loop(None)
+    assert node.state == 'GOAL_REACHED' and len(sent) == 1
 
 
 def test_the_far_goal_is_out_of_reach():
