@@ -6,11 +6,12 @@ import sys
 import pytest
 from pages import ROOT
 
-sys.path.insert(0, str(ROOT / 'doc' / 'instructor'))
+sys.path[:0] = [str(ROOT / 'doc' / 'instructor'), str(ROOT / 'test' / 'ros')]
 
 import make_figures
 import make_graded
 import make_wrong_figures
+from sheets_steps import steps_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.marks import LABS
 from tb3_labs.report.cause.diagnosed_turns import Law
@@ -26,6 +27,40 @@ def test_the_sheets_have_the_tables_of_the_code(sheet):
     assert make_graded.with_tables(read(sheet)) == read(sheet)
 
 
+@pytest.mark.parametrize('lab', sorted(LABS))
+def test_every_part_of_a_check_is_named(lab):
+    """In the sheet, in marking.md, and by the check's launch file."""
+    parts, sheet = LABS[lab].parts, read(LABS[lab].criteria[0].where.sheet)
+    listed = sheet.split('check_{}.test'.format(lab))[1].split('The parts are ')[1]
+    assert re.findall(r'`"?(?:parts:=)?([a-z ]+)"?`', re.split(r'\.\s', listed)[0]) == parts
+    rows = read('instructor/marking.md').split('## What is tried')[1].split('| {} |'.format(lab))[1]
+    assert re.findall(r'(?:^|\n\| \|) ([a-z ]+) \|', re.split(r'\n\| \w|\n\n', rows)[0]) == parts
+    check = (ROOT / 'launch' / 'checks' / 'check_{}.test'.format(lab)).read_text(encoding='utf-8')
+    assert 'these parts alone: {}"'.format(', '.join(parts)) in check
+
+
+#: Names, commands and sentences of the handouts that a reader looks for, and that have to be somewhere.
+HANDOUTS = '''Lab6: IMU|Lab 2|Lab7: Transformation|Master|ICM-20648|OpenCR 1.0|middle of the robot|magnetic|170
+    Test the IMU|enable_statistics|echoed|makes computing easier|squaternion|raise your hand|controller.py|lab1|`= 0`
+    Update this line|Resources/Lab Template|Gradescope|Lab 2 channel|GitHub|roscore must have ended|jupyter-lab
+    order: server|drives as soon as it runs|ctrl_relinq|lab4_gamepad|Lab 6|ece387_ws|nav2_msgs|entry_points|ccbuild
+    ros2 node list|`robotX`|ls -la|look for the line|ROS_DOMAIN_ID|interactive|View > Command Palette|Remote-SSH
+    password|couple of minutes|/home/pi|case $- in|ssh -t pi@robot3 'roslaunch|alias bringup|set-up is right|AMCL'''
+
+
+def test_what_a_reader_of_a_handout_looks_for_is_on_a_page():
+    pages = ' '.join(' '.join(read(name).split()) for name in (
+        'imu_lab.md', 'transformation_lab.md', 'handout.md'))
+    assert [words for line in HANDOUTS.splitlines() for words in line.strip().split('|') if words not in pages] == []
+
+
+def test_a_master_for_a_robot_is_started_where_its_address_is_set():
+    """A terminal of setup.sh without ROS_IP listens on its own computer alone: a robot's nodes do not reach it."""
+    commands = [step.commands for step in steps_of(read('handout.md')) if 'roscore' in step.commands]
+    assert commands and [line.split('=')[0].split('/')[-1] for line in commands[0]] == [
+        'export ROS_IP', 'setup.sh', 'roscore']
+
+
 def test_the_open_todos_that_the_sheets_show_are_those_of_the_skeletons():
     skeletons = ''.join(path.read_text(encoding='utf-8') for path in sorted(
         (ROOT / 'doc' / 'skeletons').glob('*/src/*')))
@@ -34,12 +69,31 @@ def test_the_open_todos_that_the_sheets_show_are_those_of_the_skeletons():
     assert len(shown) > 2 and [line for line in shown if line not in skeletons] == []
 
 
+def asked_in_steps(sheet):
+    """The places of a sheet, as '1.2', whose steps ask something; the section Questions, code, and
+    what helps after an *If ...* are left out."""
+    text = re.sub(r' *```.*?\n *```', '', re.sub(
+        r'\n#+ Questions\n.*?(?=\n##? |\Z)', '', sheet, flags=re.DOTALL), flags=re.DOTALL)
+    places, section, step = [], '', ''
+    for paragraph in re.split(r'\n\s*\n|\n(?=#|\d+\. |\* )', text):
+        heading = re.match(r'#+ (\d+\.|\w+)', paragraph)
+        number = re.match(r'\s*(?:\*\*)?(\d+)\. ', paragraph)
+        if heading:
+            section, step = heading.group(1), ''
+            section += '' if section.endswith('.') else ', '
+        step = number.group(1) if number else step
+        if '?' in re.sub(r'\*If [^?]*\?', '', paragraph):
+            places.append((section + step).rstrip('.'))
+    return list(dict.fromkeys(places))
+
+
 def test_every_question_has_an_answer():
     answers = read('instructor/teaching.md').split('## Answers')[1]
     for lab, sheet in (('IMU', 'imu_lab.md'), ('Transformation', 'transformation_lab.md')):
         questions = read(sheet).split('## Questions')[1].split('\n## ')[0]
-        assert re.findall(r'^\d+\.', questions, re.M) == re.findall(
-            r'^\d+\.', answers.split(lab + ' lab:')[1].split(' lab:')[0], re.M)
+        given = answers.split(lab + ' lab:')[1].split(' lab:')[0]
+        assert re.findall(r'^\d+\.', questions, re.M) == re.findall(r'^\d+\.', given, re.M)
+        assert asked_in_steps(read(sheet)) == re.findall(r'[.:] \*([^*]+)\*', given)
 
 
 # Figures --------------------------------------------------------------------------------------------

@@ -2,10 +2,14 @@
 import cmath
 import math
 import re
+import runpy
+from types import SimpleNamespace
 
 import pytest
 from pages import ROOT
 from squaternion import Quaternion
+
+from tb3_labs.simulation.ros_fake_robot import PITCH, ROLL
 
 NUMBER = r'(-?\d+(?:\.\d+)?)'
 
@@ -82,6 +86,20 @@ def test_the_values_of_the_four_states():
     assert state == 'GOAL_REACHED'
 
 
+def test_the_lines_after_the_goal():
+    """The line of the sheet stands before the last publish of control_loop."""
+    assert 'at most one of your lines follows this one: ```text then=lab Goal reached!' in text_of(
+        'transformation_lab.md')
+    plain, sent = runpy.run_path(str(ROOT / 'scripts' / 'plain_move2goal_tf.py'))['MoveToGoal'], []
+    node = plain.__new__(plain)
+    vars(node).update(has_control=True, initial_global_x=0.0, state='ROTATE_TO_FINAL', local_x=-0.51,
+                      local_y=0.51, local_yaw=0.0, goal_x=-0.61, goal_y=0.61, goal_yaw=0.0,
+                      cmd_pub=SimpleNamespace(publish=sent.append))
+    for _ in range(30):
+        node.control_loop(None)
+    assert node.state == 'GOAL_REACHED' and len(sent) == 1
+
+
 def test_the_far_goal_is_out_of_reach():
     x, y, away = numbers('transformation_lab.md', '(#, #) is # m away. The first')
     angle, again, beside, near = numbers('transformation_lab.md', '# x # = # m is more than # m.')
@@ -97,6 +115,12 @@ def test_a_quaternion_and_its_heading():
                                        'degrees, hence a heading of # degrees.')
     assert Quaternion(w, x, y, z).to_euler(degrees=True)[2] == pytest.approx(yaw, abs=0.01)
     assert heading == yaw % 360.0
+
+
+def test_the_quaternion_that_the_imu_sends_at_rest():
+    """A robot that leans by roll and pitch, at a yaw of 0; the odometry's has neither."""
+    w, = numbers('imu_lab.md', 'orientation: w: # angular_velocity:')
+    assert w == pytest.approx(math.cos(ROLL / 2.0) * math.cos(PITCH / 2.0), abs=1e-8)
 
 
 def test_the_error_the_short_way_round():
