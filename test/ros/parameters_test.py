@@ -1,5 +1,6 @@
 """The ways to give a parameter to a node that runs: a file, set:=, dynparam; and its refusals."""
 import os
+import pathlib
 import sys
 import tempfile
 
@@ -12,7 +13,8 @@ from tb3_labs.control.goal_state import DriveConfig
 from node_case import STARTING, NodeCase, Program
 
 NODE = '/mine/move_to_goal'
-DYNPARAM = [sys.executable, '-m', 'tb3_labs.ros.dynparam']
+RUN = pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'run.py'
+DYNPARAM = [sys.executable, str(RUN), 'dynparam']
 
 
 class ParametersTest(NodeCase):

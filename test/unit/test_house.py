@@ -183,6 +183,16 @@ def test_all_of_it_is_python38():
         ast.parse(path.read_text(encoding='utf-8'), str(path), feature_version=(3, 8))
 
 
+def test_no_program_starts_a_python_that_looks_into_the_current_folder():
+    """As -c, -m and - do: a student's copy.py there would run. -I or `del sys.path[0]` keeps it out."""
+    start = re.compile(r'python[\d.]*"?(?: -W \w+| 2>\S+)*( -[A-Zcm]?) (?!\'import sys; del sys\.path\[0\];)')
+    files = [path for folder in ('launch', 'scripts', 'doc/skeletons', '.devcontainer')
+             for path in (ROOT / folder).rglob('*') if path.is_file() and path.suffix != '.py']
+    assert len(files) > 30
+    assert [(path.name, line) for path in files for line in path.read_text(encoding='utf-8').splitlines()
+            if (start.search(line.partition('# ')[0]) or [0, ' -I'])[1] != ' -I'] == []
+
+
 # ----- what must be read for one node -----
 
 def closure(script):

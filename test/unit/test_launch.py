@@ -13,6 +13,7 @@ from roslaunch.xmlloader import XmlLoader
 from pages import ROOT
 from tb3_labs.ros import launch
 
+pytestmark = pytest.mark.usefixtures('among_namesakes')
 LAUNCH = ROOT / 'launch'
 #: Packages that need not be installed are named in these files; robot.test runs robot.launch.
 ELSEWHERE = ('robot', 'gamepad', 'view')
@@ -51,7 +52,7 @@ def test_it_has_few_arguments_without_expressions_and_knows_them(path):
     assert len({arg.get('name') for arg in own_arguments(path)}) <= 10
     assert all(arg.get('doc') for arg in own_arguments(path))
     assert 'eval' not in path.read_text()
-    assert 'command="python3 -m tb3_labs.ros.launch $(dirname)/{}"'.format(
+    assert 'command="python3 $(dirname)/run.py launch $(dirname)/{}"'.format(
         path.name) in path.read_text()
 
 

@@ -5,7 +5,7 @@ Usage: dynparam list                     the nodes whose settings can change
        dynparam set NODE NAME VALUE      such as: dynparam set /turtlebot3 imu_silent true
 
 The exit status is 0 only if that was done. Terminals of scripts/setup.sh call it `dynparam`, all
-others `python3 -m tb3_labs.ros.dynparam`.
+others `python3 $(rospack find tb3_labs)/launch/run.py dynparam`.
 
 Calls
     NODE/set_parameters    dynamic_reconfigure/Reconfigure

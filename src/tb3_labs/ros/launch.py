@@ -1,7 +1,7 @@
 """Checks the arguments of a roslaunch.
 
 roslaunch ignores an argument that the launch file does not have. So each launch file of this
-package begins with a parameter whose command is ``python3 -m tb3_labs.ros.launch FILE.launch``. It
+package begins with a parameter whose command is ``python3 PATH/run.py launch FILE.launch``. It
 looks at the command line of the roslaunch that runs it. If an argument is unknown or missing, it
 prints one line and fails; then roslaunch refuses the file before anything starts. Any Python can
 run it: it imports the standard library alone.

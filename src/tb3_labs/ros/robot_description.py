@@ -1,6 +1,6 @@
 """Prints the robot's URDF, which launch/view.launch puts on the parameter server for RViz:
 
-    python3 -m tb3_labs.ros.robot_description MODEL [PREFIX]
+    python3 launch/run.py robot_description MODEL [PREFIX]
 
 It is a simple shape of the robot's size, with the names of links and joints of
 turtlebot3_description. Body and nose lie on the floor, so that they do not hide goal, path and true
