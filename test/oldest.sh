@@ -13,7 +13,7 @@ source "$repo/scripts/setup.sh"
 if [ ! -e "$old/complete" ]; then
   "$python" -m venv --clear "$old"
   "$old/bin/python" -m pip install -q numpy==1.17.4 matplotlib==3.1.2 tornado==5.1.1 PyYAML==5.3.1 pytest==4.6.9 hypothesis==4.36.2 \
-    squaternion==2023.9.2 netifaces==0.10.9 mypy==0.761
+    squaternion==2023.9.2 netifaces==0.10.9 mypy==0.761 flake8==3.7.9
   # Behind the old libraries the system's modules: ROS. Of those that are compiled the tests use none but tf2_py, by its names.
   /usr/bin/python3 -c 'import rospy; print(rospy.__path__[0].rpartition("/")[0])' >"$old/lib/python3.8/site-packages/system.pth"
   cat >"$old/lib/python3.8/site-packages/tf2_py.py" <<'END'
