@@ -40,6 +40,17 @@ settings.register_profile('repeatable', derandomize=True, deadline=None, databas
 settings.load_profile('repeatable')
 
 
+def pytest_addoption(parser):
+    parser.addoption('--first-cases', action='store_true', help='of each test the first case alone')
+
+
+def pytest_collection_modifyitems(config, items):
+    if config.getoption('--first-cases'):
+        first = {}
+        items[:] = [item for item in items
+                    if first.setdefault((item.fspath, item.name.partition('[')[0]), item) is item]
+
+
 def pytest_collection_finish():
     """The objects of the test files stay to the end, so the garbage collector need not look through
     them again and again; for the tests that count objects that is most of their time."""
