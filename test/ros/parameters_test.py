@@ -56,6 +56,8 @@ class ParametersTest(NodeCase):
     def test_3_dynparam_refuses_in_one_line(self):
         cases = (
             ('set {} max_linear 9'.format(NODE), 'max_linear = 9.0 is not valid: a number from'),
+            ('set {} max_linear 1{}'.format(NODE, 400 * '0'), 'max_linear = inf is not valid: a number from'),
+            ('set {} allow_reverse 1{}'.format(NODE, 400 * '0'), "0' is not valid"),
             ('set {} max_linear fast'.format(NODE), "'fast' is not valid: a number from 0.02 to 1"),
             ('set {} max_liner 0.1'.format(NODE), 'is max_linear meant?'),
             ('set /mine/move_to_gaol max_linear 0.1', 'is {} meant?'.format(NODE)),
