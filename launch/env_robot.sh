@@ -27,7 +27,7 @@ export TURTLEBOT3_MODEL=$model LDS_MODEL=$lidar
 export ROS_MASTER_URI=${ROS_MASTER_URI:-http://${laptop:-localhost}:11311}
 
 # The robot's address, as seen on the way to the master (connecting a datagram socket sends nothing).
-ROS_IP=$(python3 - "$ROS_MASTER_URI" 2>/dev/null <<'PYTHON'
+ROS_IP=$(python3 -I - "$ROS_MASTER_URI" 2>/dev/null <<'PYTHON'
 import socket, sys, urllib.parse
 uri = urllib.parse.urlparse(sys.argv[1])
 probe = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

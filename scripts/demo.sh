@@ -54,7 +54,7 @@ fi
 
 # Can a window be opened? DISPLAY may be left over from another user or session.
 has_screen() {
-  [ -n "${DISPLAY:-}" ] && timeout 5 python3 2>/dev/null -c '
+  [ -n "${DISPLAY:-}" ] && timeout 5 python3 2>/dev/null -Ic '
 import ctypes
 raise SystemExit(not ctypes.CDLL("libX11.so.6").XOpenDisplay(None))'
 }

@@ -72,7 +72,7 @@ _tb3_labs_keeps() {
     return 1
   fi
   if [ -n "$sources" ] && [ "$python" != "$ws/venv/bin/python3" ] && [[ $python != *' '* ]] &&
-      ! "$python" -c 'import sys, importlib.util as u; sys.exit(None in map(u.find_spec, ("rospy", "squaternion")))' 2>/dev/null; then
+      ! "$python" -c 'import sys; del sys.path[0]; import importlib.util as u; sys.exit(None in map(u.find_spec, ("rospy", "squaternion")))' 2>/dev/null; then
     echo "tb3_labs: ${1%/*} was built with $python, which lacks rospy or squaternion. Once: cd ${1%/*} && rm -rf build devel && catkin_make" >&2
   fi
   sources=${sources:-/nowhere}/tb3_labs
@@ -132,13 +132,13 @@ make_venv() {
   say 'making the Python environment ...'
   rm -rf "$ws/venv" "$ws/venv.stamp" "$ws/build.stamp"    # the build writes into the environment, too
   # fill_venv would take a pip of the system for the environment's own
-  if /usr/bin/python3 -c 'import pip' 2>/dev/null; then without_pip=(); fi
-  /usr/bin/python3 -m venv --system-site-packages ${without_pip[@]+"${without_pip[@]}"} "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
+  if /usr/bin/python3 -Ic 'import pip' 2>/dev/null; then without_pip=(); fi
+  /usr/bin/python3 -Im venv --system-site-packages ${without_pip[@]+"${without_pip[@]}"} "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
 }
 
 # pip of the environment, whatever the user's pip settings say.
 pip_in_venv() {
-  PIP_USER=0 PIP_REQUIRE_VIRTUALENV=0 PIP_TARGET='' PIP_PREFIX='' "$ws/venv/bin/python3" -m pip "$1" --quiet --no-cache-dir --no-input \
+  PIP_USER=0 PIP_REQUIRE_VIRTUALENV=0 PIP_TARGET='' PIP_PREFIX='' "$ws/venv/bin/python3" -Im pip "$1" --quiet --no-cache-dir --no-input \
     --disable-pip-version-check "${@:2}" "${pip_exactly[@]}" -r <(pinned) >"$ws/pip.log" 2>&1
 }
 
@@ -149,7 +149,7 @@ pip_in_venv() {
 fill_venv() {
   local kept=${XDG_CACHE_HOME:-${HOME:-$ws}/.cache}/tb3_labs
   if [ ! -e "$ws/venv/bin/pip" ]; then
-    "$ws/venv/bin/python3" -m ensurepip --upgrade --default-pip >>"$log" 2>&1 || fail_log 'the Python environment could not be given a pip'
+    "$ws/venv/bin/python3" -Im ensurepip --upgrade --default-pip >>"$log" 2>&1 || fail_log 'the Python environment could not be given a pip'
   fi
   { mkdir -p "$kept" && [ -w "$kept" ]; } 2>/dev/null || fail "rights are missing: $kept cannot be written"
   if ! pip_in_venv install --no-index --find-links "$kept" &&
@@ -204,7 +204,7 @@ XML
     fail "the build failed (all of it: $log)"
   fi
   mkdir -p "$ws/devel/etc/catkin/profile.d" "$ws/devel/lib/python3/dist-packages"
-  printf '#!/bin/sh\nexec "%s" -m tb3_labs.ros.dynparam "$@"\n' "$ws/venv/bin/python3" | install /dev/stdin "$ws/venv/bin/dynparam"
+  printf '#!/bin/sh\nexec "%s" "%s" dynparam "$@"\n' "$ws/venv/bin/python3" "$repo/launch/run.py" | install /dev/stdin "$ws/venv/bin/dynparam"
   # A workspace that was built without this one sets ROS_ETC_DIR to the system's folder again when it is sourced.
   for name in roscore roslaunch; do
     printf '#!/bin/sh\ncase $ROS_HOSTNAME:${ROS_ETC_DIR:-} in localhost:*/etc/ros) export ROS_ETC_DIR="%s" ;; esac\nexec "%s" "$@"\n' \

@@ -15,6 +15,7 @@ import rospkg
 from tb3_labs.command_line import Parser, reason
 from tb3_labs.skeletons import FOLDER, checked_name, checked_place, skeleton, write
 from tb3_labs.marking.lab_names import NODES
+from tb3_labs.terminal import run_tool
 
 OWN_PACKAGE = 'tb3_labs'
 
@@ -64,4 +65,4 @@ def tell_problem(problem):
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv[1:]))
+    run_tool(main)

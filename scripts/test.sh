@@ -47,7 +47,7 @@ unset PYTHONDONTWRITEBYTECODE
 sed -i "s|^export ROS_ETC_DIR=.*|export ROS_ETC_DIR='$ROS_ETC_DIR'|" "$ws/build/catkin_generated/setup_cached.sh"
 # roslaunch and rostest import distutils, and then all of setuptools if it is installed: a quarter of a second in each
 # of a hundred starts. From Python 3.12 on there is no other distutils.
-if SETUPTOOLS_USE_DISTUTILS=stdlib python3 -W ignore -c 'import distutils' 2>/dev/null; then export SETUPTOOLS_USE_DISTUTILS=stdlib; fi
+if SETUPTOOLS_USE_DISTUTILS=stdlib python3 -I -W ignore -c 'import distutils' 2>/dev/null; then export SETUPTOOLS_USE_DISTUTILS=stdlib; fi
 # numpy, which rospy imports, starts a thread of OpenBLAS for each core: a tenth of a second in each of some hundred processes.
 export OPENBLAS_NUM_THREADS=1
 # A Python that ends looks for cycles in all of rospy's objects: 0.1 to 0.2 s in each of some hundred processes.

@@ -1,19 +1,43 @@
 #!/usr/bin/env bash
 # The unit tests with ROS Noetic's Python and the libraries of Ubuntu 20.04, on a machine that has a Python 3.8 beside its own:
 #
-#     bash test/oldest.sh python3.8 [OPTIONS OF PYTEST]
+#     bash test/oldest.sh [OPTIONS OF PYTEST]      all of them
+#     bash test/oldest.sh --suite RESULT.xml       as a part of all tests (CMakeLists.txt): of each test the first case
 #
-# ROS itself is this machine's. The libraries come from PyPI, once, into build/.ws/oldest. They are not in the suite, since
-# they want a network and another Python; that guards the syntax alone (test/unit/test_house.py).
+# The Python is the first python3.8 that runs, of PATH and of pyenv. ROS itself is this machine's. The libraries come from
+# PyPI, once, into build/.ws/oldest. If either cannot be had, the suite counts this as left out, and says why.
 set -euo pipefail
-repo=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P) old=$repo/build/.ws/oldest
-python=$(command -v "${1:-}") || { echo 'usage: bash test/oldest.sh PYTHON [OPTIONS OF PYTEST], such as python3.8' >&2; exit 2; }
-"$python" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 8))' || { echo "tb3_labs: $python is no Python 3.8" >&2; exit 2; }
-source "$repo/scripts/setup.sh"
-if [ ! -e "$old/complete" ]; then
-  "$python" -m venv --clear "$old"
-  "$old/bin/python" -m pip install -q numpy==1.17.4 matplotlib==3.1.2 tornado==5.1.1 PyYAML==5.3.1 pytest==4.6.9 hypothesis==4.36.2 \
-    squaternion==2023.9.2 netifaces==0.10.9 mypy==0.761
+here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P) repo=${here%/*} old=${here%/*}/build/.ws/oldest result=
+libraries='numpy==1.17.4 matplotlib==3.1.2 tornado==5.1.1 PyYAML==5.3.1 pytest==4.6.9 hypothesis==4.36.2 flake8==3.7.9
+  squaternion==2023.9.2 netifaces==0.10.9 mypy==0.761'
+if [ "${1:-}" = --suite ]; then
+  result=$2
+  # Left out: what starts the system's Python, a copy of the repository that tests itself, and drives of some minutes.
+  set -- --first-cases "--junit-xml=$result" --ignore="$here"/unit/test_{terminal,recipes,rollout}.py
+fi
+
+leave_out() {
+  [ -n "$result" ] || { echo "tb3_labs: $1" >&2; exit 2; }
+  cat >"$result" <<XML
+<testsuite tests="1"><testcase classname="oldest" name="oldest"><skipped message="test/oldest.sh was left out: $1"/></testcase></testsuite>
+XML
+  exit 0
+}
+
+is_oldest() { "$1" -Ic 'import sys; sys.exit(sys.version_info[:2] != (3, 8))' 2>/dev/null; }    # pyenv's shim may lead nowhere
+
+python=
+for candidate in $(type -aP python3.8) "${PYENV_ROOT:-$HOME/.pyenv}"/versions/3.8*/bin/python3.8; do
+  if [ -z "$python" ] && is_oldest "$candidate"; then python=$candidate; fi
+done
+[ -n "$python" ] || leave_out 'there is no Python 3.8, on PATH or of pyenv'
+if is_oldest /usr/bin/python3; then leave_out "this system's own Python is 3.8"; fi
+rospack find tb3_labs >/dev/null 2>&1 || source "$repo/scripts/setup.sh"
+if [ "$(cat "$old/complete" 2>/dev/null)" != "$python $libraries" ]; then
+  mkdir -p "${old%/*}"
+  "$python" -Im venv --clear "$old"
+  "$old/bin/python" -Im pip install -q $libraries >"$old/pip.log" 2>&1 ||
+    leave_out "its libraries cannot be had from PyPI ($old/pip.log has the reason)"
   # Behind the old libraries the system's modules: ROS. Of those that are compiled the tests use none but tf2_py, by its names.
   /usr/bin/python3 -c 'import rospy; print(rospy.__path__[0].rpartition("/")[0])' >"$old/lib/python3.8/site-packages/system.pth"
   cat >"$old/lib/python3.8/site-packages/tf2_py.py" <<'END'
@@ -22,6 +46,6 @@ class BufferCore: pass
 class TransformException(Exception): pass
 ConnectivityException = LookupException = ExtrapolationException = InvalidArgumentException = TimeoutException = TransformException
 END
-  touch "$old/complete"
+  echo "$python $libraries" >"$old/complete"
 fi
-PATH=$old/bin:$PATH exec "$old/bin/python" -m pytest -p no:cacheprovider -q "${@:2}" "$repo/test/unit"
+PATH=$old/bin:$PATH exec "$old/bin/python" -m pytest -p no:cacheprovider -q "$@" "$here/unit"

@@ -67,7 +67,7 @@ refused before anything starts. A node refuses an unknown parameter and an inval
 its launch.
 
 `dynparam` is on the PATH of `scripts/setup.sh`'s shell; in a workspace of your own it is
-`python3 -m tb3_labs.ros.dynparam`. Its settings last as long as the node.
+`python3 $(rospack find tb3_labs)/launch/run.py dynparam`. Its settings last as long as the node.
 
 The model `default` is `TURTLEBOT3_MODEL` in the environment, else burger.
 """

@@ -5,6 +5,8 @@
 _tb3_labs_terminal() {
   local ws=${CATKIN_ENV_HOOK_WORKSPACE%/devel} home=~/.ros
   PATH=:$PATH: PATH=${PATH//:"$ws/venv/bin":/:} PATH=${PATH#:} PATH=$ws/venv/bin:${PATH%:}
+  # An empty entry, as `PYTHONPATH=$PYTHONPATH:...` in a .bashrc leaves it, is the current folder.
+  PYTHONPATH=$(tr -s : <<<":${PYTHONPATH:-}:") PYTHONPATH=${PYTHONPATH#:} PYTHONPATH=${PYTHONPATH%:}
 
   # For catkin_make in this terminal: the catkin of Debian 13 takes the Python of a virtual environment or conda that is
   # active, whatever comes first on PATH; so ours is. CMake 4 refuses catkin's top level without the second one.
@@ -28,7 +30,7 @@ _tb3_labs_terminal() {
       if [ "${ROS_HOSTNAME:-}" = localhost ]; then unset ROS_HOSTNAME; fi    # left by an earlier `source`
       if [ "${ROS_ETC_DIR:-}" = "$ws/etc" ]; then unset ROS_ETC_DIR; fi
       if [ -z "${ROS_IP:-}${ROS_HOSTNAME:-}" ]; then
-        ROS_IP=$("$ws/venv/bin/python3" - "$ROS_MASTER_URI" 2>/dev/null <<'PYTHON'
+        ROS_IP=$("$ws/venv/bin/python3" -I - "$ROS_MASTER_URI" 2>/dev/null <<'PYTHON'
 import socket, sys, urllib.parse
 uri = urllib.parse.urlparse(sys.argv[1])
 probe = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

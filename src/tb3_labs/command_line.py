@@ -84,6 +84,8 @@ def reason(problem: BaseException) -> str:
     """The reason of a failure, in one line. If a file is the problem, its name comes first."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return '{}: {}'.format(problem.filename, problem.strerror)
+    if isinstance(problem, FileNotFoundError):    # only that of os.getcwd() has no name
+        return 'the current folder was deleted: go to another one, such as cd ~'
     return ' '.join(str(problem).split())
 
 

@@ -332,7 +332,7 @@ class PanelTest(PanelCase):
         for each in half_sent:
             closed.register(each, select.POLLIN)
         self.seen.wait_until(lambda: len(closed.poll(0)) > 980, 5.0, 'the end of the oldest')
-        for page in self.page, *others:
+        for page in (self.page, *others):
             before = page.pictures
             page.wait_until(lambda now=page, had=before: now.pictures > had + 5, 5.0, 'pictures')
         self.assertLess(self.panel.text.count('Traceback'), 1)

@@ -1,5 +1,6 @@
 """The ways to give a parameter to a node that runs: a file, set:=, dynparam; and its refusals."""
 import os
+import pathlib
 import sys
 import tempfile
 
@@ -12,7 +13,8 @@ from tb3_labs.control.goal_state import DriveConfig
 from node_case import STARTING, NodeCase, Program
 
 NODE = '/mine/move_to_goal'
-DYNPARAM = [sys.executable, '-m', 'tb3_labs.ros.dynparam']
+RUN = pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'run.py'
+DYNPARAM = [sys.executable, str(RUN), 'dynparam']
 
 
 class ParametersTest(NodeCase):
@@ -54,6 +56,8 @@ class ParametersTest(NodeCase):
     def test_3_dynparam_refuses_in_one_line(self):
         cases = (
             ('set {} max_linear 9'.format(NODE), 'max_linear = 9.0 is not valid: a number from'),
+            ('set {} max_linear 1{}'.format(NODE, 400 * '0'), 'max_linear = inf is not valid: a number from'),
+            ('set {} allow_reverse 1{}'.format(NODE, 400 * '0'), "0' is not valid"),
             ('set {} max_linear fast'.format(NODE), "'fast' is not valid: a number from 0.02 to 1"),
             ('set {} max_liner 0.1'.format(NODE), 'is max_linear meant?'),
             ('set /mine/move_to_gaol max_linear 0.1', 'is {} meant?'.format(NODE)),

@@ -3,9 +3,10 @@ environment in it: it is built, writes the skeletons, and checks a node."""
 import os
 import pathlib
 import sys
-import sysconfig
 import tempfile
 import unittest
+
+import squaternion
 
 from node_case import STARTING, Program
 
@@ -24,7 +25,7 @@ venv=$PWD/src/tb3_labs/build/.ws/venv
 mkdir -p src/tb3_labs/build
 touch src/tb3_labs/build/CATKIN_IGNORE
 {python} -m venv --system-site-packages --without-pip $venv
-cp -r {modules}/squaternion* $venv/lib/python3*/site-packages
+cp -r {squaternion}* $venv/lib/python3*/site-packages
 export PATH=$venv/bin:$PATH
 for lab in imu turn move2goal gamepad; do
   PYTHONPATH=src/tb3_labs/src:$PYTHONPATH python3 src/tb3_labs/scripts/skeleton.py $lab src
@@ -49,7 +50,7 @@ class StudentsTest(unittest.TestCase):
             program = Program(
                 ['bash', '-c', SCRIPT.format(
                     folder=folder, python=sys.executable, solution=SOLUTION,
-                    modules=sysconfig.get_paths()['purelib'])],
+                    squaternion=pathlib.Path(squaternion.__file__).parent)],
                 environment={name: ':'.join(
                     path for path in os.environ.get(name, '').split(':') if str(ROOT) not in path)
                     for name in VARIABLES})

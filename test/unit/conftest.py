@@ -3,6 +3,7 @@ as well, as in an editor: those that need it are skipped."""
 import gc
 import importlib.util
 import os
+import pkgutil
 import sys
 
 import pytest
@@ -39,6 +40,17 @@ settings.register_profile('repeatable', derandomize=True, deadline=None, databas
 settings.load_profile('repeatable')
 
 
+def pytest_addoption(parser):
+    parser.addoption('--first-cases', action='store_true', help='of each test the first case alone')
+
+
+def pytest_collection_modifyitems(config, items):
+    if config.getoption('--first-cases'):
+        first = {}
+        items[:] = [item for item in items
+                    if first.setdefault((item.fspath, item.name.partition('[')[0]), item) is item]
+
+
 def pytest_collection_finish():
     """The objects of the test files stay to the end, so the garbage collector need not look through
     them again and again; for the tests that count objects that is most of their time."""
@@ -51,3 +63,26 @@ def pytest_collection_finish():
 def wake_hypothesis(_nothing):
     """At its first run hypothesis asks the collector about the random generators; nothing is frozen
     then."""
+
+
+@pytest.fixture(scope='session')
+def namesakes(tmp_path_factory):
+    """A folder with a file of the name of each module that Python finds. One that is imported writes its name
+    into `imported`."""
+    folder, names = tmp_path_factory.mktemp('namesakes'), {module.name for module in pkgutil.iter_modules()}
+    assert names > {'copy', 'random', 'rospy', 'numpy', 'yaml', 'runpy'}
+    for name in names - {'tb3_labs', '__future__'}:    # ROS's own hook imports the latter alone
+        (folder / (name + '.py')).write_text('open({!r}, "a").write({!r})\n'.format(
+            str(folder / 'imported'), name + ' '))
+    return folder
+
+
+@pytest.fixture
+def among_namesakes(namesakes, monkeypatch):
+    """The test's programs start there, as a student's in a folder with a copy.py, and import none of them."""
+    monkeypatch.chdir(namesakes)
+    yield
+    imported = namesakes / 'imported'
+    said = imported.read_text() if imported.exists() else ''
+    imported.write_text('')
+    assert said == ''

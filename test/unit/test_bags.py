@@ -11,7 +11,6 @@ from io import BytesIO
 import numpy as np
 import pytest
 import rosbag
-import roslz4
 import rospy
 from recorded_run import (  # noqa: F401
     BEGIN, BURGER, DELAY, MISS, MISS_DEG, in_degrees, known_run, run, sensors, write_bag)
@@ -199,7 +198,9 @@ def start_of_bag(index_pos=13):
 
 
 def packed(by, size):
-    data = {b'bz2': bz2.compress, b'lz4': roslz4.compress}[by](bytes(size))
+    # roslz4 is compiled for the system's Python alone
+    compress = pytest.importorskip('roslz4').compress if by == b'lz4' else bz2.compress
+    data = compress(bytes(size))
     return start_of_bag() + record(data, op=b'\5', compression=by, size=bytes(4))
 
 
@@ -215,8 +216,8 @@ def peak_while_reading(path, tell=lambda line: None):
 
 
 @pytest.mark.parametrize('content, said', [
-    (packed(b'bz2', 2 ** 26), 'its packed chunks hold more than 1 MiB'),
-    (packed(b'lz4', 2 ** 26), 'its packed chunks hold more than 1 MiB'),
+    (lambda: packed(b'bz2', 2 ** 26), 'its packed chunks hold more than 1 MiB'),
+    (lambda: packed(b'lz4', 2 ** 26), 'its packed chunks hold more than 1 MiB'),
     (start_of_bag() + record(b'BZh9' + bytes(99), op=b'\5', compression=b'bz2'), 'damaged near byte'),
     (start_of_bag() + record(b'', op=b'\5', compression=b'zip'), 'damaged near byte'),
     (start_of_bag() + struct.pack('<I', 2 ** 32 - 1), 'damaged near byte'),
@@ -231,7 +232,7 @@ def peak_while_reading(path, tell=lambda line: None):
          'connections', 'index'))
 def test_a_small_file_cannot_take_the_memory(content, said, tmp_path, monkeypatch):
     monkeypatch.setattr(records, 'MOST_CHUNK', 2 ** 20)
-    (tmp_path / 'run.bag').write_bytes(content)
+    (tmp_path / 'run.bag').write_bytes(content() if callable(content) else content)
     words, most = peak_while_reading(tmp_path / 'run.bag')
     assert said in words and '\n' not in words and most < 16.0
 

@@ -10,6 +10,7 @@ import pytest
 
 from pages import ROOT
 
+pytestmark = pytest.mark.usefixtures('among_namesakes')
 LOADER = ROOT / 'launch' / 'env_robot.sh'
 #: of an SSH connection: the laptop's address and port, the robot's address and port
 FROM_HERE = '127.0.0.1 40000 127.0.0.1 22'

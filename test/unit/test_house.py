@@ -173,14 +173,25 @@ def test_a_line_of_a_test_has_at_most_120_characters():
 
 
 def test_all_of_it_is_python38():
-    """Noetic's, also if a newer Python runs the tests. vermin (pip) finds uses of a newer standard
-    library; it is too large to be a requirement:
+    """Noetic's, also if a newer Python runs the tests; its parser takes some of what 3.8 refuses, so
+    test/oldest.sh runs this, too. vermin (pip) finds uses of a newer standard library; it is too
+    large to be a requirement:
     vermin -t=3.8- --violations --eval-annotations --feature union-types src scripts test doc
     """
-    files = [path for folder in ('src', 'scripts', 'test', 'doc') for path in (ROOT / folder).rglob('*.py')]
+    files = [path for folder in ('src', 'scripts', 'launch', 'test', 'doc') for path in (ROOT / folder).rglob('*.py')]
     assert len(files) > 100
     for path in files:
         ast.parse(path.read_text(encoding='utf-8'), str(path), feature_version=(3, 8))
+
+
+def test_no_program_starts_a_python_that_looks_into_the_current_folder():
+    """As -c, -m and - do: a student's copy.py there would run. -I or `del sys.path[0]` keeps it out."""
+    start = re.compile(r'python[\d.]*"?(?: -W \w+| 2>\S+)*( -[A-Zcm]?) (?!\'import sys; del sys\.path\[0\];)')
+    files = [path for folder in ('launch', 'scripts', 'doc/skeletons', '.devcontainer')
+             for path in (ROOT / folder).rglob('*') if path.is_file() and path.suffix not in ('.py', '.pyc')]
+    assert len(files) > 30
+    assert [(path.name, line) for path in files for line in path.read_text(encoding='utf-8').splitlines()
+            if (start.search(line.partition('# ')[0]) or [0, ' -I'])[1] != ' -I'] == []
 
 
 # ----- what must be read for one node -----
@@ -227,12 +238,12 @@ PLAIN = re.compile('plain_|imu_sub')
                          ids=lambda path: path.name)
 def test_every_script_answers_help(path):
     """By run() of tb3_labs.ros.node, by command_line.Parser, or by itself; bad_start.test tries
-    some of them. A tool prints by run_tool(); skeleton.py prints its only line last."""
+    some of them. A tool prints by run_tool()."""
     assert len(ast.get_docstring(tree_of(path))) > 60
     text = path.read_text(encoding='utf-8')
     assert any(words in text for words in (
         "\n    run('", 'parser = Parser(', "'--help'", 'sys.exit(__doc__'))
-    assert 'Parser(' not in text or '\n    run_tool(' in text or path.name == 'skeleton.py'
+    assert 'Parser(' not in text or '\n    run_tool(' in text
 
 
 def test_every_script_is_executable():

@@ -254,7 +254,8 @@ def test_what_may_not_be_read_is_left_out_and_said():
             (folder / place).chmod(mode)
         (folder / 'm.py').write_text('x')
         (folder / 'm.py').chmod(0)
-        program = 'import os, sys\nos.setuid(65534)\nsys.path[:] = {!r}\n{}print(*sort_out(Path({!r})))'.format(
+        # the imports come first: a Python may lie where that user cannot read
+        program = 'import os, sys\nsys.path[:] = {!r}\n{}os.setuid(65534)\nprint(*sort_out(Path({!r})))'.format(
             sys.path, 'from pathlib import Path\nfrom tb3_labs.marking.intake.submissions import sort_out\n', name)
         said = subprocess.check_output([sys.executable, '-c', program], universal_newlines=True)
     assert said.replace(name + '/', '').replace('PosixPath', '') == (

@@ -117,13 +117,28 @@ def test_only_a_roslaunch_is_ended(tmp_path, name):
 
 # ----- waits, log lines and terminals
 
-@pytest.mark.parametrize('output', ['>&-', '>/dev/full', '| :'])
-def test_a_terminal_that_has_gone_ends_nothing(output):
+RUN = SCRIPTS.parent / 'launch' / 'run.py'
+#: All programs but the students' own nodes, which have no --help; two that print.
+PRINTS = [(path, '--help') for path in sorted(SCRIPTS.glob('*.py')) if not re.match('plain_|imu_sub', path.name)] + [
+    (RUN, 'dynparam', '--help'), (RUN, 'robot_description', 'burger'), (SCRIPTS / 'mystery.py', '--list')]
+
+
+@pytest.mark.parametrize('words, output', [(words, '>/dev/full') for words in PRINTS] + [
+    (PRINTS[-1], output) for output in ('>&-', '| :', '>&- 2>&- <&-')],
+    ids=lambda part: part if isinstance(part, str) else part[-1] + part[0].name)
+def test_a_terminal_that_has_gone_ends_nothing(words, output):
     """Else a class that is marked in `mark.py ... | head` would lose its marks."""
     ran = subprocess.run(['bash', '-c', '{{ "$@"; echo $? >&3; }} {}'.format(output), 'bash', sys.executable,
-                          str(SCRIPTS / 'mystery.py'), '--list'], stdout=subprocess.PIPE, text=True,
+                          *map(str, words)], stdout=subprocess.PIPE, text=True,
                          stderr=subprocess.STDOUT, preexec_fn=lambda: os.dup2(1, 3), pass_fds=[3])
     assert ran.stdout == '0\n'
+
+
+def test_a_folder_that_was_deleted_is_told(tmp_path):
+    for words in (['skeleton.py', 'turn', '.'], ['mark.py', '.', '--lab', 'turn', '-o', 'x']):
+        ran = subprocess.run(['bash', '-c', 'mkdir "$0/gone"; cd "$0/gone"; rmdir "$0/gone"; exec "$@"', str(tmp_path),
+                              sys.executable, str(SCRIPTS / words[0])] + words[1:], stderr=subprocess.PIPE, text=True)
+        assert ran.stderr == words[0] + ': the current folder was deleted: go to another one, such as cd ~\n'
 
 
 @pytest.mark.parametrize('address', ['', 'localhost:11311', 'http://localhost:x'])

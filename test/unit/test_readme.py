@@ -30,7 +30,7 @@ def test_paths_in_backticks_exist(page):
     paths = own_paths()
     for code in in_backticks(page):
         for word in re.split(r'[\s,;()\'"]+', code):
-            word = PLACEHOLDER.sub('*', word[2:] if word.startswith('./') else word).rstrip('/')
+            word = PLACEHOLDER.sub('*', word[2:] if word.startswith('./') else word).strip('/')
             if 'build/' in word or ':' in word or word == '*':
                 continue        # made by the set-up, or of other machines
             whole = word.split('/')[0] in FOLDERS and '/' in word

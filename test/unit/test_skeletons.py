@@ -140,7 +140,7 @@ def test_a_package_names_all_that_it_needs(lab):
 
 
 @pytest.mark.parametrize('lab', sorted(NODES))
-def test_statistics_are_switched_on_if_they_are_asked_for(lab, tmp_path):
+def test_statistics_are_switched_on_if_they_are_asked_for(lab, tmp_path, among_namesakes):
     path, name = tmp_path / (lab + '.launch'), '/enable_statistics'
     path.write_text(files_of(lab)['launch/{}.launch'.format(lab)])
     for arguments, wanted in ((['sim:=true', 'statistics:=true'], True), (['sim:=true'], None)):

@@ -11,6 +11,7 @@ import zipfile
 
 import pytest
 
+pytestmark = pytest.mark.usefixtures('among_namesakes')
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 SETUP = REPOSITORY / 'scripts' / 'setup.sh'
 BUILT = REPOSITORY / 'build' / '.ws'
@@ -71,6 +72,8 @@ def test_one_that_was_built_on_top_of_this_needs_no_other_source(tmp_path):
     words, errors = shell(tmp_path, 'source {}/setup.bash'.format(own) + SHOW + ' "$ROS_ETC_DIR"')
     assert words.pop() == str(BUILT / 'etc')
     assert_both(own, words, errors)
+    paths, _ = shell(tmp_path, 'cd /; source {}/setup.bash; echo "$PYTHONPATH"'.format(own), PYTHONPATH=':/x::/y:')
+    assert paths[0].split(':')[-2:] == ['/x', '/y'] and '' not in paths[0].split(':')
 
 
 @needs_setup
@@ -326,7 +329,7 @@ def test_a_second_copy_needs_no_network_and_makes_whole_what_failed_half_way(tmp
     assert errors == ''
     programs = copy / 'build' / '.ws' / 'venv' / 'bin'
     assert (programs / 'dynparam').exists()
-    assert shell(tmp_path, '{}/python3 -c "import squaternion; print(squaternion.__file__)"'.format(
+    assert shell(tmp_path, '{}/python3 -Ic "import squaternion; print(squaternion.__file__)"'.format(
         programs))[0][0].startswith(str(copy))
 
 
@@ -339,7 +342,7 @@ def test_pip_takes_no_other_file_than_the_repository_names(tmp_path):
     versions = [pin.split('==')[1] for pin in pins if pin.startswith('squaternion==')]
     for version in versions:
         forge(tmp_path, version)
-    words, errors = packages(tmp_path, 'repo={}; pinned; {}/venv/bin/python3 -m pip --isolated '
+    words, errors = packages(tmp_path, 'repo={}; pinned; {}/venv/bin/python3 -Im pip --isolated '
                              'install --quiet --no-index --find-links {folder} --target {folder}/out '
                              '"${{pip_exactly[@]}}" -r <(pinned)'.format(
                                  REPOSITORY, BUILT, folder=tmp_path))

@@ -5,7 +5,7 @@ Usage: dynparam list                     the nodes whose settings can change
        dynparam set NODE NAME VALUE      such as: dynparam set /turtlebot3 imu_silent true
 
 The exit status is 0 only if that was done. Terminals of scripts/setup.sh call it `dynparam`, all
-others `python3 -m tb3_labs.ros.dynparam`.
+others `python3 $(rospack find tb3_labs)/launch/run.py dynparam`.
 
 Calls
     NODE/set_parameters    dynamic_reconfigure/Reconfigure
@@ -22,9 +22,11 @@ import yaml
 from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
+from tb3_labs.command_line import number_or_text
 from tb3_labs.config import nearest
 from tb3_labs.ros.live_settings import decoded, encoded
 from tb3_labs.ros.topics import require_master
+from tb3_labs.terminal import run_tool
 
 SERVICE = '/set_parameters'
 #: Longest wait for a node's answer [s].
@@ -65,13 +67,14 @@ def settings_of(node):
 
 def value_of(text, kind):
     """Returns the typed text as a `kind`, or else as another type, which the node refuses."""
+    if kind is float:
+        return number_or_text(text)    # to YAML 1e-3 is a text, and 400 digits are no float
     try:
         value = text if kind is str else yaml.safe_load(text)
-    except yaml.YAMLError:
+    except (yaml.YAMLError, ValueError):    # of an integer with 5000 digits
         return text
-    if kind is float and type(value) is int:
-        return float(value)
-    return value if type(value) in (bool, int, float) else text
+    is_sent = type(value) in (bool, float) or type(value) is int and abs(value) < 2 ** 31
+    return value if is_sent else text
 
 
 def carry_out(command, node='', name='', text=None):
@@ -113,4 +116,4 @@ def main(words):
 
 
 if __name__ == '__main__':
-    sys.exit(main(rospy.myargv()[1:]))
+    run_tool(lambda _: main(rospy.myargv()[1:]))

@@ -1,7 +1,7 @@
 """Checks the arguments of a roslaunch.
 
 roslaunch ignores an argument that the launch file does not have. So each launch file of this
-package begins with a parameter whose command is ``python3 -m tb3_labs.ros.launch FILE.launch``. It
+package begins with a parameter whose command is ``python3 PATH/run.py launch FILE.launch``. It
 looks at the command line of the roslaunch that runs it. If an argument is unknown or missing, it
 prints one line and fails; then roslaunch refuses the file before anything starts. Any Python can
 run it: it imports the standard library alone.
@@ -25,6 +25,11 @@ OWN_FILE = 'a YAML file of your own'
 NO_VALUE = re.compile(r'^(\w+):[ \t]*(?:#.*)?(?:\n(?![ \t]+\S)|\Z)', re.MULTILINE)
 #: A colon without a blank after it, as in {slip:0.1}: YAML takes it for a part of the name.
 NO_BLANK = re.compile(r':(?!\s)')
+#: An argument takes numbers if its default is one, or a group of parameters.
+NUMBERS = re.compile(r'-?[\d.]+|\{\}')
+#: A whole number, and the largest of the parameter server; by a larger one roslaunch fails.
+WHOLE = re.compile(r'(?<![\w.+-])[+-]?\d[\d_]*(?![\w.+-])')
+LARGEST = 2 ** 31 - 1
 #: A parameter and its value in {slip: 0.1}; nothing behind a last comma.
 PAIR = re.compile(r'\s*([^:]+:\s+\S.*)?')
 
@@ -54,6 +59,8 @@ def problem_of(words, path):
             return '{}:={}: {} has no argument {}; {}'.format(
                 name, value, path.name, name, _remedy(name, value, arguments, path))
         problem = _problem_of_value(name, value, arguments[name].get('doc', ''), path.parent)
+        if not problem and NUMBERS.fullmatch(arguments[name].get('default', '')):
+            problem = _problem_of_numbers(value)
         if problem:
             return '{}:={}: {}'.format(name, value, problem)
     for name, item in arguments.items():
@@ -90,13 +97,23 @@ def _problem_of_value(name, value, doc, folder):
     return _problem_of_file(Path(value)) if doc == OWN_FILE else ''
 
 
+def _problem_of_numbers(text):
+    """Returns which whole number is too large for the parameter server; '' if none is."""
+    for word in WHOLE.findall(text):
+        digits = word.replace('_', '').lstrip('+-0')
+        if len(digits) > len(str(LARGEST)) or int(digits or 0) > LARGEST:
+            return 'a whole number beyond {} is not valid'.format(LARGEST)
+    return ''
+
+
 def _problem_of_file(path):
     """Returns why roslaunch would refuse a YAML file with many lines; '' also if there is none."""
     try:
-        empty = NO_VALUE.search(_text_of(path))
+        text = re.sub('#.*', '', _text_of(path))
+        empty = NO_VALUE.search(text)
     except ValueError:
         return 'it is not text in UTF-8: save it as UTF-8'
-    return '{} has no value in it'.format(empty.group(1)) if empty else ''
+    return '{} has no value in it'.format(empty.group(1)) if empty else _problem_of_numbers(text)
 
 
 def _remedy(name, value, arguments, path):

@@ -44,11 +44,11 @@ def run(name, make_node, interface=None):
     """Initialise node `name`, build it by ``make_node()``, wait for the end; exits the process.
     With --help it prints the `interface`: the docstring of the script, by default that of the file
     of the class `make_node`."""
+    sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     if set(rospy.myargv()[1:]) & {'-h', '--help'}:
         print((interface or make_node.__init__.__globals__['__doc__']).strip())
         sys.exit(0)
     take_signals()
-    sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     try:
         if not rosgraph.is_master_online():    # rospy does not wait if parameters are typed
             print('Waiting for a ROS master at {}: roslaunch starts one, roscore too'.format(
@@ -65,10 +65,10 @@ def run(name, make_node, interface=None):
         rospy.on_shutdown(_last_words)
         while not _end_has_begun.is_set():
             pause(LOOK_PERIOD)
-    except ValueError as problem:
+    except (ValueError, OverflowError) as problem:    # the latter: an integer that rospy cannot set
         ignore_signals()
         end_roslaunch()
-        end(str(problem))
+        end(str(problem).replace('int exceeds XML-RPC limits', 'a whole number beyond 2147483647'))
     except Interrupted:
         end()
     ignore_signals()

@@ -1,6 +1,6 @@
 """Prints the robot's URDF, which launch/view.launch puts on the parameter server for RViz:
 
-    python3 -m tb3_labs.ros.robot_description MODEL [PREFIX]
+    python3 launch/run.py robot_description MODEL [PREFIX]
 
 It is a simple shape of the robot's size, with the names of links and joints of
 turtlebot3_description. Body and nose lie on the floor, so that they do not hide goal, path and true
@@ -11,9 +11,8 @@ Frames: ``base_footprint`` on the floor in the middle between the wheels, ``base
 the height of their axle; x forward, y left. Joints turn by positive angles when the robot drives
 forward. Units: metres.
 """
-import sys
-
 from tb3_labs.robot.turtlebot3 import WHEEL_WIDTH, RobotModel, robot_model
+from tb3_labs.terminal import run_tool
 
 #: Height of body and nose [m].
 THICKNESS = 0.005
@@ -75,7 +74,7 @@ def urdf(model: RobotModel, prefix: str = '') -> str:
         nose_width=model.body_radius / 2.0, thickness=THICKNESS, wheels=''.join(wheels))
 
 
-def main(model, prefix=''):
+def main(model, prefix='', *_):
     """Print the URDF. Returns 0, or the reason why there is no URDF."""
     try:
         print(urdf(robot_model(model), prefix))
@@ -85,4 +84,4 @@ def main(model, prefix=''):
 
 
 if __name__ == '__main__':
-    sys.exit(main(*sys.argv[1:]))
+    run_tool(lambda words: main(*words))

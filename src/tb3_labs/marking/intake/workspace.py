@@ -236,7 +236,7 @@ def _described(request, environment, sandbox):
         subprocess.run(
             sandbox.own_network(sandbox.command(LIMITED_PYTHON + [DESCRIBE])),
             input=json.dumps(request), stdout=answer, stderr=subprocess.DEVNULL,
-            timeout=BUILD_TIME, env=sandbox.environment(environment), check=True,
+            timeout=BUILD_TIME, env=sandbox.environment(environment), check=True, cwd='/',
             universal_newlines=True)
         answer.seek(0)
         return json.load(answer)
