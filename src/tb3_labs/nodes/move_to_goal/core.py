@@ -44,7 +44,7 @@ class MoveToGoalConfig(Config):
                             -MAX_DISTANCE, MAX_DISTANCE)
     goal_yaw_deg: float = setting(0.0, 'heading at the first goal', 'deg',
                                   -MAX_YAW_DEG, MAX_YAW_DEG)
-    has_control: bool = setting(False, 'may drive from the start, without ctrl_relinq')
+    has_control: bool = setting(False, 'may drive from the start; typed, not in a file')
 
     @property
     def goal(self) -> Pose2:
