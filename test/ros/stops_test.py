@@ -12,6 +12,7 @@ import signal
 import subprocess
 import tempfile
 import termios
+import threading
 import xmlrpc.client
 
 import rosgraph
@@ -311,6 +312,22 @@ class StopsTest(WithThumb, DriveCase):
         self.wait_until_turns_are_heard()
         self.let_it_drive(lambda: self.turns.publish(3600.0))
         self.stands_after_sleep(controller)
+
+    def test_a_reset_that_a_node_finds_when_it_wakes_is_refused(self):
+        """It would count where the robot is then."""
+        node, answers = self.move_to_goal(), []
+        self.declare()
+        for _ in range(3):
+            node.send(signal.SIGSTOP)
+            asking = threading.Thread(target=lambda: answers.append(self.reset(0.0, 0.0, 0.0)))
+            asking.start()
+            self.let_pass(1.1)
+            node.send(signal.SIGCONT)
+            asking.join(STARTING)
+            self.assertFalse(answers[-1].success)
+            self.assertIn('while this node did not run: ask again', answers[-1].message)
+        self.let_pass(PATIENCE)
+        self.declare()
 
     # -- terminals
 

@@ -42,7 +42,7 @@ class PadOutput(Output):
 
     @property
     def has_more(self) -> bool:
-        return bool(self.news) or self.holder is not None or self.asks_reset
+        return bool(self.news) or self.holder is not None
 
 
 class GamepadCore:
