@@ -80,9 +80,10 @@ class Origins:
         before, stamped = self._latest.get(way.sender), self._stamps.get(way.sender)
         self._latest[way.sender] = way
         self._stamps[way.sender] = stamp, clock
-        if stamped is not None and stamp == stamped[0] != 0.0 and clock != stamped[1]:
-            return Age.SAME
-        if before == way or (before is None and way.sender not in self._present):
+        if before == way:
+            is_same = stamped is not None and stamp == stamped[0] != 0.0 and clock != stamped[1]
+            return Age.SAME if is_same else Age.NEW
+        if before is None and way.sender not in self._present:
             return Age.NEW
         is_restarted = before is not None and before.process != way.process
         if is_restarted and way.renews:    # it says nothing before a person acts

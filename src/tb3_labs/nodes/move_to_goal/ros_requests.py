@@ -199,16 +199,15 @@ def _in_degrees(pose):
 
 
 def only_news(topic, callback):
-    """Returns a function that gives messages of `topic` to `callback`, but for latched ones that
-    are doubtful, and those that come again with their stamp."""
+    """Returns a function that gives messages of `topic` to `callback`, but drops latched ones that
+    are doubtful with a warning."""
     to_age = ages(topic)
 
     def hear(message):
-        age = to_age(message)
-        if age in (Age.LATCHED, Age.OLD):
+        if to_age(message) in (Age.LATCHED, Age.OLD):
             rospy.logwarn('%s: a message of %s from before this node could hear it does not count; '
                           'say it again', rospy.resolve_name(topic), way_of(message).sender)
-        elif age is not Age.SAME:
+        else:
             callback(message)
 
     return hear
