@@ -28,16 +28,17 @@ Services
 Action
     move2goal              move_base_msgs/MoveBaseAction
 Parameters
-    ~goal_x, ~goal_y [m], ~goal_yaw_deg, ~has_control: see MoveToGoalConfig in
-        tb3_labs.nodes.move_to_goal.core
+    ~goal_x, ~goal_y [m], ~goal_yaw_deg: see MoveToGoalConfig in tb3_labs.nodes.move_to_goal.core
+    _has_control:=true: it may drive from this start on; it is no parameter, which would outlive it
     ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.goal_state;
     they may change while it runs: dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
 
-from tb3_labs.nodes.move_to_goal.ros_node import MoveToGoalNode
+from tb3_labs.nodes.move_to_goal.ros_node import MoveToGoalNode, take_permission
 from tb3_labs.ros.node import run
 
 if __name__ == '__main__':
+    take_permission()
     run('move_to_goal', MoveToGoalNode, __doc__)

@@ -109,6 +109,11 @@ class Node:
         return re.findall(r"(\w+): '?\$\(arg \1\)", self.element)
 
     @property
+    def typed(self):
+        """Settings that are typed after the launch file or the node, and no parameters."""
+        return re.findall(r'_(\w+):=\$\(arg \1\)', self.element)
+
+    @property
     def pad(self):
         """Parameters that the launch file takes from a file of numbers of a pad."""
         if 'pad_$(arg pad)' not in self.element:
@@ -150,6 +155,8 @@ def annotated_yaml(node):
              '# your own: roslaunch tb3_labs {} params:=my.yaml'.format(node.launch_file),
              '# A line with # in front is an argument of the launch file; your file overrides it.']
     for item, live in node.settings:
+        if item.name in node.typed:
+            continue
         value = yaml.safe_dump({item.name: item.default}, default_flow_style=False).strip()
         given = item.name in node.arguments + node.pad
         lines.append('{:<28} # {}: {}{}'.format('#' * given + value, bounds_in_words(item),

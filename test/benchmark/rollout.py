@@ -100,7 +100,7 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
 def _reset(robot: Simulator, navigator: MoveToGoalCore, declared: Pose2) -> None:
     """Declare the pose as soon as both sensors are heard: the network may stall at first."""
     reset = Reset(AskedPose(declared))
-    navigator.on_reset(reset, robot.now)
+    navigator.on_reset(reset, robot.now, robot.now)
     if reset.problem:
         _navigate(robot, navigator, LOOK_PERIOD)
         _reset(robot, navigator, declared)

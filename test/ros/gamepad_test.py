@@ -123,6 +123,29 @@ class GamepadTest(WithThumb, DriveCase):
         commands = [command for _, command in self.seen.all('cmd_vel', pressed)]
         self.assertEqual(commands.count(ZERO), 1)
 
+    def test_a_driver_that_hangs_stops_the_robot_and_drives_again_by_a_new_message(self):
+        """It repeats one message, stamp included."""
+        self.thumb.sticks(1.0, 0.0)
+        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
+        self.thumb.hangs_since = rospy.Time.now()
+        hung = rospy.get_time()
+        self.pad.wait_for('joy_node repeats one message')
+        self.assert_stopped(hung, 0.35)
+        self.thumb.hangs_since = None
+        self.assert_silence()        # its stick was not in its middle since
+        self.thumb.sticks(0.0, 0.0)
+        self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad')
+
+    def test_a_y_that_a_node_finds_when_it_wakes_does_not_count(self):
+        self.press_y()
+        resets = self.said('Pose reset successfully.')
+        self.pad.send(signal.SIGSTOP)
+        self.let_pass(1.2)
+        self.thumb.press(Y)
+        self.pad.send(signal.SIGCONT)
+        self.seen.wait_until(lambda: self.said('Y does not count'), 5.0, 'the line')
+        self.assertEqual(self.said('Pose reset successfully.'), resets)
+
     def test_a_late_joiner_learns_who_holds_the_robot(self):
         self.thumb.press(A)
         self.seen.wait_for('control_holder', lambda holder: holder == 'move_to_goal')

@@ -1,6 +1,7 @@
 """The panel as its pages use it, without a browser. The actions and pictures of pages are compared
 with the simulated robot's true pose."""
 import http.client
+import json
 import math
 import os
 import re
@@ -23,6 +24,7 @@ from tf2_msgs.msg import TFMessage
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.ros.clocks import steady_time
 
 from costs import free_port
 from node_case import SILENCE, STARTING, ZERO, Node
@@ -36,6 +38,16 @@ HEARD = 0.45
 
 #: An ordinary user's process may have so many files open.
 USUAL_FILES = 1024
+
+
+#: What stands in place of a value: JSON, and what is none.
+VALUES = ['4e9', '-4e9', '1e12', '0.5', '-0.5', '0', '1e308', '-1e308', '1e999', 'NaN', '-Infinity', '1' + 300 * '0',
+          'null', 'true', '""', '"\\ud800"', '"' + 200 * 'x' + '"', '[]', '{}', '[[1, 2], {}]', '100 * [', '']
+
+
+def with_value(message, literal):
+    """The text of a message with any text in place of '@'."""
+    return json.dumps(message).replace('"@"', literal)
 
 
 def may_open(number):
@@ -291,6 +303,26 @@ class PanelTest(PanelCase):
         self.seen.wait_until(self.page.closed.is_set, 5.0, 'the end of that page')
         self.assertIsNone(self.panel.status)
         self.rest()
+
+    def test_no_message_of_a_page_ends_the_node_or_takes_stop_from_the_others(self):
+        """Each field of each message, with each value that a program may send."""
+        other = self.open()
+        self.let_pass(SILENCE)    # until the picture has the last stop
+        now = {'t': steady_time(), 'stops': self.page.picture['stops']}
+        place, pad = {'x': 0, 'y': 0, 'yaw_deg': 0}, {'forward': 0.5, 'left': 0, 'a': False}
+        texts = []
+        for kind, fields in (('joy', {'pad': pad, 'mouse': [0.5, 0.5], 'first': True}),
+                             ('turn', {'degrees': 0}), ('goal', place), ('reset', place), ('stop', {})):
+            message = dict(now, type=kind, id=1, **fields)
+            texts += [with_value(dict(message, **({'pad': dict(pad, **{name: '@'})} if name in pad else {
+                name: '@'})), value) for name in [*message, *pad] for value in VALUES]
+        for text in texts:
+            self.page.send_text(text)
+        shown = other.pictures      # a node that fails ends within a second
+        other.wait_until(lambda: other.pictures > shown + 30, 20.0, 'pictures')
+        self.assertEqual(other.ask('stop', seconds=20.0)[1].split(',')[0], 'control taken')
+        self.assertIsNone(self.panel.status)
+        self.assertFalse(self.page.closed.is_set())
 
     @staticmethod
     def status_of(path, port=PORT, method='GET', **headers):

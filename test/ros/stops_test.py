@@ -10,8 +10,12 @@ import pty
 import select
 import signal
 import subprocess
+import tempfile
 import termios
+import threading
+import xmlrpc.client
 
+import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalID
 from move_base_msgs.msg import MoveBaseActionGoal
@@ -24,7 +28,7 @@ from tb3_labs.supervision.events import LATCHED_WITHIN
 from tb3_labs.supervision.freshness import SENDER_PAUSE
 
 from drive_case import DriveCase
-from node_case import STARTING, ZERO, path_of
+from node_case import STARTING, ZERO, Program, path_of
 from thumb import A, B, Thumb, WithThumb
 
 #: Time from a stop to the last command that moves the robot [s].
@@ -176,6 +180,40 @@ class StopsTest(WithThumb, DriveCase):
         self.start('move2goal_tf.py')
         self.wait_for_state('waiting for control', seconds=STARTING)
 
+    def test_a_permission_that_waits_on_the_parameter_server_gives_none(self):
+        """A launch that ended at once, a start that was refused, rosparam: a later start waits."""
+        refused = self.start('move2goal_tf.py', '_goal_x:=900', '_has_control:=true')
+        self.assertEqual(refused.wait(STARTING), 1)
+        self.assertFalse(rospy.has_param('move_to_goal/has_control'))
+        rospy.delete_param('move_to_goal/goal_x')
+        rospy.set_param('move_to_goal/has_control', True)
+        node = self.move_to_goal()
+        node.wait_for('has_control on the parameter server gives no control')
+        self.is_stopped(rospy.get_time(), 0.0)
+        self.assertFalse(rospy.has_param('move_to_goal/has_control'))
+
+    def test_a_launch_gives_control_to_one_start_only(self):
+        """roslaunch repeats its words if it starts a node again (respawn)."""
+        file = tempfile.NamedTemporaryFile('w', suffix='.launch')
+        self.addCleanup(file.close)
+        file.write('<launch><node pkg="tb3_labs" type="move2goal_tf.py" name="move_to_goal" output='
+                   '"screen" respawn="true" args="_goal_x:=90 _has_control:=true"/></launch>')
+        file.flush()
+        for _ in range(2):       # each launch is a person's act
+            launch = Program(['roslaunch', '--disable-title', '--skip-log-check', file.name])
+            try:
+                launch.wait_for('MOVE_FORWARD', STARTING)
+                self.assertFalse(rospy.has_param('move_to_goal/has_control'))
+                self.seen.forget('goal_state')
+                node = rosgraph.Master('/stops_test').lookupNode('/move_to_goal')
+                os.kill(xmlrpc.client.ServerProxy(node).getPid('/stops_test')[2], signal.SIGKILL)
+                launch.wait_for('This launch gave control before', STARTING)
+                self.wait_for_state('waiting for control', seconds=STARTING)
+                self.rest()
+                self.is_stopped(rospy.get_time(), 0.0)
+            finally:
+                launch.end(seconds=40.0)
+
     def test_a_tap_on_b_while_messages_are_held_up(self):
         """The gamepad node gets them all at once: A given, B tapped, and let go again."""
         self.move_to_goal()
@@ -274,6 +312,22 @@ class StopsTest(WithThumb, DriveCase):
         self.wait_until_turns_are_heard()
         self.let_it_drive(lambda: self.turns.publish(3600.0))
         self.stands_after_sleep(controller)
+
+    def test_a_reset_that_a_node_finds_when_it_wakes_is_refused(self):
+        """It would count where the robot is then."""
+        node, answers = self.move_to_goal(), []
+        self.declare()
+        for _ in range(3):
+            node.send(signal.SIGSTOP)
+            asking = threading.Thread(target=lambda: answers.append(self.reset(0.0, 0.0, 0.0)))
+            asking.start()
+            self.let_pass(1.1)
+            node.send(signal.SIGCONT)
+            asking.join(STARTING)
+            self.assertFalse(answers[-1].success)
+            self.assertIn('while this node did not run: ask again', answers[-1].message)
+        self.let_pass(PATIENCE)
+        self.declare()
 
     # -- terminals
 

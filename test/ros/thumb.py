@@ -21,6 +21,7 @@ class Thumb:
 
     def __init__(self, topic='joy'):
         self.closed = False
+        self.hangs_since = None      # the stamp of all messages of a driver that hangs
         self._axes, self._buttons = [0.0] * 6, [0] * 8
         self._sent = deque(maxlen=20000)     # times [s, monotonic]
         self._publisher = rospy.Publisher(topic, Joy, queue_size=20, tcp_nodelay=True)
@@ -36,7 +37,7 @@ class Thumb:
 
     def _send(self):
         message = Joy(axes=list(self._axes), buttons=list(self._buttons))
-        message.header.stamp = rospy.Time.now()
+        message.header.stamp = self.hangs_since or rospy.Time.now()
         self._publisher.publish(message)
 
     def sticks(self, forward, left):

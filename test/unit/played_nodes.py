@@ -21,6 +21,12 @@ PAD = PadConfig()
 #: A process that did not run for longer than the second must be told anew. Within the first it
 #: may hear messages in any order.
 STALL, OVER = 1.0, 2.0
+#: A reset that took longer than this may declare another place [s].
+LATE_RESET = 1.05
+
+
+class Wrong(Exception):
+    """What must not happen."""
 
 
 class Process:
@@ -32,7 +38,7 @@ class Process:
         self.tremble = 1e-6
         self.asleep_since = self.asleep_until = None
         self.backwards = False       # the order in which its threads run when it wakes
-        self.stalled = False
+        self.stalled = self.waking = False    # it wakes from a short sleep, or from a longer one
         self.held = {}               # sender: until then its messages are held up
         self.waiting = {}
         self.is_dead = False
@@ -65,9 +71,9 @@ class Process:
         slept_for = self.world.now - self.asleep_since
         self.asleep_since = None
         self.woke(slept_for)
-        self.stalled = slept_for <= STALL
+        self.stalled, self.waking = slept_for <= STALL, slept_for > STALL
         self.deliver(sorted(set(self.waiting) - set(self.held), reverse=self.backwards))
-        self.stalled = False
+        self.stalled = self.waking = False
 
     def hear_robot(self):
         """Returns True if IMU and wheels were heard. They tremble, as sensors that are not frozen do.
@@ -85,6 +91,11 @@ class Process:
         """The time of a person's action, as the oracle shall know it: what waited for a moment only
         has no order."""
         return self.world.now if self.stalled and at is not None else at
+
+    def judge_reset(self, at):
+        """The frame is declared anew, as a person asked for at `at`."""
+        if self.waking or self.world.now - self.at(at) > LATE_RESET:
+            raise Wrong('a reset counts where the robot is now, not where it was')
 
 
 class Ahead:
@@ -197,8 +208,8 @@ class Mover(Process):
         doubtful = way.sender in self.unheard and way.latches and not way.renews
         self.unheard.discard(way.sender)
         if word or not is_old:
-            self.oracle.hear(now, way.sender, word, None if doubtful and word else self.at(at),
-                             way.renews)
+            self.oracle.hear(now, way.sender, word,
+                             None if word and (doubtful or self.waking) else self.at(at), way.renews)
         self.core.on_word(Event(word, now, way.sender, age, way.renews))
 
     def forget(self, name):
@@ -210,22 +221,32 @@ class Mover(Process):
     def on_goal(self, sender, at):
         now, request = self.world.now, GoalRequest(AskedPose(Pose2(40.0)), sender)
         self.core.on_goal(request, now)
-        if at is not None and self.core._requests.present is request:    # else it is repeated
+        if at is not None and not self.waking and self.core._requests.present is request:
             self.oracle.goal(now, self.at(at))
 
     def on_cancel(self, at):
         self.core.on_cancel(self.world.now)
         self.oracle.cancel(self.at(at))
 
-    def on_reset(self):
+    def on_reset(self, at):
         reset = Reset(AskedPose(Pose2()))
-        self.core.on_reset(reset, self.world.now)
+        self.core.on_reset(reset, self.world.now, self.world.now)
         if not reset.problem:
+            self.judge_reset(at)
             self.oracle.ask(self.world.now, 'goal')
 
     def woke(self, slept_for):
+        if self.backwards:
+            self.hear_sensors()      # before any request
         if slept_for > OVER:
             self.oracle.slept(self.world.now)
+
+    def hear_sensors(self):
+        now, is_there = self.world.now, self.hear_robot()
+        if is_there:
+            self.core.on_odometry(
+                OdometrySample(now, Pose2(self.tremble), 0.1, self.tremble), now)
+        return is_there
 
     def tick(self):
         if self.asleep_since is not None:
@@ -234,10 +255,7 @@ class Mover(Process):
         if self.connects_at and now >= self.connects_at - 1e-9:
             self.connects_at = 0.0
             self.connect(sorted(set(self.world.senders) - set(self.ways)))
-        is_there = self.hear_robot()
-        if is_there:
-            core.on_odometry(OdometrySample(now, Pose2(self.tremble), 0.1, self.tremble), now)
-        self.oracle.look(now, is_there)
+        self.oracle.look(now, self.hear_sensors())
         output = core.tick(now, now)
         self.world.judge(output.command, self.oracle)
         if output.control_stands is not self.has_control and not self.connects_at:
@@ -276,7 +294,7 @@ class Pad(Process):
         self.oracle.stop(self.world.now)
 
     def woke(self, slept_for):
-        if slept_for > OVER:
+        if slept_for > STALL:
             self.oracle.lose(self.world.now)
 
     def show(self):
@@ -295,6 +313,8 @@ class Pad(Process):
         """Carry out what the core wants after an action at `at`."""
         output = self.core.tick(self.world.now)
         self.world.judge(output.command, self.oracle)
+        if output.asks_reset:
+            self.judge_reset(at)
         for word in output.words:
             self.say_word(word, at)
             at = at if not word else None    # the others of a grant are renewals
@@ -343,7 +363,7 @@ class Turner(Process):
         self.core.accepted = False
         self.core.on_turn(Event(3600.0, now, name, self.origins.age_of(way, now)), now)
         if name == 'person' and self.core.accepted:
-            self.by_turn.hear(now, 'turn', True, self.at(at))
+            self.by_turn.hear(now, 'turn', True, None if self.waking else self.at(at))
             self.by_turn.ask(now, 'goal')
 
     def on_mouse(self, name, active, y, at):

@@ -5,7 +5,7 @@ An event is (words for a story, name of a method, its arguments). Units: seconds
 from types import SimpleNamespace
 
 from oracle import COMPARED, OVER, GoalOracle
-from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Sender, Turner, Turning
+from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Sender, Turner, Turning, Wrong
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import LATCHED_WITHIN
 
@@ -24,10 +24,6 @@ HELD_UP = (0.45, 1.95, 2.15)
 
 #: The answer of an event that is impossible.
 NOTHING = object()
-
-
-class Wrong(Exception):
-    """A command against the rule."""
 
 
 class Unheard(Wrong):
@@ -238,7 +234,7 @@ class Labs(World):
         self.mover.send('cancels', 'on_cancel', self.now)
 
     def reset(self):
-        self.mover.send('resets', 'on_reset')
+        self.mover.send('resets', 'on_reset', self.now)
 
     def press(self, number, button):
         """A short press."""
@@ -351,7 +347,7 @@ class OnePad(Labs):
 
     PADS = 1
     EVENTS = WAITING + MOVER + sleeping('gamepad', 1) + [
-        ('A', 'press', 0, 0), ('B', 'press', 0, 1),
+        ('A', 'press', 0, 0), ('B', 'press', 0, 1), ('Y', 'press', 0, 2),
         ('the stick is pushed', 'push', 0, 1.0), ('the stick is let go', 'push', 0, 0.0),
         ('the pad is pulled out', 'plug', 0, False), ('the pad is plugged in', 'plug', 0, True),
         ('gamepad dies', 'end_pad', 0), ('gamepad is started anew', 'add_pad', 0),

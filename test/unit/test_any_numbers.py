@@ -93,7 +93,7 @@ class Driven:
                 if what == 'goal':
                     self.mover.set_goal(Pose2(a, b, yaw))
                 elif what == 'reset':
-                    self.mover.on_reset(Reset(AskedPose(Pose2(a, b, yaw))), self.now)
+                    self.mover.on_reset(Reset(AskedPose(Pose2(a, b, yaw))), self.now, self.now)
                 else:
                     self.controller.ask(a, self.now)
             except ValueError as problem:

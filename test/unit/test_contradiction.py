@@ -334,7 +334,7 @@ def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
     watched.robot.reset()
     watched.run(6.0)
     assert watched.robot.truth == Pose2()      # nobody gave it anew, and the pose is lost
-    drives.on_reset(Reset(AskedPose(Pose2())), watched.robot.now)
+    drives.on_reset(Reset(AskedPose(Pose2())), *2 * (watched.robot.now,))
     watched.run(6.0)
     assert watched.robot.truth.distance_to(Pose2(0.3, 0.0)) < 0.01
     assert drives.status(watched.robot.now).words == 'GOAL_REACHED'

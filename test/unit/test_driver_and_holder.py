@@ -67,8 +67,10 @@ def test_after_a_stop_nothing_counts_that_a_person_did_before(grip):
         with pytest.raises(ValueError, match=reason):
             grip.hold(A, known, 100.1, 0.0, first)
     with pytest.raises(ValueError, match='stopped'):
-        grip.check(0)
-    grip.check(1)
+        grip.check(0, 100.1, 0.0, 1.0)
+    grip.check(1, 100.1, 1.0, 1.0)
+    with pytest.raises(ValueError, match='this came 1.1 s late'):
+        grip.check(1, 100.1, 1.1, 1.0)
     assert grip.hold(A, 1, 100.1, 0.0, True)
 
 

@@ -9,10 +9,18 @@ from played_worlds import (
     Goals, GoneRobot, LatePad, LateTurns, MouseAndTurns, OnePad, Senders, TwoMice, TwoPads)
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.nodes.controller.mouse_reader import Mouse
+from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.supervision.events import Age, Origins
 from tb3_labs.supervision.freshness import Lateness, SleepWatch
 from tb3_labs.supervision.goal_requests import GoalRequests
 from tb3_labs.supervision.lost_or_stalled import SensorWatch
+
+
+class ByY(OnePad):
+    EVENTS = [event for event in OnePad.EVENTS
+              if event[0] == 'Y' or event[1] in ('sleep', 'let_pass', 'hold_up') and event[-1] in (
+                  0.31, 1.95, 2.15, True)]
+
 
 AGE_OF, UPDATE, HEARD = Origins.age_of, SensorWatch.update, Mouse.heard
 
@@ -64,6 +72,11 @@ def once(self, request):
     return False
 
 
+def each_counts(self, *_):
+    """A press is never too old."""
+    return True
+
+
 def one_for_all(self, message):
     """All mice are one."""
     return HEARD(self, replace(message, sender=''))
@@ -81,7 +94,11 @@ def one_for_all(self, message):
     (GoneRobot, SensorWatch, 'update', forgetful, 3, 'press go_and_come let_pass'),
     (LateTurns, GyroWatch, 'is_checked', True, 4, 'switch turn let_pass'),
     (Goals, GoalRequests, 'stays_ended', once, 4, 'repeat_goal cancel by_terminal let_pass'),
-    (TwoMice, Mouse, 'heard', one_for_all, 5, 'sleep set let_pass')])
+    (TwoMice, Mouse, 'heard', one_for_all, 5, 'sleep set let_pass'),
+    # Y; a reset
+    (ByY, GamepadCore, '_counts', each_counts, 4, 'sleep press let_pass'),
+    (ByY, GamepadCore, '_counts', each_counts, 4, 'hold_up press let_pass'),
+    (Goals, SleepWatch, 'doubt', '', 3, 'sleep reset let_pass')])
 def test_a_defect_is_found_by_its_shortest_story(
         monkeypatch, kind, owner, method, defect, number, deeds):
     """Among all events it is found, too, but that takes longer."""

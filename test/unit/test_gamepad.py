@@ -4,7 +4,7 @@ import pytest
 from tb3_labs.nodes.gamepad.core import HAND_BACK, GamepadCore
 from tb3_labs.nodes.gamepad.pad import PAD_TIMEOUT, PadConfig, read_pad
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
-from tb3_labs.supervision.events import Event
+from tb3_labs.supervision.events import Age, Event
 from tb3_labs.supervision.holder import Holder
 
 NOBODY, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL
@@ -92,11 +92,11 @@ class Pad:
         return self.controller.holder
 
 
-def hear(controller, now, stamp, *pressed, forward=0.0):
+def hear(controller, now, stamp, *pressed, forward=0.0, age=Age.NEW):
     """A message of a pad with a clock of its own."""
     buttons = [int(button in pressed) for button in range(8)]
     controller.on_joy(Event(read_pad([0.0, forward] + [0.0] * 4, buttons, PadConfig()), now,
-                            sent_at=stamp))
+                            age=age, sent_at=stamp))
 
 
 def look(controller, since, until):
@@ -205,6 +205,38 @@ def test_an_a_that_the_network_held_up_for_long_does_not_count(stamped, late, co
     assert stamped.take('words') == [False]       # a stop is never too late
 
 
+@pytest.mark.parametrize('late, counts', [(0.9, True), (1.1, False)])
+def test_a_y_that_the_network_held_up_would_declare_another_place(stamped, late, counts):
+    look(stamped, 101.0, 101.05 + late)
+    hear(stamped, 101.05 + late, 8.04)
+    hear(stamped, 101.05 + late, 8.05, Y)
+    assert bool(stamped.take('asks_reset')) is counts
+    assert warned(stamped, 'Y does not count') is not counts
+
+
+@pytest.mark.parametrize('clock_runs', [True, False])
+def test_a_driver_that_hangs_is_a_pad_that_is_lost(stamped, clock_runs):
+    """It repeats its last message, stamp included; with a simulated clock a stamp tells no lateness.
+    """
+    def repeat(seconds, *pressed):
+        commands = []
+        for tick in range(round(seconds / 0.05)):
+            now = stamped.now + 0.05
+            hear(stamped, now, 8.05 * clock_runs, *pressed, forward=1.0, age=Age.SAME)
+            commands.append(stamped.tick(now).command)
+        return set(commands)
+
+    hear(stamped, 101.05, 8.05 * clock_runs, forward=1.0)
+    assert stamped.tick(101.05).command != Twist2()
+    repeat(0.3)
+    assert stamped.holder is NOBODY and repeat(10.0) == {Twist2()}
+    assert warned(stamped, 'joy_node repeats one message')
+    repeat(0.1, A, Y)
+    assert not stamped.take('asks_reset') and True not in stamped.take('words')
+    repeat(0.1, B)
+    assert stamped.take('words') == [False]        # a stop counts all the same
+
+
 @pytest.mark.parametrize('stop', ['lost', 'taken', 'B'])
 def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stamped, stop):
     if stop == 'lost':
@@ -308,12 +340,15 @@ def test_hold_to_drive():
 
 @pytest.mark.parametrize('after, counts', [(0.1, False), (0.4, True)])
 @pytest.mark.parametrize('stamped', [False, True])
-def test_an_a_of_a_pad_that_was_heard_for_a_moment_only_does_not_count(after, counts, stamped):
-    """It may have waited with the first message, for an unknown time."""
+@pytest.mark.parametrize('button, what', [(A, 'words'), (Y, 'asks_reset')])
+def test_a_press_on_a_pad_that_was_heard_for_a_moment_only_does_not_count(
+        after, counts, stamped, button, what):
+    """It may have waited with the first message, or be held since the pad's start: joy_node sends
+    all zeros first."""
     controller = Core(PadConfig(), BURGER)
-    for now, *pressed in (100.0,), (100.0 + after, A):
+    for now, *pressed in (100.0,), (100.0 + after, button):
         hear(controller, now, now - 90.0 if stamped else 0.0, *pressed)
-    assert (True in controller.take('words')) is counts
+    assert (True in controller.take(what)) is counts
     assert warned(controller, 'the moment the pad was first heard') is not counts
 
 

@@ -118,11 +118,18 @@ def test_a_decimal_comma_and_a_name_without_a_value_are_told(value, part):
 
 def test_a_later_way_to_give_a_parameter_goes_before_an_earlier_one(tmp_path):
     mine = tmp_path / 'my.yaml'
-    mine.write_text('has_control: false\nmax_linear: 0.2\nallow_reverse: true\n')
-    given = ['params:={}'.format(mine), 'has_control:=true', 'set:={max_linear: 0.1}']
+    mine.write_text('model: waffle\nmax_linear: 0.2\nallow_reverse: true\n')
+    given = ['params:={}'.format(mine), 'model:=burger', 'set:={max_linear: 0.1}']
     params = loaded('move2goal', *given).params
     assert [params['/move_to_goal/' + name].value for name in (
-        'has_control', 'max_linear', 'allow_reverse')] == [False, 0.1, True]
+        'model', 'max_linear', 'allow_reverse')] == ['waffle', 0.1, True]
+
+
+def test_a_permission_is_a_word_of_its_node_and_no_parameter_that_outlives_it():
+    for node, words in ('finished', '_has_control:=true'), ('plain', ''):
+        config = loaded('move2goal', 'has_control:=true', 'node:=' + node)
+        assert [node.args for node in config.nodes] == [words]
+        assert not [name for name in config.params if 'has_control' in name]
 
 
 @pytest.mark.parametrize('name, robot_set', [

@@ -193,7 +193,7 @@ def reset_in_a_spin(robot_config, rate=1.0, after=None):
     spin(0.0, 1.0 + rng.random())
     spin(rate, 1.0 + rng.random())
     there, reset = robot.truth, Reset(AskedPose(Pose2()))
-    navigator.on_reset(reset, robot.now)
+    navigator.on_reset(reset, robot.now, robot.now)
     while not reset.done:
         spin(rate, PERIOD)
     spin(0.0, 1.5)

@@ -3,7 +3,7 @@ import pytest
 
 from tb3_labs.nodes.controller.mouse_reader import Mouse, MouseState, mouse_twist
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.events import Event
+from tb3_labs.supervision.events import Age, Event
 
 
 def hear(mouse, active, x, y, now, name='', stamp=0.0):
@@ -82,8 +82,13 @@ def test_what_the_network_delayed_is_no_activation_but_a_stop():
     assert hear(mouse, False, 0.0, 0.0, 12.2, 'laptop', 511.2) and not mouse.active
 
 
-def test_a_stamp_that_is_repeated_tells_no_time():
+@pytest.mark.parametrize('stamp, age, drives', [
+    (0.0, Age.NEW, True), (510.0, Age.SAME, False),
+    (0.0, Age.SAME, False)])     # with a simulated clock
+def test_a_driver_that_hangs_repeats_its_stamp_and_is_silent(stamp, age, drives):
     mouse = inactive_mouse('laptop')
     for k in range(100):
-        hear(mouse, True, 0.9, 0.0, 10.0 + 0.05 * k, 'laptop', 510.0)
-        assert mouse.active
+        mouse.heard(Event(MouseState(True, 0.9, 0.0), 10.0 + 0.05 * k, 'laptop',
+                          age if k else Age.NEW, sent_at=stamp))
+    assert (mouse.active and not mouse.silence(15.0)) is drives
+    assert mouse.heard(Event(MouseState(False, 0.9, 0.0), 15.0, 'laptop', age, sent_at=stamp))

@@ -50,7 +50,7 @@ class Robot:
 
     def reset(self, pose=Pose2(), in_odom=False):
         reset = Reset(AskedPose(pose, in_odom))
-        self.core.on_reset(reset, self.now)
+        self.core.on_reset(reset, self.now, self.now)
         return reset
 
     def tick(self):

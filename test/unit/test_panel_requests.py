@@ -69,6 +69,13 @@ def test_any_message_may_have_an_id_its_time_and_the_stops_that_its_page_knew():
         'stop', id=7, sent_at=86400.5, stops=3)
 
 
+@pytest.mark.parametrize('sent_at, lateness', [(99.5, 0.5), (100.1, 0.0), (0.0, 100.0), (-4e9, 4e9 + 100.0)])
+def test_a_message_is_never_newer_than_now(sent_at, lateness):
+    assert Request('stop', sent_at=sent_at).lateness(100.0) == lateness
+    with pytest.raises(ValueError, match='t = 4000000000.0 is not valid: at most 100.0, which is now'):
+        Request('stop', sent_at=4e9).lateness(100.0)
+
+
 @pytest.mark.parametrize('kind, name, most, unit', NUMBERS)
 def test_bounds_are_closed(kind, name, most, unit):
     for sign in (1.0, -1.0):

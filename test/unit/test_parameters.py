@@ -56,7 +56,7 @@ def test_a_launch_file_starts_a_node_with_what_it_takes_by_itself(node):
         assert not set(values) & set(given)
         given.update(values)
         assert given == {item.name: item.default for item, _ in node.settings
-                         if item.name != 'model'}
+                         if item.name not in ('model', *node.typed)}
     for kind in node.configs:
         kind(**{name: given[name] for name in given if name in kind.__dataclass_fields__})
 

@@ -122,7 +122,7 @@ def test_what_a_node_hears_as_it_wakes_is_no_grant_but_a_stop(senders, word):
     senders.now += 5.0
     senders.hear('another hand', word)
     assert not senders.granted and not senders.run(5.0)
-    assert senders.warned('it may have been given while this node did not run') is word
+    assert senders.warned('it may have been asked for while this node did not run') is word
     senders.say('a third hand', True)
     assert senders.run(0.25)
 
@@ -247,6 +247,17 @@ def test_after_a_lost_connection_or_a_restart_of_the_sender(change, now, age):
     origins = Origins([], 100.0)
     origins.age_of(HERE, 101.0)
     assert origins.age_of(HERE._replace(since=200.0, **change), now) is age
+
+
+@pytest.mark.parametrize('stamp, clock, age', [
+    (7.0, 9.0, Age.SAME), (7.1, 9.0, Age.NEW), (0.0, 9.0, Age.NEW),
+    (7.0, 8.0, Age.NEW)])      # two messages within one step of a simulated clock, or while it stands
+def test_a_message_with_the_stamp_of_the_one_before_is_that_message(stamp, clock, age):
+    origins = Origins([], 100.0)
+    origins.age_of(HERE, 101.0, 7.0 if stamp else 0.0, 8.0)
+    origins.age_of(HERE._replace(sender='/b'), 101.0, 5.0, 8.0)
+    assert origins.age_of(HERE, 101.1, stamp, clock) is age
+    assert origins.age_of(HERE._replace(since=150.0, latches=True), 151.0, stamp, 10.0) is Age.LATCHED
 
 
 # A process that did not run: noticed at the next look at the clock, and once ----------------------

@@ -4,8 +4,7 @@ From each sample `commands` predicts the *way at rest*: the way that would remai
 told to stop now. It uses the delay, lag and gain that `motor_response` identifies. An `Estimate`
 takes the noise out of these predictions: from one to the next, the way at rest changes by the
 command only. A braking profile gives the speed for the way at rest. *Nudges* correct the last bit:
-they are short commands to a robot that was told to stop before. A `PreciseTurn` is an approach to
-a heading.
+they are short commands to a robot that was told to stop. A `PreciseTurn` approaches a heading.
 
 Units: radians or metres for ways, per second for speeds; seconds. Works for either direction.
 Source: braking profile, see :func:`tb3_labs.control.commands.braking_speed`.

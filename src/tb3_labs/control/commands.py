@@ -32,8 +32,7 @@ from tb3_labs.robot.turtlebot3 import Twist2
 #: Steps after the first one are planned earlier by this [s]. The sample for a step may come 5 ms
 #: late, and the robot obeys the command before until a late command arrives.
 EARLY = 0.0035
-#: While the robot is not driven, a stream of samples is left alone for this long [s]: a little more
-#: than a control period.
+#: While the robot is not driven, samples are left alone for a little more than a period [s].
 LONGEST_IDLE = 0.036
 #: In 95 of 100 cases the true value is within two standard deviations of the estimate.
 STANDARD_ERRORS = 2.0
@@ -59,8 +58,7 @@ def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
 
     `deceleration` is in [1/s^2], `gain` in [1/s]. Far away this is the braking profile sqrt(2 a d)
     of constant deceleration a. The slope of that profile is infinite at 0, and no motor can follow
-    it. So near the end the speed is the line gain x d. Profile and line meet without a step or a
-    kink.
+    it. So near the end the speed is the line gain x d. Both meet without a step or a kink.
     """
     distance = abs(remaining)
     meeting = deceleration / gain ** 2

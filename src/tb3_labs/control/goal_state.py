@@ -1,5 +1,4 @@
-"""A drive to a goal as others see it: its settings, its four states, the texts of `goal_state`, and
-the lines for the user.
+"""A drive to a goal as others see it: settings, four states, texts of `goal_state`, lines to users.
 
 The states are those that the Transformation lab lists:
 

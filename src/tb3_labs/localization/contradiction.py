@@ -40,8 +40,7 @@ LAG = 0.13
 LEAD = 0.04
 #: Wheels slip: a sound gyro differs from them by up to this share of the turn.
 SLIP = 0.055
-#: Wheels are uneven: a sound gyro differs by up to this share of the rate at which the faster wheel
-#: alone would turn the robot.
+#: Wheels are uneven: a sound gyro differs by up to this share of a turn by the faster wheel alone.
 UNEVEN = 0.033
 #: A sound gyro drifts by up to this [rad/s].
 DRIFT = 0.02

@@ -16,8 +16,7 @@ Units: seconds. Cases:
   stands still for this source until its stamps have caught up.
 * A stamp that goes back further, comes from the future, or follows a long silence, begins a new
   *epoch*. Instants of different epochs cannot be compared.
-* Stamps are not a clock if they are zero, stand still, or run back, or if only one of two sources
-  is off by a clock step for long.
+* Stamps are not a clock if they are zero, stand still, run back, or differ between two sources.
 
 Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
 """

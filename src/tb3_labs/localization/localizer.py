@@ -9,8 +9,7 @@ reset. If the odometry jumps and the robot did not move, ``local`` is shifted in
 there is no local frame until a reset declares one.
 
 Samples and resets go in by `on_imu`, `on_odometry`, `on_reset`. Fixes, jumps and carried-out resets
-are events, taken once (`take_fix`, `take_jumps`, `take_resets`); `motion` and the properties are
-state.
+are events, taken once (`take_fix`, `take_jumps`, `take_resets`); all else is state.
 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
@@ -83,8 +82,7 @@ class Localizer:
     def __init__(self, clock: SenderClock) -> None:
         """`clock`: that of the Door of the samples, by which an instant is found in them."""
         self._clock = clock
-        #: The LocalFrame in force; None before the first pair of samples, and while the pose is
-        #: lost.
+        #: The LocalFrame in force; None before the first samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None
         self._frame_number = 0
         #: True from a loss of the pose to the next reset.

@@ -42,8 +42,7 @@ SPIKE = 10.0
 ZERO_YAW = 0.01
 #: If the place was this near to zero before, a place of zero does not show a reset [m].
 ZERO_PLACE = 0.001
-#: The robot may move a little before its first message after a reset. That message may show a place
-#: this far from zero [m].
+#: The first message after a reset may show a place this far from zero: the robot may move [m].
 NEAR_ZERO_PLACE = 0.03
 #: The yaw of the first message after a reset may be this far from zero, or from the angle by which
 #: the IMU turned [rad].
@@ -93,8 +92,7 @@ class _Gap:
 
     @property
     def silence(self) -> float:
-        """Time for which the sender was silent [s]. Neither messages that are delayed nor a clock
-        that is set make it longer."""
+        """Its silence [s]. Neither delayed messages nor a clock that is set lengthen it."""
         return min(self._by_stamps, self._by_arrival) if self._by_stamps > 0.0 else self._by_arrival
 
 

@@ -27,6 +27,7 @@ Units in the code: metres, radians; arrivals in seconds on one clock (`now`).
 """
 import math
 import re
+from contextlib import suppress
 from typing import Any, Dict, List, Optional, Tuple
 
 from tb3_labs.control.goal_state import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
@@ -100,11 +101,8 @@ class RobotView:
         """Read a line of the log: it may say that the robot is at a pose in local now."""
         found, odom = DECLARED.search(text), self.latest('odom')
         if found and odom:
-            try:
-                pose = Pose2(*map(float, found.groups()))
-            except ValueError:
-                return
-            self._computed = odom.pose @ pose.inverse()
+            with suppress(ValueError):    # 1e999 is infinite
+                self._computed = odom.pose @ Pose2(*map(float, found.groups())).inverse()
 
     def hear_command(self, sender: str, linear: float, angular: float, now: float) -> None:
         """Store the speed [m/s] and the rate of turn [rad/s] that `sender` commands."""
@@ -200,7 +198,9 @@ class RobotView:
 
 
 def _numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
-    return None if pose is None else [round(pose.x, 4), round(pose.y, 4), round(pose.yaw, 5)]
+    if pose is None or not math.isfinite(pose.x + pose.y + pose.yaw):
+        return None
+    return [round(pose.x, 4), round(pose.y, 4), round(pose.yaw, 5)]
 
 
 def _rounded(number: Optional[float], digits: int = 3) -> Optional[float]:

@@ -14,7 +14,7 @@ the middle of its square to its edges, -1..1, x right, y up. Each may have an "i
 the answer has it too. "stops" is the number of stops in the picture that the page had when its
 person acted; see :mod:`tb3_labs.supervision.page_grip`. "t" is the time of sending on the panel's
 clock [s]: "now" of the last picture, and the time since that picture. So a message can seem older
-than it is, but never newer.
+than it is, but never newer, apart from the steps of a browser's clock.
 
 Any other message raises ``ValueError`` with the invalid value, and the valid ones.
 """
@@ -27,8 +27,8 @@ from tb3_labs.nodes.gamepad.pad import PadConfig
 #: A message with more characters is refused; the longest valid one has about 250. JSON of this
 #: length is not nested too deeply for Python.
 LONGEST_REQUEST = 500
-#: The latest time of a clock [s].
-LATEST = 1e12
+#: The latest time of a clock [s], and by how much a browser's clock may be ahead.
+LATEST, MOST_AHEAD = 1e12, 0.2
 #: A turn is at most this [deg].
 MOST_DEGREES = 360.0
 #: Numbers of axes and buttons of the most common pad: students' nodes may read any of them.
@@ -78,6 +78,12 @@ class Request(NamedTuple):
     id: Optional[int] = None
     stops: Optional[int] = None    # stops that the page knew; None: unknown
     sent_at: float = 0.0           # [s, the panel's clock]; 0: unknown, so the message is old
+
+    def lateness(self, now: float) -> float:
+        """Its delay [s]. Raises ``ValueError`` if it was not sent yet."""
+        if self.sent_at > now + MOST_AHEAD:
+            raise _invalid('t', self.sent_at, 'at most {:.1f}, which is now'.format(now))
+        return max(0.0, now - self.sent_at)
 
 
 class Viewer:

@@ -19,6 +19,7 @@ from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import heard_by
 from tb3_labs.ros.reset_call import call_reset
+from tb3_labs.supervision.freshness import LONGEST_GAP
 from tb3_labs.supervision.page_grip import Grip
 
 #: A request that was delayed by more than this is rejected: nobody expects it any more [s].
@@ -87,12 +88,13 @@ class PanelRobot:
         if held.mouse:
             self._refuse_beside_move_to_goal()
         is_new, now = self.grip.page is None, steady_time()
-        if not self.grip.hold(page, request.stops, now, now - request.sent_at, held.is_first):
+        lateness = request.lateness(now)
+        if not self.grip.hold(page, request.stops, now, lateness, held.is_first):
             return ''
         if is_new:
             in_thread(self._read_pad_numbers)
         if held.pad:
-            self._send_pad(held.pad, now - request.sent_at)
+            self._send_pad(held.pad, lateness)
         self._send_mouse(held.mouse)
         return ''
 
@@ -101,25 +103,28 @@ class PanelRobot:
         self._confirm(page, request, steady_time())
 
     def _ask_turn(self, _page, request):
-        self._check(request, self._turn, 'turn: is the controller running?')
+        self._check(request, LONGEST_DELAY)
+        self._require(self._turn, 'turn: is the controller running?')
         self._refuse_beside_move_to_goal()
         self._turn.publish(request.value)
         return 'asked for {:g} degrees'.format(request.value)
 
     def _send_goal(self, _page, request):
-        self._check(request, self._goal, 'move_base_simple/goal: is move_to_goal running?')
+        self._check(request, LONGEST_DELAY)
+        self._require(self._goal, 'move_base_simple/goal: is move_to_goal running?')
         place = request.value
         self._goal.publish(to_pose_stamped(place.pose, frame('local'), rospy.get_time()))
         return 'goal sent: {0.x:.2f} m, {0.y:.2f} m, {0.yaw_deg:.0f} deg'.format(place)
 
     def _reset(self, page, request):
         """Call the service in a thread of its own: it may take a second."""
+        self._check(request, LONGEST_GAP)    # a late one would declare another place
         place = request.value
 
         def call():
             try:
                 fulfilled, text = True, call_reset(place.x, place.y, place.yaw_deg)
-            except ValueError as problem:
+            except Exception as problem:    # of any kind: the other pages keep their STOP
                 fulfilled, text = False, str(problem)
             self._server.soon(lambda: page.answer(request, fulfilled, text))
         in_thread(call)
@@ -127,14 +132,15 @@ class PanelRobot:
     #: The method for each type of request.
     _ACTIONS = {'joy': _hold, 'stop': _stop, 'turn': _ask_turn, 'goal': _send_goal, 'reset': _reset}
 
-    def _check(self, request, publisher, what):
-        """Raises ``ValueError`` if a request that moves the robot is old, or if nobody hears it;
-        `what`: its topic, and what to look at."""
-        self.grip.check(request.stops)
-        lateness = steady_time() - request.sent_at
-        if lateness > LONGEST_DELAY:
-            raise ValueError('this came {:.1f} s late, and does not count: ask again'.format(
-                lateness))
+    def _check(self, request, most):
+        """Raises ``ValueError`` if a request that moves the robot, or its frame, is older than
+        `most` [s], or may be."""
+        now = steady_time()
+        self.grip.check(request.stops, now, request.lateness(now), most)
+
+    @staticmethod
+    def _require(publisher, what):
+        """Raises ``ValueError`` if nobody hears it; `what`: its topic, and what to look at."""
         if not heard_by(publisher):
             raise ValueError('no node listens on ' + what)
 
@@ -217,6 +223,6 @@ class PanelRobot:
         """Learn the numbers of axes and buttons that the node gamepad uses now."""
         try:
             self._pad_config = read_config(PadConfig, of=rospy.resolve_name('gamepad'))
-        except (OSError, ValueError) as problem:
+        except Exception as problem:    # of any kind: pages keep their STOP
             rospy.logwarn('the pad has the usual numbers: %s', problem)
             self._pad_config = PadConfig()

@@ -61,6 +61,7 @@ class Pages:
     def _open_page(self, send):
         page = Viewer(send)
         if not self._pages:
+            self._robot.grip.begin(steady_time())
             for timer in self._timers:
                 timer.start()
         self._pages.append(page)
@@ -113,6 +114,10 @@ class Pages:
             answer = self._robot.carry_out(page, request)
         except ValueError as problem:
             page.answer(request, False, str(problem))
+        except Exception as problem:    # it is this page's alone: the others keep their STOP
+            rospy.logerr('a page asked for what cannot be done (%s): %s', problem, text)
+            self._robot.gone(page)
+            page.answer(request, False, 'this cannot be done: {}'.format(problem))
         else:
             if answer is not None:
                 page.answer(request, True, answer)

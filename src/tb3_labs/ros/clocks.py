@@ -26,15 +26,13 @@ def ros_time():
 def steady_time():
     """Seconds on a clock that never stands still and never goes back, independent of ROS time.
 
-    Unlike time.monotonic(), this clock goes on while the computer is suspended. So a permission is
-    old afterwards.
+    Unlike time.monotonic(), it goes on while the computer is suspended: a permission is old then.
     """
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
 def wait_until(condition, seconds, period=LOOK_PERIOD):
-    """Check `condition()` every `period` [s] until it is true. Returns False if it is not true
-    after `seconds` of wall time."""
+    """Check `condition()` every `period` [s]: is it true within `seconds` of wall time?"""
     deadline = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > deadline:

@@ -1,5 +1,4 @@
-"""The gate of a node that drives: what is heard goes in to its core, what that decides leaves in
-order.
+"""The gate of a node that drives: what is heard goes in, what its core decides leaves in order.
 
 When a node that drives stops, for any reason, it publishes exactly one zero and is then silent, so
 that another node may drive. The zero is also sent when the node shuts down (a signal, an exception
@@ -38,8 +37,7 @@ STANDSTILL = 0.3
 QUIET_TIME = 0.1
 #: ... and then with this period, until the next message [s].
 CHECK_PERIOD = 0.02
-#: A node that does not drive looks at the clock when no message came for this long [s]: often
-#: enough to notice a sleep.
+#: A node that does not drive looks at the clock, for a sleep, if no message came for so long [s].
 IDLE_PERIOD = 0.2
 #: Time between two reports [s, wall clock].
 REPORT_PERIOD = 1.0
@@ -138,8 +136,7 @@ class CmdVel:
 
     def send(self, command):
         """Send `command`, a Twist2; speeds below LEAST_SPEED are zero. Zero, and every command
-        while the clock stands still, are a :meth:`stop`. Raises ``ValueError`` if a number is not
-        finite."""
+        while the clock stands still, are a :meth:`stop`. ``ValueError`` if one is not finite."""
         linear, angular = command
         if not math.isfinite(linear + angular):
             raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
@@ -191,8 +188,7 @@ class Watchdog:
         self._thread = threading.Thread(target=guarded(self._run), name='watchdog', daemon=True)
 
     def keep(self, awake):
-        """`awake`: does the node drive, so that it must be checked often? The caller holds the
-        node's lock."""
+        """`awake`: must the node be checked often? The caller holds the node's lock."""
         if not self._thread.ident:
             self._thread.start()
         if awake is not self._awake.is_set():    # a look costs less than setting it again
@@ -223,10 +219,8 @@ class Watchdog:
 
 
 class Diagnostics:
-    """Publishes the answer of `report()`: ``(problem or '', {name: value})``.
-
-    `report` is called without a lock once a second, also without a subscriber.
-    """
+    """Publishes the answer of `report()`, ``(problem or '', {name: value})``, once a second; it is
+    called without a lock."""
 
     def __init__(self, hardware, report):
         self._report = report

@@ -6,8 +6,7 @@ the messages of dynamic_reconfigure.
 dynamic_reconfigure 1.7.3 (Debian 12) has a Python server of its own. It is not used because of
 measured defects (test/ros/parameters_test.py shows that LiveSettings has none):
 - It clips an invalid value to the nearest bound without a word, before its callback could refuse.
-- It writes each change to the parameter server. So a node that starts again begins with the faults
-  that were switched on before.
+- It writes each change to the parameter server: a later start begins with faults of before.
 - Its import asks rosdep, which prints a line in every terminal if rosdep was not initialised.
 """
 import math
@@ -34,8 +33,7 @@ _GROUP = 'Default'
 class LiveSettings:
     """Offers the fields of `config`, except those named in `fixed`.
 
-    `apply` is called with each new configuration, in a thread of its own; it may refuse it by a
-    ``ValueError``.
+    `apply` is called with each new configuration, in its own thread, or refuses it by ValueError.
     """
 
     def __init__(self, config, apply, fixed=()):

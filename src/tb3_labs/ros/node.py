@@ -42,8 +42,7 @@ _end_has_begun = threading.Event()    # rospy.is_shutdown() is true only after i
 
 def run(name, make_node, interface=None):
     """Initialise node `name`, build it by ``make_node()``, wait for the end; exits the process.
-    With --help it prints the `interface`: the docstring of the script, by default that of the file
-    of the class `make_node`."""
+    With --help it prints the `interface`, by default the docstring of the file of `make_node`."""
     sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     if set(rospy.myargv()[1:]) & {'-h', '--help'}:
         print((interface or make_node.__init__.__globals__['__doc__']).strip())
@@ -125,14 +124,16 @@ def _last_words(failure=''):
     time.sleep(LAST_WORDS)
 
 
-def end_roslaunch():
-    """End the roslaunch that started this process, with all its nodes. Without one, do nothing.
-
-    roslaunch handles SIGTERM like Ctrl+C. It would print red lines if a required node just ended.
-    """
+def roslaunch_of_this():
+    """The number of the roslaunch that started this process; 0 if it was another program."""
     words = Path('/proc/{}/cmdline'.format(os.getppid())).read_text().split('\0')
-    if 'roslaunch' in map(os.path.basename, words[:2]):    # the first word may be python
-        os.kill(os.getppid(), signal.SIGTERM)
+    return os.getppid() * ('roslaunch' in map(os.path.basename, words[:2]))    # or python is first
+
+
+def end_roslaunch():
+    """End the roslaunch that started this process as Ctrl+C does, without its red lines."""
+    if roslaunch_of_this():
+        os.kill(roslaunch_of_this(), signal.SIGTERM)
 
 
 # ----- signals -----

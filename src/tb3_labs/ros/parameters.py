@@ -9,16 +9,15 @@ from tb3_labs.config import NOT_GIVEN, from_parameters, nearest
 from tb3_labs.robot.turtlebot3 import model_called
 
 
-def read_config(*kinds, of=None):
-    """Returns an instance of each configuration class in `kinds`, from the node's ``~`` parameters.
-    Raises ``ValueError`` for the first parameter that is unknown or not valid.
-
-    `of`: another node, whose parameters are read instead; its unknown parameters are ignored.
-    """
+def read_config(*kinds, of=None, typed=()):
+    """Returns an instance of each configuration class in `kinds`, from the node's ``~`` parameters,
+    and of settings that are none, `typed`: {name: value}. Raises ``ValueError`` for the first that
+    is unknown or not valid. `of`: another node to read instead; unknown ones are ignored."""
     given = rospy.get_param(of or '~', {})
     if not isinstance(given, dict):
         raise ValueError('parameter {} = {!r} is not valid: the name of the node holds its '
                          'parameters'.format(of or rospy.get_name(), given))
+    given.update(typed)
     known = {item.name for kind in kinds for item in fields(kind)} | {'model'}
     for word in () if of else sys.argv[1:]:
         name, maps, _ = word.partition(':=')

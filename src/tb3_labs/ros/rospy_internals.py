@@ -100,8 +100,7 @@ def hear_others_alone(topic):
 
 
 def hear_all_publishers(manager=None):
-    """Make subscribers find publishers that register just after them; to be called after
-    init_node().
+    """Make subscribers find publishers that register just after them; call it after init_node().
 
     The subscriber gets two lists of publishers: the answer to its own registration, without that
     publisher, and the master's update with it. The update may come first. rospy uses the list that

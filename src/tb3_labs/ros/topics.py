@@ -16,13 +16,11 @@ from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
 from tb3_labs.supervision.events import Connection, Event, Origins
 
-#: In the header of a sender that renews its permission: if it dies, the permission expires, even
-#: before the first renewal.
+#: In the header of a sender that renews its permission: if it dies, the permission expires.
 RENEWS = {'renewed': '1'}
 #: Time between two warnings of one kind [s, wall clock].
 COMPLAINT_PERIOD = 1.0
-#: Time before the first reminder of something that is missing, and between later ones
-#: [s, wall clock].
+#: Time before the first reminder of what is missing, and between later ones [s, wall clock].
 FIRST_REMINDER, NEXT_REMINDER = 2.0, 10.0
 
 
@@ -45,8 +43,7 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
     `queue_size`; with None it gets all. The others are dropped, and not even deserialised.
 
     `read` turns the message into the argument of `callback`. If it raises ``ValueError``, the
-    message is dropped with one warning a second, and counted by `source`, the freshness.Freshness
-    of this topic.
+    message is dropped with one warning a second, and counted by `source`, a freshness.Freshness.
 
     `idle_for(now)` [s], if given, leaves the topic alone for that long after each message, since
     waking up for each message is the largest cost of a rospy node. With simulated time, whose pace
@@ -77,17 +74,22 @@ def subscribe_events(topic, kind, callback, read=lambda message: message.data, s
     to_age = ages(topic)
 
     def to_event(message):
-        way, at, sent = way_of(message), steady_time(), 0.0
-        if hasattr(message, 'header') and is_wall_time():    # else its pace is unknown
-            sent = message.header.stamp.to_sec()
-        return Event(read(message), at, way.sender, to_age(way, at), way.renews, sent)
+        way, at = way_of(message), steady_time()
+        sent = _stamp_of(message) if is_wall_time() else 0.0    # the pace of another is unknown
+        return Event(read(message), at, way.sender, to_age(message), way.renews, sent)
 
     return subscribe(topic, kind, callback, to_event, source, queue_size=None)
 
 
 def ages(topic):
-    """Returns events.Origins.age_of for the senders of a topic."""
-    return Origins(publishers_of(rospy.resolve_name(topic)), steady_time()).age_of
+    """Returns a function that tells the events.Age of each message of a topic, once."""
+    origins = Origins(publishers_of(rospy.resolve_name(topic)), steady_time())
+    return lambda message: origins.age_of(
+        way_of(message), steady_time(), _stamp_of(message), ros_time())
+
+
+def _stamp_of(message):
+    return message.header.stamp.to_sec() if hasattr(message, 'header') else 0.0
 
 
 def way_of(message):

@@ -1,8 +1,7 @@
 """Messages that a person may have caused: a True, a False, a turn. Each becomes one Event. A core
 answers to messages and the clock by an Output, with News for the person.
 
-The door makes the Event when the message arrives, and the rules read its fields. Only a request
-that makes the robot move is ever doubted. A stop counts however it arrives.
+Only a request that moves the robot, or its frame, is ever doubted. A stop counts at any age.
 
 A message is doubtful if it may repeat one from before this node could hear its sender: if it is the
 first on a connection to a sender that was there before, or was heard before. A latched message is
@@ -34,11 +33,12 @@ class Age(Enum):
     REPEATED = 'it may repeat a message from before this node could hear its sender'
     LATCHED = 'the same, and its sender latches'
     OLD = 'it was latched before this node began to listen'
+    SAME = 'it has the stamp of the message before it, though the clock ran on: it is no news'
 
     @property
     def is_doubtful(self) -> bool:
         """May it be older than this node, or than a lost connection?"""
-        return self in (Age.REPEATED, Age.LATCHED, Age.OLD)
+        return self in (Age.REPEATED, Age.LATCHED, Age.OLD, Age.SAME)
 
 
 @dataclass(frozen=True)
@@ -72,12 +72,18 @@ class Origins:
         """This node begins to listen now; `present`: the senders that were there before."""
         self._present, self._begun_at = frozenset(present), now
         self._latest: Dict[str, Connection] = {}    # by the senders' names
+        self._stamps: Dict[str, Tuple[float, float]] = {}    # the same: (stamp, clock)
 
-    def age_of(self, way: Connection, now: float) -> Age:
-        """The Age of a message that has arrived `way` now."""
-        before = self._latest.get(way.sender)
+    def age_of(self, way: Connection, now: float, stamp: float = 0.0, clock: float = 0.0) -> Age:
+        """The Age of a message that has arrived `way` now; `stamp`: its own, or 0; `clock`: that of
+        stamps. A driver that hangs repeats its stamp."""
+        before, stamped = self._latest.get(way.sender), self._stamps.get(way.sender)
         self._latest[way.sender] = way
-        if before == way or (before is None and way.sender not in self._present):
+        self._stamps[way.sender] = stamp, clock
+        if before == way:
+            is_same = stamped is not None and stamp == stamped[0] != 0.0 and clock != stamped[1]
+            return Age.SAME if is_same else Age.NEW
+        if before is None and way.sender not in self._present:
             return Age.NEW
         is_restarted = before is not None and before.process != way.process
         if is_restarted and way.renews:    # it says nothing before a person acts

@@ -18,8 +18,7 @@ from typing import Deque, Optional, Tuple
 
 # -- a sensor, a pad or a mouse is silent
 
-#: A sensor that is silent for longer than this is lost; a robot at full speed drives 5 cm in this
-#: time.
+#: A sensor that is silent for longer than this is lost; at full speed it is a way of 5 cm.
 SENSOR_TIMEOUT = 0.22
 #: A sensor that repeats itself for longer than this, though the robot is told to move, is frozen. A
 #: slow network and slow motors delay the motion by less.
@@ -35,8 +34,7 @@ RESET_SILENCE = 1.0
 PAD_TIMEOUT = 0.25
 #: An active mouse that is silent for longer than this is lost.
 MOUSE_TIMEOUT = 0.2
-#: The displacement that is allowed grows with the silence up to this length. After a longer one the
-#: robot may have been moved.
+#: The displacement that is allowed grows with the silence; after a longer one it may be any.
 LONGEST_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
@@ -81,8 +79,8 @@ SENDER_PAUSE = 2.0
 
 # -- this process sleeps
 
-#: A longer time than this between two looks at the clock is a sleep. On a busy machine a process
-#: waits for less.
+#: A longer time between two looks at the clock is a sleep; a busy machine has shorter ones. A reset
+#: that is older than this may mean another place.
 LONGEST_GAP = 1.0
 #: Messages within this time after a sleep may be as old as the sleep. Their order is not known,
 #: since each topic is read by its own thread.
@@ -138,13 +136,17 @@ class SleepWatch:
         self._looks = Freshness('look at the clock', LONGEST_GAP)
 
     def update(self, now: float) -> None:
-        """Look at the clock. To be called several times a second, and before each message is used.
-        """
+        """Look at the clock: several times a second, and before each message is used."""
         gap = self._looks.heard(now)
         self.slept_for = gap if LONGEST_GAP < gap < math.inf else 0.0
         if self.slept_for:
             self.woke_at = now
         self.is_waking = now - self.woke_at < WAKING
+
+    @property
+    def doubt(self) -> str:
+        """Why a request that moves the robot, or its frame, does not count now; '' if it does."""
+        return 'it may have been asked for while this node did not run' if self.is_waking else ''
 
     def start(self, now: float) -> None:
         """Begin to look now; the time before does not count."""

@@ -7,8 +7,7 @@ goal again within `SENDER_PAUSE`, unchanged but for its stamp. The rules:
 * A goal that its sender had sent twice or more when a cancel ended it stays ended, until the sender
   changes it, or pauses. A goal that a person sends once again counts at once.
 * The same holds when the drive to a repeated goal was given up: a repetition is not a new wish.
-* A repetition during the drive to this goal changes nothing: neither does the drive begin anew, nor
-  does the wait for sensors.
+* A repetition during the drive to this goal changes nothing, nor the wait for sensors.
 
 Units: seconds on a clock that never stands still and never goes back (`now`). Edge cases: a sender
 is not silent while this process sleeps; a link that holds one up for `SENDER_PAUSE` is a pause.

@@ -79,10 +79,8 @@ class ControlMessages:
         return is_due
 
     def grant(self, now: float, lateness: float) -> None:
-        """Queue a True, by a press that was delayed by `lateness` [s].
-
-        The renewals that were due since the press are added, so that they show its age.
-        """
+        """Queue a True, by a press that was delayed by `lateness` [s]; the renewals since then show
+        its age."""
         self.grants, self.given_at, self._said_at = True, now, now
         self._waiting += [True] * (1 + int(lateness / RENEWAL))
 

@@ -5,8 +5,7 @@ show a silence; their stamps do not. The readings of a working sensor always cha
 moves; those of a driver that hangs do not. A robot is stalled if it is told to move and gets no
 nearer to its goal; it has settled when its samples show it at rest.
 
-Units: metres or radians for the remaining way, per second for speeds; seconds on one clock, that of
-the receiver (`now`).
+Units: metres or radians for the remaining way, per second for speeds; seconds on one clock (`now`).
 """
 import math
 from enum import Enum
@@ -175,8 +174,7 @@ class StallWatch:
     def resume(self) -> None:
         """The robot stood while its sensors were silent: its remaining way may have grown.
 
-        The time for which it got no nearer is kept. Otherwise a stalled robot on a bad network
-        would be driven for ever.
+        The time for which it got no nearer is kept: a bad network would hide a stalled robot.
         """
         self._least = None
 

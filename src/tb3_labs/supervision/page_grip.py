@@ -3,14 +3,14 @@
 A page is a pad in a browser. Several may be open, but the node `gamepad` hears one pad. Here the
 stops are counted: STOP on any page, a False on `ctrl_relinq`, a cancel, the loss of the page that
 drives. Each message of a page names the number of stops that it knew when its person acted. If the
-robot was stopped since, the message is rejected: neither a delayed message nor a page that comes
-back sets a robot in motion. A stop of a page is never rejected.
+robot was stopped since, or this process slept, the message is rejected: neither a delayed message
+nor a page that comes back moves a robot, or its frame. A stop of a page is never rejected.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 """
 from typing import Optional
 
-from tb3_labs.supervision.freshness import PAD_TIMEOUT, Freshness
+from tb3_labs.supervision.freshness import PAD_TIMEOUT, Freshness, SleepWatch
 
 
 class Grip:
@@ -22,12 +22,23 @@ class Grip:
         #: The number of stops so far.
         self.stops = 0
         self._source = Freshness('page', PAD_TIMEOUT)
+        self._sleep = SleepWatch()
 
-    def check(self, known_stops: Optional[int]) -> None:
+    def begin(self, now: float) -> None:
+        """A first page has come: from now on :meth:`silence` is called often."""
+        self._sleep.start(now)
+
+    def check(self, known_stops: Optional[int], now: float, lateness: float, most: float) -> None:
         """Raises ``ValueError`` if the robot was stopped since a person acted, who knew
-        `known_stops`."""
+        `known_stops`, or if this is older than `most` [s], or may be."""
+        self._sleep.update(now)
         if known_stops != self.stops:
             raise ValueError('the robot was stopped meanwhile: let go, and ask again')
+        if lateness > most:
+            raise ValueError('this came {:.1f} s late, and does not count: ask again'.format(
+                lateness))
+        if self._sleep.doubt:
+            raise ValueError('this does not count, {}: ask again'.format(self._sleep.doubt))
 
     def hold(self, page: object, known_stops: Optional[int], now: float, lateness: float,
              is_first: bool) -> bool:
@@ -40,7 +51,7 @@ class Grip:
         """
         if lateness > PAD_TIMEOUT:
             return False
-        self.check(known_stops)
+        self.check(known_stops, now, lateness, PAD_TIMEOUT)
         if self.page not in (None, page):
             raise ValueError('another page drives: it must let go first, or be stopped')
         if self.page is None and not is_first:
@@ -63,5 +74,6 @@ class Grip:
 
     def silence(self, now: float) -> float:
         """Returns for how long the page that drives was silent, if it is lost [s]; else 0."""
+        self._sleep.update(now)
         is_lost = self.page is not None and not self._source.is_fresh(now)
         return self._source.age(now) if is_lost else 0.0

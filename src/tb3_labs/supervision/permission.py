@@ -5,8 +5,7 @@ a person gives the machine anew):
 
 * A sender *gives* by its first True, and by each True that follows a False of its own. The robot
   may be driven while a grant holds.
-* A repeated True, without a False in between, gives nothing new. It only renews a grant, if the
-  sender is one that renews.
+* A repeated True, without a False in between, only renews a grant, if its sender renews.
 * A False of any sender takes all that was given, by any sender.
 * If the renewals stop for `LAPSE`, the grant is suspended. A renewal before `LONGEST_LAPSE`
   restores it. After a longer silence it has expired.
@@ -100,8 +99,7 @@ class Permission:
             self._grants[''] = _Grant(now, False)
 
     def look(self, sensor_problem: str) -> None:
-        """Take in the problem of the sensors that a drive needs, '' if they are there; to be called
-        after :meth:`update`."""
+        """Take in the problem of the sensors, '' if they are there, after each :meth:`update`."""
         self._sensor_problem = sensor_problem
         if not sensor_problem:
             self._patience = RESUME_TIME
@@ -130,9 +128,9 @@ class Permission:
         elif word.age.is_doubtful:
             self._refuse(sender, 'Control was given by {} before this node could hear it, and does '
                          'not count: False, then True, gives it again')
-        elif self.sleep.is_waking:
-            self._refuse(sender, 'Control from {} does not count: it may have been given while '
-                         'this node did not run. False, then True, gives it again')
+        elif self.sleep.doubt:
+            self._refuse(sender, 'Control from {} does not count: ' + self.sleep.doubt +
+                         '. False, then True, gives it again')
         elif not repeated:
             self._grants[sender] = _Grant(now, word.renews)
             self._refused.discard(sender)

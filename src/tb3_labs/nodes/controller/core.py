@@ -1,5 +1,4 @@
-"""Everything that `controller` decides: turns, the mouse, and the driver; see
-:mod:`tb3_labs.nodes`.
+"""All that `controller` decides: turns, the mouse, and the driver; see :mod:`tb3_labs.nodes`.
 
 Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked for in degrees.
 """
@@ -137,8 +136,7 @@ class ControllerCore:
         self._happens(DriverEvent.TURN_ASKED)
 
     def _update(self, now: float) -> None:
-        """Give up a turn if this process slept for long during it, and release a mouse that is
-        lost. `now` as in Event.at."""
+        """Give up a turn in which this process slept, and a mouse that is lost; as Event.at."""
         self._sleep.update(now)
         if self._sleep.slept_for > RESUME_TIME:
             self._repetitions.stop()
@@ -198,9 +196,8 @@ class ControllerCore:
         if not abs(angle) <= self._law.MAX_ANGLE + 1e-9:    # "not <=" also catches NaN
             raise ValueError('cannot turn by {:g} degrees: a number from -{:.0f} to {:.0f}'.format(
                 *map(math.degrees, (angle, self._law.MAX_ANGLE, self._law.MAX_ANGLE))))
-        if self._sleep.is_waking:
-            raise ValueError('cannot turn: this may have been asked while this node did not run; '
-                             'ask again')
+        if self._sleep.doubt:
+            raise ValueError('cannot turn: {}; ask again'.format(self._sleep.doubt))
         if self.driver is Driver.MOUSE:
             raise ValueError('cannot turn: the mouse is driving; move it to the middle of the '
                              'screen, or scroll up, then ask again')

@@ -10,7 +10,7 @@ from typing import DefaultDict, NamedTuple
 
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.events import Event
+from tb3_labs.supervision.events import Age, Event
 from tb3_labs.supervision.freshness import MOUSE_TIMEOUT, WAKING, Freshness, Lateness
 
 #: Within this distance of the middle of the screen, in each direction, the mouse asks for zero.
@@ -45,25 +45,24 @@ class _Sender:
         self._is_lost = True
         self._back_at = -math.inf    # end of the last silence
         self._lateness = Lateness()
-        self._stamp = 0.0            # of its last message
 
     @property
     def active(self) -> bool:
         return self.says_active and not self._is_lost
 
-    def heard(self, active: bool, rests: bool, now: float, stamp: float) -> None:
+    def heard(self, message: 'Event[MouseState]', rests: bool) -> None:
         """A message arrived; `rests`: it asks for zero."""
+        active, now, stamp = message.what.active, message.at, message.sent_at
         if self.source.count and not self.says_active and now - self._back_at >= WAKING:
             self._is_lost = False    # it was inactive until now
-        stands_still = stamp == self._stamp    # then it is not a time
-        self._stamp = stamp
-        if not stands_still and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
+        if stamp > 0.0 and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
             self._back_at = now
             self._is_lost = self._is_lost or active
         elif not self.source.is_fresh(now) and (
                 self.says_active or not self.source.count and active):
             self._back_at = now
-        self.source.heard(now)
+        if message.age is not Age.SAME:
+            self.source.heard(now)
         self.says_active = active
         if rests and now - self._back_at >= WAKING:
             self._is_lost = False
@@ -77,8 +76,8 @@ class Mouse:
 
     A mouse counts as lost at first, when it falls silent while it is active, and when this process
     slept. It then stays inactive until it is in the middle of the screen, or is deactivated.
-    Messages that the network delayed, or that came together after a silence, do not end the loss. A
-    deactivation always counts as a stop.
+    Messages that the network delayed, that came together after a silence, or that repeat a stamp,
+    do not end the loss. A deactivation always counts as a stop.
 
     Several mice may be heard; each is lost, and comes back, by itself. If one is lost or
     deactivated, all others are lost, too: they may have been activated before that. The active
@@ -98,12 +97,12 @@ class Mouse:
 
     def heard(self, message: 'Event[MouseState]') -> bool:
         """A message of a mouse arrived. Returns True if it deactivates this mouse, also a lost one.
-        This is a stop.        """
+        This is a stop."""
         (active, x, y), now, sender = message.what, message.at, self._senders[message.sender]
         twist = mouse_twist(x, y)
         was_active, deactivated = sender.active, not active and sender.says_active
         self.source.heard(now)
-        sender.heard(active, not active or twist == Twist2(), now, message.sent_at)
+        sender.heard(message, not active or twist == Twist2())
         if deactivated or was_active and not sender.active:
             for other in self._senders.values():
                 if other is not sender:
@@ -118,8 +117,7 @@ class Mouse:
                      if sender.active and not sender.source.is_fresh(now)), '')
 
     def lose(self, now: float) -> None:
-        """Every mouse is lost: one that is not active may have been activated since it was
-        heard."""
+        """Every mouse is lost: one that is not active may have been activated since."""
         for sender in self._senders.values():
             sender.lose(now)
 

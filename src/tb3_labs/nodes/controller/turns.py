@@ -1,6 +1,5 @@
 """A turn: its settings, the heading, its request and its result. Its law is
-:class:`tb3_labs.control.approach.PreciseTurn`. Who drives: a turn or the mouse? Which turns only go
-on with what was stopped?
+:class:`tb3_labs.control.approach.PreciseTurn`. Who drives: a turn or the mouse? What only repeats?
 
 Units: radians, counter-clockwise positive. A turn is asked for as an angle, not as a heading: 180
 and -180 are different turns, and 360 is a full turn. The handout's law cannot tell them apart.

@@ -1,9 +1,8 @@
-"""Everything that `gamepad` decides: the holder of the robot, and its command; see
-:mod:`tb3_labs.nodes`.
+"""All that `gamepad` decides: who holds the robot, and its command; see :mod:`tb3_labs.nodes`.
 
 Every press of a button counts, also if several messages arrive together: the messages for
 `ctrl_relinq` are collected in order (GamepadCore.messages). B always sends False, for any holder of
-the robot. A sends True, unless the press was delayed for long.
+the robot. A sends True, and Y asks for a reset, unless the press may be old.
 
 A silent pad is lost if the robot depends on it: while a stick is off its middle, and while
 move_to_goal drives by its permission. joy_node sends only changes unless its autorepeat_rate is
@@ -17,8 +16,8 @@ from typing import Optional, Sequence
 
 from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadState
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
-from tb3_labs.supervision.events import Event, NewsDesk, Output
-from tb3_labs.supervision.freshness import LONGEST_LAPSE, SleepWatch
+from tb3_labs.supervision.events import Age, Event, NewsDesk, Output
+from tb3_labs.supervision.freshness import LONGEST_GAP, LONGEST_LAPSE, SleepWatch
 from tb3_labs.supervision.holder import HOLDERS, ControlMessages, Holder, HolderEvent
 
 #: A message of move_to_goal this soon after a press of A may be older than the press [s].
@@ -43,7 +42,7 @@ class PadOutput(Output):
 
     @property
     def has_more(self) -> bool:
-        return bool(self.news) or self.holder is not None or self.asks_reset
+        return bool(self.news) or self.holder is not None
 
 
 class GamepadCore:
@@ -70,22 +69,25 @@ class GamepadCore:
         """Take in the state of the pad."""
         now, state = joy.at, joy.what
         self._look_at_clock(now)
-        self._pad.hear(state, now, joy.sent_at)
+        self._pad.hear(state, now, joy.sent_at, joy.age is Age.SAME)
         before, pushed_at = self._pad.before, now - self._pad.lateness
         self._is_new = True
         if state.regain and not before.regain:
             self.messages.stop(pushed_at)
             self._happens(HolderEvent.REGAIN, now)
         elif state.relinquish and not before.relinquish and not state.regain:
-            self._relinquish(now, self._pad.lateness)
+            if self._counts('A', LONGEST_LAPSE, now) and not self.messages.grants:
+                self.messages.grant(now, self._pad.lateness)
+                self._happens(HolderEvent.RELINQUISH, now)
         is_ready = (state.hold and not before.hold) if self._config.has_hold else state.at_rest
-        if is_ready and self._pad.is_current(now):
+        if is_ready and self._is_current(now):
             self._happens(HolderEvent.READY, now)
         elif self._pad.came_after_loss and self.holder is Holder.GAMEPAD:
             self._happens(HolderEvent.LOST, now)    # the loss is noticed only now
         elif self._drives() and pushed_at < self.messages.stopped_at:
             self._happens(HolderEvent.STOPPED, now)    # it was pushed before the stop
-        self._asks_reset = self._asks_reset or (state.reset and not before.reset)
+        if state.reset and not before.reset:    # a late one would declare another place
+            self._asks_reset = self._counts('Y', LONGEST_GAP, now) or self._asks_reset
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
         """move_to_goal says whether it has control."""
@@ -98,8 +100,7 @@ class GamepadCore:
 
     def on_word(self, word: 'Event[bool]') -> None:
         """Another node says True or False. Its False takes the control that this pad gave, or stops
-        held sticks. Control that others gave is over when move_to_goal says so: it alone knows the
-        order of both messages."""
+        held sticks. Control that others gave is over when move_to_goal says so."""
         if not word.what:
             self._on_taken(word.at)
 
@@ -132,14 +133,13 @@ class GamepadCore:
                          asks_reset=asks_reset)
 
     def _look_at_rest(self, now: float) -> None:
-        """A pad at rest is ready once it has been heard for long enough. A stick that never rests,
-        as a worn one, is named once."""
+        """A pad at rest is ready once it was heard for a while. Another stick is named."""
         state, config = self._pad.state, self._config
         if self.holder is not Holder.NOBODY or state is None or config.has_hold:
             self._restless_since = math.inf
             return
         self._restless_since = math.inf if state.at_rest else min(self._restless_since, now)
-        if state.at_rest and self._pad.is_current(now):
+        if state.at_rest and self._is_current(now):
             self._happens(HolderEvent.READY, now)
         if now - self._restless_since > RESTLESS:
             self._restless_since = math.nan    # it was named
@@ -165,33 +165,32 @@ class GamepadCore:
                 and not state.at_rest and (state.hold or not self._config.has_hold))
 
     def _look_at_clock(self, now: float) -> None:
-        """After a long sleep of this process, take back the permission that the pad gave. If the
-        pad drove, it must be ready again first."""
+        """After a sleep of this process the pad must be ready again; after a long one take back the
+        permission that it gave."""
         self._sleep.update(now)
-        if self._sleep.slept_for <= LONGEST_LAPSE:
-            return
-        if self.messages.grants:
+        if self.messages.grants and self._sleep.slept_for > LONGEST_LAPSE:
             self._news.tell('This node did not run for {:.1f} s: press A to let move_to_goal drive '
                             'again'.format(self._sleep.slept_for), warning=True)
             self._on_taken(now)
-        elif self.holder is Holder.GAMEPAD:
+        elif self._sleep.slept_for and self.holder is Holder.GAMEPAD:
             self._happens(HolderEvent.LOST, now)
 
-    # -- who holds the robot
+    def _is_current(self, now: float) -> bool:
+        return self._pad.is_current(now) and not self._sleep.doubt
 
-    def _relinquish(self, now: float, lateness: float) -> None:
-        doubt = ''
-        if self._sleep.is_waking:
-            doubt = 'may have been pressed while this node did not run'
-        elif not self._pad.tells_lateness(now):
-            doubt = 'was pressed the moment the pad was first heard'
-        elif lateness > LONGEST_LAPSE or now - lateness < self.messages.stopped_at:
-            doubt = 'was pressed {:.1f} s ago, before something took control'.format(lateness)
-        elif not self.messages.grants:
-            self.messages.grant(now, lateness)
-            self._happens(HolderEvent.RELINQUISH, now)
+    def _counts(self, button: str, longest: float, now: float) -> bool:
+        """Does a press count that moves the robot, or its frame? Not if it is older than `longest`
+        [s], or may be; then the operator is told."""
+        lateness, doubt = self._pad.lateness, self._sleep.doubt
+        if not doubt and not self._pad.tells_lateness(now):
+            doubt = 'it was pressed the moment the pad was first heard'
+        elif not doubt and (lateness > longest or now - lateness < self.messages.stopped_at):
+            doubt = 'it was pressed {:.1f} s ago, or before something took control'.format(lateness)
         if doubt:
-            self._news.tell('A {}: press it again'.format(doubt), warning=True)
+            self._news.tell('{} does not count, {}: press it again'.format(button, doubt), True)
+        return not doubt
+
+    # -- who holds the robot
 
     def _happens(self, event: HolderEvent, now: float) -> None:
         before, self.holder = self.holder, HOLDERS.get((self.holder, event), self.holder)
@@ -218,8 +217,9 @@ class GamepadCore:
         needs_pad = self._drives() or (self.messages.grants and not self._config.drive_without_pad)
         if not needs_pad or self.joy.is_fresh(now):
             return
-        hint = '' if self._pad.repeats else (
-            '. If the pad is there, start joy_node with autorepeat_rate 20, as gamepad.launch does')
+        hint = '. joy_node repeats one message: start it again' if self._pad.hangs else (
+            '' if self._pad.repeats else '. If the pad is there, start joy_node with '
+            'autorepeat_rate 20, as gamepad.launch does')
         self._news.tell('{}: robot stopped; {} to drive again{}'.format(
             self.joy.silence_with_age(now).capitalize(), self._again, hint), warning=True)
         self._pad.state = None      # the last one no longer counts

@@ -1,7 +1,6 @@
 """One pad: its settings, and the messages that are heard from it.
 
-The default numbers of axes and buttons are those of the course's gamepad lab; the button Y comes
-from the handout.
+The default numbers of axes and buttons are those of the course's gamepad lab.
 
 Units: axes from -1 to 1, forward and left positive (as joy_node sends them). Seconds on a clock
 that never stands still and never goes back (`now`); `stamp` is on the sender's clock.
@@ -70,25 +69,24 @@ class PadListener:
         self.source = Freshness('joy', PAD_TIMEOUT)
         #: The latest state; None before the first message, and after a loss.
         self.state: Optional[PadState] = None
-        #: Does the pad repeat an unchanged state?
-        self.repeats = False
+        #: Does the pad repeat an unchanged state? Does its driver repeat one message?
+        self.repeats = self.hangs = False
         self._lateness = Lateness()
         self._heard_since = math.inf     # from then on the lateness of messages is learned
         self._last: Optional[PadState] = None
         #: Of the last message: the state before it, its delay [s]; did it come after a loss?
         self.before, self.lateness, self.came_after_loss = PadState(), 0.0, False
 
-    def hear(self, state: PadState, now: float, stamp: float) -> None:
-        """Take in the state in a message, sent at `stamp` (0: unknown).
-
-        A button that is down in the first message may have been pressed long ago, and counts as
-        pressed now only if it is a stop.
-        """
+    def hear(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
+        """Take in the state in a message, sent at `stamp` (0: unknown); `hangs`: it comes again. A
+        button that is down in the first one counts as pressed now only if it is a stop."""
         self.repeats = self.repeats or self._last is not None and state.sent == self._last.sent
         self._last = state
         self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
-        self.came_after_loss = self.repeats and not self.source.is_fresh(now)
-        self.source.heard(now)
+        self.hangs = hangs
+        self.came_after_loss = self.repeats and not (hangs or self.source.is_fresh(now))
+        if not hangs:
+            self.source.heard(now)
         if math.isinf(self._heard_since) or (self.came_after_loss and stamp <= 0.0):
             self._heard_since = now
         before, self.state = self.state, state
@@ -98,7 +96,7 @@ class PadListener:
 
     def tells_lateness(self, now: float) -> bool:
         """Has the pad been heard for long enough to know how late a message is?"""
-        return now - self._heard_since >= LATENESS_SHOWS
+        return now - self._heard_since >= LATENESS_SHOWS and not self.hangs
 
     def is_current(self, now: float) -> bool:
         """Does the last message show the present state of the pad?"""

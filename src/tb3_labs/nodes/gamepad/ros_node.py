@@ -48,12 +48,12 @@ class GamepadNode:
                 self._control.publish(word)
         if output.renews:
             self._control.publish(True)
+        if output.asks_reset:    # no terminal holds it up; a node that sleeps answers late
+            threading.Thread(target=guarded(_reset), daemon=True).start()
 
     def _carry_out(self, output):
         if output.holder is not None:
             self._holders.publish(output.holder.value)
-        if output.asks_reset:    # in a thread of its own: a node that sleeps answers late
-            threading.Thread(target=guarded(_reset), daemon=True).start()
 
     def _diagnose(self):
         joy, holder = self._core.joy, self._core.holder.value

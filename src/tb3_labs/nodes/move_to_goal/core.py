@@ -1,8 +1,7 @@
 """Everything that `move_to_goal` decides: pose, permission and command; see :mod:`tb3_labs.nodes`.
 
 The robot moves only while this node has control, both sensors are fresh, gyro and wheels agree, the
-pose is known, and the goal is not reached. A grant or goal is void if the sensors are not there
-soon.
+pose is known, and the goal is not reached. A grant or goal is void without sensors.
 
 Units: seconds on the receiver's clock (`now`), metres, radians; poses in the local frame.
 """
@@ -45,7 +44,7 @@ class MoveToGoalConfig(Config):
                             -MAX_DISTANCE, MAX_DISTANCE)
     goal_yaw_deg: float = setting(0.0, 'heading at the first goal', 'deg',
                                   -MAX_YAW_DEG, MAX_YAW_DEG)
-    has_control: bool = setting(False, 'may drive from the start, without ctrl_relinq')
+    has_control: bool = setting(False, 'may drive from the start; typed, not in a file')
 
     @property
     def goal(self) -> Pose2:
@@ -118,8 +117,7 @@ class MoveToGoalCore:
         self._look_at_localizer()
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels, if the robot sends them: they only check IMU
-        and odometry."""
+        """Take in a sample of the wheels, if they are sent: they only check IMU and odometry."""
         self._gyro.on_wheels(sample)
         self._encoders.on_wheels(sample)
 
@@ -152,10 +150,9 @@ class MoveToGoalCore:
         """Drive to the AskedPose of a goal, unless it repeats the present one, or must not count;
         `now` as in permission.Permission."""
         self.on_repetition(request, now)
-        requests, machine = self._requests, self._machine
-        if self._permission.sleep.is_waking:
-            requests.refuse(request, 'it may have been sent while this node did not run: send it '
-                            'again')
+        requests, machine, doubt = self._requests, self._machine, self._permission.sleep.doubt
+        if doubt:
+            requests.refuse(request, doubt + ': send it again')
         elif requests.stays_ended(request):
             line = requests.tell(request)
             if line:
@@ -183,10 +180,14 @@ class MoveToGoalCore:
             self._machine.cancel()
             self._pause()
 
-    def on_reset(self, reset: Reset, now: float) -> None:
-        """Declare that the robot is at `reset.asked` now. The Reset shows when it is over."""
-        problem = self._sensors.problem(now, with_age=True)
-        if problem:
+    def on_reset(self, reset: Reset, now: float, steady: float) -> None:
+        """Declare that the robot is at `reset.asked` now, unless it may have been asked for before
+        (`steady`: see :meth:`tick`). The Reset shows when it is over."""
+        self._update_control(steady)
+        doubt, problem = self._permission.sleep.doubt, self._sensors.problem(now, with_age=True)
+        if doubt:
+            reset.problem = doubt + ': ask again'
+        elif problem:
             reset.problem = '{}: is the robot running?'.format(problem)
         else:
             self._localizer.on_reset(reset, now, self._response.sample_delay)
@@ -200,8 +201,7 @@ class MoveToGoalCore:
         self._permission.told(word)
 
     def _update_control(self, now: float) -> None:
-        """Check whether the permission still holds, also before a goal is set; `now` as in
-        permission.Permission."""
+        """Does the permission still hold? Also before a goal; `now` as in permission.Permission."""
         permission, machine = self._permission, self._machine
         permission.update(now)
         before, self.has_control = self.has_control, permission.granted
@@ -219,9 +219,8 @@ class MoveToGoalCore:
     # -- what comes out, once
 
     def tick(self, now: float, steady: float) -> DriveOutput:
-        """Look at the clocks, and return what is to be done; to be called after each sample of the
-        IMU and each request, and while there is none; `steady`: as `now` in permission.Permission.
-        """
+        """What is to be done now; to be called after each sample of the IMU and each request, and
+        while there is none; `steady`: as `now` in permission.Permission."""
         self._update_control(steady)
         # at the law's own rate, and whenever a sensor is lost
         is_due = self._pace.due(now) or not self._sensors.are_fresh(now)

@@ -1,5 +1,6 @@
 """The ROS side of move_to_goal; scripts/move2goal_tf.py describes its interface."""
 import math
+import sys
 
 import rospy
 import tf2_ros
@@ -22,6 +23,7 @@ from tb3_labs.ros.conversions import (
     frame, to_odometry_sample, to_pose_stamped, to_transform)
 from tb3_labs.ros.gate import Diagnostics, Gate, values_of
 from tb3_labs.ros.live_settings import LiveSettings
+from tb3_labs.ros.node import roslaunch_of_this
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.rospy_internals import connection_of, hear_others_alone, sender_of
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
@@ -45,13 +47,40 @@ PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
 WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 
+_permissions = [False]    # the last one was typed last
+
+
+def take_permission():
+    """Take `_has_control:=VALUE` out of this process's words, before init_node(): rospy would make
+    a parameter of it, which outlives node and launch. A later start would find it, and drive."""
+    for word in [word for word in sys.argv if word.startswith('_has_control:=')]:
+        sys.argv.remove(word)
+        value = word.partition(':=')[2]
+        _permissions.append({'true': True, 'false': False}.get(value.lower(), value))
+
+
+def _permission():
+    """The has_control that this start was given. A launch gives it to one start alone: roslaunch
+    repeats its words when it starts a node again (respawn)."""
+    if rospy.has_param('~has_control'):
+        rospy.logwarn('has_control on the parameter server gives no control: a launch file takes '
+                      'has_control:=true, the node _has_control:=true')
+        rospy.delete_param('~has_control')
+    launch, given_by = roslaunch_of_this(), rospy.get_name() + '_given_by'
+    if launch and _permissions[-1] is True:
+        if rospy.get_param(given_by, 0) == launch:
+            rospy.logwarn('This launch gave control before: False, then True, gives it again')
+            return False
+        rospy.set_param(given_by, launch)
+    return _permissions[-1]
+
+
 class MoveToGoalNode:
     """Hears the robot, its goals and resets, and who gives control; drives the robot."""
 
     def __init__(self):
-        start, drive = read_config(MoveToGoalConfig, DriveConfig)
-        if rospy.has_param('~has_control'):    # a later start must not read it, and drive
-            rospy.delete_param('~has_control')
+        typed = {'has_control': _permission()}
+        start, drive = read_config(MoveToGoalConfig, DriveConfig, typed=typed)
         self._model = read_model()
         self._response = Response()    # of this robot, learned while it moves
         self._core = core = MoveToGoalCore(self._law(drive), start.has_control, self._response,
@@ -179,8 +208,7 @@ class Display:
             self._points = self._points[::2]
 
     def show_status(self, status):
-        """Publish a DriveStatus: its words, the goal with its tolerance, the words above the robot.
-        """
+        """Publish a DriveStatus: its words, also above the robot; the goal with its tolerance."""
         self._goal = goal = status.goal
         self._state.publish(status.words)
         self._present_goal.publish(to_pose_stamped(goal, self._local, ros_time()))

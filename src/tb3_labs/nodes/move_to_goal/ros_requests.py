@@ -24,8 +24,7 @@ from tb3_labs.srv import (
 from tb3_labs.supervision.events import Age
 from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalRequest, Outcome
 
-#: Longest time of a reset, so that each is answered within a second, and between two looks at it
-#: [s].
+#: Longest time of a reset, which is answered within a second, and between two looks at it [s].
 ANSWER_WITHIN, LOOK = 0.85, 0.005
 #: Time between two messages of the action's status [s].
 STATUS_PERIOD = 0.5
@@ -135,10 +134,8 @@ class GoalServer(ActionServer):
 
 
 class Resets:
-    """Offers `reset_pose`, `set_pose` and `initialpose`, which a MoveToGoalCore carries out.
-
-    A reset waits in the core for samples of the moment at which it was asked for.
-    """
+    """Offers `reset_pose`, `set_pose` and `initialpose`. A reset waits in a MoveToGoalCore for the
+    samples of its moment."""
 
     def __init__(self, gate, core):
         self._gate, self._core = gate, core
@@ -188,7 +185,7 @@ class Resets:
         """Reset to an AskedPose. Returns the localizer.Reset; ``ValueError`` if it is refused, or
         not carried out within ANSWER_WITHIN."""
         reset, gate = Reset(asked), self._gate
-        gate.take_in(lambda: self._core.on_reset(reset, ros_time()))
+        gate.take_in(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
         if not wait_until(lambda: gate.ask(lambda: reset.is_over), ANSWER_WITHIN, LOOK):
             gate.ask(reset.give_up)
         if reset.problem:
@@ -207,10 +204,9 @@ def only_news(topic, callback):
     to_age = ages(topic)
 
     def hear(message):
-        way = way_of(message)
-        if to_age(way, steady_time()) in (Age.LATCHED, Age.OLD):
+        if to_age(message) in (Age.LATCHED, Age.OLD):
             rospy.logwarn('%s: a message of %s from before this node could hear it does not count; '
-                          'say it again', rospy.resolve_name(topic), way.sender)
+                          'say it again', rospy.resolve_name(topic), way_of(message).sender)
         else:
             callback(message)
 
@@ -229,6 +225,5 @@ def to_asked_pose(header, pose):
 
 
 def quoted(text):
-    """A stranger's text for a line of the log: in quotes, short, and on a terminal without effect.
-    """
+    """A stranger's text for the log: in quotes, short, and on a terminal without effect."""
     return repr(text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + '...')

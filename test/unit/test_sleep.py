@@ -1,0 +1,229 @@
+"""A node that wakes from a sleep: what moves the robot, or its frame, does not count; a stop does.
+
+Each topic has a thread of its own: the sensors may be heard before a request that is older.
+"""
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from played_nodes import Turning
+from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.goal_state import DriveConfig
+from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.localization.localizer import Reset
+from tb3_labs.nodes.controller.core import ControllerCore
+from tb3_labs.nodes.controller.mouse_reader import MouseState
+from tb3_labs.nodes.gamepad.core import GamepadCore
+from tb3_labs.nodes.gamepad.pad import PadConfig, PadState
+from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
+from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.robot.turtlebot3 import Twist2, robot_model
+from tb3_labs.supervision.events import Event
+from tb3_labs.supervision.goal_requests import GoalRequest
+from tb3_labs.supervision.page_grip import Grip
+
+BURGER = robot_model('burger')
+WHILE_ASLEEP = 'while this node did not run'
+STEP = 0.05
+
+
+class Bench:
+    """A core, with a robot that stands."""
+
+    def __init__(self):
+        self.now, self.tremble, self.told = 1000.0, 1e-9, ''
+        self.has_moved = False       # the robot, or its frame
+        self.core = self.make()
+        self.run(1.5)
+
+    def run(self, seconds):
+        for _ in range(round(seconds / STEP)):
+            self.now += STEP
+            self.live()
+            self.look()
+
+    def live(self):
+        self.tremble = -self.tremble
+        self.core.on_imu(ImuSample(self.now, self.tremble, self.tremble), self.now)
+
+    def look(self):
+        output = self.core.tick(self.now, self.now)
+        self.tell(*[line.text for line in output.news])
+        self.has_moved = self.has_moved or output.command not in (None, Twist2())
+        return output
+
+    def tell(self, *lines):
+        self.told += ' '.join(lines)
+
+    def let_go(self):
+        """Nothing is held any more, and control is there."""
+
+    @property
+    def is_driven(self):
+        return self.core.tick(self.now, self.now).watched
+
+    def event(self, what):
+        return Event(what, self.now, 'person')
+
+    def moves_by(self, act):
+        """Does the robot, or its frame, move by an act of a person?"""
+        self.has_moved, self.told = False, ''
+        act(self)
+        self.look()
+        self.run(1.0)
+        return self.has_moved
+
+    def wakes_with(self, act, slept_for):
+        """The same, if it is the first that is heard after a sleep, but for the sensors."""
+        self.now += slept_for
+        self.live()
+        return self.moves_by(act)
+
+
+class Mover(Bench):
+    """move_to_goal, which has control and is at its goal."""
+
+    def make(self):
+        core = MoveToGoalCore(PreciseLaw(DriveConfig(), BURGER), True)
+        core.set_goal(Pose2())
+        return core
+
+    def live(self):
+        super().live()
+        self.core.on_odometry(OdometrySample(self.now, Pose2(), self.tremble, 0.0), self.now)
+
+    def look(self):
+        output = super().look()
+        self.tell(*[text for _, _, text in output.answers])
+
+    def let_go(self):
+        """A long sleep took control."""
+        for word in (False, True):
+            self.core.on_word(self.event(word))
+
+    def give(self):
+        self.core.set_goal(Pose2(1.0))
+        self.let_go()
+
+    def goal(self):
+        self.core.on_goal(GoalRequest(AskedPose(Pose2(1.0)), 'person'), self.now)
+
+    def reset(self):
+        reset = Reset(AskedPose(Pose2(-1.0)))
+        self.core.on_reset(reset, self.now, self.now)
+        self.tell(reset.problem)
+
+
+class Turner(Bench):
+    """controller, with a mouse that is not active."""
+
+    def make(self):
+        core = ControllerCore(Turning())
+        core.on_mouse(self.event(MouseState(False, 0.0, 0.0)))
+        return core
+
+    def mouse(self, active, y):
+        self.core.on_mouse(self.event(MouseState(active, 0.0, y)))
+
+    def let_go(self):
+        self.mouse(False, 0.0)
+
+
+class Pad(Bench):
+    """gamepad, with a pad that says only what changes."""
+
+    def make(self):
+        self.state = PadState()
+        return GamepadCore(PadConfig(), BURGER)
+
+    def live(self):
+        self.core.on_joy(self.event(self.state._replace(sent=([self.now], []))))
+
+    def look(self):
+        output = self.core.tick(self.now)
+        self.tell(*[line.text for line in output.news])
+        self.has_moved = (self.has_moved or output.command not in (None, Twist2())
+                          or output.asks_reset or True in output.words)
+
+    def hold(self, **state):
+        self.state = PadState(**state)
+        self.live()
+
+    let_go = hold
+
+    @property
+    def is_driven(self):
+        return self.core.messages.grants
+
+
+class Page(Bench):
+    """The panel's grip, with a page."""
+
+    def make(self):
+        return Grip()
+
+    def live(self):
+        pass
+
+    def look(self):
+        self.core.silence(self.now)
+
+    def ask(self, question, *details):
+        try:
+            self.has_moved = question(self.core.stops, self.now, *details) is not False
+        except ValueError as problem:
+            self.tell(str(problem))
+
+
+#: What is held: nobody is told that it must be let go first.
+HANDS = [partial(Turner.mouse, active=True, y=1.0), partial(Pad.hold, forward=1.0)]
+#: What moves the robot, or its frame.
+GIVES = [
+    (Mover, Mover.give), (Mover, Mover.goal), (Mover, Mover.reset),
+    (Turner, lambda core: core.core.on_turn(core.event(90.0), core.now)),
+    (Turner, lambda core: core.core.on_typed(core.event(90.0), core.now)),
+    (Turner, HANDS[0]),
+    (Pad, partial(Pad.hold, relinquish=True)), (Pad, partial(Pad.hold, reset=True)), (Pad, HANDS[1]),
+    (Page, lambda page: page.ask(partial(page.core.hold, 'page'), 0.0, True)),
+    (Page, lambda page: page.ask(page.core.check, 0.0, 1.0))]      # a turn, a goal, a reset
+#: What stops it, and what moved it before.
+STOPS = [
+    (Mover, Mover.goal, lambda core: core.core.on_word(core.event(False))),
+    (Mover, Mover.goal, lambda core: core.core.on_cancel(core.now)),
+    (Turner, lambda core: core.core.on_turn(core.event(90.0), core.now),
+     lambda core: core.mouse(True, 0.0) or core.let_go()),
+    *[(Pad, partial(Pad.hold, relinquish=True), stop) for stop in (
+        partial(Pad.hold, regain=True), lambda pad: pad.core.on_word(pad.event(False)),
+        lambda pad: pad.core.on_has_control(pad.event(False)))]]
+
+
+@pytest.mark.parametrize('slept_for, counts', [(0.9, True), (1.1, False), (7.0, False)])
+@pytest.mark.parametrize('kind, act', GIVES)
+def test_what_moves_the_robot_or_its_frame_does_not_count_as_the_node_wakes(
+        kind, act, slept_for, counts):
+    """Asked for anew, it does."""
+    bench = kind()
+    assert bench.wakes_with(act, slept_for) is counts
+    assert (WHILE_ASLEEP in bench.told) is not (counts or act in HANDS)
+    bench.let_go()
+    bench.run(2.5)
+    assert counts or bench.moves_by(act)
+
+
+@pytest.mark.parametrize('slept_for', [1.1, 7.0])
+@pytest.mark.parametrize('kind, act, stop', STOPS)
+def test_a_stop_counts_also_as_the_node_wakes(kind, act, stop, slept_for):
+    bench = kind()
+    assert bench.moves_by(act) and bench.is_driven
+    bench.wakes_with(stop, slept_for)
+    bench.has_moved = False
+    bench.run(1.0)
+    assert not bench.has_moved and not bench.is_driven
+
+
+def test_each_input_of_a_core_is_tried_or_moves_nothing():
+    text = Path(__file__).read_text(encoding='utf-8')
+    inputs = {name for core in (MoveToGoalCore, ControllerCore, GamepadCore) for name in dir(core)
+              if name.startswith('on_') and '.' + name + '(' not in text}
+    assert inputs == {'on_wheels', 'on_command', 'on_repetition', 'on_leave'}
