@@ -4,6 +4,7 @@ Each read, each unpacked piece, each record and each sample takes from one Budge
 in a larger piece than the limits below. So memory and time are bounded, whatever the file claims.
 """
 import time
+from typing import Dict
 
 #: The most of each that one reading takes, and its longest time of the processor [s]. An hour of
 #: record.launch has 1.4 million records, and takes 20 s. MiB are read or unpacked.
@@ -26,7 +27,8 @@ class Budget:
     """What is left for one reading of a bag."""
 
     def __init__(self) -> None:
-        self._left, self._end = dict(MOST_READ), time.thread_time() + MOST_TIME
+        self._left: Dict[str, float] = dict(MOST_READ)
+        self._end = time.thread_time() + MOST_TIME
 
     def take(self, what: str, amount: float = 1) -> None:
         """Take `amount` of `what`, a key of MOST_READ. Raises TooLarge."""
