@@ -112,11 +112,9 @@ def _read(bag, path, namespace, tell):
 
 
 def _missing(words, problem, types):
-    """Returns the BagProblem `words`, or that the bag was not read, because of `problem`."""
-    if not problem:
-        return BagProblem(words)
-    return BagProblem('was not read to its end: {}; until there: {}'.format(problem, words)
-                      if types else 'was not read: {}'.format(problem))
+    """Returns the BagProblem `words`; a `problem`, for which not all was read, comes first."""
+    return BagProblem(words if not problem else 'was not read: ' + problem if not types else
+                      'was not read to its end: {}; until there: {}'.format(problem, words))
 
 
 def _collect(bag, of_topic, sent, names, limits):
@@ -145,8 +143,8 @@ def _collect(bag, of_topic, sent, names, limits):
             arrival = (seconds - start) + 1e-9 * nanoseconds
             collector.add(message, arrival, start, number)
             if made is Twist:
-                index = names.setdefault(connection.sender, len(names))
-                sent.keep([index], arrival, arrival, number)
+                sent.keep([names.setdefault(connection.sender, len(names))],
+                          arrival, arrival, number)
     except TooLarge as too_large:
         return start, str(too_large)
     return start, bag.problem

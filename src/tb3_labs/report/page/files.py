@@ -65,17 +65,17 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
         raise ValueError('--turn {}: {} has {} turns'.format(turn, run.name, len(turned)))
     folder = output_folder(folder)
     name = Path(run.name).name
-    page, table, *pictures = (folder / each for each in (
-        'report.html', 'run.csv', 'turn_{}.png'.format(turn) if turn else 'turns.png', 'paths.png'))
-    write_csv(run, table)
-    listed = tables.write_reports(folder, name, turned, driven)
+    *files, angles_png, ways_png = (folder / each for each in (
+        'report.html', 'run.csv', 'turns.csv', 'drives.csv',
+        'turn_{}.png'.format(turn) if turn else 'turns.png', 'paths.png'))
+    write_csv(run, files[1])
+    tables.write_reports(folder, name, turned, driven)
     has_path = run.odometry.length >= SHORTEST_PATH
-    angles, ways = map(write_figure, (
-        figures.turns(run, turn), figures.paths(run, driven) if has_path else None), pictures)
-    files = [page, table, *listed, *(
-        picture for picture, drawn in zip(pictures, (angles, ways)) if drawn)]
+    angles = write_figure(figures.turns(run, turn), angles_png)
+    ways = write_figure(figures.paths(run, driven) if has_path else None, ways_png)
+    files += [angles_png] * bool(angles) + [ways_png] * bool(ways)
     found = diagnose(run)
-    write_output(page, document('Run report: ' + name, [
+    write_output(files[0], document('Run report: ' + name, [
         *('<p>{}</p>'.format(escape(text)) for text in [
             *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]),
         hints.said_by_node(run), timeline.section(timeline.timeline(

@@ -7,7 +7,7 @@ import csv
 import math
 from io import StringIO
 from pathlib import Path
-from typing import Any, Callable, Iterable, List, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Iterable, NamedTuple, Sequence, Tuple
 
 from tb3_labs.command_line import write_output
 from tb3_labs.control.goal_state import DRIVING
@@ -91,19 +91,16 @@ def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> st
 
 
 def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],
-                  drives: Sequence[DriveReport]) -> List[Path]:
-    """Write turns.csv and drives.csv, a row for each report, and return their paths. `name`: of the
-    run, in each row, since a spreadsheet may hold the rows of several runs."""
-    paths = []
+                  drives: Sequence[DriveReport]) -> None:
+    """Write turns.csv and drives.csv, a row for each report. `name`: of the run, in each row, since
+    a spreadsheet may hold the rows of several runs."""
     for word, columns, reports in (('turn', (*TURN_COLUMNS, ASKED_BY), turns),
                                    ('drive', DRIVE_COLUMNS, drives)):
-        paths.append(folder / (word + 's.csv'))
-        write_table(paths[-1], [
+        write_table(folder / (word + 's.csv'), [
             ['run', word] + [column.name for column in columns],
             *([safe(name), count] + [in_csv(column.name, column.value(report))
                                      for column in columns]
               for count, report in enumerate(reports, 1))])
-    return paths
 
 
 def write_table(path: Path, rows: Iterable[Sequence[Any]]) -> None:
