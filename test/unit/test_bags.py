@@ -244,7 +244,7 @@ def small(monkeypatch):
     (lambda: chunk(EMPTY_MESSAGE * 9)[:-9], 'was not read: the recording was cut off'),
     (lambda: chunk(chunk(chunk(bytes(2 ** 20)))), 'no messages at all'),
     (lambda: record(b'BZh9' + bytes(99), op=b'\5', compression=b'bz2'), 'damaged near byte'),
-    (lambda: record(b'\4\x22\x4d\x18' + b'\xff' * 99, op=b'\5', compression=b'lz4'),
+    (lambda: chunk(b'', b'lz4') + record(b'\4\x22\x4d\x18' + b'\xff' * 99, op=b'\5', compression=b'lz4'),
      'damaged near byte'),
     (lambda: record(b'', op=b'\5', compression=b'zip'), 'damaged near byte'),
     (lambda: struct.pack('<I', 2 ** 32 - 1), 'damaged near byte'),
@@ -261,8 +261,7 @@ def small(monkeypatch):
     (lambda: chunk(record(b'', op=b'\4') * 9999), 'was not read: it has more than 2,000 records'),
     (lambda: record(b'', op=b'\6', count=b'\xff' * 4) * 9999, 'it has more than 2,000 records'),
     (lambda: record(b'', 2 ** 32 - 1, op=b'\4'), 'the bag has: no messages at all'),
-    (lambda: chunk(record(bytes(2 ** 18), op=b'\4')) * 20, 'it has more than 2 MiB')],
-    ids=str)
+    (lambda: chunk(record(bytes(2 ** 18), op=b'\4')) * 20, 'it has more than 2 MiB')])
 def test_a_small_file_takes_neither_memory_nor_time(content, said, small, tmp_path):
     (tmp_path / 'run.bag').write_bytes(start_of_bag() + content())
     words, most, took = read_within(tmp_path / 'run.bag')
