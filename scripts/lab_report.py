@@ -1,14 +1,10 @@
 #!/usr/bin/env python3
 """Makes a report of a recorded run: timeline, paths, turns and tables, as a page, PNG and CSV.
 
-Usage: lab_report.py RUN.bag [-o FOLDER] [--goal X Y YAW_DEG] [--ns ROBOT] [--model MODEL]
-                     [--turn NUMBER]
-
-Record with
-    roslaunch tb3_labs record.launch
-Any bag with sensor_msgs/Imu and nav_msgs/Odometry will do. Drives and turns are found in goal_state
-or, for a node of your own, in cmd_vel; resets in the line `Local pose set to x=..., y=..., yaw=...`
-on /rosout. To compare runs, put their turns.csv or drives.csv into one spreadsheet.
+Any bag with sensor_msgs/Imu and nav_msgs/Odometry will do, such as those of record.launch. Drives
+and turns are found in goal_state or, for a node of your own, in cmd_vel; resets in the line `Local
+pose set to x=..., y=..., yaw=...` on /rosout. To compare runs, put their turns.csv or drives.csv
+into one spreadsheet.
 """
 import sys
 from pathlib import Path
@@ -37,7 +33,8 @@ def parse(words):
     parser.add_argument('--model', choices=sorted(MODELS), default=DEFAULT_MODEL,
                         help='the robot with these limits; default: %(default)s')
     parser.add_argument('--turn', type=whole_number(999), metavar='NUMBER', default=0,
-                        help='draw this turn of the table alone; default: all turns')
+                        help='draw this turn of the table alone, as turn_NUMBER.png; default: all '
+                        'turns, as turns.png')
     given = parser.parse_args(words)
     if given.goal is not None:
         try:
@@ -56,8 +53,8 @@ def main(words):
         from tb3_labs.report.bag.ros_bag import read_run
         run = completed(read_run(str(given.bag), given.ns, _tell), given.goal or LAB_GOAL)
         folder = given.folder or given.bag.with_name(given.bag.stem + '_report')
-        print('Report: {}'.format(write_report(
-            run, robot_model(given.model), folder, given.turn)))
+        page, *others = write_report(run, robot_model(given.model), folder, given.turn)
+        print('Report: {}\nBeside it: {}'.format(page, ', '.join(path.name for path in others)))
     except ImportError as problem:
         return _fail('{}; install it: sudo apt install --no-install-recommends python3-{}'.format(
             problem, (problem.name or 'matplotlib').split('.')[0]))

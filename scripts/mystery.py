@@ -11,7 +11,7 @@ import sys
 import textwrap
 from importlib.util import find_spec
 
-from tb3_labs.command_line import Parser
+from tb3_labs.command_line import Parser, number_or_text, surplus
 from tb3_labs.simulation.mystery_answer import MEANINGS, judge
 from tb3_labs.simulation.mystery_robot import LAST_NUMBER
 from tb3_labs.terminal import run_tool
@@ -59,13 +59,13 @@ def _parts(words):
     if not number.isdecimal():
         raise ValueError('number = {!r} is not valid: a whole number from 1 to {}'.format(
             number, LAST_NUMBER))
-    value = None
-    try:
-        value = float(name[-1])
-        name.pop()
-    except (IndexError, ValueError):
-        pass      # a missing value or name is reported later
-    return int(number), ' '.join(name), value
+    for at, word in enumerate(name):
+        value = number_or_text(word)
+        if isinstance(value, float):
+            if name[at + 1:]:
+                raise ValueError(surplus(name[at + 1:]) + 'meant: NUMBER FAULT VALUE, no unit')
+            return int(number), ' '.join(name[:at]), value
+    return int(number), ' '.join(name), None      # a missing value or name is reported later
 
 
 def _described(name, fault):

@@ -23,7 +23,7 @@ from actionlib_msgs.msg import GoalStatus
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from std_msgs.msg import Float32, String
 
-from tb3_labs.command_line import number_or_text
+from tb3_labs.command_line import number_or_text, surplus
 from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_over, to_go
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.ros.conversions import to_pose_stamped
@@ -109,10 +109,11 @@ def main(words):
     if words in (['-h'], ['--help']):
         print(__doc__.strip())
         return 0
-    numbers = [number_or_text(word) for word in words if word != '--']
+    words = [word for word in words if word != '--']
+    numbers = list(map(number_or_text, words))
     try:
         if len(numbers) != 3:
-            raise ValueError(HELP)
+            raise ValueError(surplus(words[3:]) + HELP)
         goal = TypedPose(*numbers).pose
         require_master()
     except ValueError as problem:

@@ -1,12 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the catkin package that a student begins a lab with.
-
-Usage: skeleton.py LAB DIRECTORY [--name PACKAGE]
-
-Example: skeleton.py turn ~/catkin_ws/src. The package has a launch file, and the lab's node with
-its given parts and open TODOs. Existing files are not overwritten. The texts come from
-doc/skeletons.
-"""
+"""Writes the catkin package that a student begins a lab with, from the texts in doc/skeletons."""
 import sys
 from pathlib import Path
 

@@ -10,11 +10,12 @@ import re
 import secrets
 import signal
 from pathlib import Path
-from typing import Any, Callable, Union
+from typing import Any, Callable, Sequence, Union
 
 
 class Parser(argparse.ArgumentParser):
-    """As Python's parser, but a refusal is one line, and --job is not taken for --jobs."""
+    """As Python's parser, but a refusal is one line, --job is not taken for --jobs, and what is
+    meant is named with a word that is too much."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
@@ -22,18 +23,32 @@ class Parser(argparse.ArgumentParser):
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
+    def parse_args(self, args=None, namespace=None):
+        given, extra = self.parse_known_args(args, namespace)
+        if extra:
+            self.error(' '.join(['unrecognized arguments:', *extra]) if '-' in ''.join(
+                word[:1] for word in extra) else '{}meant: {}'.format(surplus(extra), ', '.join(
+                    'one {}; given: {}'.format(each.metavar or each.dest, getattr(given, each.dest))
+                    for each in self._get_positional_actions()) or 'options alone'))
+        return given
+
     def error(self, message: str):
         """End the program with status 2, and the reason."""
         typed, _, known = message.partition('invalid choice: ')[2].partition(' (choose from ')
         near = difflib.get_close_matches(typed, re.findall(r'[^\s,()]+', known), 1)
         self.exit(2, '{}: {}; {}\n'.format(
-            self.prog, message, 'is {} meant?'.format(near[0].strip("'")) if near else
+            self.prog, printable(message), 'is {} meant?'.format(near[0].strip("'")) if near else
             '--help tells more'))
 
 
+def surplus(words: Sequence[str]) -> str:
+    """Returns that these words are too many, as the begin of a refusal; '' without a word."""
+    more = ' and {} more'.format(len(words) - 3) * (len(words) > 3)
+    return ', '.join(words[:3]) + more + ': too much; ' if words else ''
+
+
 def number_or_text(word: str) -> Union[float, str]:
-    """Returns the number that was typed. Any other text stays as it is; a Config then refuses
-    it."""
+    """Returns the number that was typed; any other text stays, and a Config refuses it."""
     try:
         return float(word)
     except ValueError:
@@ -51,10 +66,8 @@ def whole_number(most: int) -> Callable[[str], int]:
 
 
 def output_folder(path: Union[str, Path]) -> Path:
-    """Make the folder for a tool's output if it is missing, and return it.
-
-    ``OSError`` if it cannot be made, or if it is a link: a stranger's files may hold one.
-    """
+    """Make the folder for a tool's output if it is missing, and return it. ``OSError`` if it cannot
+    be made, or if it is a link: a stranger's files may hold one."""
     folder = Path(str(path))
     if folder.is_symlink():
         raise OSError(errno.ELOOP, 'it is a link to another folder', str(folder))
@@ -64,10 +77,8 @@ def output_folder(path: Union[str, Path]) -> Path:
 
 def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
     """Write a whole file: a new file beside it is renamed over it, so that an interruption leaves
-    the old content. A link at `path` is replaced; the file to which it points stays as it is.
-
-    A text is written as UTF-8. ``OSError`` if the file cannot be written.
-    """
+    the old content. A link at `path` is replaced; the file to which it points stays as it is. A
+    text is written as UTF-8. ``OSError`` if the file cannot be written."""
     path = Path(str(path))
     if isinstance(content, str):
         content = content.encode('utf-8', errors='backslashreplace')
@@ -91,10 +102,6 @@ def reason(problem: BaseException) -> str:
 
 def printable(text: str) -> str:
     """The text in one line. Characters that do not show are escaped: \\n, \\xfc."""
-    return ''.join(char if char.isprintable() else _escaped(char) for char in text)
-
-
-def _escaped(char):
-    if '\udc80' <= char <= '\udcff':    # a byte that is not UTF-8, as os.fsdecode() writes it
-        return '\\x{:02x}'.format(ord(char) - 0xdc00)
-    return char.encode('unicode_escape').decode()
+    # from U+DC80 on: a byte that is not UTF-8, as os.fsdecode() writes it
+    return ''.join(char if char.isprintable() else '\\x{:02x}'.format(ord(char) - 0xdc00) if (
+        '\udc80' <= char <= '\udcff') else char.encode('unicode_escape').decode() for char in text)

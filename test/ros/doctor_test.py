@@ -54,7 +54,10 @@ FOUND = (
     ('ahead', 'imu', 'FAULT', 'every node refuses [0-9]+ of [0-9]+ messages: .* norm 0, not 1'),
     ('ahead', 'joint_states', 'FAULT', 'nobody publishes /ahead/joint_states'),
     ('ahead', 'Gyro', 'warning', 'cannot be compared'),
-    ('ahead', 'Hearers', 'warning', '/doctor listens to /ahead/imu_data, .* published by /doctor'),
+    ('ahead', 'Hearers', 'warning',
+     '/ahead/lab1 listens to /ahead/imu_data, .* published by /doctor'),
+    ('ahead', 'Senders', 'warning', '/lab2 publishes /ahead/turtle1/cmd_vel, which nobody hears; '
+     '/ahead/cmd_vel is heard by /doctor'),
     ('silent', 'Nodes', 'FAULT', '/silent/core .* does not answer'))
 FOUND_ON_HOSTS = (
     ('laptop', 'imu', '(warning|FAULT)', 'silent for [0-9.]+ s: .*rostopic delay /robot1/imu'),
@@ -136,11 +139,14 @@ class DoctorTest(NodeCase):
             ('/ahead/imu', Imu), ('/ahead/odom', Odometry), ('/robot3/cmd_vel', Twist),
             ('/robot2/imu', Imu))]
         rospy.Subscriber('/ahead/cmd_vel', Twist, lambda message: None)
-        rospy.Subscriber('/ahead/imu_data', Imu, lambda message: None)
+        cls.keep(Node('imu_sub.py', 'imu:=imu_data', '__name:=lab1', '__ns:=/ahead'))
+        cls.keep(Program(['rostopic', 'pub', '-r', '5', '__name:=lab2', '/ahead/turtle1/cmd_vel',
+                          'geometry_msgs/Twist', '{}']))
         cls.timer = rospy.Timer(rospy.Duration(0.05), lambda event: cls._publish())
         cls.register_silent()
         cls.wait_for_publisher('/robot1/odom', '/robot3/odom', '/robot3/cmd_vel',
-                               '/drifting/odom', '/drifting/cmd_vel')
+                               '/drifting/odom', '/drifting/cmd_vel', '/ahead/turtle1/cmd_vel',
+                               '/ahead/heading')
         time.sleep(1.0)    # robots connect to their drivers
 
     @classmethod

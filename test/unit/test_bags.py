@@ -4,9 +4,12 @@ import math
 import os
 import re
 import struct
+import subprocess
+import sys
 import tracemalloc
 from dataclasses import replace
 from io import BytesIO
+from time import process_time
 
 import numpy as np
 import pytest
@@ -14,14 +17,15 @@ import rosbag
 import rospy
 from recorded_run import (  # noqa: F401
     BEGIN, BURGER, DELAY, MISS, MISS_DEG, in_degrees, known_run, run, sensors, write_bag)
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Twist
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, Float64
+from tf2_msgs.msg import TFMessage
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.bag import messages, records, ros_bag
-from tb3_labs.report.bag.messages import LONGEST_LINE
+from tb3_labs.report.bag import budget
+from tb3_labs.report.bag.budget import LONGEST_LINE
 from tb3_labs.report.bag.ros_bag import BagProblem, read_run
 from tb3_labs.report.cause.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.motion.drives import drives
@@ -184,57 +188,123 @@ def test_a_clock_that_runs_back_and_forth_has_no_times(tmp_path):
         read_run(path)
 
 
-# Bags of strangers: each of the small files takes gigabytes if it is read as it asks -------------
+# Bags of strangers: each of the small files takes gigabytes, or minutes, if it is read as it asks --
 
-def record(data, **header):
-    """The bytes of a record of a bag; its header's fields are bytes, or numbers of 4 bytes."""
+def record(data, size=None, **header):
+    """The bytes of a record of a bag, which says that its data have `size` bytes; its header's
+    fields are bytes, or numbers of 4 bytes."""
     fields = b''.join(struct.pack('<I', len(name) + 1 + len(value)) + name.encode() + b'=' + value
                       for name, value in header.items())
-    return b''.join(struct.pack('<I', len(part)) + part for part in (fields, data))
+    return b''.join([struct.pack('<I', len(fields)), fields,
+                     struct.pack('<I', len(data) if size is None else size), data])
 
 
 def start_of_bag(index_pos=13):
     return b'#ROSBAG V2.0\n' + record(b'', op=b'\3', index_pos=struct.pack('<Q', index_pos))
 
 
-def packed(by, size):
-    # roslz4 is compiled for the system's Python alone
-    compress = pytest.importorskip('roslz4').compress if by == b'lz4' else bz2.compress
-    data = compress(bytes(size))
-    return start_of_bag() + record(data, op=b'\5', compression=by, size=bytes(4))
+def connection(number, topic=b'/x', data=b''):
+    return record(data, op=b'\7', topic=topic, conn=struct.pack('<I', number))
 
 
-def peak_while_reading(path, tell=lambda line: None):
-    """(what the reader made of the file, its greatest memory in MiB)."""
+def chunk(content, by=b'bz2', **header):
+    packed = bz2.compress(content) if by == b'bz2' else pytest.importorskip(
+        'roslz4').compress(content)
+    return record(packed, op=b'\5', compression=by, **header)
+
+
+EMPTY_MESSAGE = record(b'', op=b'\2', conn=bytes(4), time=bytes(8))
+
+
+def read_within(path, tell=lambda line: None):
+    """(what the reader made of the file, its greatest memory in MiB, its time of the processor)."""
     tracemalloc.start()
+    begun = process_time()
     try:
-        return read_run(path, tell=tell), tracemalloc.get_traced_memory()[1] / 2 ** 20
+        read = read_run(path, tell=tell)
     except BagProblem as problem:
-        return str(problem), tracemalloc.get_traced_memory()[1] / 2 ** 20
+        read = str(problem)
     finally:
+        took, peak = process_time() - begun, tracemalloc.get_traced_memory()[1] / 2 ** 20
         tracemalloc.stop()
+    return read, peak, took
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """A budget of a thousandth."""
+    monkeypatch.setattr(budget, 'MOST_CHUNK', 2 ** 19)
+    for what, most in budget.MOST_READ.items():
+        monkeypatch.setitem(budget.MOST_READ, what, max(2, most // 1000))
 
 
 @pytest.mark.parametrize('content, said', [
-    (lambda: packed(b'bz2', 2 ** 26), 'its packed chunks hold more than 1 MiB'),
-    (lambda: packed(b'lz4', 2 ** 26), 'its packed chunks hold more than 1 MiB'),
-    (start_of_bag() + record(b'BZh9' + bytes(99), op=b'\5', compression=b'bz2'), 'damaged near byte'),
-    (start_of_bag() + record(b'', op=b'\5', compression=b'zip'), 'damaged near byte'),
-    (start_of_bag() + struct.pack('<I', 2 ** 32 - 1), 'damaged near byte'),
-    (start_of_bag() + record(b'', op=b'\7'), 'damaged near byte'),
-    (start_of_bag() + record(b'', op=b'\2', conn=b'none'), 'damaged near byte'),
-    (start_of_bag() + bytes(2 ** 20), 'damaged near byte'),
-    (start_of_bag() + record(bytes(2 ** 21), op=b'\7', topic=b'/imu', conn=b'0'), 'damaged near byte'),
-    (start_of_bag() + b''.join(record(b'', op=b'\7', topic=b'x', conn=struct.pack('<I', number))
-                               for number in range(10001)), 'it has more than 10000 connections'),
-    (start_of_bag(2 ** 40), 'the recording was cut off')],
-    ids=('bz2', 'lz4', 'broken_bz2', 'zip', 'length', 'no_topic', 'number', 'zeros', 'big_record',
-         'connections', 'index'))
-def test_a_small_file_cannot_take_the_memory(content, said, tmp_path, monkeypatch):
-    monkeypatch.setattr(records, 'MOST_CHUNK', 2 ** 20)
-    (tmp_path / 'run.bag').write_bytes(content() if callable(content) else content)
-    words, most = peak_while_reading(tmp_path / 'run.bag')
-    assert said in words and '\n' not in words and most < 16.0
+    (lambda: chunk(bytes(2 ** 26)), 'was not read: a packed chunk holds more than 0.5 MiB'),
+    (lambda: chunk(bytes(2 ** 26), b'lz4'), 'was not read: a packed chunk holds more than 0.5 MiB'),
+    (lambda: chunk(EMPTY_MESSAGE * 9)[:-9], 'was not read: the recording was cut off'),
+    (lambda: chunk(chunk(chunk(bytes(2 ** 20)))), 'no messages at all'),
+    (lambda: record(b'BZh9' + bytes(99), op=b'\5', compression=b'bz2'), 'damaged near byte'),
+    (lambda: chunk(b'', b'lz4') + record(b'\4\x22\x4d\x18' + b'\xff' * 99, op=b'\5', compression=b'lz4'),
+     'damaged near byte'),
+    (lambda: record(b'', op=b'\5', compression=b'zip'), 'damaged near byte'),
+    (lambda: struct.pack('<I', 2 ** 32 - 1), 'damaged near byte'),
+    (lambda: record(b'', op=b'\7'), 'damaged near byte'),
+    (lambda: record(b'', op=b'\2', conn=b'none'), 'damaged near byte'),
+    (lambda: bytes(2 ** 20), 'was not read: the file is damaged near byte'),
+    (lambda: connection(0, data=bytes(2 ** 21)), 'damaged near byte'),
+    (lambda: connection(0, bytes(20000)), 'damaged near byte'),
+    (lambda: record(b'', op=b'\7', topic=b'/x', conn=b'n' * 9000), 'damaged near byte'),
+    (lambda: chunk(connection(0) * 21), 'was not read: it has more than 20 connections'),
+    (lambda: b''.join(map(connection, range(21))), 'it has more than 20 connections'),
+    (lambda: chunk(connection(0) + EMPTY_MESSAGE * 5000),
+     'not read to its end: it has more than 2,000 records; until there: no sensor_msgs/Imu was'),
+    (lambda: chunk(record(b'', op=b'\4') * 9999), 'was not read: it has more than 2,000 records'),
+    (lambda: record(b'', op=b'\6', count=b'\xff' * 4) * 9999, 'it has more than 2,000 records'),
+    (lambda: record(b'', 2 ** 32 - 1, op=b'\4'), 'the bag has: no messages at all'),
+    (lambda: chunk(record(bytes(2 ** 18), op=b'\4')) * 20, 'it has more than 2 MiB')])
+def test_a_small_file_takes_neither_memory_nor_time(content, said, small, tmp_path):
+    (tmp_path / 'run.bag').write_bytes(start_of_bag() + content())
+    words, most, took = read_within(tmp_path / 'run.bag')
+    assert said in words and '\n' not in words and most < 16.0 and took < 5.0, (words, most)
+
+
+SPARSE = 2 * 10 ** 9
+#: Reads the files that it is given; each may take so much memory more than Python has [MiB].
+READER = """
+import resource, sys, time
+from tb3_labs.report.bag import budget
+from tb3_labs.report.bag.ros_bag import read_run
+pages = int(open('/proc/self/statm').read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (pages + {} * 2 ** 20,) * 2)
+budget.MOST_TIME = 0.2
+for path in sys.argv[1:]:
+    begun = time.process_time()
+    try:
+        print(read_run(path).duration)
+    except ValueError as problem:
+        print(problem)
+    assert time.process_time() - begun < 10.0, path
+"""
+
+
+def test_a_process_with_little_memory_reads_what_claims_gigabytes(tmp_path):
+    """Also the memory of bz2 and lz4 counts, and each reading ends after 0.2 s."""
+    sparse = [record(b'', SPARSE, op=b'\5', compression=by) for by in (b'bz2', b'lz4', b'none')]
+    sparse += [connection(0) + record(b'', SPARSE, op=b'\2', conn=bytes(4), time=bytes(8)),
+               record(bz2.compress(EMPTY_MESSAGE), SPARSE, op=b'\5', compression=b'bz2')]
+    whole = [connection(0) + chunk(EMPTY_MESSAGE * 9999) * 40, chunk(bytes(2 ** 27))]
+    whole += [b''.join(connection(k, b'/%09d' % k * 900) for k in range(5000))]
+    paths = [tmp_path / '{}.bag'.format(k) for k in range(len(sparse + whole))]
+    for k, (path, content) in enumerate(zip(paths, sparse + whole)):
+        with path.open('wb') as file:
+            file.write(start_of_bag() + content)
+            file.truncate(file.tell() + SPARSE * (k < len(sparse)))
+    ran = subprocess.run([sys.executable, '-c', READER.format(200), *map(str, paths)],
+                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+    said = ran.stdout.splitlines()
+    assert ran.returncode == 0 and len(said) == len(paths), ran.stdout
+    assert 'was not read to its end: to read it takes longer than 0.2 s; until there' in said[5]
+    assert 'was not read: a packed chunk holds more than 64 MiB' in said[6]
 
 
 def test_all_packed_chunks_share_one_budget(tmp_path, monkeypatch):
@@ -243,11 +313,11 @@ def test_all_packed_chunks_share_one_budget(tmp_path, monkeypatch):
         for time, topic, message in sorted(sensors(known_run()), key=lambda row: row[0]):
             bag.write('/' + topic, message, rospy.Time.from_sec(BEGIN + time))
     assert read_run(path, tell=told.append).duration == pytest.approx(12.0) and not told
-    monkeypatch.setattr(records, 'MOST_UNPACKED', 100000)
+    monkeypatch.setitem(budget.MOST_READ, 'MiB', 0.2)
     run = read_run(path, tell=told.append)
     line, = told
     assert 0.5 < run.duration < 6.0 and re.search(
-        r'more than 0 MiB: the report ends at {:.1f} s$'.format(run.duration), line)
+        r'it has more than 0.2 MiB: the report ends at {:.1f} s$'.format(run.duration), line)
 
 
 def test_an_index_that_names_one_line_many_times_is_not_believed(tmp_path):
@@ -256,8 +326,34 @@ def test_an_index_that_names_one_line_many_times_is_not_believed(tmp_path):
         bag.write('/rosout', Log(name='/x', msg='y' * 200000), rospy.Time(BEGIN + 3))
         index = bag._curr_chunk_connection_indexes
         index[bag._topic_connections['/rosout'].id] *= 10000
-    run, most = peak_while_reading(path)
+    run, most, _ = read_within(path)
     assert [len(text) for text in run.log.texts] == [LONGEST_LINE] and most < 16.0
+
+
+def crowd(run):
+    """One message that holds many samples."""
+    frame = TransformStamped(child_frame_id='local')
+    frame.transform.rotation.w = 1.0
+    yield 6.0, '/tf', TFMessage([frame] * 2000)
+
+
+def many_buttons(run):
+    yield 6.0, 'joy', Joy(buttons=[1] * 2000)
+
+
+@pytest.mark.parametrize('source', [crowd, many_buttons])
+def test_an_array_in_a_message_takes_its_length_from_the_budget(source, tmp_path, monkeypatch):
+    monkeypatch.setitem(budget.MOST_READ, 'samples', 2000)
+    run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, source)))
+    assert run.notes == ('it has more than 2,000 samples: the report ends at {:.1f} s'.format(
+        run.duration),) and run.duration == pytest.approx(6.0, abs=0.1)
+
+
+def test_characters_that_take_four_bytes_count_with_their_lines(tmp_path, monkeypatch):
+    monkeypatch.setattr(budget, 'MOST_LETTERS', 10 * LONGEST_LINE)
+    run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, lambda run: (
+        (0.1 * k, '/rosout', Log(name='/x', msg='\U0001f916' * 60000)) for k in range(60)))))
+    assert len(run.log) == 9 and 'the later ones are left out' in run.notes[0]
 
 
 def chatty(run):
@@ -267,7 +363,7 @@ def chatty(run):
 
 
 def test_of_too_many_or_too_long_lines_the_first_are_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(messages, 'MOST_LINES', 100)
+    monkeypatch.setattr(budget, 'MOST_LINES', 100)
     told = []
     run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, chatty)), tell=told.append)
     assert len(run.log) == 100 and run.dropped['log'] == 1 and len(run.notes) == 1
@@ -275,7 +371,7 @@ def test_of_too_many_or_too_long_lines_the_first_are_kept(tmp_path, monkeypatch)
 
 
 def test_a_bag_with_too_many_messages_is_read_up_to_the_budget(tmp_path, monkeypatch):
-    monkeypatch.setattr(ros_bag, 'MOST_MESSAGES', 700)
+    monkeypatch.setitem(budget.MOST_READ, 'samples', 700)
     run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors,)))
     assert len(run.imu) + len(run.odometry) == 700
     assert run.notes[0].endswith('the report ends at {:.1f} s'.format(run.duration))

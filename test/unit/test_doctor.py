@@ -18,7 +18,7 @@ from tb3_labs.doctor.computer import (
     Address, judge_address, judge_nat, judge_python, own_addresses, way_out)
 from tb3_labs.doctor.examination import examine
 from tb3_labs.doctor.graph import (
-    PROBLEMS, Peer, RobotGraph, judge_hearers, judge_master, judge_nodes, judge_robot, judge_types,
+    PROBLEMS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_robot, judge_types,
     judge_way_back)
 from tb3_labs.doctor import fault, ok, printed, summary, warning
 from tb3_labs.doctor.ros_listening import Heard
@@ -231,15 +231,64 @@ def test_a_network_behind_nat_is_known(monkeypatch, kernel, interfaces, files, k
 @pytest.mark.parametrize('namespace, heard, words', [
     ('/', '/imu_data', '/lab1 listens to /imu_data, which nobody publishes; /imu is published by '
      + CORE), ('/', '/imu/data', '/imu/data'), ('/robot3/', '/imu', '/robot3/imu is published by'),
-    ('/robot3/', '/robot3/imu', ''), ('/', '/reset', ''), ('/', '/imus', ''),
+    *[('/', wrong, '/imu is published by') for wrong in (
+        '/IMU', '/imus', '/Imu', '/lab1/imu', '/robot3/imu', '/turtle1/imu', '/imu_raw')],
+    *[('/robot3/', wrong, '/robot3/imu is published by') for wrong in (
+        '/IMU', '/robot3/IMU', '/robot3/lab1/imu', '/lab1/imu', '/turtle1/imu', '/robot3/imu/imu')],
+    ('/robot3/', '/robot3/imu', ''), ('/', '/reset', ''), ('/', '/map', ''), ('/', '/scan', ''),
     ('/robot3/', '/robot4/imu', ''), ('/', '/odom_combined', '')])
 def test_a_node_that_listens_to_a_wrong_name(namespace, heard, words):
-    line = judge_hearers(RobotGraph(namespace, [
-        [[namespace + 'imu', [CORE]]], [[heard, ['/lab1']]], []]))
+    lines = list(judge_names(RobotGraph(namespace, [
+        [[namespace + 'imu', [CORE]]], [[heard, ['/lab1']]], []])))
     if words:
-        check(line, WARNING, words)
+        check(*lines, WARNING, words)
     else:    # published, not of a sensor, of another robot, of a sensor that is silent itself
-        assert line is None
+        assert lines == []
+
+
+@pytest.mark.parametrize('namespace, sent, right', [
+    *[('/', wrong, '/cmd_vel') for wrong in (
+        '/turtle1/cmd_vel', '/CMD_VEL', '/cmdvel', '/cmd_val', '/lab1/cmd_vel', '/robot/cmd_vel')],
+    ('/', '/mouse', '/mouse_info'), ('/', '/ctrl_relinquish', '/ctrl_relinq'),
+    *[('/robot3/', wrong, '/robot3/cmd_vel') for wrong in (
+        '/cmd_vel', '/turtle1/cmd_vel', '/robot3/turtle1/cmd_vel', '/robot3/cmd_Vel')],
+    ('/', '/heading_error', ''), ('/', '/speed', ''), ('/robot3/', '/robot4/cmd_vel', '')])
+def test_a_node_that_publishes_under_a_wrong_name(namespace, sent, right):
+    heard = [[namespace + name, ['/controller']] for name in ('mouse_info', 'ctrl_relinq', 'heading')]
+    lines = list(judge_names(RobotGraph(namespace, [
+        [[namespace + 'imu', [CORE]], [sent, ['/lab1']]],
+        [[namespace + 'cmd_vel', ['/record', CORE]], *heard], []])))
+    if right:
+        check(*lines, WARNING, '/lab1 publishes {}, which nobody hears; {} is heard by {}'.format(
+            sent, right, CORE if 'cmd_vel' in right else '/controller'))
+    else:
+        assert lines == []
+
+
+def test_the_nodes_of_a_right_graph_have_no_wrong_names():
+    """A robot's bringup, RViz, a recorder, a pad, action servers and the finished nodes: what they
+    publish and nobody hears, and what they hear and nobody publishes."""
+    said = {CORE: 'imu odom joint_states tf battery_state cmd_vel_rc100 magnetic_field sensor_state version_info',
+            '/lds': 'scan rpms', '/joy_node': 'joy', '/rosout': 'rosout_agg', '/turtlebot3': 'clock',
+            '/state_publisher': 'tf tf_static', '/camera': 'camera/imu camera/odom/sample',
+            '/rviz': 'initialpose move_base_simple/goal clicked_point',
+            '/imu_sub': 'heading heading_error imu_yaw', '/gamepad': 'cmd_vel joy_scaled ctrl_relinq',
+            '/controller': 'cmd_vel cmd_vel_raw controller/variables turn/status diagnostics',
+            '/move_to_goal': 'cmd_vel local_pose local_path goal_marker goal_state move2goal/status',
+            '/panel': 'joy mouse_info turn move_base_simple/goal ctrl_relinq cmd_vel',
+            '/robot4/lab': 'robot4/cmd_vel'}
+    heard = {CORE: 'cmd_vel reset sound motor_power imu_calibration', '/joy_node': 'joy/set_feedback',
+             '/rviz': 'map scan odometry/filtered odom imu ground_truth tf_static clock particlecloud',
+             '/record': 'imu odom cmd_vel reset initialpose turn mouse_info ground_truth',
+             '/imu_sub': 'imu clock', '/controller': 'imu joint_states mouse_info turn turn/goal turn/cancel reset',
+             '/gamepad': 'joy', '/fused': 'imu imu_1 odom odom_1', '/robot4/lab': 'robot4/imu',
+             '/move_to_goal': 'imu odom ctrl_relinq move2goal/goal move2goal/cancel initialpose',
+             '/panel': 'local_pose goal_state current_goal has_control joy heading', '/rosout': 'rosout'}
+    for without in ('', '/panel', '/joy_node', '/controller', '/gamepad', '/rviz', '/move_to_goal'):
+        state = [[['/' + topic, [node for node in side if topic in side[node].split() and node != without]]
+                  for topic in sorted(set(' '.join(side.values()).split()))] for side in (said, heard)]
+        state = [[row for row in side if row[1]] for side in state]
+        assert list(judge_names(RobotGraph('/', [*state, []]))) == [], without
 
 
 @pytest.mark.parametrize('uri, problem', [

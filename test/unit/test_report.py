@@ -43,7 +43,7 @@ def lab_report(*words):
 
 def words_of(run, folder):
     with without_pictures():
-        return write_report(run, BURGER, folder).read_text(encoding='utf-8')
+        return write_report(run, BURGER, folder)[0].read_text(encoding='utf-8')
 
 
 # The command --------------------------------------------------------------------------------------
@@ -70,6 +70,22 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
         ('run.bag', '1', '0.0120'), ('run.bag', '2', '0.5000')]
     rows = table_in(tmp_path / 'out' / 'run.csv')
     assert len(rows) == 241 and rows[-1]['state'] == 'gave up: it is stuck, alas'
+
+
+def test_each_figure_has_a_name_of_its_own_which_the_template_and_the_page_have(tmp_path):
+    run = completed(driven([turn(1.0, 90.0), turn(4.0, -90.0)]))
+    write_report(run, BURGER, tmp_path)
+    all_turns = (tmp_path / 'turns.png').read_bytes()
+    page, *others = write_report(run, BURGER, tmp_path, 1)
+    names = [path.name for path in others]
+    assert names == ['run.csv', 'turns.csv', 'drives.csv', 'turn_1.png']
+    assert (tmp_path / 'turns.png').read_bytes() == all_turns != (tmp_path / 'turn_1.png').read_bytes()
+    text = page.read_text(encoding='utf-8')
+    assert 'Beside this page: {}.'.format(', '.join(names)) in text and 'File: turn_1.png.' in text
+    template = (SCRIPTS.parent / 'doc' / 'report_template.tex').read_text(encoding='utf-8')
+    included = set(re.findall(r'includegraphics.*{(\w+)}', template)) - {'turtlebot_controller'}
+    assert included == {'turn_1'} and all(
+        name + '.png' in names and name + '.png' in template for name in included)
 
 
 def test_no_output_goes_through_a_link(bag, tmp_path, capsys):
@@ -142,7 +158,7 @@ def test_settings_for_matplotlib_in_the_folder_of_a_stranger_do_nothing(bag, tmp
     ran = subprocess.run([sys.executable, str(SCRIPTS / 'lab_report.py'), str(bag), '-o', 'out'],
                          cwd=str(tmp_path), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                          universal_newlines=True)
-    assert ran.stdout == 'Report: out/report.html\n'
+    assert ran.stdout == 'Report: out/report.html\nBeside it: run.csv, turns.csv, drives.csv, paths.png\n'
     assert tuple(image.imread(str(tmp_path / 'out' / 'paths.png'))[0, 0]) == (1.0, 1.0, 1.0, 1.0)
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from tb3_labs.doctor.computer import (
     address_here, is_own, judge_address, judge_nat, look_at_python, nat_kind, way_out)
 from tb3_labs.doctor.graph import (
-    Peer, RobotGraph, judge_hearers, judge_master, judge_nodes, judge_robot, judge_types,
+    Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_robot, judge_types,
     judge_way_back, peers_of)
 
 
@@ -29,7 +29,7 @@ def examine(namespace):
     if state is None:
         return
     yield judge_robot(graph)
-    yield from filter(None, [judge_hearers(graph)])
+    yield from judge_names(graph)
     if robot:
         yield judge_nodes(robot)
     alive = {node: peer for node, peer in robot.items() if not peer.problem}

@@ -2,13 +2,14 @@
 
 Questions to them are XML-RPC calls of ROS's Master API and Slave API (wiki.ros.org) that only read.
 """
+import difflib
 import http.client
 import os
 import re
 import time
 import xmlrpc.client
 from dataclasses import dataclass
-from typing import Collection, Mapping, Optional
+from typing import Collection, Iterator, Mapping
 
 from tb3_labs.doctor import Line, fault, ok, warning
 from tb3_labs.doctor.computer import Address, is_loopback, resolved, shown
@@ -25,6 +26,12 @@ PROBLEMS = {
     'silent': 'does not answer as a ROS program'}
 #: The sensors of a robot: each is a topic.
 SENSORS = 'imu', 'odom', 'joint_states'
+#: The topics for which other nodes than the robot's wait, and those of the labs.
+SENT = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
+TOPICS = (*SENSORS, *SENT, 'heading', 'reset')
+#: How much a name is like the right one: possibly, surely. A line names at most so many nodes.
+LIKE, VERY_LIKE, MOST_NAMED = 0.65, 0.8, 3
+TURTLE = re.compile('/turtle[0-9]+/')    # the topics of turtlesim
 BRINGUP = "restart the robot's bringup, and look at its first lines"
 
 
@@ -99,8 +106,8 @@ class RobotGraph:
 
     def __init__(self, namespace, state):
         self.namespace = namespace
-        publishers, subscribers, _ = (
-            {topic: list(nodes) for topic, nodes in part} for part in state)
+        self.publishers, self.subscribers, _ = publishers, subscribers, _ = [
+            {topic: list(nodes) for topic, nodes in part} for part in state]
         #: {'imu': nodes that publish it}, for each sensor, and those that publish cmd_vel.
         self.sensors = {name: publishers.get(namespace + name, []) for name in SENSORS}
         self.drivers = publishers.get(namespace + 'cmd_vel', [])
@@ -111,12 +118,29 @@ class RobotGraph:
         self.hearers = [node for node in hearers if node in there] or [
             node for node in hearers if node not in self.drivers]
         self.robot_nodes = sorted(set(there + self.hearers))
-        #: {topic: nodes that hear it, though nobody publishes it}.
-        self.unpublished = {topic: nodes for topic, nodes in subscribers.items()
-                            if topic not in publishers}
         #: The namespaces that have a robot, other than this one.
         self.others = sorted({topic[:-len('odom')] for topic in publishers
                               if topic.endswith('/odom')} - {namespace})
+
+    def right_name(self, topic, node, names):
+        """Returns (this robot's topic, one of `names`, that is most like the `topic` of a node, how
+        much it is like it); ('', 0.0) if that is right, or belongs to another robot."""
+        place, _, word = topic.rpartition('/')
+        is_elsewhere = place + '/' not in ('/', self.namespace) and (
+            node.startswith(place + '/') or not (place + '/').startswith(self.namespace))
+        if topic in [self.namespace + name for name in TOPICS] or is_elsewhere and not (
+                topic.startswith(node + '/') or TURTLE.match(topic)):
+            return '', 0.0
+        outer = place.rpartition('/')[2].lower()    # imu/data
+        like, name = max((likeness(part, name), name) for name in names for part in (
+            word.lower(), outer if outer in SENSORS else ''))
+        return self.namespace + name, like
+
+
+def likeness(word: str, name: str) -> float:
+    """Returns how much a word is like a name, from 0 to 1. It may have an end, as in imu_data."""
+    return max(difflib.SequenceMatcher(None, word, name).ratio(),
+               LIKE * bool(re.match(name + '(?![a-z])', word)))
 
 
 def judge_robot(graph: RobotGraph) -> Line:
@@ -143,18 +167,28 @@ def judge_robot(graph: RobotGraph) -> Line:
         imu[0], at, ', '.join(sorted(graph.hearers))))
 
 
-def judge_hearers(graph: RobotGraph) -> Optional[Line]:
-    """Does a node wait for a sensor under a wrong name, such as imu_data? None if not."""
-    like_a_sensor = re.compile('({}|/)({})(?![a-z])'.format(graph.namespace, '|'.join(SENSORS)))
-    for topic, nodes in sorted(graph.unpublished.items()):
-        like = like_a_sensor.match(topic)
-        name = like.group(2) if like else ''
-        if name and topic != graph.namespace + name and graph.sensors[name]:
-            return warning('Hearers', '{} listens to {}, which nobody publishes; {}{} is published '
-                           'by {}'.format(nodes[0], topic, graph.namespace, name,
-                                          graph.sensors[name][0]),
-                           'mend the name in its code, or by <remap> in its launch file')
-    return None
+def judge_names(graph: RobotGraph) -> Iterator[Line]:
+    """Yields a line if nodes hear a topic under a wrong name, such as imu_data, and a line if nodes
+    publish one, such as turtle1/cmd_vel. A node may publish more than others hear: if the right
+    name has a publisher, another name must be very much like it."""
+    for subject, words, side, other, names in (
+            ('Hearers', '{} listens to {}, which nobody publishes; {} is published by {}',
+             graph.subscribers, graph.publishers, TOPICS),
+            ('Senders', '{} publishes {}, which nobody hears; {} is heard by {}',
+             graph.publishers, graph.subscribers, SENT)):
+        found = []
+        for topic, node in ((topic, node) for topic in sorted(set(side) - set(other))
+                            for node in side[topic]):
+            right, like = graph.right_name(topic, node, names)
+            least = VERY_LIKE if subject == 'Senders' and right in side else LIKE
+            # a node that uses the right name, too, knows it
+            if like >= least and right in other and node not in [
+                    *graph.robot_nodes, *other[right], *side.get(right, [])]:
+                found.append(words.format(node, topic, right, min(
+                    other[right], key=lambda user: user not in graph.robot_nodes)))
+        if found:
+            yield warning(subject, '; '.join(found[:MOST_NAMED]),
+                          'mend the name in its code, or by <remap> in its launch file')
 
 
 # The way there ----------------------------------------------------------------------------------

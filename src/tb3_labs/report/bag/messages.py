@@ -16,6 +16,7 @@ import numpy as np
 
 from tb3_labs.geometry.angles import WHOLE_TURN, wrap, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.bag import budget
 from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.run_data import (
     Commands, ImuSamples, LogLines, OdometrySamples, Poses, States, Values)
@@ -30,8 +31,6 @@ RESET_LINE = re.compile(
     r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}(?:\s*m)?\W+y\s*[=:]\s*{0}(?:\s*m)?\W+'
     r'(?:yaw|theta)\s*[=:]\s*{0}\s*(deg|\N{{DEGREE SIGN}})?'.format(NUMBER), re.IGNORECASE)
 
-#: At most this many samples of a topic are kept, and lines of this many characters.
-MOST_SAMPLES, MOST_LINES, LONGEST_LINE = 3000000, 20000, 4000
 #: A reset is looked for in this many characters of a line; later resets are left out.
 LONGEST_RESET, MOST_RESETS = 500, 1000
 #: No number of a robot is larger: m, rad, m/s, rad/s. The firmware's spikes are below 1000.
@@ -59,8 +58,9 @@ def resets_in(log: LogLines) -> Poses:
                  *np.array([(pose.x, pose.y, pose.yaw) for _, pose in said]).reshape(-1, 3).T)
 
 
-def make_collectors(parts, prefix):
-    """Returns {field of RunData: Collector} for the robot in the namespace `prefix`."""
+def make_collectors(parts, prefix, limits):
+    """Returns {field of RunData: Collector} for the robot in the namespace `prefix`. `limits`: the
+    Budget from which they take."""
     special = {
         'imu': (ImuSamples, lambda message: [
             (message.header, _yaw(message.orientation), message.angular_velocity.z)]),
@@ -77,7 +77,7 @@ def make_collectors(parts, prefix):
              _yaw(each.transform.rotation)) for each in message.transforms
             if each.child_frame_id.lstrip('/') == (prefix + 'local').strip('/'))),
         'log': (LogLines, _lines(prefix))}
-    return {part: Collector(*special.get(part, (Poses, _pose))) for part in parts}
+    return {part: Collector(*special.get(part, (Poses, _pose)), limits) for part in parts}
 
 
 class Collector:
@@ -87,8 +87,8 @@ class Collector:
     and the sample's numbers or words. It raises ``ValueError`` for an invalid quaternion.
     """
 
-    def __init__(self, kind, rows_of):
-        self._kind, self._rows_of = kind, rows_of
+    def __init__(self, kind, rows_of, limits):
+        self._kind, self._rows_of, self._limits, self._letters = kind, rows_of, limits, 0
         self._has_words = kind in (States, LogLines)
         self._values = [] if self._has_words else array('d')
         self.arrival, self.stamp, self.number, self.bad = array('d'), array('d'), array('q'), 0
@@ -106,14 +106,18 @@ class Collector:
             self.bad += 1
 
     def keep(self, row, arrival, stamp, number=0):
-        """Append one sample, if its numbers are those of a robot, and there are not too many."""
+        """Append one sample, if its numbers are those of a robot, or if there are not too many
+        words. Raises TooLarge."""
+        self._limits.take('samples')
         if self._has_words:
-            row = [word[:LONGEST_LINE] for word in row]
+            row = [word[:budget.LONGEST_LINE] for word in row]
+            self._letters += sum(map(len, row))
+            self.is_full = self.is_full or len(self.arrival) >= budget.MOST_LINES or (
+                self._letters > budget.MOST_LETTERS)
         elif not all(-LARGEST < value < LARGEST for value in row):      # false for NaN
             self.bad += 1
             return
-        if len(self.arrival) >= (MOST_LINES if self._has_words else MOST_SAMPLES):
-            self.is_full = True
+        if self.is_full:
             return
         self._values.extend(row)
         self.arrival.append(arrival)

@@ -2,7 +2,7 @@
 
 A bag may come from a stranger. Its index is not used, so each byte is read once, and a recording
 that was cut off is read up to its last whole record. The definitions of its messages are not used.
-What a bag makes of the memory is limited: see the constants.
+Memory and time are limited by a Budget.
 
 Source: http://wiki.ros.org/Bags/Format/2.0
 """
@@ -14,16 +14,14 @@ from io import BytesIO
 from shlex import quote
 from typing import BinaryIO, Callable, Dict, Iterator, NamedTuple, Tuple
 
+from tb3_labs.report.bag import budget
+from tb3_labs.report.bag.budget import (
+    MIB, MOST_CONNECTION, MOST_HEADER, MOST_MESSAGE, Budget, TooLarge)
+
 #: A bag begins with this.
 BAG_VERSION = b'#ROSBAG V2'
 #: The kinds of records.
 MESSAGE, FILE, CHUNK, CONNECTION = 2, 3, 5, 7
-#: The budget: bytes of a record's header, of a connection and of a message; connections, and the
-#: bytes of their names; unpacked bytes of a chunk, and of all packed chunks.
-MOST_HEADER, MOST_CONNECTION, MOST_MESSAGE = 10000, 2 ** 20, 2 ** 22
-MOST_CONNECTIONS, MOST_NAME, MOST_CHUNK, MOST_UNPACKED = 10000, 200, 2 ** 26, 2 ** 29
-#: A packed chunk is unpacked in parts of this many bytes: a part cannot become very large.
-PART = 4096
 LENGTH, LONG, TIME = struct.Struct('<I'), struct.Struct('<Q'), struct.Struct('<II')
 CONVERT = 'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
 #: First bytes of files that are taken for bags: (what it is, what to do).
@@ -42,10 +40,6 @@ OTHERS = (
 
 class BagProblem(ValueError):
     """A bag cannot be reported. The message is one line with the reason and the remedy."""
-
-
-class TooLarge(Exception):
-    """The budget is used up; the message is what there is too much of."""
 
 
 class Connection(NamedTuple):
@@ -77,11 +71,12 @@ class Bag:
             raise BagProblem(_other(first, str(path)))
         self._begin = first.find(b'\n') + 1
 
-    def messages(self, is_wanted: Callable[[Connection], bool]) -> Iterator[Record]:
+    def messages(self, is_wanted: Callable[[Connection], bool],
+                 limits: Budget) -> Iterator[Record]:
         """Yields the messages of all connections, with the data of those that are wanted."""
         self._file.seek(self._begin)
-        self._connections: Dict[bytes, Connection] = {}
-        self._unpacked, self._is_whole, self.problem = 0, False, ''
+        self._connections: Dict[int, Connection] = {}
+        self._budget, self._is_whole, self.problem = limits, False, ''
         try:
             yield from self._records(self._file, is_wanted)
             if not self._is_whole:
@@ -99,44 +94,55 @@ class Bag:
             length = source.read(LENGTH.size)
             if not length:
                 return
-            header = _fields(_read(source, LENGTH.unpack(length)[0], MOST_HEADER))
-            kind, size = header[b'op'][0], LENGTH.unpack(_read(source, LENGTH.size))[0]
+            self._budget.take('records')
+            header = _fields(self._read(source, LENGTH.unpack(length)[0], MOST_HEADER))
+            kind, size = header[b'op'][0], LENGTH.unpack(self._read(source, LENGTH.size))[0]
             if kind == CHUNK and header[b'compression'] == b'none':
                 continue    # its records follow
             following = source.tell() + size
             if kind == MESSAGE:
-                connection, data = self._connections[header[b'conn']], b''
+                connection, data = self._connections[LENGTH.unpack(header[b'conn'])[0]], b''
                 if size <= MOST_MESSAGE and is_wanted(connection):
-                    data = _read(source, size)
+                    data = self._read(source, size)
                 seconds, nanoseconds = TIME.unpack(header[b'time'])
                 yield Record(connection, (seconds, nanoseconds), data)
             elif kind == CONNECTION:
-                self._connect(header, _read(source, size, MOST_CONNECTION))
+                self._connect(header, self._read(source, size, MOST_CONNECTION))
             elif kind == CHUNK and source is self._file:
-                yield from self._records(BytesIO(self._unpack(
-                    header[b'compression'], _read(source, size))), is_wanted)
+                yield from self._records(self._unpacked(header[b'compression'], size), is_wanted)
             elif kind == FILE:
                 self._is_whole = 0 < LONG.unpack(header[b'index_pos'])[0] <= self._size
             source.seek(following)
 
-    def _connect(self, header: Dict[bytes, bytes], data: bytes) -> None:
-        if len(self._connections) >= MOST_CONNECTIONS:
-            raise TooLarge('it has more than {} connections'.format(MOST_CONNECTIONS))
-        known = _fields(data)
-        self._connections[header[b'conn']] = Connection(
-            header[b'topic'].decode(errors='replace'),
-            *(known.get(name, b'?')[:MOST_NAME].decode(errors='replace')
-              for name in (b'type', b'md5sum', b'callerid')))
+    def _read(self, source: BinaryIO, size: int, most: int = MOST_MESSAGE) -> bytes:
+        if size > most:
+            raise ValueError('{} bytes in place of {} at most'.format(size, most))
+        self._budget.take('MiB', size / MIB)
+        data = source.read(size)
+        if len(data) < size:
+            raise EOFError
+        return data
 
-    def _unpack(self, compression: bytes, packed: bytes) -> bytes:
-        """Returns the records of a packed chunk. Raises TooLarge."""
-        unpack, chunk = _unpacker(compression), BytesIO()
-        for at in range(0, len(packed), PART):
-            self._unpacked += chunk.write(unpack(packed[at:at + PART]))
-            if chunk.tell() > MOST_CHUNK or self._unpacked > MOST_UNPACKED:
-                raise TooLarge('its packed chunks hold more than {} MiB'.format(
-                    (MOST_CHUNK if chunk.tell() > MOST_CHUNK else MOST_UNPACKED) // 2 ** 20))
-        return chunk.getvalue()
+    def _connect(self, header: Dict[bytes, bytes], data: bytes) -> None:
+        self._budget.take('connections')
+        known = _fields(data)
+        self._connections[LENGTH.unpack(header[b'conn'])[0]] = Connection(*(
+            value[:budget.MOST_NAME].decode(errors='replace') for value in (
+                header[b'topic'], *(known.get(name, b'?')
+                                    for name in (b'type', b'md5sum', b'callerid')))))
+
+    def _unpacked(self, compression: bytes, size: int) -> BinaryIO:
+        """Returns the records of the packed chunk that begins here, `size` bytes long."""
+        pieces_of, chunk = _unpacker(compression), BytesIO()
+        for at in range(0, size, budget.PART):
+            for piece in pieces_of(self._read(self._file, min(budget.PART, size - at))):
+                self._budget.take('MiB', len(piece) / MIB)
+                if chunk.tell() + len(piece) > budget.MOST_CHUNK:
+                    raise TooLarge('a packed chunk holds more than {:g} MiB'.format(
+                        budget.MOST_CHUNK / MIB))
+                chunk.write(piece)
+        chunk.seek(0)
+        return chunk
 
 
 def open_bag(path: str) -> BinaryIO:
@@ -162,23 +168,21 @@ def _other(first: bytes, path: str) -> str:
         'record has written'.format(BAG_VERSION.decode())
 
 
-def _unpacker(compression: bytes) -> Callable[[bytes], bytes]:
+def _unpacker(compression: bytes) -> Callable[[bytes], Iterator[bytes]]:
+    """Returns the function that unpacks the next part of a chunk, in pieces."""
     if compression == b'bz2':
         unpacker = bz2.BZ2Decompressor()
-        return lambda part: unpacker.decompress(part, MOST_CHUNK + 1)
+
+        def pieces_of(part: bytes) -> Iterator[bytes]:
+            yield unpacker.decompress(part, budget.PIECE)
+            while not (unpacker.needs_input or unpacker.eof):
+                yield unpacker.decompress(b'', budget.PIECE)
+        return pieces_of
     if compression == b'lz4':
         import roslz4    # only for the bags that need it
-        return roslz4.LZ4Decompressor().decompress
+        unpack = roslz4.LZ4Decompressor().decompress
+        return lambda part: iter([unpack(part)])
     raise ValueError('packed by {!r}'.format(compression))
-
-
-def _read(source: BinaryIO, size: int, most: int = 2 ** 32) -> bytes:
-    if size > most:
-        raise ValueError('{} bytes in place of {} at most'.format(size, most))
-    data = source.read(size)
-    if len(data) < size:
-        raise EOFError
-    return data
 
 
 def _fields(data: bytes) -> Dict[bytes, bytes]:

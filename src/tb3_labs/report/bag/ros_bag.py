@@ -17,6 +17,7 @@ from std_msgs.msg import Bool, Empty, Float32, Float64, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
+from tb3_labs.report.bag.budget import Budget, TooLarge
 from tb3_labs.report.bag.clock import one_clock
 from tb3_labs.report.bag.messages import make_collectors, samples_of
 from tb3_labs.report.bag.records import Bag, BagProblem, open_bag
@@ -36,8 +37,6 @@ CLASSES = {(made._type, made._md5sum): made for made in (
 DEVICES = 'joy', 'mouse_info'
 #: A line names at most this many topics that are not read.
 NAMED_TOPICS = 5
-#: At most this many messages, with at most this many bytes, are read.
-MOST_MESSAGES, MOST_BYTES = 3000000, 2 ** 29
 
 
 def read_run(path, namespace=None, tell=lambda line: None):
@@ -60,7 +59,8 @@ def read_run(path, namespace=None, tell=lambda line: None):
 def _sorted_out(bag):
     """Returns ({topic: (its installed class or None, number of messages)}, {topic: names of its
     senders}, [topics of other types, with the types])."""
-    numbers = Counter(record.connection for record in bag.messages(lambda connection: False))
+    numbers = Counter(record.connection for record in bag.messages(
+        lambda connection: False, Budget()))
     types, senders, others = {}, {}, set()
     for connection, number in numbers.items():
         topic, kind, checksum, sender = connection
@@ -79,21 +79,24 @@ def _read(bag, path, namespace, tell):
     try:
         topics = choose_topics(types, namespace)
     except BagProblem as problem:
-        raise BagProblem('; '.join(filter(None, [bag.problem, str(problem)]))) from None
+        raise _missing(problem, bag.problem, types) from None
     if others:
         tell('{}: not read, since these types are not installed here, or not as they are in '
              'the bag: {}'.format(path, ', '.join(others[:NAMED_TOPICS] + ['{} more'.format(
                  len(others) - NAMED_TOPICS)] * (len(others) > NAMED_TOPICS))))
     prefix = parent(topics['odometry'])
-    collectors = make_collectors([*topics, 'sent'], prefix)
-    names = tuple(sorted(senders.get(topics.get('commands'), ())))
-    start, notes = _collect(bag, {topic: (collectors[part], types[topic][0])
-                                  for part, topic in topics.items()}, collectors['sent'], names)
+    limits = Budget()
+    collectors = make_collectors([*topics, 'sent'], prefix, limits)
+    names = {name: k for k, name in enumerate(sorted(senders.get(topics.get('commands'), ())))}
+    start, problem = _collect(bag, {topic: (collectors[part], types[topic][0])
+                                    for part, topic in topics.items()},
+                              collectors['sent'], names, limits)
     for part in ('imu', 'odometry'):
         if not len(collectors[part].arrival):
-            raise BagProblem('not one good message on {} (bad quaternions?)'.format(topics[part]))
+            raise _missing('not one good message on {} (bad quaternions?)'.format(topics[part]),
+                           problem, types)
     duration, set_at = one_clock(collectors)
-    notes = ['{}: the report ends at {:.1f} s'.format(note, duration) for note in notes]
+    notes = ['{}: the report ends at {:.1f} s'.format(problem, duration)] * bool(problem)
     notes += set_at + [
         '{} has more than {} messages: the later ones are left out'.format(
             topic, len(collectors[part].arrival))
@@ -101,43 +104,50 @@ def _read(bag, path, namespace, tell):
     for note in notes:
         tell('{}: {}'.format(path, note))
     absolute = {_absolute(topic) for topic in types}
-    return RunData(str(path), start, duration, topics=topics, notes=tuple(notes), senders=names,
-                   devices=tuple(name for name in DEVICES if prefix + name in absolute),
+    return RunData(str(path), start, duration, topics=topics, notes=tuple(notes),
+                   senders=tuple(names), devices=tuple(
+                       name for name in DEVICES if prefix + name in absolute),
                    dropped={part: collector.bad for part, collector in collectors.items()},
                    **samples_of(collectors))
 
 
-def _collect(bag, of_topic, sent, names):
-    """Fill the collectors, {topic: (Collector, class)}, and `sent`, the index in `names` of each
-    command's sender. Returns (time of the first message [s since 1970], [why the rest was not
-    read])."""
+def _missing(words, problem, types):
+    """Returns the BagProblem `words`; a `problem`, for which not all was read, comes first."""
+    return BagProblem(words if not problem else 'was not read: ' + problem if not types else
+                      'was not read to its end: {}; until there: {}'.format(problem, words))
+
+
+def _collect(bag, of_topic, sent, names, limits):
+    """Fill the collectors, {topic: (Collector, class)}, and `sent`, the index of each command's
+    sender by `names`, {sender: index}. Returns (time of the first message [s since 1970], why the
+    rest was not read)."""
     def is_wanted(connection):
         return connection.topic in of_topic and (
             CLASSES.get((connection.kind, connection.checksum)) is of_topic[connection.topic][1])
 
-    start, number, size, too_much = None, 0, 0, []
-    for connection, (seconds, nanoseconds), data in bag.messages(is_wanted):
-        if start is None:
-            start = seconds + 1e-9 * nanoseconds
-        if not is_wanted(connection):
-            continue
-        number, size = number + 1, size + len(data)
-        if number > MOST_MESSAGES or size > MOST_BYTES:
-            too_much = ['it has more than {} messages, or {} MiB of them'.format(
-                MOST_MESSAGES, MOST_BYTES // 2 ** 20)]
-            break
-        collector, made = of_topic[connection.topic]
-        message = made()
-        try:
-            message.deserialize(data)
-        except (genpy.DeserializationError, struct.error, ValueError):
-            collector.bad += 1
-            continue
-        arrival = (seconds - start) + 1e-9 * nanoseconds
-        collector.add(message, arrival, start, number)
-        if made is Twist:
-            sent.keep([names.index(connection.sender)], arrival, arrival, number)
-    return start, too_much or [problem for problem in [bag.problem] if problem]
+    start, number = None, 0
+    try:
+        for connection, (seconds, nanoseconds), data in bag.messages(is_wanted, limits):
+            if start is None:
+                start = seconds + 1e-9 * nanoseconds
+            if not is_wanted(connection):
+                continue
+            number += 1
+            collector, made = of_topic[connection.topic]
+            message = made()
+            try:
+                message.deserialize(data)
+            except (genpy.DeserializationError, struct.error, ValueError):
+                collector.bad += 1
+                continue
+            arrival = (seconds - start) + 1e-9 * nanoseconds
+            collector.add(message, arrival, start, number)
+            if made is Twist:
+                sent.keep([names.setdefault(connection.sender, len(names))],
+                          arrival, arrival, number)
+    except TooLarge as too_large:
+        return start, str(too_large)
+    return start, bag.problem
 
 
 def choose_topics(types, namespace):

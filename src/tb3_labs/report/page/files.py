@@ -8,7 +8,7 @@ from datetime import datetime
 from html import escape
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Dict, Optional, Sequence, Union
+from typing import Any, Dict, List, Optional, Sequence, Union
 
 import numpy as np
 
@@ -31,8 +31,9 @@ SAME_INSTANT = 0.02
 SHORTEST_PATH = 0.05
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
-    'turns': 'Angle left to what was asked, and rate of turn, from the first command on.'}
-FIGURE = '<figure><img alt="{}" src="data:image/png;base64,{}"><figcaption>{}</figcaption></figure>'
+    'turn': 'Angle left to what was asked, and rate of turn, from the first command on.'}
+FIGURE = '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2} File: {0}.png.' \
+    '</figcaption></figure>'
 NOTHING = 'No drives are listed: {}. The local frame is {}.'
 NO_COMMANDS = ('no command came on cmd_vel (does the terminal of a node that should drive show an '
                'exception? Does rosnode info name cmd_vel among its publications?)')
@@ -52,9 +53,11 @@ BY_SHAPE = ('Turns and drives are found by the commands. A turn begins and ends 
             '{:g} s. All other movements are by hand, or by another program.'.format(PAUSE))
 
 
-def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn: int = 0) -> Path:
-    """Write the report of a run into a folder, which is made if it is missing. Returns the path of
-    report.html. `turn`: the number of the only turn that is drawn; 0: all turns are drawn.
+def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
+                 turn: int = 0) -> List[Path]:
+    """Write the report of a run into a folder, which is made if it is missing. Returns the paths of
+    its files, report.html first. `turn`: the number of the only turn that is drawn, as turn_1.png;
+    0: all turns are drawn, as turns.png.
 
     ``OSError`` if nothing can be written, ``ValueError`` if there is no such turn."""
     driven, turned = drives(run, model), turns(run)
@@ -62,14 +65,17 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
         raise ValueError('--turn {}: {} has {} turns'.format(turn, run.name, len(turned)))
     folder = output_folder(folder)
     name = Path(run.name).name
-    write_csv(run, folder / 'run.csv')
+    *files, angles_png, ways_png = (folder / each for each in (
+        'report.html', 'run.csv', 'turns.csv', 'drives.csv',
+        'turn_{}.png'.format(turn) if turn else 'turns.png', 'paths.png'))
+    write_csv(run, files[1])
     tables.write_reports(folder, name, turned, driven)
-    page = folder / 'report.html'
-    angles = write_figure(figures.turns(run, turn), folder / 'turns.png')
     has_path = run.odometry.length >= SHORTEST_PATH
-    ways = write_figure(figures.paths(run, driven) if has_path else None, folder / 'paths.png')
+    angles = write_figure(figures.turns(run, turn), angles_png)
+    ways = write_figure(figures.paths(run, driven) if has_path else None, ways_png)
+    files += [angles_png] * bool(angles) + [ways_png] * bool(ways)
     found = diagnose(run)
-    write_output(page, document('Run report: ' + name, [
+    write_output(files[0], document('Run report: ' + name, [
         *('<p>{}</p>'.format(escape(text)) for text in [
             *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]),
         hints.said_by_node(run), timeline.section(timeline.timeline(
@@ -79,8 +85,9 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path], turn
         angles, _part('Drives', tables.REACHED_COLUMNS, driven, _rule_of_drives(run) if (
             driven) else nothing_driven(run)) * bool(driven or not turned), ways,
         '<div class="next"></div>' * bool(driven), _part(
-            'Along the way', tables.ALONG, driven, tables.NOTE) * bool(driven)]))
-    return page
+            'Along the way', tables.ALONG, driven, tables.NOTE) * bool(driven),
+        '<p>Beside this page: {}.</p>'.format(', '.join(path.name for path in files[1:]))]))
+    return files
 
 
 def write_figure(figure: Optional[figures.Figure], path: Path) -> str:
@@ -91,7 +98,7 @@ def write_figure(figure: Optional[figures.Figure], path: Path) -> str:
     figures.save(figure, png)
     write_output(path, png.getvalue())
     return FIGURE.format(path.stem, base64.b64encode(png.getvalue()).decode('ascii'),
-                         CAPTIONS[path.stem])
+                         CAPTIONS['paths' if path.stem == 'paths' else 'turn'])
 
 
 def _summary(run: RunData, model: RobotModel) -> str:

@@ -1,0 +1,39 @@
+"""The budget of reading a bag: a stranger's file may have too much of anything.
+
+Each read, each unpacked piece, each record and each sample takes from one Budget; nothing is read
+in a larger piece than the limits below. So memory and time are bounded, whatever the file claims.
+"""
+import time
+from typing import Dict
+
+#: The most of each that one reading takes, and its longest time of the processor [s]. An hour of
+#: record.launch has 1.4 million records, and takes 20 s. MiB are read or unpacked.
+MOST_READ = {'records': 2000000, 'connections': 20000, 'samples': 1500000, 'MiB': 1024}
+MOST_TIME = 30.0
+MIB = 2.0 ** 20
+#: The largest header, connection and message, and the longest name [bytes].
+MOST_HEADER, MOST_CONNECTION, MOST_MESSAGE, MOST_NAME = 10000, 2 ** 20, 2 ** 18, 200
+#: The most that a packed chunk holds; it is read in parts, and unpacked in pieces [bytes].
+MOST_CHUNK, PART, PIECE = 2 ** 26, 2 ** 12, 2 ** 20
+#: The most lines of a topic, characters of a line, and characters of all lines of a topic.
+MOST_LINES, LONGEST_LINE, MOST_LETTERS = 20000, 4000, 2 ** 23
+
+
+class TooLarge(Exception):
+    """The budget is used up; the message says what there is too much of, with the limit."""
+
+
+class Budget:
+    """What is left for one reading of a bag."""
+
+    def __init__(self) -> None:
+        self._left: Dict[str, float] = dict(MOST_READ)
+        self._end = time.thread_time() + MOST_TIME
+
+    def take(self, what: str, amount: float = 1) -> None:
+        """Take `amount` of `what`, a key of MOST_READ. Raises TooLarge."""
+        self._left[what] -= amount
+        if self._left[what] < 0:
+            raise TooLarge('it has more than {:,} {}'.format(MOST_READ[what], what))
+        if what == 'records' and time.thread_time() > self._end:    # none of them takes long
+            raise TooLarge('to read it takes longer than {:g} s'.format(MOST_TIME))
