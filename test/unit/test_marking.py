@@ -102,8 +102,8 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
     words, turns = ' '.join(sheet.split()), turn.EACH_TURN.values()
     for said in (
             'the robot rests at {:g}, {:g}, {:g} and {:g} degrees'.format(*imu.STANDS.values()),
-            '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}'.format(
-                *[each.begins_deg for typed in 'lr' for each in turns if each.typed == typed]),
+            '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}, `l` from {:g}'.format(
+                *[each.begins_deg for each in turns]),
             '{:g} MB and {} files'.format(submissions.MOST_BYTES / 1e6, submissions.MOST_FILES),
             '{:g} GB of the zip file of a class'.format(submissions.CLASS * submissions.MOST_BYTES / 1e9),
             'files above {:g} MB are left out'.format(submissions.LARGEST / 1e6),
@@ -140,8 +140,8 @@ def test_findings_are_kept_once_and_not_without_end():
 # -- pads
 
 def test_a_pad_is_played_by_the_numbers_that_the_launch_file_loads():
-    assert pad_called('handout') == PadConfig()
-    xbox = pad_called('xbox')
+    assert PadConfig(**pad_called('handout')) == PadConfig()
+    xbox = PadConfig(**pad_called('xbox'))
     assert (xbox.angular_axis, xbox.reset_button) == (3, 3)
     assert pad_in_words('f310_d') == ('The pad was "f310_d": axis 1 drives, axis 2 turns; button 1 '
                                       'is A, 2 is B, 3 is Y.')
@@ -149,7 +149,7 @@ def test_a_pad_is_played_by_the_numbers_that_the_launch_file_loads():
 
 def test_the_sticks_and_buttons_of_every_pad_are_there():
     for file in (ROOT / 'launch' / 'params').glob('pad_*.yaml'):
-        pad = pad_called(file.name[4:-5])
+        pad = PadConfig(**pad_called(file.name[4:-5]))
         assert max(pad.linear_axis, pad.angular_axis) < AXES
         assert max(pad.relinquish_button, pad.regain_button, pad.reset_button) < PAD_BUTTONS_SENT
 

@@ -89,6 +89,12 @@ def slow(each):
     (all_turns(to(lambda each: each.asked_deg)), 'does the goal count from self.curr_yaw'),
     (all_turns(lambda each: turn(2.0 * each.asked_deg)), 'one of 180 degrees'),
     (all_turns(lambda each: turn(each.asked_deg / 2.0)), 'one of 45 degrees'),
+    # a fixed time, not a letter's angle: it turns less where the wheels slip by 0.3
+    *[(all_turns(lambda each, size=size: turn(size * each.asked_deg * (1.0 - each.slip))),
+       'by {:.0f} degrees, and by {:.0f} where the wheels slip: .*after a time'.format(90.0 * size, 63.0 * size))
+      for size in (0.5, 1.0, 1.5)],
+    (observed('turn', **{name: turn(EACH_TURN[name].asked_deg / 2.0) for name in (
+        'l', 'l across 180', 'r across 180')}), ''),
     (all_turns(lambda each: turn(-each.asked_deg)), 'It turns to the other side'),
     (all_turns(lambda each: turn(-each.asked_deg, rested=False)), 'is the error goal minus heading'),
     (all_turns(lambda each: turn(each.asked_deg + 12.0, rested=False)), 'goes on to and fro'),

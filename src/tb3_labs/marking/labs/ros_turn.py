@@ -66,11 +66,13 @@ def odd_samples(stage):
 class HeldMouse(Repeater):
     """The mouse on the topic mouse_info; its message type is the node's own.
 
-    ValueError if that message cannot hold a mouse. `remarks` are sentences about fields whose names
-    are not the mouse lab's.
+    ValueError if that message cannot hold a mouse. `up`: the sign of y above the middle, by the
+    submission's own mouse client. `remarks` are sentences about fields whose names are not the
+    mouse lab's.
     """
 
-    def __init__(self, graph):
+    def __init__(self, graph, up):
+        self._up = up
         self._kind = graph.kind_of(MOUSE_INFO) or graph.types.message(MouseController._type)
         self._names, self.remarks = mouse_fields(self._kind.fields)
         super().__init__(MOUSE_INFO, self._kind)
@@ -82,7 +84,7 @@ class HeldMouse(Repeater):
         for name, of, _ in message.fields:
             if of == 'std_msgs/Header':
                 message.put(name, now.secs, now.nsecs)
-        for name, value in zip(self._names, (active, x, y)):
+        for name, value in zip(self._names, (active, x, self._up * y)):
             message.put(name, value)
         self.hold(message)
         time.sleep(seconds)
@@ -123,7 +125,7 @@ def mouse_of(stage, names):
     if rospy.resolve_name(MOUSE_INFO) not in stage.node.graph.of_node(LISTENS):
         stage.not_offered(names, 'it does not listen to mouse_info')
     try:
-        mouse = HeldMouse(stage.node.graph)
+        mouse = HeldMouse(stage.node.graph, stage.observation.mouse_up or 1)
     except ValueError as problem:
         stage.not_offered(names, str(problem))
     stage.remark(mouse.remarks)
@@ -133,12 +135,13 @@ def mouse_of(stage, names):
 
 
 def turns(stage):
-    """Five turns, each from its own heading even if the last turn failed; then an invalid input."""
+    """Six turns, each from its own heading even if the last turn failed; then an invalid input."""
     for name, turn in asked.EACH_TURN.items():
+        stage.set_slip(turn.slip)
         _begin_at(stage, turn.begins_deg)
         _try_turn(stage, name, turn.typed, {ASKED_DEG: turn.asked_deg})
     with suppress(NotTried):        # the remarks are those on the turns
-        _begin_at(stage, -50.0)     # where the last turn ends
+        _begin_at(stage, 40.0)      # where the last turn ends
         stage.watch(asked.NONSENSE, asked.ANSWER, lambda: stage.node.type(asked.TYPED_NONSENSE))
     stage.remark(remarks_on_turns(stage.observation))
 
@@ -192,8 +195,8 @@ def both(stage):
         time.sleep(WELL_UNDER_WAY)
         with stage.stimulus(asked.IN_TURN, {WAS_MOVING: moving}) as record:
             hand.at(0.0, 1.0)
-            wait_until(lambda: asked.drives_forward(
-                stage.recorder.commands_since(record.begin)), asked.AT_LAST)
+            wait_until(lambda: asked.drives(
+                stage.recorder.commands_since(record.begin), 1.0, -1.0), asked.AT_LAST)
         hand.at(0.0, 0.0, active=False, seconds=0.2)
 
 

@@ -125,10 +125,14 @@ def _where_it_ends(turns):
     """The mistake that the headings at the ends of turns show, and the angles; '' if none."""
     if len(turns) < 3 or not all(scene.facts[RESTED] for _, scene in turns):
         return ''
-    ends, asked, turned = np.array([
-        (turn.begins_deg + scene.turned_deg, turn.asked_deg, scene.turned_deg)
+    ends, asked, turned, slip = np.array([
+        (turn.begins_deg + scene.turned_deg, turn.asked_deg, scene.turned_deg, turn.slip)
         for turn, scene in turns]).T
     ends = np.degrees(wrap_all(np.radians(ends)))
+    if np.ptp(np.abs(turned) / (1.0 - slip)) < np.ptp(np.abs(turned)) / 3.0:
+        return 'It turns by {:.0f} degrees, and by {:.0f} where the wheels slip: does a turn end ' \
+            'by self.curr_yaw, or after a time?'.format(*(
+                np.abs(turned)[each].mean() for each in (slip == 0.0, slip > 0.0)))
     if (np.abs(ends) < NEARLY).all():
         return 'Each turn ends at the heading 0, which self.goal_yaw has from the beginning: is ' \
             'the goal of the letter stored in self.goal_yaw?'
@@ -137,8 +141,8 @@ def _where_it_ends(turns):
             'count from self.curr_yaw?'
     mean = np.abs(turned).mean()
     is_half = abs(mean - 180.0) < NEARLY       # its side is chance
-    if np.ptp(np.abs(turned)) > NEARLY or abs(mean - 90.0) < NEARLY or (
-            not is_half and (turned * asked < 0.0).any()):
+    if np.ptp(np.abs(turned)) > NEARLY or abs(mean - 90.0) < NEARLY or not np.ptp(slip) or (
+            not is_half and (turned * asked < 0.0).any()):      # all alike, also after a fixed time
         return ''
     return 'Each turn is one of {:.0f} degrees: which angle does a letter add to self.curr_yaw{}' \
         '?'.format(mean, ', and is HDG_TOL 10' if mean < 90.0 else '')

@@ -45,7 +45,7 @@ class Stage:
                                lambda: self.recorder.hand_to(keep))
         self.node = StudentNode(self.observation, NODES[lab].sensors, lambda: self.recorder.now,
                                 self.keep)
-        self._keep, self._tell = keep, tell
+        self._keep, self._tell, self._slip = keep, tell, 0.0
 
     @contextmanager
     def stimulus(self, name, facts=None):
@@ -119,6 +119,14 @@ class Stage:
         self.falls_silent(name, was_moving, lambda: configure_robot({switch: True}))
         configure_robot({switch: False})
 
+    def set_slip(self, share):
+        """From now on the wheels lose this share of their travel. A node may take a sudden change
+        for a fault of its sensors: it is ended before."""
+        if share != self._slip:
+            self.node.stop()
+            self.witness.change(slip=share)
+            self._slip = share
+
     def ctrl_c_in_motion(self, set_in_motion):
         """Send Ctrl+C while the node moves the robot; again if the node sends no zero velocity.
 
@@ -136,6 +144,9 @@ class Stage:
         with self.stimulus(name, {WAS_MOVING: was_moving}) as record:
             begin = self.recorder.now
             ended = self.node.interrupt(ENDING)
+            if not (ended or was_moving):   # Python 3.13 ends when input() does, which awaits Enter
+                self.node.type('')
+                ended = wait_until(lambda: not self.node.alive, AT_ONCE)
             record.facts[TOOK] = self.recorder.now - begin if ended else None
             record.facts[SIGNAL] = max(0, -self.node.status) if ended else 0
             time.sleep(UNDER_WAY)
@@ -180,6 +191,12 @@ class Witness:
             except rosgraph.MasterError:
                 address = ''
             self._observation.note(ENDED.format('robot') if address != self._robot else '')
+
+    def change(self, **settings):
+        """Change settings of the robot, by the marker itself."""
+        if self._settings is not None:
+            self._settings.update(settings)
+        configure_robot(settings)
 
     def _repeat(self):
         while not self._over.wait(1.0):
@@ -230,6 +247,7 @@ def try_out(lab, package, executable, parts, keep, pad, tell):
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:
                 stage.part = name
+                stage.set_slip(0.0)
                 tell('{}: the node is started'.format(name))
                 with suppress(NotOffered, NotTried):    # the rest of the part cannot be tried
                     act(stage)
