@@ -91,6 +91,8 @@ def buttons(stage):
                 record.facts.update({asked.CALLS: len(calls), asked.NAME: (calls or [['']])[0][0],
                                      asked.ORIGIN: all(map(is_origin, requests)),
                                      asked.UNIT: all(map(is_unit, requests))})
+            stage.remark('{} See {}.'.format(said, asked.Y_STEP)
+                         for said in stage.text()['remarks'])
             stage.remark(['The covariance of its reset is all zeros: TODO 4 is open.'] * (
                 not all(map(has_covariance, requests))))
             stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))

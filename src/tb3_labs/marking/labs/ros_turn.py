@@ -66,14 +66,14 @@ def odd_samples(stage):
 class HeldMouse(Repeater):
     """The mouse on the topic mouse_info; its message type is the node's own.
 
-    ValueError if that message cannot hold a mouse. `up`: the sign of y above the middle, by the
-    submission's own mouse client. `remarks` are sentences about fields whose names are not the
-    mouse lab's.
+    ValueError if that message cannot hold a mouse. `up`: the sign of y above the middle. `package`:
+    of the message. `remarks` are sentences about fields whose names are not the mouse lab's.
     """
 
-    def __init__(self, graph, up):
-        self._up = up
+    def __init__(self, graph):
+        self.up = 1
         self._kind = graph.kind_of(MOUSE_INFO) or graph.types.message(MouseController._type)
+        self.package = self._kind._type.split('/')[0]
         self._names, self.remarks = mouse_fields(self._kind.fields)
         super().__init__(MOUSE_INFO, self._kind)
 
@@ -84,7 +84,7 @@ class HeldMouse(Repeater):
         for name, of, _ in message.fields:
             if of == 'std_msgs/Header':
                 message.put(name, now.secs, now.nsecs)
-        for name, value in zip(self._names, (active, x, self._up * y)):
+        for name, value in zip(self._names, (active, x, self.up * y)):
             message.put(name, value)
         self.hold(message)
         time.sleep(seconds)
@@ -125,10 +125,13 @@ def mouse_of(stage, names):
     if rospy.resolve_name(MOUSE_INFO) not in stage.node.graph.of_node(LISTENS):
         stage.not_offered(names, 'it does not listen to mouse_info')
     try:
-        mouse = HeldMouse(stage.node.graph, stage.observation.mouse_up or 1)
+        mouse = HeldMouse(stage.node.graph)
     except ValueError as problem:
         stage.not_offered(names, str(problem))
     stage.remark(mouse.remarks)
+    seen = stage.observation
+    seen.mouse_up = seen.mouse_up or stage.text(mouse.package)['up']
+    mouse.up = seen.mouse_up or 1       # as its own client sends it
     mouse.at(0.0, 0.0, active=False)
     mouse.wait_until_heard()
     return mouse
@@ -179,6 +182,8 @@ def mouse(stage):
             stage.watch(name, asked.MOUSE_HELD, lambda: hand.at(*place))
         hand.at(0.0, 1.0, seconds=0.4)
         stage.watch(asked.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
+    stage.remark([asked.NO_CLIENT] * (asked.upward(stage.observation) < 0.0)
+                 + [asked.COUNTS_DOWN] * (stage.observation.mouse_up < 0))
 
 
 def both(stage):

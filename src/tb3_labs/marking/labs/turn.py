@@ -71,6 +71,9 @@ BESIDE_TURNS = TURN_BESIDE, AFTER_TURN, IN_TURN = (
 #: The places of the active mouse: stimulus -> (x to the right, y up), each -1 to 1.
 MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
                 HALF_WAY: (0.6, -0.6)}
+NO_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your mouse ' \
+    'client counts y down; none was found.'
+COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
 #: The full speed, at the edge of the screen [m/s], [rad/s].
 FULL = 0.5
 AT_EDGE = (FULL - NEAR, FULL + NEAR)

@@ -9,17 +9,21 @@ import time
 from contextlib import contextmanager, suppress
 
 import rosgraph
+import rospkg
 import rospy
 from dynamic_reconfigure.encoding import decode_config, encode_config
 from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
+from tb3_labs.marking.intake.sandbox import OWN_PACKAGE
+from tb3_labs.marking.intake.workspace import Launch
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, TOOK
 from tb3_labs.marking.trial.evidence import CTRL_C
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, NODES, TURN
 from tb3_labs.marking.trial.observation import (
     LONGEST, TRUTH, WAS_MOVING, NotOffered, NotTried, Observation, Stimulus)
+from tb3_labs.marking.trial.program_text import text_of
 from tb3_labs.marking.trial.ros_robot import (
     ROBOT, SWITCHES, UNDER_WAY, WELL_UNDER_WAY, Recorder, RobotHand)
 from tb3_labs.marking.trial.ros_student_node import StudentNode
@@ -67,6 +71,13 @@ class Stage:
         with self.stimulus(name, facts):
             act()
             time.sleep(seconds)
+
+    def text(self, *packages):
+        """What the text of the submission shows, else that of these packages; see program_text."""
+        known = rospkg.RosPack()
+        folders = [known.get_path(name) for name in {self.observation.node.split('/')[0], *packages}
+                   if name != OWN_PACKAGE and name in known.list()]
+        return text_of([Launch.given().copy] if Launch.given().copy else folders)
 
     def not_offered(self, names, reason):
         """End the part by ``NotOffered``: the node does not offer what these stimuli need."""
