@@ -65,7 +65,7 @@ def ctrl_c(*commands, printed='', took=0.4, signal=0, was_moving=True):
 def reset(*commands, degrees=0.0, printed='Local pose set to x=0, y=0, yaw=0', **facts):
     """A reset; then the robot turns by so much."""
     return scene(*commands, printed=printed, truth=[(0.0, 0.0, 0.0, 0.0), (3.0, 0.1, 0.0, math.radians(degrees))],
-                 **dict(dict(problem='', name='', was_moving=True), **facts))
+                 **dict(dict(problem='', name='', was_moving=True, straight=True), **facts))
 
 
 def called(calls=1, printed='Pose reset successfully', **facts):
@@ -221,8 +221,10 @@ CHANGES = [
     ('move2goal', {'reset to the origin': reset(problem='no')},
      'resets second_place second_heading'),
     ('move2goal', {'reset to the origin': reset(name='/move_to_goal/set_pose')}, 'resets'),
-    # it works at the goal alone
-    ('move2goal', {'reset in a drive': [reset(degrees=19.0), reset(degrees=90.0, problem='no')]}, 'resets'),
+    # it works at the goal alone; it fails; the node counts its own commands
+    ('move2goal', {'reset in a drive': [
+        reset(degrees=19.0), reset(degrees=90.0, problem='no'), reset(degrees=90.0, straight=False)]}, 'resets'),
+    ('move2goal', {'reset in a drive': reset(was_moving=False, straight=False)}, ''),
     ('move2goal', {'reset to the origin': reset(printed='done')}, 'says_reset'),
     ('move2goal', {'control taken': [stopped(0.51, was_moving=True), stopped(0.3, was_moving=False),
      scene(was_moving=True), scene((0.1, 0.2, 0.0), was_moving=True)]}, 'control_taken'),

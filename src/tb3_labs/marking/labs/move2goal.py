@@ -25,8 +25,9 @@ RESET_ELSEWHERE, DECLARED_DRIVE = 'reset to another pose', 'drive from a declare
 OFFSET_DRIVE = 'drive with an offset IMU'
 ODOMETRY_SILENT = 'odometry silent'
 #: Keys of a reset's facts: the reason why the reset failed, '' if it succeeded; the service, if it
-#: is not SET_POSE, which the sheet types and the gamepad calls.
-PROBLEM, NAME, SET_POSE = 'problem', 'name', 'set_pose'
+#: is not SET_POSE, which the sheet types and the gamepad calls; did the node drive straight to the
+#: goal, where the robot had been turned to it before?
+PROBLEM, NAME, STRAIGHT, SET_POSE = 'problem', 'name', 'straight', 'set_pose'
 
 #: The robot's limits by its data sheet [m/s], [rad/s].
 FASTEST, FASTEST_TURN = 0.22, 2.84
@@ -36,8 +37,8 @@ WATCHED = 1.5
 LAST_WORD = 0.5
 #: A reset answers within ANSWER_TIME [s]. Its line is printed within TAKES_EFFECT after that [s].
 ANSWER_TIME, TAKES_EFFECT = 3.0, 0.5
-#: The marker turns the robot by these angles before and after the reset [deg].
-TURNED, TURNED_AFTER = 100.0, 90.0
+#: The marker turns the robot by this angle before the reset [deg].
+TURNED = 100.0
 #: A reset in a drive comes where the robot faces its goal. Within IN_DRIVE [s] a node then turns to
 #: the goal of the new frame, by more than ANEW [deg].
 IN_DRIVE, ANEW = 3.0, 20.0
@@ -151,6 +152,8 @@ def _resets(seen: Observation) -> str:
     if _reset(seen) or name:
         return _reset(seen) or 'its reset is called {}, not /{}'.format(name, SET_POSE)
     scene = seen.during(RESET_IN_DRIVE)
+    if scene.facts[WAS_MOVING] and not scene.facts[STRAIGHT]:
+        return 'turned to its goal by hand after a reset, it did not drive straight there'
     return _reset(seen, RESET_IN_DRIVE) or (
         'after a reset in the middle of a drive it did not turn to the goal of the new frame, but '
         'by {:.0f} degrees in {:g} s'.format(scene.turned_deg, IN_DRIVE)
@@ -222,8 +225,8 @@ CRITERIA = [
                   RESET_TO_ORIGIN).printed.lower() else
               'no line "Local pose set to x=..., y=..., yaw=..." was printed',
               limits='within {:g} s after the answer'.format(TAKES_EFFECT)),
-    Criterion('second_place', RESET, 'does the same task after a turn by {:g} degrees, a reset and '
-              'a turn by {:g}'.format(TURNED, TURNED_AFTER), TURNED_STEP,
+    Criterion('second_place', RESET, 'does the same task after a turn by {:g} degrees and a '
+              'reset'.format(TURNED), TURNED_STEP,
               lambda seen: _reset(seen) or _place(seen, SECOND_DRIVE), limits='as goal_place'),
     Criterion('second_heading', RESET, FACES + ' of the new frame', TURNED_STEP,
               lambda seen: _reset(seen) or _heading(seen, SECOND_DRIVE), limits='as goal_heading'),

@@ -166,15 +166,14 @@ def reset(stage):
     caller = ResetCaller(stage.node.graph)
     if not caller.found:
         stage.not_offered([asked.RESET_TO_ORIGIN, asked.SECOND_DRIVE], OFFERS_NONE)
-    reset_at = stage.recorder.pose
     if _reset(stage, asked.RESET_TO_ORIGIN, caller, Pose2()):
-        stage.robot.face(stage.recorder.heading_deg + asked.TURNED_AFTER)
-        control.drive(asked.SECOND_DRIVE, start=reset_at)
+        control.drive(asked.SECOND_DRIVE)
         _reset_in_drive(stage, control, caller)
 
 
-def _reset(stage, name, caller, pose, seconds=asked.TAKES_EFFECT):
-    facts = {WAS_MOVING: stage.recorder.moves(stage.recorder.now - WELL_UNDER_WAY)}
+def _reset(stage, name, caller, pose, seconds=asked.TAKES_EFFECT, straight=True):
+    facts = {WAS_MOVING: stage.recorder.moves(stage.recorder.now - WELL_UNDER_WAY),
+             asked.STRAIGHT: straight}
     with stage.stimulus(name, facts) as record:
         record.facts.update({asked.PROBLEM: caller.call(pose)[:LONGEST], asked.NAME: caller.astray})
         time.sleep(seconds)
@@ -190,9 +189,10 @@ def _reset_in_drive(stage, control, caller):
     stage.robot.face(stage.recorder.heading_deg + math.degrees(math.atan2(y, x)))
     begun = stage.recorder.now
     control.give(True)
-    wait_until(lambda: any(row[1] for row in stage.recorder.commands_since(begun)), asked.REACTION)
+    straight = wait_until(
+        lambda: any(row[1] for row in stage.recorder.commands_since(begun)), asked.REACTION)
     time.sleep(WELL_UNDER_WAY)
-    _reset(stage, asked.RESET_IN_DRIVE, caller, Pose2(), asked.IN_DRIVE)
+    _reset(stage, asked.RESET_IN_DRIVE, caller, Pose2(), asked.IN_DRIVE, straight)
     control.give(False)
 
 

@@ -42,7 +42,7 @@ SLIPPERY = 0.3
 EACH_TURN = {
     LEFT: WatchedTurn(LEFT, 90.0, 40.0),
     'l across 180': WatchedTurn(LEFT, 90.0, 130.0),
-    'r across 180': WatchedTurn(RIGHT, -90.0, 220.0),
+    'r across 180': WatchedTurn(RIGHT, -90.0, 220.0, SLIPPERY),
     RIGHT: WatchedTurn(RIGHT, -90.0, 130.0, SLIPPERY),
     'r across 0': WatchedTurn(RIGHT, -90.0, 40.0, SLIPPERY),
     'l across 0': WatchedTurn(LEFT, 90.0, -50.0, SLIPPERY),

@@ -81,10 +81,13 @@ def _why_no_turn(tried):
             'and is it set?' if min(len(scene.commands) for _, scene in still) > FEW else \
             'Its turn is over at once: is self.turning True after the letter, and is the angle ' \
             'that it adds in degrees, as HDG_TOL is?'
-    if {turn.typed for turn, _ in still} == {RIGHT}:
-        return NO_RIGHT
-    return 'Only zeros followed its first turn: does turning become False at the goal, so that ' \
-        'the next letter is read?' if len(tried[0][1].moving) else ''
+    runs = [scene.run.begin for _, scene in tried]
+    if [len(scene.moving) > 0 for _, scene in tried] == [
+            begin not in runs[:k] for k, begin in enumerate(runs)]:
+        return 'Only zeros followed its first turn: does turning become False at the goal, so ' \
+            'that the next letter is read?'
+    rights = [scene for turn, scene in tried if turn.typed == RIGHT]
+    return NO_RIGHT if rights and not any(len(scene.moving) for scene in rights) else ''
 
 
 def _why_wrong(turns):
