@@ -37,6 +37,7 @@ from tb3_labs.marking.marks import GAMEPAD, LABS, MOVE2GOAL, Marks, points_of, r
 from tb3_labs.marking.shown_run import hint_in_a_line, shown
 from tb3_labs.marking.trial.ros_stage import try_out
 from tb3_labs.marking.intake.workspace import Launch
+from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.ros.node import end, leave
 
 #: A node that rotates by the IMU's yaw passes the lab's own parts.
@@ -63,7 +64,7 @@ def marked():
     for known in ('lab', 'points', 'parts', 'record'):      # a node need not read them
         rospy.delete_param('~' + known)
     worth = points_of(name, read_points(points))
-    pad = pad_called(rospy.get_param('~pad', HANDOUT))
+    pad = PadConfig(**pad_called(rospy.get_param('~pad', HANDOUT)))
     if name == GAMEPAD:    # for a node that reads its numbers, as this package's
         rospy.set_param('/' + GAMEPAD, {item.name: getattr(pad, item.name) for item in fields(pad)})
     tell('{}, {}: {}/{} is judged{}'.format(

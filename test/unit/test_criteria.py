@@ -1,9 +1,11 @@
 """Each criterion of each lab: what a good node is seen to do, and changes of it that miss some."""
 import copy
 import math
+import re
 
 import pytest
 
+from pages import ROOT
 from test_marking import observation, stimulus
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import gamepad, move2goal
@@ -11,6 +13,7 @@ from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
 from tb3_labs.marking.trial.evidence import remarks_on
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
+from tb3_labs.marking.trial.program_text import look, text_of
 from tb3_labs.marking.labs.ros_turn import mouse_fields
 from tb3_labs.marking.labs.turn import EACH_TURN, MOUSE_PLACES
 
@@ -59,6 +62,17 @@ def ctrl_c(*commands, printed='', took=0.4, signal=0, was_moving=True):
                  signal=signal, was_moving=was_moving)
 
 
+def reset(*commands, degrees=0.0, printed='Local pose set to x=0, y=0, yaw=0', **facts):
+    """A reset; then the robot turns by so much."""
+    return scene(*commands, printed=printed, truth=[(0.0, 0.0, 0.0, 0.0), (3.0, 0.1, 0.0, math.radians(degrees))],
+                 **dict(dict(problem='', name='', was_moving=True, straight=True), **facts))
+
+
+def called(calls=1, printed='Pose reset successfully', **facts):
+    """Y calls the reset."""
+    return scene(printed=printed, calls=calls, **dict(dict(origin=True, unit=True, name='set_pose'), **facts))
+
+
 def heading(*degrees):
     return ''.join('Current heading is {} degrees.\n'.format(number) for number in degrees)
 
@@ -76,11 +90,11 @@ GOOD = {
         'Ctrl+C': ctrl_c(printed='Shutting down the IMU subscriber\n' + heading(1))},
     'turn': {
         'l': turn(90.9, forward=0.004), 'l across 180': turn(90.0), 'r across 180': turn(-89.1),
-        'r': turn(-90.0, rate=1.504), 'r across 0': turn(-90.0),
+        'r': turn(-90.0, rate=1.504), 'r across 0': turn(-90.0), 'l across 0': turn(90.0),
         'nonsense': scene((0.1, 0.0, 0.0), printed='Not valid: type l or r.', lines=1000),
         'mouse not active': scene((0.1, 0.0, 0.0)), 'mouse up': scene((0.1, 0.549, 0.049)),
         'mouse near the middle': stopped(0.49), 'mouse left': scene((0.1, -0.049, 0.451)),
-        'mouse half right': scene((0.1, 0.0, -0.101)), 'mouse deactivated': stopped(0.49),
+        'mouse half right and half down': scene((0.1, -0.399, -0.101)), 'mouse deactivated': stopped(0.49),
         'l beside the mouse': turn(90.0), 'mouse after a turn': scene((0.1, 0.451, 0.0)),
         'mouse in a turn': scene((0.1, 0.0, 1.5), (3.0, 0.5, 0.0), was_moving=True),
         'IMU silent': stopped(0.99, was_moving=True),
@@ -90,20 +104,20 @@ GOOD = {
         'without control': scene((0.1, 0.0, 0.0)),
         'first drive': drive(-0.61 + 0.019, degrees=-0.9, linear=-0.224, angular=-2.844),
         'at the goal': scene((0.49, 0.0, 0.0), printed='goal REACHED!\n'),
-        'reset to the origin': scene(printed='Local pose set to x=0, y=0, yaw=0', problem=''),
-        'second drive': drive(), 'control taken': stopped(0.49, was_moving=True),
+        'reset to the origin': reset(), 'second drive': drive(),
+        'reset in a drive': reset(degrees=20.1), 'control taken': stopped(0.49, was_moving=True),
         'reset to another pose': scene(problem=''), 'drive from a declared pose': drive(),
         'drive with an offset IMU': drive(), 'odometry silent': stopped(0.99, was_moving=True),
         'Ctrl+C': ctrl_c()},
     'gamepad': {
         'left stick up': scene((0.1, 0.224, 0.049)),
-        'left stick half up': scene((0.1, 0.057, 0.0)),
+        'left stick half up, right stick half right': scene((0.1, 0.057, -0.712)),
         'left stick down': scene((0.1, -0.151, 0.0)), 'right stick left': scene((0.1, 0.049, 1.51)),
         'right stick right': scene((0.1, 0.0, -2.844)), 'sticks let go': stopped(0.49),
         'A': scene(**{'relinquished': True, 'heard late': True}),
         'left stick up after A': scene(), 'B': scene(relinquished=False),
         'left stick up after B': scene((0.1, 0.2, 0.0)),
-        'Y': scene(printed='pose reset SUCCESSFULLY', calls=1, origin=True, unit=True),
+        'Y': called(printed='pose reset SUCCESSFULLY'),
         'Y without a service': scene((0.69, 0.2, 0.0), printed='no service'),
         'pad silent': stopped(0.99, was_moving=True), 'Ctrl+C': ctrl_c()}}
 
@@ -159,6 +173,11 @@ CHANGES = [
 
     ('turn', {'l': turn(91.05)}, 'within_1_deg'),
     ('turn', {'r across 0': turn(-100.9)}, 'within_1_deg'),
+    # an error below -180 is not wrapped; a fixed time, where the wheels slip by 0.3
+    ('turn', {'l across 0': [turn(-270.0), turn(0.7 * 90.0)]}, 'within_1_deg short_way'),
+    ('turn', {'r': turn(-0.7 * 100.0)}, 'within_1_deg right'),
+    # no zero: it ends by the robot's own timeout
+    ('turn', {'l': dict(turn(90.0), commands=[(0.1, 0.0, 0.5)])}, 'within_1_deg left'),
     ('turn', {'r across 0': turn(-101.1)}, 'within_1_deg short_way'),
     ('turn', {'r across 180': turn(-90.0, moved=False)}, 'within_1_deg short_way'),
     ('turn', {'r': turn(-90.0, rested=False)}, 'within_1_deg right'),
@@ -170,20 +189,24 @@ CHANGES = [
     ('turn', {'nonsense': scene(printed='Please type left or right')}, ''),
     ('turn', {'mouse up': [scene((0.1, 0.551, 0.0)), scene((0.1, 0.449, 0.0))]}, 'mouse_drives'),
     ('turn', {'mouse left': scene((0.1, 0.0, -0.5))}, 'mouse_drives'),
-    ('turn', {'mouse half right': [scene((0.1, 0.0, -0.099)), scene((0.1, 0.0, -0.401))]}, 'mouse_drives'),
+    ('turn', {'mouse half right and half down': [
+        scene((0.1, -0.2, -0.099)), scene((0.1, -0.2, -0.401)),
+        # one way at a time; down drives forward, as up does
+        scene((0.1, 0.0, -0.2)), scene((0.1, -0.2, 0.0)), scene((0.1, 0.2, -0.2))]}, 'mouse_drives'),
     ('turn', {'mouse up': scene((0.1, 0.0, 0.0))}, 'mouse_drives mouse_dead_zone mouse_off'),
-    ('turn', {'mouse near the middle': stopped(0.51)}, 'mouse_dead_zone'),
-    ('turn', {'mouse deactivated': stopped(0.51)}, 'mouse_off'),
+    ('turn', {'mouse near the middle': [stopped(0.51), scene()]}, 'mouse_dead_zone'),
+    ('turn', {'mouse deactivated': [stopped(0.51), scene()]}, 'mouse_off'),
     ('turn', {'mouse not active': scene((0.1, 0.0, 0.1))}, 'mouse_off'),
     ('turn', {'l beside the mouse': turn(78.9)}, 'turn_beside_mouse'),
     ('turn', {'mouse after a turn': scene((0.1, 0.449, 0.5))}, 'mouse_after_turn'),
     ('turn', {'mouse in a turn': [scene((0.1, 0.5, 0.0), was_moving=False), scene((0.1, 0.0, 1.5), was_moving=True)]},
      'mouse_in_turn'),
-    ('turn', {'mouse silent': stopped(1.01, was_moving=True)}, 'lost_mouse'),
+    ('turn', {'mouse silent': [stopped(1.01, was_moving=True), scene((0.1, 0.2, 0.0), was_moving=True)]}, 'lost_mouse'),
     ('turn', {'IMU silent': [stopped(1.01, was_moving=True), stopped(0.5, was_moving=False)]}, 'lost_imu'),
     ('turn', {'Ctrl+C': ctrl_c(printed='Halting robot.')}, 'says_goodbye'),
 
     ('move2goal', {'without control': scene((0.1, 0.01, 0.0))}, 'waits'),
+    ('move2goal', {'reset to the origin': reset((0.3, 0.0, 0.7), was_moving=False)}, 'waits'),
     ('move2goal', {'first drive': [drive(y=0.61 - 0.021), drive(degrees=1.05), drive(degrees=722.0)]}, 'exact'),
     ('move2goal', {'second drive': drive(x=-0.61 - 0.1711)}, 'exact second_place'),
     ('move2goal', {'first drive': drive(y=0.61 + 0.1711)}, 'exact goal_place'),
@@ -193,10 +216,16 @@ CHANGES = [
      'exact goal_place goal_heading silent_at_goal'),
     ('move2goal', {'at the goal': [scene(), scene(printed='Goal reached!\n' * 2)]}, 'says_reached'),
     ('move2goal', {'at the goal': scene((0.51, 0.0, 0.0), printed='Goal reached!')}, 'silent_at_goal'),
+    ('move2goal', {'first drive': dict(drive(), commands=[(5.0, 0.0, 0.02)])}, 'silent_at_goal'),
     ('move2goal', {'second drive': [drive(linear=-0.2253), drive(angular=-2.8453)]}, 'within_limits'),
-    ('move2goal', {'reset to the origin': scene(printed='local pose set', problem='no')},
+    ('move2goal', {'reset to the origin': reset(problem='no')},
      'resets second_place second_heading'),
-    ('move2goal', {'reset to the origin': scene(printed='done', problem='')}, 'says_reset'),
+    ('move2goal', {'reset to the origin': reset(name='/move_to_goal/set_pose')}, 'resets'),
+    # it works at the goal alone; it fails; the node counts its own commands
+    ('move2goal', {'reset in a drive': [
+        reset(degrees=19.0), reset(degrees=90.0, problem='no'), reset(degrees=90.0, straight=False)]}, 'resets'),
+    ('move2goal', {'reset in a drive': reset(was_moving=False, straight=False)}, ''),
+    ('move2goal', {'reset to the origin': reset(printed='done')}, 'says_reset'),
     ('move2goal', {'control taken': [stopped(0.51, was_moving=True), stopped(0.3, was_moving=False),
      scene(was_moving=True), scene((0.1, 0.2, 0.0), was_moving=True)]}, 'control_taken'),
     ('move2goal', {'reset to another pose': scene(problem='no')}, 'declared_pose'),
@@ -206,27 +235,34 @@ CHANGES = [
 
     ('gamepad', {'left stick up': [scene((0.1, 0.149, 0.0)), scene((0.1, 0.226, 0.0)), scene((0.1, 0.2, -0.051))]},
      'drives'),
-    ('gamepad', {'left stick half up': [scene((0.1, 0.055, 0.0)), scene((0.1, 0.169, 0.0))]}, 'drives'),
+    # one stick at a time; a stick that is a switch
+    ('gamepad', {'left stick half up, right stick half right': [
+        scene((0.1, 0.055, -1.0)), scene((0.1, 0.169, -1.0)), scene((0.1, 0.0, -1.0))]}, 'drives'),
+    ('gamepad', {'left stick half up, right stick half right': [
+        scene((0.1, 0.1, -0.71)), scene((0.1, 0.1, -2.14)), scene((0.1, 0.1, 1.0))]}, 'turns'),
     ('gamepad', {'left stick down': scene((0.1, 0.2, 0.0))}, 'drives'),
     ('gamepad', {'right stick left': scene((0.1, 0.0, 1.49))}, 'turns'),
     ('gamepad', {'right stick right': scene((0.1, 0.051, -2.0))}, 'turns'),
     ('gamepad', {'right stick right': scene((0.1, 0.0, 0.0))}, 'turns lets_go'),
-    ('gamepad', {'sticks let go': stopped(0.51)}, 'lets_go'),
+    # nothing is sent: the robot stops by its own timeout
+    ('gamepad', {'sticks let go': [stopped(0.51), scene((0.05, 0.0, -1.0)), scene(), scene((0.6, 0.0, 0.0))]},
+     'lets_go'),
     ('gamepad', {'A': scene(**{'relinquished': False, 'heard late': True})}, 'relinquishes silent_meanwhile regains'),
     ('gamepad', {'A': scene(**{'relinquished': None, 'heard late': False})},
      'relinquishes silent_meanwhile regains latched'),
     ('gamepad', {'left stick up after A': scene((0.1, 0.0, 0.0))}, 'silent_meanwhile'),
     ('gamepad', {'B': scene(relinquished=True)}, 'regains'),
     ('gamepad', {'left stick up after B': scene((0.1, 0.0, 0.0))}, 'regains'),
-    ('gamepad', {'Y': scene(printed='Pose reset successfully', calls=0, origin=True, unit=True)}, 'resets once'),
-    ('gamepad', {'Y': scene(printed='Pose reset successfully', calls=2, origin=True, unit=True)}, 'once'),
-    ('gamepad', {'Y': scene(printed='Pose reset successfully', calls=1, origin=True, unit=False)}, 'resets'),
-    ('gamepad', {'Y': scene(printed='Done', calls=1, origin=False, unit=True)}, 'resets says_success'),
+    ('gamepad', {'Y': called(0, name='')}, 'resets once'),
+    ('gamepad', {'Y': called(2)}, 'once'),
+    ('gamepad', {'Y': [called(unit=False), called(name='reset_pose'), called(name='set_local_pose')]}, 'resets'),
+    ('gamepad', {'Y': called(printed='Done', origin=False)}, 'resets says_success'),
     ('gamepad', {'Y without a service': [scene((0.71, 0.2, 0.0), printed='no'),
      scene((0.1, 0.0, 0.0), printed='no')]}, 'not_blocked'),
     ('gamepad', {'Y without a service': [scene((0.1, 0.2, 0.0), printed=' \n'),
-     scene((0.1, 0.2, 0.0), printed=extended('Error'))]}, 'says_why_not'),
-    ('gamepad', {'pad silent': stopped(1.01, was_moving=True)}, 'lost_pad'),
+     scene((0.1, 0.2, 0.0), printed=extended('Error')),
+     scene((0.1, 0.2, 0.0), printed='Pose reset successfully.')]}, 'says_why_not'),
+    ('gamepad', {'pad silent': [stopped(1.01, was_moving=True), scene((0.1, 0.2, 0.0), was_moving=True)]}, 'lost_pad'),
     ('gamepad', {'Ctrl+C': [ctrl_c((0.51, 0.0, 0.0)), ctrl_c((0.1, 0.0, 0.1)), ctrl_c(was_moving=False)]},
      'stops_robot'),
 ]
@@ -322,10 +358,10 @@ def test_the_mouse_and_the_sticks_are_where_their_stimulus_says():
             'go': (0.0, 0.0)}
     mouse = {name: (y, -x) for name, (x, y) in MOUSE_PLACES.items() if 'middle' not in name}
     for name, place in [*mouse.items(), *gamepad.PLACES.items()]:
-        *more, way = name.split()
+        asked = [ways[word] for word in re.sub(r'\w+ stick|,', '', name).split() if word in ways]
         part = max(map(abs, place)) or 1.0
-        assert (place[0] / part, place[1] / part) == ways[way]
-        assert 0.4 < part < 0.7 if 'half' in more else part == 1.0, name
+        assert (place[0] / part, place[1] / part) == tuple(map(sum, zip(*asked)))
+        assert 0.4 < part < 0.7 if 'half' in name else part == 1.0, name
 
 
 # ----- other observations -----
@@ -348,6 +384,37 @@ def test_a_drive_is_judged_in_the_frame_it_began_in(end, place, heading):
         truth=[[0.0, start.x, start.y, start.yaw], [2.0, there.x, there.y, there.yaw]])
     assert (missed_of('move2goal', 'goal_place', seen) == '') is place
     assert (missed_of('move2goal', 'goal_heading', seen) == '') is heading
+
+
+BY_SIGN = {'mouse_drives', 'mouse_after_turn', 'mouse_in_turn'}
+
+
+@pytest.mark.parametrize('backward, client, misses', [
+    ('up half after in', 0, set()), ('', 0, set()), ('', 1, set()), ('', -1, set()),
+    # the marker plays the mouse by the sign of the submission's own client
+    ('up half after in', 1, BY_SIGN), ('up half after in', -1, BY_SIGN),
+    # not consistent
+    ('up', 0, BY_SIGN), ('up half', 0, BY_SIGN - {'mouse_drives'}), ('half', 0, {'mouse_drives'}),
+    ('after', 0, {'mouse_after_turn'}), ('in', 1, {'mouse_in_turn'})])
+def test_up_drives_forward_or_consistently_backward_if_the_client_is_not_known(backward, client, misses):
+    names = dict(up='mouse up', half='mouse half right and half down', after='mouse after a turn',
+                 **{'in': 'mouse in a turn'})
+    parts = copy.deepcopy(GOOD['turn'])
+    for name in map(names.get, backward.split()):
+        parts[name]['commands'] = [(at, -linear, angular) for at, linear, angular in parts[name]['commands']]
+    seen = observed('turn', **parts)
+    seen.mouse_up = client
+    assert missed('turn', seen) == misses
+
+
+@pytest.mark.parametrize('way, seconds, words', [
+    (3.1, 8.0, 'after 8 s, more than 3 m from its start'), (1.0, 50.0, 'after 50 s, the limit')])
+def test_a_drive_without_an_end_says_which_limit_ended_it(way, seconds, words):
+    facts = drive(rested=False)['facts']
+    seen = observation('move2goal', stimuli=[stimulus('first drive', 0.0, seconds, facts=facts)],
+                       truth=[[0.0, 0.0, 0.0, 0.0], [seconds, way, 0.0, 0.0]])
+    for name in ('goal_place', 'goal_heading'):
+        assert words in missed_of('move2goal', name, seen)
 
 
 def test_what_a_node_does_not_offer_is_not_offered():
@@ -428,6 +495,55 @@ def fields_of(message):
 def test_a_message_without_a_flag_or_two_numbers_holds_no_mouse(message):
     with pytest.raises(ValueError, match='its message has no flag and two numbers, but'):
         mouse_fields(fields_of(message))
+
+
+# ----- what a submission's text shows -----
+
+CLIENT = '''import rospy
+class Mouse:
+    def __init__(self):
+        self.pub = rospy.Publisher('mouse_info', MouseController, queue_size=1)
+    def callback(self, event):
+        self.mouse_info.yPos = {}
+    def on_move(self, x, y):
+        {}
+'''
+MOVED = 'pass'
+
+
+@pytest.mark.parametrize('sent, moved, up', [
+    # of a screen of 1080 pixels, which count from its upper edge: 1 is up
+    ('self.y', 'self.y = (540 - y) / 540', 1), ('self.y', 'self.y = y / (self.height / 2) - 1', -1),
+    ('-self.y', 'self.y = 2.0 * y / self.height - 1.0', 1), ('self.y', 'self.y = -(y - 540) / float(540)', 1),
+    ('self.y', 'y -= 540; self.y = y / -540', 1), ('self.y', 'y *= -1; self.y = max(-1, min(1, y / 540 + 1))', 1),
+    ('mouse.position[1] / 540 - 1', MOVED, -1), ('1 - get_position()[1] / 540', MOVED, 1),
+    ('0; x, y = pyautogui.position(); self.mouse_info.yPos = 1 - y / 540', MOVED, 1),
+    ('0; x, y = 0, -event.y / 540 + 1; self.mouse_info.yPos.data = y', MOVED, 1),
+    ('0; self.pub.publish(MouseController(yPos=(event.y - 540) / 540))', MOVED, -1),
+    # not known: a helper that may count up, an unknown function, two that contradict each other
+    ('self.pointer.y', MOVED, 0), ('np.interp(event.y, [0, 1080], [1, -1])', MOVED, 0),
+    ('event.y / 540 - 1', 'self.mouse_info.yPosition = 1', -1),
+    ('event.y - 2 * event.y', MOVED, 0), ('0', MOVED, 0)])
+def test_a_mouse_client_counts_up_or_down(sent, moved, up):
+    text = CLIENT.format(sent, moved).encode()
+    assert look([text])['up'] == up
+    assert look([text.replace(b'mouse_info', b'pointer')])['up'] == 0      # another client
+    other = CLIENT.format('event.y', MOVED).encode()
+    assert look([text, other, b'no ( Python'])['up'] == (up if up < 0 else 0 if up else -1)
+
+
+def test_the_text_of_a_submission_is_read_in_a_process_with_limits(tmp_path):
+    (tmp_path / 'client.py').write_text(CLIENT.format('event.y - 540', MOVED))
+    (tmp_path / 'link.py').symlink_to('/dev/zero')
+    (tmp_path / 'deep.py').write_text('-' * 100000 + '1')
+    assert text_of([str(tmp_path)]) == {'up': -1, 'remarks': []}
+
+
+def test_an_angle_that_is_given_to_a_quaternion_costs_a_remark():
+    plain = (ROOT / 'scripts' / 'plain_gamepad.py').read_text()
+    assert look([plain.encode()])['remarks'] == []
+    wrong = plain.replace('orientation.z = math.sin(theta / 2.0)', 'orientation.x = theta')
+    assert 'send_set_pose_request' in look([wrong.encode()])['remarks'][0]
 
 
 # ----- what was seen in place of a movement -----

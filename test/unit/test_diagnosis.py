@@ -111,6 +111,26 @@ def test_the_mistake_of_a_run_is_found(lab, mistake, seed):
         'The mistake')
 
 
+SEEN_LATE = ['Duration(.1)', 'Duration({})']
+ONCE = ['            ang_z = self.K_HDG * yaw_err\n', '''            self.cmd.angular.z = 1.5 if yaw_err > 0 else -1.5
+            for _ in range({}):
+                self.cmd_pub.publish(self.cmd)
+                rospy.sleep({})
+            yaw_err, ang_z = 0, 0
+''']
+
+
+@pytest.mark.parametrize('change, numbers', [
+    (SEEN_LATE, (0.5,)), (SEEN_LATE, (0.7,)), (SEEN_LATE, (1.0,)), (SEEN_LATE, (2.0,)),
+    (ONCE, (1, 1.05)), (ONCE, (10, 0.1)), (ONCE, (5, 0.1))])
+@pytest.mark.parametrize('knows_letters', [True, False])
+def test_the_end_of_a_turn_that_a_node_did_not_watch_is_no_evidence_of_its_law(change, numbers, knows_letters):
+    text = edited(text_of('turtlebot_controller'), [(change[0], change[1].format(*numbers))])
+    for seed in range(3):
+        run = played(text, turn_scene(random.Random(seed)), seed, knows_letters)
+        assert diagnose(completed(run)).mistake in ('sleeps', '', None)
+
+
 @pytest.mark.parametrize('mistake', BY_LETTERS)
 def test_a_mark_knows_by_the_letters_which_turns_are_missing(mistake):
     text = edited(text_of('turtlebot_controller'), BY_LETTERS[mistake])

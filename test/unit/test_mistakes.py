@@ -84,11 +84,21 @@ def slow(each):
     (all_turns(lambda each: still(30)), 'which field of the Twist'),
     (all_turns(lambda each: still(1, 'l\nError: l or r\nInput')), "is answered by 'Error: l or r'"),
     (turning(**{name: still(1) for name in EACH_TURN if name[0] == 'r'}), 'negative error is less'),
+    # and l across 0, without a wrap
+    (turning(**{name: still(1) for name in EACH_TURN if name[0] == 'r' or name == 'l across 0'}),
+     'negative error is less'),
+    (turning(**{'r across 0': still(1)}), ''),
     (turning(**{name: still(30) for name in EACH_TURN if name != 'l'}), 'does turning become False'),
     (all_turns(to(lambda each: 0.0)), 'is the goal of the letter stored in self.goal_yaw'),
     (all_turns(to(lambda each: each.asked_deg)), 'does the goal count from self.curr_yaw'),
     (all_turns(lambda each: turn(2.0 * each.asked_deg)), 'one of 180 degrees'),
     (all_turns(lambda each: turn(each.asked_deg / 2.0)), 'one of 45 degrees'),
+    # a fixed time, not a letter's angle: it turns less where the wheels slip by 0.3
+    *[(all_turns(lambda each, size=size: turn(size * each.asked_deg * (1.0 - each.slip))),
+       'by {:.0f} degrees, and by {:.0f} where the wheels slip: .*after a time'.format(90.0 * size, 63.0 * size))
+      for size in (0.5, 1.0, 1.5)],
+    (observed('turn', **{name: turn(EACH_TURN[name].asked_deg / 2.0) for name in (
+        'r', 'r across 180', 'r across 0')}), ''),
     (all_turns(lambda each: turn(-each.asked_deg)), 'It turns to the other side'),
     (all_turns(lambda each: turn(-each.asked_deg, rested=False)), 'is the error goal minus heading'),
     (all_turns(lambda each: turn(each.asked_deg + 12.0, rested=False)), 'goes on to and fro'),

@@ -71,6 +71,7 @@ class Launch(NamedTuple):
     isolated: bool = False
     program: str = ''           # the path of the node; '': rosrun finds it
     package: str = ''           # its name
+    copy: str = ''              # the folder of the submission
 
     @classmethod
     def given(cls) -> 'Launch':
@@ -117,7 +118,7 @@ def prepare(reading: Reading, workspace: Path, environment: Mapping[str, str],
                        'out.'.format(', '.join(reading.unused)))
     environment[MODULES] = ':'.join(filter(None, [str(made), environment.get(MODULES)]))
     return Launch(ALWAYS + sandbox.command([]), sandbox.environment(environment), types,
-                  sandbox.isolates, str(node), called)
+                  sandbox.isolates, str(node), called, str(copy))
 
 
 def _stand_in(name, folder, remarks):

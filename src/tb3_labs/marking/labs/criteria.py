@@ -215,20 +215,29 @@ def says(seen: Observation, words: str) -> str:
     return '' if words in scene.printed else '"{}" was not printed at Ctrl+C'.format(words)
 
 
-# ----- stopping when something is lost -----
+# ----- stopping the robot, also when something is lost -----
 
 #: The part in which something falls silent.
 LOST = 'lost'
+#: A robot stops by itself half a second after its last command. That is no stop of its node.
+NO_ZERO = 'it sent no zero velocity after {}: the robot went on until its own timeout'
+
+
+def not_stopped(scene: Scene, event: str, limit: float = AT_ONCE) -> str:
+    """'' if the node stopped the robot by a zero velocity within `limit` [s] after the `event` by
+    which the scene begins, else a clause."""
+    if len(scene.moving_after(limit)):
+        return 'the robot was still driven {:g} s after {}'.format(limit, event)
+    soon = scene.commands[scene.commands[:, 0] <= scene.begin + limit]
+    return '' if len(soon) and not soon[-1, 1:].any() else NO_ZERO.format(event)
 
 
 def stops_when_lost(name: str, meaning: str, what: str, stimulus: str, where: Place) -> Criterion:
     """The criterion beyond the handout that the node stops after `what` fell silent."""
     def drives_on(seen: Observation) -> str:
         scene = seen.during(stimulus)
-        if not scene.facts[WAS_MOVING]:
-            return 'the robot was not moving when {} fell silent'.format(what)
-        return 'the robot was still driven more than {:g} s after {} had fallen silent'.format(
-            LOST_AFTER, what) if len(scene.moving_after(LOST_AFTER)) else ''
+        return not_stopped(scene, what + ' fell silent', LOST_AFTER) if scene.facts[
+            WAS_MOVING] else 'the robot was not moving when {} fell silent'.format(what)
     return Criterion(name, LOST, '{} after {} fell silent'.format(meaning, what), where, drives_on,
                      extra=True, limits=within(LOST_AFTER))
 
@@ -246,36 +255,36 @@ def seldom(scenes: Iterable[Scene]) -> float:
 
 # ----- driving by a stick or a mouse -----
 
+#: The least and the greatest value of a command.
+Bounds = Tuple[float, float]
 #: The columns of a command.
 LINEAR, ANGULAR = 1, 2
-#: The other column of a command must be smaller than this [m/s] or [rad/s].
+#: A speed that was not asked for must be smaller than this [m/s] or [rad/s].
 NEAR = 0.05
+NOTHING, ANY = (-NEAR, NEAR), (-np.inf, np.inf)
 #: The part that rounding may add to a limit [m/s] or [rad/s].
 ROUNDING = 0.005
 
 
-def steers(seen: Observation, name: str, column: int, bounds: Tuple[float, float],
+def steers(seen: Observation, name: str, linear: Bounds = NOTHING, angular: Bounds = NOTHING,
            of_moving: bool = False) -> str:
     """'' if the latest command of the stimulus `name`, or the latest one that is not zero
-    (`of_moving`), is within `bounds` and commands nothing else, else a clause.
-
-    `column` is LINEAR [m/s] or ANGULAR [rad/s]; `bounds` are the least and the greatest value, both
-    allowed.
-    """
+    (`of_moving`), is within the bounds [m/s], [rad/s], both ends allowed, else a clause."""
     scene = seen.during(name)
     commands = scene.moving if of_moving else scene.commands
     if not len(commands) or not commands[-1, 1:].any():
         return 'with the {} nothing was commanded: {}'.format(name, idle(scene))
-    low, high = bounds
-    other = LINEAR + ANGULAR - column
-    if low <= commands[-1, column] <= high and abs(commands[-1, other]) <= NEAR:
+    if all(low <= speed <= high for speed, (low, high) in zip(
+            commands[-1, 1:], (linear, angular))):
         return ''
-    return '{}, where {:.2f} to {:.2f} {} and nothing else were asked for'.format(
-        'with the {} it commanded {:.2f} m/s and {:.2f} rad/s'.format(name, *commands[-1, 1:]),
-        low, high, 'm/s' if column == LINEAR else 'rad/s')
+    asked = [form.format(*bounds) for bounds, form in (
+        (linear, '{:.2f} to {:.2f} m/s'), (angular, '{:.2f} to {:.2f} rad/s'))
+        if bounds not in (NOTHING, ANY)]
+    return 'with the {} it commanded {}, where {} were asked for'.format(
+        name, '{:.2f} m/s and {:.2f} rad/s'.format(*commands[-1, 1:]), ' and '.join(
+            asked + ['nothing else'] * (NOTHING in (linear, angular))))
 
 
-def opposite(bounds: Tuple[float, float]) -> Tuple[float, float]:
-    """The same bounds in the opposite direction: backward, or right."""
-    low, high = bounds
-    return -high, -low
+def times(factor: float, bounds: Bounds) -> Bounds:
+    """The bounds times `factor`; if it is negative, to the other side."""
+    return min(factor * bounds[0], factor * bounds[1]), max(factor * bounds[0], factor * bounds[1])

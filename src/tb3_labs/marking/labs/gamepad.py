@@ -1,27 +1,29 @@
 """All criteria of the Transformation lab's gamepad: driving, handing the robot over, resetting."""
 from functools import partial
 from pathlib import Path
+from typing import Dict
 
 import rospkg
 import yaml
 
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, AT_ONCE, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, THUMB, Criterion,
-    Place, ends_cleanly, opposite, starts, steers, stops_robot, stops_when_lost, within)
+    ANGULAR, ANY, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, THUMB, Criterion, Place,
+    ends_cleanly, not_stopped, starts, steers, stops_robot, stops_when_lost, times, within)
+from tb3_labs.marking.labs.move2goal import SET_POSE
 from tb3_labs.marking.trial.evidence import other_topics
 from tb3_labs.marking.trial.observation import CTRL_RELINQ, NotSeen, Observation
 from tb3_labs.marking.trial.printed import last_words
-from tb3_labs.nodes.gamepad.pad import PadConfig
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
 #: The stimuli of the sticks, in their order.
-UP, HALF_UP, DOWN = 'left stick up', 'left stick half up', 'left stick down'
+UP, DOWN = 'left stick up', 'left stick down'
+BOTH = 'left stick half up, right stick half right'
 TO_LEFT, TO_RIGHT = 'right stick left', 'right stick right'
 LET_GO = 'sticks let go'
 #: The places of the sticks: stimulus -> (left stick up, right stick left), each -1 to 1.
-PLACES = {UP: (1.0, 0.0), HALF_UP: (0.5, 0.0), DOWN: (-1.0, 0.0), TO_LEFT: (0.0, 1.0),
-          TO_RIGHT: (0.0, -1.0), LET_GO: (0.0, 0.0)}
+PLACES = {UP: (1.0, 0.0), DOWN: (-1.0, 0.0), TO_LEFT: (0.0, 1.0), TO_RIGHT: (0.0, -1.0),
+          BOTH: (0.5, -0.5), LET_GO: (0.0, 0.0)}
 #: The stimuli of the buttons.
 HAND_OVER, UP_HANDED_OVER, TAKE_BACK, UP_TAKEN_BACK = (
     'A', 'left stick up after A', 'B', 'left stick up after B')
@@ -29,9 +31,10 @@ RESET_BUTTON, RESET_WITHOUT_SERVICE = 'Y', 'Y without a service'
 PAD_SILENT = 'pad silent'
 #: Keys of the buttons' facts. RELINQUISHED (A, B): the latest value on ctrl_relinq, None if there
 #: was none. LATCHED (A): did a late subscriber hear it? CALLS (Y): the number of calls. ORIGIN (Y):
-#: did each call declare (0, 0, 0)? UNIT (Y): was the quaternion of each call of length 1?
+#: did each call declare (0, 0, 0)? UNIT (Y): was the quaternion of each call of length 1? NAME (Y):
+#: the service that was called, another one than SET_POSE only if that was not called.
 RELINQUISHED, LATCHED = 'relinquished', 'heard late'
-CALLS, ORIGIN, UNIT = 'calls', 'origin', 'unit'
+CALLS, ORIGIN, UNIT, NAME = 'calls', 'origin', 'unit', 'name'
 
 #: FULL_SPEED [m/s] and FULL_TURN [rad/s] are the gamepad lab's. FORWARD and TURN_RANGE: the least
 #: and the greatest command of a full stick.
@@ -45,7 +48,8 @@ PROMPT = 0.7
 #: or has failed, within RESET_TIME [s].
 HELD, SAYS, RESET_TIME = 0.8, 1.0, 2.5
 #: The limits of full sticks, in words.
-STICK_LIMITS = '{:g} to {:g} {} within {:g} s, and at most {:g} of the other speed'
+STICK_LIMITS = '{:g} to {:g} {} within {:g} s, and at most {:g} of the other speed; half way, ' \
+    'beside the other stick, {:g} to {:g} of full'
 SUCCESS = 'Pose reset successfully'
 #: The pad that is played if none is named.
 HANDOUT = 'handout'
@@ -53,37 +57,39 @@ HANDOUT = 'handout'
 Y_STEP = Place(THUMB.sheet, THUMB.heading, 3)
 
 
-def pad_called(name: str) -> PadConfig:
-    """Returns the PadConfig of a pad; ``ValueError`` with the valid names if it is unknown."""
+def pad_called(name: str) -> Dict[str, int]:
+    """Returns the numbers of a pad, for a PadConfig; ``ValueError`` with the valid names if it is
+    unknown."""
     folder = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'params'
     known = {path.stem[len('pad_'):]: path for path in folder.glob('pad_*.yaml')}
     if name not in known:
         raise ValueError('there is no pad {!r}; valid: {}'.format(name, ', '.join(sorted(known))))
-    return PadConfig(**yaml.safe_load(known[name].read_text(encoding='utf-8')))
+    return dict(yaml.safe_load(known[name].read_text(encoding='utf-8')))
 
 
 def pad_in_words(name: str) -> str:
     """Returns a sentence on the pad and the numbers of its axes and buttons."""
-    return ('The pad was "{}": axis {pad.linear_axis} drives, axis {pad.angular_axis} turns; '
-            'button {pad.relinquish_button} is A, {pad.regain_button} is B, {pad.reset_button} '
-            'is Y.').format(name, pad=pad_called(name))
+    return ('The pad was "{}": axis {linear_axis} drives, axis {angular_axis} turns; button '
+            '{relinquish_button} is A, {regain_button} is B, {reset_button} is Y.').format(
+                name, **pad_called(name))
 
 
 def _drives(seen: Observation) -> str:
-    missed = steers(seen, UP, LINEAR, FORWARD)
-    if missed:
-        return missed
-    full = seen.during(UP).commands[-1, LINEAR]
-    return (steers(seen, HALF_UP, LINEAR, (HALF[0] * full, HALF[1] * full))
-            or steers(seen, DOWN, LINEAR, opposite(FORWARD)))
+    return (steers(seen, UP, FORWARD) or steers(seen, DOWN, times(-1.0, FORWARD)) or steers(
+        seen, BOTH, times(seen.during(UP).commands[-1, LINEAR], HALF), ANY))
+
+
+def _turns(seen: Observation) -> str:
+    return (steers(seen, TO_LEFT, angular=TURN_RANGE)
+            or steers(seen, TO_RIGHT, angular=times(-1.0, TURN_RANGE)) or steers(
+                seen, BOTH, ANY, times(seen.during(TO_RIGHT).commands[-1, ANGULAR], HALF)))
 
 
 def _lets_go(seen: Observation) -> str:
     scene = seen.during(LET_GO)
     if not len(seen.during(TO_RIGHT).moving):
         raise NotSeen('the sticks did not move the robot at all')
-    return 'the robot was still driven {:g} s after the sticks were let go'.format(
-        AT_ONCE) if len(scene.moving_after(AT_ONCE)) else ''
+    return not_stopped(scene, 'the sticks were let go')
 
 
 def _control(seen: Observation, name: str, wanted: bool) -> str:
@@ -126,6 +132,9 @@ def _resets(seen: Observation) -> str:
             'there), and it printed {}'.format(
                 last_words(scene.printed) + ': has its client one of these names?'
                 if scene.printed.strip() else 'nothing: does it read the button of Y?')
+    if facts[NAME] != SET_POSE:
+        return 'after Y it called {}, not /{}, which move2goal_tf.py offers'.format(
+            facts[NAME], SET_POSE)
     if not facts[ORIGIN]:
         return 'after Y the reset was called with another pose than (0, 0, 0)'
     return '' if facts[UNIT] else \
@@ -145,6 +154,8 @@ def _says_why_not(seen: Observation) -> str:
     scene = seen.during(RESET_WITHOUT_SERVICE)
     if scene.exceptions:
         return 'after Y without a reset service there was a traceback'
+    if SUCCESS.lower() in scene.printed.lower():
+        return 'after Y without a reset service it said "{}"'.format(SUCCESS)
     return '' if scene.printed.strip() else \
         'after Y without a reset service nothing was printed within {:.1f} s{}'.format(
             scene.end - scene.begin, '' if len(scene.moving) else
@@ -159,21 +170,20 @@ def _once(seen: Observation) -> str:
 CRITERIA = [
     Criterion('starts', STICKS, 'runs and listens to joy', THUMB, starts, limits=IN_TIME),
     Criterion('drives', STICKS, 'left stick drives forward and back, at most {:g} m/s'.format(
-        FULL_SPEED), THUMB, _drives, limits=STICK_LIMITS.format(*FORWARD, 'm/s', HELD, NEAR) +
-              '; half way {:g} to {:g} of full'.format(*HALF)),
+        FULL_SPEED), THUMB, _drives, limits=STICK_LIMITS.format(
+            *FORWARD, 'm/s', HELD, NEAR, *HALF)),
     Criterion('turns', STICKS, 'right stick turns left and right, at most {:g} rad/s'.format(
-        FULL_TURN), THUMB, lambda seen: steers(seen, TO_LEFT, ANGULAR, TURN_RANGE) or steers(
-            seen, TO_RIGHT, ANGULAR, opposite(TURN_RANGE)),
-              limits=STICK_LIMITS.format(*TURN_RANGE, 'rad/s', HELD, NEAR)),
+        FULL_TURN), THUMB, _turns, limits=STICK_LIMITS.format(
+            *TURN_RANGE, 'rad/s', HELD, NEAR, *HALF)),
     Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', THUMB, _lets_go,
-              limits=STOPS_AT_ONCE),
+              limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', THUMB,
               partial(_control, name=HAND_OVER, wanted=True), limits=within(SAYS)),
     Criterion('silent_meanwhile', BUTTONS, 'sends no velocity while the robot is handed over',
               THUMB, _silent_meanwhile, limits='the stick is up for {:g} s'.format(HELD)),
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
               THUMB, _regains, limits='within {:g} s; the stick within {:g} s'.format(SAYS, HELD)),
-    Criterion('resets', BUTTONS, 'Y calls the reset with (0, 0, 0)', Y_STEP, _resets,
+    Criterion('resets', BUTTONS, 'Y calls /{} with (0, 0, 0)'.format(SET_POSE), Y_STEP, _resets,
               limits=within(RESET_TIME) + ', by a quaternion of length 1'),
     Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SUCCESS), Y_STEP,
               lambda seen: '' if SUCCESS.lower() in seen.during(RESET_BUTTON).printed.lower() else

@@ -8,8 +8,8 @@ import numpy as np
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs.criteria import (
-    AT_ONCE, BEYOND, IN_TIME, LINEAR, ROUNDING, STATES, STOPS_AT_ONCE, TRANSFORMATION_SHEET,
-    Criterion, Place, ends_cleanly, seldom, starts, stops_robot, stops_when_lost)
+    BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STATES, STOPS_AT_ONCE, TRANSFORMATION_SHEET,
+    Criterion, Place, ends_cleanly, not_stopped, seldom, starts, stops_robot, stops_when_lost)
 from tb3_labs.marking.trial.evidence import idle
 from tb3_labs.marking.trial.observation import (
     CTRL_RELINQ, GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
@@ -19,12 +19,15 @@ DRIVE, RESET, CONTROL, DECLARED, OFFSET = 'drive', 'reset', 'control', 'declared
 #: The stimuli of each part.
 WITHOUT_CONTROL, FIRST_DRIVE, AT_GOAL = 'without control', 'first drive', 'at the goal'
 RESET_TO_ORIGIN, SECOND_DRIVE = 'reset to the origin', 'second drive'
+RESET_IN_DRIVE = 'reset in a drive'
 CONTROL_TAKEN = 'control taken'
 RESET_ELSEWHERE, DECLARED_DRIVE = 'reset to another pose', 'drive from a declared pose'
 OFFSET_DRIVE = 'drive with an offset IMU'
 ODOMETRY_SILENT = 'odometry silent'
-#: Key of a reset's facts: the reason why the reset failed, '' if it succeeded.
-PROBLEM = 'problem'
+#: Keys of a reset's facts: the reason why the reset failed, '' if it succeeded; the service, if it
+#: is not SET_POSE, which the sheet types and the gamepad calls; did the node drive straight to the
+#: goal, where the robot had been turned to it before?
+PROBLEM, NAME, STRAIGHT, SET_POSE = 'problem', 'name', 'straight', 'set_pose'
 
 #: The robot's limits by its data sheet [m/s], [rad/s].
 FASTEST, FASTEST_TURN = 0.22, 2.84
@@ -36,6 +39,9 @@ LAST_WORD = 0.5
 ANSWER_TIME, TAKES_EFFECT = 3.0, 0.5
 #: The marker turns the robot by this angle before the reset [deg].
 TURNED = 100.0
+#: A reset in a drive comes where the robot faces its goal. Within IN_DRIVE [s] a node then turns to
+#: the goal of the new frame, by more than ANEW [deg].
+IN_DRIVE, ANEW = 3.0, 20.0
 REACHED = re.compile(r'goal reached', re.IGNORECASE)
 
 #: The handout's goal: x, y [m], heading [rad]. Edit it for another goal of a class.
@@ -71,8 +77,7 @@ def _place(seen: Observation, name: str, tolerance: float = DISTANCE + MORE_DIST
     scene = _driven(seen, name)
     away = _end_of(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
     if not scene.facts[RESTED]:
-        return 'it was still moving after {:.0f} s, {:.2f} m from the goal'.format(
-            scene.end - scene.begin, away)
+        return '{}, {:.2f} m from the goal'.format(_unended(scene), away)
     return '' if away <= tolerance else 'it stopped {:.2f} m from the goal'.format(away)
 
 
@@ -80,11 +85,18 @@ def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE
     """As _place, of the heading there; `tolerance` in [deg]."""
     scene = _driven(seen, name)
     if not scene.facts[RESTED]:
-        return 'it was still moving after {:.0f} s'.format(scene.end - scene.begin)
+        return _unended(scene)
     faced, goal = wrap(_end_of(scene).yaw), wrap(scene.facts[GOAL_POSE][2])
     return '' if abs(math.degrees(difference(faced, goal))) <= tolerance else \
         'at the end it faced {:.1f} degrees instead of {:.0f}'.format(
             math.degrees(faced), math.degrees(goal))
+
+
+def _unended(scene: Scene) -> str:
+    """A clause on a drive that came to no end: which limit ended it?"""
+    astray = np.hypot(*(scene.truth[-1] - scene.truth[0])[1:3]) > ASTRAY
+    return 'it was still moving after {:.0f} s, {}'.format(scene.end - scene.begin, (
+        'more than {:g} m from its start'.format(ASTRAY) if astray else 'the limit'))
 
 
 def _driven(seen: Observation, name: str) -> Scene:
@@ -108,8 +120,11 @@ def _says_reached(seen: Observation) -> str:
 
 
 def _silent_at_goal(seen: Observation) -> str:
-    if not _driven(seen, FIRST_DRIVE).facts[RESTED]:
+    drive = _driven(seen, FIRST_DRIVE)
+    if not drive.facts[RESTED]:
         return 'it never arrived'
+    if drive.commands[-1, 1:].any():
+        return NO_ZERO.format('its arrival')
     scene = seen.during(AT_GOAL)
     late = scene.commands[scene.commands[:, 0] > scene.begin + LAST_WORD]
     return 'it went on sending commands on cmd_vel after it had arrived' if len(late) else ''
@@ -131,15 +146,33 @@ def _reset(seen: Observation, name: str = RESET_TO_ORIGIN) -> str:
         problem, ' (does its callback return a response?)' * ('returned None' in problem))
 
 
+def _resets(seen: Observation) -> str:
+    """'' if the reset has its name, and works at rest and in a drive, else a clause."""
+    name = seen.during(RESET_TO_ORIGIN).facts[NAME]
+    if _reset(seen) or name:
+        return _reset(seen) or 'its reset is called {}, not /{}'.format(name, SET_POSE)
+    scene = seen.during(RESET_IN_DRIVE)
+    if scene.facts[WAS_MOVING] and not scene.facts[STRAIGHT]:
+        return 'turned to its goal by hand after a reset, it did not drive straight there'
+    return _reset(seen, RESET_IN_DRIVE) or (
+        'after a reset in the middle of a drive it did not turn to the goal of the new frame, but '
+        'by {:.0f} degrees in {:g} s'.format(scene.turned_deg, IN_DRIVE)
+        if scene.facts[WAS_MOVING] and abs(scene.turned_deg) < ANEW else '')
+
+
+def _waits(seen: Observation) -> str:
+    scenes = [seen.during(WITHOUT_CONTROL)] + [
+        seen.during(RESET_TO_ORIGIN, may_die=True)] * seen.has(RESET_TO_ORIGIN)
+    return 'it moved the robot without having control: does control_loop look at has_control, ' \
+        'which True on ctrl_relinq sets and False clears?' if any(
+            len(scene.moving) and not scene.facts.get(WAS_MOVING) for scene in scenes) else ''
+
+
 def _control_taken(seen: Observation) -> str:
     scene = seen.during(CONTROL_TAKEN)
     if not scene.facts[WAS_MOVING]:
         return 'it did not move the robot, so that a stop could not be seen'
-    if len(scene.moving_after(AT_ONCE)):
-        return 'it drove on for more than {:g} s after control had been taken'.format(AT_ONCE)
-    if not len(scene.commands) or scene.commands[-1, 1:].any():
-        return 'it sent no zero velocity when control was taken'
-    return ''
+    return not_stopped(scene, 'control was taken')
 
 
 def _exact(seen: Observation, name: str) -> str:
@@ -172,22 +205,21 @@ def last_hint(seen: Observation) -> str:
 CRITERIA = [
     Criterion('starts', DRIVE, 'runs and listens to odom', STATES, starts, limits=IN_TIME),
     Criterion('waits', DRIVE, 'does not move before it has control', STATES,
-              lambda seen: 'it moved the robot without having control: does control_loop look at '
-              'has_control, which True on ctrl_relinq sets and False clears?' if len(
-                  seen.during(WITHOUT_CONTROL).moving) else '',
-              limits='for {:g} s'.format(WATCHED)),
+              _waits, limits='for {:g} s, and after a reset'.format(WATCHED)),
     Criterion('goal_place', DRIVE, 'drives to ({:g}, {:g})'.format(*GOAL), STATES,
               partial(_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
     Criterion('goal_heading', DRIVE, FACES + ' there', STATES,
               partial(_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
     Criterion('says_reached', DRIVE, 'says "Goal reached!" once', STATES, _says_reached),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', STATES,
-              _silent_at_goal, limits='from {:g} s after its arrival on'.format(LAST_WORD)),
+              _silent_at_goal, limits='a zero velocity, then nothing from {:g} s after its arrival '
+              'on'.format(LAST_WORD)),
     Criterion('within_limits', DRIVE, "keeps the robot's limits, {:g} m/s and {:g} rad/s".format(
         FASTEST, FASTEST_TURN), STATES, _within_limits,
               limits='and {:g} for rounding'.format(ROUNDING)),
-    Criterion('resets', RESET, 'a service resets the local frame', AT_RESET, _reset,
-              limits='answers within {:g} s'.format(ANSWER_TIME)),
+    Criterion('resets', RESET, 'a service /{} resets the local frame, also in a drive'.format(
+        SET_POSE), AT_RESET, _resets, limits='answers within {:g} s; in a drive it turns by {:g} '
+              'degrees within {:g} s'.format(ANSWER_TIME, ANEW, IN_DRIVE)),
     Criterion('says_reset', RESET, 'says "Local pose set to x=..., y=..., yaw=..."', AT_RESET,
               lambda seen: '' if 'local pose set' in seen.during(
                   RESET_TO_ORIGIN).printed.lower() else

@@ -5,7 +5,7 @@ needs them. They are known from the source of rospy 1.15.15 (Debian 12).
 """
 import math
 import time
-from contextlib import contextmanager
+from functools import partial
 from io import BytesIO
 
 import rospy
@@ -64,7 +64,7 @@ def _stick_up(stage, pad, name):
 
 def sticks(stage):
     """The sticks at several places."""
-    with any_services(stage.node.graph.types.by_sum()):
+    with ResetServices(stage.node.graph.types.by_sum()):
         stage.node.start()
         with HeldPad(stage.pad) as pad:
             for name, place in asked.PLACES.items():
@@ -73,20 +73,28 @@ def sticks(stage):
 
 def buttons(stage):
     """A, the sticks, B, the sticks, Y; then Ctrl+C while a stick drives."""
-    with any_services(stage.node.graph.types.by_sum()) as calls:
+    with ResetServices(stage.node.graph.types.by_sum()) as services:
+        calls = services.calls
         if not stage.node.alive:
             stage.node.start()
         with HeldPad(stage.pad) as pad:
             _hand_over(stage, pad)
             with stage.stimulus(asked.RESET_BUTTON) as record:
-                pad.press(pad.numbers.reset_button, HOLD)
-                wait_until(lambda: calls, asked.RESET_TIME - HOLD)
-                time.sleep(UNDER_WAY)
-                record.facts.update({asked.CALLS: len(calls),
-                                     asked.ORIGIN: all(map(is_origin, calls)),
-                                     asked.UNIT: all(map(is_unit, calls))})
+                for names in ((asked.SET_POSE,), NAMES):    # then a wrong name is seen
+                    if calls:
+                        break
+                    services.offer(names)
+                    pad.press(pad.numbers.reset_button, HOLD)
+                    wait_until(lambda: calls, asked.RESET_TIME - HOLD)
+                    time.sleep(UNDER_WAY)
+                requests = [request for _, request in calls]
+                record.facts.update({asked.CALLS: len(calls), asked.NAME: (calls or [['']])[0][0],
+                                     asked.ORIGIN: all(map(is_origin, requests)),
+                                     asked.UNIT: all(map(is_unit, requests))})
+            stage.remark('{} See {}.'.format(said, asked.Y_STEP)
+                         for said in stage.text()['remarks'])
             stage.remark(['The covariance of its reset is all zeros: TODO 4 is open.'] * (
-                not all(map(has_covariance, calls))))
+                not all(map(has_covariance, requests))))
             stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
 
 
@@ -174,10 +182,10 @@ class _AnyType:
     _response_class = AnyMsg
 
 
-@contextmanager
-def any_services(types):
-    """Reset services with the names NAMES, in a ``with`` block. They take calls of any type, and
-    answer with success. Gives the requests of the calls so far, Empty for one of an unknown type.
+class ResetServices:
+    """Reset services with the names NAMES, until the end of a ``with`` block. They take calls of
+    any type, and answer with success. `calls`: (name, request) of each; Empty for one of an unknown
+    type.
 
     The client's checksum tells the type (`types`: checksum -> class). Of a type that the student
     made, the fields are not read. A gamepad's call of its own service type fails if rospy no longer
@@ -185,23 +193,33 @@ def any_services(types):
     an AnyMsg.
     launch/checks/check_gamepad.test and test/ros/mark.test show it.
     """
-    calls = []
 
-    def on_call(raw):
-        kind = types.get(connection_of(raw)['md5sum'])
+    def __init__(self, types):
+        self.calls, self._types, self._services = [], types, {}
+        self.offer(NAMES)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *problem):
+        self.offer(())
+
+    def offer(self, names):
+        """Offer the services of these names, and no others."""
+        for name in set(self._services) - set(names):
+            self._services.pop(name).shutdown()
+        for name in set(names) - set(self._services):
+            self._services[name] = rospy.Service(name, _AnyType, partial(self._on_call, name))
+
+    def _on_call(self, name, raw):
+        kind = self._types.get(connection_of(raw)['md5sum'])
         if kind is None:
-            calls.append(Empty())
+            self.calls.append((name, Empty()))
             raise rospy.ServiceException('the type of this request is not known here')
-        calls.append(kind._request_class().deserialize(raw._buff))
+        self.calls.append((name, kind._request_class().deserialize(raw._buff)))
         response, buffer = kind._response_class(), BytesIO()
         for name, value in (('success', True), ('message', 'reset')):
             if name in response.__slots__:
                 setattr(response, name, value)
         response.serialize(buffer)
         return AnyMsg().deserialize(buffer.getvalue())
-    services = [rospy.Service(name, _AnyType, on_call) for name in NAMES]
-    try:
-        yield calls
-    finally:
-        for service in services:
-            service.shutdown()

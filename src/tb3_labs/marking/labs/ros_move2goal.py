@@ -16,7 +16,7 @@ from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.trial.observation import (
     CTRL_RELINQ, GOAL_POSE, LOCAL_T_WORLD, LONGEST, MOVED, RESTED, WAS_MOVING)
 from tb3_labs.marking.trial.observation import RESET as ROBOTS_RESET
-from tb3_labs.marking.trial.ros_robot import ODOM_SWITCH, RESTS
+from tb3_labs.marking.trial.ros_robot import ODOM_SWITCH, RESTS, WELL_UNDER_WAY
 from tb3_labs.marking.trial.ros_student_node import OFFERS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
@@ -30,7 +30,7 @@ OFFERS_NONE = 'it offers no service whose name has "reset" or "pose" in it'
 
 #: The reset's usual names by the handouts, likeliest first. Any other name with one of WORDS in it
 #: comes after them.
-NAMES = ('reset_pose', 'reset', 'set_pose', 'reset_local_pose', 'set_local_pose')
+NAMES = ('reset_pose', 'reset', asked.SET_POSE, 'reset_local_pose', 'set_local_pose')
 WORDS = ('reset', 'pose')
 
 
@@ -58,13 +58,15 @@ def fill_pose(message, pose):
 
 
 class ResetCaller:
-    """The reset service of the node of a Graph; `found` is its name, '' if there is none."""
+    """The reset service of the node of a Graph; `found` is its name, '' if there is none; `astray`
+    is '' if one is called SET_POSE, else that name."""
 
     def __init__(self, graph):
         bases = {name: name.rsplit('/', 1)[-1].lower() for name in graph.of_node(OFFERS)}
         likely = sorted(name for name, base in bases.items() if any(word in base for word in WORDS))
         usual = [name for wanted in NAMES for name in likely if bases[name] == wanted]
         self.found = (usual + likely + [''])[0]
+        self.astray = '' if rospy.resolve_name(asked.SET_POSE) in bases else self.found
         self._kind = graph.service(self.found) if self.found else None
         #: Can its request declare any pose?
         self.takes_pose = self._kind is not None and fill_pose(self._kind._request_class(), Pose2())
@@ -164,18 +166,34 @@ def reset(stage):
     caller = ResetCaller(stage.node.graph)
     if not caller.found:
         stage.not_offered([asked.RESET_TO_ORIGIN, asked.SECOND_DRIVE], OFFERS_NONE)
-    if caller.found.rsplit('/', 1)[-1] not in NAMES:
-        stage.remark(['Its reset is called {}: the gamepad of the lab calls set_pose.'.format(
-            caller.found)])
     if _reset(stage, asked.RESET_TO_ORIGIN, caller, Pose2()):
         control.drive(asked.SECOND_DRIVE)
+        _reset_in_drive(stage, control, caller)
 
 
-def _reset(stage, name, caller, pose):
-    with stage.stimulus(name) as record:
-        record.facts[asked.PROBLEM] = caller.call(pose)[:LONGEST]
-        time.sleep(asked.TAKES_EFFECT)
+def _reset(stage, name, caller, pose, seconds=asked.TAKES_EFFECT, straight=True):
+    facts = {WAS_MOVING: stage.recorder.moves(stage.recorder.now - WELL_UNDER_WAY),
+             asked.STRAIGHT: straight}
+    with stage.stimulus(name, facts) as record:
+        record.facts.update({asked.PROBLEM: caller.call(pose)[:LONGEST], asked.NAME: caller.astray})
+        time.sleep(seconds)
     return not record.facts[asked.PROBLEM]
+
+
+def _reset_in_drive(stage, control, caller):
+    """The frame is reset at the goal, the robot turned to the new goal; in the way there the frame
+    is reset again."""
+    control.give(False)
+    caller.call(Pose2())
+    x, y, _ = asked.GOAL
+    stage.robot.face(stage.recorder.heading_deg + math.degrees(math.atan2(y, x)))
+    begun = stage.recorder.now
+    control.give(True)
+    straight = wait_until(
+        lambda: any(row[1] for row in stage.recorder.commands_since(begun)), asked.REACTION)
+    time.sleep(WELL_UNDER_WAY)
+    _reset(stage, asked.RESET_IN_DRIVE, caller, Pose2(), asked.IN_DRIVE, straight)
+    control.give(False)
 
 
 def control_taken(stage):

@@ -66,12 +66,14 @@ def odd_samples(stage):
 class HeldMouse(Repeater):
     """The mouse on the topic mouse_info; its message type is the node's own.
 
-    ValueError if that message cannot hold a mouse. `remarks` are sentences about fields whose names
-    are not the mouse lab's.
+    ValueError if that message cannot hold a mouse. `up`: the sign of y above the middle. `package`:
+    of the message. `remarks` are sentences about fields whose names are not the mouse lab's.
     """
 
     def __init__(self, graph):
+        self.up = 1
         self._kind = graph.kind_of(MOUSE_INFO) or graph.types.message(MouseController._type)
+        self.package = self._kind._type.split('/')[0]
         self._names, self.remarks = mouse_fields(self._kind.fields)
         super().__init__(MOUSE_INFO, self._kind)
 
@@ -82,7 +84,7 @@ class HeldMouse(Repeater):
         for name, of, _ in message.fields:
             if of == 'std_msgs/Header':
                 message.put(name, now.secs, now.nsecs)
-        for name, value in zip(self._names, (active, x, y)):
+        for name, value in zip(self._names, (active, x, self.up * y)):
             message.put(name, value)
         self.hold(message)
         time.sleep(seconds)
@@ -127,18 +129,22 @@ def mouse_of(stage, names):
     except ValueError as problem:
         stage.not_offered(names, str(problem))
     stage.remark(mouse.remarks)
+    seen = stage.observation
+    seen.mouse_up = seen.mouse_up or stage.text(mouse.package)['up']
+    mouse.up = seen.mouse_up or 1       # as its own client sends it
     mouse.at(0.0, 0.0, active=False)
     mouse.wait_until_heard()
     return mouse
 
 
 def turns(stage):
-    """Five turns, each from its own heading even if the last turn failed; then an invalid input."""
+    """Six turns, each from its own heading even if the last turn failed; then an invalid input."""
     for name, turn in asked.EACH_TURN.items():
+        stage.set_slip(turn.slip)
         _begin_at(stage, turn.begins_deg)
         _try_turn(stage, name, turn.typed, {ASKED_DEG: turn.asked_deg})
     with suppress(NotTried):        # the remarks are those on the turns
-        _begin_at(stage, -50.0)     # where the last turn ends
+        _begin_at(stage, 40.0)      # where the last turn ends
         stage.watch(asked.NONSENSE, asked.ANSWER, lambda: stage.node.type(asked.TYPED_NONSENSE))
     stage.remark(remarks_on_turns(stage.observation))
 
@@ -176,6 +182,8 @@ def mouse(stage):
             stage.watch(name, asked.MOUSE_HELD, lambda: hand.at(*place))
         hand.at(0.0, 1.0, seconds=0.4)
         stage.watch(asked.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
+    stage.remark([asked.NO_CLIENT] * (asked.upward(stage.observation) < 0.0)
+                 + [asked.COUNTS_DOWN] * (stage.observation.mouse_up < 0))
 
 
 def both(stage):
@@ -192,8 +200,8 @@ def both(stage):
         time.sleep(WELL_UNDER_WAY)
         with stage.stimulus(asked.IN_TURN, {WAS_MOVING: moving}) as record:
             hand.at(0.0, 1.0)
-            wait_until(lambda: asked.drives_forward(
-                stage.recorder.commands_since(record.begin)), asked.AT_LAST)
+            wait_until(lambda: asked.drives(
+                stage.recorder.commands_since(record.begin), 1.0, -1.0), asked.AT_LAST)
         hand.at(0.0, 0.0, active=False, seconds=0.2)
 
 

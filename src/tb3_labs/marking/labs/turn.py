@@ -6,9 +6,9 @@ from typing import Iterable, NamedTuple, Sequence
 import numpy as np
 
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE,
-    TURN_LAB, Criterion, Place, ends_cleanly, opposite, says, starts, steers,
-    stops_robot, stops_when_lost, within)
+    ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, NO_ZERO, ROUNDING,
+    STOPS_AT_ONCE, TURN_LAB, Criterion, Place, ends_cleanly, not_stopped, says, starts, steers,
+    stops_robot, stops_when_lost, times, within)
 from tb3_labs.marking.trial.evidence import STILL_DEG, idle
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
 
@@ -27,20 +27,25 @@ LEFT, RIGHT = 'l', 'r'
 
 
 class WatchedTurn(NamedTuple):
-    """One turn: the letter that is typed, the angle it asks for, the heading where it begins."""
+    """One turn: the letter that is typed, the angle it asks for, the heading where it begins, the
+    share of the wheels' travel that is lost."""
 
     typed: str
     asked_deg: float
     begins_deg: float
+    slip: float = 0.0
 
 
+#: Wheels may slip by this share: a robot that turns for a fixed time turns too little then.
+SLIPPERY = 0.3
 #: stimulus -> WatchedTurn
 EACH_TURN = {
     LEFT: WatchedTurn(LEFT, 90.0, 40.0),
     'l across 180': WatchedTurn(LEFT, 90.0, 130.0),
-    'r across 180': WatchedTurn(RIGHT, -90.0, 220.0),
-    RIGHT: WatchedTurn(RIGHT, -90.0, 130.0),
-    'r across 0': WatchedTurn(RIGHT, -90.0, 40.0),
+    'r across 180': WatchedTurn(RIGHT, -90.0, 220.0, SLIPPERY),
+    RIGHT: WatchedTurn(RIGHT, -90.0, 130.0, SLIPPERY),
+    'r across 0': WatchedTurn(RIGHT, -90.0, 40.0, SLIPPERY),
+    'l across 0': WatchedTurn(LEFT, 90.0, -50.0, SLIPPERY),
 }
 #: The turns during which the heading jumps.
 ACROSS = [name for name in EACH_TURN if 'across' in name]
@@ -58,33 +63,37 @@ ANSWER, LEGIBLE = 1.0, 1000
 #: The tolerance of the criterion beyond the handout [deg].
 EXACT = 1.0
 #: The stimuli of the mouse alone, in their order, and those beside turns.
-MOUSE_ALONE = NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_RIGHT, DEACTIVATED = (
-    'mouse not active', 'mouse up', 'mouse near the middle', 'mouse left', 'mouse half right',
-    'mouse deactivated')
+MOUSE_ALONE = NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVATED = (
+    'mouse not active', 'mouse up', 'mouse near the middle', 'mouse left',
+    'mouse half right and half down', 'mouse deactivated')
 BESIDE_TURNS = TURN_BESIDE, AFTER_TURN, IN_TURN = (
     'l beside the mouse', 'mouse after a turn', 'mouse in a turn')
 #: The places of the active mouse: stimulus -> (x to the right, y up), each -1 to 1.
 MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
-                HALF_RIGHT: (0.6, 0.0)}
+                HALF_WAY: (0.6, -0.6)}
+NO_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your mouse ' \
+    'client counts y down; none was found.'
+COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
 #: The full speed, at the edge of the screen [m/s], [rad/s].
 FULL = 0.5
 AT_EDGE = (FULL - NEAR, FULL + NEAR)
 #: The speeds at 0.6 of the way: a wide range, since the mouse lab does not fix the dead zone.
-HALF_WAY = (0.2 * FULL, 0.8 * FULL)
+AT_HALF = (0.2 * FULL, 0.8 * FULL)
 #: The mouse is held at a place for MOUSE_HELD; moved in a turn, it must drive within AT_LAST [s].
 MOUSE_HELD, AT_LAST = 0.8, 4.0
 #: The limits of the mouse, and of the turns, in words.
-DRIVES = 'within {:g} s: {:.2f} to {:.2f} at the edge, {:.2f} to {:.2f} at {:g} to the right; ' \
-    'the other speed at most {:g}'.format(
-        MOUSE_HELD, *AT_EDGE, *HALF_WAY, MOUSE_PLACES[HALF_RIGHT][0], NEAR)
+DRIVES = 'within {:g} s: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both {:.2f} ' \
+    'to {:.2f} at ({:g}, {:g})'.format(
+        MOUSE_HELD, *AT_EDGE, NEAR, *AT_HALF, *MOUSE_PLACES[HALF_WAY])
 TURN_LIMITS = 'within {:g} degrees, and {:g} for stopping; begun within {:g} s, over within ' \
-    '{:g} s'.format(TOLERANCE, AFTER_STOP, TURN_REACTION, TURN_TIME)
+    '{:g} s, by a zero velocity'.format(TOLERANCE, AFTER_STOP, TURN_REACTION, TURN_TIME)
 AS_LEFT = 'as left'
+ON_A_CARPET = 'as left, also if the wheels slip by {:.0%}'.format(SLIPPERY)
 
 
 def turned(seen: Observation, name: str, tolerance: float = TOLERANCE + AFTER_STOP) -> str:
     """'' if the robot did a turn, the stimulus `name`, within `tolerance` [deg], else a clause."""
-    scene, turn = seen.during(name), EACH_TURN[name[0]]     # a name begins with its letter
+    scene, turn = seen.during(name), EACH_TURN.get(name, EACH_TURN[LEFT])
     after = 'after {}{}'.format(turn.typed, ' ({})'.format(name[2:]) if name in ACROSS else '')
     seen_deg = scene.turned_deg
     if not scene.facts[MOVED]:
@@ -94,8 +103,9 @@ def turned(seen: Observation, name: str, tolerance: float = TOLERANCE + AFTER_ST
         return '{} it turned {}, and was still moving after {:g} s'.format(
             after, _degrees(seen_deg), TURN_TIME)
     if abs(seen_deg - turn.asked_deg) <= tolerance:
-        return ''
-    missed = '{} it turned {}, then stopped'.format(after, _degrees(seen_deg))
+        return NO_ZERO.format('its turn ' + after) if scene.commands[-1:, 1:].any() else ''
+    missed = '{} it turned {}, then stopped'.format(
+        after + ', where the wheels slip,' * bool(turn.slip), _degrees(seen_deg))
     if seen_deg * turn.asked_deg <= 0.0:
         return missed
     return '{}: {:.1f} degrees {} the goal, where {:g} are allowed'.format(
@@ -157,33 +167,45 @@ def _mouse_drove(seen):
 
 def _has_dead_zone(seen: Observation) -> str:
     _mouse_drove(seen)
-    late = seen.during(NEAR_MIDDLE).moving_after(AT_ONCE)
-    return '' if not len(late) else \
-        'with the mouse at {} it commanded {:.2f} m/s and {:.2f} rad/s'.format(
-            MOUSE_PLACES[NEAR_MIDDLE], *late[-1, 1:])
+    return not_stopped(seen.during(NEAR_MIDDLE), 'the mouse came to {}'.format(
+        MOUSE_PLACES[NEAR_MIDDLE]))
 
 
 def _can_be_off(seen: Observation) -> str:
     if len(seen.during(NOT_ACTIVE).moving):
         return 'the mouse moved the robot before it was activated'
     _mouse_drove(seen)
-    if len(seen.during(DEACTIVATED).moving_after(AT_ONCE)):
-        return 'the robot was still driven {:g} s after the mouse was deactivated'.format(AT_ONCE)
-    return ''
+    return not_stopped(seen.during(DEACTIVATED), 'the mouse was deactivated')
 
 
 def _drives_in_turn(seen: Observation) -> str:
     scene = seen.during(IN_TURN)
     if not scene.facts[WAS_MOVING]:
         return 'there was no turn in the middle of which the mouse could be moved'
-    return '' if drives_forward(scene.commands) else \
-        'the mouse, moved in the middle of a turn, had not moved the robot {:.0f} s later'.format(
-            scene.end - scene.begin)
+    return '' if drives(scene.commands, upward(seen)) else \
+        'the mouse, moved in the middle of a turn, had not driven the robot as before {:.0f} s ' \
+        'later'.format(scene.end - scene.begin)
 
 
-def drives_forward(commands: Iterable[Sequence[float]]) -> bool:
-    """Does a mouse at the upper edge give one of these commands? Rows of time, linear, angular."""
-    return any(command[LINEAR] > AT_EDGE[0] for command in commands)
+def upward(seen: Observation) -> float:
+    """The sign of the speed that a mouse at the upper edge shall give: 1.0. If the submission's own
+    mouse client is not known, which may count down, the sign is that of the first such speed."""
+    speeds = [speed for name in (MOUSE_UP, AFTER_TURN, IN_TURN) if seen.has(name)
+              for speed in seen.during(name, may_die=True).moving[:, LINEAR] if speed]
+    return -1.0 if not seen.mouse_up and speeds and speeds[0] < 0.0 else 1.0
+
+
+def drives(commands: Iterable[Sequence[float]], *signs: float) -> bool:
+    """Does a mouse at the upper edge give one of these commands, rows of time, linear, angular?
+    `signs`: see `upward`."""
+    return any(sign * command[LINEAR] > AT_EDGE[0] for command in commands for sign in signs)
+
+
+def _mouse_drives(seen: Observation) -> str:
+    up = upward(seen)
+    return (steers(seen, MOUSE_UP, linear=times(up, AT_EDGE), of_moving=True)
+            or steers(seen, MOUSE_LEFT, angular=AT_EDGE, of_moving=True)
+            or steers(seen, HALF_WAY, times(-up, AT_HALF), times(-1.0, AT_HALF), of_moving=True))
 
 
 CRITERIA = [
@@ -191,9 +213,9 @@ CRITERIA = [
     Criterion('left', TURNS, 'l turns 90 degrees left', LAW, partial(turned, name=LEFT),
               limits=TURN_LIMITS),
     Criterion('right', TURNS, 'r turns 90 degrees right', TO_RIGHT, partial(turned, name=RIGHT),
-              limits=AS_LEFT),
+              limits=ON_A_CARPET),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees', LAW,
-              lambda seen: _turned_each(seen, ACROSS), limits=AS_LEFT),
+              lambda seen: _turned_each(seen, ACROSS), limits=ON_A_CARPET),
     Criterion('clamped', TURNS, 'turns no faster than {:g} rad/s'.format(MAX_ANG_Z), LAW,
               _clamped, limits='and {:g} for rounding'.format(ROUNDING)),
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW,
@@ -202,19 +224,16 @@ CRITERIA = [
               'ones', TO_RIGHT, _answers_nonsense, limits='within {:g} s, in at most {} lines; '
               'the robot rests'.format(ANSWER, LEGIBLE)),
     Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
-              'edge'.format(FULL), AT_MOUSE, limits=DRIVES, judge=lambda seen: (
-                  steers(seen, MOUSE_UP, LINEAR, AT_EDGE, True)
-                  or steers(seen, MOUSE_LEFT, ANGULAR, AT_EDGE, True)
-                  or steers(seen, HALF_RIGHT, ANGULAR, opposite(HALF_WAY), True))),
+              'edge'.format(FULL), AT_MOUSE, _mouse_drives, limits=DRIVES),
     Criterion('mouse_dead_zone', MOUSE, 'a mouse within 0.25 of the middle moves nothing',
-              AT_MOUSE, _has_dead_zone, limits='at ({:g}, {:g}) from {:g} s on'.format(
+              AT_MOUSE, _has_dead_zone, limits='zero velocity at ({:g}, {:g}) within {:g} s'.format(
                   *MOUSE_PLACES[NEAR_MIDDLE], AT_ONCE)),
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
-              AT_MOUSE, _can_be_off, limits=STOPS_AT_ONCE),
+              AT_MOUSE, _can_be_off, limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
               AT_MOUSE, partial(turned, name=TURN_BESIDE), limits=AS_LEFT),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', AT_MOUSE,
-              lambda seen: '' if drives_forward(seen.during(AFTER_TURN).commands) else
+              lambda seen: '' if drives(seen.during(AFTER_TURN).commands, upward(seen)) else
               'after a turn the mouse did not move the robot any more',
               limits='more than {:.2f} m/s within {:g} s'.format(AT_EDGE[0], MOUSE_HELD)),
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',

@@ -81,10 +81,13 @@ def _why_no_turn(tried):
             'and is it set?' if min(len(scene.commands) for _, scene in still) > FEW else \
             'Its turn is over at once: is self.turning True after the letter, and is the angle ' \
             'that it adds in degrees, as HDG_TOL is?'
-    if {turn.typed for turn, _ in still} == {RIGHT}:
-        return NO_RIGHT
-    return 'Only zeros followed its first turn: does turning become False at the goal, so that ' \
-        'the next letter is read?' if len(tried[0][1].moving) else ''
+    runs = [scene.run.begin for _, scene in tried]
+    if [len(scene.moving) > 0 for _, scene in tried] == [
+            begin not in runs[:k] for k, begin in enumerate(runs)]:
+        return 'Only zeros followed its first turn: does turning become False at the goal, so ' \
+            'that the next letter is read?'
+    rights = [scene for turn, scene in tried if turn.typed == RIGHT]
+    return NO_RIGHT if rights and not any(len(scene.moving) for scene in rights) else ''
 
 
 def _why_wrong(turns):
@@ -125,10 +128,14 @@ def _where_it_ends(turns):
     """The mistake that the headings at the ends of turns show, and the angles; '' if none."""
     if len(turns) < 3 or not all(scene.facts[RESTED] for _, scene in turns):
         return ''
-    ends, asked, turned = np.array([
-        (turn.begins_deg + scene.turned_deg, turn.asked_deg, scene.turned_deg)
+    ends, asked, turned, slip = np.array([
+        (turn.begins_deg + scene.turned_deg, turn.asked_deg, scene.turned_deg, turn.slip)
         for turn, scene in turns]).T
     ends = np.degrees(wrap_all(np.radians(ends)))
+    if np.ptp(np.abs(turned) / (1.0 - slip)) < np.ptp(np.abs(turned)) / 3.0:
+        return 'It turns by {:.0f} degrees, and by {:.0f} where the wheels slip: does a turn end ' \
+            'by self.curr_yaw, or after a time?'.format(*(
+                np.abs(turned)[each].mean() for each in (slip == 0.0, slip > 0.0)))
     if (np.abs(ends) < NEARLY).all():
         return 'Each turn ends at the heading 0, which self.goal_yaw has from the beginning: is ' \
             'the goal of the letter stored in self.goal_yaw?'
@@ -137,8 +144,8 @@ def _where_it_ends(turns):
             'count from self.curr_yaw?'
     mean = np.abs(turned).mean()
     is_half = abs(mean - 180.0) < NEARLY       # its side is chance
-    if np.ptp(np.abs(turned)) > NEARLY or abs(mean - 90.0) < NEARLY or (
-            not is_half and (turned * asked < 0.0).any()):
+    if np.ptp(np.abs(turned)) > NEARLY or abs(mean - 90.0) < NEARLY or not np.ptp(slip) or (
+            not is_half and (turned * asked < 0.0).any()):      # all alike, also after a fixed time
         return ''
     return 'Each turn is one of {:.0f} degrees: which angle does a letter add to self.curr_yaw{}' \
         '?'.format(mean, ', and is HDG_TOL 10' if mean < 90.0 else '')

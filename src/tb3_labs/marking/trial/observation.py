@@ -127,6 +127,7 @@ class Observation:
     odd: List[List[Any]] = field(default_factory=list)
     drivers: List[str] = field(default_factory=list)    # programs that command the robot by turns
     own_moves: List[List[float]] = field(default_factory=list)   # [begin, end] of the marker's
+    mouse_up: int = 0       # the sign of y above the middle, by its own mouse client; 0: unknown
     shown: str = ''                                              # see shown_run.shown
 
     def to_json(self) -> str:

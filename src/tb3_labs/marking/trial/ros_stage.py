@@ -9,17 +9,21 @@ import time
 from contextlib import contextmanager, suppress
 
 import rosgraph
+import rospkg
 import rospy
 from dynamic_reconfigure.encoding import decode_config, encode_config
 from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
+from tb3_labs.marking.intake.sandbox import OWN_PACKAGE
+from tb3_labs.marking.intake.workspace import Launch
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, TOOK
 from tb3_labs.marking.trial.evidence import CTRL_C
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, NODES, TURN
 from tb3_labs.marking.trial.observation import (
     LONGEST, TRUTH, WAS_MOVING, NotOffered, NotTried, Observation, Stimulus)
+from tb3_labs.marking.trial.program_text import text_of
 from tb3_labs.marking.trial.ros_robot import (
     ROBOT, SWITCHES, UNDER_WAY, WELL_UNDER_WAY, Recorder, RobotHand)
 from tb3_labs.marking.trial.ros_student_node import StudentNode
@@ -45,7 +49,7 @@ class Stage:
                                lambda: self.recorder.hand_to(keep))
         self.node = StudentNode(self.observation, NODES[lab].sensors, lambda: self.recorder.now,
                                 self.keep)
-        self._keep, self._tell = keep, tell
+        self._keep, self._tell, self._slip = keep, tell, 0.0
 
     @contextmanager
     def stimulus(self, name, facts=None):
@@ -67,6 +71,13 @@ class Stage:
         with self.stimulus(name, facts):
             act()
             time.sleep(seconds)
+
+    def text(self, *packages):
+        """What the text of the submission shows, else that of these packages; see program_text."""
+        known = rospkg.RosPack()
+        folders = [known.get_path(name) for name in {self.observation.node.split('/')[0], *packages}
+                   if name != OWN_PACKAGE and name in known.list()]
+        return text_of([Launch.given().copy] if Launch.given().copy else folders)
 
     def not_offered(self, names, reason):
         """End the part by ``NotOffered``: the node does not offer what these stimuli need."""
@@ -119,6 +130,14 @@ class Stage:
         self.falls_silent(name, was_moving, lambda: configure_robot({switch: True}))
         configure_robot({switch: False})
 
+    def set_slip(self, share):
+        """From now on the wheels lose this share of their travel. A node may take a sudden change
+        for a fault of its sensors: it is ended before."""
+        if share != self._slip:
+            self.node.stop()
+            self.witness.change(slip=share)
+            self._slip = share
+
     def ctrl_c_in_motion(self, set_in_motion):
         """Send Ctrl+C while the node moves the robot; again if the node sends no zero velocity.
 
@@ -136,6 +155,9 @@ class Stage:
         with self.stimulus(name, {WAS_MOVING: was_moving}) as record:
             begin = self.recorder.now
             ended = self.node.interrupt(ENDING)
+            if not (ended or was_moving):   # Python 3.13 ends when input() does, which awaits Enter
+                self.node.type('')
+                ended = wait_until(lambda: not self.node.alive, AT_ONCE)
             record.facts[TOOK] = self.recorder.now - begin if ended else None
             record.facts[SIGNAL] = max(0, -self.node.status) if ended else 0
             time.sleep(UNDER_WAY)
@@ -180,6 +202,12 @@ class Witness:
             except rosgraph.MasterError:
                 address = ''
             self._observation.note(ENDED.format('robot') if address != self._robot else '')
+
+    def change(self, **settings):
+        """Change settings of the robot, by the marker itself."""
+        if self._settings is not None:
+            self._settings.update(settings)
+        configure_robot(settings)
 
     def _repeat(self):
         while not self._over.wait(1.0):
@@ -230,6 +258,7 @@ def try_out(lab, package, executable, parts, keep, pad, tell):
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:
                 stage.part = name
+                stage.set_slip(0.0)
                 tell('{}: the node is started'.format(name))
                 with suppress(NotOffered, NotTried):    # the rest of the part cannot be tried
                     act(stage)

@@ -96,6 +96,8 @@ def diagnose(run: RunData) -> Diagnosis:
         return Diagnosis('two_senders', PAD, moment=two)
     if slow is not None:
         return Diagnosis('sleeps', DRIVE if len(run.control) else TURN, moment=slow)
+    if len(_steps(run)) and np.median(_steps(run)) > SLOWEST:
+        return Diagnosis('')        # whatever its law is, movements end by chance, or after a time
     if len(run.control):
         drives = list(islice(fresh_drives(run, movements(run)), MOST_COMPARED))
         by_way, unstopped = _by_drives(drives, goal), [
@@ -211,11 +213,15 @@ def _slow_commands(run: RunData) -> Optional[float]:
     The last command of a run may come at Ctrl+C."""
     if programs(run, 0.0, run.duration) == [TERMINAL]:
         return None
-    moves = np.flatnonzero(moving(run.commands)[:-2])
-    steps = run.commands.time[moves + 1] - run.commands.time[moves]
+    steps = _steps(run)
     is_even = len(steps) >= SLOW_STEPS and SLOWEST < steps.min() and steps.max() < min(
         EVEN * steps.min(), QUICKEST_PERSON)
-    return float(run.commands.time[moves[0]]) if is_even else None
+    return float(run.commands.time[moving(run.commands)][0]) if is_even else None
+
+
+def _steps(run: RunData) -> np.ndarray:
+    """The times from each command that moves the robot, but for the last one, to the next [s]."""
+    return np.diff(run.commands.time[:-1])[moving(run.commands)[:-2]]
 
 
 def _unanswered(run: RunData) -> Optional[Diagnosis]:

@@ -1,0 +1,142 @@
+"""What the text of a submission's programs shows, and no trial of its node: the sign of y in its
+own mouse client, and an angle in the place of a number of a quaternion.
+
+The text is a stranger's. So this is a program, too: it reads within limits, and prints what
+:func:`look` returns.
+"""
+import ast
+import json
+import os
+import re
+import subprocess
+import sys
+from typing import Any, Dict, Iterable, List, Optional
+
+#: The most that it may use: memory [bytes], processor time [s]; the largest file [bytes].
+LIMITS, LARGEST = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0'], 200000
+#: The names of y, and those of the pixel of a mouse, whose y counts down.
+Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
+PIXEL = re.compile('pos|event|mo[vt]|scroll|click')
+#: These functions grow with their arguments.
+GROW = {'float', 'int', 'round', 'float32', 'Float32', 'min', 'max', 'clip'}
+THETA = 'In {} the angle itself is given to the orientation: a yaw becomes a quaternion by sine ' \
+    'and cosine of its half. Y sends 0, so it costs no points.'
+
+Slopes = Dict[str, Optional[int]]
+
+
+def text_of(paths: Iterable[str]) -> Dict[str, Any]:
+    """What the programs in these folders show. `up`: 1 if y counts up in a mouse client,
+    -1 if it counts down, 0 if that is not known; `remarks`: sentences for the student."""
+    done = subprocess.run(
+        [*LIMITS, sys.executable, '-I', os.path.abspath(__file__), *paths], stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL, cwd='/', universal_newlines=True)
+    return dict(json.loads(done.stdout)) if done.returncode == 0 else look([])
+
+
+def look(texts: Iterable[bytes]) -> Dict[str, Any]:
+    """As `text_of`, of these texts."""
+    downs, remarks = set(), []
+    for text in texts:
+        try:
+            nodes = list(ast.walk(ast.parse(text)))
+        except (SyntaxError, ValueError, RecursionError, MemoryError):
+            continue
+        if any(isinstance(node, ast.Constant) and node.value in ('mouse_info', '/mouse_info')
+               for node in nodes) and 'Publisher' in map(_last, nodes):
+            downs |= {slope for slope in _sent(nodes) if slope}
+        remarks += [THETA.format(node.name) for node in nodes if isinstance(
+            node, ast.FunctionDef) and node.args.args and _gives_angle(node)]
+    return {'up': -downs.pop() if len(downs) == 1 else 0, 'remarks': remarks}
+
+
+def _gives_angle(function: ast.FunctionDef) -> bool:
+    """Is its last argument, an angle, a number of an orientation?"""
+    return any(isinstance(node, ast.Assign) and _dotted(node.value) == function.args.args[-1].arg
+               and any('.orientation.' in _dotted(target) for target in node.targets)
+               for node in ast.walk(function))
+
+
+def _dotted(node: Any) -> str:
+    """The name of a variable, with dots, without `data`; '' for another expression."""
+    if isinstance(node, ast.Attribute):
+        return _dotted(node.value) + ('' if node.attr == 'data' else '.' + node.attr)
+    return node.id if isinstance(node, ast.Name) else ''
+
+
+def _last(node: Any) -> str:
+    return _dotted(node).split('.')[-1]
+
+
+def _sent(nodes: List[ast.AST]) -> List[Optional[int]]:
+    """The slopes of y in the messages of a mouse client (see `_slope`)."""
+    steps = sorted((node for node in nodes if isinstance(node, (
+        ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword))),
+        key=lambda node: getattr(node, 'lineno', 0) or getattr(node, 'value').lineno)
+    slopes: Slopes = {}
+    for node in steps + steps:      # the callback that reads the mouse may stand at the end
+        if isinstance(node, ast.FunctionDef):
+            slopes.update({word.arg: int(bool(PIXEL.search(node.name))) or None
+                           for word in node.args.args if Y_NAME.fullmatch(word.arg)})
+        elif isinstance(node, ast.keyword):         # MouseController(yPos=...)
+            slopes['message.{}'.format(node.arg)] = _slope(node.value, slopes)
+        elif isinstance(node, ast.AugAssign):
+            slopes[_dotted(node.target)] = _slope(
+                ast.BinOp(node.target, node.op, node.value), slopes)
+        else:
+            for target in node.targets:
+                second = isinstance(target, ast.Tuple) and target.elts[1:2]     # x, y = position()
+                if second and isinstance(node.value, ast.Tuple):
+                    slopes[_dotted(second[0])] = _slope(node.value.elts[1], slopes)
+                elif second:
+                    slopes[_dotted(second[0])] = _pixel(node.value)
+                else:
+                    slopes[_dotted(target)] = _slope(node.value, slopes)
+    sent = {name: slope for name, slope in slopes.items()
+            if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
+    read = {_dotted(node) for node in nodes if isinstance(getattr(node, 'ctx', None), ast.Load)}
+    return [sent[name] for name in set(sent) - read or sent]
+
+
+def _pixel(node: Any) -> Optional[int]:
+    """1 if an expression is the place of a mouse, as its library gives it; else None."""
+    return int(bool(PIXEL.search(_last(node.func if isinstance(node, ast.Call) else node)))) or None
+
+
+def _slope(node: Any, slopes: Slopes) -> Optional[int]:
+    """Does an expression grow (1) or fall (-1) with the pixel's y, or not depend on it (0)? None if
+    that is not known."""
+    def of(*signed: Any) -> Optional[int]:
+        found = {sign * slope if slope else slope for sign, slope in (
+            (sign, _slope(part, slopes)) for sign, part in signed)} - {0}
+        return 0 if not found else found.pop() if len(found) == 1 else None
+    if _dotted(node):
+        is_y = Y_NAME.fullmatch(_last(node))
+        return slopes.get(_dotted(node), _pixel(getattr(node, 'value', None)) if is_y else 0)
+    if isinstance(node, ast.Subscript):         # position[1]; in Python 3.8 within an ast.Index
+        index = getattr(node.slice, 'value', None)
+        return _pixel(node.value) if getattr(index, 'value', index) == 1 else None
+    if isinstance(node, ast.UnaryOp):
+        return of((-1 if isinstance(node.op, ast.USub) else 1, node.operand))
+    if isinstance(node, ast.Call):
+        return of(*((1, part) for part in node.args)) if _last(node.func) in GROW else None
+    if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)):
+        return of((1, node.left), (-1 if isinstance(node.op, ast.Sub) else 1, node.right))
+    if isinstance(node, ast.BinOp):             # the sizes of a screen are positive
+        left, right = (-1 if isinstance(part, ast.UnaryOp) and not _slope(part, slopes) else 1
+                       for part in (node.left, node.right))
+        return of((right, node.left), (left, node.right))
+    return 0 if isinstance(node, ast.Constant) else None
+
+
+def _texts(paths: Iterable[str]) -> Iterable[bytes]:
+    for path in paths:
+        for folder, _, names in os.walk(path):
+            for file in (os.path.join(folder, name) for name in names if name.endswith('.py')):
+                if os.path.isfile(file) and os.path.getsize(file) <= LARGEST:
+                    with open(file, 'rb') as opened:
+                        yield opened.read()
+
+
+if __name__ == '__main__':
+    print(json.dumps(look(_texts(sys.argv[1:]))))
