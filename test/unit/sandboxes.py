@@ -3,6 +3,7 @@ environment in which mark.py reads a submission, whatever is sourced."""
 import os
 import subprocess
 import sys
+from unittest import mock
 
 import pytest
 
@@ -27,14 +28,8 @@ MISSING = _missing()
 def ros_alone(tmp_path_factory):
     """Meanwhile this process has ROS and this package, and no other workspace."""
     from tb3_labs.marking import marker
-    patch = pytest.MonkeyPatch()
     made = marker.ros_alone(tmp_path_factory.mktemp('ros'), os.environ)
     sourced = {os.getcwd(), *os.environ.get('PYTHONPATH', '').split(':')}
-    for name in set(os.environ) - set(made):
-        patch.delenv(name)
-    for name, value in made.items():
-        patch.setenv(name, value)
-    patch.setattr(sys, 'path', made['PYTHONPATH'].split(':') + [
-        path for path in sys.path if path not in sourced])
-    yield made
-    patch.undo()
+    modules = made['PYTHONPATH'].split(':') + [path for path in sys.path if path not in sourced]
+    with mock.patch.dict(os.environ, made, clear=True), mock.patch.object(sys, 'path', modules):
+        yield made
