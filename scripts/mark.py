@@ -6,7 +6,7 @@ Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 SUBMISSIONS is a folder with a folder or a zip file for each student, or the zip file of a learning
 platform. MARKS gets marks.csv, overview.html, and a
 page of feedback and a results.json for each student. A submission that has been marked there, and
-has not changed, is not tried again. doc/instructor/marking.md tells more.
+has not changed, is not tried again. The instructors' page on marking tells more.
 """
 import signal
 import sys
@@ -41,7 +41,7 @@ def parse(words):
     parser.add_argument('--package', default='', metavar='NAME',
                         help="the node's package, if it has an unusual name")
     parser.add_argument('--type', default='', metavar='NAME',
-                        help="the node's file, if it has an unusual name")
+                        help="the node's file, or its path as a line names it, if it is not found")
     parser.add_argument('--parts', default='', help='these parts of the lab alone, with commas: '
                         + '; '.join('{}: {}'.format(name, ', '.join(lab.parts))
                                     for name, lab in sorted(LABS.items())))

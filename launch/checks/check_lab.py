@@ -17,7 +17,8 @@ Started by check_LAB.test. Parameters
     ~strict     whether criteria beyond the handout fail the test too
 """
 import difflib
-import os
+import re
+import subprocess
 import sys
 import unittest
 from dataclasses import fields
@@ -26,7 +27,6 @@ from pathlib import Path
 import rospkg
 import rospy
 import rosunit
-from roslib.packages import find_node
 
 from tb3_labs.command_line import write_output
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
@@ -36,6 +36,7 @@ from tb3_labs.marking.labs.move2goal import OFFSET, TWO_ZEROS
 from tb3_labs.marking.marks import GAMEPAD, LABS, MOVE2GOAL, Marks, points_of, read_points
 from tb3_labs.marking.shown_run import hint_in_a_line, shown
 from tb3_labs.marking.trial.ros_stage import try_out
+from tb3_labs.marking.intake.packages import package_folder
 from tb3_labs.marking.intake.workspace import Launch
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.ros.node import end, leave
@@ -119,13 +120,20 @@ def place_of(package, executable):
         raise ValueError('there is no package {} in this terminal{}; build its workspace, and '
                          'type: source devel/setup.bash'.format(
                              package, _near(package, packs.list()))) from None
-    found = list(dict.fromkeys(map(os.path.realpath, find_node(package, executable, packs))))
-    if len(found) > 1 and folder.resolve() in Path(found[0]).parents:       # none was built
-        raise ValueError('{} files of the package {} are called {}, and rosrun would ask which is '
-                         'meant: {}; give each its own name'.format(
-                             len(found), package, executable, ', '.join(sorted(found))))
-    if found:
-        return found[0]
+    # the order of workspaces, relays and links is rosrun's own matter
+    asked = subprocess.run(['rosrun', '--prefix', 'echo', package, executable],
+                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                           stderr=subprocess.STDOUT, universal_newlines=True)
+    several = re.findall(r'^\d+\) (.*)$', asked.stdout, re.MULTILINE)
+    if several:
+        folders = {package_folder(Path(path), Path('/')) for path in several} - {None}
+        raise ValueError('{} files of the package {} are called {}, and rosrun asks which is '
+                         'meant: {}; {}'.format(
+                             len(several), package, executable, ', '.join(sorted(several)),
+                             'the package is on the path twice: source one workspace alone'
+                             if len(folders) > 1 else 'give each its own name'))
+    if asked.returncode == 0:
+        return asked.stdout.splitlines()[-1]
     files = [path for depth in DEPTHS for path in sorted(folder.glob(depth)) if path.is_file()]
     for path in files:
         if path.name == executable:

@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import NamedTuple, Optional
 
 import rospkg
+import tb3_labs.msg
 
 from tb3_labs.skeletons import FOLDER, skeleton, write
 from tb3_labs.marking.lab_names import NODES
@@ -142,12 +143,24 @@ class MarkTest(unittest.TestCase):
         cls.folder = tempfile.TemporaryDirectory(prefix='mark test ')    # spaces happen
         cls.temporary = Path(cls.folder.name) / 'tmp'
         cls.temporary.mkdir()
+        cls.sourced = cls.workspace(Path(cls.folder.name) / 'devel')
         with ThreadPoolExecutor(AT_A_TIME) as pool:
             cls.runs = dict(zip(CASES, pool.map(cls.run_mark, CASES)))
 
     @classmethod
     def tearDownClass(cls):
         cls.folder.cleanup()
+
+    @staticmethod
+    def workspace(prefix):
+        """The variables of a terminal that has sourced a workspace with this package and, beside it,
+        one that no submission may see: it ends whatever imports rospy."""
+        modules = prefix / 'lib' / 'python3' / 'dist-packages'
+        (modules / 'rospy').mkdir(parents=True)
+        (modules / 'rospy' / '__init__.py').write_text('raise SystemExit("of the instructor")')
+        (modules / 'tb3_labs').symlink_to(os.path.dirname(os.path.dirname(tb3_labs.msg.__file__)))
+        return {name: '{}:{}'.format(folder, os.environ[name]) for name, folder in (
+            ('CMAKE_PREFIX_PATH', prefix), ('PYTHONPATH', modules))}
 
     @classmethod
     def run_mark(cls, key):
@@ -160,7 +173,7 @@ class MarkTest(unittest.TestCase):
             [path_of('mark.py'), str(base / 'submissions'), '--lab', lab, '-o',
              str(base / 'marks'), '--parts', parts, '--jobs', '2' if key == TWO_JOBS else '1',
              *own] + UNPROTECTED,
-            env=dict(os.environ, TMPDIR=str(cls.temporary)), stdout=subprocess.PIPE,
+            env=dict(os.environ, TMPDIR=str(cls.temporary), **cls.sourced), stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, timeout=560, universal_newlines=True)
         return base / 'marks', done.stdout, done.returncode
 
@@ -212,6 +225,7 @@ class MarkTest(unittest.TestCase):
 
     def test_nothing_is_left(self):
         self.assertEqual(self.left(self.temporary), [])
+        self.assertFalse(os.path.exists(self.folder.name.split(' ')[0]))    # a path cut at its blank
         lines = subprocess.check_output(['ps', '-eo', 'args'], universal_newlines=True)
         self.assertNotIn('sleep ' + SLEEP, lines)
 

@@ -1,5 +1,11 @@
-"""Can this machine make sandboxes at all? If it can, those of this package must work on it."""
+"""Can this machine make sandboxes at all? If it can, those of this package must work on it. And the
+environment in which mark.py reads a submission, whatever is sourced."""
+import os
 import subprocess
+import sys
+from unittest import mock
+
+import pytest
 
 #: Any sandbox needs this of a machine: a namespace in a namespace.
 BARE = ['bwrap', '--unshare-net', '--dev-bind', '/', '/', 'bwrap', '--unshare-pid',
@@ -16,3 +22,14 @@ def _missing():
 
 #: '' or the reason why there can be none.
 MISSING = _missing()
+
+
+@pytest.fixture(scope='module')
+def ros_alone(tmp_path_factory):
+    """Meanwhile this process has ROS and this package, and no other workspace."""
+    from tb3_labs.marking import marker
+    made = marker.ros_alone(tmp_path_factory.mktemp('ros'), os.environ)
+    sourced = {os.getcwd(), *os.environ.get('PYTHONPATH', '').split(':')}
+    modules = made['PYTHONPATH'].split(':') + [path for path in sys.path if path not in sourced]
+    with mock.patch.dict(os.environ, made, clear=True), mock.patch.object(sys, 'path', modules):
+        yield made

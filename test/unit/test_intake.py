@@ -8,10 +8,10 @@ import zipfile
 
 import pytest
 
-from tb3_labs.marking.intake import reading, submissions
+from tb3_labs.marking.intake import archives, reading
+from tb3_labs.marking.intake.archives import DEEPEST, Budget, sort_out, unpack
 from tb3_labs.marking.intake.submissions import (
-    DEEPEST, Budget, HandedIn, Submission, by_student, file_name, lay_out, read_name, sort_out,
-    submissions_in, unpack, without_wrapping)
+    HandedIn, Submission, by_student, file_name, lay_out, read_name, submissions_in, without_wrapping)
 from tb3_labs.marking.intake.packages import NotJudged, digest
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
@@ -64,10 +64,10 @@ def test_a_usual_name_stays_and_odd_ones_are_told_apart():
 # -- archives
 
 def zipped(path, files, **changes):
-    """A zip file; `files`: name -> text."""
+    """A zip file; `files`: name -> text, or (name, text) of each entry."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(str(path), 'w', zipfile.ZIP_DEFLATED) as archive:
-        for name, text in files.items():
+        for name, text in files.items() if isinstance(files, dict) else files:
             info = zipfile.ZipInfo(name, changes.get('date', (2026, 11, 20, 12, 0, 0)))
             info.external_attr = changes.get('mode', 0o644) << 16
             archive.writestr(info, text, zipfile.ZIP_DEFLATED)
@@ -103,14 +103,14 @@ def test_paths_that_lead_out_are_refused(tmp_path, name):
 
 def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
     """Sixty bombs of 90 kB each, and a file that is nothing but holes."""
-    monkeypatch.setattr(submissions, 'MOST_BYTES', 100000)
+    monkeypatch.setattr(archives, 'MOST_BYTES', 100000)
     bomb = zipped(tmp_path / 'bomb.zip', {'a.txt': '0' * 90000}).read_bytes()
     (tmp_path / 'in').mkdir()
     for number in range(60):
         (tmp_path / 'in' / 'a{}.zip'.format(number)).write_bytes(bomb)
     with open(str(tmp_path / 'in' / 'b.zip'), 'wb') as file:
         file.truncate(10 ** 12)
-    _, unread = lay_out({tmp_path / 'in': ''}, tmp_path / 'work')
+    _, unread = lay_out({tmp_path / 'in': ''}, tmp_path / 'work', lambda: False)
     sizes = [file.stat().st_size for file in (tmp_path / 'work').rglob('*') if file.is_file()]
     assert sum(sizes) <= 100000
     assert 'More than 0.1 MB: not all of it was unpacked.' in unread
@@ -126,6 +126,49 @@ def test_what_is_no_zip_file_is_refused(tmp_path):
             unpack(tmp_path / 'a.zip', tmp_path / 'out', Budget())
 
 
+@pytest.mark.filterwarnings('ignore:Duplicate name')
+def test_of_two_entries_of_one_place_the_last_one_counts_as_for_any_program(tmp_path):
+    path = zipped(tmp_path / 'a.zip', [('n.py', 'old, and longer'), ('a/b.py', 'x'), ('n.py', 'new'),
+                                       ('./a//b.py', 'y'), ('a\\b.py', 'z'), ('n.py/in.py', 'in')])
+    assert unpack(path, tmp_path / 'out', Budget()) == [
+        'Left out, because the zip file has it twice, and the last one counts: a/b.py, a/b.py, n.py.',
+        'Left out, because no file here can have that name: n.py/in.py.']
+    assert [(tmp_path / 'out' / name).read_text() for name in ('n.py', 'a/b.py')] == ['new', 'z']
+
+
+def test_an_entry_that_cannot_be_written_costs_no_other(tmp_path):
+    path = zipped(tmp_path / 'a.zip', {'n.py': 'x', 'x' * 300: 'x', 'a:b.txt': 'x', 'y/' * 9 + 'z' * 256: 'x'})
+    data = zipped(tmp_path / 'b.zip', {'n.py': 'x', 'Q': 'x', './': ''}).read_bytes()     # Q becomes no name at all
+    path.with_name('b.zip').write_bytes(data.replace(b'Q', b'\0'))
+    for file, left in ((path, ['x' * 200, 'y/' * 9 + 'z' * 182]), (path.with_name('b.zip'), [''])):
+        assert unpack(file, tmp_path / file.stem, Budget()) == [
+            'Left out, because no file here can have that name: {}.'.format(', '.join(left))]
+        assert 'n.py' in files_below(tmp_path / file.stem)
+    assert (tmp_path / 'a' / 'a:b.txt').exists()
+
+
+def test_a_full_disk_is_no_matter_of_names(tmp_path, monkeypatch):
+    path = zipped(tmp_path / 'a.zip', {'n.py': 'x'})
+
+    def full(*_):
+        raise OSError(28, 'No space left on device', '/tmp/of/the/marker')
+    monkeypatch.setattr(archives.shutil, 'copyfileobj', full)
+    with pytest.raises(NotJudged, match=r'cannot be unpacked: No space left on device\.$'):
+        unpack(path, tmp_path / 'out', Budget())
+
+
+@pytest.mark.parametrize('data, said', [
+    (b'', 'it is empty'), (b'PK\x03\x04 cut off', 'its end is missing, as if the upload was cut off'),
+    (b'7z\xbc\xaf\x27\x1c', 'it is a 7z file, and only zip files are unpacked'),
+    (b'\x1f\x8b\x08', 'it is a gz file, and'), (b'Rar!\x1a', 'it is a rar file, and'),
+    (bytes(257) + b'ustar', 'it is a tar file, and'), (b'<!DOCTYPE html>', 'it is a page of the web, and'),
+    (b'import rospy', 'it is no zip file, and')])
+def test_what_is_called_a_zip_file_and_is_none_is_named(tmp_path, data, said):
+    (tmp_path / 'a.zip').write_bytes(data)
+    with pytest.raises(NotJudged, match='cannot be unpacked: {}'.format(said)):
+        unpack(tmp_path / 'a.zip', tmp_path / 'out', Budget())
+
+
 @pytest.mark.parametrize('name', ['a/' * 1500 + 'x.py', 'x' * 300 + '.py', '"\n\u202e.py',
                                   'a\\..\\..\\x.py'])
 def test_odd_paths_in_an_archive_end_nothing(tmp_path, name):
@@ -135,6 +178,60 @@ def test_odd_paths_in_an_archive_end_nothing(tmp_path, name):
 
 
 # -- submissions
+
+@pytest.mark.parametrize('place', ['install/', 'logs/', 'venv/lab/', 'Build/', 'devel/share/'])
+@pytest.mark.parametrize('is_zip', [False, True])
+def test_a_folder_that_programs_make_is_read_if_the_node_is_nowhere_else(tmp_path, place, is_zip):
+    files = {place + NODE: 'x', place + 'run.bag': 'x', '.git/n.py': 'x'}
+    for with_own, expected in ((False, {place + NODE}), (True, {'n.py'})):
+        path = zipped(tmp_path / 'a.zip', dict(files, **{'n.py': 'x'} if with_own else {}))
+        if not is_zip:
+            path = tmp_path / str(with_own)
+            unpack(tmp_path / 'a.zip', path, Budget(), archives.NEVER)
+        found, said = laid_out(Submission(str(with_own), {path: 'a.zip'}), tmp_path)
+        assert (found, said) == ({'a.unpacked/' * is_zip + name for name in expected}, [])
+
+
+def test_what_canvas_numbers_was_handed_in_again_and_the_highest_number_counts(tmp_path):
+    for name, text in (('lee_1_30_lab7.zip', 'first'), ('lee_LATE_1_29_lab7-2.zip', 'third'),
+                       ('lee_1_31_lab7-1.zip', 'second')):
+        zipped(tmp_path / 'in' / name, {'lab7/move2goal.py': text})
+    for name, text in (('kim_2_9_imu_sub.py', 'old'), ('kim_2_11_imu_sub-1.py', 'older'),
+                       ('kim_2_12_imu_sub-10.py', 'new'), ('kim_2_13_imu_sub-9.py', 'x')):
+        (tmp_path / 'in' / name).write_text(text)
+    found = submissions_in(tmp_path / 'in', print)
+    (kim, kim_said), (lee, lee_said) = (laid_out(one, tmp_path) for one in found)
+    assert (kim, lee) == ({'imu_sub.py'}, {'lab7.unpacked/lab7/move2goal.py'})
+    assert [(tmp_path / 'work' / path).read_text() for path in (
+        'kim/imu_sub.py', 'lee/lab7.unpacked/lab7/move2goal.py')] == ['new', 'third']
+    assert lee_said == ['lab7.zip was handed in again: {} counts, not {}.'.format(*pair) for pair in (
+        ('lee_1_31_lab7-1.zip', 'lee_1_30_lab7.zip'), ('lee_LATE_1_29_lab7-2.zip', 'lee_1_31_lab7-1.zip'))]
+    assert len(kim_said) == 3 and 'imu_sub-10.py counts, not kim_2_13_imu_sub-9.py' in kim_said[-1]
+
+
+def test_files_of_one_name_never_become_one_without_a_word(tmp_path):
+    """Of two folders of one student; of zip files whose endings alone differ."""
+    for number, folder in enumerate(('Ann_1_assignsubmission_file_', 'Ann_1_assignsubmission_onlinetext_')):
+        (tmp_path / 'in' / folder).mkdir(parents=True)
+        (tmp_path / 'in' / folder / 'n.py').write_text(str(number))
+    zipped(tmp_path / 'in' / 'Bo' / 'a.zip', {'n.py': 'x'})
+    zipped(tmp_path / 'in' / 'Bo' / 'a.ZIP', {'n.py': 'y'})
+    ann, bo = (laid_out(one, tmp_path) for one in submissions_in(tmp_path / 'in', print))
+    assert ann == ({'n.py'}, ['n.py was handed in again: Ann_1_assignsubmission_onlinetext_ counts, not '
+                              'Ann_1_assignsubmission_file_.'])
+    assert bo == ({'a.unpacked/n.py', 'a.unpacked_/n.py'}, [])
+
+
+@pytest.mark.parametrize('second, expected', [
+    ({'src/n.py': 'x'}, {'a.unpacked/package.xml', 'a.unpacked/src/n.py'}),
+    ({'src/n.py': 'x', 'package.xml': 'y'},     # a package of its own
+     {'a.unpacked/package.xml', 'b.unpacked/package.xml', 'b.unpacked/src/n.py'}),
+    ({'package.xml/n.py': 'x'}, {'a.unpacked/package.xml', 'b.unpacked/package.xml/n.py'})])
+def test_a_package_in_one_zip_and_its_node_in_another_are_one_package(tmp_path, second, expected):
+    zipped(tmp_path / 'in' / 'a.zip', {'package.xml': 'x'})
+    zipped(tmp_path / 'in' / 'b.zip', second)
+    assert laid_out(Submission('Ann', {tmp_path / 'in': ''}), tmp_path) == (expected, [])
+
 
 def test_folders_that_are_too_deep_are_left_out(tmp_path):
     deepest = tmp_path.joinpath(*'a' * DEEPEST)
@@ -147,7 +244,7 @@ def test_folders_that_are_too_deep_are_left_out(tmp_path):
 def laid_out(submission, tmp_path):
     """(the files that a submission consists of, remarks)."""
     folder = tmp_path / 'work' / submission.student
-    remarks, unread = lay_out(submission.files, folder)
+    remarks, unread = lay_out(submission.files, folder, lambda: any(folder.rglob('*.py')))
     return files_below(folder.resolve()), remarks + unread
 
 
@@ -183,7 +280,7 @@ def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path,
     assert laid_out(found[1], tmp_path) == ({'b.unpacked/' + NODE}, [])
     flat = zipped(tmp_path / 'flat.zip', {'Cy/' + NODE: 'x' * 150, 'Di/' + NODE: 'x'})
     assert [submission.student for submission in in_zip(flat, tmp_path / 'other')] == ['Cy', 'Di']
-    monkeypatch.setattr(submissions, 'MOST_BYTES', 100)     # a class has more room than a submission
+    monkeypatch.setattr(archives, 'MOST_BYTES', 100)     # a class has more room than a submission
     cy, di = in_zip(flat, tmp_path / 'third')
     assert laid_out(cy, tmp_path) == (set(), ['More than 0.0001 MB: not all of it was unpacked.'])
     assert laid_out(di, tmp_path) == ({NODE}, [])
@@ -202,7 +299,7 @@ def test_a_zip_file_in_a_zip_file_is_not_unpacked_and_that_is_told_unless_there_
     (tmp_path / 'two' / 'n.py').write_text('x')
     (tmp_path / 'two' / 'inner.zip').write_bytes(inner)
     assert laid_out(Submission('Bo', {tmp_path / 'two': ''}), tmp_path) == (
-        {'n.py'}, ['Left out, because it is a zip file beside Python code: inner.zip.'])
+        {'n.py'}, ['Left out, because it is a zip file beside the node: inner.zip.'])
 
 
 def test_what_is_left_out_or_cannot_be_unpacked_is_told(tmp_path):
@@ -231,7 +328,7 @@ def test_links_and_odd_files_among_the_submissions_are_left_out(tmp_path):
 
 @pytest.mark.parametrize('is_zip', [False, True])
 def test_the_packages_of_a_python_environment_leave_room_for_the_node(tmp_path, monkeypatch, is_zip):
-    monkeypatch.setattr(submissions, 'MOST_FILES', 20)
+    monkeypatch.setattr(archives, 'MOST_FILES', 20)
     files = {'my_env/lib/site-packages/p{}/x.py'.format(number): '' for number in range(30)}
     files.update({'a/deep/pictures/{}.png'.format(number): '' for number in range(30)}, **{NODE: 'x'})
     path = zipped(tmp_path / 'work.zip', files)
@@ -256,7 +353,7 @@ def test_what_may_not_be_read_is_left_out_and_said():
         (folder / 'm.py').chmod(0)
         # the imports come first: a Python may lie where that user cannot read
         program = 'import os, sys\nsys.path[:] = {!r}\n{}os.setuid(65534)\nprint(*sort_out(Path({!r})))'.format(
-            sys.path, 'from pathlib import Path\nfrom tb3_labs.marking.intake.submissions import sort_out\n', name)
+            sys.path, 'from pathlib import Path\nfrom tb3_labs.marking.intake.archives import sort_out\n', name)
         said = subprocess.check_output([sys.executable, '-c', program], universal_newlines=True)
     assert said.replace(name + '/', '').replace('PosixPath', '') == (
         "[('open/n.py')] [('names/n.py'), ('shut'), ('m.py')]\n")

@@ -14,7 +14,7 @@ from pages import ROOT
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import imu, move2goal, turn
 from tb3_labs.marking.trial import processes
-from tb3_labs.marking.intake import sandbox, submissions
+from tb3_labs.marking.intake import archives, sandbox, submissions
 from tb3_labs.marking.labs.criteria import TOOK, Criterion, Place, judge
 from tb3_labs.marking.feedback import Table, feedback
 from tb3_labs.marking.marks import LABS, Marks, points_of
@@ -105,8 +105,8 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
             'the robot rests at {:g}, {:g}, {:g} and {:g} degrees'.format(*imu.STANDS.values()),
             '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}, `l` from {:g}'.format(
                 *[each.begins_deg for each in turns]),
-            '{:g} MB and {} files'.format(submissions.MOST_BYTES / 1e6, submissions.MOST_FILES),
-            '{:g} GB of the zip file of a class'.format(submissions.CLASS * submissions.MOST_BYTES / 1e9),
+            '{:g} MB and {} files'.format(archives.MOST_BYTES / 1e6, archives.MOST_FILES),
+            '{:g} GB of the zip file of a class'.format(archives.CLASS * archives.MOST_BYTES / 1e9),
             'files above {:g} MB are left out'.format(submissions.LARGEST / 1e6),
             '{} processes, {:g} GB of memory'.format(processes.PROCESSES, processes.MEMORY / 1e9),
             '{:g} MB in th'.format(processes.OWN_DISK / 1e6),      # their folders

@@ -8,6 +8,7 @@ from unittest import mock
 
 import genpy
 import pytest
+from sandboxes import ros_alone  # noqa: F401
 from tb3_labs.marking.intake.workspace import build
 from tb3_labs.marking.labs.ros_gamepad import has_covariance, is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
@@ -17,6 +18,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.msg import MouseController
 from tb3_labs.srv import SetInitialPose
 
+pytestmark = pytest.mark.usefixtures('ros_alone')
 TEXTS = {
     '__init__.py': 'raise SystemExit',
     'msg/Mouse.msg': 'Header header\nstd_msgs/Bool status # on?\nfloat32 xPos\nfloat32 yPos\n',

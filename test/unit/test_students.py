@@ -126,10 +126,20 @@ def test_nothing_that_it_starts_or_includes_is_missing(archive):
 
 
 def test_its_readme_is_its_own_and_no_link_is_dead(archive, folder):
-    assert 'demo.sh' not in archive['README.md'] and 'unzip students.zip -d ~' in archive['README.md']
+    assert 'demo.sh' not in archive['README.md'] and 'tar -xzf students.tar.gz -C ~' in archive['README.md']
     for path, text in archive.items():
         for target in re.findall(r'\]\(([^)#]+)', text) if path.endswith('.md') else ():
             assert '://' in target or (folder / path).parent.joinpath(target).exists(), (path, target)
+
+
+def test_it_has_no_leftovers_and_no_file_names_a_page_that_is_missing(archive, folder):
+    """Of the tests only what starts a check; of programs, none whose own files are not there."""
+    assert [path for path in archive if path.startswith(('test/', '.ci', 'CHANGELOG'))
+            or path == 'scripts/test.sh'] == ['test/.run_test.py']
+    for path, text in archive.items():
+        for page in re.findall(r'[\w./-]*\w\.(?:md|rst)\b', re.sub('<!--.*?-->|```.*', '', text)):
+            assert any(place.joinpath(page).exists() for place in (
+                folder, folder / 'doc', (folder / path).parent)), (path, page)
 
 
 def test_its_pages_name_no_file_that_is_missing(archive):

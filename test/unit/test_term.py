@@ -194,6 +194,17 @@ def test_what_has_not_changed_is_kept(tmp_path):
     assert folder_of(tmp_path).kept('Ann', 'digest') is None
 
 
+def test_the_file_that_a_person_chose_for_a_student_stays_chosen(tmp_path):
+    """A plain run afterwards does not judge the other one; a new choice, or a new submission, does."""
+    marks = marks_of('Ann', turned(90.0))
+    folder_of(tmp_path, name='lab2/src/n.py').write(marks, 'digest')
+    assert folder_of(tmp_path, name='').kept('Ann', 'digest') == marks
+    assert folder_of(tmp_path, name='').kept('Ann', 'other digest') is None
+    assert folder_of(tmp_path, name='lab2/src/m.py').kept('Ann', 'digest') is None
+    folder_of(tmp_path, name='n.py').write(marks, 'digest')     # a name is the whole class's
+    assert folder_of(tmp_path, name='').kept('Ann', 'digest') is None
+
+
 def test_what_a_trial_runs_decides_whether_marks_are_kept(tmp_path, monkeypatch):
     """A simulated robot, a check or a launch file that has changed; but for the points."""
     for name in ('launch/a.launch', 'launch/checks/points.yaml', 'scripts/fake_turtlebot3.py'):
@@ -306,7 +317,7 @@ def test_one_odd_submission_does_not_end_the_class(tmp_path):
     assert rows['dot']['remarks'].startswith("'=1+1 \\x1b[2JM\\xfcller")
     assert len(rows['dot']['remarks']) < 5000
     assert len(problems) == 4
-    said = 'The zip file cannot be unpacked: File is not a zip file.'
+    said = 'The zip file cannot be unpacked: its end is missing, as if the upload was cut off.'
     assert rows['zip']['points'] == rows['zip']['starts'] == '' and rows['zip']['remarks'] == said
     assert 'To look at: zip: Not judged: ' + said in folder_of(tmp_path / 'marks').write_overview()[1]
 
@@ -372,3 +383,8 @@ def test_students_are_chosen_by_name(name, words):
     assert chosen(students, ['bo lee', 'Ann Miller']) == ['Bo Lee', 'Ann Miller']
     with pytest.raises(ValueError, match=words):
         chosen(students, [name])
+    assert chosen(['Ann', 'ann'], ['Ann']) == ['Ann'] and chosen(['Ann', 'ann'], ['ann']) == ['ann']
+    with pytest.raises(ValueError, match='more than one submission is called ANN; these are: Ann, ann'):
+        chosen(['Ann', 'ann'], ['ANN'])
+    with pytest.raises(ValueError, match='these are: s0, s1, s2, s3, s4, s5, s6, s7, s8, s9 and 14 more'):
+        chosen(['s{}'.format(number) for number in range(24)], ['Nobody'])

@@ -1,4 +1,5 @@
 """A class whose submissions are marked: the way in for mark.py."""
+import os
 import sys
 import tempfile
 import threading
@@ -9,17 +10,18 @@ from pathlib import Path
 from typing import Callable, Sequence
 
 from tb3_labs.command_line import printable, reason
+from tb3_labs.marking.intake.archives import is_zip
 from tb3_labs.marking.intake.packages import NotJudged
 from tb3_labs.marking.intake.reading import unpack_class
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.intake.sandbox import problem as sandbox_problem
 from tb3_labs.marking.intake.submissions import (
-    Submission, chosen, is_zip, submissions_in, without_wrapping)
+    Submission, chosen, submissions_in, without_wrapping)
 from tb3_labs.marking.lab_names import GAMEPAD
 from tb3_labs.marking.labs.gamepad import HANDOUT, pad_called
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder
-from tb3_labs.marking.marker import Marker, MarkingInterrupted, Options, forget_overlays
+from tb3_labs.marking.marker import Marker, MarkingInterrupted, Options, ros_alone
 
 
 def tell(line: str) -> None:
@@ -125,8 +127,10 @@ def mark_class(given, tell_problem):
 
     ``tell_problem(words)`` is told why something was not done.
     """
-    forget_overlays()
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
+        made = ros_alone(Path(work) / 'ros', os.environ)
+        os.environ.clear()
+        os.environ.update(made)
         try:
             marker, found = _begun(given, Path(work), tell_problem)
             failed = MarkedClass(marker, bool(given.only), tell_problem).mark_all(found, given.jobs)
@@ -154,7 +158,8 @@ def _begun(given, work, tell_problem):
     if not source.is_dir():
         if not (source.is_file() and is_zip(source.name)):
             raise ValueError('{} is neither a folder nor a zip file'.format(given.submissions))
-        unpack_class(source, work / 'all')
+        for remark in unpack_class(source, work / 'all'):
+            tell_problem(remark)
         source = without_wrapping(work / 'all')
     found = submissions_in(source, tell_problem)
     if given.only:

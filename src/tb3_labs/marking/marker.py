@@ -5,20 +5,24 @@ end none of its processes is left, whatever the submission did.
 """
 import json
 import os
+import re
+import shutil
 import subprocess
 import sys
 import threading
 import time
 import uuid
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Dict, List, MutableMapping, Set
+from typing import Dict, Mapping
+
+import rospkg
 
 from tb3_labs.command_line import write_output
 from tb3_labs.marking.intake.packages import NotJudged
 from tb3_labs.marking.intake.reading import Reading, read
-from tb3_labs.marking.intake.sandbox import IDENTITY, MODULES, PREFIXES, NoSandbox, Sandbox
+from tb3_labs.marking.intake.sandbox import (
+    IDENTITY, MODULES, OWN_PACKAGE, PREFIXES, NoSandbox, Sandbox)
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.workspace import COPY, VARIABLE, elsewhere, prepare
 from tb3_labs.marking.lab_names import GAMEPAD, NODES
@@ -30,11 +34,15 @@ from tb3_labs.marking.trial.evidence import remarks_on, untold
 from tb3_labs.marking.trial.observation import Observation
 from tb3_labs.marking.trial.processes import sweep
 
-#: Variables of the caller that would change the result.
-FORGOTTEN = ('ROS_MASTER_URI', 'ROS_IP', 'ROS_NAMESPACE', 'TURTLEBOT3_MODEL', 'ROSCONSOLE_FORMAT',
-             'DISPLAY', 'WAYLAND_DISPLAY')
-#: Variables that list folders of catkin's workspaces.
-LISTS = (PREFIXES, 'LD_LIBRARY_PATH', 'PATH', 'PKG_CONFIG_PATH', MODULES, 'ROS_PACKAGE_PATH')
+#: Variables of the caller's terminal that stay for the marking.
+KEPT = re.compile(
+    'HOME|USER|LOGNAME|LANG|LANGUAGE|LC_[A-Z]+|TZ|TERM|ROS_(ROOT|DISTRO|VERSION|PYTHON_VERSION)|'
+    'PYTHON(NOUSERSITE|DONTWRITEBYTECODE)|OPENBLAS_NUM_THREADS|SETUPTOOLS_USE_DISTUTILS')
+#: Others are lists of these folders of prefixes.
+PYTHON = 'lib/python3/dist-packages'
+FOLDERS = {PREFIXES: '', MODULES: PYTHON, 'ROS_PACKAGE_PATH': 'share', 'LD_LIBRARY_PATH': 'lib',
+           'PATH': 'bin'}
+SYSTEM = '/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin'
 #: Log lines go to the terminal as usual, but to no file.
 LOGGING = '''version: 1
 disable_existing_loggers: false
@@ -120,8 +128,8 @@ class Marker:
         if not record.exists():
             raise NotJudged('The check left no record; see {}.'.format(log))
         observed = record.read_text()       # of no use to a student: the copy's place
-        for place in (reading.package + '/', ''):
-            observed = observed.replace('{}/ws/{}/{}'.format(work, COPY, place), '')
+        for place in ('{}/{}/'.format(COPY, reading.package), COPY + '/', ''):
+            observed = observed.replace('{}/ws/{}'.format(work, place), '')
         write_output(self.folder.logs / (marks.student + '.json'), observed)
         marks.observation = Observation.from_json(observed)
         marks.remarks += remarks_on(marks.observation)
@@ -143,8 +151,8 @@ class Marker:
                 'type:=' + executable, 'parts:=' + ','.join(self.folder.parts),
                 'record:={}'.format(record), 'truth:={}'.format(work / 'truth')]
                 + ['pad:=' + self._options.pad] * (self._lab == GAMEPAD)),
-            env=environment, cwd=str(work), stdin=subprocess.DEVNULL, stdout=output, stderr=output,
-            start_new_session=True)
+            env=environment, cwd=environment['ROS_HOME'], stdin=subprocess.DEVNULL, stdout=output,
+            stderr=output, start_new_session=True)
         begun = time.monotonic()
         while check.poll() is None and not self.interrupted.wait(LOOK) and (
                 time.monotonic() < begun + LIMIT):
@@ -157,40 +165,41 @@ class Marker:
 
 # -- the environment
 
-def environment_in(work: Path, environment: Dict[str, str]) -> Dict[str, str]:
+def environment_in(work: Path, environment: Mapping[str, str]) -> Dict[str, str]:
     """The environment of a separate ROS that writes only below `work`, an existing folder."""
     settings = work / 'etc'
     settings.mkdir(exist_ok=True)
+    (work / 'ros').mkdir(exist_ok=True)
     (settings / 'logging.yaml').write_text(LOGGING)
     # without rosout, which would write all log lines into a file
     (settings / 'roscore.xml').write_text('<launch/>')
-    given = {name: value for name, value in environment.items() if name not in FORGOTTEN}
-    return dict(given, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(work / 'ros'),
+    return dict(environment, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(work / 'ros'),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
                 ROS_PYTHON_LOG_CONFIG_FILE=str(settings / 'logging.yaml'),
-                ROS_TEST_RESULTS_DIR=str(work / 'results'))
+                ROS_TEST_RESULTS_DIR='results')     # in ROS_HOME: rostest cuts a path at a blank
 
 
-def forget_overlays(environment: MutableMapping[str, str] = os.environ,
-                    modules: List[str] = sys.path) -> None:
-    """Remove the catkin workspaces that come before this package's from `environment` and from
-    Python's search path `modules`.
+def ros_alone(own: Path, caller: Mapping[str, str]) -> Dict[str, str]:
+    """An environment with ROS's own prefix, and `own`, a new prefix that has this package alone.
 
-    An instructor's own nodes and messages must not replace those of a submission, nor be read.
+    It is made, not filtered: a workspace of the `caller` may hold this package together with an
+    instructor's nodes and messages, which must not stand in for those of a submission.
     """
-    prefixes = [path for path in environment.get(PREFIXES, '').split(':') if path]
-    holders = [number for number, prefix in enumerate(prefixes)
-               if os.path.isdir(os.path.join(prefix, 'share', 'tb3_labs'))]
-    overlays = prefixes[:holders[0]] if holders else []
-    sources: Set[str] = set()
-    for prefix in overlays:
-        with suppress(OSError):
-            sources.update(Path(prefix, '.catkin').read_text().split(';'))
-
-    def stays(path: str) -> bool:
-        return path not in sources and not any(
-            (path + '/').startswith(prefix.rstrip('/') + '/') for prefix in overlays)
-    for name in LISTS:
-        if name in environment:
-            environment[name] = ':'.join(filter(stays, environment[name].split(':')))
-    modules[:] = filter(stays, modules)
+    prefixes, modules = (caller.get(name, '').split(':') for name in (PREFIXES, MODULES))
+    for place, folders in (('share', [rospkg.RosPack().get_path(OWN_PACKAGE)]),
+                           ('lib', [prefix + '/lib/' + OWN_PACKAGE for prefix in prefixes]),
+                           (PYTHON, [folder + '/' + OWN_PACKAGE for folder in modules])):
+        (own / place / OWN_PACKAGE).mkdir(parents=True)
+        for first in list(filter(os.path.isdir, folders))[:1]:
+            for name in os.listdir(first):
+                (own / place / OWN_PACKAGE / name).symlink_to(
+                    os.path.join(os.path.abspath(first), name))
+    (own / '.catkin').touch()
+    site = Path(sys.prefix).parent / 'devel' / PYTHON / 'sitecustomize.py'
+    if site.is_file():      # setup.sh repairs rospy of Debian 11 by it
+        shutil.copy(str(site), str(own / PYTHON))
+    ros = [prefix for prefix in prefixes if os.path.isdir(prefix + '/share/rospy')][-1:]
+    made = {name: ':'.join('{}/{}'.format(prefix, folder).rstrip('/') for prefix in [
+        str(own), *ros]) for name, folder in FOLDERS.items()}       # each program knows /usr
+    made['PATH'] = ':'.join([os.path.dirname(sys.executable), made['PATH'], SYSTEM])
+    return dict({name: value for name, value in caller.items() if KEPT.fullmatch(name)}, **made)

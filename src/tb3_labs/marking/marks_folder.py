@@ -39,6 +39,7 @@ class MarksFolder:
         self.logs = output_folder(self._path / 'logs')
         decisive = hashlib.sha256(b''.join(path.read_bytes() for path in decisive_files()))
         #: Two tries of a submission that agree in all this end alike.
+        self._options = options
         self._key = {'lab': lab, 'parts': sorted(parts), 'options': options,
                      'version': decisive.hexdigest()}
         #: Student -> Marks, the key of their try, and the points of each criterion on their page.
@@ -52,7 +53,11 @@ class MarksFolder:
     def kept(self, student: str, submission: str) -> Optional[Marks]:
         """A student's Marks if a new try of this digest would end alike, else None."""
         marks, key, _ = self._kept.get(student, (None, None, None))
-        return marks if key == dict(self._key, submission=submission) else None
+        options = dict(self._options)
+        chosen = key['options'].get('name', '') if key else ''
+        if '/' in chosen and not options.get('name'):   # a person chose this one's node
+            options['name'] = chosen
+        return marks if key == dict(self._key, submission=submission, options=options) else None
 
     def write(self, marks: Marks, submission: str) -> None:
         """Write the marks of one student, and forget their observation.

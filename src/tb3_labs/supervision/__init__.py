@@ -1,4 +1,4 @@
-"""May the robot move, and who drives it? A stop stays a stop, as doc/instructor/failures.md has it:
+"""May the robot move, and who drives it? A stop stays a stop:
 
 1. *A stop counts*, whoever sends it. Only a grant is ever doubted (`permission`).
 2. *Old words give nothing*: repeated, late, latched (`events`); nor does a node that woke

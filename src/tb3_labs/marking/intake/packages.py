@@ -1,14 +1,15 @@
 """The packages of a submission, and the file in them that is the node of a lab.
 
 A repository of a whole course has several files with the same name. A file that was put aside comes
-last; then a file is chosen by its package, its name, and what it does. Real submissions: see
-doc/instructor/marking.md.
+last; then a file is chosen by its package, its name, and what it does.
 
 Here all files of a submission are only read, as texts.
 """
 import hashlib
 import keyword
+import os
 import re
+import shlex
 import xml.etree.ElementTree as ElementTree
 from functools import lru_cache
 from pathlib import Path
@@ -28,11 +29,13 @@ FOLDERS = ('scripts', 'nodes', 'src')
 LISTENS_TO = 'listens to '
 #: Candidates that agree in so many ranks are alike.
 ALIKE = 4
+#: In the relays that a build makes, which lead to files of the student's machine.
+CATKINS = b'generated from catkin/cmake/template'
 #: A larger file is not a program [bytes].
 LARGEST_PROGRAM = 1000000
 #: A hidden folder, or one whose name has one of these words, holds what was put aside.
-ASIDE = re.compile(r'\.|(.*[^a-z])?(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
-                   r'archived?|deleted)([^a-z].*)?$', re.IGNORECASE)
+ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
+                   r'archived?|deleted)(?![a-z])', re.IGNORECASE)
 
 
 def is_name(text: str) -> bool:
@@ -140,10 +143,11 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
     """The file below `folder` that is the node of a lab.
 
     A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
-    of class and node. Only files of `package` and called `name` count, if these are given.
-    ``NotJudged`` if no file is left.
+    of class and node. Only files of `package` and called `name` count, if these are given; `name`
+    may be a path, as it is printed. ``NotJudged`` if no file is left.
     """
-    packages, names = (package,) if package else lab.packages, (name,) if name else lab.files
+    packages = (package,) if package else lab.packages
+    names = (os.path.basename(name),) if name else lab.files
     handed_in = files_in(folder)
     # a manifest is read once
     name_of = lru_cache(maxsize=None)(lambda found: name_in(found / MANIFEST)[0] if found else '')
@@ -152,23 +156,25 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
                    path.read_bytes().decode(errors='replace'), packages, names)
         for path in handed_in if _is_program(path))
     found = [each for each in programs
-             if (not package or each.package == 0) and _can_be_the_node(each, names, name)]
+             if (not package or each.package == 0) and _can_be_the_node(each, names, name)
+             and ('/' not in name or each.path == os.path.normpath(name))]
     if not found:
         raise NotJudged('There is no {}{}, and no other file does what it should. {}'.format(
-            ' or '.join(names), ' in a package {}'.format(package) if package else '',
+            name or ' or '.join(names), ' in a package {}'.format(package) if package else '',
             _there_is(sorted(each.path for each in programs),
                       [str(path.relative_to(folder)) for path in handed_in])))
     alike = [each for each in found if each[:ALIKE] == found[0][:ALIKE]]
     differ = len({each.text for each in alike}) > 1
+    other = './' * ('/' not in alike[-1].path) + alike[-1].path
     return Choice(found[0].path, _remarks(found, packages, names), [
-        'Judged was {}. It is as likely the node as {}, and they differ: --package and --type '
-        'choose another one.'.format(found[0].path, shortened(
-            [each.path for each in alike[1:]]))] * differ)
+        'Judged was {}. It is as likely the node as {}, and they differ: --type {} chooses another '
+        "one, with --only and the student's name.".format(found[0].path, shortened(
+            [each.path for each in alike[1:]]), shlex.quote(other))] * differ)
 
 
 def is_aside(path: str) -> bool:
     """Does a path lead through a folder of hidden, old or copied files?"""
-    return any(map(ASIDE.match, Path(path).parts))
+    return any(map(ASIDE.search, Path(path).parts))
 
 
 def source_of(node: Path, folder: Path) -> Path:
@@ -183,7 +189,9 @@ def source_of(node: Path, folder: Path) -> Path:
 def _is_program(path):
     if path.stat().st_size > LARGEST_PROGRAM:
         return False
-    return path.suffix == '.py' or not path.suffix and b'python' in path.read_bytes()[:80]
+    begin = path.read_bytes()[:300]
+    return CATKINS not in begin and (
+        path.suffix == '.py' or not path.suffix and b'python' in begin[:80])
 
 
 def _candidate(lab, path, package, text, packages, names):
@@ -247,7 +255,7 @@ def shortened(names: Sequence[str], most: int = 6) -> str:
 
 def _there_is(programs, handed_in):
     if programs:
-        return ('Python files that were found (--package and --type choose another one): {}.'
+        return ('Python files that were found (--type chooses one of them): {}.'
                 .format(shortened(programs)))
     return 'No Python file was found at all. ' + (
         'Handed in: {}.'.format(shortened(handed_in)) if handed_in else 'Nothing was handed in.')

@@ -6,24 +6,29 @@ reading it takes all memory, or hours. Then that process ends, not the marking.
 """
 import ast
 import json
+import pkgutil
 import re
 import subprocess
 import sys
+from contextlib import suppress
 from importlib.machinery import PathFinder
+from os.path import commonprefix
 from pathlib import Path
 from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Set, Tuple
 
+from tb3_labs.marking.intake.archives import CLASS, NEVER, Budget, unpack
+from tb3_labs.marking.intake.catkin import modules_of
 from tb3_labs.marking.intake.packages import (
-    MANIFEST, NotJudged, digest, find_node, interface_files, is_name, name_in, packages_in,
+    MANIFEST, Choice, NotJudged, digest, find_node, interface_files, is_name, name_in, packages_in,
     source_of)
-from tb3_labs.marking.intake.submissions import (
-    CLASS, Budget, Submission, lay_out, unpack)
+from tb3_labs.marking.intake.submissions import Submission, lay_out
 from tb3_labs.marking.lab_names import NodeNames
 
 #: The most that a call may use: memory [bytes], processor time [s].
 MEMORY, COMPUTING = 10 ** 9, 120
 PROGRAM = '''import json, sys
-sys.path[:], name, arguments = json.load(sys.stdin)
+del sys.path[0]
+name, arguments = json.load(sys.stdin)
 from tb3_labs.marking.intake import reading
 try:
     answer = getattr(reading, name)(*arguments), None
@@ -63,9 +68,10 @@ def read(submission: Submission, folder: Path, lab: NodeNames, package: str = ''
         package, name))
 
 
-def unpack_class(path: Path, folder: Path) -> None:
-    """Unpack the zip file of a class. ``NotJudged`` if it must not be."""
-    _call('The zip file cannot be unpacked', _unpack_class, str(path), str(folder))
+def unpack_class(path: Path, folder: Path) -> List[str]:
+    """Unpack the zip file of a class; remarks on what was left out. ``NotJudged`` if it must not
+    be."""
+    return _call('The zip file cannot be unpacked', _unpack_class, str(path), str(folder))
 
 
 def _call(failure: str, function: Callable[..., Any], *arguments: Any) -> Any:
@@ -75,7 +81,7 @@ def _call(failure: str, function: Callable[..., Any], *arguments: Any) -> Any:
     done = subprocess.run(
         ['prlimit', '--as={}'.format(MEMORY), '--cpu={}'.format(COMPUTING), '--core=0',
          sys.executable, '-c', PROGRAM],
-        input=json.dumps([sys.path, function.__name__, arguments]),
+        input=json.dumps([function.__name__, arguments]),
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
         cwd='/',                    # Python looks for modules in its folder
         start_new_session=True)     # Ctrl+C is for the marker
@@ -93,28 +99,43 @@ def _call(failure: str, function: Callable[..., Any], *arguments: Any) -> Any:
 
 def _unpack_class(path, folder):
     budget = Budget(CLASS)
-    unpack(Path(path), Path(folder), budget)
+    remarks = unpack(Path(path), Path(folder), budget, NEVER)
     if budget.exceeded:
         raise NotJudged(budget.exceeded)
+    return remarks
 
 
 def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
           name: str) -> Reading:
     place = Path(folder)
-    remarks, unread = lay_out({Path(path): own for path, own in files.items()}, place)
+
+    def found() -> Choice:
+        return find_node(place, NodeNames(*lab), package, name)
+
+    def has_node() -> bool:
+        with suppress(NotJudged):
+            return bool(found())
+        return False
+    remarks, unread = lay_out({Path(path): own for path, own in files.items()}, place, has_node)
     unread = list(dict.fromkeys(unread))
     try:
-        path, why, look_at = find_node(place, NodeNames(*lab), package, name)
+        path, why, look_at = found()
     except NotJudged as problem:    # the node may be in what was not read
         raise NotJudged(' '.join((unread or [str(problem)]) + remarks)) from None
     node = place / path
     source, packages = source_of(node, place), packages_in(place, node)
     needs = _needs_of(node, packages)
+    if 'rclpy' in needs.lacking:
+        raise NotJudged('{} is a node of ROS 2: it imports rclpy. The labs have ROS 1: rospy.'
+                        .format(path))
     if needs.lacking:
         raise NotJudged('{} imports {}, which neither the submission nor the marking machine has.'
                         .format(path, ' and '.join(needs.lacking)))
+    slips = ['{} imports {}, and there is no such module; near it: {}.'.format(path, *slip)
+             for slip in needs.slips]
     return Reading(
-        digest(place), remarks + why + unread, look_at, path, str(source.relative_to(place)),
+        digest(place), remarks + why + unread + slips, look_at + slips, path,
+        str(source.relative_to(place)),
         *name_in(source / MANIFEST),
         {each: str(packages[each].relative_to(place)) for each in needs.packages},
         needs.given, needs.unused)
@@ -178,12 +199,15 @@ class Needs(NamedTuple):
     given: List[str]        # packages that were not handed in, whose GIVEN the node imports
     unused: List[str]       # modules that are not found, and not used, with dots
     lacking: List[str]      # modules that are not found, up to their first dot
+    slips: List[Tuple[str, str]]    # such modules, and those of which they are slips of a key
 
 
 def _needs_of(node, packages):
     """The Needs of a node; `packages`: name -> folder of all packages of the submission. The
     imports of the modules beside the node count too."""
     needed, programs, own = [], [node], []
+    made = {folder.name: name for name, package in packages.items()
+            for folder in modules_of(package, name)}
     for program in programs:        # the list grows meanwhile
         found = imports_of(program.read_bytes())
         own += [item for item in found if not item.guarded] if program == node else []
@@ -192,22 +216,42 @@ def _needs_of(node, packages):
             beside = node.parent / (name + '.py')
             if beside.is_file() and beside not in programs:
                 programs.append(beside)
-            if name in packages and name not in needed:
-                needed.append(name)
-                imported += sorted(_types_used(packages[name]))
-                programs += sorted(packages[name].glob('src/{}/**/*.py'.format(name)))
-    offered = {name for name, folder in packages.items()
-               if any(interface_files(folder).values()) or (folder / 'setup.py').exists()}
+            package = name if name in packages else made.get(name)
+            if package and package not in needed:
+                needed.append(package)
+                imported += sorted(_types_used(packages[package]))
+                programs += [path for folder in modules_of(packages[package], package)
+                             for path in sorted(folder.rglob('*.py'))]
+    offered = {name for name, folder in packages.items() if any(
+        interface_files(folder).values()) or (folder / 'setup.py').exists()}.union(made)
     missing = {name for name in set().union(*(item.packages for item in own)) - offered
                if name not in sys.builtin_module_names
                and PathFinder.find_spec(name, [str(node.parent)] + sys.path) is None}
     given = {name for item in own if GIVEN in item.names and item.modules[0].endswith('.msg')
              for name in item.packages & missing if is_name(name) and name not in packages}
-    missing -= given
+    slips = _slips(missing - given)
+    missing -= given.union(slips)
     lacking = set().union(*(item.packages & missing for item in own if item.used), ())
     return Needs(needed, sorted(given), sorted({
         module for item in own for module in item.modules
-        if module.split('.')[0] in missing - lacking}), sorted(lacking))
+        if module.split('.')[0] in missing - lacking}), sorted(lacking), sorted(slips.items()))
+
+
+def _slips(missing):
+    """{name: module} of the names that are a slip of the key for a module's."""
+    known = {each.name for each in pkgutil.iter_modules(sys.path)}.union(sys.builtin_module_names)
+    return {name: near for name in missing for near in sorted(known)
+            if len(near) > 3 and is_slip(name, near)}
+
+
+def is_slip(name: str, near: str) -> bool:
+    """Is a name another one but for a letter, or for two that changed places? Another number is
+    another module (cv, cv2)."""
+    same = sum(len(commonprefix(pair)) for pair in ([name, near], [name[::-1], near[::-1]]))
+    longest = max(len(name), len(near))
+    return (name[0] == near[0] and abs(len(name) - len(near)) < 2
+            and re.sub(r'\d', '', name) != re.sub(r'\d', '', near)
+            and same >= longest - 1 - (sorted(name) == sorted(near)))
 
 
 def _types_used(package):

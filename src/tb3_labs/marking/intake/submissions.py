@@ -4,9 +4,7 @@ Moodle: ``Ann Miller_12345_assignsubmission_file_`` (a folder), or the same with
 behind it. Canvas: ``millerann_12345_67890_lab2.zip``, with ``_LATE`` after the name of a late one,
 and ``lab2-1.zip`` for a file that was handed in again. Names may be any bytes: each is checked.
 
-The files that were handed in are neither changed nor run. They are copied, or unpacked, once,
-within a budget of files and bytes, without links and devices. A zip file may be a bomb, or have
-paths that lead out of it: reading.py does this in a process of its own.
+The files that were handed in are neither changed nor run. They are copied, or unpacked, once.
 """
 import difflib
 import hashlib
@@ -14,47 +12,30 @@ import os
 import re
 import shutil
 import stat
-import zipfile
-import zlib
 from collections import Counter
 from pathlib import Path
 from typing import Callable, Dict, Iterable, List, NamedTuple, Tuple
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.packages import NotJudged, shortened
+from tb3_labs.marking.intake.archives import (
+    MADE, NEVER, NO_NAME, OTHER_ARCHIVES, ZIP, Budget, is_zip, left_out, sort_out, turn, unpack,
+    write)
+from tb3_labs.marking.intake.packages import MANIFEST, NotJudged, files_in, shortened
 
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
-CANVAS = re.compile(r'(?P<student>[^_]+)(?:_late)?_(?P<number>\d+)_\d+_(?P<file>.+)',
+CANVAS = re.compile(r'(?P<student>[^_]+)(?:_late)?_(?P<number>\d+)_(?P<upload>\d+)_(?P<file>.+)',
                     re.IGNORECASE)
 #: The number that Canvas adds to the name of a file that was handed in again.
-AGAIN = re.compile(r'-\d+(?=\.\w+$)')
-ZIP = '.zip'
-#: A submission, unpacked, has at most MOST_FILES files and MOST_BYTES bytes.
-MOST_FILES, MOST_BYTES = 5000, 200000000
-#: The zip file of a class may hold as much as this number of submissions.
-CLASS = 50
-#: Folders are nested at most this deep.
-DEEPEST = 50
-#: Folders and files that are not a student's work: they are neither unpacked nor copied.
-LEFT_OUT = re.compile(r'(^|/)(__MACOSX|\.git|\.svn|build|devel|install|logs|__pycache__|\.DS_Store|'
-                      r'\.?venv|site-packages|node_modules|[^/]*\.bag)(/|$)', re.IGNORECASE)
-#: Endings of a package's own files: the budget is for these first.
-OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
+AGAIN = re.compile(r'-(\d+)(?=\.\w+$)')
 #: Names that a student's file cannot have: the folder of marks uses them, or no file can have them.
 TAKEN_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
 #: A name is at most this long, so that an ending fits behind it [bytes]. Linux allows 255.
 LONGEST_NAME = 180
-#: Archives that are not unpacked; a zip file if it lies in another one.
-OTHER_ARCHIVES = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 #: A larger file is not copied, unless it is an archive [bytes].
 LARGEST = 20000000
 
 
 # -- names
-
-def is_zip(name: str) -> bool:
-    return name.lower().endswith(ZIP)
-
 
 def file_name(text: str) -> str:
     """A valid name of a file, which a line can show; most names stay."""
@@ -113,17 +94,21 @@ def by_student(names: Dict[str, HandedIn]) -> Dict[str, List[str]]:
 
 
 def chosen(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
-    """The students that are wanted, in any case of letters; ``ValueError`` for an unknown name,
-    with the names that are similar."""
-    known = {student.lower(): student for student in students}
+    """The students that are wanted; another case of letters will do for a name that only one has.
+    ``ValueError`` for an unknown name, with the names that are similar."""
+    students, found = list(students), []
     for name in wanted:
-        if name.lower() not in known:
-            near = [key for key in known if name.lower() in key] or difflib.get_close_matches(
-                name.lower(), known)
-            raise ValueError('no submission is called {}; {}: {}'.format(
-                name, 'near it' if near else 'these are',
-                ', '.join(known[key] for key in (near or list(known))[:10])))
-    return [known[name.lower()] for name in wanted]
+        same = [student for student in students if student == name] or [
+            student for student in students if student.lower() == name.lower()]
+        if len(same) != 1:
+            near = [student for student in students if name.lower() in student.lower()] or (
+                difflib.get_close_matches(name, students))
+            raise ValueError('{} submission is called {}; {}: {}'.format(
+                'more than one' if same else 'no', name,
+                'these are' if same or not near else 'near it',
+                shortened(same or near or students, 10)))
+        found += same
+    return found
 
 
 # -- submissions
@@ -135,69 +120,83 @@ class Submission(NamedTuple):
     files: Dict[Path, str]      # file or folder -> the student's own name of a file
 
 
-def lay_out(handed_in: Dict[Path, str], folder: Path) -> Tuple[List[str], List[str]]:
+def lay_out(handed_in: Dict[Path, str], folder: Path,
+            has_node: Callable[[], bool]) -> Tuple[List[str], List[str]]:
     """Copy the files of a submission, unpacked, into `folder`, which is made. Returns (remarks on
     files that were left out, remarks on those that could not be copied or unpacked: the node may be
     in one).
 
-    Zip files are unpacked unless there is a Python file: then they do not belong to the code.
+    Zip files are unpacked unless the node lies beside them: then they do not belong to the code.
     """
+    done = _lay_out(handed_in, folder, has_node, MADE)
+    if not has_node():
+        shutil.rmtree(str(folder))
+        done = _lay_out(handed_in, folder, has_node, NEVER)
+    return done
+
+
+def _lay_out(handed_in, folder, has_node, skipped):
     folder.mkdir(parents=True)
-    remarks: List[str] = []
-    unread: List[str] = []
-    budget = Budget()
-    files = [found for path, name in handed_in.items()
-             for found in (_files_in(path, remarks) if path.is_dir() else [(path, Path(name))])]
-    zips = [found for found in files if is_zip(found[1].name)]
-    for source, place in sorted(set(files) - set(zips), key=lambda found: _turn(
-            str(found[1]), found[0].stat().st_size)):
+    budget, remarks, unread, lost = Budget(), [], [], []
+    files = {}      # place -> file, its name on the platform
+    for path, name in sorted(handed_in.items(), key=lambda item: _upload(item[0].name)):
+        for source, place in (_files_in(path, remarks, skipped) if path.is_dir()
+                              else [(path, Path(name))]):
+            if place in files:
+                remarks.append('{} was handed in again: {} counts, not {}.'.format(
+                    *map(printable, (str(place), path.name, files[place][1]))))
+            files[place] = source, path.name
+    zips = [place for place in files if is_zip(place.name)]
+    for place in sorted(set(files) - set(zips), key=lambda place: turn(
+            str(place), files[place][0].stat().st_size)):
+        source = files[place][0]
         if budget.take(source.stat().st_size):
-            target = folder / place
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(str(source), str(target))
-            target.chmod(0o755 if os.access(str(source), os.X_OK) else 0o644)
-    if any(place.suffix == '.py' for _, place in files):
-        _say(remarks, 'it is a zip file beside Python code', [place for _, place in zips])
+            with open(str(source), 'rb') as file:
+                lost += [place] * (not write(
+                    file, folder / place, os.access(str(source), os.X_OK)))
+    remarks += left_out(NO_NAME, lost)
+    if zips and has_node():
+        remarks += left_out('it is a zip file beside the node', zips)
     else:
-        for source, place in zips:
-            try:
-                unpack(source, folder / place.parent / (place.stem + '.unpacked'), budget)
-            except NotJudged as reason:
-                unread.append(str(reason))
-        others = [path.name for path in sort_out(folder)[0]
-                  if path.suffix.lower() in OTHER_ARCHIVES]
-        unread += ['{} was not unpacked: only zip files are, and none in others.'.format(
-            printable(name)) for name in others[:1]]
+        _unpack({place: files[place][0] for place in zips}, folder, budget, skipped, (
+            remarks, unread))
+    others = [path.name for path in sort_out(folder, NEVER)[0]
+              if path.suffix.lower() in OTHER_ARCHIVES]
+    unread += ['{} was not unpacked: only zip files are, and none in others.'.format(
+        printable(name)) for name in others[:1]]
     return remarks, unread + [budget.exceeded] * bool(budget.exceeded)
 
 
-def sort_out(folder: Path) -> Tuple[List[Path], List[Path]]:
-    """(Files, others) below a folder, without those of LEFT_OUT.
+def _unpack(zips, folder, budget, skipped, said):
+    """Unpack zip files, each into a folder of its own, unless they belong together: one has a
+    package.xml that another lacks, and no file is in two of them."""
+    remarks, unread = said
+    roots = []
+    for place, file in zips.items():
+        root = folder / place.parent / (place.stem + '.unpacked')
+        while root.exists():        # two names may differ in their endings alone
+            root = root.with_name(root.name + '_')
+        try:
+            remarks += unpack(file, root, budget, skipped)
+        except NotJudged as reason:
+            unread.append(str(reason))
+        roots.append(root)
+    files = {root: [path.relative_to(root) for path in files_in(root)] for root in roots}
+    places = [place for each in files.values() for place in each]
+    folders = {above for place in places for above in place.parents}
+    if len({MANIFEST in {place.name for place in each} for each in files.values()}) == 2 and (
+            len(folders.union(places)) == len(folders) + len(places)):
+        for root in roots[1:]:
+            for place in files[root]:
+                target = roots[0] / place
+                target.parent.mkdir(parents=True, exist_ok=True)
+                (root / place).rename(target)
 
-    The others are links, devices, folders that are too deep, and what cannot be read. A file that
-    has a second name outside of the folder (a hard link) counts as a link: it may be another
-    person's.
-    """
-    found: Dict[Path, os.stat_result] = {}
-    others: List[Path] = []
-    for root, folders, names in os.walk(
-            str(folder), onerror=lambda problem: others.append(Path(problem.filename))):
-        folders[:] = sorted(name for name in folders if not LEFT_OUT.search(name))
-        others += [path for path in map(Path(root).joinpath, folders) if path.is_symlink()]
-        if len(Path(root).parts) - len(folder.parts) >= DEEPEST:
-            others += [Path(root) / name for name in folders]
-            folders.clear()
-        for path in map(Path(root).joinpath, sorted(names)):
-            if not LEFT_OUT.search(path.name):
-                try:
-                    found[path] = path.lstat()
-                except OSError:         # the folder's names may be read, its files may not
-                    others.append(path)
-    names_of = Counter((about.st_dev, about.st_ino) for about in found.values())
-    files = [path for path, about in found.items() if stat.S_ISREG(about.st_mode)
-             and about.st_nlink <= names_of[about.st_dev, about.st_ino]
-             and os.access(str(path), os.R_OK)]
-    return files, others + sorted(set(found) - set(files))
+
+def _upload(name):
+    """A key by which the latest of several files of one student comes last: Canvas counts them."""
+    canvas, again = CANVAS.fullmatch(name), AGAIN.search(name)
+    return int(again.group(1)) if again else 0, int(canvas['upload']) if canvas else 0, name
 
 
 def submissions_in(folder: Path, tell: Callable[[str], None]) -> List[Submission]:
@@ -207,7 +206,7 @@ def submissions_in(folder: Path, tell: Callable[[str], None]) -> List[Submission
     """
     names = {}
     for path in sorted(folder.iterdir()):
-        if path.name.startswith('.') or LEFT_OUT.search(path.name):
+        if path.name.startswith('.') or NEVER.search(path.name):
             continue
         mode = path.lstat().st_mode
         said = read_name(path.name, stat.S_ISDIR(mode))
@@ -233,82 +232,12 @@ def without_wrapping(folder: Path) -> Path:
     return inside[0] if is_wrapped else folder
 
 
-def _files_in(folder, remarks):
+def _files_in(folder, remarks, skipped):
     """The (path, place in the copy) of each file to copy below a folder; others are said."""
-    files, others = sort_out(folder)
+    files, others = sort_out(folder, skipped)
     large = [path for path in files if path.stat().st_size > LARGEST and not is_zip(path.name)]
-    _say(remarks, 'each is a link, a device, too deep, or may not be read',
-         [path.relative_to(folder) for path in others])
-    _say(remarks, 'each is larger than {:g} MB'.format(LARGEST / 1e6),
-         [path.relative_to(folder) for path in large])
+    for why, left in (
+            ('each is a link, a device, too deep, or may not be read', others),
+            ('each is larger than {:g} MB'.format(LARGEST / 1e6), large)):
+        remarks += left_out(why, [path.relative_to(folder) for path in left])
     return [(path, path.relative_to(folder)) for path in files if path not in set(large)]
-
-
-def _say(remarks, why, left):
-    """Remark that these files were left out."""
-    if left:
-        remarks.append('Left out, because {}: {}.'.format(why, shortened(
-            [printable(str(place)) for place in sorted(left)], 3)))
-
-
-def _turn(place, size):
-    """A key by which files take their part of the budget: a package's own files first."""
-    return Path(place).suffix.lower() not in OWN_ENDINGS, place.count('/'), size, place
-
-
-# -- zip files
-
-class Budget:
-    """The number of files and bytes that submissions may still have."""
-
-    def __init__(self, submissions: int = 1) -> None:
-        self._times = submissions
-        self._files, self._bytes = submissions * MOST_FILES, submissions * MOST_BYTES
-        #: A sentence once a file had no room; else ''.
-        self.exceeded = ''
-
-    def take(self, size: int) -> bool:
-        """Take room for a file of `size` [bytes]. Returns False if there is none."""
-        for wanted, left, most, unit in ((1, self._files, MOST_FILES, 'files'),
-                                         (size, self._bytes, MOST_BYTES / 1e6, 'MB')):
-            if wanted > left:
-                self.exceeded = 'More than {:g} {}: not all of it was unpacked.'.format(
-                    self._times * most, unit)
-                return False
-        self._files, self._bytes = self._files - 1, self._bytes - size
-        return True
-
-
-def unpack(path: Path, folder: Path, budget: Budget) -> None:
-    """Unpack the zip file `path` into `folder`, as far as the budget reaches.
-
-    ``NotJudged`` if it is not a zip file, or must not be unpacked. No file becomes larger than the
-    zip file declares: zipfile reads no further.
-    """
-    try:
-        with zipfile.ZipFile(str(path)) as archive:
-            wanted = [info for info in archive.infolist() if _is_wanted(info)]
-            if any(info.flag_bits & 1 for info in wanted):      # the bit for a password
-                raise NotJudged('The zip file was not unpacked: it has a password.')
-            for info in sorted(wanted, key=lambda info: _turn(info.filename, info.file_size)):
-                if budget.take(info.file_size):
-                    target = archive.extract(info, str(folder))
-                    if not info.is_dir():
-                        os.chmod(target, 0o755 if (info.external_attr >> 16) & 0o100 else 0o644)
-    except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError,
-            zlib.error, OSError) as problem:
-        raise NotJudged('The zip file cannot be unpacked: {}.'.format(
-            str(problem).rstrip('.') or type(problem).__name__)) from None
-
-
-def _is_wanted(info):
-    """Is this file of an archive unpacked? ``NotJudged`` if its path leads out of the folder.
-    Windows writes \\ for /."""
-    path = info.filename = info.filename.replace('\\', '/')
-    if path.count('/') > DEEPEST:
-        raise NotJudged('The zip file was not unpacked: its folders are deeper than {}.'.format(
-            DEEPEST))
-    if path.startswith('/') or re.match('[A-Za-z]:', path) or '..' in path.split('/'):
-        raise NotJudged('The zip file was not unpacked: its path {!r} leads out of it.'.format(
-            path[:80]))
-    return not stat.S_ISLNK(info.external_attr >> 16) and not LEFT_OUT.search(path)

@@ -16,6 +16,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 from functools import lru_cache
 from pathlib import Path
@@ -24,6 +25,8 @@ from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence
 import rospkg
 
 from tb3_labs.command_line import printable
+from tb3_labs.marking.intake.catkin import (
+    RELAY, RELAYED_MODULE, has_relay, modules_of)
 from tb3_labs.marking.intake.packages import (
     ACTIONS, MANIFEST, MESSAGES, NAME, SERVICES, interface_files, is_name)
 from tb3_labs.marking.intake.reading import GIVEN, Reading
@@ -50,8 +53,8 @@ BUILD_TIME = 30.0
 LIMITED_PYTHON = ['prlimit', '--as=1000000000', '--cpu=20', 'python3', '-c']
 #: Errors by a module that has another version here, or by this version of Python.
 ELSEWHERE = re.compile(
-    r"""^((?:AttributeError: module|ImportError: cannot import name '.*?' from) '(\w+)[\w.]*'.*|"""
-    r"""AttributeError: 'Thread' object .* 'isAlive')$""", re.MULTILINE)
+    r"""^((?:AttributeError: module|ImportError: cannot import name '.*?' from) """
+    r"""'(\w+)(?:\.[\w.]*)?'.*|AttributeError: 'Thread' object .* 'isAlive')$""", re.MULTILINE)
 #: The folder of a workspace that has the copy of the submission.
 COPY = 'src'
 #: The environment variable with the path of a file that holds a Launch. mark.py writes the file;
@@ -99,8 +102,17 @@ def prepare(reading: Reading, workspace: Path, environment: Mapping[str, str],
     if not NAME.fullmatch(node.stem if node.suffix == '.py' else node.name):
         remarks.append('The file {} got another name, since ROS allows letters, digits and _ in it.'
                        .format(printable(node.name)))
-        node = node.rename(node.with_name('node.py'))
-    _repair(node, remarks, reading.look_at)
+        target = node.with_name('node.py')
+        while target.exists():
+            target = target.with_name(target.stem + '_.py')
+        node = node.rename(target)
+    relayed = has_relay(source, node)
+    _repair(node, remarks, reading.look_at, relayed)
+    program = workspace / 'devel' / 'lib' / called / node.name if relayed else node
+    if relayed:
+        program.parent.mkdir(parents=True)
+        program.write_text(RELAY.format(sys.executable, str(node)), encoding='utf-8')
+        program.chmod(0o755)
     environment = dict(environment)
     environment['ROS_PACKAGE_PATH'] = ':'.join(filter(None, [
         *map(str, dict.fromkeys([source, *packages.values()])),
@@ -118,7 +130,7 @@ def prepare(reading: Reading, workspace: Path, environment: Mapping[str, str],
                        'out.'.format(', '.join(reading.unused)))
     environment[MODULES] = ':'.join(filter(None, [str(made), environment.get(MODULES)]))
     return Launch(ALWAYS + sandbox.command([]), sandbox.environment(environment), types,
-                  sandbox.isolates, str(node), called, str(copy))
+                  sandbox.isolates, str(program), called, str(copy))
 
 
 def _stand_in(name, folder, remarks):
@@ -143,7 +155,7 @@ def _name(reading, source, packages, remarks):
     return name
 
 
-def _repair(node, remarks, look_at):
+def _repair(node, remarks, look_at, relayed):
     code, said = node.read_bytes(), []
     if code.startswith(codecs.BOM_UTF8):
         code = code[len(codecs.BOM_UTF8):]
@@ -157,14 +169,14 @@ def _repair(node, remarks, look_at):
         said.append('is empty')
     elif b'\0' in code:
         said.append('is not text in UTF-8: save it as UTF-8')
-    elif b'\r' in code and b'\n' not in code:
-        said.append('has the line ends of an old Mac (CR): save it with LF')
+    elif relayed:       # neither its first line nor its exec bit counts
+        pass
     elif not code.startswith(b'#!'):
         said.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
     elif python and not shutil.which(os.fsdecode(python.group(1))):
         look_at.append('It begins with {}, which this machine lacks: on another one it may '
                        'run.'.format(printable(os.fsdecode(first[:80]))))
-    if not os.access(str(node), os.X_OK):
+    if not relayed and not os.access(str(node), os.X_OK):
         said.append('is not executable: it was made so')
     remarks += ['{} {}.'.format(node.name, each) for each in said]
     node.write_bytes(code)
@@ -190,9 +202,10 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
     """
     files: List[List[str]] = []
     for name, package in packages.items():
-        own = package / 'src' / name
-        if (package / 'setup.py').exists() and own.is_dir():
-            shutil.copytree(str(own), str(folder / name))
+        for own in modules_of(package, name):
+            (folder / own.name).mkdir(parents=True, exist_ok=True)
+            (folder / own.name / '__init__.py').write_text(RELAYED_MODULE.format(
+                str(own.parent), str(own / '__init__.py')), encoding='utf-8')
         files += _definitions(name, package, remarks)
     if not files:
         return None
