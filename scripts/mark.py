@@ -10,17 +10,17 @@ has not changed, is not tried again. The instructors' page on marking tells more
 """
 import signal
 import sys
+import threading
 from pathlib import Path
 
 from tb3_labs.command_line import Parser, printable, whole_number
-from tb3_labs.marking.lab_names import GAMEPAD
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.classes import mark_class
-from tb3_labs.marking.marker import Options
 from tb3_labs.terminal import run_tool
 
 #: Signals that end the marking: Ctrl+C, the command kill, a terminal that is closed.
 ENDS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
+INTERRUPTED = threading.Event()
 
 
 def parse(words):
@@ -45,9 +45,9 @@ def parse(words):
     parser.add_argument('--parts', default='', help='these parts of the lab alone, with commas: '
                         + '; '.join('{}: {}'.format(name, ', '.join(lab.parts))
                                     for name, lab in sorted(LABS.items())))
-    parser.add_argument('--pad', metavar='NAME', default=Options().pad,
-                        help='for the lab {}: numbers of the gamepad that is played, '
-                        'launch/params/pad_NAME.yaml; default: %(default)s'.format(GAMEPAD))
+    for lab, option in ((lab, LABS[lab].option) for lab in sorted(LABS) if LABS[lab].option):
+        parser.add_argument('--' + option.name, metavar='NAME', help='for the lab {}: {}; default: '
+                            '{}'.format(lab, option.help, option.default))
     parser.add_argument('--jobs', type=whole_number(16), default=1, metavar='N',
                         help='submissions at a time; each needs about one processor core')
     parser.add_argument('--unprotected', action='store_true', help='mark without sandboxes: the '
@@ -62,7 +62,7 @@ def main(words):
         if each != signal.SIGHUP or signal.getsignal(each) != signal.SIG_IGN:    # nohup's
             signal.signal(each, interrupt)
     try:
-        return mark_class(given, tell_problem)
+        return mark_class(given, tell_problem, INTERRUPTED)
     except KeyboardInterrupt:
         tell_problem('interrupted')
         return 130
@@ -70,6 +70,7 @@ def main(words):
 
 def interrupt(*_):
     """Interrupt the marking, once: the tidying up must not be interrupted."""
+    INTERRUPTED.set()       # an exception may be lost: Python ignores those in some places
     for each in ENDS:
         signal.signal(each, signal.SIG_IGN)
     raise KeyboardInterrupt

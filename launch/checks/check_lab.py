@@ -12,38 +12,31 @@ Started by check_LAB.test. Parameters
     ~node       of this package alone: finished, or plain for plain_TYPE
     ~points     YAML file with the points of each criterion
     ~parts      these parts of the lab alone, with commas; empty: all
-    ~record     file to which the observation is written; empty: none
-    ~pad        gamepad alone: numbers of the pad, launch/params/pad_NAME.yaml
+    ~record     bag into which the trial is recorded; empty: none is kept
+    ~pad        the option of the lab gamepad: numbers of the pad, launch/params/pad_NAME.yaml
     ~strict     whether criteria beyond the handout fail the test too
 """
 import difflib
+import os
 import re
 import subprocess
 import sys
+import tempfile
 import unittest
-from dataclasses import fields
 from pathlib import Path
 
 import rospkg
 import rospy
 import rosunit
 
-from tb3_labs.command_line import write_output
-from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
-from tb3_labs.marking.trial.evidence import remarks_on, untold
-from tb3_labs.marking.labs.gamepad import HANDOUT, pad_called
-from tb3_labs.marking.labs.move2goal import OFFSET, TWO_ZEROS
-from tb3_labs.marking.marks import GAMEPAD, LABS, MOVE2GOAL, Marks, points_of, read_points
-from tb3_labs.marking.shown_run import hint_in_a_line, shown
+from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
+from tb3_labs.marking.marks import LABS, Marks, judged, points_of, read_points, read_trial
+from tb3_labs.marking.shown_run import hint_in_a_line
 from tb3_labs.marking.trial.ros_stage import try_out
 from tb3_labs.marking.intake.packages import package_folder
 from tb3_labs.marking.intake.workspace import Launch
-from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.ros.node import end, leave
 
-#: A node that rotates by the IMU's yaw passes the lab's own parts.
-ONE_ZERO = 'Odometry and IMU had the same zero here, a real robot has two: add offset to the ' \
-    'parts; see {}.'.format(TWO_ZEROS)
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
 #: rostest names the file for the results by this word.
 XML_OPTION = '--gtest_output=xml:'
@@ -65,25 +58,18 @@ def marked():
     for known in ('lab', 'points', 'parts', 'record'):      # a node need not read them
         rospy.delete_param('~' + known)
     worth = points_of(name, read_points(points))
-    pad = PadConfig(**pad_called(rospy.get_param('~pad', HANDOUT)))
-    if name == GAMEPAD:    # for a node that reads its numbers, as this package's
-        rospy.set_param('/' + GAMEPAD, {item.name: getattr(pad, item.name) for item in fields(pad)})
+    option = None
+    if lab.option is not None:
+        option = lab.option.read(rospy.get_param('~' + lab.option.name, lab.option.default))
+        for key, value in lab.option.parameters(option).items():
+            rospy.set_param('/' + key, value)
     tell('{}, {}: {}/{} is judged{}'.format(
         lab.title, ', '.join(parts or lab.parts), package, executable, whose(package, executable)))
 
-    def keep(observation):
-        if record:
-            write_output(record, observation.to_json())
-    observation = try_out(name, package, executable, parts, keep, pad, tell)
-    verdicts = judge(lab.criteria, observation, worth, parts)
-    remarks = untold(remarks_on(observation), ' '.join(each.seen for each in verdicts)) + [
-        observation.unfair] * bool(observation.unfair) + [ONE_ZERO] * (
-            name == MOVE2GOAL and bool(parts) and OFFSET not in parts)
-    marks = Marks('', observation.node, verdicts, remarks, observation)
-    if record:
-        observation.shown = shown(marks)
-        keep(observation)
-    return marks
+    with tempfile.TemporaryDirectory() as folder:
+        path = record or os.path.join(folder, 'trial.bag')
+        try_out(name, package, executable, parts, path, option, tell)
+        return judged(Marks(''), read_trial(path), name, worth, parts)
 
 
 def tell(line):

@@ -3,7 +3,7 @@ said first, and where it sends the student.
 
     python3 test/benchmark/wrong_nodes.py                   all of them; an hour on two cores
     python3 test/benchmark/wrong_nodes.py turn abs spin     those with one of these words in their name
-    python3 test/benchmark/wrong_nodes.py --again FOLDER    the sentences anew, from the observations
+    python3 test/benchmark/wrong_nodes.py --again FOLDER    the sentences anew, from the recordings
     python3 test/benchmark/wrong_nodes.py --write           also writes them into wrong_nodes.yaml
 
 A mistake is named if its words and its place stand in the first two sentences: the first criterion
@@ -15,7 +15,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from dataclasses import replace
+from dataclasses import fields, replace
 from html import unescape
 from pathlib import Path
 
@@ -74,7 +74,7 @@ def quoted(text):
 
 
 def observe(folder, rows, jobs):
-    """Mark these nodes; the observations are in `folder`."""
+    """Mark these nodes; the recordings are in `folder`."""
     for lab in NODES:
         mine = [row for row in rows if row['lab'] == lab]
         for row in mine:
@@ -89,21 +89,19 @@ def observe(folder, rows, jobs):
 
 
 def record_of(folder, row):
-    """The file of a row's observation."""
-    return folder / row['lab'] / 'marks' / 'logs' / (row['name'] + '.json')
+    """The bag of a row's trial."""
+    return folder / row['lab'] / 'marks' / 'logs' / (row['name'] + '.bag')
 
 
 def told(seen, lab):
     """(points lost, what the check says first, what the report says)"""
+    from tb3_labs.marking.labs.criteria import Outcome
+    from tb3_labs.marking.marks import Marks, judged, points_of, read_points
     from tb3_labs.marking.shown_run import hint_in_a_line
-    from tb3_labs.marking.labs.criteria import Outcome, judge
-    from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
-    from tb3_labs.marking.trial.evidence import remarks_on
-    marks = Marks('', seen.node, judge(LABS[lab].criteria, seen, points_of(lab, read_points(None)),
-                                       PARTS[lab].split(',')), observation=seen)
+    marks = judged(Marks(''), seen, lab, points_of(lab, read_points(None)), PARTS[lab].split(','))
     missed = [verdict.sentence for verdict in marks.graded if verdict.outcome is not Outcome.MET]
     lost = marks.worth - marks.points
-    said = missed[:1] + [hint_in_a_line(marks)] if lost else remarks_on(seen)
+    said = missed[:1] + [hint_in_a_line(marks)] if lost else marks.remarks
     return lost, ' '.join(filter(None, said)), reported(seen) if lost else ''
 
 
@@ -114,15 +112,17 @@ def reported(seen):
     from tb3_labs.report.motion.movements import moving
     from tb3_labs.report.page.files import nothing_driven
     from tb3_labs.marking.shown_run import as_run
-    from tb3_labs.report.run_data import States, Values
+    from tb3_labs.report.run_data import Samples, States, Values
     from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
     if not seen.truth or seen.lab not in ('turn', 'move2goal'):
         return ''
+    if not seen.runs:
+        return ''
     end = (seen.runs[0].end or seen.truth[-1][0]) + COMMAND_TIMEOUT
-    run = replace(as_run(replace(seen, stimuli=[
-        each for each in seen.stimuli if each.begin < end], **{
-            name: [row for row in getattr(seen, name) if row[0] < end]
-            for name in ('commands', 'truth', 'sensed', 'log')})), letters=Values.none())
+    run = as_run(replace(seen, stimuli=[each for each in seen.stimuli if each.begin < end]))
+    run = replace(run, letters=Values.none(), duration=min(end, run.duration), **{
+        part.name: getattr(run, part.name).between(0.0, end) for part in fields(run)
+        if isinstance(getattr(run, part.name), Samples) and part.name != 'letters'})
     found = diagnose(run)
     words = [unescape(re.sub('<[^>]*>', '', hints.said_by_node(run)))]
     if found.mistake:
@@ -133,11 +133,11 @@ def reported(seen):
 
 
 def main():
-    from tb3_labs.marking.trial.observation import Observation
+    from tb3_labs.marking.marks import read_trial
     parser = argparse.ArgumentParser(description='How many mistakes are named?')
     parser.add_argument('words', nargs='*', help='only nodes with one of these words in lab or name')
     parser.add_argument('--jobs', type=int, default=2, help='nodes at a time (2)')
-    parser.add_argument('--again', type=Path, help='a folder of observations')
+    parser.add_argument('--again', type=Path, help='a folder of recordings')
     parser.add_argument('--write', action='store_true', help='write the sentences into the table')
     given = parser.parse_args()
     rows = [row for row in read_table() if not given.words or any(
@@ -148,7 +148,7 @@ def main():
     named, wrong, accused = 0, 0, 0
     rows = [row for row in rows if record_of(folder, row).exists()]
     for row in rows:
-        seen = Observation.from_json(record_of(folder, row).read_text(encoding='utf-8'))
+        seen = read_trial(record_of(folder, row))
         lost, row['check'], row['report'] = told(seen, row['lab'])
         found = is_named(row, row['check']) if row['words'] else not lost
         accused += not row['words'] and not found
@@ -156,7 +156,7 @@ def main():
         named += bool(row['words']) and found
         print('{} {}: {}, {:g} points lost\n      {}\n    R {}'.format(
             'ok  ' if found else 'MISS', row['lab'], row['name'], lost, row['check'], row['report']))
-    print('{} of {} mistakes are named; {} right nodes are accused. The observations: {}'.format(
+    print('{} of {} mistakes are named; {} right nodes are accused. The recordings: {}'.format(
         named, wrong, accused, folder))
     if given.write:
         write_table(rows)

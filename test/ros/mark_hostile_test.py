@@ -6,7 +6,6 @@ if the sandbox does not hold.
 """
 import csv
 import io
-import json
 import os
 import re
 import subprocess
@@ -17,6 +16,7 @@ from pathlib import Path
 
 import rospkg
 
+from tb3_labs.marking.marks import read_trial
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox
 
@@ -44,7 +44,7 @@ MISDEEDS = '''    import glob, os, rosgraph, shutil, subprocess, sys, time, xmlr
         print('laws:', problem)
     for folder in ({victim!r}, os.path.dirname({victim!r})):
         shutil.rmtree(folder, ignore_errors=True)
-    print('seen:', os.path.exists({victim!r}), glob.glob('/tmp/*/observation.json*'),
+    print('seen:', os.path.exists({victim!r}), glob.glob('/tmp/*/trial.bag*'),
           [name for name in os.listdir('/proc') if name.isdigit() and int(name) > 60])
     print('secrets:', [name for name in os.environ if {secret!r} in os.environ[name]]
           + [name for name in glob.glob('/proc/[0-9]*/environ')
@@ -86,7 +86,7 @@ FILL = '''    for number in range(8):
         rospy.set_param('/filled{}'.format(number), 'x' * 150000000)
 '''
 #: The instructor is told this, and no student.
-FINDINGS = ('listens to /ground_truth', 'A setting of the robot was changed: imu_noise_deg from 0')
+FINDINGS = ('A setting of the robot was changed: imu_noise_deg from 0',)
 
 
 #: A row of names as nobody should have them: in a program, a file system, a terminal, a table.
@@ -155,8 +155,8 @@ class HostileTest(unittest.TestCase):
             stderr=subprocess.STDOUT, timeout=1000, encoding='utf-8', errors='backslashreplace')
         page = cls.marks / 'mallory.html'
         cls.page = page.read_text(encoding='utf-8').replace('&#x27;', "'") if page.exists() else ''
-        log = cls.marks / 'logs' / 'mallory.json'
-        cls.printed = ''.join(run['printed'] for run in json.loads(log.read_text())['runs'])
+        cls.printed = ''.join(run.printed for run in read_trial(
+            cls.marks / 'logs' / 'mallory.bag').runs)
         table = cls.marks / 'marks.csv'
         text = table.read_text(encoding='utf-8') if table.exists() else ''
         cls.rows = {row['student']: row for row in csv.DictReader(io.StringIO(text, newline=''))}

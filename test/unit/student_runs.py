@@ -28,6 +28,7 @@ from tb3_labs.msg import MouseController
 from tb3_labs.srv import SetInitialPoseRequest
 
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.bag.budget import Budget
 from tb3_labs.report.bag.messages import LEVELS, make_collectors, samples_of
 from tb3_labs.report.run_data import RunData, Values
 from tb3_labs.robot.samples import ImuSample
@@ -192,7 +193,7 @@ class _World:
         self.typed, self._letters, self._hand, self._joy = [], [], None, None
         self._mouse = MouseController() if scene.mouse else None
         self._step, self._step_began, self._rest_since = -1, 0.0, 0.0
-        self._recorded = make_collectors(TOPICS, '/')
+        self._recorded = make_collectors(TOPICS, '/', Budget())
         self._imu, self._odometry = Imu(), Odometry()
 
     # Time -----------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
 from tb3_labs.marking.trial.evidence import remarks_on
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
-from tb3_labs.marking.trial.program_text import look, text_of
+from tb3_labs.marking.intake.program_text import look, text_of
 from tb3_labs.marking.labs.ros_turn import mouse_fields
 from tb3_labs.marking.labs.turn import EACH_TURN, MOUSE_PLACES
 
@@ -569,7 +569,7 @@ def test_a_robot_that_did_not_turn_is_explained(printed, publishes, commands, od
 def test_nothing_is_said_that_the_truth_contradicts():
     seen = observed('turn', l=turn(424.0, moved=False))
     seen.commands, seen.odd = [], [[11.0, 'nan m/s and 1.5 rad/s']]
-    seen.lose('commands that are not finite numbers')
+    seen.lost = {'commands that are not finite numbers': 1}
     assert 'after l it turned 424.0 degrees to the left: 1 of its commands' in missed_of('turn', 'left', seen)
     assert remarks_on(seen) == [
         '1 commands that are not finite numbers came on cmd_vel: they are not recorded, and not judged.']

@@ -2,6 +2,7 @@
 import math
 import random
 import re
+import tempfile
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -13,7 +14,8 @@ from mutants import BY_LETTERS, PARTIAL, edited, is_same, mistaken_node, right_n
 from pages import ROOT
 from right_runs import RIGHT, right_run
 from student_runs import played, text_of, turn_scene
-from test_marking import turned as robot_that_turned
+from recorded_trial import recorded
+from test_marking import trial_run, turned as robot_that_turned
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs.criteria import Outcome, Verdict
 from tb3_labs.marking.shown_run import as_run, diagnosis
@@ -188,7 +190,7 @@ def test_each_mistake_has_a_hint_that_leads_to_a_step_of_the_sheet():
 # The page of a mark -------------------------------------------------------------------------------
 
 def as_marked(run):
-    """The Observation of a played run of drives: what the marker would have seen of it."""
+    """The Observation of a played run of drives: what the marker would have recorded of it."""
     frames = [(0.0, Pose2())] + [(time, run.resets.pose(k)) for k, time in enumerate(run.resets.time)]
     given = np.flatnonzero(run.control.value)
     ends = [*run.control.time, run.duration]
@@ -197,9 +199,7 @@ def as_marked(run):
             [run.commands.time, run.commands.linear, run.commands.angular]).T.tolist(),
         np.array([run.ground_truth.time, run.ground_truth.x, run.ground_truth.y,
                   np.unwrap(run.ground_truth.yaw)]).T.tolist(),
-        runs=[Run(0.0, 0.5)], sensed=np.array(
-            [*(getattr(run.odometry, name) for name in ('time', 'x', 'y', 'yaw', 'linear')),
-             run.imu.yaw_at(run.odometry.time), 0.0 * run.odometry.time]).T.tolist())
+        runs=[Run(0.0, 0.5)])
     for k in given:
         begin = float(run.control.time[k])
         at, declared = [frame for frame in frames if frame[0] <= begin][-1]
@@ -207,7 +207,10 @@ def as_marked(run):
         seen.stimuli.append(Stimulus('drive', begin, float(ends[k + 1]), facts={
             MOVED: True, GOAL_POSE: [GOAL.x, GOAL.y, GOAL.yaw],
             LOCAL_T_WORLD: [local.x, local.y, local.yaw]}))
-    return seen
+    with tempfile.TemporaryDirectory() as folder:
+        return recorded(folder + '/trial.bag', seen, sensed=np.array(
+            [*(getattr(run.odometry, name) for name in ('time', 'x', 'y', 'yaw', 'linear')),
+             run.imu.yaw_at(run.odometry.time), 0.0 * run.odometry.time]).T.tolist())
 
 
 @pytest.mark.parametrize('mistake', [
@@ -217,7 +220,7 @@ def test_a_mark_and_a_report_say_the_same_also_of_partial_mends(mistake):
     node = mistaken_node('drive', mistake, source) if mistake else right_node('drive', source)
     run = played(node.text, scene_of(node, source), 5)
     found, seen = diagnose(completed(run)), as_marked(run)
-    marked = diagnose(as_run(Observation.from_json(seen.to_json())))
+    marked = diagnose(as_run(seen))
     assert marked.mistake == found.mistake
     assert is_same(mistake.split('/')[0], found.mistake)
     if mistake and found.ghost.length:      # in the robot's odom
@@ -225,9 +228,10 @@ def test_a_mark_and_a_report_say_the_same_also_of_partial_mends(mistake):
 
 
 def test_a_node_that_never_heard_a_sensor_is_not_diagnosed():
-    seen = robot_that_turned(200.0)
+    with tempfile.TemporaryDirectory() as folder:
+        seen = recorded(folder + '/trial.bag', robot_that_turned(200.0))
     criterion = SimpleNamespace(extra=False)
-    marks = Marks('', '', [Verdict(criterion, Outcome.MISSED, 'it turned', 1.0)], observation=seen)
+    marks = Marks('', verdicts=[Verdict(criterion, Outcome.MISSED, 'it turned', 1.0)], observation=seen)
     assert diagnosis(as_run(seen), marks) != Diagnosis('')
     seen.runs[0].unheard = ['/imu_data']
     assert diagnosis(as_run(seen), marks) == Diagnosis('')
@@ -236,7 +240,7 @@ def test_a_node_that_never_heard_a_sensor_is_not_diagnosed():
 
 @pytest.mark.parametrize('name, asked', [('l', True), ('x', False)])
 def test_a_mark_is_diagnosed_by_the_turns_that_were_asked_for(name, asked):
-    assert (diagnose(as_run(robot_that_turned(45.0, name))).mistake != '') is asked
+    assert (diagnose(trial_run(robot_that_turned(45.0, name))).mistake != '') is asked
 
 
 @pytest.mark.parametrize('degrees, letter, mistake', [
@@ -244,4 +248,4 @@ def test_a_mark_is_diagnosed_by_the_turns_that_were_asked_for(name, asked):
 def test_a_mark_knows_the_letters(degrees, letter, mistake):
     seen = robot_that_turned(degrees, letter)
     seen.commands[1:1] = [[k / 10.0, *seen.commands[0][1:]] for k in range(2, 19)]
-    assert diagnose(as_run(seen)).mistake == mistake
+    assert diagnose(trial_run(seen)).mistake == mistake

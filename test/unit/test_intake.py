@@ -23,8 +23,8 @@ NODE = 'lab2/scripts/turtlebot_controller.py'
     ('Ann Miller_12345_assignsubmission_file_', True, ('Ann Miller', '12345', '')),
     ('Ann-Li de Groot_7_assignsubmission_file_my_work.zip', False,
      ('Ann-Li de Groot', '7', 'my_work.zip')),
-    ('millerann_LATE_12345_67890_lab2.zip', False, ('millerann', '12345', 'lab2.zip')),
-    ('millerann_late_12345_67890_lab_2-3.zip', False, ('millerann', '12345', 'lab_2.zip')),
+    ('millerann_LATE_12345_67890_lab2.zip', False, ('millerann', '12345', 'lab2.zip', True)),
+    ('millerann_late_12345_67890_lab_2-3.zip', False, ('millerann', '12345', 'lab_2.zip', True)),
     ('miller.ZIP', False, ('miller', '', 'miller.ZIP')),
     ('miller_2_3_lab2', True, ('miller_2_3_lab2', '', '')),
     ('late_miller', True, ('late_miller', '', ''))])

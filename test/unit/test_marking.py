@@ -3,6 +3,7 @@ import csv
 import io
 import math
 import re
+import tempfile
 from html.parser import HTMLParser
 from types import SimpleNamespace
 
@@ -10,15 +11,17 @@ import numpy as np
 import pytest
 import yaml
 from pages import ROOT
+from recorded_trial import recorded
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import imu, move2goal, turn
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import archives, sandbox, submissions
 from tb3_labs.marking.labs.criteria import TOOK, Criterion, Place, judge
-from tb3_labs.marking.feedback import Table, feedback
-from tb3_labs.marking.marks import LABS, Marks, points_of
-from tb3_labs.marking.shown_run import moments, as_run, shown
+from tb3_labs.marking.feedback import feedback
+from tb3_labs.marking.marks import LABS, Marks, judged, points_of
+from tb3_labs.marking.shown_run import moments, as_run
+from tb3_labs.marking.table import Table
 from tb3_labs.marking.trial.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.trial.processes import BoundedText
 from tb3_labs.marking.labs.gamepad import pad_called, pad_in_words
@@ -122,15 +125,16 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
     (False, True, True), (False, False, False), (True, True, False)])
 def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, took):
     """Python 3.13 does not end while input() waits. A node that was turning did not wait."""
-    node = SimpleNamespace(alive=True, interrupt=lambda limit: False, printed=(0, 0), note=lambda: None,
-                           text_since=lambda length: '', status=0, stop=lambda: None)
+    node = SimpleNamespace(alive=True, interrupt=lambda limit: False, note=lambda: None,
+                           flush=lambda: None, status=0, stop=lambda: None)
     node.type = lambda line: setattr(node, 'alive', not (waits and line == ''))
+    events = []
     stage = Stage.__new__(Stage)
     vars(stage).update(
-        node=node, observation=observation(), part='', _tell=lambda said: None, witness=SimpleNamespace(
-            look=lambda: None), recorder=SimpleNamespace(now=1.0, hand_to=lambda keep: None), _keep=None)
+        node=node, part='', _tell=lambda said: None, recorder=SimpleNamespace(now=1.0),
+        recording=SimpleNamespace(event=lambda kind, **facts: events.append(facts)))
     stage.ctrl_c(was_moving=was_moving)
-    assert (stage.observation.stimuli[0].facts[TOOK] is not None) is took
+    assert (events[-1]['facts'][TOOK] is not None) is took
 
 
 def test_settings_that_the_marker_did_not_change():
@@ -143,14 +147,8 @@ def test_settings_that_the_marker_did_not_change():
 
 
 def test_findings_are_kept_once_and_not_without_end():
-    seen = Observation('turn', 'a/b')
-    for number in range(100):
-        seen.note('')
-        seen.note('first')
-        seen.note(str(number) + ' ' * 10 ** 6)
-    assert len(seen.findings) == MOST_FINDINGS and len(seen.to_json()) < 10 ** 5
-    assert [finding.strip() for finding in seen.findings[:2]] == ['first', '0']
-    assert Observation.from_json(seen.to_json()).findings == seen.findings
+    seen = observation(findings=['first', *map(str, range(100)), 'first'])
+    assert marks_of('', seen).observation.findings == ['first', *map(str, range(MOST_FINDINGS - 1))]
 
 
 # -- pads
@@ -193,12 +191,20 @@ def test_bounded_text_keeps_head_and_tail(pieces):
             str(text).startswith(whole[:10]) and str(text).endswith(whole[-10:]))
 
 
+def handed_in(student, **more):
+    return Marks(student, 'lab2/node.py', remarks=['A "remark", <b>.'], **more)
+
+
 def marks_of(student, seen):
-    worth = points_of('turn', TABLE)
-    marks = Marks(student, 'lab2/node.py', judge(turn.CRITERIA, seen, worth), ['A "remark", <b>.'],
-                  seen)
-    seen.shown = shown(marks)
-    return marks
+    """The Marks by the bag of an Observation."""
+    with tempfile.TemporaryDirectory() as folder:
+        return judged(handed_in(student), recorded(folder + '/trial.bag', seen), 'turn',
+                      points_of('turn', TABLE))
+
+
+def trial_run(seen):
+    """The run of an Observation, as a page shows it."""
+    return as_run(marks_of('', seen).observation)
 
 
 class Strict(HTMLParser):
@@ -227,10 +233,11 @@ def test_a_criterion_that_is_not_met_leads_to_its_moment():
     seen = turned(81.0)
     seen.stimuli[0].begin = 0.4
     marks = marks_of('Bobby', seen)
-    lost = [mark for mark in moments(as_run(seen), marks)['marks'] if mark['kind'] == 'lost']
-    assert lost and {mark['begin'] for mark in lost} == {0.4}
+    lost = [mark for mark in moments(as_run(marks.observation), marks)['marks']
+            if mark['kind'] == 'lost']
+    assert lost and all(mark['begin'] == pytest.approx(0.4, abs=0.01) for mark in lost)
     assert '<a href="#t=0.4">Watch it</a>' in feedback(marks, 'IMU lab')
-    seen.shown = ''     # the check was ended before it made the timeline
+    marks.observation = None        # nothing was recorded
     assert 'Watch it' not in feedback(marks, 'IMU lab')
 
 
@@ -241,13 +248,16 @@ def numbers(track):
 
 def test_the_timeline_of_a_mark_shows_heading_commands_stimuli_and_starts():
     seen = turned(90.0)
+    seen.stimuli[0].end = 0.9
     seen.stimuli.append(stimulus('x', 1.0, 1.5))
     seen.runs.append(Run(1.5))
+    seen = marks_of('', seen).observation
     data = moments(as_run(seen), Marks('', observation=seen))
     time, heading = numbers(data['heading'])
     true = np.array(seen.truth)
     assert np.interp(true[:, 0], time, heading) == pytest.approx(np.degrees(true[:, 3]), abs=0.2)
-    assert [row for row in data['commands'] if None not in row] == seen.commands
+    assert [row for row in data['commands'] if None not in row] == [
+        pytest.approx(row, abs=0.001) for row in seen.commands]
     assert [(mark['kind'], mark['begin'], mark['text']) for mark in data['marks']] == [
         ('hand', 0.0, 'l'), ('start', 0.0, 'the node is started'), ('hand', 1.0, 'x'),
         ('start', 1.5, 'the node is started')]
@@ -265,6 +275,7 @@ def test_the_drives_of_a_mark_are_in_their_local_frames():
                  stimulus('none', 0.6, 0.7),
                  stimulus('second', 1.6, 1.9, facts={'goal': [4.0, 5.0, 0.0],
                                                      'local_T_world': frames[1]})])
+    seen = marks_of('', seen).observation
     data = moments(as_run(seen), Marks('', observation=seen))
     time, x, y, yaw = numbers(data['local'])
     assert time == pytest.approx([0.0, 0.2, 0.4, 1.6, 1.8])
@@ -286,8 +297,9 @@ def test_the_table_of_marks():
                 Criterion('freer', '', 'freer', here, lambda seen: 'no', extra=True)]
     verdicts = judge(criteria, observation(),
                      {'one': 1.5, 'two': 2, 'more': 0.5, 'free': 0, 'freer': 0})
-    text = Table().renewed([Marks('Bobby', 'lab2/n.py', verdicts, ['Hm.'])])
+    text = Table().renewed([Marks('Bobby', 'lab2/n.py', '17', True, ['Hm.'], verdicts=verdicts)])
     row, = csv.DictReader(io.StringIO(text))
     assert row == {'student': 'Bobby', 'points': '2', 'of': '3.5', 'one': '1.5', 'two': '0',
                    'extra_more': '0.5', 'extra_free': 'yes', 'extra_freer': 'no',
-                   'node': 'lab2/n.py', 'remarks': 'Hm.'}
+                   'node': 'lab2/n.py', 'remarks': 'Hm.', 'id': '17', 'late': 'late',
+                   'decided': '', 'reason': ''}

@@ -8,13 +8,12 @@ import pytest
 
 from pages import ROOT
 from test_criteria import GOOD, heading, observed, scene, turn, verdicts
+from test_marking import marks_of
 from tb3_labs.marking.labs.imu import STANDS
 from tb3_labs.marking.labs.turn import EACH_TURN
 from tb3_labs.marking.labs.turn_hints import ITS_HEADING, last_hint, remarks_on_turns
-from tb3_labs.marking.feedback import own_hint
-from tb3_labs.marking.labs.criteria import judge
-from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
-from tb3_labs.marking.shown_run import shown
+from tb3_labs.marking.marks import LABS
+from tb3_labs.marking.shown_run import own_hint, shown
 
 WRONG_NODES = runpy.run_path(str(ROOT / 'test' / 'benchmark' / 'wrong_nodes.py'))
 ROWS = WRONG_NODES['read_table']()
@@ -131,8 +130,7 @@ def test_a_heading_is_asked_for_if_both_sides_are_wrong_and_nothing_explains_it(
 
 def test_a_page_has_no_last_hint_beside_one_that_explains():
     swapped = all_turns(lambda each: turn(-each.asked_deg))
-    marks = Marks('', verdicts=judge(LABS['turn'].criteria, swapped, points_of('turn', read_points(None))),
-                  observation=swapped)
+    marks = marks_of('', swapped)
     assert 'to the other side' in own_hint(marks) and own_hint(marks, is_last=True).startswith(ITS_HEADING)
     assert ITS_HEADING[:40] not in shown(marks)
 

@@ -7,24 +7,28 @@ import os
 import re
 import threading
 import zipfile
+from dataclasses import replace
 
 import pytest
 import yaml
 
-from test_marking import TABLE, Strict, marks_of, observation, turned
-from tb3_labs.marking import classes, marks_folder
-from tb3_labs.marking.labs import turn
-from tb3_labs.marking.feedback import Table
+from recorded_trial import write_trial
+from test_marking import TABLE, Strict, handed_in, marks_of, observation, turned
+from tb3_labs.marking import classes, marks_folder, trial_key
+from tb3_labs.marking import marks as marks_module
+from tb3_labs.marking.labs import criteria
+from tb3_labs.marking.intake.packages import digest
 from tb3_labs.marking.intake.submissions import chosen, submissions_in
-from tb3_labs.marking.marks import Marks, from_record, points_of, to_record
-from tb3_labs.marking.marks_folder import MarksFolder
+from tb3_labs.marking.marks import Decision, points_of
+from tb3_labs.marking.marks_folder import MarksFolder, alone_in
 from tb3_labs.marking.classes import MarkedClass
 from tb3_labs.marking.marker import Marker
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
+from tb3_labs.marking.table import Table
 from tb3_labs.report.page.document import safe
 
-WORTH = points_of('turn', TABLE)
-FULL = sum(WORTH.values())
+FULL = sum(points_of('turn', TABLE).values()) - sum(
+    (TABLE['turn'].get('extra') or {}).values())
 
 
 def rows_of(text):
@@ -35,6 +39,13 @@ def folder_of(path, table=TABLE, lab='turn', parts=(), **options):
     return MarksFolder(path, lab, parts, points_of(lab, table), options, table is not TABLE)
 
 
+def write(folder, student, seen, digest='digest', **more):
+    """Keep a submission whose trial was this Observation; its Marks."""
+    if seen is not None:
+        write_trial(folder.bag(student), seen)
+    return folder.write(handed_in(student, **more), digest)
+
+
 # -- what is written
 
 @pytest.fixture
@@ -42,18 +53,14 @@ def written(tmp_path):
     """(The folder of a class, its notes): a good node, a wrong one of an odd student, a crash, and a
     submission that could not be judged."""
     folder = folder_of(tmp_path)
-    ann, bobby = marks_of('Ann', turned(90.0)), marks_of('<xx>=Bobby', turned(81.0))
-    bobby.observation.runs[0].printed = '<script>alert("x")</script> & so on\n'
-    bobby.findings, bobby.seconds = ['It did <that>.'], 41.4
-    crash = marks_of('Cy', observation())
-    crash.observation.runs[0].ready, crash.observation.runs[0].printed = None, "ImportError: no 'lab2'"
-    crash.observation.runs[0].ended_by_itself = True
-    marks = [ann, bobby, marks_of('Cy', crash.observation), Marks('Di', 'lab2/n.py', unjudged='It lacks cv2.')]
-    marks[3].verdicts = marks[2].verdicts
-    for each in marks:
-        if each.observation:
-            (folder.logs / (each.student + '.json')).write_text(each.observation.to_json())
-        folder.write(each, 'digest')
+    bobby, crash = turned(81.0), observation()
+    bobby.stimuli[0].printed = '<script>alert("x")</script> & so on\n'
+    crash.runs[0].ready, crash.runs[0].printed = None, "ImportError: no 'lab2'"
+    crash.runs[0].ended_by_itself = True
+    write(folder, 'Ann', turned(90.0))
+    write(folder, '<xx>=Bobby', bobby, findings=['It did <that>.'], seconds=41.4)
+    write(folder, 'Cy', crash)
+    write(folder, 'Di', None, unjudged='It lacks cv2.')
     return tmp_path, folder.write_overview(unprotected=True)[1]
 
 
@@ -74,7 +81,8 @@ def test_a_students_page_has_what_the_student_may_see_as_text(written):
 def test_the_overview_tells_the_instructor_and_each_zero_has_its_reason(written):
     folder, lines = written
     page = (folder / 'overview.html').read_text(encoding='utf-8')
-    assert lines == [UNPROTECTED, 'To look at: <xx>=Bobby: It did <that>.']
+    assert lines == [UNPROTECTED, 'To look at: <xx>=Bobby: It did <that>.',
+                     'To look at: Di: Not judged: It lacks cv2.']
     first, _, rest = Strict(page).words.partition('4 submissions, 1 not judged. Median ')
     assert all(line in first for line in ['For the instructor alone', *lines]) and '<td data-head="short way">' in page
     assert '0 / {:g}'.format(FULL) in rest and 'xx' not in Strict(page).tags
@@ -82,7 +90,7 @@ def test_the_overview_tells_the_instructor_and_each_zero_has_its_reason(written)
     assert [bool(row) for row in rows] == [False, False, True, True]
     assert 'it ended at once' in rows[2] and rows[3] == 'It lacks cv2.'
     other = folder_of(folder / 'other')
-    other.write(marks_of('smith', turned(90.0)), '')
+    write(other, 'smith', turned(90.0), '')
     assert 'For the instructor' not in other.write_overview()[0].read_text()
 
 
@@ -117,7 +125,7 @@ def test_marks_are_not_written_through_a_link(tmp_path):
     for name in ('Ann.html', 'overview.html', 'logs/Ann.marks.json'):
         (marks / name).symlink_to(mine)
     folder = folder_of(marks)
-    folder.write(marks_of('Ann', turned(90.0)), '')
+    write(folder, 'Ann', turned(90.0), '')
     folder.write_overview()
     assert mine.read_text() == 'mine' and rows_of((marks / 'marks.csv').read_text())
     (tmp_path / 'link').symlink_to(marks)
@@ -133,13 +141,63 @@ def test_what_a_person_wrote_stays():
     rows, text = rows_of(Table().renewed([ann, bo])), io.StringIO()
     writer = csv.DictWriter(text, list(rows['Ann']) + ['note'], delimiter=';')
     writer.writeheader()
-    writer.writerow(dict(rows['Ann'], **{'points': '99', 'note': 'ill in May'}))
+    writer.writerow(dict(rows['Ann'], **{'note': 'ill in May ' * 20000}))     # longer than csv takes
     writer.writerow(rows['Bo'])
     writer.writerow({'student': 'Cy', 'points': '30'})
     renewed = rows_of(Table('\ufeff' + text.getvalue()).renewed([ann, bo]))
-    assert renewed['Ann']['note'] == 'ill in May' and renewed['Bo']['note'] == ''
+    assert renewed['Ann']['note'].startswith('ill in May') and renewed['Bo']['note'] == ''
     assert renewed['Cy']['points'] == '30' and list(renewed) == ['Ann', 'Bo', 'Cy']
     assert float(renewed['Ann']['points']) == ann.points
+
+
+@pytest.mark.parametrize('cells, decision', [
+    ({}, None), ({'decided': '25'}, Decision(25.0)), ({'decided': '12,5'}, Decision(12.5)),
+    ({'decided': '0', 'reason': 'copied'}, Decision(0.0, 'copied')),
+    ({'reason': 'came late'}, Decision(None, 'came late')),
+    ({'points': '28'}, Decision(28.0)), ({'remarks': 'Well done.'}, Decision(None, 'Well done.')),
+    ({'points': '28', 'remarks': 'Well done.'}, Decision(28.0, 'Well done.')),
+    ({'points': '28', 'decided': '29'}, Decision(29.0)),
+    ({'points': '7.0'}, None), ({'points': '7,0'}, None), ({'points': ''}, None)])
+def test_what_a_person_decides_stays_and_is_shown(tmp_path, cells, decision):
+    """In the columns of its own, or over the marker's cells, as people do it; also if a spreadsheet
+    writes the same number otherwise. The node itself earned 7 points."""
+    changed = dict(TABLE, turn={name: 7.0 * (name == 'starts') if name != 'extra' else {
+        each: 0.0 for each in points} for name, points in TABLE['turn'].items()})
+    folder = folder_of(tmp_path, changed)
+    write(folder, 'Ann', turned(90.0))
+    folder.write_overview()
+    table, rows = tmp_path / 'marks.csv', rows_of((tmp_path / 'marks.csv').read_text())
+    assert rows['Ann']['points'] == '7'
+    for _ in range(2):      # it stays over later runs
+        text = io.StringIO()
+        writer = csv.DictWriter(text, list(rows['Ann']))
+        writer.writeheader()
+        writer.writerow(dict(rows['Ann'], **cells))
+        table.write_text(text.getvalue())
+        folder = folder_of(tmp_path, changed)
+        assert folder.kept('Ann', 'digest').decision == decision
+        folder.write_overview()
+        rows, cells = rows_of(table.read_text()), {}
+    points = 7.0 if decision is None or decision.points is None else decision.points
+    page = Strict((tmp_path / 'Ann.html').read_text(encoding='utf-8')).words
+    results = json.loads((tmp_path / 'gradescope' / 'Ann' / 'results.json').read_text())
+    assert results['score'] == points == float(rows['Ann']['points'])
+    assert '{:g} of 7 points.'.format(points) in page
+    if decision is not None:
+        assert decision.reason in page and decision.reason in results['output']
+        assert decision.reason in (tmp_path / 'overview.html').read_text()
+        assert ('A person gave these points; the marker gave 7.' in page) is (
+            decision.points is not None)
+
+
+@pytest.mark.parametrize('cell', ['many', '-1', 'nan', '1e999'])
+def test_a_decision_that_is_no_number_of_points_is_refused(tmp_path, cell):
+    marked_once(tmp_path)
+    table = tmp_path / 'marks.csv'
+    assert table.read_text().count(',,\n') == 1      # of the row: decided, reason
+    table.write_text(table.read_text().replace(',,\n', ',{},\n'.format(cell)))
+    with pytest.raises(ValueError, match='Ann: decided = .{}. is not valid'.format(cell)):
+        folder_of(tmp_path)
 
 
 def test_columns_and_rows_of_a_person_stay_wherever_they_are_also_if_their_headings_are_equal():
@@ -168,25 +226,19 @@ def test_no_text_of_a_submission_is_a_formula(text, cell):
 # -- kept from one run to the next
 
 def marked_once(path, digest='digest'):
-    folder, marks = folder_of(path), marks_of('Ann', turned(90.0))
-    (folder.logs / 'Ann.json').write_text(marks.observation.to_json())
-    folder.write(marks, digest)
+    folder = folder_of(path)
+    marks = write(folder, 'Ann', turned(90.0), digest)
     folder.write_overview()
     return marks
-
-
-def test_a_record_that_lacks_a_criterion_gives_marks_of_other_parts_alone():
-    record = to_record(marks_of('Ann', turned(90.0)), {'lab': 'turn'})
-    del record['verdicts']['left']
-    with pytest.raises(ValueError, match='left'):
-        from_record(record, turn.CRITERIA, WORTH)
-    assert from_record(record, turn.CRITERIA, WORTH, ['mouse']).worth == 6
 
 
 def test_what_has_not_changed_is_kept(tmp_path):
     marks = marked_once(tmp_path)
     assert marks.observation is None
     assert folder_of(tmp_path).kept('Ann', 'digest') == marks
+    (tmp_path / 'logs' / 'Ann.bag').unlink()    # it cannot be judged
+    assert folder_of(tmp_path).kept('Ann', 'digest') is None
+    marked_once(tmp_path)
     assert folder_of(tmp_path).kept('Ann', 'other digest') is None
     assert folder_of(tmp_path).kept('Bo', 'digest') is None
     assert folder_of(tmp_path, pad='xbox').kept('Ann', 'digest') is None
@@ -196,43 +248,45 @@ def test_what_has_not_changed_is_kept(tmp_path):
 
 def test_the_file_that_a_person_chose_for_a_student_stays_chosen(tmp_path):
     """A plain run afterwards does not judge the other one; a new choice, or a new submission, does."""
-    marks = marks_of('Ann', turned(90.0))
-    folder_of(tmp_path, name='lab2/src/n.py').write(marks, 'digest')
-    assert folder_of(tmp_path, name='').kept('Ann', 'digest') == marks
+    write(folder_of(tmp_path, name='lab2/src/n.py'), 'Ann', turned(90.0))
+    assert folder_of(tmp_path, name='').kept('Ann', 'digest')
     assert folder_of(tmp_path, name='').kept('Ann', 'other digest') is None
     assert folder_of(tmp_path, name='lab2/src/m.py').kept('Ann', 'digest') is None
-    folder_of(tmp_path, name='n.py').write(marks, 'digest')     # a name is the whole class's
+    write(folder_of(tmp_path, name='n.py'), 'Ann', turned(90.0))     # a name is the whole class's
     assert folder_of(tmp_path, name='').kept('Ann', 'digest') is None
 
 
-def test_what_a_trial_runs_decides_whether_marks_are_kept(tmp_path, monkeypatch):
-    """A simulated robot, a check or a launch file that has changed; but for the points."""
-    for name in ('launch/a.launch', 'launch/checks/points.yaml', 'scripts/fake_turtlebot3.py'):
+def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
+    """A simulated robot, a check or a script that has changed; not points, criteria, sentences."""
+    for name in ('launch/fake_robot.launch', 'launch/checks/points.yaml', 'launch/checks/check_turn.test',
+                 'launch/checks/check_imu.test', 'scripts/fake_turtlebot3.py'):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text('1')
-    monkeypatch.setattr(marks_folder, 'PACKAGE', tmp_path)
+    monkeypatch.setattr(trial_key, 'PACKAGE', tmp_path)
     marked_once(tmp_path / 'marks')
-    assert folder_of(tmp_path / 'marks').kept('Ann', 'digest')
-    (tmp_path / 'launch' / 'checks' / 'points.yaml').write_text('2')
-    (tmp_path / 'launch' / 'checks' / 'a.pyc').write_text('2')    # as Python writes it at any time
-    assert folder_of(tmp_path / 'marks').kept('Ann', 'digest')
-    for name in ('launch/a.launch', 'scripts/fake_turtlebot3.py'):
+    for name in ('launch/checks/points.yaml', 'launch/checks/check_imu.test'):
+        (tmp_path / name).write_text('2')
+        assert folder_of(tmp_path / 'marks').kept('Ann', 'digest')
+    for name in ('launch/fake_robot.launch', 'launch/checks/check_turn.test',
+                 'scripts/fake_turtlebot3.py'):
         (tmp_path / name).write_text('2')
         assert folder_of(tmp_path / 'marks').kept('Ann', 'digest') is None
         marked_once(tmp_path / 'marks')
-    assert any(path.match('simulation/simulator.py') for path in marks_folder.decisive_files())
+    names = {path.name for path in trial_key.decisive_files('turn')}
+    assert {'simulator.py', 'ros_stage.py'} < names
+    assert not {'criteria.py', 'turn_hints.py', 'feedback.py', 'graph.py'} & names
+    values = {name.split()[1]: value for name, value in trial_key.decisive_values().items()}
+    assert values['LOST_AFTER'] == criteria.LOST_AFTER and 'l across 180' in values['EACH_TURN']
+    assert not {'TOLERANCE', 'CRITERIA', 'HDG_TOL'} & set(values)
+    monkeypatch.setattr(criteria, 'LOST_AFTER', 1.5)       # how long it is watched
+    assert folder_of(tmp_path / 'marks').kept('Ann', 'digest') is None
 
 
-def test_new_points_reach_the_pages_without_another_try(tmp_path):
+def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial(tmp_path, monkeypatch):
     marks = marked_once(tmp_path)
     page, table = tmp_path / 'Ann.html', tmp_path / 'marks.csv'
-    page.write_text('not written again')
-    folder_of(tmp_path).write_overview()
-    assert page.read_text() == 'not written again'
     changed = yaml.safe_load(yaml.safe_dump(TABLE))
     changed['turn']['left'] = 13
-    log = tmp_path / 'logs' / 'Ann.json'        # an older version had observed more
-    log.write_text(json.dumps(dict(json.loads(log.read_text()), looked_at=1.0)))
     folder = folder_of(tmp_path, changed)
     assert folder.kept('Ann', 'digest').points == marks.points + 10
     _, (note,) = folder.write_overview()
@@ -242,6 +296,19 @@ def test_new_points_reach_the_pages_without_another_try(tmp_path):
     assert '{:g} of {:g} points'.format(marks.points + 10, marks.worth + 10) in page.read_text()
     assert 'id="timeline"' in page.read_text()
     assert rows_of(table.read_text())['Ann']['of'] == '{:g}'.format(marks.worth + 10)
+    turn = marks_folder.LABS['turn']
+    stricter = [criteria.Criterion(
+        each.name, each.part, 'turns <quite> well', each.where, lambda seen: 'it is too slow')
+        if each.name == 'left' else each for each in turn.criteria]
+    turns = dict(marks_folder.LABS, turn=turn._replace(criteria=stricter))
+    for module in (marks_folder, marks_module):
+        monkeypatch.setattr(module, 'LABS', turns)
+    folder = folder_of(tmp_path, changed)
+    assert folder.kept('Ann', 'digest').points == marks.points - 3
+    folder.write_overview()
+    assert 'turns <quite> well' in Strict(page.read_text()).words
+    assert 'it is too slow' in (tmp_path / 'gradescope' / 'Ann' / 'results.json').read_text()
+    assert rows_of(table.read_text())['Ann']['left'] == '0'
 
 
 def test_marks_of_another_lab_are_not_mixed_in(tmp_path):
@@ -271,12 +338,13 @@ def marked(path, acts, problems):
     folder = folder_of(path / 'marks')
     marker = Marker(folder)
 
-    def mark(student, *_):
-        act = acts.get(student)
+    def try_out(submission, *_):
+        act = acts.get(submission.student)
         if isinstance(act, Exception):
             raise act
-        return act() if act else marks_of(student, turned(90.0))
-    marker.mark = mark
+        write_trial(folder.bag(submission.student), act() if act else turned(90.0))
+        return handed_in(submission.student)
+    marker.try_out = try_out
     for student in acts:
         (path / 'in' / student).mkdir(parents=True)
         (path / 'in' / student / 'turtlebot_controller.py').touch()
@@ -292,29 +360,29 @@ ODD = os.fsdecode(b'M\xfcller')
 
 
 def test_one_odd_submission_does_not_end_the_class(tmp_path):
-    """A name that is not UTF-8, problems in the marking, odd remarks, an undrawn page, a zip file that
-    was cut off: what is not judged is no zero."""
+    """A name that is not UTF-8, problems in the marking, odd remarks, a trial that cannot be judged, a
+    zip file that was cut off: what is not judged is no zero."""
     with zipfile.ZipFile(str(tmp_path / 'whole.zip'), 'w') as archive:
         archive.writestr('lab2/turtlebot_controller.py', 'x' * 5000)
     (tmp_path / 'in').mkdir()
     (tmp_path / 'in' / 'zip.zip').write_bytes((tmp_path / 'whole.zip').read_bytes()[:3000])
-    odd, undrawn = marks_of('dot', turned(90.0)), marks_of('fay', turned(90.0))
+    odd, damaged = turned(90.0), turned(90.0)
     odd.remarks = ['=1+1', '\x1b[2J' + ODD, 'x' * 200000]
-    undrawn.observation.runs = None
+    damaged.stimuli[0].facts = {}       # without what its criterion asks for
     unjudged = {'bob': RecursionError('too deep'), 'eve': MemoryError(),
                 'cat': UnicodeEncodeError('utf-8', ODD, 1, 2, 'no')}
-    acts = dict(unjudged, ann=None, dot=lambda: odd, fay=lambda: undrawn, **{ODD: None})
+    acts = dict(unjudged, ann=None, dot=lambda: odd, fay=lambda: damaged, **{ODD: None})
     problems = []
     marking, found = marked(tmp_path, acts, problems)
     assert marking.mark_all(found, 2) is True
     rows = marks_below(tmp_path / 'marks')
     assert set(rows) == {'ann', 'bob', 'cat', 'dot', 'eve', 'fay', 'zip', 'M\\xfcller'}
-    unjudged['fay'] = TypeError()
+    unjudged['fay'] = KeyError()
     assert rows['ann']['points'] == rows['M\\xfcller']['points'] != ''
     for student, problem in unjudged.items():
         assert rows[student]['points'] == '' and type(problem).__name__ in rows[student]['remarks']
         assert 'Not judged' in (tmp_path / 'marks' / (student + '.html')).read_text()
-    assert rows['dot']['remarks'].startswith("'=1+1 \\x1b[2JM\\xfcller")
+    assert '=1+1 \\x1b[2JM\\xfcller' in rows['dot']['remarks']
     assert len(rows['dot']['remarks']) < 5000
     assert len(problems) == 4
     said = 'The zip file cannot be unpacked: its end is missing, as if the upload was cut off.'
@@ -328,9 +396,9 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
     def slowly():
         begun.set()
         go_on.wait(100.0)
-        return marks_of('bob', turned(90.0))
+        return turned(90.0)
 
-    def interrupted(tasks):
+    def interrupted(tasks, _):
         begun.wait(100.0)
         go_on.set()
         raise KeyboardInterrupt
@@ -345,11 +413,11 @@ def test_what_was_marked_and_has_not_changed_is_not_tried_again(tmp_path, capsys
     assert marking.mark_all(found, 1) is False
     before = marks_below(tmp_path / 'marks')
     marker = Marker(folder_of(tmp_path / 'marks'))      # as the next run of mark.py has it
-    marker.mark = None
+    marker.try_out = None
     assert MarkedClass(marker, False, print).mark_all(found, 1) is False
     assert marks_below(tmp_path / 'marks') == before
     assert capsys.readouterr().out.endswith(
-        '[1/1] ann: {0[points]} of {0[of]} points, marked before\n1 of 1 had been marked and have not '
+        '[1/1] ann: {0[points]} of {0[of]} points, tried before\n1 of 1 had been tried and have not '
         'changed (--only NAME tries one again)\n'.format(before['ann']))
     results = json.loads((tmp_path / 'marks' / 'gradescope' / 'ann' / 'results.json').read_text())
     assert results['score'] == float(before['ann']['points'])
@@ -360,17 +428,38 @@ def test_what_was_marked_and_has_not_changed_is_not_tried_again(tmp_path, capsys
 @pytest.mark.parametrize('gaps, told, remark', [
     ([0.02], 0, False), ([0.21, 0.02], 1, False), ([0.21, 0.3], 1, True)])
 def test_a_machine_that_is_too_busy_is_told(tmp_path, capsys, gaps, told, remark):
-    gaps, seen = list(gaps), []
+    gaps = list(gaps)
 
     def tried():
         gap = gaps.pop(0)
-        seen[:] = [Marks('Ann', 'lab2/node.py', observation=observation(
-            truth=[[t, 0.0, 0.0, 0.0] for t in (0.0, gap, gap + 0.02)]))]
-        return seen[0]
+        return observation(truth=[[t, 0.0, 0.0, 0.0] for t in (0.0, gap, gap + 0.02)])
     marking, found = marked(tmp_path, {'Ann': tried}, [])
     marking.mark_all(found, 1)
     assert capsys.readouterr().out.count('the machine held the robot up for 0.21 s; tried again') == told
-    assert gaps == [] and any('may be unfair' in said for said in seen[0].remarks) is remark
+    words = Strict((tmp_path / 'marks' / 'Ann.html').read_text(encoding='utf-8')).words
+    assert gaps == [] and ('may be unfair' in words) is remark
+    _, notes = folder_of(tmp_path / 'marks').write_overview()
+    assert any('Type the same command again.' in note for note in notes) is remark
+    assert MarkedClass(Marker(folder_of(tmp_path / 'marks')), False, print)._folder.kept(
+        'Ann', digest(tmp_path / 'in' / 'Ann')) is None or not remark     # it alone is repeated
+
+
+def test_full_marks_are_never_unfair():
+    held_up = turned(90.0)
+    held_up.truth[50:] = [[row[0] + 0.5, *row[1:]] for row in held_up.truth[50:]]
+    marks = marks_of('Ann', held_up)
+    assert marks.observation.unfair and marks.delayed
+    marks.verdicts = [replace(each, outcome=criteria.Outcome.MET) for each in marks.verdicts]
+    assert marks.is_full and not marks.delayed
+
+
+def test_two_marks_of_one_folder_are_refused(tmp_path):
+    with alone_in(tmp_path):
+        with pytest.raises(ValueError, match='another mark.py writes into .*: wait until it has ended'):
+            with alone_in(tmp_path):
+                pass
+    with alone_in(tmp_path):
+        pass
 
 
 # -- names

@@ -5,6 +5,7 @@ import tempfile
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Callable, Sequence
@@ -17,11 +18,10 @@ from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.intake.sandbox import problem as sandbox_problem
 from tb3_labs.marking.intake.submissions import (
     Submission, chosen, submissions_in, without_wrapping)
-from tb3_labs.marking.lab_names import GAMEPAD
-from tb3_labs.marking.labs.gamepad import HANDOUT, pad_called
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
-from tb3_labs.marking.marks_folder import MarksFolder
-from tb3_labs.marking.marker import Marker, MarkingInterrupted, Options, ros_alone
+from tb3_labs.marking.marks_folder import MarksFolder, alone_in
+from tb3_labs.marking.marker import (
+    LOOK, Marker, MarkingInterrupted, Options, handed_in, ros_alone)
 
 
 def tell(line: str) -> None:
@@ -52,7 +52,9 @@ class MarkedClass:
                 for number, submission in enumerate(submissions, 1):
                     tasks.append(pool.submit(self._mark, submission, '[{}/{}] {}'.format(
                         number, len(submissions), submission.student)))
-                wait(tasks)
+                while wait(tasks, LOOK).not_done:
+                    if self._marker.interrupted.is_set():     # where a signal's exception was lost
+                        raise KeyboardInterrupt
             except KeyboardInterrupt:
                 self._failed = True
                 self._marker.interrupted.set()
@@ -66,7 +68,7 @@ class MarkedClass:
                 self._tell_problem(reason(problem))      # its marks cannot be written
                 self._failed = True
         if self._unchanged:
-            tell('{} of {} had been marked and have not changed (--only NAME tries one again)'
+            tell('{} of {} had been tried and have not changed (--only NAME tries one again)'
                  .format(self._unchanged, len(submissions)))
         return self._failed
 
@@ -77,62 +79,65 @@ class MarkedClass:
             pass
         except NotJudged as problem:
             tell('{}: {}'.format(name, NOT_JUDGED))
-            self._write(self._marker.judged(Marks(submission.student, unjudged=str(problem))), '')
+            self._write(handed_in(submission, unjudged=str(problem)), '')
         except Exception as problem:    # any error: the other submissions are still marked
             why = '{} ({})'.format(reason(problem), type(problem).__name__)
             self._tell_problem('{}: {}: {}'.format(name, NOT_JUDGED, why))
-            self._write(self._marker.judged(Marks(
-                submission.student, unjudged='The marking of it failed: {}.'.format(why))), '')
+            self._write(handed_in(submission, unjudged='The marking of it failed: {}.'.format(
+                why)), '')
 
     def _try(self, submission, name):
-        """Mark one submission, unless it was marked before and has not changed."""
+        """Mark one submission; try it unless it was tried before and has not changed."""
         begun = time.monotonic()
         for is_last in (False, True):       # once more if the machine held up the robot
             with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
                 reading = self._marker.read(submission, Path(work))
-                kept = None if self._anew or is_last else self._folder.kept(
-                    submission.student, reading.digest)
-                if kept is not None:
-                    tell('{}: {:g} of {:g} points, marked before'.format(
-                        name, kept.points, kept.worth))
+                if not (self._anew or is_last):
                     with self._writing:
-                        self._unchanged += 1
-                    return
+                        kept = self._folder.kept(submission.student, reading.digest)
+                        self._unchanged += kept is not None
+                        self._failed = self._failed or kept is not None and not kept.is_known
+                    if kept is not None:
+                        tell('{}: {}, tried before'.format(name, in_words(kept)))
+                        return
                 if not is_last:
                     tell(name + ' ...')
-                marks = self._marker.mark(submission.student, reading, Path(work))
-            if not marks.unfair:
+                found = self._marker.try_out(submission, reading, Path(work))
+            marks = self._folder.judged(found)
+            if not marks.delayed:
                 break
             if not is_last:
                 tell('{}: the machine held the robot up for {:.2f} s; tried again'.format(
                     name, marks.observation.longest_gap))
-        marks.remarks += [marks.unfair] * bool(marks.unfair)
-        marks.seconds = time.monotonic() - begun
-        tell('{}: {}, {:.0f} s'.format(
-            name, '{:g} of {:g} points'.format(marks.points, marks.worth) if marks.judged
-            else NOT_JUDGED, marks.seconds))
-        self._write(marks, reading.digest)
+        found.seconds = time.monotonic() - begun
+        self._write(found, '' if marks.delayed or marks.unjudged else reading.digest)
+        tell('{}: {}, {:.0f} s'.format(name, in_words(marks), found.seconds))
 
-    def _write(self, marks, tried):
-        """Write Marks; `tried`: the digest of the submission."""
+    def _write(self, found, digest):
+        """Keep what was found of a submission; `digest`: '' if it is to be tried again."""
         with self._writing:
-            self._folder.write(marks, '' if marks.unfair or marks.unjudged else tried)
-            self._failed = self._failed or not marks.judged
+            marks = self._folder.write(found, digest)
+            self._failed = self._failed or not marks.is_known
+
+
+def in_words(marks: Marks) -> str:
+    """The points, or that there are none."""
+    return '{:g} of {:g} points'.format(marks.points, marks.worth) if marks.is_known else NOT_JUDGED
 
 
 # -- the command
 
-def mark_class(given, tell_problem):
+def mark_class(given, tell_problem, interrupted):
     """Mark a class as the arguments of mark.py say. Returns the exit status.
 
-    ``tell_problem(words)`` is told why something was not done.
+    ``tell_problem(words)`` is told why something was not done. `interrupted`: an Event; once it is
+    set, all that runs is ended.
     """
-    with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
-        made = ros_alone(Path(work) / 'ros', os.environ)
-        os.environ.clear()
-        os.environ.update(made)
+    with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work, ExitStack() as stack:
+        stack.enter_context(_environment(ros_alone(Path(work) / 'ros', os.environ)))
         try:
-            marker, found = _begun(given, Path(work), tell_problem)
+            marker, found = _begun(given, Path(work), tell_problem, stack)
+            marker.interrupted = interrupted
             failed = MarkedClass(marker, bool(given.only), tell_problem).mark_all(found, given.jobs)
             page, notes = marker.folder.write_overview(given.unprotected)
         except (OSError, ValueError, NotJudged) as problem:
@@ -145,12 +150,27 @@ def mark_class(given, tell_problem):
     return 1 if failed else 0
 
 
-def _begun(given, work, tell_problem):
+@contextmanager
+def _environment(made):
+    """This environment, and no other one, in a ``with`` block."""
+    before = dict(os.environ)
+    os.environ.clear()
+    os.environ.update(made)
+    try:
+        yield
+    finally:
+        os.environ.clear()
+        os.environ.update(before)
+
+
+def _begun(given, work, tell_problem, stack):
     """(Marker, Submissions) of these arguments, which are checked before anything is
-    started; a class's zip file is unpacked below `work`."""
+    started; a class's zip file is unpacked below `work`. Until the end of the ExitStack `stack`
+    nobody else writes into the folder of marks."""
     parts = LABS[given.lab].checked_parts(given.parts)
     worth = points_of(given.lab, read_points(given.points))
-    marks, source = given.folder.resolve(), given.submissions.resolve()
+    option, marks, source = (
+        _checked_option(given), given.folder.resolve(), given.submissions.resolve())
     if source.is_dir() and source in (marks, *marks.parents):   # they would be marked, too
         raise ValueError('-o {}: the marks would lie among the submissions; give a folder beside '
                          'them'.format(given.folder))
@@ -165,16 +185,29 @@ def _begun(given, work, tell_problem):
     if given.only:
         names = chosen([submission.student for submission in found], given.only)
         found = [submission for submission in found if submission.student in names]
-    if given.pad != HANDOUT and given.lab != GAMEPAD:
-        raise ValueError('--pad is for --lab {} alone'.format(GAMEPAD))
-    pad_called(given.pad)
     if given.unprotected:
         tell(UNPROTECTED)
     elif sandbox_problem():
-        raise ValueError("{}: the submissions' programs cannot be kept in sandboxes here; nothing "
-                         'was started. --unprotected marks without: {}'.format(
+        raise ValueError("nothing was started, since the submissions' programs cannot be kept in "
+                         'sandboxes here ({}); --unprotected marks without them: {}'.format(
                              sandbox_problem(), UNPROTECTED))
-    options = Options(given.package, given.type, given.pad, not given.unprotected)
+    options = Options(given.package, given.type, option, not given.unprotected)
+    stack.enter_context(alone_in(given.folder))
     folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),
                          given.points is not None)
     return Marker(folder, options), found
+
+
+def _checked_option(given):
+    """The value of the lab's option; ``ValueError`` if it is invalid, or another lab's."""
+    for name, lab in LABS.items():
+        value = lab.option and getattr(given, lab.option.name)
+        if value is not None and name != given.lab:
+            raise ValueError('--{} is for --lab {} alone'.format(lab.option.name, name))
+    option = LABS[given.lab].option
+    if option is None:
+        return ''
+    value = getattr(given, option.name)
+    value = option.default if value is None else value
+    option.read(value)
+    return value

@@ -1,28 +1,24 @@
-"""Feedback: a page and a results.json for each student, an overview and a table of the class.
+"""Feedback: a page and a results.json for each student, and an overview of the class.
 
-A page needs no other file. The check has made its timeline, see shown_run.py.
+A page needs no other file: it is the report of the recorded trial, with the verdicts on top.
 
 Gradescope reads results.json. In it each test has a score; the whole score is their sum. Nothing is
 shown before the instructor publishes the grades.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
-
-Columns of the table, marks.csv: student, points, of (full marks), the points for each criterion,
-node, remarks, and columns that a person has added. A criterion beyond the handout has 'extra_'
-before its name, and 'yes' or 'no' in its cell if it is worth nothing. The points of a submission
-that could not be judged are empty. A text from a submission is never written as a formula.
 """
-import csv
-import io
+import re
 from dataclasses import replace
-from html import escape
-from typing import Any, Dict, Sequence
+from html import escape, unescape
+from pathlib import Path
+from typing import Any, Dict, List, Sequence
 from urllib.parse import quote
 
+import rospkg
+
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
-from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks
-from tb3_labs.marking.trial.evidence import tracebacks_before_the_end
-from tb3_labs.marking.trial.observation import NotSeen
-from tb3_labs.report.page.document import Markup, document, safe, table
+from tb3_labs.marking.marks import NOT_JUDGED, Marks
+from tb3_labs.marking.shown_run import shown
+from tb3_labs.report.page.document import Markup, document, table
 
 #: A page shows the last SHOWN_LINES lines of each run, each with at most LINE_LENGTH characters.
 SHOWN_LINES, LINE_LENGTH = 15, 300
@@ -32,8 +28,9 @@ COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERE
 
 #: Headings of the wide columns, which have sentences.
 SEEN, WHY, REMARKS = 'what was seen, and where to look', 'why no points', 'remarks'
-#: The first columns of the table.
-FIRST = ['student', 'points', 'of']
+#: A place in a lab sheet, as criteria and hints name it: sheet, heading, step.
+PLACE = re.compile(r'doc/(\w+\.md), "([^"]*)"(?:, step (\d+))?')
+PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 #: When a student sees the tests in Gradescope.
 VISIBILITY = 'after_published'
 
@@ -56,32 +53,78 @@ tr { break-inside: avoid; } td details, td summary { margin: 0; font-weight: nor
 
 def feedback(marks: Marks, lab: str) -> str:
     """A student's page, HTML; `lab`: its title."""
-    points = '{:g} of {:g} points.'.format(marks.points, marks.worth)
-    parts = ['<p><b>{}</b> {}</p>'.format(points if marks.judged else 'Not judged.', escape(
+    points, places = '{:g} of {:g} points.'.format(marks.points, marks.worth), Places()
+    parts = ['<p><b>{}</b> {}</p>'.format(points if marks.is_known else 'Not judged.', escape(
         'Node: {}.'.format(marks.node) if marks.node else ''))]
-    parts += ['<p>{}</p>'.format(escape(remark)) for remark in marks.sentences + list(
-        filter(None, [own_hint(marks)]))]
-    shown = marks.observation.shown if marks.observation is not None else ''
-    if marks.judged:
-        parts.append(_verdicts(marks.graded, bool(shown)))
-    if marks.judged and marks.extra:
-        parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra, bool(shown))]
+    parts += ['<p>{}</p>'.format(places.linked(text)) for text in decided(marks) + marks.sentences]
+    run = shown(marks, places.linked)
+    if not marks.unjudged:
+        parts.append(_verdicts(marks.graded, bool(run), places))
+        if marks.extra:
+            parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra, bool(run), places)]
     if marks.observation is not None:
-        parts += [shown] + _printed(marks.observation)
-    return document('{}: {}'.format(lab, marks.student), parts, STUDENTS)
+        parts += [run] + _printed(marks.observation)
+    return document('{}: {}'.format(lab, marks.student), parts + places.parts, STUDENTS)
 
 
-def _verdicts(verdicts, has_timeline):
+def decided(marks: Marks) -> List[str]:
+    """The sentence on a person's decision, in a list; [] if there is none."""
+    if marks.decision is None:
+        return []
+    gave = 'A person gave these points; the marker gave {:g}.'.format(
+        sum(verdict.points for verdict in marks.verdicts)) if marks.is_decided else ''
+    return [' '.join(filter(None, [gave, marks.decision.reason]))]
+
+
+class Places:
+    """The places in the lab sheets that a page names: links to them, and what stands there."""
+
+    def __init__(self) -> None:
+        self._texts: Dict[str, str] = {}
+
+    def linked(self, sentence: str) -> Markup:
+        """HTML of a sentence, in which each place is a link."""
+        return Markup(PLACE.sub(self._link, escape(sentence, quote=False)))
+
+    def _link(self, found: Any) -> str:
+        name = found.group()
+        if name not in self._texts:
+            sheet, heading, step = (unescape(part) for part in found.groups(''))
+            self._texts[name] = _text_at(sheet, heading, step)
+        return '<a href="#place-{}">{}</a>'.format(
+            list(self._texts).index(name) + 1, name) if self._texts[name] else name
+
+    @property
+    def parts(self) -> List[str]:
+        """The HTML of the places."""
+        texts = ['<details><summary>{}</summary><pre id="place-{}">{}</pre></details>'.format(
+            name, k, escape(text)) for k, (name, text) in enumerate(self._texts.items(), 1) if text]
+        return (['<h2>In the lab sheets</h2>'] if texts else []) + texts
+
+
+def _text_at(sheet: str, heading: str, step: str) -> str:
+    """The text of a step of a sheet, or below a heading; '' if the sheet is not here."""
+    path = PACKAGE / 'doc' / sheet
+    if not path.is_file():      # an installed package has no pages
+        return ''
+    below = path.read_text(encoding='utf-8').partition('# {}\n'.format(heading))[2]
+    text = re.split('^#+ ', below, 1, re.MULTILINE)[0]
+    if step:
+        text = re.split(r'^{}\. '.format(step), text, 1, re.MULTILINE)[-1]
+        text = re.split(r'^{}\. '.format(int(step) + 1), text, 1, re.MULTILINE)[0]
+    return text.strip()
+
+
+def _verdicts(verdicts, has_timeline, places):
     rows, above = [], set()
     for v in verdicts:
-        sentence = (replace(v, seen='the same') if v.seen in above else v).sentence
+        sentence = places.linked((replace(v, seen='the same') if v.seen in above else v).sentence)
         above |= {v.seen} - {'', NOT_TRIED}
         if has_timeline and v.moment is not None and v.outcome is Outcome.MISSED:
-            sentence = Markup('{} <a href="#t={:.1f}">Watch it</a>'.format(
-                escape(sentence), v.moment))
-        rows.append([v.criterion.meaning, _mark(v), '{:g} / {:g}'.format(v.points, v.worth),
-                     sentence])
-    return table(['what is asked', '', 'points', SEEN], rows, words=(SEEN,))
+            sentence = Markup('{} <a href="#t={:.1f}">Watch it</a>'.format(sentence, v.moment))
+        rows.append([v.criterion.meaning, _mark(v), '{:g} / {:g}'.format(
+            v.points, v.worth) if v.worth else '', sentence])
+    return table(['what is asked', '', 'points', SEEN], rows, words=(SEEN,), is_plain=True)
 
 
 def _mark(verdict):
@@ -102,19 +145,6 @@ def _printed(observation):
     return parts
 
 
-def own_hint(marks: Marks, is_last: bool = False) -> str:
-    """The sentence on the mistake of a node that lost points; '' if there is none. `is_last`: the
-    one for a node whose mistake nothing else explains."""
-    seen = marks.observation
-    lost = any(verdict.outcome is Outcome.MISSED for verdict in marks.graded)
-    if not lost or seen is None or seen.lab not in LABS or tracebacks_before_the_end(seen):
-        return ''       # an exception is the mistake
-    try:
-        return (LABS[seen.lab].last_hint if is_last else LABS[seen.lab].hint)(seen)
-    except NotSeen:
-        return ''
-
-
 def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
     """The page of all students, HTML; `lab`: its title; `notes`: for the instructor alone."""
     some = all_marks[0]
@@ -122,15 +152,14 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
         escape(v.criterion.name.replace('_', ' ')))) for v in some.graded + some.extra] + [REMARKS]
     rows = [[Markup('<a href="{}">{}</a>'.format(quote(marks.student + '.html'),
                                                  escape(marks.student))),
-             '{:g} / {:g}'.format(marks.points, marks.worth) if marks.judged else NOT_JUDGED,
+             '{:g} / {:g}'.format(marks.points, marks.worth) if marks.is_known else NOT_JUDGED,
              marks.why_none]
-            + [_mark(verdict) if marks.judged else '' for verdict in marks.graded + marks.extra]
-            + [Markup('<details><summary>{}</summary>{}</details>'.format(
-                len(marks.remarks), escape(' '.join(marks.remarks))) if marks.remarks else '')]
+            + ['' if marks.unjudged else _mark(verdict) for verdict in marks.graded + marks.extra]
+            + [_folded(decided(marks) + marks.remarks)]
             for marks in all_marks]
     look = ['<h2>For the instructor alone</h2>'] * bool(notes) + [
         '<p>{}</p>'.format(escape(note)) for note in notes]
-    totals = sorted(marks.points for marks in all_marks if marks.judged)
+    totals = sorted(marks.points for marks in all_marks if marks.is_known)
     summary = '{} submission{}{}. {}The last {} criteria are beyond the handout.'.format(
         len(all_marks), '' if len(all_marks) == 1 else 's',
         '' if len(totals) == len(all_marks) else ', {} {}'.format(
@@ -141,6 +170,11 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
         '<p>{}</p>'.format(escape(summary)), table(heads, rows, words=(WHY, REMARKS))], WIDE)
 
 
+def _folded(sentences):
+    return Markup('<details><summary>{}</summary>{}</details>'.format(
+        len(sentences), escape(' '.join(sentences)))) if sentences else ''
+
+
 # -- Gradescope
 
 def results(marks: Marks) -> Dict[str, Any]:
@@ -148,7 +182,8 @@ def results(marks: Marks) -> Dict[str, Any]:
     return {
         'score': round(float(marks.points), 2),
         'execution_time': int(round(marks.seconds)),
-        'output': '\n'.join(['Node: {}.'.format(marks.node)] * bool(marks.node) + marks.sentences),
+        'output': '\n'.join(['Node: {}.'.format(marks.node)] * bool(marks.node) + decided(
+            marks) + marks.sentences),
         'visibility': VISIBILITY,
         'stdout_visibility': 'hidden',
         'tests': [{
@@ -162,56 +197,3 @@ def results(marks: Marks) -> Dict[str, Any]:
         } for number, verdict in enumerate(marks.graded + marks.extra, 1)],
         'extra_data': {'student': marks.student},
     }
-
-
-# -- the table
-
-class Table:
-    """The table of the last run, with the columns and rows that a person added; ``ValueError`` if
-    the text is not such a table. It is '' in the first run."""
-
-    def __init__(self, text: str = '') -> None:
-        text = text.lstrip('\ufeff')
-        heading = text.partition('\n')[0]
-        delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another one
-        try:
-            rows = list(filter(None, csv.reader(io.StringIO(text, newline=''),
-                                                delimiter=delimiter)))
-        except csv.Error as problem:
-            raise ValueError(str(problem)) from None
-        if rows and rows[0][:3] != FIRST:
-            raise ValueError('it does not begin with the columns ' + ', '.join(FIRST))
-        self._width = max(map(len, rows), default=0)
-        # all rows have one more cell, which is empty
-        self._heads, *self._rows = [row + [''] * (self._width + 1 - len(row))
-                                    for row in rows or [[]]]
-
-    def renewed(self, all_marks: Sequence[Marks]) -> str:
-        """The table with these marks. A person's columns stay, and others' rows, also if several
-        have one name."""
-        some = all_marks[0]
-        heads = FIRST + [v.criterion.label for v in some.graded + some.extra] + ['node', REMARKS]
-        places = [self._heads.index(head) if head in self._heads else -1 for head in heads]
-        added = [place for place in range(self._width) if place not in places]
-        out = io.StringIO(newline='')
-        writer = csv.writer(out, lineterminator='\n')
-        writer.writerow(heads + [self._heads[place] for place in added])
-        others = list(self._rows)
-        for marks in all_marks:
-            old = next((row for row in others if row[0] == safe(marks.student)), None)
-            if old is not None:
-                others.remove(old)
-            writer.writerow(_cells(marks) + [old[place] if old else '' for place in added])
-        for row in others:
-            writer.writerow([row[place] for place in places + added])
-        return out.getvalue()
-
-
-def _cells(marks):
-    points = ['{:g}'.format(v.points) for v in marks.graded] + [
-        '{:g}'.format(v.points) if v.worth else 'yes' if v.outcome is Outcome.MET else 'no'
-        for v in marks.extra]
-    return ([safe(marks.student), '{:g}'.format(marks.points) if marks.judged else '',
-             '{:g}'.format(marks.worth)]
-            + (points if marks.judged else [''] * len(points))
-            + [safe(marks.node), safe(' '.join(marks.sentences))])

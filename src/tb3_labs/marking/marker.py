@@ -1,4 +1,4 @@
-"""Marks one submission by the check_LAB.test of its lab.
+"""Records the trial of one submission by the check_LAB.test of its lab.
 
 Each submission has its own master, simulated robot, home and log folder, and a time limit. At the
 end none of its processes is left, whatever the submission did.
@@ -12,9 +12,10 @@ import sys
 import threading
 import time
 import uuid
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Dict, Mapping
+from typing import Any, Dict, Mapping
 
 import rospkg
 
@@ -25,13 +26,9 @@ from tb3_labs.marking.intake.sandbox import (
     IDENTITY, MODULES, OWN_PACKAGE, PREFIXES, NoSandbox, Sandbox)
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.workspace import COPY, VARIABLE, elsewhere, prepare
-from tb3_labs.marking.lab_names import GAMEPAD, NODES
-from tb3_labs.marking.labs.criteria import judge
-from tb3_labs.marking.labs.gamepad import HANDOUT, pad_in_words
-from tb3_labs.marking.marks import LABS, Marks
+from tb3_labs.marking.lab_names import NODES
+from tb3_labs.marking.marks import LABS, Marks, read_trial
 from tb3_labs.marking.marks_folder import MarksFolder
-from tb3_labs.marking.trial.evidence import remarks_on, untold
-from tb3_labs.marking.trial.observation import Observation
 from tb3_labs.marking.trial.processes import sweep
 
 #: Variables of the caller's terminal that stay for the marking.
@@ -60,7 +57,7 @@ class Options:
 
     package: str = ''           # of the node, if it is not a usual one of the lab
     name: str = ''              # of the node's file, if it is not a usual one
-    pad: str = HANDOUT          # the gamepad that is played
+    option: str = ''            # the value of the lab's option; '' if it has none
     sandbox: bool = True        # do the submissions' programs run in a Sandbox?
 
 
@@ -74,7 +71,8 @@ class Marker:
     def __init__(self, folder: MarksFolder, options: Options = Options()) -> None:
         """`folder`: says what is marked, and gets the logs."""
         self.folder, self._lab, self._options = folder, folder.lab, options
-        #: Once this is set, all that runs is ended; each :meth:`mark` raises MarkingInterrupted.
+        self._option = LABS[folder.lab].option
+        #: Once this is set, all that runs is ended; each :meth:`try_out` raises MarkingInterrupted.
         self.interrupted = threading.Event()
 
     def read(self, submission: Submission, work: Path) -> Reading:
@@ -82,38 +80,32 @@ class Marker:
         return read(submission, work / 'ws' / COPY, NODES[self._lab], self._options.package,
                     self._options.name)
 
-    def mark(self, student: str, reading: Reading, work: Path) -> Marks:
-        """The Marks of the submission that was read in `work`."""
-        marks, identity = Marks(student), uuid.uuid4().hex
+    def try_out(self, submission: Submission, reading: Reading, work: Path) -> Marks:
+        """Record the trial of the submission that was read in `work`, into the folder of marks.
+        Returns the Marks of what was handed in."""
+        marks, identity = handed_in(submission), uuid.uuid4().hex
+        marks.remarks, marks.findings = reading.remarks, list(reading.look_at)
+        with suppress(FileNotFoundError):
+            self.folder.bag(marks.student).unlink()
         try:
-            self._observe(marks, reading, work, identity)
+            self._record(marks, reading, work, identity)
         except NotJudged as problem:
             marks.unjudged = str(problem)
         finally:
             sweep(identity)
-        return self.judged(marks)
-
-    def judged(self, marks: Marks) -> Marks:
-        """The Marks with their verdicts; if they are unjudged, the instructor is told why."""
-        if marks.unjudged:
-            marks.findings.append('Not judged: ' + marks.unjudged)
-        observation = marks.observation or Observation(self._lab, marks.node)
-        marks.verdicts = judge(LABS[self._lab].criteria, observation, self.folder.worth,
-                               self.folder.parts)
-        marks.remarks = untold(marks.remarks, ' '.join(each.seen for each in marks.verdicts))
         return marks
 
-    def _observe(self, marks, reading, work, identity):
-        """Write node, remarks and Observation of a submission into its Marks."""
-        log, record = self.folder.logs / (marks.student + '.log'), work / 'observation.json'
+    def _record(self, marks, reading, work, identity):
+        """Record the trial of a submission; node and remarks go into its Marks."""
+        marks.places = ['{}/ws/{}'.format(work, place) for place in (
+            '{}/{}/'.format(COPY, reading.package), COPY + '/', '')]     # of no use to a student
+        log, record = self.folder.logs / (marks.student + '.log'), work / 'trial.bag'
         sandbox = Sandbox([work / 'ws', work / 'etc']) if self._options.sandbox else NoSandbox()
         own = environment_in(work, dict(os.environ, **{IDENTITY: identity}))
         launch = prepare(reading, work / 'ws', own, sandbox)
         marks.node = '{}/{}'.format(launch.package, os.path.basename(launch.program))
-        marks.remarks += reading.remarks
-        marks.findings += reading.look_at
-        if self._lab == GAMEPAD:
-            marks.remarks.append(pad_in_words(self._options.pad))
+        if self._option is not None:
+            marks.remarks.append(self._option.in_words(self._options.option))
         sandbox.hand_over(work / 'ws')
         # the node alone gets the environment of the student's workspace: modules of the submission
         (work / 'launch.json').write_text(json.dumps(launch))
@@ -127,19 +119,10 @@ class Marker:
             raise MarkingInterrupted('interrupted')
         if not record.exists():
             raise NotJudged('The check left no record; see {}.'.format(log))
-        observed = record.read_text()       # of no use to a student: the copy's place
-        for place in ('{}/{}/'.format(COPY, reading.package), COPY + '/', ''):
-            observed = observed.replace('{}/ws/{}'.format(work, place), '')
-        write_output(self.folder.logs / (marks.student + '.json'), observed)
-        marks.observation = Observation.from_json(observed)
-        marks.remarks += remarks_on(marks.observation)
-        marks.findings += marks.observation.findings + elsewhere(
-            '\n'.join(run.printed for run in marks.observation.runs), work / 'ws' / COPY)
-        if marks.observation.broken:
-            raise NotJudged('The marker itself failed ({}); see {}.'.format(
-                marks.observation.broken, log))
-        marks.findings += ['Its page has no timeline; see {}.'.format(log)] * (
-            not marks.observation.shown)
+        write_output(self.folder.bag(marks.student), record.read_bytes())
+        seen = read_trial(record)
+        marks.findings += elsewhere('\n'.join(run.printed for run in seen.runs),
+                                    work / 'ws' / COPY)
 
     def _check(self, node, sandbox, record, environment, output):
         """Run the lab's check on package/file `node`; False if the time was up."""
@@ -150,7 +133,8 @@ class Marker:
                 'rostest', 'tb3_labs', 'check_{}.test'.format(self._lab), 'pkg:=' + package,
                 'type:=' + executable, 'parts:=' + ','.join(self.folder.parts),
                 'record:={}'.format(record), 'truth:={}'.format(work / 'truth')]
-                + ['pad:=' + self._options.pad] * (self._lab == GAMEPAD)),
+                + ([] if self._option is None else
+                   ['{}:={}'.format(self._option.name, self._options.option)])),
             env=environment, cwd=environment['ROS_HOME'], stdin=subprocess.DEVNULL, stdout=output,
             stderr=output, start_new_session=True)
         begun = time.monotonic()
@@ -161,6 +145,11 @@ class Marker:
         sweep(environment[IDENTITY])
         check.wait()
         return in_time
+
+
+def handed_in(submission: Submission, **more: Any) -> Marks:
+    """The Marks of a submission of which nothing is known yet."""
+    return Marks(submission.student, number=submission.number, late=submission.late, **more)
 
 
 # -- the environment

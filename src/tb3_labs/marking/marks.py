@@ -7,28 +7,42 @@ names of labs, the second level the names of criteria. `extra` has the criteria 
       left: 3
       extra: {within_1_deg: 0}
 
-Marks are kept in a record: after one try a submission can be judged again with other points. The
-record has the verdicts, not the observation. It has the key of the try: another try with the same
-key would have the same result.
+Marks are a function of what was handed in, of the recorded trial, of these points, and of what a
+person has decided: see `judged`.
 """
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 import rospkg
 import yaml
 
-from tb3_labs.command_line import reason
+from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn, turn_hints
-from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict
+from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, TURN
-from tb3_labs.marking.trial.observation import Observation
+from tb3_labs.marking.trial.evidence import remarks_on, untold
+from tb3_labs.marking.trial.observation import LONGEST, Observation, observed
+from tb3_labs.report.bag.ros_bag import read_run
 
+#: At most this many remarks and as many findings are written for one student.
+MOST_SENTENCES = 100
 #: The words for marks that could not be given.
 NOT_JUDGED = 'not judged'
 #: The section of a lab's points for criteria beyond the handout.
 EXTRA = 'extra'
+
+
+class Option(NamedTuple):
+    """A setting of the trials of a lab: `--NAME` of mark.py, `NAME:=` of the lab's check."""
+
+    name: str
+    default: str
+    help: str
+    read: Callable[[str], Any]                  # ValueError with the valid words
+    in_words: Callable[[str], str]              # a sentence for the student
+    parameters: Callable[[Any], Dict[str, Any]]     # for nodes that read them: name -> value
 
 
 class Lab(NamedTuple):
@@ -40,6 +54,11 @@ class Lab(NamedTuple):
     hint: Callable[[Observation], str] = lambda seen: ''
     #: A mistake to look for if nothing else explains the node.
     last_hint: Callable[[Observation], str] = lambda seen: ''
+    #: Sentences on mistakes that cost no points; for the parts that were tried.
+    remarks: Callable[[Observation, Sequence[str]], List[str]] = lambda seen, parts: []
+    #: Is a mistake looked for by the way in which the robot moved?
+    is_diagnosed: bool = True
+    option: Optional[Option] = None
 
     @property
     def parts(self) -> List[str]:
@@ -56,39 +75,66 @@ class Lab(NamedTuple):
 
 LABS = {
     IMU: Lab('IMU exercise', imu.CRITERIA, imu.hint),
-    TURN: Lab('IMU lab', turn.CRITERIA, turn_hints.hint, turn_hints.last_hint),
+    TURN: Lab('IMU lab', turn.CRITERIA, turn_hints.hint, turn_hints.last_hint,
+              turn_hints.remarks_on_turns),
     MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA,
-                   last_hint=move2goal.last_hint),
-    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA)}
+                   last_hint=move2goal.last_hint, remarks=move2goal.remarks_on_parts),
+    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA, is_diagnosed=False, option=Option(
+        'pad', gamepad.HANDOUT, 'numbers of the gamepad that is played, '
+        'launch/params/pad_NAME.yaml', gamepad.pad_called, gamepad.pad_in_words,
+        lambda pad: {GAMEPAD: pad}))}
+
+
+class Decision(NamedTuple):
+    """A person's points for a submission, in place of the marker's, and the reason."""
+
+    points: Optional[float]     # None: the marker's stay
+    reason: str = ''
 
 
 @dataclass
 class Marks:
-    """One submission: its verdicts, and remarks."""
+    """One submission: what was handed in, and once it is judged, what it is worth."""
 
     student: str
     node: str = ''                   # package/file
-    verdicts: List[Verdict] = field(default_factory=list)
+    number: str = ''                 # of the student on the learning platform
+    late: bool = False               # was it handed in late, by the platform?
     remarks: List[str] = field(default_factory=list)      # sentences
-    observation: Optional[Observation] = None  # None: nothing could be observed
     findings: List[str] = field(default_factory=list)     # for the instructor alone; sentences
     unjudged: str = ''               # why it could not be judged, a sentence; '' if it was
-    seconds: float = 0.0             # the time that the marking took [s]
+    seconds: float = 0.0             # the time that the trial took [s]
+    #: Beginnings of paths on the marking machine, which no page shows.
+    places: List[str] = field(default_factory=list)
+    verdicts: List[Verdict] = field(default_factory=list)
+    observation: Optional[Observation] = None  # None: nothing could be observed
+    decision: Optional[Decision] = None
 
     @property
-    def judged(self) -> bool:
-        """Was the submission judged? If not, its points are unknown, not 0."""
-        return not self.unjudged
+    def is_known(self) -> bool:
+        """Are its points known? If not, they are not 0."""
+        return not self.unjudged or self.is_decided
 
     @property
-    def unfair(self) -> str:
-        """A sentence if the machine was too busy to judge the node fairly, else ''."""
-        return self.observation.unfair if self.observation else ''
+    def is_decided(self) -> bool:
+        """Has a person given other points?"""
+        return self.decision is not None and self.decision.points is not None
+
+    @property
+    def is_full(self) -> bool:
+        """Does it meet all that the handout asks for?"""
+        return not self.unjudged and all(
+            verdict.outcome is Outcome.MET for verdict in self.graded)
+
+    @property
+    def delayed(self) -> str:
+        """A sentence if the machine was too busy to judge a node fairly that lost points; or ''."""
+        return self.observation.unfair if self.observation and not self.is_full else ''
 
     @property
     def sentences(self) -> List[str]:
         """The reason why it was not judged, and all remarks."""
-        return [self.unjudged] * bool(self.unjudged) + self.remarks
+        return list(filter(None, [self.unjudged])) + self.remarks
 
     @property
     def why_none(self) -> str:
@@ -99,7 +145,9 @@ class Marks:
 
     @property
     def points(self) -> float:
-        """The points that were earned, those of extra criteria included."""
+        """The points that a person gave, else those that were earned, with extra criteria."""
+        if self.decision is not None and self.decision.points is not None:
+            return self.decision.points
         return sum(verdict.points for verdict in self.verdicts)
 
     @property
@@ -116,6 +164,40 @@ class Marks:
     def extra(self) -> List[Verdict]:
         """The verdicts on criteria beyond the handout."""
         return [verdict for verdict in self.verdicts if verdict.criterion.extra]
+
+
+def read_trial(path: Any, places: Sequence[str] = ()) -> Observation:
+    """The Observation in the bag of a trial, without these `places`. ``ValueError`` if it has
+    none."""
+    return observed(read_run(str(path)), places)
+
+
+def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mapping[str, float],
+           parts: Sequence[str] = ()) -> Marks:
+    """The Marks of what was handed in, by its trial; None: there was none. `worth`: criterion ->
+    points; `parts` of the lab that were tried: [] for all."""
+    marks = replace(handed_in, observation=seen)
+    seen = seen or Observation(lab, marks.node)
+    marks.node = marks.node or seen.node
+    if seen.broken and not marks.unjudged:
+        marks.unjudged = 'The marker itself failed ({}).'.format(seen.broken)
+    marks.verdicts = judge(LABS[lab].criteria, seen, worth, parts)
+    marks.remarks = untold(
+        marks.remarks + remarks_on(seen) + LABS[lab].remarks(seen, parts),
+        ' '.join(each.seen for each in marks.verdicts))
+    marks.findings = marks.findings + seen.findings
+    if marks.delayed:
+        marks.remarks.append(marks.delayed)
+        marks.findings.append('{} Type the same command again.'.format(marks.delayed))
+    if marks.unjudged:
+        marks.findings.append('Not judged: ' + marks.unjudged)
+    marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
+    return marks
+
+
+def _cleaned(sentences: Sequence[str]) -> List[str]:
+    """The first sentences, each short and printable: they may quote a submission."""
+    return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
 
 
 # -- points
@@ -166,33 +248,3 @@ def read_points(path: Optional[Path]) -> Any:
     except (UnicodeDecodeError, yaml.YAMLError) as problem:
         raise ValueError('the points, {}, are not YAML: {}'.format(
             path, reason(problem))) from None
-
-
-# -- records
-
-def to_record(marks: Marks, key: Mapping[str, Any]) -> Dict[str, Any]:
-    """Returns the record of these marks."""
-    return {'key': dict(key),
-            'marks': {name: value for name, value in vars(marks).items()
-                      if name not in ('verdicts', 'observation')},
-            'verdicts': {verdict.criterion.name: [verdict.outcome.value, verdict.seen]
-                         for verdict in marks.verdicts},
-            'page': [verdict.worth for verdict in marks.verdicts]}
-
-
-def from_record(record: Mapping[str, Any], criteria: Iterable[Criterion],
-                worth: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
-    """Returns the Marks of a record, with the points `worth` for each criterion.
-
-    ``ValueError`` if the record lacks a criterion of these parts, or is of another version.
-    """
-    try:
-        marks = Marks(**record['marks'])
-        for criterion in criteria:
-            if criterion.is_tried(parts):
-                outcome, seen = record['verdicts'][criterion.name]
-                marks.verdicts.append(Verdict(criterion, Outcome(outcome), seen,
-                                              worth[criterion.name]))
-    except (KeyError, TypeError) as problem:
-        raise ValueError('the record lacks {}'.format(problem)) from None
-    return marks

@@ -1,30 +1,33 @@
-"""The folder that keeps the marks of a class from one run to the next.
+"""The folder that keeps the trials and the marks of a class from one run to the next.
 
     marks.csv, overview.html     all students
     STUDENT.html                 to hand back
     gradescope/STUDENT/          results.json
-    logs/                        STUDENT.json (the observation), STUDENT.marks.json, output
+    logs/                        STUDENT.bag (the trial), STUDENT.marks.json, output
+
+A trial is kept as long as another one would be the same (trial_key.py). Verdicts, points and
+sentences are made anew from its bag in each run.
 """
-import hashlib
+import fcntl
 import json
-from contextlib import suppress
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
-import rospkg
-
-from tb3_labs.command_line import output_folder, printable, write_output
-from tb3_labs.marking.feedback import Table, feedback, overview, results
-from tb3_labs.marking.intake.sandbox import OWN_PACKAGE, UNPROTECTED
-from tb3_labs.marking.marks import LABS, Marks, from_record, to_record
-from tb3_labs.marking.trial.observation import LONGEST, Observation
+from tb3_labs.command_line import output_folder, reason, write_output
+from tb3_labs.marking.feedback import feedback, overview, results
+from tb3_labs.marking.intake.sandbox import UNPROTECTED
+from tb3_labs.marking.marks import LABS, Marks, judged, read_trial
+from tb3_labs.marking.table import POINTS, REMARKS, Table, cells_of
+from tb3_labs.marking.trial_key import version
 
 #: Names of files.
-TABLE, OVERVIEW, RESULTS, RECORD = 'marks.csv', 'overview.html', 'results.json', '.marks.json'
-#: At most this many remarks and as many findings are written for one student.
-MOST_SENTENCES = 100
-#: This package, and the program of its simulated robot; an installed one lies in lib.
-PACKAGE, ROBOT = Path(rospkg.RosPack().get_path(OWN_PACKAGE)), 'fake_turtlebot3.py'
+TABLE, OVERVIEW, RESULTS, RECORD, BAG = (
+    'marks.csv', 'overview.html', 'results.json', '.marks.json', '.bag')
+#: The parts of Marks that a record keeps: what is not in the bag of the trial.
+HANDED_IN = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged', 'seconds',
+             'places')
 
 
 class MarksFolder:
@@ -37,47 +40,80 @@ class MarksFolder:
         it `rescores`, also if its marks have other points."""
         self._path, self.lab, self.parts, self.worth = output_folder(path), lab, parts, worth
         self.logs = output_folder(self._path / 'logs')
-        decisive = hashlib.sha256(b''.join(path.read_bytes() for path in decisive_files()))
-        #: Two tries of a submission that agree in all this end alike.
         self._options = options
+        #: Two trials of a submission that agree in all this end alike.
         self._key = {'lab': lab, 'parts': sorted(parts), 'options': options,
-                     'version': decisive.hexdigest()}
-        #: Student -> Marks, the key of their try, and the points of each criterion on their page.
-        self._kept: Dict[str, Tuple[Marks, Dict[str, Any], List[float]]] = {}
+                     'version': version(lab)}
+        #: Student -> record; student -> Marks that have their page in this run.
+        self._records: Dict[str, Dict[str, Any]] = {}
+        self._shown: Dict[str, Marks] = {}
         for file in sorted(self.logs.glob('*' + RECORD)):
             self._read(file)
-        self._table()
+        self._table = self._read_table()
         if not rescores:
             self._check_points()
 
+    def bag(self, student: str) -> Path:
+        """The place of the bag of a student's trial."""
+        return self.logs / (student + BAG)
+
     def kept(self, student: str, submission: str) -> Optional[Marks]:
-        """A student's Marks if a new try of this digest would end alike, else None."""
-        marks, key, _ = self._kept.get(student, (None, None, None))
-        options = dict(self._options)
-        chosen = key['options'].get('name', '') if key else ''
+        """A student's Marks if a new trial of this digest would be the same, else None."""
+        record = self._records.get(student)
+        if record is None:
+            return None
+        options, chosen = dict(self._options), record['key']['options'].get('name', '')
         if '/' in chosen and not options.get('name'):   # a person chose this one's node
             options['name'] = chosen
-        return marks if key == dict(self._key, submission=submission, options=options) else None
+        if record['key'] != dict(self._key, submission=submission, options=options):
+            return None
+        marks = self._show(record)
+        return None if marks.unjudged else marks    # its bag is gone, or cannot be read
 
-    def write(self, marks: Marks, submission: str) -> None:
-        """Write the marks of one student, and forget their observation.
+    def judged(self, handed_in: Marks) -> Marks:
+        """The Marks by the bag of the trial, and by what a person has decided."""
+        seen = None
+        if not handed_in.unjudged:
+            try:
+                seen = read_trial(self.bag(handed_in.student), handed_in.places)
+            except ValueError as problem:
+                handed_in = replace(handed_in, unjudged='Its trial cannot be judged: {}.'.format(
+                    reason(problem)))
+        marks = judged(handed_in, seen, self.lab, self.worth, self.parts)
+        marks.decision = self._decisions.get(handed_in.student)
+        return marks
+
+    def write(self, handed_in: Marks, submission: str) -> Marks:
+        """Keep what was handed in, and write page and results of its Marks, which are returned.
 
         `submission`: its digest; '' if it is to be tried again in the next run.
         """
-        marks.unjudged = ' '.join(_cleaned([marks.unjudged]))
-        marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
-        self._keep(marks, dict(self._key, submission=submission))
+        record = self._records[handed_in.student] = {
+            'key': dict(self._key, submission=submission),
+            'handed_in': {name: getattr(handed_in, name) for name in HANDED_IN},
+            'worth': self.worth, 'cells': {}}
+        self._write(record)
+        return self._show(record)
 
     def write_overview(self, unprotected: bool = False) -> Tuple[Optional[Path], List[str]]:
         """Write the files about all students; `unprotected`: were there no sandboxes?
 
         Returns (path of the page, lines for the instructor); (None, []) if there are no marks.
         """
-        all_marks = [marks for _, (marks, *_) in sorted(self._kept.items())]
-        if not all_marks:
+        if not self._records:
             return None, []
-        write_output(self._path / TABLE, self._table().renewed(all_marks))
-        renewed = [marks.student for marks in all_marks if self._renew_page(marks)]
+        renewed, all_marks = [], []
+        for student, record in sorted(self._records.items()):
+            marks = self._shown.get(student) or self._show(record)
+            cells = {name: cells_of(marks)[name] for name in (POINTS, REMARKS)}
+            if record['cells'].get(POINTS, cells[POINTS]) != cells[POINTS]:
+                renewed.append(student)
+            record.update(worth=self.worth, cells=cells)
+            all_marks.append(marks)
+        # the table first: a record without it would take the old cells for a person's
+        write_output(self._path / TABLE, self._table.renewed(all_marks))
+        for record in self._records.values():
+            self._write(record)
         notes = [UNPROTECTED] * unprotected + [
             'With other points than before: {}.'.format(', '.join(renewed))] * bool(renewed) + [
             'To look at: {}: {}'.format(marks.student, finding)
@@ -88,68 +124,70 @@ class MarksFolder:
     def _read(self, file):
         try:
             record = json.loads(file.read_text(encoding='utf-8'))
-            key = record['key']
-            mine = [key['lab'], key['parts']] == [self.lab, sorted(self.parts)]
+            key, lab, parts = record['key'], record['key']['lab'], record['key']['parts']
+            is_whole = set(record['handed_in']) == set(HANDED_IN) and isinstance(
+                record['cells'], dict) and isinstance(record['worth'], dict)
         except (ValueError, KeyError, TypeError):
             return      # cut off, or of another version: it is tried again
-        if not mine:
+        if [lab, parts] != [self.lab, sorted(self.parts)]:
             raise ValueError('{} has marks of {}, {}: choose another folder for these'.format(
                 self._path, key['lab'], ', '.join(key['parts']) or 'all parts'))
-        with suppress(ValueError, KeyError):    # of an older version: tried again if handed in
-            self._kept[file.name[:-len(RECORD)]] = from_record(
-                record, LABS[self.lab].criteria, self.worth, self.parts), key, record['page']
+        if is_whole:
+            self._records[file.name[:-len(RECORD)]] = record
 
     def _check_points(self):
-        for _, (marks, _, before_all) in sorted(self._kept.items()):
-            for verdict, before in zip(marks.verdicts, before_all):
-                if verdict.worth != before:
+        for record in self._records.values():
+            for name, before in record['worth'].items():
+                if self.worth.get(name, before) != before:
                     raise ValueError(
                         '{} was marked with other points ({}: {:g}, not {:g}): give their file by '
                         '--points; a file that is given counts for all'.format(
-                            self._path, verdict.criterion.label, before, verdict.worth))
+                            self._path, name, before, self.worth[name]))
 
-    def _table(self):
+    def _read_table(self):
         path = self._path / TABLE
         try:
-            return Table(path.read_text(encoding='utf-8') if path.exists() else '')
+            table = Table(path.read_text(encoding='utf-8') if path.exists() else '')
+            self._decisions = table.decisions(
+                {student: record['cells'] for student, record in self._records.items()})
+            return table
         except ValueError as problem:
             raise ValueError('{} cannot be read, and may hold what a person wrote: {}'.format(
                 path, 'a spreadsheet must save it as "CSV UTF-8"' if isinstance(
                     problem, UnicodeDecodeError) else problem)) from None
 
-    def _renew_page(self, marks):
-        """Write the page again if points were changed. Returns True if they were."""
-        _, key, shown = self._kept[marks.student]
-        if shown == [verdict.worth for verdict in marks.verdicts]:
-            return False
-        file = self.logs / (marks.student + '.json')
-        if file.exists():
-            marks.observation = Observation.from_json(file.read_text())
-        self._keep(marks, key)
-        return True
-
-    def _keep(self, marks, key):
-        page = feedback(marks, LABS[self.lab].title)
+    def _show(self, record):
+        """Write the page and the results of a record; returns its Marks."""
+        handed_in, title = Marks(**record['handed_in']), LABS[self.lab].title
+        try:
+            marks = self.judged(handed_in)
+            page = feedback(marks, title)
+        except Exception as problem:    # any error: the other pages are still written
+            marks = self.judged(replace(handed_in, unjudged='The marking of it failed: {} ({}).'
+                                        .format(reason(problem), type(problem).__name__)))
+            page = feedback(marks, title)
         write_output(self._path / (marks.student + '.html'), page)
-        marks.observation = None        # the observations of a class need hundreds of MB
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
-        if marks.judged:
+        if marks.is_known:
             write_output(folder / RESULTS, json.dumps(results(marks), indent=1))
         elif (folder / RESULTS).exists():
             (folder / RESULTS).unlink()     # of an earlier try: no longer true
-        record = to_record(marks, key)
-        self._kept[marks.student] = marks, key, record['page']
-        write_output(self.logs / (marks.student + RECORD), json.dumps(record))
+        marks.observation = None        # the observations of a class need hundreds of MB
+        self._shown[marks.student] = marks
+        return marks
+
+    def _write(self, record):
+        write_output(self.logs / (record['handed_in']['student'] + RECORD), json.dumps(record))
 
 
-def _cleaned(sentences):
-    """The first sentences, each short and printable: they may quote a submission."""
-    return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
-
-
-def decisive_files() -> List[Path]:
-    """The files of this package that decide a trial: nodes, robot, checks, launch files."""
-    programs = [PACKAGE / 'scripts' / ROBOT, PACKAGE.parents[1] / 'lib' / OWN_PACKAGE / ROBOT]
-    return sorted(Path(__file__).resolve().parents[1].glob('**/*.py')) + sorted(
-        path for path in [*programs, *PACKAGE.glob('launch/**/*')]
-        if path.is_file() and path.suffix != '.pyc' and path.name != 'points.yaml')
+@contextmanager
+def alone_in(path: Path) -> Iterator[None]:
+    """Nobody else writes marks into this folder within the ``with`` block; ``ValueError`` if
+    somebody does already."""
+    with open(str(output_folder(output_folder(path) / 'logs') / '.lock'), 'w') as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ValueError('another mark.py writes into {}: wait until it has ended'.format(
+                path)) from None
+        yield

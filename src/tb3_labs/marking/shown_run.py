@@ -1,39 +1,46 @@
-"""The run of a node that was tried: its timeline and its diagnosis, as a part of the node's page.
-
-The check makes this part, and keeps it in the observation: who reads marks needs no report.
-"""
+"""The run of a node that was tried: timeline and diagnosis, as a part of the node's page."""
 import math
+from dataclasses import replace
 from html import escape
-from typing import Any, Dict
+from typing import Any, Callable, Dict
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.feedback import own_hint
-from tb3_labs.marking.lab_names import GAMEPAD
 from tb3_labs.marking.labs.criteria import Outcome
-from tb3_labs.marking.marks import Marks
+from tb3_labs.marking.marks import LABS, Marks
 from tb3_labs.marking.trial.evidence import tracebacks_before_the_end
 from tb3_labs.marking.trial.observation import (
-    ASKED_DEG, GOAL_POSE, LOCAL_T_WORLD, Observation)
+    ASKED_DEG, GOAL_POSE, LOCAL_T_WORLD, NotSeen, Observation)
 from tb3_labs.report.cause import hints
 from tb3_labs.report.cause.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.page.timeline import mark, section, timeline
-from tb3_labs.report.run_data import (
-    Commands, ImuSamples, LogLines, OdometrySamples, Poses, RunData, States, Values)
+from tb3_labs.report.run_data import Poses, RunData, States, Values
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
 
-def shown(marks: Marks) -> str:
-    """The part of a page, HTML; '' if the robot was not seen."""
+def shown(marks: Marks, linked: Callable[[str], str] = escape) -> str:
+    """The part of a page, HTML; '' if the robot was not seen. ``linked(sentence)``: its HTML."""
     if marks.observation is None or not marks.observation.truth:
         return ''
     run = as_run(marks.observation)
     found = diagnosis(run, marks)
-    last = '' if found.mistake or own_hint(marks) else own_hint(marks, is_last=True)
-    return '\n'.join([section(moments(run, marks, found)),
-                      '<p>{}</p>'.format(escape(last)) if last else hints.section(found)])
+    hint = own_hint(marks) or ('' if found.mistake else own_hint(marks, is_last=True))
+    return '\n'.join([
+        section(moments(run, marks, found)), '<h2>What went wrong</h2><p>{}</p>'.format(
+            linked(hint)) if hint else hints.section(found)])
+
+
+def own_hint(marks: Marks, is_last: bool = False) -> str:
+    """The sentence on the mistake of a node that lost points; '' if there is none. `is_last`: the
+    one for a node whose mistake nothing else explains."""
+    seen = marks.observation
+    if marks.is_full or seen is None or tracebacks_before_the_end(seen):
+        return ''       # an exception is the mistake
+    try:
+        return (LABS[seen.lab].last_hint if is_last else LABS[seen.lab].hint)(seen)
+    except NotSeen:
+        return ''
 
 
 def moments(run: RunData, marks: Marks, found: Diagnosis = Diagnosis('')) -> Dict[str, Any]:
@@ -52,11 +59,10 @@ def moments(run: RunData, marks: Marks, found: Diagnosis = Diagnosis('')) -> Dic
 
 
 def diagnosis(run: RunData, marks: Marks) -> Diagnosis:
-    """Returns the Diagnosis of a run, the observation of these marks, if a criterion was missed. A
+    """Returns the Diagnosis of a run, the observation of these marks, unless it has full marks. A
     node that never heard a sensor has none: its remark says which. Nor has a gamepad's."""
-    is_missed = any(verdict.outcome is Outcome.MISSED for verdict in marks.verdicts)
-    if not is_missed or marks.observation is None or marks.observation.deaf or (
-            marks.observation.lab == GAMEPAD or own_hint(marks)
+    if marks.is_full or marks.observation is None or marks.observation.deaf or (
+            not LABS[marks.observation.lab].is_diagnosed or own_hint(marks)
             or tracebacks_before_the_end(marks.observation)):
         return Diagnosis('')
     return diagnose(run)
@@ -71,29 +77,27 @@ def hint_in_a_line(marks: Marks) -> str:
 
 
 def as_run(seen: Observation) -> RunData:
-    """Returns an observation as a recorded run. Its poses in ``local`` are the true ones; its
-    resets are the poses at which a drive began; its states are the names of the stimuli."""
-    true = Poses(*(np.array(seen.truth, dtype=float).T[[0, 0, 1, 2, 3]]))
-    rows = seen.sensed or [[*row, 0.0, row[3], 0.0] for row in seen.truth]
-    time, x, y, yaw, speed, imu_yaw, rate = np.array(rows, dtype=float).T
-    commands = np.array(seen.commands, dtype=float).reshape(-1, 3).T
+    """Returns the recording of a trial as the report takes it. Its poses in ``local`` are the true
+    ones; its resets are the poses at which a drive began; its states are the names of the
+    stimuli."""
+    if seen.run is None:
+        raise ValueError('there is no recording')
+    true = seen.run.ground_truth
     drives = [stimulus for stimulus in seen.stimuli if GOAL_POSE in stimulus.facts]
     frames = [Pose2(*drive.facts[LOCAL_T_WORLD]) for drive in drives]
     ends = [drive.begin for drive in drives[1:]] + [math.inf]
     resets = [(drive.begin, frame @ true.at(drive.begin))
               for drive, frame in zip(drives, frames)]
-    return RunData(
-        seen.node, 0.0, float(true.time[-1]), ImuSamples(time, time, wrap_all(imu_yaw), rate),
-        OdometrySamples(time, time, x, y, wrap_all(yaw), speed, rate),
-        Commands(commands[0], *commands), Poses.joined(
+    return replace(
+        seen.run, name=seen.node, local_pose=Poses.joined(
             [true.between(drive.begin, end).seen_from(frame)
-             for drive, end, frame in zip(drives, ends, frames)]) if drives else true, true,
+             for drive, end, frame in zip(drives, ends, frames)]) if drives else true,
         goals=_rows(Poses, [[drive.begin, *drive.facts[GOAL_POSE]] for drive in drives]),
         states=_rows(States, [[each.begin, each.name] for each in seen.stimuli]),
         resets=_rows(Poses, [[at, pose.x, pose.y, pose.yaw] for at, pose in resets]),
         control=_rows(Values, [row for drive in drives for row in (
             [drive.begin, 1.0], [drive.end, 0.0])]),
-        log=_rows(LogLines, seen.log), derived=('states',),
+        derived=('states',), devices=(), frames=Poses.none(), presses=Values.none(),
         starts=tuple(run.begin for run in seen.runs),
         letters=_rows(Values, [row for each in seen.stimuli if ASKED_DEG in each.facts
                                for row in ([each.begin, np.sign(each.facts[ASKED_DEG])],

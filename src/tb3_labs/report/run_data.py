@@ -202,6 +202,8 @@ class RunData:
     sent: Values = field(default_factory=Values.none)          # index in senders of each command
     starts: Tuple[float, ...] = ()                             # of the node [s]; (): unknown
     letters: Values = field(default_factory=Values.none)       # typed: 1 for l, -1 for r, 0
+    events: States = field(default_factory=States.none)        # of a trial, by the marker
+    printed: States = field(default_factory=States.none)       # by the node of a trial
     derived: Tuple[str, ...] = ()                              # fields that were not recorded
     topics: Dict[str, str] = field(default_factory=dict)       # field's name: topic
     dropped: Dict[str, int] = field(default_factory=dict)      # field's name: invalid messages

@@ -23,8 +23,9 @@ from tb3_labs.marking.intake.archives import (
 from tb3_labs.marking.intake.packages import MANIFEST, NotJudged, files_in, shortened
 
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
-CANVAS = re.compile(r'(?P<student>[^_]+)(?:_late)?_(?P<number>\d+)_(?P<upload>\d+)_(?P<file>.+)',
-                    re.IGNORECASE)
+CANVAS = re.compile(
+    r'(?P<student>[^_]+)(?P<late>_late)?_(?P<number>\d+)_(?P<upload>\d+)_(?P<file>.+)',
+    re.IGNORECASE)
 #: The number that Canvas adds to the name of a file that was handed in again.
 AGAIN = re.compile(r'-(\d+)(?=\.\w+$)')
 #: Names that a student's file cannot have: the folder of marks uses them, or no file can have them.
@@ -56,6 +57,7 @@ class HandedIn(NamedTuple):
     student: str
     number: str
     file: str
+    late: bool = False
 
 
 def read_name(name: str, is_folder: bool) -> HandedIn:
@@ -67,7 +69,7 @@ def read_name(name: str, is_folder: bool) -> HandedIn:
         return HandedIn(name, '', '')
     if canvas:
         return HandedIn(canvas['student'].strip(), canvas['number'],
-                        AGAIN.sub('', canvas['file']))
+                        AGAIN.sub('', canvas['file']), bool(canvas['late']))
     return HandedIn(name[:-len(ZIP)] if is_zip(name) else name, '', name)
 
 
@@ -118,6 +120,8 @@ class Submission(NamedTuple):
 
     student: str
     files: Dict[Path, str]      # file or folder -> the student's own name of a file
+    number: str = ''            # of the student on the platform; '' if it gives none
+    late: bool = False          # by the platform
 
 
 def lay_out(handed_in: Dict[Path, str], folder: Path,
@@ -219,7 +223,8 @@ def submissions_in(folder: Path, tell: Callable[[str], None]) -> List[Submission
             'a link' if stat.S_ISLNK(mode) else why, path))
     if not names:
         raise ValueError('there is no folder and no zip file in {}'.format(folder))
-    return [Submission(student, {folder / name: names[name].file or name for name in together})
+    return [Submission(student, {folder / name: names[name].file or name for name in together},
+                       names[together[0]].number, any(names[name].late for name in together))
             for student, together in sorted(by_student(names).items())]
 
 

@@ -2,6 +2,7 @@
 import math
 import re
 from functools import partial
+from typing import List, Sequence
 
 import numpy as np
 
@@ -181,6 +182,13 @@ def _exact(seen: Observation, name: str) -> str:
 
 def _arrives(seen: Observation, name: str) -> str:
     return _place(seen, name) or _heading(seen, name)
+
+
+def remarks_on_parts(seen: Observation, parts: Sequence[str]) -> List[str]:
+    """A sentence if only parts were tried that a node passes which rotates by the IMU's yaw."""
+    return [] if not parts or OFFSET in parts else [
+        'Odometry and IMU had the same zero here, a real robot has two: add offset to the parts; '
+        'see {}.'.format(TWO_ZEROS)]
 
 
 def last_hint(seen: Observation) -> str:

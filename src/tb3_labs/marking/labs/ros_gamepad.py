@@ -7,6 +7,7 @@ import math
 import time
 from functools import partial
 from io import BytesIO
+from types import SimpleNamespace
 
 import rospy
 from rospy.msg import AnyMsg
@@ -15,7 +16,7 @@ from std_msgs.msg import Bool, Empty
 
 from tb3_labs.marking.labs import gamepad as asked
 from tb3_labs.marking.labs.criteria import LOST
-from tb3_labs.marking.trial.observation import CTRL_RELINQ, JOY
+from tb3_labs.marking.trial.observation import CTRL_RELINQ, JOY, LONGEST
 from tb3_labs.marking.labs.ros_move2goal import NAMES, fields_of
 from tb3_labs.marking.trial.ros_robot import UNDER_WAY, Repeater
 from tb3_labs.ros.clocks import wait_until
@@ -31,9 +32,9 @@ class HeldPad(Repeater):
     """The gamepad of the marker; at first its sticks are in their middle."""
 
     def __init__(self, numbers):
-        """`numbers`: the numbers of its axes and buttons, a PadConfig."""
+        """`numbers`: name -> number of its axes and buttons."""
         super().__init__(JOY, Joy)
-        self.numbers = numbers
+        self.numbers = SimpleNamespace(**numbers)
         self._buttons = [0] * PAD_BUTTONS_SENT
         self.sticks()
         self.wait_until_heard()
@@ -64,20 +65,20 @@ def _stick_up(stage, pad, name):
 
 def sticks(stage):
     """The sticks at several places."""
-    with ResetServices(stage.node.graph.types.by_sum()):
+    with ResetServices(stage):
         stage.node.start()
-        with HeldPad(stage.pad) as pad:
+        with HeldPad(stage.option) as pad:
             for name, place in asked.PLACES.items():
                 stage.watch(name, asked.HELD, lambda: pad.sticks(*place))
 
 
 def buttons(stage):
     """A, the sticks, B, the sticks, Y; then Ctrl+C while a stick drives."""
-    with ResetServices(stage.node.graph.types.by_sum()) as services:
+    with ResetServices(stage) as services:
         calls = services.calls
         if not stage.node.alive:
             stage.node.start()
-        with HeldPad(stage.pad) as pad:
+        with HeldPad(stage.option) as pad:
             _hand_over(stage, pad)
             with stage.stimulus(asked.RESET_BUTTON) as record:
                 for names in ((asked.SET_POSE,), NAMES):    # then a wrong name is seen
@@ -132,7 +133,7 @@ def _hand_over(stage, pad):
 def no_service(stage):
     """Y while nobody offers a reset, and a stick right after it."""
     stage.node.start()
-    with HeldPad(stage.pad) as pad, stage.stimulus(asked.RESET_WITHOUT_SERVICE):
+    with HeldPad(stage.option) as pad, stage.stimulus(asked.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
         pad.sticks(1.0)
         time.sleep(asked.RESET_TIME)
@@ -140,7 +141,7 @@ def no_service(stage):
 
 def lost(stage):
     """The pad falls silent while it drives."""
-    with HeldPad(stage.pad) as pad:
+    with HeldPad(stage.option) as pad:
         stage.falls_silent(asked.PAD_SILENT, _start_driving(stage, pad), lambda: pad.hold(None))
 
 
@@ -187,15 +188,15 @@ class ResetServices:
     any type, and answer with success. `calls`: (name, request) of each; Empty for one of an unknown
     type.
 
-    The client's checksum tells the type (`types`: checksum -> class). Of a type that the student
-    made, the fields are not read. A gamepad's call of its own service type fails if rospy no longer
-    compares a client's checksum with `_md5sum`, or no longer passes on the header and the bytes of
-    an AnyMsg.
+    The client's checksum tells the type. Of a type that the student made, the fields are not read.
+    A gamepad's call of its own service type fails if rospy no longer compares a client's checksum
+    with `_md5sum`, or no longer passes on the header and the bytes of an AnyMsg.
     launch/checks/check_gamepad.test and test/ros/mark.test show it.
     """
 
-    def __init__(self, types):
-        self.calls, self._types, self._services = [], types, {}
+    def __init__(self, stage):
+        self.calls, self._types, self._services = [], stage.node.graph.types.by_sum(), {}
+        self._recording = stage.recording
         self.offer(NAMES)
 
     def __enter__(self):
@@ -216,7 +217,9 @@ class ResetServices:
         if kind is None:
             self.calls.append((name, Empty()))
             raise rospy.ServiceException('the type of this request is not known here')
-        self.calls.append((name, kind._request_class().deserialize(raw._buff)))
+        request = kind._request_class().deserialize(raw._buff)
+        self.calls.append((name, request))
+        self._recording.event('call', service=name, of=kind._type, request=str(request)[:LONGEST])
         response, buffer = kind._response_class(), BytesIO()
         for name, value in (('success', True), ('message', 'reset')):
             if name in response.__slots__:

@@ -176,6 +176,8 @@ def _reset(stage, name, caller, pose, seconds=asked.TAKES_EFFECT, straight=True)
              asked.STRAIGHT: straight}
     with stage.stimulus(name, facts) as record:
         record.facts.update({asked.PROBLEM: caller.call(pose)[:LONGEST], asked.NAME: caller.astray})
+        stage.recording.event('call', service=caller.found, pose=[pose.x, pose.y, pose.yaw],
+                              problem=record.facts[asked.PROBLEM])
         time.sleep(seconds)
     return not record.facts[asked.PROBLEM]
 

@@ -6,14 +6,15 @@ from contextlib import suppress
 import rospy
 from geometry_msgs.msg import Quaternion
 from sensor_msgs.msg import Imu
+from std_msgs.msg import Bool as BoolMessage
+from std_msgs.msg import Header
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.marking.labs import imu as asked_imu
 from tb3_labs.marking.labs import turn as asked
 from tb3_labs.marking.labs.criteria import LOST
-from tb3_labs.marking.labs.turn_hints import remarks_on_turns
 from tb3_labs.marking.trial.observation import (
-    ASKED_DEG, MOUSE_INFO, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)
+    ASKED_DEG, MOUSE_INFO, MOVED, RESTED, WAS_MOVING, NotOffered)
 from tb3_labs.marking.trial.ros_robot import IMU_SWITCH, WELL_UNDER_WAY, Repeater
 from tb3_labs.marking.trial.ros_student_node import LISTENS
 from tb3_labs.msg import MouseController
@@ -70,8 +71,8 @@ class HeldMouse(Repeater):
     of the message. `remarks` are sentences about fields whose names are not the mouse lab's.
     """
 
-    def __init__(self, graph):
-        self.up = 1
+    def __init__(self, graph, recording):
+        self.up, self._recording = 1, recording
         self._kind = graph.kind_of(MOUSE_INFO) or graph.types.message(MouseController._type)
         self.package = self._kind._type.split('/')[0]
         self._names, self.remarks = mouse_fields(self._kind.fields)
@@ -87,6 +88,8 @@ class HeldMouse(Repeater):
         for name, value in zip(self._names, (active, x, self.up * y)):
             message.put(name, value)
         self.hold(message)
+        self._recording.add(MOUSE_INFO, MouseController(
+            Header(stamp=now), BoolMessage(active), x, y))
         time.sleep(seconds)
 
 
@@ -125,13 +128,13 @@ def mouse_of(stage, names):
     if rospy.resolve_name(MOUSE_INFO) not in stage.node.graph.of_node(LISTENS):
         stage.not_offered(names, 'it does not listen to mouse_info')
     try:
-        mouse = HeldMouse(stage.node.graph)
+        mouse = HeldMouse(stage.node.graph, stage.recording)
     except ValueError as problem:
         stage.not_offered(names, str(problem))
     stage.remark(mouse.remarks)
-    seen = stage.observation
-    seen.mouse_up = seen.mouse_up or stage.text(mouse.package)['up']
-    mouse.up = seen.mouse_up or 1       # as its own client sends it
+    up = stage.text(mouse.package)['up']
+    stage.recording.event('mouse client', up=up)
+    mouse.up = up or 1      # as its own client sends it
     mouse.at(0.0, 0.0, active=False)
     mouse.wait_until_heard()
     return mouse
@@ -143,10 +146,8 @@ def turns(stage):
         stage.set_slip(turn.slip)
         _begin_at(stage, turn.begins_deg)
         _try_turn(stage, name, turn.typed, {ASKED_DEG: turn.asked_deg})
-    with suppress(NotTried):        # the remarks are those on the turns
-        _begin_at(stage, 40.0)      # where the last turn ends
-        stage.watch(asked.NONSENSE, asked.ANSWER, lambda: stage.node.type(asked.TYPED_NONSENSE))
-    stage.remark(remarks_on_turns(stage.observation))
+    _begin_at(stage, 40.0)      # where the last turn ends
+    stage.watch(asked.NONSENSE, asked.ANSWER, lambda: stage.node.type(asked.TYPED_NONSENSE))
 
 
 def _begin_at(stage, heading):
@@ -182,8 +183,6 @@ def mouse(stage):
             stage.watch(name, asked.MOUSE_HELD, lambda: hand.at(*place))
         hand.at(0.0, 1.0, seconds=0.4)
         stage.watch(asked.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
-    stage.remark([asked.NO_CLIENT] * (asked.upward(stage.observation) < 0.0)
-                 + [asked.COUNTS_DOWN] * (stage.observation.mouse_up < 0))
 
 
 def both(stage):

@@ -1,13 +1,13 @@
 """The mistake of a node that turns wrongly, and remarks on mistakes that cost no points."""
-from typing import List, Tuple
+from typing import List, Sequence, Tuple
 
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.marking.labs.criteria import ANGULAR, RARELY, seldom
 from tb3_labs.marking.labs.turn import (
-    AFTER_STOP, EACH_TURN, LAW, LEFT, MAX_ANG_Z, NONSENSE, RIGHT, START, TO_RIGHT, TOLERANCE,
-    TYPED_NONSENSE, WatchedTurn)
+    AFTER_STOP, COUNTS_DOWN, EACH_TURN, LAW, LEFT, MAX_ANG_Z, NONSENSE, NO_CLIENT, RIGHT,
+    START, TOLERANCE, TO_RIGHT, TYPED_NONSENSE, WatchedTurn, upward)
 from tb3_labs.marking.trial.observation import RESTED, Observation, Scene
 from tb3_labs.marking.trial.printed import LONGEST_LINE
 
@@ -40,7 +40,7 @@ def last_hint(seen: Observation) -> str:
     return '{} See {}.'.format(ITS_HEADING, START) if len(wrong) > 1 else ''
 
 
-def remarks_on_turns(seen: Observation) -> List[str]:
+def remarks_on_turns(seen: Observation, parts: Sequence[str] = ()) -> List[str]:
     """Sentences on mistakes that cost nothing."""
     printed = [seen.during(name, may_die=True).printed.splitlines()[1:]
                for name in (LEFT, NONSENSE) if seen.has(name)]
@@ -49,7 +49,8 @@ def remarks_on_turns(seen: Observation) -> List[str]:
     return ['After "{}" it printed its prompt alone, and no error. See {}.'.format(
         TYPED_NONSENSE, TO_RIGHT)] * prompts_alone + [
             'Its commands come every {:.1f} s, and not ten times a second: is there a sleep? See '
-            '{}.'.format(pause, LAW)] * (pause > 0.0)
+            '{}.'.format(pause, LAW)] * (pause > 0.0) + [
+                NO_CLIENT] * (upward(seen) < 0.0) + [COUNTS_DOWN] * (seen.mouse_up < 0)
 
 
 def _tried(seen: Observation) -> List[Tuple[WatchedTurn, Scene]]:

@@ -1,17 +1,20 @@
-"""The observation of one node: plain data that can be judged, drawn, and kept in a file.
+"""A trial as its criteria look at it: what was done to a node, and what the node did meanwhile.
 
-Units: seconds since the observation began, m/s, rad/s, metres, radians. The yaw of the true poses
-is continuous over whole turns. The commands are those of the node that is judged; those of other
-nodes are left out.
+All of it comes from the bag of the trial (:mod:`tb3_labs.marking.trial.ros_recording`).
+
+Units: seconds since the recording began, m/s, rad/s, metres, radians. The yaw of the true poses
+is continuous over whole turns. The commands are those of the node that is judged; those of the
+marker are left out.
 """
 import json
 import math
-from dataclasses import asdict, dataclass, field
-from typing import Any, Dict, List, Optional
+from dataclasses import dataclass, field, replace
+from typing import Any, Dict, List, Optional, Sequence
 
 import numpy as np
 
 from tb3_labs.marking.trial.printed import counted, exceptions, last_words
+from tb3_labs.report.run_data import RunData
 
 #: The topics that the labs are about, as the handouts call them; all names are relative.
 IMU_TOPIC = 'imu'
@@ -22,8 +25,8 @@ CTRL_RELINQ = 'ctrl_relinq'
 CMD_VEL = 'cmd_vel'
 #: The robot's own reset.
 RESET = 'reset'
-#: The true pose of the simulated robot.
-TRUTH = 'ground_truth'
+#: The true pose of the simulated robot; the events of a trial; the output of its node.
+TRUTH, EVENTS, PRINTED = 'ground_truth', 'trial', 'printed'
 
 #: Keys of `facts` that several labs use. MOVED: did the node command a movement after it was asked
 #: to? RESTED: did the robot come to rest? WAS_MOVING: did the robot move when the stimulus began?
@@ -35,9 +38,12 @@ ASKED_DEG = 'asked_deg'
 GOAL_POSE, LOCAL_T_WORLD = 'goal', 'local_T_world'
 #: If the machine held up the robot for longer than this, the node was not judged fairly [s].
 HELD_UP = 0.15
-#: At most MOST_FINDINGS findings are kept of a node. Each of them, and each remark, has at most
-#: LONGEST characters.
+#: At most MOST_FINDINGS findings are kept of a node, and as many remarks; each has at most LONGEST
+#: characters.
 MOST_FINDINGS, LONGEST = 20, 2000
+NOT_FINITE = 'commands that are not finite numbers'
+#: Of the output of a run so many characters are kept, of its beginning and of its end.
+KEPT = 20000
 
 
 class NotSeen(Exception):
@@ -113,9 +119,6 @@ class Observation:
     node: str                                                    # package/file
     commands: List[List[float]] = field(default_factory=list)    # [time, linear, angular]
     truth: List[List[float]] = field(default_factory=list)       # [time, x, y, yaw]
-    #: [time, x, y, yaw, speed] by the odometry, [yaw, rate] by the IMU_TOPIC
-    sensed: List[List[float]] = field(default_factory=list)
-    log: List[List[Any]] = field(default_factory=list)           # [time, level, node, text]
     stimuli: List[Stimulus] = field(default_factory=list)
     runs: List[Run] = field(default_factory=list)
     missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none
@@ -125,39 +128,22 @@ class Observation:
     lost: Dict[str, int] = field(default_factory=dict)           # what is not in here, how often
     #: [time, in words] of commands that are not finite numbers
     odd: List[List[Any]] = field(default_factory=list)
-    drivers: List[str] = field(default_factory=list)    # programs that command the robot by turns
+    senders: List[List[str]] = field(default_factory=list)  # [name, process], at each change
     own_moves: List[List[float]] = field(default_factory=list)   # [begin, end] of the marker's
     mouse_up: int = 0       # the sign of y above the middle, by its own mouse client; 0: unknown
-    shown: str = ''                                              # see shown_run.shown
-
-    def to_json(self) -> str:
-        """The observation as text."""
-        return json.dumps(asdict(self))
-
-    @classmethod
-    def from_json(cls, text: str) -> 'Observation':
-        """The Observation that :meth:`to_json` wrote as this text; an older version's may have more
-        parts, which are left out."""
-        parts = {name: part for name, part in json.loads(text).items()
-                 if name in cls.__dataclass_fields__}
-        parts['stimuli'] = [Stimulus(**item) for item in parts['stimuli']]
-        parts['runs'] = [Run(**item) for item in parts['runs']]
-        return cls(**parts)
+    run: Optional[RunData] = None                                # the recording
 
     @property
     def file(self) -> str:
         """The name of the node's file."""
         return self.node.rpartition('/')[2]
 
-    def note(self, finding: str) -> None:
-        """Add a finding for the instructor, once; '' is not a finding."""
-        finding = finding[:LONGEST]     # it may quote the node
-        if finding and finding not in self.findings and len(self.findings) < MOST_FINDINGS:
-            self.findings.append(finding)
-
-    def lose(self, what: str) -> None:
-        """Count one of `what` that is not recorded."""
-        self.lost[what] = self.lost.get(what, 0) + 1
+    @property
+    def drivers(self) -> List[str]:
+        """The programs that commanded the robot by turns."""
+        processes = [process for _, process in self.senders]
+        return sorted({name for number, (name, process) in enumerate(self.senders)
+                       if process in processes[:number]})
 
     @property
     def gaps(self) -> List[str]:
@@ -266,3 +252,88 @@ class Scene(Stimulus):
 def _between(rows, columns, begin, end):
     rows = np.array(rows, dtype=float).reshape(-1, columns)
     return rows[(rows[:, 0] >= begin) & (rows[:, 0] <= end)]
+
+
+# -- from the recording
+
+def observed(run: RunData, places: Sequence[str] = ()) -> Observation:
+    """The Observation of a trial; `places`: beginnings of paths on the marking machine, which are
+    left out of all texts. ``ValueError`` if the recording is not of a trial."""
+    def cleaned(text: str) -> str:
+        for place in places:
+            text = text.replace(place, '')
+        return text
+    run = replace(run, log=replace(run.log, texts=np.array(
+        list(map(cleaned, run.log.texts)), dtype=object)))
+    truth = run.ground_truth
+    seen = Observation('', '', run=run, commands=np.column_stack(
+        [run.commands.arrival, run.commands.linear, run.commands.angular]).tolist(),
+        truth=np.column_stack([truth.arrival, truth.x, truth.y, np.unwrap(truth.yaw)]).tolist())
+    texts = [(at, None, words) for at, words in zip(run.printed.arrival, run.printed.words)]
+    events = [(at, json.loads(cleaned(words)), '') for at, words in zip(
+        run.events.arrival, run.events.words)]
+    for at, event, text in sorted(texts + events, key=lambda each: each[0]):
+        if event is None:
+            _printed(seen, text, text.count('\n'))
+        else:
+            _take(seen, event.pop('kind'), float(at), event)
+    if not seen.lab:
+        raise ValueError('the recording has no trial')
+    for each in seen.runs:
+        text = each.printed = cleaned(each.printed)
+        if len(text) > 2 * KEPT:
+            each.printed = '{}\n...\n{}'.format(text[:KEPT], text[-KEPT:])
+    seen.stimuli = [each for each in seen.stimuli if not math.isnan(each.end)]
+    for stimulus in seen.stimuli:
+        stimulus.printed = cleaned(stimulus.printed)
+    return seen
+
+
+def _printed(seen: Observation, text: str, lines: int) -> None:
+    """Add an output of so many lines to the run and the stimulus that are not over."""
+    for each in seen.runs[-1:]:
+        each.printed += text
+    for stimulus in seen.stimuli[-1:]:
+        if math.isnan(stimulus.end):
+            stimulus.printed = (stimulus.printed + text)[-KEPT:]
+            stimulus.lines += lines
+
+
+def _take(seen: Observation, kind: str, at: float, facts: Dict[str, Any]) -> None:
+    """Take an event of a trial into its Observation."""
+    if kind == 'trial':
+        seen.lab, seen.node = facts['lab'], facts['node']
+    elif kind == 'begin':
+        seen.stimuli.append(Stimulus(facts['name'], at))
+    elif kind == 'end':
+        vars(seen.stimuli[-1]).update(facts, end=at)
+    elif kind == 'start':
+        seen.runs.append(Run(at, needed=facts['needed']))
+    elif kind == 'ready':
+        seen.runs[-1].ready = at
+    elif kind == 'run':
+        vars(seen.runs[-1]).update(facts)
+    elif kind == 'stop':
+        vars(seen.runs[-1]).update(facts, end=at)
+    elif kind == 'unprinted':
+        _printed(seen, '\n... {} characters are left out here ...\n'.format(facts['characters']),
+                 facts['lines'])
+    elif kind == 'sender':
+        seen.senders.append([facts['name'], facts['process']])
+    elif kind == 'odd':
+        seen.lost[NOT_FINITE] = seen.lost.get(NOT_FINITE, 0) + 1
+        seen.odd.append([at, facts['text']])
+    elif kind == 'left out':
+        seen.lost[facts['what']] = facts['number']
+    elif kind == 'own move':
+        seen.own_moves.append([at - facts['seconds'], at])
+    elif kind == 'not offered':
+        seen.missing.update(dict.fromkeys(facts['names'], facts['reason']))
+    elif kind == 'mouse client':
+        seen.mouse_up = facts['up']
+    elif kind == 'broken':
+        seen.broken = facts['text']
+    elif kind in ('remark', 'finding'):
+        known = seen.remarks if kind == 'remark' else seen.findings
+        if facts['text'] not in known and len(known) < MOST_FINDINGS:
+            known.append(facts['text'])

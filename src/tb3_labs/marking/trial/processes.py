@@ -34,10 +34,11 @@ class Program:
 
     Output and errors are one text; its beginning and its end are kept. `environment`: None for that
     of this process. `ends`: where its output is read, its own input and output, in place of a
-    terminal.
+    terminal. ``on_text(text)`` is called with each part of the output.
     """
 
-    def __init__(self, command, environment=None, ends=None):
+    def __init__(self, command, environment=None, ends=None, on_text=lambda text: None):
+        self._on_text = on_text
         if ends is None:
             source, theirs = pty.openpty()
             ends = source, theirs, theirs
@@ -60,8 +61,10 @@ class Program:
                 chunk = os.read(self._source, 65536)
             except OSError:    # the other side of a pseudo-terminal is closed
                 chunk = b''
+            text = chunk.decode(errors='replace').replace('\r\n', '\n')
+            self._on_text(text)
             with self._changed:
-                self._text.append(chunk.decode(errors='replace').replace('\r\n', '\n'))
+                self._text.append(text)
                 self._changed.notify_all()
             if not chunk:
                 return

@@ -1,14 +1,14 @@
-"""The stage on which a node is tried out: one robot, one node, and the node's Observation.
+"""The stage on which a node is tried out: one robot, one node, and the recording of both.
 
 The script of a lab's part acts on `node` and `robot` within a :meth:`Stage.stimulus`, and looks at
-`recorder`. A Witness looks for programs that would make the marks wrong.
+`recorder`.
 """
 import os
-import threading
 import time
 from contextlib import contextmanager, suppress
+from functools import lru_cache
+from types import SimpleNamespace
 
-import rosgraph
 import rospkg
 import rospy
 from dynamic_reconfigure.encoding import decode_config, encode_config
@@ -21,50 +21,47 @@ from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, TOOK
 from tb3_labs.marking.trial.evidence import CTRL_C
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, NODES, TURN
-from tb3_labs.marking.trial.observation import (
-    LONGEST, TRUTH, WAS_MOVING, NotOffered, NotTried, Observation, Stimulus)
-from tb3_labs.marking.trial.program_text import text_of
-from tb3_labs.marking.trial.ros_robot import (
-    ROBOT, SWITCHES, UNDER_WAY, WELL_UNDER_WAY, Recorder, RobotHand)
+from tb3_labs.marking.trial.observation import LONGEST, WAS_MOVING, NotOffered, NotTried
+from tb3_labs.marking.intake.program_text import text_of
+from tb3_labs.marking.trial.ros_recording import ROBOT, Recorder, Recording
+from tb3_labs.marking.trial.ros_robot import SWITCHES, UNDER_WAY, WELL_UNDER_WAY, RobotHand
 from tb3_labs.marking.trial.ros_student_node import StudentNode
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.topics import subscribe
 
-ENDED = 'The {} was ended while the node ran.'
+#: The robot's settings are set back this often.
+MOST_REPAIRS = 20
 #: lab -> part -> its script, given a Stage
 SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_move2goal.PARTS,
            GAMEPAD: ros_gamepad.PARTS}
 
 
 class Stage:
-    """One robot, one node, and the node's Observation."""
+    """One robot, one node, and the recording of both."""
 
-    def __init__(self, lab, package, executable, keep, pad, tell):
-        """``keep(observation)`` is called after each stimulus and each run. `pad`: a PadConfig.
-        ``tell(words)`` is called with the present step."""
-        self.observation = Observation(lab, '{}/{}'.format(package, executable))
-        self.recorder = Recorder(self.observation)
-        self.robot, self.pad, self.part = RobotHand(self.recorder), pad, ''
-        self.witness = Witness(self.observation, self.recorder.robot,
-                               lambda: self.recorder.hand_to(keep))
-        self.node = StudentNode(self.observation, NODES[lab].sensors, lambda: self.recorder.now,
-                                self.keep)
-        self._keep, self._tell, self._slip = keep, tell, 0.0
+    def __init__(self, lab, package, executable, path, option, tell):
+        """`path`: of the bag; `option`: the value of the lab's option. ``tell(words)`` is called
+        with the present step."""
+        node = '{}/{}'.format(package, executable)
+        self.recording = Recording(path)
+        self.recording.event('trial', lab=lab, node=node)
+        self.recorder = Recorder(self.recording)
+        self.robot, self.option, self.part = RobotHand(self.recorder), option, ''
+        self.node = StudentNode(node, NODES[lab].sensors, self.recording)
+        self.settings = RobotSettings(self.recording)
+        self._name, self._tell, self._slip = node, tell, 0.0
 
     @contextmanager
     def stimulus(self, name, facts=None):
         """Record the node's behaviour within the ``with`` block as the stimulus `name`, with these
         `facts`, and those that the block adds."""
         self._tell('{}: {}'.format(self.part, name))
-        record = Stimulus(name, self.recorder.now, facts=dict(facts or {}))
-        characters, lines = self.node.printed
+        self.node.flush()
+        record = SimpleNamespace(begin=self.recording.event('begin', name=name),
+                                 facts=dict(facts or {}))
         yield record
-        record.end = self.recorder.now
-        record.printed = self.node.text_since(characters)
-        record.lines = self.node.printed[1] - lines
-        record.died = not self.node.alive
-        self.observation.stimuli.append(record)
-        self.keep()
+        self.node.note()
+        self.recording.event('end', facts=record.facts, died=not self.node.alive)
 
     def watch(self, name, seconds, act=lambda: None, facts=None):
         """Record `act()` and the `seconds` [s] after it as the stimulus `name`, with `facts`."""
@@ -72,28 +69,23 @@ class Stage:
             act()
             time.sleep(seconds)
 
+    @lru_cache(maxsize=None)
     def text(self, *packages):
         """What the text of the submission shows, else that of these packages; see program_text."""
         known = rospkg.RosPack()
-        folders = [known.get_path(name) for name in {self.observation.node.split('/')[0], *packages}
+        folders = [known.get_path(name) for name in {self._name.split('/')[0], *packages}
                    if name != OWN_PACKAGE and name in known.list()]
         return text_of([Launch.given().copy] if Launch.given().copy else folders)
 
     def not_offered(self, names, reason):
         """End the part by ``NotOffered``: the node does not offer what these stimuli need."""
-        self.observation.missing.update(dict.fromkeys(names, reason[:LONGEST]))
+        self.recording.event('not offered', names=list(names), reason=reason[:LONGEST])
         raise NotOffered(reason)
 
     def remark(self, sentences):
-        """Add these sentences to the remarks for the student, each once."""
-        known = self.observation.remarks
-        known += [sentence[:LONGEST] for sentence in sentences if sentence[:LONGEST] not in known]
-
-    def keep(self):
-        """Hand the present Observation to ``keep(observation)``."""
-        self.node.note()
-        self.witness.look()
-        self.recorder.hand_to(self._keep)
+        """Record these sentences for the student."""
+        for sentence in sentences:
+            self.recording.event('remark', text=sentence[:LONGEST])
 
     # -- patterns that several labs use
 
@@ -135,7 +127,7 @@ class Stage:
         for a fault of its sensors: it is ended before."""
         if share != self._slip:
             self.node.stop()
-            self.witness.change(slip=share)
+            self.settings.change(slip=share)
             self._slip = share
 
     def ctrl_c_in_motion(self, set_in_motion):
@@ -164,77 +156,6 @@ class Stage:
         self.node.stop()
 
 
-class Witness:
-    """Notes in an Observation, for the instructor, what would make its marks wrong, until `end()`.
-
-    Such as a program that reads the robot's true pose, or changes the robot's settings: these are
-    set back.
-    """
-
-    def __init__(self, observation, robot, keep):
-        """`robot`: the address of the robot; ``keep()`` saves the present Observation."""
-        self._observation, self._robot, self._keep = observation, robot, keep
-        self._master = rosgraph.Master(rospy.get_name())
-        #: The connection to the master allows only one question at a time.
-        self._asking = threading.Lock()
-        self._settings, self._repairs = None, 0
-        self._over = threading.Event()
-        subscribe('/{}/parameter_updates'.format(ROBOT), Values, self._on_settings, queue_size=None)
-        rospy.on_shutdown(self._on_shutdown)
-        threading.Thread(target=self._repeat, daemon=True).start()
-
-    def end(self):
-        """Look once more, then end."""
-        if not self._over.is_set():
-            self.look()
-            self._over.set()
-
-    def look(self):
-        """Ask the master once; if it does not answer, nothing is noted."""
-        with self._asking, suppress(OSError, rosgraph.MasterException):
-            for topic, nodes in self._master.getSystemState()[1]:
-                if topic in (rospy.resolve_name(TRUTH), '/' + TRUTH):
-                    for node in set(nodes) - {rospy.get_name()}:
-                        self._observation.note('{} listens to {}, which tells the true pose.'
-                                               .format(node, topic))
-            try:
-                address = self._master.lookupNode('/' + ROBOT)
-            except rosgraph.MasterError:
-                address = ''
-            self._observation.note(ENDED.format('robot') if address != self._robot else '')
-
-    def change(self, **settings):
-        """Change settings of the robot, by the marker itself."""
-        if self._settings is not None:
-            self._settings.update(settings)
-        configure_robot(settings)
-
-    def _repeat(self):
-        while not self._over.wait(1.0):
-            self.look()
-
-    def _on_settings(self, message):
-        """Set back the settings that the marker did not change."""
-        now = decode_config(message)
-        if self._settings is None:
-            self._settings = now
-        findings = changed(self._settings, now)
-        for finding in findings:
-            self._observation.note(finding)
-        if findings and self._repairs < 20:     # not against a program without end
-            self._repairs += 1
-            with suppress(rospy.ServiceException):      # the robot is gone: noted elsewhere
-                configure_robot({name: value for name, value in self._settings.items()
-                                 if name not in SWITCHES})
-
-    def _on_shutdown(self):
-        """End at once: a marker that was shut down hears nothing, and would observe wrongly."""
-        if not self._over.is_set():
-            self._observation.note(ENDED.format('marker'))
-            self._keep()
-            os._exit(1)
-
-
 def configure_robot(settings):
     """Change these settings of the robot: name -> value."""
     rospy.ServiceProxy('/{}/set_parameters'.format(ROBOT), Reconfigure)(encode_config(settings))
@@ -248,12 +169,51 @@ def changed(before, now):
         if name not in SWITCHES and before.get(name) != now.get(name)]
 
 
-def try_out(lab, package, executable, parts, keep, pad, tell):
-    """Start a node and try `parts` of its lab, [] for all of them. Returns the Observation.
+class RobotSettings:
+    """The settings of the robot. Changes that the marker did not make are recorded, and set
+    back."""
+
+    def __init__(self, recording):
+        self._recording, self._right, self._repairs = recording, {}, 0
+        subscribe('/{}/parameter_updates'.format(ROBOT), Values, self._on_settings, queue_size=None)
+
+    def change(self, **settings):
+        """Change these settings."""
+        if self._right:
+            self._right.update(settings)
+        configure_robot(settings)
+
+    def _on_settings(self, message):
+        now = decode_config(message)
+        if not self._right:
+            self._right = now
+        findings = changed(self._right, now)
+        for finding in findings:
+            self._recording.event('finding', text=finding[:LONGEST])
+        if findings and self._repairs < MOST_REPAIRS:       # not against a program without end
+            self._repairs += 1
+            with suppress(rospy.ServiceException):      # the robot is gone: its truth ends
+                configure_robot({name: value for name, value in self._right.items()
+                                 if name not in SWITCHES})
+
+
+def end_with_the_marker(recording):
+    """A marker that was shut down hears nothing, and would observe wrongly: it ends at once."""
+    def on_shutdown():
+        if not recording.is_closed:
+            recording.event('finding', text='The marker was ended while the node ran.')
+            recording.close()
+            os._exit(1)
+    rospy.on_shutdown(on_shutdown)
+
+
+def try_out(lab, package, executable, parts, path, option, tell):
+    """Start a node, try `parts` of its lab, [] for all of them, and record it.
 
     The other arguments are those of Stage.
     """
-    stage = Stage(lab, package, executable, keep, pad, tell)
+    stage = Stage(lab, package, executable, path, option, tell)
+    end_with_the_marker(stage.recording)
     try:
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:
@@ -264,10 +224,10 @@ def try_out(lab, package, executable, parts, keep, pad, tell):
                     act(stage)
     except Exception as problem:
         # an untried stimulus must not look like a failure of the node
-        stage.observation.broken = '{}: {}'.format(type(problem).__name__, problem)[:LONGEST]
-        stage.keep()
+        stage.recording.event('broken', text='{}: {}'.format(
+            type(problem).__name__, problem)[:LONGEST])
         raise
     finally:
         stage.node.stop()
-        stage.witness.end()
-    return stage.observation
+        stage.recorder.finish()
+        stage.recording.close()

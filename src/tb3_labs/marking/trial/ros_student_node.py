@@ -1,6 +1,6 @@
 """A student's node: its process, which is started, typed to and ended, and its place on the graph.
 
-Each run of the process is recorded.
+Each run of the process is recorded: its start, its output, its place on the graph, its end.
 
 This file assumes only that the node meets the requirements of a handout. Every wait here ends,
 whatever the node does.
@@ -17,9 +17,9 @@ import rospy
 import rosservice
 
 from tb3_labs.marking.labs.criteria import START_TIME
-from tb3_labs.marking.trial.observation import CTRL_RELINQ, JOY, MOUSE_INFO, NotTried, Run
-from tb3_labs.marking.trial.ros_robot import ROBOT
+from tb3_labs.marking.trial.observation import CTRL_RELINQ, JOY, MOUSE_INFO, NotTried
 from tb3_labs.marking.trial.processes import Program, ResourceWatch
+from tb3_labs.marking.trial.ros_recording import ROBOT, Output
 from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.intake.sandbox import OWN_FOLDERS
 from tb3_labs.marking.intake.workspace import Launch
@@ -31,23 +31,20 @@ PUBLISHES, LISTENS, OFFERS = 0, 1, 2
 OF_EACH = {'/rosout', '/clock'}
 #: If a signal ended its program, the exit status of a sandbox is this plus the signal's number.
 BY_SIGNAL = 128
-#: This many characters of a node's output are kept: the last ones of each stimulus, the first and
-#: the last ones of each run.
-PRINTED = 20000
 
 
 class StudentNode:
-    """Runs one process of the node of an Observation at a time, and writes down its runs."""
+    """Runs one process of a node at a time, and records its runs."""
 
-    def __init__(self, observation, sensors, now, on_end):
-        """`sensors`: topics that the node needs, the first of them before it is ready; `now()`: the
-        observation's time [s]; ``on_end()`` is called after each run."""
-        self._sensors, self._now, self._launch = sensors, now, Launch.given()
-        self._needed, self._on_end = [], on_end
+    def __init__(self, node, sensors, recording):
+        """`node`: package/file; `sensors`: topics that it needs, the first of them before it is
+        ready; `recording`: the Recording of the trial."""
+        self._sensors, self._recording, self._launch = sensors, recording, Launch.given()
+        self._needed, self._noted = [], None
         self._what = [self._launch.program] if self._launch.program else [
-            'rosrun', *observation.node.split('/', 1)]
-        self._process = self._watch = None
-        self.runs = observation.runs
+            'rosrun', *node.split('/', 1)]
+        self._process = self._watch = self._output = None
+        self._starts, self._was_ready, self._interrupted = 0, False, False
         self.graph = Graph(Types(self._launch.types))
 
     @property
@@ -70,21 +67,24 @@ class StudentNode:
         """
         needed = self._needed = list(map(rospy.resolve_name, listens or self._sensors))
         self.stop()
-        if self.runs and self.runs[0].ready is None:
+        if self._starts and not self._was_ready:
             raise NotTried
         known = set(self.graph.nodes())
-        run = Run(self._now(), needed=needed[0].strip('/'))
-        self.runs.append(run)
+        self._starts, self._interrupted, self._noted = self._starts + 1, False, None
+        self._recording.event('start', needed=needed[0].strip('/'))
+        self._output = Output(self._recording)
         environment = self._launch.environment
         if environment is not None:     # each submission has a master of its own
             environment = dict(environment, ROS_MASTER_URI=os.environ['ROS_MASTER_URI'])
-        self._process = Program([*self._launch.prefix, *self._what, *arguments], environment)
+        self._process = Program([*self._launch.prefix, *self._what, *arguments], environment,
+                                on_text=self._output.add)
         if self._launch.isolated:
             self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS, os.getppid())
         if not self._is_ready_in_time(needed, known):
             self.stop()
             raise NotTried
-        run.ready = self._now()
+        self._was_ready = True
+        self._recording.event('ready')
 
     def _is_ready_in_time(self, needed, known):
         new, since = {}, time.monotonic()
@@ -101,29 +101,31 @@ class StudentNode:
         waiting = os.getloadavg()[0] / (os.cpu_count() or 1)
         ready = wait_until(lambda: not self.alive or is_ready(),
                            START_TIME * min(4.0, max(1.0, waiting)), 0.1)
-        self.graph.names, self.runs[-1].nodes = set(new), sorted(new)
-        if self.alive:
-            self.runs[-1].unheard = self.graph.unheard(needed)
+        self.graph.names = set(new)
+        self._recording.event('run', nodes=sorted(new), unheard=self.graph.unheard(
+            needed) if self.alive else [])
         return ready and self.alive
 
     def stop(self):
         """End the node, whatever it does."""
         if self._process is None:
             return
-        self.note()
         self.interrupt(2.0)     # then it is killed
         self._process.kill()
         if self._watch is not None:
             self._watch.over.set()
-        self.note()
-        self.runs[-1].end = self._now()
+            if self._watch.exceeded:
+                self._output.add('\nThe marker ended it, since it used {}.\n'.format(
+                    self._watch.exceeded))
+        self._output.flush()
+        self._recording.event('stop')
         self._process = None
         self.graph.forget()
-        self._on_end()
 
     def interrupt(self, seconds):
         """Send Ctrl+C. Returns True as soon as the node has ended, False after `seconds` [s]."""
-        self.runs[-1].interrupted = True
+        self.note()
+        self._interrupted = True
         self._process.send(signal.SIGINT)
         return wait_until(lambda: not self.alive, seconds)
 
@@ -138,25 +140,31 @@ class StudentNode:
         return self._process.printed
 
     def text_since(self, characters):
-        """Returns the output after its first `characters`; of this at most the last PRINTED."""
-        return self._process.text_since(characters)[-PRINTED:]
+        """Returns the output after its first `characters`, as far as it is kept."""
+        return self._process.text_since(characters)
+
+    def flush(self):
+        """Record the output so far."""
+        if self._output is not None:
+            self._output.flush()
 
     def note(self):
-        """Write into the latest run the process's output and topics, and whether it has ended."""
+        """Record the output so far, and what has changed: the process's place on the graph, or its
+        end."""
         if self._process is None:
             return
-        text, run = self._process.text, self.runs[-1]
-        if len(text) > 2 * PRINTED:
-            text = '{}\n...\n{}'.format(text[:PRINTED], text[-PRINTED:])
-        if self._watch is not None and self._watch.exceeded:
-            text += '\nThe marker ended it, since it used {}.\n'.format(self._watch.exceeded)
-        run.printed = text
+        self._output.flush()
+        seen = {}
         if self.alive:
             with suppress(OSError, rosgraph.MasterException):   # the master does not answer
-                run.listens, run.publishes = self.graph.topics()
-                run.unconnected = self.graph.unconnected(self._needed)
-        elif not run.interrupted:
-            run.ended_by_itself, run.status = True, self.status
+                listens, publishes = self.graph.topics()
+                seen = dict(listens=listens, publishes=publishes,
+                            unconnected=self.graph.unconnected(self._needed))
+        elif not self._interrupted:
+            seen = dict(ended_by_itself=True, status=self.status)
+        if seen and seen != self._noted:
+            self._noted = seen
+            self._recording.event('run', **seen)
 
 
 class Graph:

@@ -68,6 +68,8 @@ def make_collectors(parts, prefix, limits):
             (*_pose(message)[0], message.twist.twist.linear.x, message.twist.twist.angular.z)]),
         'commands': (Commands, lambda message: [(None, message.linear.x, message.angular.z)]),
         'states': (States, lambda message: [(None, message.data)]),
+        'events': (States, lambda message: [(None, message.data)]),
+        'printed': (States, lambda message: [(None, message.data)]),
         'asked': (Values, lambda message: [(None, math.radians(message.data))]),
         'control': (Values, lambda message: [(None, float(message.data))]),
         'presses': (Values, _presses()),
@@ -77,7 +79,8 @@ def make_collectors(parts, prefix, limits):
              _yaw(each.transform.rotation)) for each in message.transforms
             if each.child_frame_id.lstrip('/') == (prefix + 'local').strip('/'))),
         'log': (LogLines, _lines(prefix))}
-    return {part: Collector(*special.get(part, (Poses, _pose)), limits) for part in parts}
+    return {part: Collector(*special.get(part, (Poses, _pose)), limits, *(
+        [budget.LONGEST_EVENT] if part in ('events', 'printed') else [])) for part in parts}
 
 
 class Collector:
@@ -87,8 +90,9 @@ class Collector:
     and the sample's numbers or words. It raises ``ValueError`` for an invalid quaternion.
     """
 
-    def __init__(self, kind, rows_of, limits):
+    def __init__(self, kind, rows_of, limits, longest=budget.LONGEST_LINE):
         self._kind, self._rows_of, self._limits, self._letters = kind, rows_of, limits, 0
+        self._longest = longest
         self._has_words = kind in (States, LogLines)
         self._values = [] if self._has_words else array('d')
         self.arrival, self.stamp, self.number, self.bad = array('d'), array('d'), array('q'), 0
@@ -110,7 +114,7 @@ class Collector:
         words. Raises TooLarge."""
         self._limits.take('samples')
         if self._has_words:
-            row = [word[:budget.LONGEST_LINE] for word in row]
+            row = [word[:self._longest] for word in row]
             self._letters += sum(map(len, row))
             self.is_full = self.is_full or len(self.arrival) >= budget.MOST_LINES or (
                 self._letters > budget.MOST_LETTERS)

@@ -76,16 +76,18 @@ def document(title: str, parts: Sequence[str], style: str = '') -> str:
     return PAGE.format(escape(title), STYLE + style + NARROW, '\n'.join(parts))
 
 
-def table(heads: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[str] = ()) -> str:
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[str] = (),
+          is_plain: bool = False) -> str:
     """Returns an HTML table. Plain texts are escaped; Markup stays as it is.
 
     The first column, and each column with its head in `words`, are aligned left. On a narrow screen
-    each cell has its head beside it.
+    each cell has its head beside it, unless the cells say enough (`is_plain`).
     """
     def row(cells: Sequence[str], tag: str) -> str:
         return '<tr>{}</tr>'.format(''.join('<{0}{2}{3}>{1}</{0}>'.format(
             tag, html(cell), ' class="words"' if heads[k] in words else '',
-            ' data-head="{}"'.format(TAG.sub('', html(heads[k]))) if tag == 'td' else '')
+            ' data-head="{}"'.format(TAG.sub('', html(heads[k]))) if tag == 'td' and not (
+                is_plain) else '')
             for k, cell in enumerate(cells)))
 
     def html(text: str) -> str:

@@ -1,0 +1,247 @@
+"""The bag of a trial: all that was done to a node, and all that it did, on one clock.
+
+Topics: imu, odom, cmd_vel (the commands of all programs but the marker), ctrl_relinq, joy,
+mouse_info, /rosout, ground_truth (the robot's true pose, which no node can hear), and
+
+    trial     std_msgs/String, an event in JSON: {"kind": ..., facts}; kinds in observation.py
+    printed   std_msgs/String, the output of the node as it came
+
+A thread of its own writes the bag, so nobody who takes a time waits for a disk.
+"""
+import json
+import math
+import os
+import queue
+import threading
+from bisect import bisect_left
+from io import BytesIO
+
+import numpy as np
+import rosbag
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import Imu, Joy
+from std_msgs.msg import Bool, String
+
+from tb3_labs.geometry.angles import continuous
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.trial.observation import (
+    CMD_VEL, CTRL_RELINQ, EVENTS, IMU_TOPIC, JOY, LONGEST, ODOM, PRINTED, TRUTH)
+from tb3_labs.ros.clocks import ros_time, wait_until
+from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
+from tb3_labs.ros.rospy_internals import connection_of, note_connections, sender_of
+from tb3_labs.ros.topics import subscribe
+
+#: The robot's name, by which its settings are found.
+ROBOT = 'turtlebot3'
+#: At most this many commands, odd commands, log lines, events and other messages of a topic are
+#: recorded, of each line at most LINE_LENGTH characters, of each message LARGEST bytes.
+MOST_COMMANDS, MOST_ODD, MOST_LINES, MOST_EVENTS, MOST_MESSAGES = 40000, 1000, 1000, 5000, 100000
+LINE_LENGTH, LARGEST = 300, 2000
+#: Equal commands that come sooner after each other than this are one [s].
+SAME_COMMAND = 0.04
+#: Of an output at most this many characters are recorded in a second, its last ones.
+PRINTED_A_SECOND = 20000
+#: A recording that is cut off loses at most so many bytes, before they are packed.
+CHUNK = 2 ** 17
+#: A robot rests if it moves less than REST_WAY [m] and turns less than REST_TURN [rad] within
+#: REST_TIME [s].
+REST_WAY, REST_TURN, REST_TIME = 0.002, 0.005, 0.4
+
+
+class Recording:
+    """A bag that is written while messages come."""
+
+    def __init__(self, path):
+        self._bag = rosbag.Bag(
+            str(path), 'w', compression=rosbag.Compression.BZ2, chunk_threshold=CHUNK)
+        self._waiting, self._guard, self._last = queue.SimpleQueue(), threading.Lock(), 0.0
+        self.is_closed, self._events = False, 0
+        self._writer = threading.Thread(target=self._write, daemon=True)
+        self._writer.start()
+
+    def add(self, topic, message, at=None):
+        """Record a message, or the bytes of one as (type, bytes, checksum, class). `at`: its time
+        [s]; None: now, and later than the last event. Returns the time."""
+        with self._guard:       # events have an order, also within a microsecond
+            if at is None:
+                at = self._last = max(ros_time(), self._last + 1e-6)
+            self._waiting.put(('/' + topic.lstrip('/'), message, at))
+        return at
+
+    def event(self, kind, at=None, **facts):
+        """Record an event of the trial, one of the first MOST_EVENTS; returns its time [s]."""
+        self._events += 1
+        if self._events > MOST_EVENTS:      # a node may do something for ever
+            return ros_time()
+        return self.add(EVENTS, String(json.dumps(dict(facts, kind=kind))), at)
+
+    def close(self):
+        """Write what is left, and close the bag."""
+        self.is_closed = True
+        self._waiting.put(None)
+        self._writer.join()
+
+    def _write(self):
+        for topic, message, at in iter(self._waiting.get, None):
+            self._bag.write(topic, message, rospy.Time.from_sec(at), raw=isinstance(message, tuple))
+        self._bag.close()
+
+
+class Output:
+    """The output of one run of the node on its way into the bag."""
+
+    def __init__(self, recording):
+        self._recording, self._guard = recording, threading.Lock()
+        self._text, self._left_out, self._lines, self._free_at = '', 0, 0, 0.0
+
+    def add(self, text):
+        """Take in what was printed; more than PRINTED_A_SECOND waits, and may be left out."""
+        with self._guard:
+            self._text += text
+            excess = len(self._text) - PRINTED_A_SECOND
+            if excess > 0:
+                self._left_out += excess
+                self._lines += self._text.count('\n', 0, excess)
+                self._text = self._text[excess:]
+            if ros_time() >= self._free_at:
+                self._hand_over()
+
+    def flush(self):
+        """Record what waits: an event comes, which is later than all that was printed so far."""
+        with self._guard:
+            self._hand_over()
+
+    def _hand_over(self):
+        if self._text:
+            if self._left_out:
+                self._recording.event('unprinted', characters=self._left_out, lines=self._lines)
+            at = self._recording.add(PRINTED, String(self._text))
+            self._free_at = at + len(self._text) / PRINTED_A_SECOND
+            self._text, self._left_out, self._lines = '', 0, 0
+
+
+class Recorder:
+    """Records the robot and the node, and knows what both did last.
+
+    Times are in seconds of ROS. RuntimeError if the robot does not run.
+    """
+
+    def __init__(self, recording):
+        self.recording, self._lock = recording, threading.Lock()
+        #: [time, x, y, yaw] of the robot, the yaw continuous; [time, linear, angular] of the node.
+        self._truth, self._commands = [], []
+        self._number, self._process = {}, None
+        threading.Thread(
+            target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
+        note_connections()
+        subscribe(CMD_VEL, Twist, self._on_command, queue_size=None)
+        for topic, kind in ((IMU_TOPIC, Imu), (ODOM, Odometry)):    # they need not be unpacked
+            rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, (topic, kind),
+                             tcp_nodelay=True)
+        for topic, kind in ((JOY, Joy), (CTRL_RELINQ, Bool)):
+            rospy.Subscriber(topic, kind, self._on_message, (topic, kind), tcp_nodelay=True)
+        subscribe('/rosout', Log, self._on_log, queue_size=None)
+        if not wait_until(lambda: self._truth, 60.0):     # also on a busy computer
+            raise RuntimeError('the simulated robot does not run')
+
+    def _read_truth(self, path):
+        os.mkfifo(path, 0o600)
+        with open(path, 'rb') as pipe:
+            os.remove(path)     # the robot has it: nobody else can open it
+            for line in pipe:
+                at, (x, y, yaw) = self.now, map(float, line.split())
+                with self._lock:
+                    yaw = continuous(yaw, self._truth[-1][3]) if self._truth else yaw
+                    self._truth.append([at, x, y, yaw])
+                self.recording.add(TRUTH, to_pose_stamped(Pose2(x, y, yaw), 'world', at), at)
+        self.recording.event('finding', text='The robot was ended while the node ran.')
+
+    def _is_within(self, what, most):
+        """Count one of `what`. Are there at most so many?"""
+        self._number[what] = self._number.get(what, 0) + 1
+        return self._number[what] <= most
+
+    def _on_command(self, message):
+        at, header = self.now, connection_of(message)
+        entry = [at, message.linear.x, message.angular.z]
+        if header['process'] == rospy.get_node_uri():
+            return      # the marker's own
+        if header['process'] != self._process:
+            self._process = header['process']
+            self.recording.event('sender', name=sender_of(header), process=self._process)
+        if not (math.isfinite(entry[1]) and math.isfinite(entry[2])):
+            if self._is_within('odd commands', MOST_ODD):
+                self.recording.event('odd', text='{:g} m/s and {:g} rad/s'.format(*entry[1:]))
+            return
+        with self._lock:
+            last = self._commands[-1:]
+            if last and last[0][1:] == entry[1:] and at - last[0][0] < SAME_COMMAND or (
+                    not self._is_within('commands', MOST_COMMANDS)):
+                return
+            self._commands.append(entry)
+        self.recording.add(CMD_VEL, message, at)
+
+    def _on_message(self, message, about):
+        (topic, kind), at, data = about, self.now, BytesIO()
+        message.serialize(data)
+        data = data.getvalue()
+        if connection_of(message)['md5sum'] == kind._md5sum and len(data) <= LARGEST and (
+                self._is_within(topic, MOST_MESSAGES)):
+            self.recording.add(topic, (kind._type, data, kind._md5sum, kind), at)
+
+    def _on_log(self, line):
+        if line.name not in (rospy.get_name(), '/' + ROBOT) and self._is_within(
+                'log lines', MOST_LINES):
+            self.recording.add('/rosout', Log(
+                header=line.header, level=line.level, name=line.name[:LINE_LENGTH],
+                msg=line.msg[:LINE_LENGTH]), self.now)
+
+    def finish(self):
+        """Record how many messages were left out."""
+        for what, most in (('commands', MOST_COMMANDS), ('odd commands', MOST_ODD)):
+            if self._number.get(what, 0) > most:
+                self.recording.event('left out', what='{} after the first {}'.format(what, most),
+                                     number=self._number[what] - most)
+
+    def remark(self, text):
+        """Record a sentence for the student."""
+        self.recording.event('remark', text=text[:LONGEST])
+
+    @property
+    def now(self):
+        """The time of ROS [s]."""
+        return ros_time()
+
+    @property
+    def pose(self):
+        """The robot's true pose, a Pose2; its yaw is continuous."""
+        with self._lock:
+            return Pose2(*self._truth[-1][1:])
+
+    @property
+    def heading_deg(self):
+        """The robot's true heading [deg], continuous."""
+        return math.degrees(self.pose.yaw)
+
+    def commands_since(self, begin):
+        """The node's commands since `begin`: [time, linear, angular]."""
+        with self._lock:
+            return self._commands[bisect_left(self._commands, [begin]):]
+
+    def moves(self, begin):
+        """Has the node commanded a movement since `begin`?"""
+        return any(linear or angular for _, linear, angular in self.commands_since(begin))
+
+    def rests(self, without_command=0.0):
+        """Has it rested for REST_TIME, without a command to move for `without_command` [s]?"""
+        if without_command and self.moves(self.now - without_command):
+            return False
+        with self._lock:
+            recent = np.array(self._truth[bisect_left(self._truth, [self.now - REST_TIME]):])
+        if len(recent) < 5:     # too few to tell
+            return False
+        _, x, y, yaw = (recent - recent[0]).T
+        return bool(np.hypot(x, y).max() < REST_WAY and np.abs(yaw).max() < REST_TURN)

@@ -1,0 +1,150 @@
+"""The bag of a trial: it holds what was done and seen, and nobody who writes into it waits for it."""
+import math
+import threading
+from io import BytesIO
+
+import pytest
+
+rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
+
+import rospy
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
+from std_msgs.msg import Header
+
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.marks import Marks, judged, points_of, read_points, read_trial
+from tb3_labs.marking.trial.observation import KEPT
+from tb3_labs.marking.trial import ros_recording
+from tb3_labs.marking.trial.ros_recording import PRINTED_A_SECOND, Output, Recording
+from tb3_labs.ros.conversions import to_pose_stamped, to_quaternion, to_twist
+
+BEGIN = 1.7e9
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """The time of ROS [s], which the test sets: clock[0]."""
+    now = [BEGIN]
+    monkeypatch.setattr(ros_recording, 'ros_time', lambda: now[0])
+    return now
+
+
+def robot(recording, at, yaw):
+    """The robot is at (1, 2) then, and says so by all its topics."""
+    header = Header(stamp=rospy.Time.from_sec(at), frame_id='odom')
+    imu, odometry = Imu(header=header, orientation=to_quaternion(yaw)), Odometry(header=header)
+    odometry.pose.pose = to_pose_stamped(Pose2(1.0, 2.0, yaw), 'odom', at).pose
+    recording.add('imu', (Imu._type, serialized(imu), Imu._md5sum, Imu), at)
+    recording.add('odom', odometry, at)
+    recording.add('ground_truth', to_pose_stamped(Pose2(1.0, 2.0, yaw), 'world', at), at)
+
+
+def serialized(message):
+    buffer = BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
+
+
+def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
+    recording, step = Recording(tmp_path / 'trial.bag'), 0.05
+    output = Output(recording)
+    recording.event('trial', lab='turn', node='lab2/turtlebot_controller.py')
+    recording.event('start', needed='imu')
+    for k in range(41):     # a turn by 200 degrees, across 180
+        clock[0] = BEGIN + k * step
+        robot(recording, clock[0], math.radians(90.0 + 5.0 * k))
+        recording.add('cmd_vel', to_twist(0.1, 1.5), clock[0])
+        if k == 3:
+            output.add('Input l or r')
+            output.flush()
+            recording.event('ready')
+            recording.event('run', listens=['/imu'], publishes={'/cmd_vel': 'geometry_msgs/Twist'})
+            recording.event('begin', name='l')
+        if k == 20:
+            output.add('l\ndone\n')
+            output.flush()
+            recording.event('end', facts={'moved': True, 'rested': False}, died=False)
+            output.add('and this comes after it')
+            output.flush()
+            recording.event('begin', name='r')      # it has no end: the trial was broken off
+    for name, process in ('/controller', 'a'), ('/other', 'b'), ('/controller', 'a'):
+        recording.event('sender', name=name, process=process)
+    recording.event('odd', text='nan m/s and 0 rad/s')
+    recording.event('not offered', names=['mouse up'], reason='it does not listen to mouse_info')
+    for _ in range(2):
+        recording.event('remark', text='Once.')
+        recording.event('finding', text='For the instructor.')
+    recording.close()
+    seen = read_trial(tmp_path / 'trial.bag')
+    assert (seen.lab, seen.file) == ('turn', 'turtlebot_controller.py')
+    scene = seen.during('l')
+    assert scene.end - scene.begin == pytest.approx(17 * step, abs=1e-3)
+    assert (scene.printed, scene.lines) == ('l\ndone\n', 2)
+    assert scene.facts == {'moved': True, 'rested': False}
+    assert scene.turned_deg == pytest.approx(85.0, abs=5.1)     # the samples within it
+    assert scene.commands[:, 1:].tolist() == [[0.1, 1.5]] * len(scene.commands)
+    assert len(scene.commands) in (16, 17, 18)
+    whole = seen.truth[-1][3] - seen.truth[0][3]
+    assert math.degrees(whole) == pytest.approx(200.0, abs=1e-6)     # continuous
+    [run] = seen.runs
+    assert run.ready is not None and run.end is None and run.listens == ['/imu']
+    assert run.printed == 'Input l or rl\ndone\nand this comes after it'
+    assert not seen.has('r') and seen.missing == {
+        'mouse up': 'it does not listen to mouse_info'}
+    assert (seen.remarks, seen.findings) == (['Once.'], ['For the instructor.'])
+    assert seen.drivers == ['/controller'] and [words for _, words in seen.odd] == [
+        'nan m/s and 0 rad/s']
+    marks = judged(Marks('Ann'), seen, 'turn', points_of('turn', read_points(None)))
+    assert marks.node == 'lab2/turtlebot_controller.py' and not marks.points == marks.worth
+    with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:     # others can read it, too
+        assert bag.get_type_and_topic_info().topics['/ground_truth'].message_count == 41
+
+
+def test_who_records_does_not_wait_for_the_disk(tmp_path, monkeypatch):
+    is_free, write = threading.Event(), rosbag.Bag.write
+
+    def slow(*arguments, **options):
+        is_free.wait(20.0)
+        write(*arguments, **options)
+    monkeypatch.setattr(rosbag.Bag, 'write', slow)
+    recording = Recording(tmp_path / 'trial.bag')
+    for k in range(100):
+        recording.event('remark', text=str(k))
+    assert not is_free.is_set()     # all were taken meanwhile
+    is_free.set()
+    recording.close()
+    with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:
+        assert bag.get_message_count() == 100
+
+
+def test_of_an_endless_output_the_end_and_the_number_of_lines_are_kept(tmp_path, clock):
+    recording = Recording(tmp_path / 'trial.bag')
+    output = Output(recording)
+    recording.event('trial', lab='imu', node='ice6/imu_sub.py')
+    recording.event('start', needed='imu')
+    recording.event('begin', name='a')
+    line = 'x' * 99 + '\n'
+    for k in range(5000):
+        clock[0] = BEGIN + 2.0 + k * 1e-3
+        output.add(line)
+        if k % 50 == 0:
+            robot(recording, clock[0], 0.0)
+    output.add('the last words\n')
+    output.flush()
+    recording.event('end', facts={}, died=False)
+    recording.close()
+    seen = read_trial(tmp_path / 'trial.bag')
+    scene = seen.during('a')
+    assert scene.printed.endswith('the last words\n') and scene.lines == 5001
+    recorded = sum(map(len, seen.run.printed.words))
+    assert recorded <= PRINTED_A_SECOND * 7 and len(scene.printed) <= KEPT
+
+
+def test_a_bag_that_is_not_of_a_trial_is_refused(tmp_path):
+    recording = Recording(tmp_path / 'trial.bag')
+    for k in range(3):
+        robot(recording, BEGIN + k, 0.0)
+    recording.close()
+    with pytest.raises(ValueError, match='no trial'):
+        read_trial(tmp_path / 'trial.bag')
