@@ -528,6 +528,8 @@ def test_a_mouse_client_counts_up_or_down(sent, moved, up):
     text = CLIENT.format(sent, moved).encode()
     assert look([text])['up'] == up
     assert look([text.replace(b'mouse_info', b'pointer')])['up'] == 0      # another client
+    hears = text.replace(b'Publisher', b'Subscriber') + b"        Publisher('cmd_vel', Twist)\n"
+    assert look([hears])['up'] == 0         # a controller, which may call the message event
     other = CLIENT.format('event.y', MOVED).encode()
     assert look([text, other, b'no ( Python'])['up'] == (up if up < 0 else 0 if up else -1)
 

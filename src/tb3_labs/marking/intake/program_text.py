@@ -42,8 +42,9 @@ def look(texts: Iterable[bytes]) -> Dict[str, Any]:
             nodes = list(ast.walk(ast.parse(text)))
         except (SyntaxError, ValueError, RecursionError, MemoryError):
             continue
-        if any(isinstance(node, ast.Constant) and node.value in ('mouse_info', '/mouse_info')
-               for node in nodes) and 'Publisher' in map(_last, nodes):
+        if any(isinstance(part, ast.Constant) and part.value in ('mouse_info', '/mouse_info')
+               for node in nodes if isinstance(node, ast.Call) and _last(node.func) == 'Publisher'
+               for part in (*node.args, *(word.value for word in node.keywords))):
             downs |= {slope for slope in _sent(nodes) if slope}
         remarks += [THETA.format(node.name) for node in nodes if isinstance(
             node, ast.FunctionDef) and node.args.args and _gives_angle(node)]
