@@ -546,6 +546,8 @@ def test_an_angle_that_is_given_to_a_quaternion_costs_a_remark():
     assert look([plain.encode()])['remarks'] == []
     wrong = plain.replace('orientation.z = math.sin(theta / 2.0)', 'orientation.x = theta')
     assert 'send_set_pose_request' in look([wrong.encode()])['remarks'][0]
+    right = 'def pose(x, y, z, w):\n p.orientation.z = z\n p.orientation.w = w\ndef at(x, q_z):\n p.orientation.z = q_z'
+    assert look([right.encode()])['remarks'] == []
 
 
 # ----- what was seen in place of a movement -----

@@ -52,10 +52,12 @@ def look(texts: Iterable[bytes]) -> Dict[str, Any]:
 
 
 def _gives_angle(function: ast.FunctionDef) -> bool:
-    """Is its last argument, an angle, a number of an orientation?"""
-    return any(isinstance(node, ast.Assign) and _dotted(node.value) == function.args.args[-1].arg
-               and any('.orientation.' in _dotted(target) for target in node.targets)
-               for node in ast.walk(function))
+    """Is its last argument, an angle and no z or q_w, a number of an orientation?"""
+    angle = function.args.args[-1].arg
+    return not re.fullmatch('(.*q.*)?[xyzw]', angle) and any(
+        isinstance(node, ast.Assign) and _dotted(node.value) == angle
+        and any('.orientation.' in _dotted(target) for target in node.targets)
+        for node in ast.walk(function))
 
 
 def _dotted(node: Any) -> str:
