@@ -56,9 +56,9 @@ def _parts(words):
     """Returns (number, fault, value or None) from the words after --answer. A fault's name may be
     several words without quotation marks."""
     number, *name = words
-    if not number.isdecimal():
-        raise ValueError('number = {!r} is not valid: a whole number from 1 to {}'.format(
-            number, LAST_NUMBER))
+    if not number.isdecimal() or len(number) > 9:
+        raise ValueError('number = {:.40} is not valid: a whole number from 1 to {}'.format(
+            repr(number), LAST_NUMBER))
     for at, word in enumerate(name):
         value = number_or_text(word)
         if isinstance(value, float):

@@ -41,7 +41,7 @@ def main(words):
     except FileExistsError as problem:
         return tell_problem('{} is already there, and stays as it is; --name gives another name, '
                             'or give another folder'.format(problem.filename))
-    except (OSError, ValueError) as problem:
+    except (OSError, RuntimeError, ValueError) as problem:      # ~nobody has no home: RuntimeError
         return tell_problem(reason(problem))
     source = target.parent
     print('{} is written. The TODOs are in src/{}. Next: cd {}; catkin_make; source '

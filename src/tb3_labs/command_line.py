@@ -58,9 +58,10 @@ def number_or_text(word: str) -> Union[float, str]:
 def whole_number(most: int) -> Callable[[str], int]:
     """Returns the `type` of an argument that takes 1, 2, ... `most`: argparse would list all."""
     def read(word: str) -> int:
-        if not (word.isdecimal() and 1 <= int(word) <= most):
+        # int() refuses thousands of digits in words of its own
+        if not (word.isdecimal() and len(word) < 10 and 1 <= int(word) <= most):
             raise argparse.ArgumentTypeError(
-                '{!r} is not valid: a whole number from 1 to {}'.format(word, most))
+                '{:.40} is not valid: a whole number from 1 to {}'.format(repr(word), most))
         return int(word)
     return read
 

@@ -528,6 +528,8 @@ def test_a_mouse_client_counts_up_or_down(sent, moved, up):
     text = CLIENT.format(sent, moved).encode()
     assert look([text])['up'] == up
     assert look([text.replace(b'mouse_info', b'pointer')])['up'] == 0      # another client
+    hears = text.replace(b'Publisher', b'Subscriber') + b"        Publisher('cmd_vel', Twist)\n"
+    assert look([hears])['up'] == 0         # a controller, which may call the message event
     other = CLIENT.format('event.y', MOVED).encode()
     assert look([text, other, b'no ( Python'])['up'] == (up if up < 0 else 0 if up else -1)
 
@@ -544,6 +546,8 @@ def test_an_angle_that_is_given_to_a_quaternion_costs_a_remark():
     assert look([plain.encode()])['remarks'] == []
     wrong = plain.replace('orientation.z = math.sin(theta / 2.0)', 'orientation.x = theta')
     assert 'send_set_pose_request' in look([wrong.encode()])['remarks'][0]
+    right = 'def pose(x, y, z, w):\n p.orientation.z = z\n p.orientation.w = w\ndef at(x, q_z):\n p.orientation.z = q_z'
+    assert look([right.encode()])['remarks'] == []
 
 
 # ----- what was seen in place of a movement -----

@@ -232,7 +232,7 @@ def test_a_network_behind_nat_is_known(monkeypatch, kernel, interfaces, files, k
     ('/', '/imu_data', '/lab1 listens to /imu_data, which nobody publishes; /imu is published by '
      + CORE), ('/', '/imu/data', '/imu/data'), ('/robot3/', '/imu', '/robot3/imu is published by'),
     *[('/', wrong, '/imu is published by') for wrong in (
-        '/IMU', '/imus', '/Imu', '/lab1/imu', '/robot3/imu', '/turtle1/imu', '/imu_raw')],
+        '/IMU', '/imus', '/Imu', '/lab1/imu', '/robot3/imu', '/turtle1/imu', '/imu_raw', '/raw_imu', '/imu9250')],
     *[('/robot3/', wrong, '/robot3/imu is published by') for wrong in (
         '/IMU', '/robot3/IMU', '/robot3/lab1/imu', '/lab1/imu', '/turtle1/imu', '/robot3/imu/imu')],
     ('/robot3/', '/robot3/imu', ''), ('/', '/reset', ''), ('/', '/map', ''), ('/', '/scan', ''),

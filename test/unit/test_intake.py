@@ -85,8 +85,8 @@ def test_what_is_nobodys_work_is_not_unpacked(tmp_path):
         'a/.git/config': 'x', 'a/build/x.py': 'x', 'a/builder.py': 'x', 'a\\b\\c.py': 'x'},
         mode=0o755)
     link = zipped(tmp_path / 'b.zip', {'passwd': '/etc/passwd'}, mode=0o120777)
-    for file in (path, link):
-        unpack(file, tmp_path / 'out', Budget())
+    assert unpack(path, tmp_path / 'out', Budget()) == []
+    assert unpack(link, tmp_path / 'out', Budget()) == ['Left out, because each is a link: passwd.']
     assert files_below(tmp_path / 'out') == {'a/' + NODE, 'a/builder.py', 'a/b/c.py'}
     unpack(zipped(tmp_path / 'c.zip', {'n.py': 'x'}), tmp_path / 'plain', Budget())
     assert [os.access(str(tmp_path / name), os.X_OK) for name in ('out/a/' + NODE, 'plain/n.py')
@@ -145,6 +145,19 @@ def test_an_entry_that_cannot_be_written_costs_no_other(tmp_path):
             'Left out, because no file here can have that name: {}.'.format(', '.join(left))]
         assert 'n.py' in files_below(tmp_path / file.stem)
     assert (tmp_path / 'a' / 'a:b.txt').exists()
+
+
+def test_an_entry_that_is_damaged_packed_otherwise_or_has_a_password_costs_no_other(tmp_path):
+    """A program that makes zip files begins them with the folder /."""
+    data = zipped(tmp_path / 'a.zip', {'/': '', 'n.py': 'x', 'a.py': 'a photo'}).read_bytes()
+    entry = data.rindex(b'PK\x01\x02')
+    for number, (at, byte) in enumerate([(entry + 16, 0), (entry + 10, 97), (entry + 8, 1)]):
+        file, out = tmp_path / 'b.zip', tmp_path / str(number)      # its CRC, method, flags
+        file.write_bytes(data[:at] + bytes([byte]) + data[at + 1:])
+        assert unpack(file, out, Budget()) == [
+            'Left out, because the zip file is damaged there, or has a password: a.py.']
+        assert files_below(out) == {'n.py'}
+    assert unpack(zipped(tmp_path / 'c.zip', {'a/': ''}), tmp_path / 'c', Budget()) == []
 
 
 def test_a_full_disk_is_no_matter_of_names(tmp_path, monkeypatch):

@@ -61,6 +61,10 @@ CASES = [
     ('mystery.py', ['key', '1-99999999'], 'mystery = 10000 is not valid: a whole number from 1 to 9999'),
     ('mystery.py', ['key', '5-1'], "'5-1' is not valid: the first number is larger than the last"),
     ('skeleton.py', ['trun', '.'], ('trun', 'gamepad', '; is turn meant?')),
+    ('skeleton.py', ['turn', '~nobody_at_all/src'], 'skeleton.py: '),
+    ('mark.py', MARK + ['--jobs', 5000 * '9'], 39 * '9' + ' is not valid: a whole number from 1 to 16'),
+    ('mystery.py', ['--answer', 5000 * '9', 'slip', '1'], ' is not valid: a whole number from 1 to 9999'),
+    ('mystery.py', ['key', '1-' + 5000 * '9'], ' is not valid: a number such as 7, or a range'),
     ('skeleton.py', ['turn', 'nowhere'], 'nowhere: make it first, such as mkdir -p ~/catkin_ws/src'),
     ('skeleton.py', ['turn', '.', '--name', '9x'], "'9x' is not a name for a package"),
 ]

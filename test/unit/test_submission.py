@@ -16,6 +16,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from sandboxes import ros_alone  # noqa: F401
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.intake import workspace
+from tb3_labs.marking.intake.catkin import modules_of
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.lab_names import NODES
 from tb3_labs.marking.intake.packages import NotJudged, find_node, is_aside, source_of
@@ -140,6 +141,7 @@ BIN = '${CATKIN_PACKAGE_BIN_DESTINATION}'
 NAMED = INSTALLS.format('src/turtlebot_controller.py', BIN)
 LISTED = 'file(GLOB nodes src/*.py) # all\nForeach(node ${nodes})\n' + INSTALLS.format('${node}', BIN).upper()
 EACH = INSTALLS.format('"${PROJECT_SOURCE_DIR}/src/${name}.py"', 'lib/lab2')
+BRACKETS = '#[=[\n' + NAMED + ']=] #[[' + NAMED + ']]'
 NOT_NAMED = '# ' + NAMED + INSTALLS.format('src/other.py', BIN) + INSTALLS.format('${others}', BIN)
 #: Modules of its own: messages that the node's folder hides; beside the node; in a package of another name.
 LAWS_IN, BESIDE, TOOLS = 'lab2.msg lab2.laws', 'helper', 'tools'
@@ -153,7 +155,7 @@ LAWS_IN, BESIDE, TOOLS = 'lab2.msg lab2.laws', 'helper', 'tools'
     (SETUP + NAMED, 'lab2.msg helper', True), (SETUP + NAMED, 'helper lab2.msg', False),
     (SETUP + NAMED, TOOLS, True),
     # otherwise the file itself is started, and its folder comes first
-    *[(how, BESIDE, True) for how in ('', NOT_NAMED, NAMED.replace('PACKAGE', 'GLOBAL'))],
+    *[(how, BESIDE, True) for how in ('', BRACKETS, NOT_NAMED, NAMED.replace('PACKAGE', 'GLOBAL'))],
     *[(how, 'lab2.msg', False) for how in ('', SETUP, SETUP + NOT_NAMED)], ('', 'lab2.laws', True)])
 def test_a_node_is_started_as_catkin_starts_it(tmp_path, cmake, imports, starts):
     """What catkin's own rosrun does with these files was tried with a workspace of 160 such packages."""
@@ -168,6 +170,15 @@ def test_a_node_is_started_as_catkin_starts_it(tmp_path, cmake, imports, starts)
     assert done.stdout == 'runs\n' * starts and ('No module named' in done.stderr) is not starts
     assert 'first line' not in ' '.join(reading.remarks) and (
         'made so' in ' '.join(reading.remarks)) is (ready.program.startswith(str(tmp_path / 'ws' / 'src')))
+
+
+@pytest.mark.parametrize('place, packages', [
+    ('', ''), ('', 'package_dir={"": "."}'), ('src/', 'package_dir={"": "src"}'),
+    ('src/deep/', 'package_dir={"": "src/deep"}'), ('python/', "package_dir={'lab2': 'python/lab2'}")])
+def test_the_modules_of_a_package_lie_where_its_setup_says(tmp_path, place, packages):
+    hand_in(tmp_path, {'setup.py': 'setup(packages=["lab2"], {})'.format(packages), place + 'lab2/__init__.py': '',
+                       place + 'other/__init__.py': '', 'msg/M.msg': ''})
+    assert modules_of(tmp_path, 'lab2') == [tmp_path / place / 'lab2']
 
 
 LACKS = MINE + ' imports {}, which neither the submission nor the marking machine has.'
@@ -345,7 +356,7 @@ def test_what_listens_can_be_the_node(tmp_path):
                  'class Controllers:', "rospy.Publisher('imu', Imu)"):
         with pytest.raises(NotJudged, match=r'There is no turtlebot_controller\.py, .*a/b\.py'):
             find_node(repository(tmp_path, TURN, {'a/b.py': line}), TURN)
-    with pytest.raises(NotJudged, match='Nothing was handed in'):
+    with pytest.raises(NotJudged, match='Nothing that a person writes was handed in'):
         find_node(workspace.Path('/nowhere'), TURN)
 
 

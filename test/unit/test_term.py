@@ -472,6 +472,7 @@ def test_students_are_chosen_by_name(name, words):
     assert chosen(students, ['bo lee', 'Ann Miller']) == ['Bo Lee', 'Ann Miller']
     with pytest.raises(ValueError, match=words):
         chosen(students, [name])
+    assert chosen(['Ju\u0308rg'], ['J\xfcrg']) == ['Ju\u0308rg']      # as a Mac's zip file writes it
     assert chosen(['Ann', 'ann'], ['Ann']) == ['Ann'] and chosen(['Ann', 'ann'], ['ann']) == ['ann']
     with pytest.raises(ValueError, match='more than one submission is called ANN; these are: Ann, ann'):
         chosen(['Ann', 'ann'], ['ANN'])

@@ -138,9 +138,9 @@ class RobotGraph:
 
 
 def likeness(word: str, name: str) -> float:
-    """Returns how much a word is like a name, from 0 to 1. It may have an end, as in imu_data."""
+    """Returns how much a word is like a name, from 0 to 1; imu_data and wheel_odom are, too."""
     return max(difflib.SequenceMatcher(None, word, name).ratio(),
-               LIKE * bool(re.match(name + '(?![a-z])', word)))
+               LIKE * bool(re.search('(?<![a-z])' + name, word)))
 
 
 def judge_robot(graph: RobotGraph) -> Line:

@@ -1,5 +1,6 @@
 """The answers of mystery robots, for the instructor. The students' archive does not have this file.
 """
+import re
 from itertools import chain
 from typing import List, Sequence
 
@@ -23,9 +24,9 @@ def key(words: Sequence[str]) -> List[str]:
 def _range(word: str) -> Sequence[int]:
     """The numbers of '7' or '1-12'."""
     first, _, last = word.partition('-')
-    if not (first.isdecimal() and (last or first).isdecimal()) or word.endswith('-'):
-        raise ValueError('{!r} is not valid: a number such as 7, or a range such as 1-12'.format(
-            word))
+    if not re.fullmatch(r'\d{1,9}(-\d{1,9})?', word):
+        raise ValueError('{:.40} is not valid: a number such as 7, or a range such as 1-12'.format(
+            repr(word)))
     numbers = range(int(first), int(last or first) + 1)
     if not numbers:
         raise ValueError('{!r} is not valid: the first number is larger than the last'.format(word))

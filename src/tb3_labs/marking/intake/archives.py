@@ -12,6 +12,7 @@ import stat
 import zipfile
 import zlib
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, Dict, Iterable, List, Optional, Pattern, Tuple
 
@@ -38,8 +39,12 @@ OTHERS = {b'7z\xbc\xaf': 'a 7z file', b'Rar!': 'a rar file', b'\x1f\x8b': 'a gz 
 OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
 #: Archives that are not unpacked; a zip file if it lies in another one.
 OTHER_ARCHIVES = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
+#: Errors of one entry of a zip file; the others may be read.
+OF_AN_ENTRY = zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, zlib.error
 #: Why a file is left out; so much of its place is said.
+TWICE, LINK = 'the zip file has it twice, and the last one counts', 'each is a link'
 NO_NAME, LONGEST_SAID = 'no file here can have that name', 200
+DAMAGED = 'the zip file is damaged there, or has a password'
 
 
 def is_zip(name: str) -> bool:
@@ -106,35 +111,40 @@ def unpack(path: Path, folder: Path, budget: Budget, skipped: Pattern[str] = MAD
     zip file declares: zipfile reads no further.
     """
     wanted: Dict[str, zipfile.ZipInfo] = {}
-    twice: List[str] = []
-    lost: List[str] = []
+    left: Dict[str, List[str]] = {why: [] for why in (TWICE, LINK, NO_NAME, DAMAGED)}
     try:
         if not zipfile.is_zipfile(str(path)):
             raise zipfile.BadZipFile(_kind(path))
         with zipfile.ZipFile(str(path)) as archive:
             for info in archive.infolist():
                 place = _place(info)
-                if not (place == '/' or stat.S_ISLNK(info.external_attr >> 16)
-                        or NEVER.search(place) or skipped.search(place)):
-                    twice += [place] * (place in wanted and not place.endswith('/'))
+                if place == '/' or NEVER.search(place) or skipped.search(place):
+                    pass
+                elif stat.S_ISLNK(info.external_attr >> 16):
+                    left[LINK].append(place)
+                else:
+                    left[TWICE] += [place] * (place in wanted and not place.endswith('/'))
                     wanted[place] = info        # the last one counts, for every program
-            if any(info.flag_bits & 1 for info in wanted.values()):     # the bit for a password
-                raise NotJudged('The zip file was not unpacked: it has a password.')
             folder.mkdir(parents=True, exist_ok=True)
             for place, info in sorted(wanted.items(), key=lambda item: turn(
                     item[0], item[1].file_size)):
                 if budget.take(info.file_size):
-                    with archive.open(info) as source:
-                        lost += [place] * (not write(
-                            None if place.endswith('/') else source, folder / place,
-                            info.external_attr >> 16 & 0o100))
-    except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError,
-            zlib.error, OSError) as problem:
+                    try:
+                        with archive.open(info) as source:
+                            left[NO_NAME] += [place] * (not write(
+                                None if place.endswith('/') else source, folder / place,
+                                info.external_attr >> 16 & 0o100))
+                    except OF_AN_ENTRY:
+                        left[DAMAGED].append(place)
+                        with suppress(OSError):
+                            (folder / place).unlink()       # a part of it
+        if left[DAMAGED] and len(left[DAMAGED]) == sum(place[-1:] != '/' for place in wanted):
+            raise zipfile.BadZipFile('it has a password, or all of it is damaged')
+    except (*OF_AN_ENTRY, ValueError, OSError) as problem:
         raise NotJudged('The zip file cannot be unpacked: {}.'.format(
             getattr(problem, 'strerror', None) or str(problem).rstrip('.')
             or type(problem).__name__)) from None
-    return left_out('the zip file has it twice, and the last one counts', twice) + left_out(
-        NO_NAME, lost)
+    return [remark for why, places in left.items() for remark in left_out(why, places)]
 
 
 def _kind(path):
@@ -156,7 +166,8 @@ def _place(info):
     if len(parts) > DEEPEST + 1:
         raise NotJudged('The zip file was not unpacked: its folders are deeper than {}.'.format(
             DEEPEST))
-    if path.startswith('/') or re.match('[A-Za-z]:/', path) or '..' in parts:
+    # some services begin their zip files with the folder /
+    if parts and path.startswith('/') or re.match('[A-Za-z]:/', path) or '..' in parts:
         raise NotJudged('The zip file was not unpacked: its path {!r} leads out of it.'.format(
             path[:80]))
     return '/'.join(parts) + '/' * path.endswith('/')

@@ -31,6 +31,8 @@ if os.path.isfile({1!r}):
 #: CMake's command that makes relays; its variables, and those for the folder of a package.
 RELAYS = 'catkin_install_python'
 SET_BY_CMAKE = re.compile(r'\$\{[^${}]*\}')
+#: A comment of CMake: in brackets, or up to the end of the line.
+COMMENT = re.compile(r'#\[(=*)\[.*?(?:\]\1\]|\Z)|#[^\n]*', re.DOTALL)
 SOURCE_FOLDER = re.compile(r'^\$\{(CMAKE_CURRENT|PROJECT)_SOURCE_DIR\}/')
 
 
@@ -48,7 +50,7 @@ def _calls(source, command):
     """The arguments of each call of a command in the CMakeLists.txt of a package."""
     file = source / 'CMakeLists.txt'
     text = file.read_bytes()[:LARGEST_MANIFEST].decode(errors='replace') if file.is_file() else ''
-    text = '\n'.join(line.partition('#')[0] for line in text.splitlines()).replace('"', ' ')
+    text = COMMENT.sub('', text).replace('"', ' ')
     return [part.partition(')')[0].lstrip(' (') for part in re.split(re.escape(
         command), text, flags=re.IGNORECASE)[1:]]
 
@@ -66,7 +68,8 @@ def modules_of(package: Path, name: str) -> List[Path]:
             package, 'catkin_python_setup'):
         return []
     text = setup.read_bytes()[:LARGEST_MANIFEST].decode(errors='replace')
-    words = {name, *re.findall('[\'"](\\w+)', text)}
-    return [folder for place in sorted({'src', *words})
+    words = {name, *re.findall(r'[\'"](\w+(?:/\w+)*)', text)}
+    return [folder for place in sorted({'src', *words, *map(os.path.dirname, words)})
             for folder in sorted((package / place).glob('*')) if folder.is_dir() and (
-                folder.name in words or 'find_packages' in text)]
+                folder.name in words or 'find_packages' in text) and (
+                    place or (folder / '__init__.py').is_file())]

@@ -258,4 +258,5 @@ def _there_is(programs, handed_in):
         return ('Python files that were found (--type chooses one of them): {}.'
                 .format(shortened(programs)))
     return 'No Python file was found at all. ' + (
-        'Handed in: {}.'.format(shortened(handed_in)) if handed_in else 'Nothing was handed in.')
+        'Handed in: {}.'.format(shortened(handed_in)) if handed_in else
+        'Nothing that a person writes was handed in.')

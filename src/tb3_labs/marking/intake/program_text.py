@@ -42,8 +42,9 @@ def look(texts: Iterable[bytes]) -> Dict[str, Any]:
             nodes = list(ast.walk(ast.parse(text)))
         except (SyntaxError, ValueError, RecursionError, MemoryError):
             continue
-        if any(isinstance(node, ast.Constant) and node.value in ('mouse_info', '/mouse_info')
-               for node in nodes) and 'Publisher' in map(_last, nodes):
+        if any(isinstance(part, ast.Constant) and part.value in ('mouse_info', '/mouse_info')
+               for node in nodes if isinstance(node, ast.Call) and _last(node.func) == 'Publisher'
+               for part in (*node.args, *(word.value for word in node.keywords))):
             downs |= {slope for slope in _sent(nodes) if slope}
         remarks += [THETA.format(node.name) for node in nodes if isinstance(
             node, ast.FunctionDef) and node.args.args and _gives_angle(node)]
@@ -51,10 +52,12 @@ def look(texts: Iterable[bytes]) -> Dict[str, Any]:
 
 
 def _gives_angle(function: ast.FunctionDef) -> bool:
-    """Is its last argument, an angle, a number of an orientation?"""
-    return any(isinstance(node, ast.Assign) and _dotted(node.value) == function.args.args[-1].arg
-               and any('.orientation.' in _dotted(target) for target in node.targets)
-               for node in ast.walk(function))
+    """Is its last argument, an angle and no z or q_w, a number of an orientation?"""
+    angle = function.args.args[-1].arg
+    return not re.fullmatch('(.*q.*)?[xyzw]', angle) and any(
+        isinstance(node, ast.Assign) and _dotted(node.value) == angle
+        and any('.orientation.' in _dotted(target) for target in node.targets)
+        for node in ast.walk(function))
 
 
 def _dotted(node: Any) -> str:

@@ -12,6 +12,7 @@ import os
 import re
 import shutil
 import stat
+import unicodedata
 from collections import Counter
 from pathlib import Path
 from typing import Callable, Dict, Iterable, List, NamedTuple, Tuple
@@ -96,14 +97,17 @@ def by_student(names: Dict[str, HandedIn]) -> Dict[str, List[str]]:
 
 
 def chosen(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
-    """The students that are wanted; another case of letters will do for a name that only one has.
-    ``ValueError`` for an unknown name, with the names that are similar."""
+    """The students that are wanted; letters of another case, or a Mac's u with two dots for one
+    letter, will do for a name that only one has. ``ValueError`` for an unknown name, with the names
+    that are similar."""
+    def folded(text: str) -> str:
+        return unicodedata.normalize('NFC', text).casefold()
     students, found = list(students), []
     for name in wanted:
         same = [student for student in students if student == name] or [
-            student for student in students if student.lower() == name.lower()]
+            student for student in students if folded(student) == folded(name)]
         if len(same) != 1:
-            near = [student for student in students if name.lower() in student.lower()] or (
+            near = [student for student in students if folded(name) in folded(student)] or (
                 difflib.get_close_matches(name, students))
             raise ValueError('{} submission is called {}; {}: {}'.format(
                 'more than one' if same else 'no', name,
