@@ -81,16 +81,21 @@ class HeldMouse(Repeater):
     def at(self, x, y, active=True, seconds=0.0):
         """Hold the mouse at a place from now on, and wait for `seconds` [s]. x to the right, y up,
         each -1 to 1."""
-        message, now = self._kind(), rospy.Time.now()
-        for name, of, _ in message.fields:
-            if of == 'std_msgs/Header':
-                message.put(name, now.secs, now.nsecs)
+        message = self._kind()
         for name, value in zip(self._names, (active, x, self.up * y)):
             message.put(name, value)
         self.hold(message)
         self._recording.add(MOUSE_INFO, MouseController(
-            Header(stamp=now), BoolMessage(active), x, y))
+            Header(stamp=rospy.Time.now()), BoolMessage(active), x, y))
         time.sleep(seconds)
+
+    def _send(self, message):
+        # a driver that repeats a stamp hangs
+        now = rospy.Time.now()
+        for name, of, _ in message.fields if message is not None else ():
+            if of == 'std_msgs/Header':
+                message.put(name, now.secs, now.nsecs)
+        super()._send(message)
 
 
 #: The mouse lab's names of fields; FLAGS and NUMBERS are the types that they may have.
