@@ -132,7 +132,7 @@ def test_of_an_endless_output_the_end_and_the_number_of_lines_are_kept(tmp_path,
         output.add(line)
         if k % 50 == 0:
             robot(recording, clock[0], 0.0)
-    output.add('the last words\n')
+    output.add('the last \x1b[1mwords\x1b[0m\n')
     output.flush()
     recording.event('end', facts={}, died=False)
     recording.close()
