@@ -28,7 +28,7 @@ from std_msgs.msg import Bool, Header, String
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.trial.observation import (
-    CMD_VEL, CTRL_RELINQ, EVENTS, IMU_TOPIC, JOY, LONGEST, ODOM, PRINTED, TRUTH)
+    CMD_VEL, CTRL_RELINQ, EVENTS, IMU_TOPIC, JOY, ODOM, PRINTED, TRUTH)
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
 from tb3_labs.ros.rospy_internals import connection_of, note_connections, sender_of
@@ -223,10 +223,6 @@ class Recorder:
             if self._number.get(what, 0) > most:
                 self.recording.event('left out', what='{} after the first {}'.format(what, most),
                                      number=self._number[what] - most)
-
-    def remark(self, text):
-        """Record a sentence for the student."""
-        self.recording.event('remark', text=text[:LONGEST])
 
     @property
     def now(self):
