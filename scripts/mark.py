@@ -70,9 +70,9 @@ def main(words):
 
 def interrupt(*_):
     """Interrupt the marking, once: the tidying up must not be interrupted."""
+    for each in ENDS:       # first of all: set() within set() would wait for ever
+        signal.signal(each, lambda *_: None)
     INTERRUPTED.set()       # an exception may be lost: Python ignores those in some places
-    for each in ENDS:
-        signal.signal(each, signal.SIG_IGN)
     raise KeyboardInterrupt
 
 

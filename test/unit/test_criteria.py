@@ -278,7 +278,10 @@ def each_change():
 @pytest.mark.parametrize('lab, change, misses', each_change())
 def test_a_change_misses_these_criteria_and_no_others(lab, change, misses):
     assert set(change) <= set(GOOD[lab])
-    assert missed(lab, observed(lab, **dict(GOOD[lab], **change))) == set(misses.split())
+    seen = observed(lab, **dict(GOOD[lab], **change))
+    assert missed(lab, seen) == set(misses.split())
+    changed = {each.begin for each in seen.stimuli if each.name in change}     # "Watch it" leads there
+    assert {each.moment for each in verdicts(lab, seen) if each.seen} <= changed
 
 
 def test_each_criterion_is_missed_by_a_change():
@@ -292,7 +295,8 @@ def test_one_drive_is_enough_to_see_its_speeds():
     """The second one was not reached in time."""
     parts = {name: said for name, said in GOOD['move2goal'].items() if name != 'second drive'}
     seen = observed('move2goal', **parts)
-    assert {'second_place', 'exact'} <= missed('move2goal', seen)
+    untried = [each for each in verdicts('move2goal', seen) if each.criterion.name in ('second_place', 'exact')]
+    assert [(each.outcome, each.moment) for each in untried] == [(Outcome.MISSED, None)] * 2
     assert 'within_limits' not in missed('move2goal', seen)
 
 
@@ -444,9 +448,12 @@ CLOSED = extended('rospy.exceptions.ROSException: publish() to a closed topic') 
     (ctrl_c(printed='[ERROR] [17.2]: ' + extended('cut off here')), 'traceback')])
 def test_a_clean_exit(end, words):
     """At the first Ctrl+C, or at one that is tried again."""
-    for parts in ({'Ctrl+C': end}, {'Ctrl+C': ctrl_c(), 'Ctrl+C again': end}):
-        clause = missed_of('turn', 'clean_exit', observed('turn', **parts))
-        assert words in clause and bool(clause) is bool(words)
+    first, again = {'Ctrl+C': end, 'Ctrl+C again': ctrl_c()}, {'Ctrl+C': ctrl_c(), 'Ctrl+C again': end}
+    for parts, number in (first, 1), (again, 2):
+        verdict = next(each for each in verdicts('turn', observed('turn', **parts))
+                       if each.criterion.name == 'clean_exit')
+        assert words in verdict.seen and bool(verdict.seen) is bool(words)
+        assert not words or verdict.moment == SLOT * number
 
 
 @pytest.mark.parametrize('name, printed, said', [

@@ -1,5 +1,7 @@
 """The bag of a trial: it holds what was done and seen, and nobody who writes into it waits for it."""
+import errno
 import math
+import random
 import threading
 from io import BytesIO
 
@@ -9,14 +11,14 @@ rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
 
 import rospy
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu
-from std_msgs.msg import Header
+from sensor_msgs.msg import Imu, Joy
+from std_msgs.msg import Header, String
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.marks import Marks, judged, points_of, read_points, read_trial
 from tb3_labs.marking.trial.observation import KEPT
 from tb3_labs.marking.trial import ros_recording
-from tb3_labs.marking.trial.ros_recording import PRINTED_A_SECOND, Output, Recording
+from tb3_labs.marking.trial.ros_recording import CHUNK, PRINTED_A_SECOND, Output, Recording
 from tb3_labs.ros.conversions import to_pose_stamped, to_quaternion, to_twist
 
 BEGIN = 1.7e9
@@ -130,7 +132,7 @@ def test_of_an_endless_output_the_end_and_the_number_of_lines_are_kept(tmp_path,
         output.add(line)
         if k % 50 == 0:
             robot(recording, clock[0], 0.0)
-    output.add('the last words\n')
+    output.add('the last \x1b[1mwords\x1b[0m\n')
     output.flush()
     recording.event('end', facts={}, died=False)
     recording.close()
@@ -148,3 +150,34 @@ def test_a_bag_that_is_not_of_a_trial_is_refused(tmp_path):
     recording.close()
     with pytest.raises(ValueError, match='no trial'):
         read_trial(tmp_path / 'trial.bag')
+
+
+def test_a_full_bag_takes_only_what_a_node_is_judged_by(tmp_path, monkeypatch):
+    monkeypatch.setattr(ros_recording, 'FULL', 20000)
+    recording, noise = Recording(tmp_path / 'trial.bag'), random.Random(7)
+    recording.event('trial', lab='imu', node='ice6/imu_sub.py')
+    for k in range(1000):
+        recording.add('joy', Joy(axes=[noise.random() for _ in range(400)]))
+        robot(recording, BEGIN + k * 0.01, 0.0)
+    recording.close()
+    assert (tmp_path / 'trial.bag').stat().st_size < 20000 + 3 * CHUNK
+    assert len(read_trial(tmp_path / 'trial.bag').truth) == 1000
+    with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:
+        assert bag.get_message_count('/joy') < 1000
+
+
+def test_a_recording_that_a_full_disk_cut_off_is_none(tmp_path, monkeypatch):
+    """By its first part a node would have lost points."""
+    write = rosbag.Bag.write
+
+    def full(bag, topic, *arguments, **options):
+        if topic == '/printed':
+            raise OSError(errno.ENOSPC, 'No space left on device')
+        write(bag, topic, *arguments, **options)
+    monkeypatch.setattr(rosbag.Bag, 'write', full)
+    recording = Recording(tmp_path / 'trial.bag')
+    recording.event('trial', lab='imu', node='ice6/imu_sub.py')
+    recording.add('printed', String('x'))
+    recording.event('broken', text='')
+    recording.close()
+    assert recording.problem.errno == errno.ENOSPC and not (tmp_path / 'trial.bag').exists()

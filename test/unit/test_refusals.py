@@ -1,6 +1,7 @@
 """What the tools say to typos and bad values: one line, with the reason and what is valid, at once."""
 import os
 import runpy
+import signal
 import sys
 import threading
 import time
@@ -100,3 +101,24 @@ def test_a_typo_is_refused_in_one_line(script, words, answer, mains, tmp_path, m
     assert len(refused.splitlines()) == 1 and all(part in refused for part in parts), refused
     assert os.listdir(str(tmp_path)) == ['here'] and os.listdir(str(here)) == ['miller']
     assert threading.active_count() <= threads
+
+
+@pytest.mark.parametrize('first', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signals_in_quick_succession_interrupt_a_marking_once(first, monkeypatch, capsys):
+    """Those that come while the first one is handled, too: Event.set() within set() waits for ever."""
+    mark, numbers, entered = main_of('mark.py'), (signal.SIGINT, signal.SIGTERM, signal.SIGHUP), []
+    before = {number: signal.getsignal(number) for number in numbers}
+
+    class Interrupted:
+        def set(self):
+            entered.append(self)
+            for number in numbers if len(entered) < 9 else ():
+                signal.raise_signal(number)
+    monkeypatch.setitem(mark.__globals__, 'INTERRUPTED', Interrupted())
+    monkeypatch.setitem(mark.__globals__, 'mark_class', lambda *_: signal.raise_signal(first))
+    try:
+        assert mark(MARK) == 130 and len(entered) == 1
+    finally:
+        for number, act in before.items():
+            signal.signal(number, act)
+    assert capsys.readouterr().err == 'mark.py: interrupted\n'

@@ -190,6 +190,38 @@ def test_what_a_person_decides_stays_and_is_shown(tmp_path, cells, decision):
             decision.points is not None)
 
 
+def typed(path, whose, move=lambda heads: heads, **cells):
+    """A person edits a student's cells in a spreadsheet, and may move columns."""
+    rows = rows_of(path.read_text(encoding='utf-8-sig').replace(';', ','))
+    rows[whose].update(cells)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, move(list(rows[whose])), delimiter=';')
+    writer.writeheader()
+    writer.writerows(rows[name] for name in sorted(rows, reverse=True))
+    path.write_text(text.getvalue(), encoding='utf-8-sig')
+
+
+def test_a_decision_outlives_a_second_one_a_lost_record_and_a_run_that_was_killed(tmp_path):
+    table = tmp_path / 'marks.csv'
+    for student in ('Ann', 'Bo'):
+        write(folder_of(tmp_path), student, turned(90.0))
+    folder_of(tmp_path).write_overview()
+    typed(table, 'Ann', points='8', move=lambda heads: heads[::-1])
+    write(folder_of(tmp_path), 'Ann', turned(10.0), 'handed in again')  # then the computer lost power
+    for cells, points in ({}, '8'), ({'points': '9,5'}, '9.5'), ({'decided': '11'}, '11'), ({}, '11'):
+        typed(table, 'Ann', **cells)
+        told = ['With other points than before: Ann.'] * bool(cells or points == '8')
+        assert folder_of(tmp_path).write_overview()[1] == told
+        assert [rows_of(table.read_text())['Ann'][name] for name in ('points', 'decided')] == [points] * 2
+    (tmp_path / 'logs' / 'Ann.marks.json').unlink()
+    assert write(folder_of(tmp_path), 'Ann', turned(90.0)).points == 11.0
+    folder_of(tmp_path).write_overview()
+    typed(table, 'Ann', student='Anne')
+    for _ in range(2):
+        notes = folder_of(tmp_path).write_overview()[1]
+        assert notes[-1] == 'marks.csv has a decision on Anne, of whom there are no marks.'
+
+
 @pytest.mark.parametrize('cell', ['many', '-1', 'nan', '1e999'])
 def test_a_decision_that_is_no_number_of_points_is_refused(tmp_path, cell):
     marked_once(tmp_path)
@@ -236,8 +268,14 @@ def test_what_has_not_changed_is_kept(tmp_path):
     marks = marked_once(tmp_path)
     assert marks.observation is None
     assert folder_of(tmp_path).kept('Ann', 'digest') == marks
-    (tmp_path / 'logs' / 'Ann.bag').unlink()    # it cannot be judged
-    assert folder_of(tmp_path).kept('Ann', 'digest') is None
+    bag = tmp_path / 'logs' / 'Ann.bag'
+    whole = bag.read_bytes()
+    for replace_it in (bag.unlink, lambda: bag.write_bytes(whole[:9000]),
+                       lambda: write_trial(bag, observation()), lambda: write_trial(bag, observation('imu'))):
+        replace_it()        # nor is another student's his, or another lab's
+        assert folder_of(tmp_path).kept('Ann', 'digest') is None
+        folder_of(tmp_path).write_overview()
+        assert rows_of((tmp_path / 'marks.csv').read_text())['Ann']['points'] == ''
     marked_once(tmp_path)
     assert folder_of(tmp_path).kept('Ann', 'other digest') is None
     assert folder_of(tmp_path).kept('Bo', 'digest') is None
@@ -323,7 +361,7 @@ def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
     (tmp_path / 'logs' / 'Ann.marks.json').write_text('{"key"')
     assert folder_of(tmp_path).kept('Ann', 'digest') is None
     assert folder_of(tmp_path).write_overview() == (None, [])
-    for text, why in (('my own table\n', 'it does not begin with'),
+    for text, why in (('my own table\n', 'it lacks one of the columns student, points, of'),
                       ('student;points;of;M\xfcller', 'a spreadsheet must save it as "CSV UTF-8"')):
         (tmp_path / 'marks.csv').write_text(text, encoding='latin-1')
         with pytest.raises(ValueError, match='may hold what a person wrote: ' + why):

@@ -139,7 +139,9 @@ def mark_class(given, tell_problem, interrupted):
             marker, found = _begun(given, Path(work), tell_problem, stack)
             marker.interrupted = interrupted
             failed = MarkedClass(marker, bool(given.only), tell_problem).mark_all(found, given.jobs)
-            page, notes = marker.folder.write_overview(given.unprotected)
+            with ThreadPoolExecutor(1) as pool:     # an interruption waits for its end
+                page, notes = pool.submit(
+                    marker.folder.write_overview, given.unprotected).result()
         except (OSError, ValueError, NotJudged) as problem:
             tell_problem(reason(problem))
             return 2

@@ -9,18 +9,20 @@ A trial is kept as long as another one would be the same (trial_key.py). Verdict
 sentences are made anew from its bag in each run.
 """
 import fcntl
+import hashlib
 import json
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
-from tb3_labs.command_line import output_folder, reason, write_output
+from tb3_labs.command_line import output_folder, printable, reason, write_output
 from tb3_labs.marking.feedback import feedback, overview, results
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.marks import LABS, Marks, judged, read_trial
-from tb3_labs.marking.table import POINTS, REMARKS, Table, cells_of
+from tb3_labs.marking.table import POINTS, WATCHED, Table, cells_of
 from tb3_labs.marking.trial_key import version
+from tb3_labs.report.page.document import safe
 
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD, BAG = (
@@ -57,6 +59,11 @@ class MarksFolder:
         """The place of the bag of a student's trial."""
         return self.logs / (student + BAG)
 
+    def _digest(self, student: str) -> str:
+        """A hash of this bag; '' if there is none."""
+        bag = self.bag(student)
+        return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
+
     def kept(self, student: str, submission: str) -> Optional[Marks]:
         """A student's Marks if a new trial of this digest would be the same, else None."""
         record = self._records.get(student)
@@ -80,7 +87,7 @@ class MarksFolder:
                 handed_in = replace(handed_in, unjudged='Its trial cannot be judged: {}.'.format(
                     reason(problem)))
         marks = judged(handed_in, seen, self.lab, self.worth, self.parts)
-        marks.decision = self._decisions.get(handed_in.student)
+        marks.decision = self._decisions.get(safe(handed_in.student))
         return marks
 
     def write(self, handed_in: Marks, submission: str) -> Marks:
@@ -91,7 +98,8 @@ class MarksFolder:
         record = self._records[handed_in.student] = {
             'key': dict(self._key, submission=submission),
             'handed_in': {name: getattr(handed_in, name) for name in HANDED_IN},
-            'worth': self.worth, 'cells': {}}
+            'worth': self.worth, 'bag': self._digest(handed_in.student),
+            'cells': self._records.get(handed_in.student, {}).get('cells', {})}   # in the table
         self._write(record)
         return self._show(record)
 
@@ -105,8 +113,8 @@ class MarksFolder:
         renewed, all_marks = [], []
         for student, record in sorted(self._records.items()):
             marks = self._shown.get(student) or self._show(record)
-            cells = {name: cells_of(marks)[name] for name in (POINTS, REMARKS)}
-            if record['cells'].get(POINTS, cells[POINTS]) != cells[POINTS]:
+            cells = {name: cells_of(marks)[name] for name in WATCHED}
+            if record['cells'].get(POINTS) not in (None, '', cells[POINTS]):
                 renewed.append(student)
             record.update(worth=self.worth, cells=cells)
             all_marks.append(marks)
@@ -117,7 +125,9 @@ class MarksFolder:
         notes = [UNPROTECTED] * unprotected + [
             'With other points than before: {}.'.format(', '.join(renewed))] * bool(renewed) + [
             'To look at: {}: {}'.format(marks.student, finding)
-            for marks in all_marks for finding in marks.findings]
+            for marks in all_marks for finding in marks.findings] + [
+            '{} has a decision on {}, of whom there are no marks.'.format(TABLE, printable(name))
+            for name in self._decisions if name not in map(safe, self._records)]
         write_output(self._path / OVERVIEW, overview(all_marks, LABS[self.lab].title, notes))
         return self._path / OVERVIEW, notes
 
@@ -149,7 +159,7 @@ class MarksFolder:
         try:
             table = Table(path.read_text(encoding='utf-8') if path.exists() else '')
             self._decisions = table.decisions(
-                {student: record['cells'] for student, record in self._records.items()})
+                {safe(student): record['cells'] for student, record in self._records.items()})
             return table
         except ValueError as problem:
             raise ValueError('{} cannot be read, and may hold what a person wrote: {}'.format(
@@ -159,6 +169,9 @@ class MarksFolder:
     def _show(self, record):
         """Write the page and the results of a record; returns its Marks."""
         handed_in, title = Marks(**record['handed_in']), LABS[self.lab].title
+        if not handed_in.unjudged and record.get('bag') != self._digest(handed_in.student):
+            handed_in.unjudged = 'Its trial cannot be judged: it is not in {} any more.'.format(
+                self.bag(handed_in.student))
         try:
             marks = self.judged(handed_in)
             page = feedback(marks, title)
@@ -184,7 +197,7 @@ class MarksFolder:
 def alone_in(path: Path) -> Iterator[None]:
     """Nobody else writes marks into this folder within the ``with`` block; ``ValueError`` if
     somebody does already."""
-    with open(str(output_folder(output_folder(path) / 'logs') / '.lock'), 'w') as lock:
+    with open(str(output_folder(output_folder(path) / 'logs') / '.lock'), 'a') as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

@@ -12,7 +12,7 @@ has written over the marker's own are taken for both.
 import csv
 import io
 import math
-from typing import Dict, Mapping, Sequence
+from typing import Dict, Mapping, Optional, Sequence
 
 from tb3_labs.marking.labs.criteria import Outcome
 from tb3_labs.marking.marks import Decision, Marks
@@ -20,7 +20,7 @@ from tb3_labs.report.page.document import safe
 
 #: The first columns; the columns of a person's decision.
 FIRST = STUDENT, POINTS, OF = ['student', 'points', 'of']
-DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
+WATCHED = DECIDED, POINTS, REASON, REMARKS = 'decided', 'points', 'reason', 'remarks'
 #: A spreadsheet has no longer cell; what a person wrote may be longer.
 LONGEST_CELL = 32767
 csv.field_size_limit(2 ** 31 - 1)
@@ -39,31 +39,32 @@ class Table:
                                                 delimiter=delimiter)))
         except csv.Error as problem:
             raise ValueError(str(problem)) from None
-        if rows and rows[0][:3] != FIRST:
-            raise ValueError('it does not begin with the columns ' + ', '.join(FIRST))
-        self._width = max(map(len, rows), default=0)
+        rows = rows or [FIRST]
+        if not set(FIRST) <= set(rows[0]):
+            raise ValueError('it lacks one of the columns ' + ', '.join(FIRST))
+        self._width = max(map(len, rows))
+        places = list(map(rows[0].index, FIRST))    # a person may have moved them
+        places += [place for place in range(self._width + 1) if place not in places]
         # all rows have one more cell, which is empty
-        self._heads, *self._rows = [row + [''] * (self._width + 1 - len(row))
-                                    for row in rows or [[]]]
+        self._heads, *self._rows = [[(row + [''] * (self._width + 1 - len(row)))[place]
+                                     for place in places] for row in rows]
 
     def decisions(self, written: Mapping[str, Mapping[str, str]]) -> Dict[str, Decision]:
-        """What a person has decided: student -> Decision. `written`: what the marker wrote into
-        the cells of each student, {student: {POINTS: ..., REMARKS: ...}}.
+        """What a person has decided: name in the table -> Decision. `written`: what the marker
+        wrote into the cells WATCHED of each name.
 
-        ``ValueError`` with student and cell if it is not a number of points.
+        ``ValueError`` with name and cell if it is not a number of points.
         """
-        found = {}
+        found: Dict[str, Decision] = {}
         for row in self._rows:
-            cells = dict(zip(self._heads, row))
-            student = next((name for name in written if safe(name) == row[0]), None)
-            if student is None or student in found:
-                continue
-            edited = {name: cells[name] for name in written[student]
-                      if not _is_same(cells.get(name, ''), written[student][name])}
-            points = cells.get(DECIDED, '') or edited.get(POINTS, '')
-            why = cells.get(REASON, '') or edited.get(REMARKS, '')
-            if points or why:
-                found[student] = Decision(_number(student, points) if points else None, why)
+            cells, before = dict(zip(self._heads, row)), written.get(row[0], {})
+            edited = [name for name in before if not _is_same(cells.get(name, ''), before[name])]
+            # what was written last counts
+            points, why = (next((name for name in (own, other) if name in edited), own)
+                           for own, other in ((DECIDED, POINTS), (REASON, REMARKS)))
+            if (cells.get(points) or cells.get(why)) and row[0] not in found:
+                found[row[0]] = Decision(_number(row[0], points, cells.get(points, '')),
+                                         cells.get(why, ''))
         return found
 
     def renewed(self, all_marks: Sequence[Marks]) -> str:
@@ -118,12 +119,14 @@ def _is_same(cell: str, written: str) -> bool:
         return not cell or cell.strip().lstrip("'") == written.strip().lstrip("'")
 
 
-def _number(student: str, cell: str) -> float:
+def _number(student: str, name: str, cell: str) -> Optional[float]:
+    if not cell:
+        return None
     try:
         number = float(cell.replace(',', '.'))      # as a spreadsheet of another language has it
     except ValueError:
         number = math.nan
     if not (math.isfinite(number) and number >= 0.0):
         raise ValueError('{}: {} = {!r} is not valid: a number of at least 0, or nothing'.format(
-            student, DECIDED, cell[:40]))
+            student, name, cell[:40]))
     return number

@@ -58,7 +58,7 @@ class Criterion:
     part: str                # part of the lab in which it is tried
     meaning: str             # what is asked
     where: Place             # where to look
-    judge: Callable[[Observation], str]
+    judge: Callable[['Look'], str]
     extra: bool = False      # beyond what the handout asks for
     limits: str = ''         # the numbers by which it is judged; '' if `meaning` has them all
     also: str = ''           # another part in which it is tried
@@ -110,13 +110,20 @@ class Verdict:
 
 @dataclass
 class Look(Observation):
-    """An observation as one criterion looks at it."""
+    """An observation as one criterion looks at it. Its clause is about the stimulus that it looks
+    at last."""
 
-    moment: Optional[float] = None      # the start of the stimulus that was looked at last [s]
+    moment: Optional[float] = None      # the start of this stimulus [s]; None: it was not tried
 
     def during(self, name: str, may_die: bool = False) -> Scene:
-        self.moment = next((each.begin for each in self.stimuli if each.name == name), self.moment)
+        self.moment = next((each.begin for each in self.stimuli if each.name == name), None)
         return super().during(name, may_die)
+
+    def fastest(self, commands: np.ndarray, column: int) -> float:
+        """The greatest speed of a column of commands, either way; its stimulus is looked at."""
+        at, speed = max(zip(commands[:, 0], np.abs(commands[:, column])), key=lambda row: row[1])
+        self.moment = max(each.begin for each in self.stimuli if each.begin <= at)
+        return float(speed)
 
 
 def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
@@ -175,7 +182,7 @@ def starts(seen: Observation) -> str:
 
 def _ends(seen):
     tried = [name for name in CTRL_C if seen.has(name)] or CTRL_C[:1]
-    return [seen.during(name, may_die=True) for name in tried]
+    return (seen.during(name, may_die=True) for name in tried)     # as far as they are asked for
 
 
 def ends_cleanly(part: str, where: Place) -> Criterion:
@@ -206,6 +213,7 @@ def stops_robot(seen: Observation) -> str:
         soon = scene.commands[scene.commands[:, 0] <= scene.begin + AT_ONCE]
         if (soon[:, 1:] == 0.0).all(axis=1).any():
             return ''
+    seen.during(scenes[-1].name, may_die=True)
     return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
 
 

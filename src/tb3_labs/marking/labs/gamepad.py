@@ -86,10 +86,9 @@ def _turns(seen: Observation) -> str:
 
 
 def _lets_go(seen: Observation) -> str:
-    scene = seen.during(LET_GO)
     if not len(seen.during(TO_RIGHT).moving):
         raise NotSeen('the sticks did not move the robot at all')
-    return not_stopped(scene, 'the sticks were let go')
+    return not_stopped(seen.during(LET_GO), 'the sticks were let go')
 
 
 def _control(seen: Observation, name: str, wanted: bool) -> str:
@@ -110,10 +109,9 @@ def _handed_over(seen):
 
 
 def _silent_meanwhile(seen: Observation) -> str:
-    scene = seen.during(UP_HANDED_OVER)
     _handed_over(seen)
     return 'the stick still sent velocities while the robot was handed over' if len(
-        scene.commands) else ''
+        seen.during(UP_HANDED_OVER).commands) else ''
 
 
 def _regains(seen: Observation) -> str:

@@ -41,21 +41,20 @@ def headings(text: str) -> List[float]:
 
 
 def _standing(seen):
-    """Returns [(heading [deg], headings printed there)]; NotSeen if no line was printed."""
+    """Yields (heading [deg], headings printed there); NotSeen if no line was printed at all."""
     scenes = [seen.during(name) for name in STANDS]
-    stands = [(scene.facts[HEADING_DEG], headings(scene.printed)) for scene in scenes]
-    if not any(printed for _, printed in stands):
+    if not any(headings(scene.printed) for scene in scenes):
         before = len(headings(scenes[0].run.printed))
         raise NotSeen('no line "Current heading is ... degrees." was printed: {}'.format(
             'it printed {} at its start, and then none'.format(before) if before else
             unprinted(scenes[-1])))
-    return stands
+    for scene in map(seen.during, STANDS):      # as far as the first that is told
+        yield scene.facts[HEADING_DEG], headings(scene.printed)
 
 
 def _prints_heading(seen: Observation) -> str:
-    silent = [heading for heading, printed in _standing(seen) if not printed]
-    return 'nothing was printed while the robot stood at {:.0f} degrees'.format(
-        silent[0]) if silent else ''
+    return next(('nothing was printed while the robot stood at {:.0f} degrees'.format(heading)
+                 for heading, printed in _standing(seen) if not printed), '')
 
 
 def _first_wrong(seen, is_wrong, words):
@@ -107,7 +106,7 @@ PRINTS = [
 
 def hint(seen: Observation) -> str:
     """The mistake of a node that prints wrong headings; '' if it is not known."""
-    stands = _standing(seen)
+    stands = list(_standing(seen))
     words = ''
     if all(printed for _, printed in stands):
         words = _prints(*map(np.array, zip(*((true, said[-1]) for true, said in stands))))

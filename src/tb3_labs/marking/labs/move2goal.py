@@ -9,8 +9,9 @@ import numpy as np
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs.criteria import (
-    BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STATES, STOPS_AT_ONCE, TRANSFORMATION_SHEET,
-    Criterion, Place, ends_cleanly, not_stopped, seldom, starts, stops_robot, stops_when_lost)
+    ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STATES, STOPS_AT_ONCE,
+    TRANSFORMATION_SHEET, Criterion, Look, Place, ends_cleanly, not_stopped, seldom, starts,
+    stops_robot, stops_when_lost)
 from tb3_labs.marking.trial.evidence import idle
 from tb3_labs.marking.trial.observation import (
     CTRL_RELINQ, GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
@@ -131,12 +132,14 @@ def _silent_at_goal(seen: Observation) -> str:
     return 'it went on sending commands on cmd_vel after it had arrived' if len(late) else ''
 
 
-def _within_limits(seen: Observation) -> str:
+def _within_limits(seen: Look) -> str:
     commands = np.vstack([seen.during(name).commands for name in (FIRST_DRIVE, SECOND_DRIVE)
                           if seen.has(name)] or [seen.during(FIRST_DRIVE).commands])
     if not len(commands):
         return 'it commanded nothing'
-    forward, turn = np.abs(commands[:, 1:]).max(axis=0)
+    turn, forward = seen.fastest(commands, ANGULAR), np.abs(commands[:, LINEAR]).max()
+    if forward > FASTEST + ROUNDING:
+        seen.fastest(commands, LINEAR)
     return '' if forward <= FASTEST + ROUNDING and turn <= FASTEST_TURN + ROUNDING else \
         'it commanded up to {:.2f} m/s and {:.1f} rad/s'.format(forward, turn)
 
@@ -162,8 +165,8 @@ def _resets(seen: Observation) -> str:
 
 
 def _waits(seen: Observation) -> str:
-    scenes = [seen.during(WITHOUT_CONTROL)] + [
-        seen.during(RESET_TO_ORIGIN, may_die=True)] * seen.has(RESET_TO_ORIGIN)
+    scenes = (seen.during(name, may_die=name == RESET_TO_ORIGIN) for name in (
+        WITHOUT_CONTROL, RESET_TO_ORIGIN) if name == WITHOUT_CONTROL or seen.has(name))
     return 'it moved the robot without having control: does control_loop look at has_control, ' \
         'which True on ctrl_relinq sets and False clears?' if any(
             len(scene.moving) and not scene.facts.get(WAS_MOVING) for scene in scenes) else ''

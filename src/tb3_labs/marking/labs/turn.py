@@ -7,8 +7,8 @@ import numpy as np
 
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, NO_ZERO, ROUNDING,
-    STOPS_AT_ONCE, TURN_LAB, Criterion, Place, ends_cleanly, not_stopped, says, starts, steers,
-    stops_robot, stops_when_lost, times, within)
+    STOPS_AT_ONCE, TURN_LAB, Criterion, Look, Place, ends_cleanly, not_stopped, says, starts,
+    steers, stops_robot, stops_when_lost, times, within)
 from tb3_labs.marking.trial.evidence import STILL_DEG, idle
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
 
@@ -122,7 +122,7 @@ def _degrees(seen_deg):
 
 
 def _turned_each(seen: Observation, names: Iterable[str], *tolerance: float) -> str:
-    return next(filter(None, [turned(seen, name, *tolerance) for name in names]), '')
+    return next(filter(None, (turned(seen, name, *tolerance) for name in names)), '')
 
 
 def _turning(seen):
@@ -134,15 +134,17 @@ def _turning(seen):
     return commands
 
 
-def _clamped(seen: Observation) -> str:
-    rates = _turning(seen)[:, ANGULAR]
+def _clamped(seen: Look) -> str:
+    commands = _turning(seen)
+    seen.fastest(commands, ANGULAR)
+    rates = commands[:, ANGULAR]
     fast = ['{:.1f} rad/s to the {}'.format(rate, way) for rate, way in (
         (rates.max(), 'left'), (-rates.min(), 'right')) if rate > MAX_ANG_Z + ROUNDING]
     return '' if not fast else 'while turning it commanded up to {}'.format(' and '.join(fast))
 
 
-def _on_the_spot(seen: Observation) -> str:
-    fastest = np.abs(_turning(seen)[:, 1]).max()
+def _on_the_spot(seen: Look) -> str:
+    fastest = seen.fastest(_turning(seen), LINEAR)
     return '' if fastest < ROUNDING else \
         'it commanded up to {:.2f} m/s forward while turning'.format(fastest)
 
@@ -178,11 +180,17 @@ def _can_be_off(seen: Observation) -> str:
     return not_stopped(seen.during(DEACTIVATED), 'the mouse was deactivated')
 
 
+def _drives_after_turn(seen: Observation) -> str:
+    up = upward(seen)
+    return '' if drives(seen.during(AFTER_TURN).commands, up) else \
+        'after a turn the mouse did not move the robot any more'
+
+
 def _drives_in_turn(seen: Observation) -> str:
-    scene = seen.during(IN_TURN)
+    up, scene = upward(seen), seen.during(IN_TURN)
     if not scene.facts[WAS_MOVING]:
         return 'there was no turn in the middle of which the mouse could be moved'
-    return '' if drives(scene.commands, upward(seen)) else \
+    return '' if drives(scene.commands, up) else \
         'the mouse, moved in the middle of a turn, had not driven the robot as before {:.0f} s ' \
         'later'.format(scene.end - scene.begin)
 
@@ -233,8 +241,7 @@ CRITERIA = [
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
               AT_MOUSE, partial(turned, name=TURN_BESIDE), limits=AS_LEFT),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', AT_MOUSE,
-              lambda seen: '' if drives(seen.during(AFTER_TURN).commands, upward(seen)) else
-              'after a turn the mouse did not move the robot any more',
+              _drives_after_turn,
               limits='more than {:.2f} m/s within {:g} s'.format(AT_EDGE[0], MOUSE_HELD)),
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
               AT_MOUSE, _drives_in_turn, limits=within(AT_LAST)),

@@ -13,7 +13,7 @@ from typing import Any, Dict, List, Optional, Sequence
 
 import numpy as np
 
-from tb3_labs.marking.trial.printed import counted, exceptions, last_words
+from tb3_labs.marking.trial.printed import COLOUR, counted, exceptions, last_words
 from tb3_labs.report.run_data import RunData
 
 #: The topics that the labs are about, as the handouts call them; all names are relative.
@@ -280,12 +280,12 @@ def observed(run: RunData, places: Sequence[str] = ()) -> Observation:
     if not seen.lab:
         raise ValueError('the recording has no trial')
     for each in seen.runs:
-        text = each.printed = cleaned(each.printed)
+        text = each.printed = COLOUR.sub('', cleaned(each.printed))
         if len(text) > 2 * KEPT:
             each.printed = '{}\n...\n{}'.format(text[:KEPT], text[-KEPT:])
     seen.stimuli = [each for each in seen.stimuli if not math.isnan(each.end)]
     for stimulus in seen.stimuli:
-        stimulus.printed = cleaned(stimulus.printed)
+        stimulus.printed = COLOUR.sub('', cleaned(stimulus.printed))
     return seen
 
 

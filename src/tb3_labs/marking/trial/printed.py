@@ -14,7 +14,7 @@ UNREAD = re.compile(r'(?=^ *File ".*", line \d+\n(?:.*\n){1,3}(?:Syntax|Indentat
                     re.MULTILINE)
 #: rospy itself raises these in a callback that publishes while the node ends.
 NOT_THEIRS, NOR_THIS = 'publish() to a closed topic', 'topic was closed during publish()'
-#: The colours of a log line on a terminal.
+#: The colours of a text on a terminal.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
 #: The most characters of an exception, and of a line, that are quoted.
 LONGEST_ERROR, LONGEST_LINE = 160, 160
@@ -59,5 +59,5 @@ def counted(errors: List[str]) -> List[str]:
 
 def last_words(printed: str) -> str:
     """The last line that a node printed, in quotes, or a clause if there is none."""
-    lines = list(filter(None, map(str.strip, COLOUR.sub('', printed).splitlines())))
+    lines = list(filter(None, map(str.strip, printed.splitlines())))
     return repr(lines[-1][:LONGEST_LINE]) if lines else 'it printed nothing'

@@ -23,12 +23,12 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu, Joy
-from std_msgs.msg import Bool, String
+from std_msgs.msg import Bool, Header, String
 
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.trial.observation import (
-    CMD_VEL, CTRL_RELINQ, EVENTS, IMU_TOPIC, JOY, LONGEST, ODOM, PRINTED, TRUTH)
+    CMD_VEL, CTRL_RELINQ, EVENTS, IMU_TOPIC, JOY, ODOM, PRINTED, TRUTH)
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
 from tb3_labs.ros.rospy_internals import connection_of, note_connections, sender_of
@@ -42,8 +42,11 @@ MOST_COMMANDS, MOST_ODD, MOST_LINES, MOST_EVENTS, MOST_MESSAGES = 40000, 1000, 1
 LINE_LENGTH, LARGEST = 300, 2000
 #: Equal commands that come sooner after each other than this are one [s].
 SAME_COMMAND = 0.04
-#: Of an output at most this many characters are recorded in a second, its last ones.
+#: Of an output at most this many characters are recorded in a second, its last ones; a tenth of it
+#: if the bag is full.
 PRINTED_A_SECOND = 20000
+#: A bag is full from this size on [bytes]. Then it takes only what a node is judged by.
+FULL, JUDGED = 3 * 10 ** 6, {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL}
 #: A recording that is cut off loses at most so many bytes, before they are packed.
 CHUNK = 2 ** 17
 #: A robot rests if it moves less than REST_WAY [m] and turns less than REST_TURN [rad] within
@@ -57,6 +60,7 @@ class Recording:
     def __init__(self, path):
         self._bag = rosbag.Bag(
             str(path), 'w', compression=rosbag.Compression.BZ2, chunk_threshold=CHUNK)
+        self._path, self.is_full, self.problem = str(path), False, None
         self._waiting, self._guard, self._last = queue.SimpleQueue(), threading.Lock(), 0.0
         self.is_closed, self._events = False, 0
         self._writer = threading.Thread(target=self._write, daemon=True)
@@ -68,7 +72,8 @@ class Recording:
         with self._guard:       # events have an order, also within a microsecond
             if at is None:
                 at = self._last = max(ros_time(), self._last + 1e-6)
-            self._waiting.put(('/' + topic.lstrip('/'), message, at))
+            if self.problem is None:
+                self._waiting.put(('/' + topic.lstrip('/'), message, at))
         return at
 
     def event(self, kind, at=None, **facts):
@@ -79,15 +84,23 @@ class Recording:
         return self.add(EVENTS, String(json.dumps(dict(facts, kind=kind))), at)
 
     def close(self):
-        """Write what is left, and close the bag."""
+        """Write what is left, and close the bag. If it could not be written, there is none: a node
+        would lose points by a part of it; `problem` says why."""
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()
 
     def _write(self):
-        for topic, message, at in iter(self._waiting.get, None):
-            self._bag.write(topic, message, rospy.Time.from_sec(at), raw=isinstance(message, tuple))
-        self._bag.close()
+        try:
+            for topic, message, at in iter(self._waiting.get, None):
+                if not self.is_full or topic in JUDGED:
+                    self._bag.write(topic, message, rospy.Time.from_sec(at),
+                                    raw=isinstance(message, tuple))
+                    self.is_full = os.path.getsize(self._path) > FULL
+            self._bag.close()
+        except OSError as problem:      # such as a full disk
+            self.problem = problem
+            os.remove(self._path)
 
 
 class Output:
@@ -101,13 +114,17 @@ class Output:
         """Take in what was printed; more than PRINTED_A_SECOND waits, and may be left out."""
         with self._guard:
             self._text += text
-            excess = len(self._text) - PRINTED_A_SECOND
+            excess = len(self._text) - self._most
             if excess > 0:
                 self._left_out += excess
                 self._lines += self._text.count('\n', 0, excess)
                 self._text = self._text[excess:]
             if ros_time() >= self._free_at:
                 self._hand_over()
+
+    @property
+    def _most(self):
+        return PRINTED_A_SECOND // (10 if self._recording.is_full else 1)
 
     def flush(self):
         """Record what waits: an event comes, which is later than all that was printed so far."""
@@ -119,7 +136,7 @@ class Output:
             if self._left_out:
                 self._recording.event('unprinted', characters=self._left_out, lines=self._lines)
             at = self._recording.add(PRINTED, String(self._text))
-            self._free_at = at + len(self._text) / PRINTED_A_SECOND
+            self._free_at = at + len(self._text) / self._most
             self._text, self._left_out, self._lines = '', 0, 0
 
 
@@ -171,7 +188,8 @@ class Recorder:
             return      # the marker's own
         if header['process'] != self._process:
             self._process = header['process']
-            self.recording.event('sender', name=sender_of(header), process=self._process)
+            self.recording.event('sender', name=sender_of(header)[:LINE_LENGTH],
+                                 process=self._process[:LINE_LENGTH])
         if not (math.isfinite(entry[1]) and math.isfinite(entry[2])):
             if self._is_within('odd commands', MOST_ODD):
                 self.recording.event('odd', text='{:g} m/s and {:g} rad/s'.format(*entry[1:]))
@@ -196,8 +214,8 @@ class Recorder:
         if line.name not in (rospy.get_name(), '/' + ROBOT) and self._is_within(
                 'log lines', MOST_LINES):
             self.recording.add('/rosout', Log(
-                header=line.header, level=line.level, name=line.name[:LINE_LENGTH],
-                msg=line.msg[:LINE_LENGTH]), self.now)
+                header=Header(stamp=line.header.stamp), level=line.level,
+                name=line.name[:LINE_LENGTH], msg=line.msg[:LINE_LENGTH]), self.now)
 
     def finish(self):
         """Record how many messages were left out."""
@@ -205,10 +223,6 @@ class Recorder:
             if self._number.get(what, 0) > most:
                 self.recording.event('left out', what='{} after the first {}'.format(what, most),
                                      number=self._number[what] - most)
-
-    def remark(self, text):
-        """Record a sentence for the student."""
-        self.recording.event('remark', text=text[:LONGEST])
 
     @property
     def now(self):

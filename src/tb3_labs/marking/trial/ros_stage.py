@@ -231,3 +231,5 @@ def try_out(lab, package, executable, parts, path, option, tell):
         stage.node.stop()
         stage.recorder.finish()
         stage.recording.close()
+        if stage.recording.problem:
+            raise stage.recording.problem
