@@ -214,6 +214,24 @@ def test_a_y_that_the_network_held_up_would_declare_another_place(stamped, late,
     assert warned(stamped, 'Y does not count') is not counts
 
 
+@pytest.mark.parametrize('ring', [2, 10])
+def test_a_driver_that_repeats_several_messages_is_a_pad_that_is_lost(stamped, ring):
+    """None of them has the stamp of the one before it: it drove for as long as they came."""
+    commands = []
+    for tick in range(200):
+        now = 101.05 + 0.05 * tick
+        hear(stamped, now, 8.05 + 0.05 * min(tick, tick % ring), forward=1.0)
+        commands.append(stamped.tick(now).command)
+    assert commands[0] != Twist2() and set(commands[ring + 11:]) == {Twist2()}
+
+
+@pytest.mark.parametrize('button, wanted', [(A, 'words'), (Y, 'asks_reset')])
+def test_a_press_counts_beside_a_stick_in_two_messages_of_one_stamp(stamped, button, wanted):
+    hear(stamped, 101.05, 8.05, forward=1.0)
+    hear(stamped, 101.0505, 8.05, button, forward=1.0, age=Age.SAME)
+    assert stamped.take(wanted) == [True]
+
+
 @pytest.mark.parametrize('clock_runs', [True, False])
 def test_a_driver_that_hangs_is_a_pad_that_is_lost(stamped, clock_runs):
     """It repeats its last message, stamp included; with a simulated clock a stamp tells no lateness.

@@ -74,6 +74,7 @@ class PadListener:
         self._lateness = Lateness()
         self._heard_since = math.inf     # from then on the lateness of messages is learned
         self._last: Optional[PadState] = None
+        self._newest = -math.inf         # stamp
         #: Of the last message: the state before it, its delay [s]; did it come after a loss?
         self.before, self.lateness, self.came_after_loss = PadState(), 0.0, False
 
@@ -84,8 +85,10 @@ class PadListener:
         self._last = state
         self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
         self.hangs = hangs
-        self.came_after_loss = self.repeats and not (hangs or self.source.is_fresh(now))
-        if not hangs:
+        is_silence = hangs or stamp <= self._newest and self.lateness > PAD_TIMEOUT
+        self._newest = max(stamp, self._newest)    # a driver may repeat several messages
+        self.came_after_loss = self.repeats and not (is_silence or self.source.is_fresh(now))
+        if not is_silence:
             self.source.heard(now)
         if math.isinf(self._heard_since) or (self.came_after_loss and stamp <= 0.0):
             self._heard_since = now
@@ -96,7 +99,8 @@ class PadListener:
 
     def tells_lateness(self, now: float) -> bool:
         """Has the pad been heard for long enough to know how late a message is?"""
-        return now - self._heard_since >= LATENESS_SHOWS and not self.hangs
+        return now - self._heard_since >= LATENESS_SHOWS and (
+            not self.hangs or self.source.is_fresh(now))    # a driver may stamp two at once
 
     def is_current(self, now: float) -> bool:
         """Does the last message show the present state of the pad?"""
