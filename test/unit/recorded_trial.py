@@ -20,14 +20,13 @@ from tb3_labs.ros.conversions import to_pose_stamped, to_quaternion, to_twist
 BEGIN = 1.7e9
 
 
-def write_trial(path, seen, sensed=(), log=()):
-    """Write the bag of an Observation; its texts come at the end of each stimulus.
+def write_trial(path, seen, log=()):
+    """Write the bag of an Observation; its texts come at the end of each stimulus, and its sensors are true.
 
-    `sensed`: [time, x, y, yaw, speed] of the odometry, [yaw, rate] of the IMU; by default the true
-    ones. `log`: [time, level, node, text].
+    `log`: [time, level, node, text].
     """
     recording = Recording(path)
-    for _, add in sorted(_additions(recording, seen, sensed, log), key=lambda each: each[0]):
+    for _, add in sorted(_additions(recording, seen, log), key=lambda each: each[0]):
         add()
     recording.close()
 
@@ -38,7 +37,7 @@ def recorded(path, seen, **more):
     return read_trial(path)
 
 
-def _additions(recording, seen, sensed, log):
+def _additions(recording, seen, log):
     """(time [s], a function that records one thing) of all that is in an Observation."""
     def event(at, kind, **facts):
         return at, lambda: recording.event(kind, BEGIN + at, **facts)
@@ -75,13 +74,10 @@ def _additions(recording, seen, sensed, log):
         yield message(at, 'cmd_vel', to_twist(linear, angular))
     for at, x, y, yaw in seen.truth:
         yield message(at, 'ground_truth', to_pose_stamped(Pose2(x, y, yaw), 'world', BEGIN + at))
-    for at, x, y, yaw, speed, imu_yaw, rate in sensed or [
-            [*row, 0.0, row[3], 0.0] for row in seen.truth or [[0.0] * 4]]:
+    for at, x, y, yaw in seen.truth or [[0.0] * 4]:
         header = Header(stamp=rospy.Time.from_sec(BEGIN + at), frame_id='odom')
-        odometry, imu = Odometry(header=header), Imu(header=header)
+        odometry, imu = Odometry(header=header), Imu(header=header, orientation=to_quaternion(yaw))
         odometry.pose.pose = to_pose_stamped(Pose2(x, y, yaw), 'odom', 0.0).pose
-        odometry.twist.twist.linear.x, odometry.twist.twist.angular.z = speed, rate
-        imu.orientation, imu.angular_velocity.z = to_quaternion(imu_yaw), rate
         yield message(at, 'odom', odometry)
         yield message(at, 'imu', imu)
     levels = {word: number for number, word in LEVELS.items()}
