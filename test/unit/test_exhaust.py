@@ -96,8 +96,8 @@ def one_for_all(self, message):
     (Goals, GoalRequests, 'stays_ended', once, 4, 'repeat_goal cancel by_terminal let_pass'),
     (TwoMice, Mouse, 'heard', one_for_all, 5, 'sleep set let_pass'),
     # Y; a reset
-    (ByY, GamepadCore, '_counts', each_counts, 4, 'sleep press let_pass'),
-    (ByY, GamepadCore, '_counts', each_counts, 4, 'hold_up press let_pass'),
+    (ByY, GamepadCore, '_counts', each_counts, 3, 'sleep press let_pass'),
+    (ByY, GamepadCore, '_counts', each_counts, 3, 'hold_up press let_pass'),
     (Goals, SleepWatch, 'doubt', '', 3, 'sleep reset let_pass')])
 def test_a_defect_is_found_by_its_shortest_story(
         monkeypatch, kind, owner, method, defect, number, deeds):

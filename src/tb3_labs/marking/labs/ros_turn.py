@@ -89,13 +89,13 @@ class HeldMouse(Repeater):
             Header(stamp=rospy.Time.now()), BoolMessage(active), x, y))
         time.sleep(seconds)
 
-    def _send(self, message):
+    def send(self, message):
         # a driver that repeats a stamp hangs
         now = rospy.Time.now()
         for name, of, _ in message.fields if message is not None else ():
             if of == 'std_msgs/Header':
                 message.put(name, now.secs, now.nsecs)
-        super()._send(message)
+        super().send(message)
 
 
 #: The mouse lab's names of fields; FLAGS and NUMBERS are the types that they may have.

@@ -75,7 +75,7 @@ class Repeater:
     def hold(self, message):
         """Send this message from now on. None: send nothing, like a device that is unplugged."""
         self._message = message
-        self._send(message)
+        self.send(message)
 
     def wait_until_heard(self):
         """Wait until a node is connected and has heard the message that is held.
@@ -86,11 +86,11 @@ class Repeater:
         wait_until(self._publisher.get_num_connections, 1.0)
         time.sleep(0.45)
 
-    def _send(self, message):
+    def send(self, message):
         if message is not None:
             self._publisher.publish(message)
 
     def _repeat(self):
         while not (self._closed or rospy.is_shutdown()):
-            self._send(self._message)
+            self.send(self._message)
             time.sleep(0.05)    # 20 messages in a second
