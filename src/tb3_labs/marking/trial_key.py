@@ -6,9 +6,10 @@ sentences are not among it: they are made anew from the recording.
 import ast
 import hashlib
 import importlib
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Dict, List
+from typing import Any, Dict, List, Tuple
 
 import rospkg
 
@@ -38,26 +39,29 @@ def decisive_files(lab: str) -> List[Path]:
 def decisive_values() -> Dict[str, Any]:
     """The numbers and words of the labs that the scripts use: places, headings, times; 'module
     name' -> value."""
-    found: Dict[str, Any] = {}
+    found = {'{} {}'.format(*each): getattr(importlib.import_module(each[0]), each[1], None)
+             for each in _names_used()}
+    return {name: value for name, value in found.items()
+            if not callable(value) and not isinstance(value, ModuleType)}
+
+
+@lru_cache(maxsize=None)
+def _names_used() -> List[Tuple[str, str]]:
+    """(Module of a lab, name in it) of all that the scripts import, sorted."""
+    found = set()
     for path in _scripts():
         nodes = list(ast.walk(ast.parse(path.read_text(encoding='utf-8'))))
-        modules: Dict[str, ModuleType] = {}
-        for node in nodes:
-            name = node.module or '' if isinstance(node, ast.ImportFrom) else ''
-            if name.startswith(LAB_MODULES) and '.ros_' not in name:
-                module = importlib.import_module(name)
-                for alias in node.names if isinstance(node, ast.ImportFrom) else ():
-                    value = getattr(module, alias.name, None)
-                    if isinstance(value, ModuleType):
-                        modules[alias.asname or alias.name] = value
-                    found['{} {}'.format(name, alias.name)] = value
-        for node in nodes:
-            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and (
-                    node.value.id in modules):
-                module = modules[node.value.id]
-                found['{} {}'.format(module.__name__, node.attr)] = getattr(module, node.attr)
-    return {name: value for name, value in sorted(found.items())
-            if not callable(value) and not isinstance(value, ModuleType)}
+        imported = [(node.module or '', alias) for node in nodes
+                    if isinstance(node, ast.ImportFrom) for alias in node.names]
+        labs = [(module, alias) for module, alias in imported
+                if module.startswith(LAB_MODULES) and '.ros_' not in module]
+        found |= {(module, alias.name) for module, alias in labs if module != LAB_MODULES}
+        modules = {alias.asname or alias.name: '{}.{}'.format(module, alias.name)
+                   for module, alias in labs if module == LAB_MODULES}
+        found |= {(modules[node.value.id], node.attr) for node in nodes
+                  if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)
+                  and '.ros_' not in modules.get(node.value.id, '.ros_')}
+    return sorted(found)
 
 
 def _scripts() -> List[Path]:
