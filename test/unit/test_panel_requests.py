@@ -114,7 +114,7 @@ def test_nothing_gripped_is_null_or_missing(text, request_):
 def test_a_value_that_is_not_a_number_of_this_size_is_refused(literal, shown):
     """Python reads NaN and infinity, which JSON does not have."""
     texts = {name: with_literal(kind, name, literal) for kind, name, _, _ in NUMBERS}
-    texts.update({'t': with_literal('stop', 't', literal)} if literal != 'null' else {})
+    texts.update({'t': with_literal('turn', 't', literal)} if literal != 'null' else {})
     texts.update({name: pad_with(name, literal) for name in ('forward', 'left')})
     texts['mouse'] = with_literal('joy', 'mouse', '[%s, 0]' % literal)
     for name, text in texts.items():
@@ -123,7 +123,7 @@ def test_a_value_that_is_not_a_number_of_this_size_is_refused(literal, shown):
 
 
 @pytest.mark.parametrize('kind, name, valid, literals', [
-    *[('stop', name, 'a whole number, or null', ['1.0', 'true', '"7"', '[7]', 'NaN'])
+    *[('turn', name, 'a whole number, or null', ['1.0', 'true', '"7"', '[7]', 'NaN'])
       for name in ('id', 'stops')],
     ('joy', 'first', 'true or false', ['1', '0', 'null', '"true"']),
     ('joy', 'pad', 'an object, or null', ['1', 'true', '[]', '""', '0', 'false']),
@@ -144,6 +144,12 @@ def test_a_text_that_is_not_an_object_of_a_known_type_is_refused(text, reason):
     assert reason in refusal(text)
 
 
+@pytest.mark.parametrize('literal', ['NaN', '1e400', '"now"', '[7]', '{}', 'true', '-1', '4e9'])
+@pytest.mark.parametrize('name', ['id', 't', 'stops', 'more'])
+def test_a_stop_counts_whatever_stands_beside_it(name, literal):
+    assert read_request('{"type": "stop", "%s": %s}' % (name, literal)).kind == 'stop'
+
+
 def test_the_longest_message():
     text = '{"type": "stop"}'
     assert read_request(text + ' ' * (500 - len(text))).kind == 'stop'
@@ -151,7 +157,7 @@ def test_the_longest_message():
         'a message of 501 characters is refused: at most 500 are valid')
 
 
-@pytest.mark.parametrize('text', ['%s', '{"type": %s}', '{"type": "stop", "id": %s}',
+@pytest.mark.parametrize('text', ['%s', '{"type": %s}', '{"type": "turn", "id": %s}',
                                   '{"type": "joy", "mouse": [0, %s]}'])
 def test_a_message_as_deep_as_its_length_allows(text):
     """Python reads and writes JSON to a depth that depends on the caller."""

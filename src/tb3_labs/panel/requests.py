@@ -122,9 +122,14 @@ def read_request(text: Union[str, bytes]) -> Request:
     kind = message.get('type')
     if not isinstance(kind, str) or kind not in READERS:
         raise _invalid('type', kind, 'one of ' + ', '.join(READERS))
-    sent_at = 0.0 if message.get('t') is None else _number(message, 't', LATEST)
-    return Request(kind, READERS[kind](message), _count(message, 'id'), _count(message, 'stops'),
-                   sent_at)
+    try:
+        sent_at = 0.0 if message.get('t') is None else _number(message, 't', LATEST)
+        return Request(kind, READERS[kind](message), _count(message, 'id'),
+                       _count(message, 'stops'), sent_at)
+    except ValueError:
+        if kind == 'stop':      # it counts, whatever stands beside it
+            return Request(kind)
+        raise
 
 
 def _count(message: Dict, name: str) -> Optional[int]:
