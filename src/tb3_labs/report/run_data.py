@@ -85,6 +85,16 @@ class ImuSamples(Yaws):
 
 
 @dataclass(frozen=True)
+class Orientations(ImuSamples):
+    """IMU with its whole orientation, a quaternion as it was sent."""
+
+    w: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+
+
+@dataclass(frozen=True)
 class Poses(Yaws):
     """Poses in the plane, each topic in a frame of its own."""
 
@@ -178,6 +188,15 @@ class Values(Samples):
 
 
 @dataclass(frozen=True)
+class Variables(Samples):
+    """Variables of nodes, arrays of str: the node, the variable's name, its value as a text."""
+
+    node: np.ndarray
+    name: np.ndarray
+    value: np.ndarray
+
+
+@dataclass(frozen=True)
 class RunData:
     """One robot's run. Only `imu` and `odometry` are always there."""
 
@@ -204,6 +223,7 @@ class RunData:
     letters: Values = field(default_factory=Values.none)       # typed: 1 for l, -1 for r, 0
     events: States = field(default_factory=States.none)        # of a trial, by the marker
     printed: States = field(default_factory=States.none)       # by the node of a trial
+    variables: Variables = field(default_factory=Variables.none)    # of nodes; see watch.py
     derived: Tuple[str, ...] = ()                              # fields that were not recorded
     topics: Dict[str, str] = field(default_factory=dict)       # field's name: topic
     dropped: Dict[str, int] = field(default_factory=dict)      # field's name: invalid messages

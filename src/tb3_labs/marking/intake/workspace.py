@@ -31,6 +31,7 @@ from tb3_labs.marking.intake.packages import (
     ACTIONS, MANIFEST, MESSAGES, NAME, SERVICES, interface_files, is_name)
 from tb3_labs.marking.intake.reading import GIVEN, Reading
 from tb3_labs.marking.intake.sandbox import MODULES, OWN_PACKAGE, NoSandbox
+from tb3_labs.watch.start import PROBE, watched
 
 #: The package.xml of a package in the copy if its own name cannot be used.
 SUBSTITUTE = '''<package format="2"><name>{}</name><version>0.0.0</version>
@@ -129,6 +130,7 @@ def prepare(reading: Reading, workspace: Path, environment: Mapping[str, str],
         remarks.append('{}: imported, but not used, and not found on the marking machine: left '
                        'out.'.format(', '.join(reading.unused)))
     environment[MODULES] = ':'.join(filter(None, [str(made), environment.get(MODULES)]))
+    environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
     return Launch(ALWAYS + sandbox.command([]), sandbox.environment(environment), types,
                   sandbox.isolates, str(program), called, str(copy))
 

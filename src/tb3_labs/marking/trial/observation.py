@@ -27,6 +27,8 @@ CMD_VEL = 'cmd_vel'
 RESET = 'reset'
 #: The true pose of the simulated robot; the events of a trial; the output of its node.
 TRUTH, EVENTS, PRINTED = 'ground_truth', 'trial', 'printed'
+#: The node's own variables; see tb3_labs.watch.
+VARIABLES = 'variables'
 
 #: Keys of `facts` that several labs use. MOVED: did the node command a movement after it was asked
 #: to? RESTED: did the robot come to rest? WAS_MOVING: did the robot move when the stimulus began?

@@ -1,7 +1,8 @@
 """The bag of a trial: all that was done to a node, and all that it did, on one clock.
 
 Topics: imu, odom, cmd_vel (the commands of all programs but the marker), ctrl_relinq, joy,
-mouse_info, /rosout, ground_truth (the robot's true pose, which no node can hear), and
+mouse_info, /rosout, variables (the node's own), ground_truth (the robot's true pose, which no node
+can hear), and
 
     trial     std_msgs/String, an event in JSON: {"kind": ..., facts}; kinds in observation.py
     printed   std_msgs/String, the output of the node as it came
@@ -19,6 +20,7 @@ from io import BytesIO
 import numpy as np
 import rosbag
 import rospy
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
@@ -28,7 +30,7 @@ from std_msgs.msg import Bool, Header, String
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.trial.observation import (
-    CMD_VEL, CTRL_RELINQ, EVENTS, IMU_TOPIC, JOY, ODOM, PRINTED, TRUTH)
+    CMD_VEL, CTRL_RELINQ, EVENTS, IMU_TOPIC, JOY, ODOM, PRINTED, TRUTH, VARIABLES)
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
 from tb3_labs.ros.rospy_internals import connection_of, note_connections, sender_of
@@ -39,7 +41,7 @@ ROBOT = 'turtlebot3'
 #: At most this many commands, odd commands, log lines, events and other messages of a topic are
 #: recorded, of each line at most LINE_LENGTH characters, of each message LARGEST bytes.
 MOST_COMMANDS, MOST_ODD, MOST_LINES, MOST_EVENTS, MOST_MESSAGES = 40000, 1000, 1000, 5000, 100000
-LINE_LENGTH, LARGEST = 300, 2000
+LINE_LENGTH, LARGEST = 300, 10000
 #: Equal commands that come sooner after each other than this are one [s].
 SAME_COMMAND = 0.04
 #: Of an output at most this many characters are recorded in a second, its last ones; a tenth of it
@@ -155,7 +157,8 @@ class Recorder:
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         note_connections()
         subscribe(CMD_VEL, Twist, self._on_command, queue_size=None)
-        for topic, kind in ((IMU_TOPIC, Imu), (ODOM, Odometry)):    # they need not be unpacked
+        for topic, kind in ((IMU_TOPIC, Imu), (ODOM, Odometry),     # they need not be unpacked
+                            (VARIABLES, DiagnosticArray)):
             rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, (topic, kind),
                              tcp_nodelay=True)
         for topic, kind in ((JOY, Joy), (CTRL_RELINQ, Bool)):

@@ -17,18 +17,20 @@ import rospy
 import rosservice
 
 from tb3_labs.marking.labs.criteria import START_TIME
-from tb3_labs.marking.trial.observation import CTRL_RELINQ, JOY, MOUSE_INFO, NotTried
+from tb3_labs.marking.trial.observation import (
+    CTRL_RELINQ, JOY, MOUSE_INFO, VARIABLES, NotTried)
 from tb3_labs.marking.trial.processes import Program, ResourceWatch
 from tb3_labs.marking.trial.ros_recording import ROBOT, Output
 from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.intake.sandbox import OWN_FOLDERS
 from tb3_labs.marking.intake.workspace import Launch
 from tb3_labs.ros.clocks import wait_until
+from tb3_labs.watch.start import watched
 
 #: Roles that a node can have at a topic or a service: the place in the master's system state.
 PUBLISHES, LISTENS, OFFERS = 0, 1, 2
 #: Topics of each node, and of each that has settings.
-OF_EACH = {'/rosout', '/clock'}
+OF_EACH = {'/rosout', '/clock', '/' + VARIABLES}
 #: If a signal ended its program, the exit status of a sandbox is this plus the signal's number.
 BY_SIGNAL = 128
 
@@ -73,9 +75,8 @@ class StudentNode:
         self._starts, self._interrupted, self._noted = self._starts + 1, False, None
         self._recording.event('start', needed=needed[0].strip('/'))
         self._output = Output(self._recording)
-        environment = self._launch.environment
-        if environment is not None:     # each submission has a master of its own
-            environment = dict(environment, ROS_MASTER_URI=os.environ['ROS_MASTER_URI'])
+        environment = dict(self._launch.environment or watched(os.environ))
+        environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # each has its own
         self._process = Program([*self._launch.prefix, *self._what, *arguments], environment,
                                 on_text=self._output.add)
         if self._launch.isolated:

@@ -17,6 +17,8 @@ MOST_HEADER, MOST_CONNECTION, MOST_MESSAGE, MOST_NAME = 10000, 2 ** 20, 2 ** 18,
 MOST_CHUNK, PART, PIECE = 2 ** 26, 2 ** 12, 2 ** 20
 #: The most lines of a topic, characters of a line, and characters of all lines of a topic.
 MOST_LINES, LONGEST_LINE, MOST_LETTERS = 20000, 4000, 2 ** 23
+#: The most values of nodes' variables: 15 minutes of a node with fifteen.
+MOST_VARIABLES = 300000
 #: A line about a trial, by the marker, has at most this many characters.
 LONGEST_EVENT = 200000
 

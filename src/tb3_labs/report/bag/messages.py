@@ -8,6 +8,7 @@ Units: metres, radians, seconds since the recording's start on the recorder's cl
 """
 import math
 import re
+import sys
 from array import array
 from dataclasses import fields
 from typing import Optional
@@ -19,7 +20,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag import budget
 from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.run_data import (
-    Commands, ImuSamples, LogLines, OdometrySamples, Poses, States, Values)
+    Commands, LogLines, OdometrySamples, Orientations, Poses, States, Values, Variables)
 
 #: The levels of log lines, by the bits of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
@@ -62,8 +63,9 @@ def make_collectors(parts, prefix, limits):
     """Returns {field of RunData: Collector} for the robot in the namespace `prefix`. `limits`: the
     Budget from which they take."""
     special = {
-        'imu': (ImuSamples, lambda message: [
-            (message.header, _yaw(message.orientation), message.angular_velocity.z)]),
+        'imu': (Orientations, lambda message: [
+            (message.header, _yaw(message.orientation), message.angular_velocity.z,
+             *_wxyz(message.orientation))]),
         'odometry': (OdometrySamples, lambda message: [
             (*_pose(message)[0], message.twist.twist.linear.x, message.twist.twist.angular.z)]),
         'commands': (Commands, lambda message: [(None, message.linear.x, message.angular.z)]),
@@ -78,9 +80,13 @@ def make_collectors(parts, prefix, limits):
             (each.header, each.transform.translation.x, each.transform.translation.y,
              _yaw(each.transform.rotation)) for each in message.transforms
             if each.child_frame_id.lstrip('/') == (prefix + 'local').strip('/'))),
-        'log': (LogLines, _lines(prefix))}
-    return {part: Collector(*special.get(part, (Poses, _pose)), limits, *(
-        [budget.LONGEST_EVENT] if part in ('events', 'printed') else [])) for part in parts}
+        'log': (LogLines, _lines(prefix)),
+        'variables': (Variables, _variables)}
+    larger = {'events': {'longest': budget.LONGEST_EVENT},
+              'printed': {'longest': budget.LONGEST_EVENT},
+              'variables': {'most': budget.MOST_VARIABLES}}
+    return {part: Collector(*special.get(part, (Poses, _pose)), limits, **larger.get(part, {}))
+            for part in parts}
 
 
 class Collector:
@@ -90,10 +96,11 @@ class Collector:
     and the sample's numbers or words. It raises ``ValueError`` for an invalid quaternion.
     """
 
-    def __init__(self, kind, rows_of, limits, longest=budget.LONGEST_LINE):
+    def __init__(self, kind, rows_of, limits, longest=budget.LONGEST_LINE, most=None):
+        """`longest`: characters of a word; `most`: samples with words, None: MOST_LINES."""
         self._kind, self._rows_of, self._limits, self._letters = kind, rows_of, limits, 0
-        self._longest = longest
-        self._has_words = kind in (States, LogLines)
+        self._longest, self._most = longest, most or budget.MOST_LINES
+        self._has_words = kind in (States, LogLines, Variables)
         self._values = [] if self._has_words else array('d')
         self.arrival, self.stamp, self.number, self.bad = array('d'), array('d'), array('q'), 0
         self.is_full = False
@@ -116,7 +123,7 @@ class Collector:
         if self._has_words:
             row = [word[:self._longest] for word in row]
             self._letters += sum(map(len, row))
-            self.is_full = self.is_full or len(self.arrival) >= budget.MOST_LINES or (
+            self.is_full = self.is_full or len(self.arrival) >= self._most or (
                 self._letters > budget.MOST_LETTERS)
         elif not all(-LARGEST < value < LARGEST for value in row):      # false for NaN
             self.bad += 1
@@ -150,6 +157,16 @@ def samples_of(collectors):
 
 def _yaw(q):
     return yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)
+
+
+def _wxyz(q):
+    return q.w, q.x, q.y, q.z
+
+
+def _variables(message):
+    for status in message.status:
+        for each in status.values:
+            yield message.header, status.name, sys.intern(each.key), each.value
 
 
 def _pose(message):

@@ -29,7 +29,8 @@ OPTIONAL = {
     'ground_truth': ('ground_truth', PoseStamped), 'goals': ('current_goal', PoseStamped),
     'states': ('goal_state', String), 'resets': ('initialpose', PoseWithCovarianceStamped),
     'asked': ('turn', Float64), 'control': ('ctrl_relinq', Bool), 'presses': ('joy', Joy),
-    'events': ('trial', String), 'printed': ('printed', String)}
+    'events': ('trial', String), 'printed': ('printed', String),
+    'variables': ('variables', DiagnosticArray)}
 #: (type, checksum) -> class of all topics of record.launch.
 CLASSES = {(made._type, made._md5sum): made for made in (
     Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32, MouseController,

@@ -1,0 +1,34 @@
+#!/usr/bin/env python3
+"""Starts a Python node that shows its variables while it runs; a word before its usual start.
+
+    rosrun tb3_labs watch.py rosrun lab2 turtlebot_controller.py
+    rostopic echo /variables
+
+In a launch file: <node ... launch-prefix="rosrun tb3_labs watch.py"/>. The process, its signals,
+terminal and exit status are the node's own.
+
+Publishes, from within the node
+    variables    diagnostic_msgs/DiagnosticArray, 20 times a second while somebody listens:
+                 a key and a value for each variable
+"""
+import os
+import sys
+
+from tb3_labs.watch.start import watched
+
+
+def main(command):
+    """Become the node; the exit status if it cannot be started."""
+    if not command or command[0].startswith('-'):
+        print(__doc__.strip(), file=sys.stderr)
+        return 0 if command[:1] in (['-h'], ['--help']) else 2
+    try:
+        os.execvpe(command[0], command, watched(os.environ))
+    except OSError as problem:
+        print('watch.py: {} cannot be started: {}'.format(command[0], problem.strerror),
+              file=sys.stderr)
+        return 127
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

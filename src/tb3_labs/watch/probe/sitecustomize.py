@@ -1,0 +1,238 @@
+"""The probe: shows the variables of a Python node while it runs, from within its process.
+
+Python imports a module of this name at its start. scripts/watch.py puts this folder on the path of
+the node that it starts; the probe takes it off again, so that the node sees the path of a usual
+start. A thread waits until the node calls rospy.init_node(). Then it reads the node's variables 20
+times a second, and publishes them
+
+    variables    diagnostic_msgs/DiagnosticArray: the node's name and file, and a key and a value
+                 for each variable
+
+while somebody listens. It reads what the node's objects, its script and its running functions hold.
+It calls nothing of the node, changes nothing, and no error of it reaches the node.
+"""
+import gc
+import os
+import signal
+import sys
+import threading
+import time
+from enum import Enum
+from types import MemberDescriptorType
+
+#: The pause between two readings, and the longest pause between two searches for objects [s].
+PAUSE, LONGEST_PAUSE = 0.05, 10.0
+#: At most this many variables and objects are shown, of a text so many characters, of an array or a
+#: list so many numbers.
+MOST, MOST_OBJECTS, LONGEST, MOST_NUMBERS = 40, 20, 200, 9
+#: An object within an object within an object is the last one.
+DEEPEST = 3
+
+
+def leave_the_path():
+    """Take this folder off the path, and run the system's own module of this name."""
+    own = os.path.dirname(os.path.abspath(__file__))
+    sys.path[:] = [folder for folder in sys.path if folder != own]
+    folders = os.environ.get('PYTHONPATH', '').split(os.pathsep)
+    left = os.pathsep.join(folder for folder in folders if folder != own)
+    if left:
+        os.environ['PYTHONPATH'] = left
+    else:
+        os.environ.pop('PYTHONPATH', None)
+    this = sys.modules.pop(__name__)
+    try:
+        import sitecustomize    # noqa: F401
+    except ImportError as problem:
+        if problem.name != __name__:
+            raise
+    finally:
+        sys.modules.setdefault(__name__, this)
+
+
+# -- the node's script and its objects
+
+def script_frames():
+    """The running functions of the node's script, its main program first; [] before it runs."""
+    frame, frames = sys._current_frames().get(threading.main_thread().ident), []
+    while frame is not None:
+        frames.insert(0, frame)
+        frame = frame.f_back
+    mains = [k for k, each in enumerate(frames) if each.f_code.co_name == '<module>'
+             and each.f_globals.get('__name__') == '__main__']
+    # catkin's relay runs the script as a second main program within its own
+    last = mains and max(k for n, k in enumerate(mains) if k == mains[0] + n)
+    return [frame for frame in frames[last:] if frame.f_globals is frames[last].f_globals] \
+        if mains else []
+
+
+def package_of(path):
+    """The folder of the package of a file; None if it lies in none."""
+    folder = os.path.dirname(os.path.abspath(path))
+    while not os.path.isfile(os.path.join(folder, 'package.xml')):
+        if folder == os.path.dirname(folder):
+            return None
+        folder = os.path.dirname(folder)
+    return folder
+
+
+class Node:
+    """The node's own classes, its objects, and what they hold."""
+
+    def __init__(self, script):
+        """`script`: the globals of its main program."""
+        self._script, self.file = script, str(script.get('__file__', ''))
+        self._folder, self._package = os.path.dirname(os.path.abspath(self.file)), package_of(
+            self.file)
+        self._is_own, self._objects, self._pause, self._next = {}, [], 0.25, 0.0
+
+    def is_own(self, kind):
+        """Is this a class of the script, or of a module of its package?"""
+        if kind not in self._is_own:
+            name = str(kind.__module__)
+            path = getattr(sys.modules.get(name), '__file__', None)
+            folder = os.path.dirname(os.path.abspath(path)) if path else ''
+            self._is_own[kind] = name == '__main__' or name.split('.')[0] != 'tb3_labs' and (
+                folder == self._folder or self._package is not None
+                and folder.startswith(self._package + os.sep))
+        return self._is_own[kind]
+
+    def is_object(self, value):
+        """Is this an object of one of its own classes?"""
+        return self.is_own(type(value)) and not issubclass(
+            type(value), (type, Enum, tuple, BaseException, threading.Thread))
+
+    def variables(self, frames):
+        """{name: value as text} of the variables that can be shown, MOST of them."""
+        now = time.monotonic()
+        if now > self._next:
+            self._objects = [each for each in gc.get_objects()
+                             if self.is_object(each)][:MOST_OBJECTS]
+            self._next, self._pause = now + self._pause, min(LONGEST_PAUSE, 2.0 * self._pause)
+        inner = {id(part) for each in self._objects for part in attributes(each).values()}
+        found, known = {}, set()
+        # a name that is taken gets that of its class or its function
+        for each in sorted(self._objects, key=lambda each: id(each) in inner):
+            if id(each) not in known:
+                known.add(id(each))
+                self._take(found, attributes(each), type(each).__name__, known)
+        for frame in frames[1:]:
+            self._take(found, dict(frame.f_locals), frame.f_code.co_name, known)
+        self._take(found, dict(self._script), 'globals', known)
+        for each in self._objects:      # constants of classes
+            self._take(found, {name: value for name, value in vars(type(each)).items()
+                               if name.isupper()}, type(each).__name__, known)
+        return dict(list(found.items())[:MOST])
+
+    def _take(self, found, held, owner, known):
+        for name, value in held.items():
+            if name.startswith('__'):
+                continue
+            name = name.replace('_{}__'.format(owner.lstrip('_')), '__')     # a private one
+            for path, text in self._texts(name, value, known):
+                found.setdefault(path if path not in found else '{}.{}'.format(owner, path), text)
+
+    def _texts(self, name, value, known, depth=0):
+        """Yields (name, text) of a value, or of its parts."""
+        kind = type(value)
+        module = kind.__module__
+        if value is None or kind in (bool, int):
+            yield name, str(value)[:LONGEST]
+        elif kind is float:
+            yield name, repr(value)
+        elif kind is str:
+            yield name, value[:LONGEST]
+        elif issubclass(kind, Enum):
+            yield name, str(vars(value).get('_name_'))[:LONGEST]
+        elif module == 'numpy':
+            if kind.__name__ == 'ndarray':
+                if 0 < value.size <= MOST_NUMBERS and value.dtype.kind in 'bif':
+                    yield from self._numbered(name, value.ravel().tolist())
+            elif kind.__name__.startswith(('float', 'int', 'uint', 'bool')):
+                yield name, repr(value.item())
+        elif kind in (list, tuple) and len(value) <= MOST_NUMBERS:
+            yield from self._numbered(name, list(value))
+        elif depth < DEEPEST:
+            parts = {}
+            if module.startswith('geometry_msgs.msg'):
+                parts = {part: getattr(value, part, None) for part in kind.__slots__}
+            elif self.is_object(value) and id(value) not in known:
+                known.add(id(value))
+                parts = attributes(value)
+            elif issubclass(kind, tuple) and self.is_own(kind):
+                parts = dict(zip(kind._fields, value))
+            elif kind is dict and len(value) <= MOST_NUMBERS:
+                parts = {part: each for part, each in list(value.items()) if type(part) is str}
+            for part, each in parts.items():
+                yield from self._texts('{}.{}'.format(name, part), each, known, depth + 1)
+
+    @staticmethod
+    def _numbered(name, values):
+        if values and all(type(each) in (bool, int, float) for each in values):
+            for k, each in enumerate(values):
+                yield '{}[{}]'.format(name, k), repr(each)
+
+
+def attributes(thing):
+    """{name: value} of an object's attributes; no code of its class is run."""
+    held = {}
+    for kind in type(thing).__mro__:
+        for name, slot in list(vars(kind).items()):
+            if type(slot) is MemberDescriptorType and name not in ('__dict__', '__weakref__'):
+                try:
+                    held[name] = slot.__get__(thing)
+                except AttributeError:      # not set yet
+                    pass
+    try:
+        held.update(object.__getattribute__(thing, '__dict__'))
+    except AttributeError:
+        pass
+    return held
+
+
+# -- the thread
+
+def is_a_node():
+    """Has the process called rospy.init_node()?"""
+    core = sys.modules.get('rospy.core')
+    return core is not None and getattr(core, 'is_initialized', bool)()
+
+
+def run():
+    """Wait for the node, and publish its variables until it ends."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())     # they are the node's
+    while not is_a_node():
+        time.sleep(PAUSE)
+    import rospy
+    from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+    publisher = rospy.Publisher('variables', DiagnosticArray, queue_size=1)
+    node = None
+    while not rospy.is_shutdown():
+        time.sleep(PAUSE)
+        if not publisher.get_num_connections():
+            continue
+        try:
+            frames = script_frames()
+            if not frames:
+                continue
+            node = node or Node(frames[0].f_globals)
+            message = DiagnosticArray()
+            message.header.stamp = rospy.Time.now()
+            message.status = [DiagnosticStatus(
+                name=rospy.get_name(), hardware_id=node.file, values=[
+                    KeyValue(name, text) for name, text in node.variables(frames).items()])]
+            publisher.publish(message)
+        except Exception:       # whatever a node holds, it is not disturbed
+            pass
+
+
+def run_quietly():
+    """Run without a traceback: a library that is missing, a master that has gone."""
+    try:
+        run()
+    except Exception:
+        pass
+
+
+if __name__ == 'sitecustomize':
+    leave_the_path()
+    threading.Thread(target=run_quietly, name='variables', daemon=True).start()
