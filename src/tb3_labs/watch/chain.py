@@ -1,0 +1,122 @@
+"""The first broken link of the chain sensor -> belief -> goal -> error -> command -> stop.
+
+A lab has its links in a table, in their order. A link looks at a node's own variables, and at what
+the node heard and commanded. It compares each with what the handout asks for by the node's *own*
+numbers before it: what follows from one mistake is not told as another.
+"""
+from functools import lru_cache
+from typing import Any, Callable, Iterable, List, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from tb3_labs.watch.quantities import Quantity, followed, headings
+from tb3_labs.watch.variables import Series, assigned_at, find, variables_of
+
+
+class Broken(NamedTuple):
+    """A link that is broken: a sentence without its full stop, the moment [s], the variable that
+    is wrong. `is_weak`: the handout's law is not kept, but a node may turn and drive well so."""
+
+    words: str
+    moment: float
+    variable: str = ''
+    is_weak: bool = False
+
+
+class Inside:
+    """A run and the variables of its node. `run`: a RunData."""
+
+    def __init__(self, run: Any) -> None:
+        self.run, self.variables = run, variables_of(run)
+        self.find = lambda *names: find(self.variables, *names)
+        self.known = lru_cache(maxsize=None)(lambda function: function(self))
+
+    @property
+    def imu(self) -> List[Quantity]:
+        """The quantities that a node may take for the heading, by the IMU; the first is right."""
+        samples = self.run.imu
+        return list(headings(samples.arrival, (samples.w, samples.x, samples.y, samples.z)))
+
+    @property
+    def odometry(self) -> List[Quantity]:
+        """The quantities that a node may take for the heading, by the odometry."""
+        samples = self.run.odometry
+        nothing = 0.0 * samples.yaw
+        return list(headings(samples.arrival, (
+            np.cos(samples.yaw / 2.0), nothing, nothing, np.sin(samples.yaw / 2.0)),
+            ' of the odometry'))
+
+    def constant(self, name: str, value: float) -> str:
+        """Words on a constant of the node that differs from the handout's `value`, else ''."""
+        series = self.find(name.lower())
+        number = series.value[-1] if series is not None and len(series.value) else np.nan
+        return '' if not np.isfinite(number) or number == value else \
+            '; its {} is {:g}, the handout has {:g}'.format(name, number, value)
+
+
+#: A link: given the inside of a run, a Broken, or None.
+Link = Callable[[Inside], Optional[Broken]]
+
+
+def first_broken(inside: Inside, links: Iterable[Link], weak: bool = True) -> Optional[Broken]:
+    """The first link that is broken. `weak`: is a law that is not kept one, too?"""
+    return next((found for found in (link(inside) for link in links)
+                 if found is not None and (weak or not found.is_weak)), None)
+
+
+def sentence(found: Broken, text: str = '', file: str = '') -> str:
+    """A broken link as a sentence, with the lines of the node's `file` that assign the variable;
+    `text`: of this file."""
+    lines = assigned_at(text, found.variable) if found.variable else []
+    place = '' if not lines else ' ({}, line{} {})'.format(
+        file, 's' * (len(lines) > 1), ', '.join(map(str, lines[:5])))
+    return '{}{}{}.'.format(found.words[:1].upper() if not found.variable else found.words[:1],
+                            found.words[1:], place)
+
+
+# -- what several labs share
+
+def is_heading(quantity: Quantity, right: Quantity) -> bool:
+    """Is a quantity the heading, in any range, within a degree? Then a node can use it."""
+    if quantity.per_degree <= 0.0:
+        return False
+    whole = 360.0 * quantity.per_degree
+    apart = quantity.value - right.value / right.per_degree * quantity.per_degree
+    return bool((np.abs(apart - whole * np.round(apart / whole)) < whole / 360.0).all())
+
+
+def stays(series: Series) -> bool:
+    """Does a variable never change, but for its first moments?"""
+    return len(series.text) > 10 and len(set(series.text[len(series.text) // 20:])) == 1
+
+
+def example(series: Series, right: Quantity, wrong_by: float) -> Tuple[float, str]:
+    """(moment, words) of a value that is farthest from the right quantity."""
+    samples = np.searchsorted(right.time, series.time).clip(1, len(right.time)) - 1
+    apart = np.abs(series.value - right.value[samples])
+    apart[~np.isfinite(apart)] = -1.0
+    worst = int(np.argmax(apart))
+    return float(series.time[worst]), 'it was {:.4g} when {} was {:.4g}'.format(
+        series.value[worst], right.words, right.value[samples[worst]])
+
+
+def belief(series: Series, quantities: List[Quantity]) -> Tuple[Optional[Quantity], Optional[Broken]]:
+    """(the quantity that a variable follows, None; or None, the Broken if it is not the first of
+    `quantities`, in any range)."""
+    right, name = quantities[0], series.name
+    found = followed(series, quantities)
+    usable = [each for each in found if is_heading(each, right)]
+    if usable:
+        return usable[0], None
+    asked = 'it should be ' + right.words
+    if stays(series):
+        return None, Broken('{} stays at {}; {}'.format(name, series.text[-1][:40], asked),
+                            float(series.time[0]), name)
+    moment, numbers = example(series, right, 1.0)
+    if found:
+        also = [each.words for each in found[1:2] if not np.allclose(
+            each.value, found[0].value, atol=1e-3 * each.scale)]
+        return None, Broken('{} follows {}; {}: {}'.format(
+            name, ', or '.join([found[0].words] + also), asked, numbers), moment, name)
+    return None, Broken('{} does not follow {}: {}'.format(name, right.words, numbers), moment,
+                        name)

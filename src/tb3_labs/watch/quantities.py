@@ -1,0 +1,149 @@
+"""The quantities that a variable may follow, and which of them it follows.
+
+A node computes its variables from the messages that it hears. So a variable that follows a quantity
+has, at each moment, the very number that the quantity had at one of the last samples. No list of
+mistakes is needed: a quantity is a closed form of what was heard.
+
+Angles of messages are in radians. A quantity has the unit in its words.
+"""
+import itertools
+import math
+from typing import Iterator, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from tb3_labs.watch.variables import Series
+
+#: A variable has a sample's number if it is nearer to it than this share of the quantity's scale.
+SAME = 3e-4
+#: It follows a quantity if this part of its values has the number of a sample that came at most
+#: RECENT [s] before.
+PART, RECENT, SOON = 0.95, 0.3, 0.03
+#: The longest delay that is looked for [s]. At most this many values of a variable are compared.
+LATEST, MOST = 8.0, 400
+
+
+class Quantity(NamedTuple):
+    """A number over time, in words; `scale`: its range, about."""
+
+    words: str
+    time: np.ndarray
+    value: np.ndarray
+    scale: float
+    per_degree: float = 0.0     # of a heading: its change for one degree to the left; 0: of none
+
+
+def ages(series: Series, quantity: Quantity, longest: float = RECENT) -> np.ndarray:
+    """The age [s] of the newest sample whose number each value has; inf: none of the last
+    `longest` seconds."""
+    newest = np.searchsorted(quantity.time, series.time + SOON) - 1
+    found = np.full(len(series.time), np.inf)
+    most = int(np.ceil((longest + SOON) / max(1e-3, float(np.median(np.diff(
+        quantity.time))) if len(quantity.time) > 1 else 1.0))) + 2
+    for back in range(min(most, len(quantity.time))):
+        sample = newest - back
+        age = series.time - quantity.time[sample]
+        fits = (sample >= 0) & (age <= longest) & np.isinf(found) & (
+            np.abs(series.value - quantity.value[sample]) <= SAME * quantity.scale)
+        found[fits] = age[fits]
+    return found
+
+
+def thinned(series: Series) -> Series:
+    """At most MOST values of a series, those that are numbers."""
+    known = np.flatnonzero(np.isfinite(series.value))
+    known = known[::max(1, len(known) // MOST)]
+    return Series(series.name, series.time[known], series.text[known], series.value[known])
+
+
+def followed(series: Series, quantities: Sequence[Quantity],
+             part: float = PART) -> List[Quantity]:
+    """The quantities that a variable follows, in their order; those after the first cannot be told
+    from it by this run."""
+    few = thinned(series)
+    return [each for each in quantities if len(few.time) and len(each.time)
+            and np.mean(np.isfinite(ages(few, each))) >= part]
+
+
+def delay(series: Series, quantity: Quantity) -> float:
+    """The longest delay [s] with which a variable follows a quantity; inf: it does not."""
+    few = thinned(series)
+    found = np.sort(ages(few, quantity, LATEST)) if len(few.time) else np.array([np.inf])
+    return float(found[int(PART * (len(found) - 1))])
+
+
+# -- headings
+
+def euler(w: np.ndarray, x: np.ndarray, y: np.ndarray,
+          z: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Roll, pitch and yaw [rad] of quaternions."""
+    return (np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+            np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
+            np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+
+
+#: The ranges that a node may give to a yaw from -180 to 180: (words, closed form, its sign).
+RANGES = (
+    ('from 0 to 360', lambda yaw: np.where(yaw < 0.0, yaw + 360.0, yaw), 1),
+    ('from -180 to 180', lambda yaw: yaw, 1),
+    ('plus 180 where it is negative', lambda yaw: np.where(yaw < 0.0, yaw + 180.0, yaw), 1),
+    ('plus 180', lambda yaw: yaw + 180.0, 1),
+    ('plus 360, also where it is positive', lambda yaw: yaw + 360.0, 1),
+    ('minus 360 where it is negative', lambda yaw: np.where(yaw < 0.0, yaw - 360.0, yaw), 1),
+    ('plus 360 where it is positive', lambda yaw: np.where(yaw > 0.0, yaw + 360.0, yaw), 1),
+    ('minus 360 where it is positive', lambda yaw: np.where(yaw > 0.0, yaw - 360.0, yaw), 1),
+    ('plus 90, from 0 to 360', lambda yaw: (yaw + 90.0) % 360.0, 1),
+    ('minus 90, from 0 to 360', lambda yaw: (yaw - 90.0) % 360.0, 1),
+    ('without its sign', np.abs, 0),
+    ('subtracted from 360', lambda yaw: 360.0 - yaw, -1),
+    ('subtracted from 360 where it is negative',
+     lambda yaw: np.where(yaw < 0.0, 360.0 - yaw, yaw), 0),
+    ('modulo 180', lambda yaw: yaw % 180.0, 1),
+    ('divided by 2', lambda yaw: yaw / 2.0, 0),
+    ('mirrored, from 0 to 360', lambda yaw: (-yaw) % 360.0, -1),
+    ('mirrored, from -180 to 180', lambda yaw: -yaw, -1))
+#: The units: (words, factor of degrees, rounding).
+UNITS = (('degrees', 1.0, None), ('radians', math.pi / 180.0, None),
+         ('degrees, converted to degrees twice', 180.0 / math.pi, None),
+         ('radians, converted to radians twice', (math.pi / 180.0) ** 2, None),
+         ('degrees, cut to whole numbers', 1.0, np.trunc),
+         ('degrees, rounded to whole numbers', 1.0, np.round),
+         ('radians, cut to whole numbers', math.pi / 180.0, np.trunc))
+AXES = ('roll', 'pitch', 'yaw')
+ORDER = 'wxyz'
+
+
+def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
+             of: str = '') -> Iterator[Quantity]:
+    """The quantities that a node may take for the heading; the first one is right. `quaternion`:
+    w, x, y, z of each sample; `of`: words on its sensor, if it is not the IMU."""
+    roll, pitch, yaw = np.degrees(euler(*quaternion))
+    for (unit, factor, rounding), (words, form, sign) in itertools.product(UNITS, RANGES):
+        # the range is made of degrees, or after the conversion of its number
+        for said, value in (('the yaw{} in {}, {}'.format(of, unit, words), form(yaw) * factor),
+                            ('the yaw{} in {}, its number {}'.format(of, unit, words),
+                             form(yaw * factor)))[:1 if factor == 1.0 else 2]:
+            yield Quantity(said, time, rounding(value) if rounding else value,
+                           max(360.0 * factor, 1.0), sign * factor)
+    for (axis, value), (words, form, _), (unit, factor, _) in itertools.product(
+            (('roll', roll), ('pitch', pitch)), RANGES[:2], UNITS[:2]):
+        yield Quantity('the {}{} in {}, {}'.format(axis, of, unit, words), time,
+                       form(value * factor), 360.0 * factor)
+    for part, value in zip(ORDER, quaternion):
+        yield Quantity('the {} of the quaternion{}'.format(part, of), time, value, 1.0)
+    for words, value in (('the arcsine of the z', np.arcsin(np.clip(quaternion[3], -1.0, 1.0))),
+                         ('twice the arcsine of the z',
+                          2.0 * np.arcsin(np.clip(quaternion[3], -1.0, 1.0))),
+                         ('twice the arccosine of the w',
+                          2.0 * np.arccos(np.clip(quaternion[0], -1.0, 1.0)))):
+        for unit, factor in (('', 1.0), (', in degrees', 180.0 / math.pi)):
+            yield Quantity('{} of the quaternion{}{}'.format(words, of, unit), time,
+                           value * factor, 6.3 * factor)
+    for order in itertools.permutations(range(4)):
+        if order != (0, 1, 2, 3):
+            read = np.degrees(euler(*(quaternion[k] for k in order)))
+            for (axis, value), (_, form, _), (unit, factor, _) in itertools.product(
+                    zip(AXES, read), RANGES[:2], UNITS[:2]):
+                yield Quantity('the {} of the quaternion{} read in the order {}, in {}'.format(
+                    axis, of, ', '.join(ORDER[k] for k in order), unit), time,
+                    form(value * factor), 360.0 * factor)

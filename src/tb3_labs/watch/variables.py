@@ -1,0 +1,94 @@
+"""The variables of a node over a run, by their names; see probe/sitecustomize.py.
+
+`run` stands for a RunData (:mod:`tb3_labs.report.run_data`) in this room. All times are arrivals at
+its recorder [s].
+"""
+import ast
+import math
+import re
+from dataclasses import dataclass
+from typing import Any, Dict, List, Optional, Sequence
+
+import numpy as np
+
+WORDS = {'True': 1.0, 'False': 0.0}
+
+
+@dataclass(frozen=True)
+class Series:
+    """One variable over time. `value` is NaN where its text is not a number; True is 1."""
+
+    name: str
+    time: np.ndarray
+    text: np.ndarray
+    value: np.ndarray
+
+    def at(self, time: float) -> float:
+        """The last value that was read until this time, else the first one."""
+        return float(self.value[max(0, int(np.searchsorted(self.time, time, 'right')) - 1)])
+
+    def text_at(self, time: float) -> str:
+        """The last value that was read until this time, as a text."""
+        return str(self.text[max(0, int(np.searchsorted(self.time, time, 'right')) - 1)])
+
+    def between(self, begin: float, end: float) -> 'Series':
+        """The part in [begin, end)."""
+        part = slice(*np.searchsorted(self.time, (begin, end)))
+        return Series(self.name, self.time[part], self.text[part], self.value[part])
+
+    @property
+    def changes(self) -> np.ndarray:
+        """The times at which the text had just changed."""
+        return self.time[1:][self.text[1:] != self.text[:-1]]
+
+
+def number(text: str) -> float:
+    """The number in a variable's text; NaN if it is none."""
+    try:
+        return WORDS[text] if text in WORDS else float(text)
+    except ValueError:
+        return math.nan
+
+
+def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
+    """Returns {name: Series} of a node, by default of the one with the most variables."""
+    rows = run.variables
+    if not len(rows):
+        return {}
+    names, counts = np.unique(rows.node.astype(str), return_counts=True)
+    rows = rows.take(rows.node == (node or names[int(np.argmax(counts))]))
+    values = np.array([number(text) for text in rows.value])
+    order = np.argsort(rows.name, kind='stable')
+    found, begins = np.unique(rows.name[order].astype(str), return_index=True)
+    return {str(name): Series(str(name), rows.arrival[part], rows.value[part], values[part])
+            for name, part in zip(found, np.split(order, begins[1:]))}
+
+
+def bare(name: str) -> str:
+    """A variable's own name in small letters: `curr_yaw` of `Controller._curr_yaw`."""
+    return name.rpartition('.')[2].strip('_').lower()
+
+
+def find(variables: Dict[str, Series], *names: str) -> Optional[Series]:
+    """The first variable that has one of these names; None if there is none."""
+    return next((series for wanted in names for name, series in variables.items()
+                 if bare(name) == wanted), None)
+
+
+def assigned_at(text: str, name: str) -> List[int]:
+    """The lines in the text of a file that assign a variable of this name, `self.NAME` or `NAME`;
+    [] if the text cannot be read."""
+    wanted = re.sub(r'\[.*', '', name).split('.')
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
+    lines: List[int] = []
+    for node in ast.walk(tree):
+        targets: Sequence[Any] = getattr(node, 'targets', None) or [getattr(node, 'target', None)]
+        if isinstance(node, (ast.Assign, ast.AugAssign, ast.AnnAssign)):
+            for target in (each for target in targets for each in ast.walk(target)):
+                if getattr(target, 'attr', getattr(target, 'id', None)) in wanted[-1:] and (
+                        isinstance(target.ctx, ast.Store)):
+                    lines.append(node.lineno)
+    return sorted(set(lines))
