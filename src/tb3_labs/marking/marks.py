@@ -19,7 +19,7 @@ import rospkg
 import yaml
 
 from tb3_labs.command_line import printable, reason
-from tb3_labs.marking.labs import gamepad, imu, move2goal, turn, turn_hints
+from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.evidence import remarks_on, untold
@@ -50,14 +50,8 @@ class Lab(NamedTuple):
 
     title: str
     criteria: List[Criterion]
-    #: The mistake that a node may have, in a sentence; '' if it is not known.
-    hint: Callable[[Observation], str] = lambda seen: ''
-    #: A mistake to look for if nothing else explains the node.
-    last_hint: Callable[[Observation], str] = lambda seen: ''
     #: Sentences on mistakes that cost no points; for the parts that were tried.
     remarks: Callable[[Observation, Sequence[str]], List[str]] = lambda seen, parts: []
-    #: Is a mistake looked for by the way in which the robot moved?
-    is_diagnosed: bool = True
     option: Optional[Option] = None
 
     @property
@@ -74,12 +68,11 @@ class Lab(NamedTuple):
 
 
 LABS = {
-    IMU: Lab('IMU exercise', imu.CRITERIA, imu.hint),
-    TURN: Lab('IMU lab', turn.CRITERIA, turn_hints.hint, turn_hints.last_hint,
-              turn_hints.remarks_on_turns),
+    IMU: Lab('IMU exercise', imu.CRITERIA),
+    TURN: Lab('IMU lab', turn.CRITERIA, turn.remarks_on_turns),
     MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA,
-                   last_hint=move2goal.last_hint, remarks=move2goal.remarks_on_parts),
-    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA, is_diagnosed=False, option=Option(
+                   move2goal.remarks_on_parts),
+    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA, option=Option(
         'pad', gamepad.HANDOUT, 'numbers of the gamepad that is played, '
         'launch/params/pad_NAME.yaml', gamepad.pad_called, gamepad.pad_in_words,
         lambda pad: {GAMEPAD: pad}))}

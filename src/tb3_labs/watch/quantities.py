@@ -19,8 +19,10 @@ SAME = 3e-4
 #: It follows a quantity if this part of its values has the number of a sample that came at most
 #: RECENT [s] before.
 PART, RECENT, SOON = 0.95, 0.3, 0.03
-#: The longest delay that is looked for [s]. At most this many values of a variable are compared.
-LATEST, MOST = 8.0, 400
+#: At most this many values of a variable are compared.
+MOST = 400
+#: A quantity has moved if it has changed by this share of its scale.
+MOVED = 0.005
 
 
 class Quantity(NamedTuple):
@@ -65,11 +67,13 @@ def followed(series: Series, quantities: Sequence[Quantity],
             and np.mean(np.isfinite(ages(few, each))) >= part]
 
 
-def delay(series: Series, quantity: Quantity) -> float:
-    """The longest delay [s] with which a variable follows a quantity; inf: it does not."""
-    few = thinned(series)
-    found = np.sort(ages(few, quantity, LATEST)) if len(few.time) else np.array([np.inf])
-    return float(found[int(PART * (len(found) - 1))])
+def pause(series: Series, quantity: Quantity) -> float:
+    """The median time between two changes of a variable while a quantity changes [s]; 0: unknown.
+    """
+    edges = np.searchsorted(quantity.time, series.changes).clip(0, len(quantity.time) - 1)
+    steps = np.abs(np.diff(quantity.value[edges]))
+    pauses = np.diff(series.changes)[steps > MOVED * quantity.scale]
+    return float(np.median(pauses)) if len(pauses) > 2 else 0.0
 
 
 # -- headings
@@ -102,6 +106,7 @@ RANGES = (
     ('divided by 2', lambda yaw: yaw / 2.0, 0),
     ('mirrored, from 0 to 360', lambda yaw: (-yaw) % 360.0, -1),
     ('mirrored, from -180 to 180', lambda yaw: -yaw, -1))
+RIGHT, HEADING = 'the yaw{} in degrees, from 0 to 360', 'the heading, from 0 to 360 degrees'
 #: The units: (words, factor of degrees, rounding).
 UNITS = (('degrees', 1.0, None), ('radians', math.pi / 180.0, None),
          ('degrees, converted to degrees twice', 180.0 / math.pi, None),
@@ -110,7 +115,9 @@ UNITS = (('degrees', 1.0, None), ('radians', math.pi / 180.0, None),
          ('degrees, rounded to whole numbers', 1.0, np.round),
          ('radians, cut to whole numbers', math.pi / 180.0, np.trunc))
 AXES = ('roll', 'pitch', 'yaw')
+#: The order of a quaternion's numbers, as squaternion takes them, and others; first that of ROS.
 ORDER = 'wxyz'
+OTHER_ORDERS = sorted(itertools.permutations(range(4)), key=lambda order: order != (1, 2, 3, 0))
 
 
 def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
@@ -121,10 +128,11 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
     for (unit, factor, rounding), (words, form, sign) in itertools.product(UNITS, RANGES):
         # the range is made of degrees, or after the conversion of its number
         for said, value in (('the yaw{} in {}, {}'.format(of, unit, words), form(yaw) * factor),
-                            ('the yaw{} in {}, its number {}'.format(of, unit, words),
+                            ('the yaw{} in {}, {}'.format(of, unit, words.replace(
+                                 'from 0 to 360', 'its number plus 360 where it is negative')),
                              form(yaw * factor)))[:1 if factor == 1.0 else 2]:
-            yield Quantity(said, time, rounding(value) if rounding else value,
-                           max(360.0 * factor, 1.0), sign * factor)
+            yield Quantity(HEADING + of if said == RIGHT.format(of) else said, time, rounding(
+                value) if rounding else value, max(360.0 * factor, 1.0), sign * factor)
     for (axis, value), (words, form, _), (unit, factor, _) in itertools.product(
             (('roll', roll), ('pitch', pitch)), RANGES[:2], UNITS[:2]):
         yield Quantity('the {}{} in {}, {}'.format(axis, of, unit, words), time,
@@ -139,7 +147,7 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
         for unit, factor in (('', 1.0), (', in degrees', 180.0 / math.pi)):
             yield Quantity('{} of the quaternion{}{}'.format(words, of, unit), time,
                            value * factor, 6.3 * factor)
-    for order in itertools.permutations(range(4)):
+    for order in OTHER_ORDERS:
         if order != (0, 1, 2, 3):
             read = np.degrees(euler(*(quaternion[k] for k in order)))
             for (axis, value), (_, form, _), (unit, factor, _) in itertools.product(

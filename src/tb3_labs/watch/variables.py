@@ -3,11 +3,9 @@
 `run` stands for a RunData (:mod:`tb3_labs.report.run_data`) in this room. All times are arrivals at
 its recorder [s].
 """
-import ast
 import math
-import re
 from dataclasses import dataclass
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, Optional
 
 import numpy as np
 
@@ -73,22 +71,3 @@ def find(variables: Dict[str, Series], *names: str) -> Optional[Series]:
     """The first variable that has one of these names; None if there is none."""
     return next((series for wanted in names for name, series in variables.items()
                  if bare(name) == wanted), None)
-
-
-def assigned_at(text: str, name: str) -> List[int]:
-    """The lines in the text of a file that assign a variable of this name, `self.NAME` or `NAME`;
-    [] if the text cannot be read."""
-    wanted = re.sub(r'\[.*', '', name).split('.')
-    try:
-        tree = ast.parse(text)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return []
-    lines: List[int] = []
-    for node in ast.walk(tree):
-        targets: Sequence[Any] = getattr(node, 'targets', None) or [getattr(node, 'target', None)]
-        if isinstance(node, (ast.Assign, ast.AugAssign, ast.AnnAssign)):
-            for target in (each for target in targets for each in ast.walk(target)):
-                if getattr(target, 'attr', getattr(target, 'id', None)) in wanted[-1:] and (
-                        isinstance(target.ctx, ast.Store)):
-                    lines.append(node.lineno)
-    return sorted(set(lines))

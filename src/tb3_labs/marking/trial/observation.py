@@ -133,6 +133,8 @@ class Observation:
     senders: List[List[str]] = field(default_factory=list)  # [name, process], at each change
     own_moves: List[List[float]] = field(default_factory=list)   # [begin, end] of the marker's
     mouse_up: int = 0       # the sign of y above the middle, by its own mouse client; 0: unknown
+    assigned: Dict[str, List[int]] = field(default_factory=dict)    # variable -> lines of its file
+    resets: List[List[float]] = field(default_factory=list)     # [time, x, y, yaw], as asked for
     run: Optional[RunData] = None                                # the recording
 
     @property
@@ -331,6 +333,10 @@ def _take(seen: Observation, kind: str, at: float, facts: Dict[str, Any]) -> Non
         seen.own_moves.append([at - facts['seconds'], at])
     elif kind == 'not offered':
         seen.missing.update(dict.fromkeys(facts['names'], facts['reason']))
+    elif kind == 'program':
+        seen.assigned = facts['assigned']
+    elif kind == 'call' and not facts.get('problem', True):
+        seen.resets.append([at, *facts['pose']])
     elif kind == 'mouse client':
         seen.mouse_up = facts['up']
     elif kind == 'broken':

@@ -67,8 +67,7 @@ class Timeline {
     this.run = run;
     this.now = 0;
     this.playing = false;
-    for (const name of ['odom', 'local', 'truth', 'asked', 'mistaken', 'frame', 'heading',
-                        'distance', 'angle']) {
+    for (const name of ['odom', 'local', 'truth', 'frame', 'heading', 'distance', 'angle']) {
       this[name] = new Track(run[name]);
     }
     [this._commandTimes, this._goalTimes] = [run.commands, run.goals]
@@ -198,7 +197,6 @@ class Timeline {
     map.picture = {
       odom: this.odom.pose(now), local: this.local.pose(now), truth: this.truth.pose(now),
       frame: this.frame.pose(now), goal: goal?.[2] || null,
-      asked: this.asked.pose(now), mistaken: $('mistake')?.open ? this.mistaken.pose(now) : null,
       tolerance: 0,
     };
     map.replaceTrails({odom: this.odom.way(now), local: this.local.way(now)});

@@ -28,7 +28,7 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 #: The HTML of the timeline; its program and its style lie beside it.
 TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
 #: The data that the program reads. All else is drawn before.
-FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'asked', 'mistaken', 'frame',
+FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'frame',
                'heading', 'distance', 'angle', 'commands', 'goals', 'marks')
 #: Greatest difference between a recorded value and its track, by unit.
 BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
@@ -87,10 +87,8 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
             'breaks': sorted({-(-start // every) for start in starts[1:]})}
 
 
-def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
-             asked: Poses = Poses.none(), mistaken: Poses = Poses.none()) -> Dict[str, Any]:
-    """Returns everything that the timeline of a run shows, for JSON. `asked`, `mistaken`: the poses
-    in ``odom`` of a robot that drives as asked, and of one with a known mistake."""
+def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[str, Any]:
+    """Returns everything that the timeline of a run shows, for JSON."""
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
     frames = epochs(run)
@@ -102,7 +100,6 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
         'truth': _poses(Poses.joined([run.ground_truth.between(epoch.begin, epoch.end).seen_from(
             epoch.odom_T_local @ epoch.local_T_world)
             for epoch in frames if epoch.local_T_world is not None])),
-        'asked': _poses(asked), 'mistaken': _poses(mistaken),
         'frame': _poses(local_in_odom(run, local.time), local_resets),
         'heading': track(imu.time, [np.degrees(np.unwrap(imu.yaw))], ['deg']),
         'rate': track(imu.time, [imu.yaw_rate], ['rad/s']),
