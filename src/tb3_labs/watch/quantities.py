@@ -19,8 +19,8 @@ SAME = 3e-4
 #: It follows a quantity if this part of its values has the number of a sample that came at most
 #: RECENT [s] before.
 PART, RECENT, SOON = 0.95, 0.3, 0.03
-#: At most this many values of a variable are compared.
-MOST = 400
+#: At most so many values of a variable are compared.
+MOST_VALUES = 400
 #: A quantity has moved if it has changed by this share of its scale.
 MOVED = 0.005
 
@@ -52,9 +52,9 @@ def ages(series: Series, quantity: Quantity, longest: float = RECENT) -> np.ndar
 
 
 def thinned(series: Series) -> Series:
-    """At most MOST values of a series, those that are numbers."""
+    """At most MOST_VALUES values of a series, those that are numbers."""
     known = np.flatnonzero(np.isfinite(series.value))
-    known = known[::max(1, len(known) // MOST)]
+    known = known[::max(1, len(known) // MOST_VALUES)]
     return Series(series.name, series.time[known], series.text[known], series.value[known])
 
 

@@ -96,8 +96,12 @@ def read_at(goal: Series, letter: Letter) -> float:
 
 def wrong_goal(inside: Inside) -> Optional[Broken]:
     """Is goal_yaw 90 degrees from curr_yaw after a letter, to its side?"""
-    _, quantity, _ = inside.known(heading)
-    goal, wrong, right = inside.find('goal_yaw'), [], []
+    series, quantity, _ = inside.known(heading)
+    goal = inside.find('goal_yaw')
+    if series is None or quantity is None or goal is None:
+        return None
+    wrong: List[Tuple[Letter, float, float, str, str]] = []
+    right: List[Tuple[Letter, float, float, str, str]] = []
     for letter, own, asked, before, after in goals(inside):
         sides = [asked] if letter.side else [
             own + side * ASKED * quantity.per_degree for side in (1, -1)]
@@ -111,7 +115,7 @@ def wrong_goal(inside: Inside) -> Optional[Broken]:
     asked = asked % (360.0 * unit) if letter.side else asked
     stayed = before == after
     words = 'after {}, with {} {:.4g}, {} {} {}; it should be {}'.format(
-        letter.words, inside.known(heading)[0].name, own, goal.name,
+        letter.words, series.name, own, goal.name,
         'stayed' if stayed else 'became', short(after),
         '{:.4g}'.format(asked) if letter.side else '{:g} more or less'.format(ASKED * unit))
     printed = inside.run.printed.arrival
@@ -119,7 +123,7 @@ def wrong_goal(inside: Inside) -> Optional[Broken]:
     if stayed and inside.run.starts and not ((begun < printed) & (printed < letter.begin)).any():
         words += '. It had asked for nothing, {:.1f} s after its start'.format(letter.begin - begun)
     if unit < 0.5:
-        words += '. {} is in radians here'.format(inside.known(heading)[0].name)
+        words += '. {} is in radians here'.format(series.name)
     elif right:
         words += '; after {} with {:.4g} it was right'.format(right[0][0].words, right[0][1])
     return Broken(words, letter.begin, goal.name)

@@ -24,7 +24,7 @@ from types import MemberDescriptorType
 PAUSE, LONGEST_PAUSE = 0.05, 10.0
 #: At most this many variables and objects are shown, of a text so many characters, of an array or a
 #: list so many numbers.
-MOST, MOST_OBJECTS, LONGEST, MOST_NUMBERS = 40, 20, 200, 9
+MOST_SHOWN, MOST_OBJECTS, LONGEST, MOST_NUMBERS = 40, 20, 200, 9
 #: An object within an object within an object is the last one.
 DEEPEST = 3
 
@@ -102,7 +102,7 @@ class Node:
             type(value), (type, Enum, tuple, BaseException, threading.Thread))
 
     def variables(self, frames):
-        """{name: value as text} of the variables that can be shown, MOST of them."""
+        """{name: value as text} of the variables that can be shown, MOST_SHOWN of them."""
         now = time.monotonic()
         if now > self._next:
             self._objects = [each for each in gc.get_objects()
@@ -121,7 +121,7 @@ class Node:
         for each in self._objects:      # constants of classes
             self._take(found, {name: value for name, value in vars(type(each)).items()
                                if name.isupper()}, type(each).__name__, known)
-        return dict(list(found.items())[:MOST])
+        return dict(list(found.items())[:MOST_SHOWN])
 
     def _take(self, found, held, owner, known):
         for name, value in held.items():
