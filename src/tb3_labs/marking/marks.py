@@ -22,7 +22,7 @@ from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, TURN
-from tb3_labs.marking.trial.evidence import remarks_on, untold
+from tb3_labs.marking.trial.evidence import faults_in, remarks_on, untold
 from tb3_labs.marking.trial.observation import LONGEST, Observation, observed
 from tb3_labs.report.bag.ros_bag import read_run
 
@@ -175,9 +175,9 @@ def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mappi
     if seen.broken and not marks.unjudged:
         marks.unjudged = 'The marker itself failed ({}).'.format(seen.broken)
     marks.verdicts = judge(LABS[lab].criteria, seen, worth, parts)
-    marks.remarks = untold(
-        marks.remarks + remarks_on(seen) + LABS[lab].remarks(seen, parts),
-        ' '.join(each.seen for each in marks.verdicts))
+    said = ' '.join(each.seen for each in marks.verdicts)
+    marks.remarks = ([] if marks.is_full else faults_in(seen, said)) + untold(
+        marks.remarks + remarks_on(seen) + LABS[lab].remarks(seen, parts), said)
     marks.findings = marks.findings + seen.findings
     if marks.delayed:
         marks.remarks.append(marks.delayed)

@@ -125,6 +125,7 @@ class Observation:
     runs: List[Run] = field(default_factory=list)
     missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none
     remarks: List[str] = field(default_factory=list)             # sentences for the student
+    faults: List[str] = field(default_factory=list)              # on its text, if it loses points
     broken: str = ''                                             # the error that ended the trial
     findings: List[str] = field(default_factory=list)            # sentences for the instructor
     lost: Dict[str, int] = field(default_factory=dict)           # what is not in here, how often
@@ -339,6 +340,8 @@ def _take(seen: Observation, kind: str, at: float, facts: Dict[str, Any]) -> Non
         seen.resets.append([at, *facts['pose']])
     elif kind == 'mouse client':
         seen.mouse_up = facts['up']
+    elif kind == 'fault':
+        seen.faults.append(facts['text'])
     elif kind == 'broken':
         seen.broken = facts['text']
     elif kind in ('remark', 'finding'):
