@@ -30,7 +30,7 @@ from tb3_labs.srv import SetInitialPoseRequest
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag.budget import Budget
 from tb3_labs.report.bag.messages import LEVELS, make_collectors, samples_of
-from tb3_labs.report.run_data import RunData, Values
+from tb3_labs.report.run_data import PadSamples, RunData, Values
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.simulation.network import NETWORKS
@@ -47,7 +47,7 @@ REST = 0.002, 0.004
 NEVER = math.inf
 #: The recorded topics: {part of the RunData: its topic}.
 TOPICS = dict(imu='/imu', odometry='/odom', commands='/cmd_vel', control='/ctrl_relinq',
-              ground_truth='/ground_truth', log='/rosout', presses='/joy')
+              ground_truth='/ground_truth', log='/rosout', pad='/joy')
 
 
 def text_of(node: str) -> str:
@@ -297,9 +297,9 @@ class _World:
         elif what == 'drive':
             self._hand = value
         elif what == 'joy':
-            for number in set(value[0]) - set(self._joy[0] if self._joy else ()):
-                self._keep('presses', (float(number),))
             self._joy = value
+            self._keep('pad', (*[0.0] * PadSamples.AXES, *(
+                float(number in value[0]) for number in range(PadSamples.BUTTONS))))
         elif what == 'mouse':
             self._mouse = MouseController(Header(), Bool(value is not None), *(value or (0.0, 0.0)))
         elif what == 'set':
@@ -345,7 +345,7 @@ class _World:
 
     def command(self, linear, angular):
         self._robot.command(float(linear), float(angular))
-        self._keep('commands', (linear, angular))
+        self._keep('commands', (linear, angular, *4 * [0.0]))
 
     def control(self, value):
         self._keep('control', (value,))
@@ -357,7 +357,8 @@ class _World:
     def _record(self, sample):
         stamp = sample.stamp + self._scene.clock_offset
         if isinstance(sample, ImuSample):
-            self._keep('imu', (sample.yaw, sample.yaw_rate), stamp)
+            half = sample.yaw / 2.0
+            self._keep('imu', (sample.yaw, sample.yaw_rate, math.cos(half), 0.0, 0.0, math.sin(half)), stamp)
         else:
             self._keep('odometry', (*_place(sample.pose), sample.linear, sample.angular), stamp)
 
