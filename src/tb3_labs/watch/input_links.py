@@ -9,10 +9,10 @@ from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.watch.chain import Broken, Inside, belief
+from tb3_labs.watch.chain import Broken, Inside, example, stays
 from tb3_labs.watch.inputs import (
     ANSWERED, Device, events, field, first, law, no_zero, part_of, sent, silent, stimulus)
-from tb3_labs.watch.quantities import Quantity, delay, followed
+from tb3_labs.watch.quantities import PART, SAME, Quantity, delay, followed
 from tb3_labs.watch.variables import Series
 
 # -- the gamepad
@@ -294,9 +294,8 @@ MOUSE_LINKS = (wrong_mouse, mouse_silent, mouse_in_turn, other_mouse)
 
 # -- the IMU exercise
 
+QUATERNION = 'quaternion'
 HEADING_LINE = re.compile(r'Current heading is (-?\d+(?:\.\d+)?(?:e[-+]?\d+)?) degrees')
-#: A printed heading is late after LATE [s].
-LATE = 0.5
 
 
 def printed(inside: Inside) -> Series:
@@ -315,30 +314,45 @@ def printed(inside: Inside) -> Series:
 def wrong_heading(inside: Inside) -> Optional[Broken]:
     """Is the printed number the heading from 0 to 360?"""
     series, quantities = printed(inside), inside.imu
-    right = quantities[0]
+    right, moment = quantities[0], float(series.time[0]) if len(series.time) else 0.0
     if len(series.time) < 3 or followed(series, quantities[:1]):
         return None
-    moment = float(series.time[0])
-    late = delay(series, right)
-    if LATE < late < np.inf:
-        return Broken('{} comes up to {:.1f} s late: {} lines in {:.0f} s'.format(
-            series.name, late, len(series.time), np.ptp(series.time)), moment)
-    usable, broken = belief(series, quantities)
-    if usable is not None:
-        return Broken('{} follows {}; it should be {}'.format(
-            series.name, usable.words, right.words), moment)
+    found = [each.words for each in followed(series, quantities)]
+    # an order of the quaternion is told only if nothing simpler is equal to it
+    found = found[:1] + [each for each in found[1:] if QUATERNION not in each
+                         and each.split(',')[0] != found[0].split(',')[0]][:1]
+    if not found and not stays(series):
+        delays = ((delay(series, each), each.words) for each in quantities
+                  if abs(each.per_degree) <= 1.0 and is_some_sample(series, each))
+        found = shifted(series, right) or ['{}, up to {:.1f} s late'.format(words, late)
+                                           for late, words in delays if late < np.inf][:1]
+    if not found and stays(series):
+        return Broken('{} stays at {}; it should be {}'.format(
+            series.name, series.text[-1], right.words), moment)
+    moment, numbers = example(series, right, 1.0)
+    return Broken('{} {} {}; it should be {}: {}'.format(
+        series.name, *('follows', ', or '.join(found), right.words) if found else (
+            'does not follow', 'the heading', right.words), numbers), moment)
+
+
+def is_some_sample(series: Series, quantity: Quantity) -> bool:
+    """Is each value that of a sample, of any time?"""
+    values = np.sort(quantity.value)
+    after = np.searchsorted(values, series.value).clip(1, len(values) - 1)
+    apart = np.minimum(np.abs(values[after] - series.value),
+                       np.abs(values[after - 1] - series.value))
+    return bool(np.mean(apart < SAME * quantity.scale) >= PART)
+
+
+def shifted(series: Series, right: Quantity) -> List[str]:
+    """Words on a heading to which an angle is added; [] if it is none."""
     sample = (np.searchsorted(right.time, series.time) - 1).clip(0)
     apart = (series.value - right.value[sample] + 180.0) % 360.0 - 180.0
-    shift = float(np.median(apart))
-    moved = right._replace(value=(right.value + shift) % 360.0)
-    if broken.words.startswith(series.name + ' does not') and followed(
-            series.__class__(series.name, series.time, series.text, series.value % 360.0), [moved]):
-        begin = float(right.value[np.searchsorted(right.time, series.time[0]).clip(
-            0, len(right.time) - 1)])
-        return Broken('{} is the heading {:+.1f} degrees{}'.format(
-            series.name, shift, '; {:.1f} was the heading at its start'.format(begin)
-            if abs((begin + shift + 180.0) % 360.0 - 180.0) < 1.0 else ''), moment)
-    return broken._replace(variable='')
+    angle = float(np.median(apart))
+    if not followed(Series(series.name, series.time, series.text, series.value % 360.0),
+                    [right._replace(value=(right.value + angle) % 360.0)]):
+        return []
+    return ['the yaw {} {:.1f} degrees'.format('plus' if angle > 0.0 else 'minus', abs(angle))]
 
 
 PRINTED_LINKS = (wrong_heading,)

@@ -124,7 +124,7 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
                             ('the yaw{} in {}, its number {}'.format(of, unit, words),
                              form(yaw * factor)))[:1 if factor == 1.0 else 2]:
             yield Quantity(said, time, rounding(value) if rounding else value,
-                           max(360.0 * factor, 1.0), sign * factor)
+                           max(360.0 * min(factor, 1.0), 1.0), sign * factor)
     for (axis, value), (words, form, _), (unit, factor, _) in itertools.product(
             (('roll', roll), ('pitch', pitch)), RANGES[:2], UNITS[:2]):
         yield Quantity('the {}{} in {}, {}'.format(axis, of, unit, words), time,
@@ -139,11 +139,11 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
         for unit, factor in (('', 1.0), (', in degrees', 180.0 / math.pi)):
             yield Quantity('{} of the quaternion{}{}'.format(words, of, unit), time,
                            value * factor, 6.3 * factor)
-    for order in itertools.permutations(range(4)):
+    for order in sorted(itertools.permutations(range(4)), key=lambda each: each != (1, 2, 3, 0)):
         if order != (0, 1, 2, 3):
             read = np.degrees(euler(*(quaternion[k] for k in order)))
             for (axis, value), (_, form, _), (unit, factor, _) in itertools.product(
-                    zip(AXES, read), RANGES[:2], UNITS[:2]):
+                    zip(AXES[::-1], read[::-1]), RANGES[:2], UNITS[:2]):
                 yield Quantity('the {} of the quaternion{} read in the order {}, in {}'.format(
                     axis, of, ', '.join(ORDER[k] for k in order), unit), time,
                     form(value * factor), 360.0 * factor)
