@@ -221,7 +221,7 @@ def mouse_run(react):
     (lambda x, y, on: (0.5 * far(y), -0.5 * far(x)), 'linear.x follows 0.5 times y outside of the dead '
      'zone, also while it is not active'),
     (lambda x, y, on: (0.5 * far(y), -0.5 * far(x)) if on else None,
-     'no zero velocity followed when the mouse at (0, 1), not active came'),
+     'no zero velocity followed with the mouse at (0, 1), not active: no command came'),
     (lambda x, y, on: (on * 0.4 * far(y), on * -0.5 * far(x)), 'linear.x is 0.4 times y')])
 def test_the_mistake_of_a_mouse_is_named(react, said):
     found = told(mouse_run(react), MOUSE_LINKS)

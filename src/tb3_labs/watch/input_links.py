@@ -11,16 +11,19 @@ import numpy as np
 
 from tb3_labs.watch.chain import Broken, Inside, example, stays
 from tb3_labs.watch.inputs import (
-    ANSWERED, Device, events, field, first, law, no_zero, part_of, sent, silent, stimulus)
-from tb3_labs.watch.quantities import PART, SAME, Quantity, delay, followed
+    ANSWERED, Device, events, law, link_of, no_zero, part_of, sent, silent, stimulus)
+from tb3_labs.watch.quantities import Quantity, delay, followed
 from tb3_labs.watch.variables import Series
 
 # -- the gamepad
 
-#: The fields of a command: name, words, factor [m/s], [rad/s].
-STICKS = (('linear', 'linear.x', 0.22), ('angular', 'angular.z', 2.84))
+#: The fields of a command, and the handout's speeds of a full stick [m/s], [rad/s].
+FIELDS, FACTORS = ('linear.x', 'angular.z'), (0.22, 2.84)
+#: The stimuli that show the pad's numbers: of the axes that drive and turn, of A, B and Y; the
+#: handout's numbers.
+PLAYED, HANDOUT = ('left stick up', 'right stick left', 'A', 'B', 'Y'), (1, 3, 0, 1, 2)
 #: A reset is called within CALLED after its button [s].
-CALLED, SERVICE, WITHOUT_SERVICE = 2.5, 'set_pose', 'Y without a service'
+CALLED, SERVICE = 2.5, 'set_pose'
 XYZ = r'{}:\s+x: (\S+)\s+y: (\S+)\s+z: (\S+)'
 ORIENTATION = re.compile(XYZ.format('orientation') + r'\s+w: (\S+)')
 PLACES = re.compile(XYZ.format('position')), re.compile(
@@ -28,148 +31,137 @@ PLACES = re.compile(XYZ.format('position')), re.compile(
 
 
 class Pad(NamedTuple):
-    """The numbers of the axes and buttons. `is_known`: the check played this pad."""
+    """The numbers of the axes that drive and turn, and of the buttons A, B and Y. `is_known`: the
+    check played this pad."""
 
-    linear: int = 1
-    angular: int = 3
-    a: int = 0
-    b: int = 1
-    y: int = 2
-    is_known: bool = False
+    numbers: Tuple[int, ...]
+    is_known: bool
+
+    def button(self, name: str) -> int:
+        return self.numbers[2 + 'ABY'.index(name)]
+
+    def words(self, name: str) -> str:
+        return 'button {} ({})'.format(self.button(name), name)
 
 
 def pad(inside: Inside) -> Pad:
-    """The numbers of the pad that the check played; those of the handout if it played none."""
+    """The pad that the check played; that of the handout if it played none."""
     found, heard = [], inside.run.pad
-    for name, moved in (('left stick up', heard.axes), ('right stick left', heard.axes),
-                        ('A', heard.buttons), ('B', heard.buttons), ('Y', heard.buttons)):
+    for name, moved, usual in zip(PLAYED, 2 * [heard.axes] + 3 * [heard.buttons], HANDOUT):
         begin = stimulus(inside, name)
-        chosen = (heard.arrival > begin - 0.01) & (heard.arrival < begin + 0.2)
-        found.append(int(np.argmax(np.abs(moved[chosen]).sum(axis=0))) if moved[chosen].any() else None)
-    usual = Pad()
-    return Pad(*(each if each is not None else default for each, default in zip(found, usual)),
-               is_known=found[0] is not None)
+        part = moved[(heard.arrival > begin - 0.01) & (heard.arrival < begin + 0.2)]
+        found.append(int(np.argmax(np.abs(part).sum(axis=0))) if part.any() else usual)
+    return Pad(tuple(found), stimulus(inside, PLAYED[0]) < np.inf)
 
 
 def played(inside: Inside) -> Device:
     """What a node heard of the pad."""
-    heard, axes = inside.run.pad, inside.run.pad.axes.shape[1]
+    heard = inside.run.pad
 
     def place(row: np.ndarray) -> str:
+        axes = heard.axes.shape[1]
         return ' and '.join(
             'axis {} at {:g}'.format(k, row[k]) if k < axes else 'button {} down'.format(k - axes)
             for k in np.flatnonzero(row)) or 'all axes at 0'
     return Device(heard.arrival, np.hstack([heard.axes, heard.buttons]), place)
 
 
-def presses(inside: Inside, names: str) -> List[Tuple[float, float, str]]:
+def presses(inside: Inside, names: str = 'AB') -> List[Tuple[float, float, str]]:
     """(begin, next one of them, name) of the presses of these buttons."""
-    heard, numbers = inside.run.pad, inside.known(pad)
-    found = []
+    heard, found = inside.run.pad, []
     for name in names:
-        column = heard.buttons[:, getattr(numbers, name.lower())]
+        column = heard.buttons[:, inside.known(pad).button(name)]
         found += [(float(at), name) for at in heard.arrival[1:][np.diff(column) > 0.0]]
     found.sort()
     ends = [at for at, _ in found[1:]] + [inside.run.duration]
     return [(at, end, name) for (at, name), end in zip(found, ends)]
 
 
-def called(inside: Inside, name: str) -> str:
-    return 'button {} ({})'.format(getattr(inside.known(pad), name.lower()), name)
-
-
 def stick_laws(inside: Inside) -> List[Optional[Broken]]:
-    """The Broken of each field that a stick gives."""
-    device, numbers, heard = played(inside), inside.known(pad), inside.run.pad
-    forms = [Quantity('axis {}'.format(k), device.time, value, 1.0)
-             for k, value in enumerate(heard.axes.T)]
-    buttons = [Quantity('button {}'.format(k), device.time, value, 1.0)
-               for k, value in enumerate(heard.buttons.T) if value.any()]
+    """The Broken of each field that follows a stick."""
+    device, own, heard = played(inside), inside.known(pad), inside.run.pad
+    forms = [Quantity('{} {}'.format(words, k), device.time, value, 1.0)
+             for words, columns in (('axis', heard.axes), ('button', heard.buttons))
+             for k, value in enumerate(columns.T)]
     found = []
-    for name, words, factor in STICKS:
-        right = forms[getattr(numbers, name)]
-        others = [each for each in forms + buttons if each is not right and each.value.any()]
-        broken = law(inside, device, field(sent(inside), name, words), [right] + others, factor)
-        found.append(broken and broken._replace(
-            is_weak=broken.is_weak or not numbers.is_known))
-    return found
-
-
-def wrong_stick(inside: Inside) -> Optional[Broken]:
-    """Does each field follow its axis, with its sign, and not faster than the handout's?"""
-    return first(inside.known(stick_laws), weak=False)
-
-
-def other_stick(inside: Inside) -> Optional[Broken]:
-    """Is each field the handout's number times its axis?"""
-    return first(inside.known(stick_laws), weak=True)
+    for name, factor, number in zip(FIELDS, FACTORS, own.numbers):
+        others = [each for k, each in enumerate(forms) if k != number and each.value.any()]
+        found.append(law(device, sent(inside), name, [forms[number]] + others, factor))
+    return [each and each._replace(is_weak=each.is_weak or not own.is_known) for each in found]
 
 
 def is_handed_over(inside: Inside, time: float) -> bool:
     """Is A the last one of A and B that was pressed?"""
-    return [name for at, _, name in presses(inside, 'AB') if at <= time][-1:] == ['A']
+    return [name for at, _, name in presses(inside) if at <= time][-1:] == ['A']
+
+
+def is_moved(inside: Inside, row: np.ndarray) -> bool:
+    """Is a stick out of its middle?"""
+    return bool(row[list(inside.known(pad).numbers[:2])].any())
 
 
 def sticks_let_go(inside: Inside) -> Optional[Broken]:
     """Does a zero follow when the sticks are let go?"""
-    numbers = inside.known(pad)
     return next(filter(None, (
-        no_zero(sent(inside), begin, 'the sticks were let go') for begin, _, row in
-        played(inside).held() if not row[numbers.linear] and not row[numbers.angular]
-        and not is_handed_over(inside, begin))), None)
+        no_zero(sent(inside), begin, 'when the sticks were let go')
+        for begin, _, row in played(inside).held()
+        if not is_moved(inside, row) and not is_handed_over(inside, begin))), None)
+
+
+def sticks_ignored(inside: Inside) -> Optional[Broken]:
+    """Do commands come while a stick is held, but for a robot that is handed over?"""
+    found = silent(sent(inside), played(inside), lambda row: is_moved(inside, row),
+                   lambda begin, end: is_handed_over(inside, begin))
+    if found is None:
+        return None
+    words, own = found.words, inside.find('has_control')
+    for _, _, name in [each for each in presses(inside, 'ABY') if each[0] < found.moment][-1:]:
+        words += '; the last button was ' + inside.known(pad).words(name)
+    if own is not None and own.at(found.moment + ANSWERED) == 0.0:
+        words += ', and {} was False'.format(own.name)
+    return found._replace(words=words)
 
 
 def wrong_control(inside: Inside) -> Optional[Broken]:
-    """Is the robot handed over by A, and taken back by B, and does the node then send commands?"""
-    numbers, said, commands = inside.known(pad), inside.run.control, sent(inside)
-    quiet = silent(commands, played(inside), lambda row: row[numbers.linear] or row[numbers.angular],
-                   lambda begin, end: is_handed_over(inside, begin))
-    for begin, end, name in presses(inside, 'AB') if numbers.is_known else ():
-        if quiet is not None and quiet.moment < begin:
+    """Is the robot handed over by A, and taken back by B, with commands only in between?"""
+    said, commands, own = inside.run.control, sent(inside), inside.find('has_control')
+    ignored = sticks_ignored(inside)
+    for begin, end, name in presses(inside) if inside.known(pad).is_known else ():
+        if ignored is not None and ignored.moment < begin:
             break
-        words, own = '', inside.find('has_control')
+        words, button = '', inside.known(pad).words(name)
         chosen = (said.arrival > begin - 0.02) & (said.arrival < min(end, begin + 1.0))
         extra = (commands.arrival > begin + ANSWERED) & (commands.arrival < end)
         if not chosen.any():
-            words = 'nothing came on ctrl_relinq after ' + called(inside, name)
+            words = 'nothing came on ctrl_relinq after ' + button
         elif said.value[chosen][-1] != (name == 'A'):
-            words = 'ctrl_relinq said {} after {}'.format(name == 'B', called(inside, name))
+            words = 'ctrl_relinq said {} after {}'.format(name == 'B', button)
         elif name == 'A' and extra.any():
             words = '{} commands came while the robot was handed over, after {}'.format(
-                extra.sum(), called(inside, name))
-        if words:
-            is_kept = own is not None and own.at(begin + ANSWERED) == (name == 'A')
+                extra.sum(), button)
+        if words and own is not None and own.at(begin + ANSWERED) == (name == 'A'):
             return Broken('{} stayed {} after {}: {}'.format(
-                own.name, name == 'A', called(inside, name), words) if is_kept else words, begin,
-                own.name if is_kept else '')
-    if quiet is None:
-        return None
-    last = [each for each in presses(inside, 'ABY') if each[0] < quiet.moment][-1:]
-    own = inside.find('has_control')
-    return quiet._replace(words=quiet.words + (
-        '; the last button was {}'.format(called(inside, last[0][2])) if last else '') + (
-        ', and {} was False'.format(own.name)
-        if own is not None and own.at(quiet.moment + ANSWERED) == 0.0 else ''))
+                own.name, name == 'A', button, words), begin, own.name)
+        if words:
+            return Broken(words, begin)
+    return ignored
 
 
 def wrong_reset(inside: Inside) -> Optional[Broken]:
     """Does Y call the reset with (0, 0, 0) and a rotation?"""
-    calls = events(inside, 'call')
-    tried = presses(inside, 'Y')[:1] if len(inside.run.events) and stimulus(
-        inside, WITHOUT_SERVICE) > stimulus(inside, 'Y') < np.inf else []
-    for begin, _, name in tried:
-        mine = [call for at, call in calls if begin <= at < begin + CALLED]
-        if not mine:
-            other = [each for each in presses(inside, 'AB') for at, _ in calls
-                     if each[0] <= at < each[0] + 1.0]
-            return Broken('no reset was called after {}{}'.format(called(
-                inside, name), '; one was called after ' + called(
-                    inside, other[0][2]) if other else ''), begin)
-        service, request = str(mine[0].get('service', '')), str(mine[0].get('request', ''))
-        if service.strip('/') != SERVICE:
-            return Broken('it called {}, the handout has {}'.format(service, SERVICE), begin)
-        return wrong_request(request, begin)
-    return None
+    calls, begin = events(inside, 'call'), stimulus(inside, PLAYED[-1])
+    if begin == np.inf:
+        return None
+    button = inside.known(pad).words(PLAYED[-1])
+    mine = [call for at, call in calls if begin <= at < begin + CALLED]
+    if mine:
+        service, request = (str(mine[0].get(part, '')) for part in ('service', 'request'))
+        return wrong_request(request, begin) if service.strip('/') == SERVICE else Broken(
+            'after {} it called {}, the handout has {}'.format(button, service, SERVICE), begin)
+    other = [inside.known(pad).words(name) for pressed, _, name in presses(inside)
+             if any(pressed <= at < pressed + 1.0 for at, _ in calls)]
+    return Broken('no reset was called after {}{}'.format(
+        button, '; one was called after ' + other[0] if other else ''), begin)
 
 
 def wrong_request(request: str, begin: float) -> Optional[Broken]:
@@ -193,7 +185,8 @@ def wrong_request(request: str, begin: float) -> Optional[Broken]:
     return None
 
 
-PAD_LINKS = (wrong_stick, sticks_let_go, wrong_control, wrong_reset, other_stick)
+PAD_LINKS = (link_of(stick_laws, weak=False), sticks_let_go, wrong_control, wrong_reset,
+             link_of(stick_laws, weak=True))
 
 # -- the mouse of the IMU lab
 
@@ -224,51 +217,33 @@ def is_turning(inside: Inside, time: np.ndarray) -> np.ndarray:
 
 
 def mouse_laws(inside: Inside) -> List[Optional[Broken]]:
-    """The Broken of each field that the mouse gives."""
+    """The Broken of each field that follows the mouse."""
     device, commands, heard = mouse(inside), sent(inside), inside.run.mouse
     commands = commands.take(~is_turning(inside, commands.arrival))
-    far = {'x': np.abs(heard.x) > DEAD, 'y': np.abs(heard.y) > DEAD}
+    far = {axis: np.abs(getattr(heard, axis)) > DEAD for axis in 'xy'}
+    up = [event['up'] for _, event in events(inside, 'mouse client') if event.get('up')]
     found = []
-    for name, words, axes, factor in (('linear', 'linear.x', 'yx', HALF),
-                                      ('angular', 'angular.z', 'xy', -HALF)):
-        forms = []
-        for place, own in ((' outside of the dead zone', 0), ('', None), (
-                ' where the other one is outside of the dead zone', 1), (
-                    ' where both are outside of the dead zone', 2)):
-            for active, is_on in (('', heard.active), (', also while it is not active', 1.0)):
-                for k, axis in enumerate(axes):
-                    zone = {None: 1.0, 0: far[axis], 1: far[axes[1 - k]],
-                            2: far['x'] & far['y']}[own]
-                    forms.append(Quantity(axis + place + active, device.time,
-                                          getattr(heard, axis) * zone * is_on, 1.0))
-        series = field(commands, name, words)
-        up = [event.get('up') for _, event in events(inside, 'mouse client')]
-        if name == 'linear' and not any(up) and len(series.time) and (
-                np.median(np.sign(series.value * np.interp(series.time, device.time, heard.y))[
-                    series.value != 0.0] if series.value.any() else [0.0]) < 0.0):
-            factor = -factor    # of a mouse that counts down
-        found.append(law(inside, device, series, forms, factor))
+    for name, factor, (own, other) in zip(FIELDS, (HALF, -HALF), ('yx', 'xy')):
+        forms = [Quantity(axis + zone + active, device.time,
+                          getattr(heard, axis) * is_far * is_on, 1.0)
+                 for axis in (own, other) for zone, is_far in (
+                     (' outside of the dead zone', far[axis]), ('', 1.0),
+                     (' outside of both dead zones', far['x'] & far['y']))
+                 for active, is_on in (('', heard.active), (', also while it is not active', 1.0))]
+        found.append(law(device, commands, name, forms, factor))
+        if not up and own == 'y' and not law(device, commands, name, forms, -factor):
+            found = [None]      # its y counts down
     return found
 
 
-def wrong_mouse(inside: Inside) -> Optional[Broken]:
-    """Does each field follow the mouse, with its sign, its dead zone and its activity?"""
-    return first(inside.known(mouse_laws), weak=False)
-
-
-def other_mouse(inside: Inside) -> Optional[Broken]:
-    """Is each field the handout's number times the place of the mouse?"""
-    return first(inside.known(mouse_laws), weak=True)
-
-
-def mouse_silent(inside: Inside) -> Optional[Broken]:
+def mouse_ignored(inside: Inside) -> Optional[Broken]:
     """Does the mouse give commands, and a zero in its middle and when it is deactivated?"""
     device, commands = mouse(inside), sent(inside)
-    stops = [no_zero(commands, begin, '{} came'.format(device.place(row)))
-             for begin, _, row in device.held()
-             if not asks(row) and not is_turning(inside, np.array([begin - 0.2, begin + 0.3])).any()]
-    return silent(commands, device, asks, lambda begin, end: is_turning(
-        inside, np.linspace(begin, end, 5)).any()) or first(stops, weak=False)
+    return silent(commands, device, asks, lambda *span: is_turning(
+        inside, np.linspace(*span, 5)).any()) or next(filter(None, (
+            no_zero(commands, begin, 'with ' + device.place(row))
+            for begin, _, row in device.held() if not asks(row)
+            and not is_turning(inside, np.array([begin - 0.2, begin + 0.3])).any())), None)
 
 
 def mouse_in_turn(inside: Inside) -> Optional[Broken]:
@@ -279,18 +254,19 @@ def mouse_in_turn(inside: Inside) -> Optional[Broken]:
     inner = np.array([turning.between(at - 0.15, at + 0.15).value.min(initial=turning.at(at))
                       for at in commands.arrival]) == 1.0
     last = device.sample(commands.arrival)
-    mixed = inner & (last >= 0) & (commands.angular == 0.0)
-    if mixed.sum() < 3 or not commands.angular[inner].any():
+    mixed = np.flatnonzero(inner & (last >= 0) & (commands.angular == 0.0))
+    if len(mixed) < 3 or not commands.angular[inner].any():
         return None
-    k = int(np.flatnonzero(mixed)[0])
+    k = int(mixed[0])
     return Broken('{} of {} commands while {} was True were those of the mouse, such as {:.2f} m/s '
                   'and {:.2f} rad/s with {}'.format(
-                      mixed.sum(), inner.sum(), turning.name, commands.linear[k],
+                      len(mixed), inner.sum(), turning.name, commands.linear[k],
                       commands.angular[k], device.place(device.value[last[k]])),
                   float(commands.arrival[k]))
 
 
-MOUSE_LINKS = (wrong_mouse, mouse_silent, mouse_in_turn, other_mouse)
+MOUSE_LINKS = (link_of(mouse_laws, weak=False), mouse_ignored, mouse_in_turn,
+               link_of(mouse_laws, weak=True))
 
 # -- the IMU exercise
 
@@ -323,7 +299,7 @@ def wrong_heading(inside: Inside) -> Optional[Broken]:
                          and each.split(',')[0] != found[0].split(',')[0]][:1]
     if not found and not stays(series):
         delays = ((delay(series, each), each.words) for each in quantities
-                  if abs(each.per_degree) <= 1.0 and is_some_sample(series, each))
+                  if 0.0 < abs(each.per_degree) <= 1.0)
         found = shifted(series, right) or ['{}, up to {:.1f} s late'.format(words, late)
                                            for late, words in delays if late < np.inf][:1]
     if not found and stays(series):
@@ -333,15 +309,6 @@ def wrong_heading(inside: Inside) -> Optional[Broken]:
     return Broken('{} {} {}; it should be {}: {}'.format(
         series.name, *('follows', ', or '.join(found), right.words) if found else (
             'does not follow', 'the heading', right.words), numbers), moment)
-
-
-def is_some_sample(series: Series, quantity: Quantity) -> bool:
-    """Is each value that of a sample, of any time?"""
-    values = np.sort(quantity.value)
-    after = np.searchsorted(values, series.value).clip(1, len(values) - 1)
-    apart = np.minimum(np.abs(values[after] - series.value),
-                       np.abs(values[after - 1] - series.value))
-    return bool(np.mean(apart < SAME * quantity.scale) >= PART)
 
 
 def shifted(series: Series, right: Quantity) -> List[str]:

@@ -4,13 +4,13 @@ A field of a command follows an axis, a button or a place of the mouse, as it wa
 messages, times a number. This number is found from the commands; no list of mistakes is needed.
 """
 import json
-from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.watch.chain import Broken, Inside
+from tb3_labs.watch.chain import Broken, Inside, Link
 from tb3_labs.watch.quantities import PART, RECENT, SOON, Quantity, ages, thinned
-from tb3_labs.watch.turn_links import other_fields
+from tb3_labs.watch.turn_links import wrong_field
 from tb3_labs.watch.variables import Series
 
 #: A command has changed within ANSWERED after an input [s]; an input that is held for HELD [s] must
@@ -72,12 +72,6 @@ def sent(inside: Inside) -> Any:
     return run.commands.take(kept)
 
 
-def field(commands: Any, name: str, words: str) -> Series:
-    """A field of the commands over time."""
-    value = getattr(commands, name)
-    return Series(words, commands.arrival, value, value)
-
-
 def part_of(series: Series, chosen: np.ndarray) -> Series:
     """The chosen values of a series."""
     return Series(series.name, series.time[chosen], series.text[chosen], series.value[chosen])
@@ -100,14 +94,15 @@ def scaled(form: Quantity, factor: float) -> Quantity:
     return Quantity(form.words, form.time, factor * form.value, max(abs(factor), 1e-6))
 
 
-def law(inside: Inside, device: Device, series: Series, forms: List[Quantity],
+def law(device: Device, commands: Any, name: str, forms: List[Quantity],
         factor: float) -> Optional[Broken]:
-    """The Broken of a field that should be `factor` times the first of the forms. It is weak if the
-    field has the right sign and is not larger."""
-    right, name = forms[0], series.name
-    series = part_of(series, device.sample(series.time) >= 0)
-    asked = scaled(right, factor)
+    """The Broken of a field, linear.x or angular.z, that should be `factor` times the first of the
+    forms. It is weak if the field has the right sign and is not larger."""
+    right, asked = forms[0], scaled(forms[0], factor)
     should = 'it should be {:g} times {}'.format(factor, right.words)
+    value = getattr(commands, name.split('.')[0])
+    series = part_of(Series(name, commands.arrival, value, value),
+                     device.sample(commands.arrival) >= 0)
     if not len(series.time) or not right.value.any():
         return None
     for form in forms:
@@ -126,8 +121,8 @@ def law(inside: Inside, device: Device, series: Series, forms: List[Quantity],
     wrong = settled & ~np.isfinite(ages(series, asked))
     if not series.value.any():
         k = int(np.argmax(np.abs(wanted)))
-        return Broken('{} stayed 0, also with {}; {}{}'.format(
-            name, device.place(device.value[last[k]]), should, other_fields(inside)),
+        return Broken('; '.join(filter(None, ('{} stayed 0, also with {}'.format(
+            name, device.place(device.value[last[k]])), should, wrong_field(commands)))),
             float(series.time[k]), name) if wanted.any() else None
     if wrong.sum() < 3:
         return None
@@ -139,7 +134,8 @@ def law(inside: Inside, device: Device, series: Series, forms: List[Quantity],
             (here & wrong).sum(), here.sum(), place, name)
     else:
         words = 'with {} for {:.1f} s {} was {:.2g}, {}: {:.2g}'.format(
-            place, series.time[k] - device.changed[last[k]], name, series.value[k], should, wanted[k])
+            place, series.time[k] - device.changed[last[k]], name, series.value[k], should,
+            wanted[k])
         good = np.flatnonzero(settled & ~wrong & (wanted != 0.0))
         if len(good):
             words += '; with {} it was right'.format(device.place(device.value[last[good[0]]]))
@@ -155,7 +151,7 @@ def no_zero(commands: Any, begin: float, words: str) -> Optional[Broken]:
     is_driven = before and speeds[before - 1] and begin - commands.arrival[before - 1] < RECENT
     if not is_driven or soon > before and not speeds[soon - 1]:
         return None
-    return Broken('no zero velocity followed when {}: {}'.format(
+    return Broken('no zero velocity followed {}: {}'.format(
         words, 'no command came' if soon == before else
         '{:.1f} s later the command was {:.2f} m/s and {:.2f} rad/s'.format(
             ANSWERED, commands.linear[soon - 1], commands.angular[soon - 1])), begin)
@@ -173,6 +169,7 @@ def silent(commands: Any, device: Device, asks: Callable[[np.ndarray], Any],
     return None
 
 
-def first(found: Sequence[Optional[Broken]], weak: bool) -> Optional[Broken]:
-    """The first Broken that is weak, or that is not."""
-    return next((each for each in found if each is not None and each.is_weak == weak), None)
+def link_of(laws: Callable[[Inside], List[Optional[Broken]]], weak: bool) -> Link:
+    """The link that is broken by the first of the laws that is weak, or that is not."""
+    return lambda inside: next((each for each in inside.known(laws)
+                                if each is not None and each.is_weak == weak), None)

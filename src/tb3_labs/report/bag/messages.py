@@ -20,8 +20,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag import budget
 from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.run_data import (
-    LogLines, MouseSamples, OdometrySamples, Orientations, PadSamples, Poses, States, Twists, Values,
-    Variables)
+    LogLines, MouseSamples, OdometrySamples, Orientations, PadSamples, Poses, States, Twists,
+    Values, Variables)
 
 #: The levels of log lines, by the bits of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
