@@ -336,14 +336,9 @@ def crowd(run):
     yield 6.0, '/tf', TFMessage([frame] * 2000)
 
 
-def many_buttons(run):
-    yield 6.0, 'joy', Joy(buttons=[1] * 2000)
-
-
-@pytest.mark.parametrize('source', [crowd, many_buttons])
-def test_an_array_in_a_message_takes_its_length_from_the_budget(source, tmp_path, monkeypatch):
+def test_an_array_in_a_message_takes_its_length_from_the_budget(tmp_path, monkeypatch):
     monkeypatch.setitem(budget.MOST_READ, 'samples', 2000)
-    run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, source)))
+    run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, crowd)))
     assert run.notes == ('it has more than 2,000 samples: the report ends at {:.1f} s'.format(
         run.duration),) and run.duration == pytest.approx(6.0, abs=0.1)
 

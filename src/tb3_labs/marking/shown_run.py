@@ -12,7 +12,7 @@ from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.trial.evidence import tracebacks_before_the_end
 from tb3_labs.marking.trial.observation import (
     ASKED_DEG, GOAL_POSE, LOCAL_T_WORLD, Observation)
-from tb3_labs.report.page import inside
+from tb3_labs.report.page import mistake as mistake_page
 from tb3_labs.report.page.timeline import mark, section, timeline
 from tb3_labs.report.run_data import Poses, RunData, States, Values
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
@@ -27,7 +27,7 @@ def shown(marks: Marks, linked: Callable[[str], str] = escape) -> str:
     found = broken_link(marks)
     return '\n'.join([
         section(moments(as_run(marks.observation), marks)),
-        inside.section(found, found and mistake(marks, found[1]), linked)])
+        mistake_page.section(found, found and mistake(marks, found[1]), linked)])
 
 
 def broken_link(marks: Marks) -> Optional[Tuple[Link, Broken]]:

@@ -131,8 +131,10 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
                             ('the yaw{} in {}, {}'.format(of, unit, words.replace(
                                  'from 0 to 360', 'its number plus 360 where it is negative')),
                              form(yaw * factor)))[:1 if factor == 1.0 else 2]:
-            yield Quantity(HEADING + of if said == RIGHT.format(of) else said, time, rounding(
-                value) if rounding else value, max(360.0 * factor, 1.0), sign * factor)
+            yield Quantity(
+                HEADING + of if said == RIGHT.format(of) else said, time,
+                rounding(value) if rounding else value, max(360.0 * min(factor, 1.0), 1.0),
+                sign * factor)
     for (axis, value), (words, form, _), (unit, factor, _) in itertools.product(
             (('roll', roll), ('pitch', pitch)), RANGES[:2], UNITS[:2]):
         yield Quantity('the {}{} in {}, {}'.format(axis, of, unit, words), time,
@@ -151,7 +153,7 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
         if order != (0, 1, 2, 3):
             read = np.degrees(euler(*(quaternion[k] for k in order)))
             for (axis, value), (_, form, _), (unit, factor, _) in itertools.product(
-                    zip(AXES, read), RANGES[:2], UNITS[:2]):
+                    zip(AXES[::-1], read[::-1]), RANGES[:2], UNITS[:2]):
                 yield Quantity('the {} of the quaternion{} read in the order {}, in {}'.format(
                     axis, of, ', '.join(ORDER[k] for k in order), unit), time,
                     form(value * factor), 360.0 * factor)

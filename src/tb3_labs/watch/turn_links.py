@@ -1,5 +1,5 @@
 """The chain of the IMU lab: heading -> curr_yaw -> goal_yaw -> turning -> command -> stop."""
-from typing import List, NamedTuple, Optional, Tuple
+from typing import Any, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -225,13 +225,18 @@ def wrong_command(inside: Inside) -> Optional[Broken]:
 
 
 def other_fields(inside: Inside) -> str:
-    """Words on a field of the commands in which there is a speed that no wheel follows."""
-    sent = inside.run.commands
+    """Words on a field of the commands in which there is a speed that was not asked for."""
+    found = wrong_field(inside.run.commands)
+    return found and '; ' + found
+
+
+def wrong_field(sent: Any) -> str:
+    """A clause on a field of these commands that no wheel follows, or else on linear.x."""
     for field, words in (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', 'angular.x'),
                          ('pitching', 'angular.y'), ('linear', 'linear.x')):
         speeds = getattr(sent, field, np.empty(0))
         if speeds.any():
-            return '; {} was {:.2g}'.format(words, speeds[np.argmax(np.abs(speeds))])
+            return '{} was {:.2g}'.format(words, speeds[np.argmax(np.abs(speeds))])
     return ''
 
 
