@@ -62,6 +62,7 @@ def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray) -> np.ndar
             waiting += [(first, middle), (middle, last)]
     return np.flatnonzero(keep)
 
+
 def mark_line(data: Dict[str, Any]) -> Iterator[str]:
     """The HTML of each mark on the line: a row for each kind of mark that the run has."""
     kinds, duration = {each['kind'] for each in data['marks']}, data['duration']
