@@ -48,7 +48,9 @@ REFERENCES = (
     Reference(('local_yaw', 'goal_yaw'), 'yaw in local', _of('local_pose', 'yaw')),
     Reference(('initial_global_x',), 'x in odom', _of('odometry', 'x')),
     Reference(('initial_global_y',), 'y in odom', _of('odometry', 'y')),
-    Reference(('initial_global_yaw',), 'yaw by the IMU', _of('imu', 'yaw')))
+    Reference(('initial_global_yaw',), 'yaw by the IMU', _of('imu', 'yaw')),
+    Reference(('initial_odom_yaw',), 'yaw in odom', _of('odometry', 'yaw')))
+TRUTH = ('False', 'True')
 #: The handouts' other variables, which are drawn before those of other names.
 HANDOUT = ('turning', 'state', 'has_control')
 
@@ -116,7 +118,8 @@ def figures(run: RunData) -> List[Figure]:
             found.append(_beside(run, reference, group))
     for each in sorted(left.values(), key=lambda each: (
             HANDOUT.index(each.name) if each.name in HANDOUT else len(HANDOUT))):
-        levels = [] if each.is_number else sorted(set(each.texts))
+        words = list(dict.fromkeys(each.texts))
+        levels = [] if each.is_number else sorted(words) if words[0] in TRUTH else words[::-1]
         if len(each.changes) > 1 and len(levels) <= MOST_LEVELS:
             found.append(Figure([each.name], '', NO_LINE, [
                 _steps(each, levels) if levels else line(each.time, each.numbers)], levels))
