@@ -17,14 +17,20 @@ import signal
 import sys
 import threading
 import time
+import weakref
+from collections import Counter
 from enum import Enum
 from types import MemberDescriptorType
 
 #: The pause between two readings, and the longest pause between two searches for objects [s].
 PAUSE, LONGEST_PAUSE = 0.05, 10.0
-#: At most this many variables and objects are shown, of a text so many characters, of an array or a
-#: list so many numbers.
-MOST_SHOWN, MOST_OBJECTS, LONGEST, MOST_NUMBERS = 40, 20, 200, 9
+#: A search for objects takes at most this part of the time.
+SEARCHING = 0.003
+#: At most this many variables, objects, and objects of a class are shown; of a text so many
+#: characters, of an array or a list so many numbers.
+MOST_SHOWN, MOST_OBJECTS, MOST_OF_A_CLASS, LONGEST, MOST_NUMBERS = 40, 20, 3, 200, 9
+#: What each thread holds.
+OF_A_THREAD = frozenset(vars(threading.main_thread()))
 #: An object within an object within an object is the last one.
 DEEPEST = 3
 
@@ -99,50 +105,71 @@ class Node:
     def is_object(self, value):
         """Is this an object of one of its own classes?"""
         return self.is_own(type(value)) and not issubclass(
-            type(value), (type, Enum, tuple, BaseException, threading.Thread))
+            type(value), (type, Enum, tuple, BaseException))
 
     def variables(self, frames):
         """{name: value as text} of the variables that can be shown, MOST_SHOWN of them."""
-        now = time.monotonic()
-        if now > self._next:
-            self._objects = [each for each in gc.get_objects()
-                             if self.is_object(each)][:MOST_OBJECTS]
-            self._next, self._pause = now + self._pause, min(LONGEST_PAUSE, 2.0 * self._pause)
-        inner = {id(part) for each in self._objects for part in attributes(each).values()}
+        if time.monotonic() > self._next:
+            self._search()
+        objects = [each for each in (reference() for reference in self._objects)
+                   if each is not None]
+        inner = {id(part) for each in objects for part in attributes(each).values()}
         found, known = {}, set()
         # a name that is taken gets that of its class or its function
-        for each in sorted(self._objects, key=lambda each: id(each) in inner):
+        for each in sorted(objects, key=lambda each: id(each) in inner):
             if id(each) not in known:
                 known.add(id(each))
                 self._take(found, attributes(each), type(each).__name__, known)
         for frame in frames[1:]:
             self._take(found, dict(frame.f_locals), frame.f_code.co_name, known)
         self._take(found, dict(self._script), 'globals', known)
-        for each in self._objects:      # constants of classes
-            self._take(found, {name: value for name, value in vars(type(each)).items()
-                               if name.isupper()}, type(each).__name__, known)
-        return dict(list(found.items())[:MOST_SHOWN])
+        for each in objects:
+            held = attributes(each)
+            for kind in filter(self.is_own, type(each).__mro__):
+                self._take(found, {name: value for name, value in list(vars(kind).items())
+                                   if name not in held}, kind.__name__, known)
+        return found
+
+    def _search(self):
+        """Find the node's objects, which it may create later than its main program begins."""
+        begin, counts, self._objects = time.thread_time(), Counter(), []
+        for each in gc.get_objects():
+            if self.is_object(each):
+                counts[type(each)] += 1
+                if counts[type(each)] <= MOST_OF_A_CLASS and len(self._objects) < MOST_OBJECTS:
+                    self._objects.append(reference_to(each))
+        self._next = time.monotonic() + max(
+            self._pause, (time.thread_time() - begin) / SEARCHING)
+        self._pause = min(LONGEST_PAUSE, 2.0 * self._pause)
 
     def _take(self, found, held, owner, known):
         for name, value in held.items():
-            if name.startswith('__'):
-                continue
-            name = name.replace('_{}__'.format(owner.lstrip('_')), '__')     # a private one
-            for path, text in self._texts(name, value, known):
-                found.setdefault(path if path not in found else '{}.{}'.format(owner, path), text)
+            if len(found) >= MOST_SHOWN:
+                return
+            try:
+                if not name.startswith('__'):
+                    # a private one
+                    name = name.replace('_{}__'.format(owner.lstrip('_')), '__')
+                    for path, text in self._texts(name, value, known):
+                        path = path if path not in found else '{}.{}'.format(owner, path)
+                        if len(found) < MOST_SHOWN:
+                            found.setdefault(sendable(path), sendable(text))
+            except Exception:       # a value that is unlike all others hides no other one
+                pass
 
     def _texts(self, name, value, known, depth=0):
         """Yields (name, text) of a value, or of its parts."""
         kind = type(value)
         module = kind.__module__
-        if value is None or kind in (bool, int):
-            yield name, str(value)[:LONGEST]
-        elif kind is float:
+        if value is None or kind in (bool, float):
             yield name, repr(value)
+        elif kind is int:
+            if value.bit_length() <= 3 * LONGEST:
+                yield name, str(value)
         elif kind is str:
-            yield name, value[:LONGEST]
+            yield name, value
         elif issubclass(kind, Enum):
-            yield name, str(vars(value).get('_name_'))[:LONGEST]
+            yield name, str(vars(value).get('_name_'))
         elif module == 'numpy':
             if kind.__name__ == 'ndarray':
                 if 0 < value.size <= MOST_NUMBERS and value.dtype.kind in 'bif':
@@ -159,7 +186,7 @@ class Node:
                 known.add(id(value))
                 parts = attributes(value)
             elif issubclass(kind, tuple) and self.is_own(kind):
-                parts = dict(zip(kind._fields, value))
+                parts = dict(zip(kind._fields, tuple.__iter__(value)))
             elif kind is dict and len(value) <= MOST_NUMBERS:
                 parts = {part: each for part, each in list(value.items()) if type(part) is str}
             for part, each in parts.items():
@@ -170,6 +197,19 @@ class Node:
         if values and all(type(each) in (bool, int, float) for each in values):
             for k, each in enumerate(values):
                 yield '{}[{}]'.format(name, k), repr(each)
+
+
+def reference_to(thing):
+    """A function that returns the object; None after the node has dropped it."""
+    try:
+        return weakref.ref(thing)
+    except TypeError:       # of a class with __slots__
+        return lambda: thing
+
+
+def sendable(text):
+    """The beginning of a text, without what UTF-8 lacks."""
+    return text[:LONGEST].encode('utf-8', 'replace').decode('utf-8')
 
 
 def attributes(thing):
@@ -186,7 +226,8 @@ def attributes(thing):
         held.update(object.__getattribute__(thing, '__dict__'))
     except AttributeError:
         pass
-    return held
+    return {name: value for name, value in held.items() if name not in OF_A_THREAD} \
+        if issubclass(type(thing), threading.Thread) else held
 
 
 # -- the thread
@@ -206,21 +247,24 @@ def run():
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
     publisher = rospy.Publisher('variables', DiagnosticArray, queue_size=1)
     node = None
-    while not rospy.is_shutdown():
-        time.sleep(PAUSE)
-        if not publisher.get_num_connections():
-            continue
-        try:
-            frames = script_frames()
-            if not frames:
-                continue
-            node = node or Node(frames[0].f_globals)
+
+    def read():
+        """Nothing of the node outlives this reading, not even the frame of a function."""
+        nonlocal node
+        frames = script_frames()
+        node = node or frames and Node(frames[0].f_globals)
+        if node and publisher.get_num_connections():
             message = DiagnosticArray()
             message.header.stamp = rospy.Time.now()
             message.status = [DiagnosticStatus(
                 name=rospy.get_name(), hardware_id=node.file, values=[
                     KeyValue(name, text) for name, text in node.variables(frames).items()])]
             publisher.publish(message)
+
+    while not rospy.is_shutdown():
+        time.sleep(PAUSE)
+        try:
+            read()
         except Exception:       # whatever a node holds, it is not disturbed
             pass
 
