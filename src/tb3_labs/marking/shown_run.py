@@ -1,4 +1,5 @@
 """The run of a node that was tried: timeline and diagnosis, as a part of the node's page."""
+import json
 import math
 from dataclasses import replace
 from html import escape
@@ -109,3 +110,24 @@ def _rows(kind, rows):
     columns = list(zip(*rows))
     return kind(*(np.array(column, dtype=object if isinstance(column[0], str) else float)
                   for column in columns[:1] + columns)) if rows else kind.none()
+
+
+def seen_inside(seen: Observation) -> RunData:
+    """The recording of a trial for the links of :mod:`tb3_labs.watch`: its control as it was given,
+    its resets by their calls, else by the node's lines. After a call that failed the node's frame
+    is unknown: until the next start its variables are left out."""
+    run = as_run(seen)
+    if seen.run is None:
+        return run
+    calls = [(at, event) for at, event in zip(run.events.arrival, map(json.loads, run.events.words))
+             if event.get('kind') == 'call']
+    said = seen.run.resets
+    resets = [[at, *event['pose']] for at, event in calls if not np.any(
+        np.abs(said.arrival - at) < 1.0)] + np.column_stack(
+            [said.arrival, said.x, said.y, said.yaw]).tolist()
+    kept = np.ones(len(run.variables), bool)
+    for at in [at for at, event in calls if event['problem']]:
+        ends = [each.begin for each in seen.runs if each.begin > at] + [math.inf]
+        kept &= (run.variables.arrival < at) | (run.variables.arrival > ends[0])
+    return replace(run, control=seen.run.control, variables=run.variables.take(kept),
+                   resets=_rows(Poses, sorted(resets)))
