@@ -19,6 +19,9 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.watch.chain import Broken, Inside, Link, first_broken, sentence
 from tb3_labs.watch.labs import CHAINS
 
+#: A node's line about a reset comes within this time of the call [s].
+SAME_RESET = 1.0
+
 
 def shown(marks: Marks, linked: Callable[[str], str] = escape) -> str:
     """The part of a page, HTML; '' if the robot was not seen. ``linked(sentence)``: its HTML."""
@@ -68,12 +71,24 @@ def moments(run: RunData, marks: Marks) -> Dict[str, Any]:
 
 
 def watched_run(seen: Observation) -> RunData:
-    """The recording of a trial with what was done to the node: the letters that were typed, and
-    the resets that it was asked for."""
-    if seen.run is None:
+    """The recording of a trial with what was done to the node: the letters that were typed, the
+    starts, the resets by the node's lines, else by their calls. After a call that failed the node's
+    frame is unknown: until the next start its variables are left out."""
+    run = seen.run
+    if run is None:
         raise ValueError('there is no recording')
+    said, known = run.resets, np.ones(len(run.variables), bool)
+    resets = np.column_stack([said.arrival, said.x, said.y, said.yaw]).tolist()
+    for at, pose, problem in seen.calls:
+        if problem:
+            end = min([start.begin for start in seen.runs if start.begin > at], default=math.inf)
+            known &= (run.variables.arrival < at) | (run.variables.arrival > end)
+        if not (np.abs(said.arrival - at) < SAME_RESET).any():
+            resets.append([at, *pose])
     return replace(
-        seen.run, resets=_rows(Poses, seen.resets), starts=tuple(run.begin for run in seen.runs),
+        run, resets=_rows(Poses, sorted(resets)), variables=run.variables.take(known),
+        starts=tuple(start.begin for start in seen.runs), states=_rows(
+            States, [[each.begin, each.name] for each in seen.stimuli]),
         letters=_rows(Values, [row for each in seen.stimuli if ASKED_DEG in each.facts for row in (
             [each.begin, np.sign(each.facts[ASKED_DEG])], [each.end, 0.0])]))
 
@@ -94,7 +109,6 @@ def as_run(seen: Observation) -> RunData:
             [true.between(drive.begin, end).seen_from(frame)
              for drive, end, frame in zip(drives, ends, frames)]) if drives else true,
         goals=_rows(Poses, [[drive.begin, *drive.facts[GOAL_POSE]] for drive in drives]),
-        states=_rows(States, [[each.begin, each.name] for each in seen.stimuli]),
         resets=_rows(Poses, [[at, pose.x, pose.y, pose.yaw] for at, pose in resets]),
         control=_rows(Values, [row for drive in drives for row in (
             [drive.begin, 1.0], [drive.end, 0.0])]),

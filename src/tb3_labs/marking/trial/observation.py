@@ -135,7 +135,7 @@ class Observation:
     own_moves: List[List[float]] = field(default_factory=list)   # [begin, end] of the marker's
     mouse_up: int = 0       # the sign of y above the middle, by its own mouse client; 0: unknown
     assigned: Dict[str, List[int]] = field(default_factory=dict)    # variable -> lines of its file
-    resets: List[List[float]] = field(default_factory=list)     # [time, x, y, yaw], as asked for
+    calls: List[List[Any]] = field(default_factory=list)    # of its reset: [time, pose, problem]
     run: Optional[RunData] = None                                # the recording
 
     @property
@@ -336,8 +336,8 @@ def _take(seen: Observation, kind: str, at: float, facts: Dict[str, Any]) -> Non
         seen.missing.update(dict.fromkeys(facts['names'], facts['reason']))
     elif kind == 'program':
         seen.assigned = facts['assigned']
-    elif kind == 'call' and not facts.get('problem', True):
-        seen.resets.append([at, *facts['pose']])
+    elif kind == 'call' and 'pose' in facts:
+        seen.calls.append([at, facts['pose'], facts['problem']])
     elif kind == 'mouse client':
         seen.mouse_up = facts['up']
     elif kind == 'fault':
