@@ -40,7 +40,9 @@ def broken_link(marks: Marks) -> Optional[Tuple[Link, Broken]]:
     if marks.is_full or seen is None or seen.run is None or seen.deaf or seen.odd or (
             tracebacks_before_the_end(seen)):
         return None
-    return first_broken(Inside(watched_run(seen)), CHAINS.get(seen.lab, ()))
+    missed = {verdict.criterion.part for verdict in marks.graded
+              if verdict.outcome is not Outcome.MET}
+    return first_broken(Inside(watched_run(seen)), CHAINS[seen.lab], missed)
 
 
 def mistake(marks: Marks, found: Broken) -> str:

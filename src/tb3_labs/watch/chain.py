@@ -61,14 +61,16 @@ class Inside:
 
 
 class Link(NamedTuple):
-    """A link of a chain: a question that its owner can answer; what looks at it; the sheet, the
-    heading and the step that explain it (0: no step)."""
+    """A link of a chain: a question that its owner can answer; what looks at it; the heading, the
+    step (0: none) and the sheet that explain it; the parts of the lab in which it shows, () for
+    all."""
 
     question: str
     look: Callable[[Inside], Optional[Broken]]
     heading: str
     step: int = 0
     sheet: str = 'imu_lab.md'
+    parts: Tuple[str, ...] = ()
 
     @property
     def place(self) -> str:
@@ -77,10 +79,13 @@ class Link(NamedTuple):
             self.sheet, self.heading, ', step {}'.format(self.step) if self.step else '')
 
 
-def first_broken(inside: Inside, links: Iterable[Link],
+def first_broken(inside: Inside, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
                  weak: bool = True) -> Optional[Tuple[Link, Broken]]:
-    """The first link that is broken. `weak`: is a law that is not the handout's broken, too?"""
-    return next(((link, found) for link in links for found in [link.look(inside)]
+    """The first link that is broken, of those that show in these `parts` of the lab. `weak`: is a
+    law that is not the handout's broken, too?"""
+    wanted = [link for link in links
+              if parts is None or not link.parts or set(link.parts) & set(parts)]
+    return next(((link, found) for link in wanted for found in [link.look(inside)]
                  if found is not None and (weak or not found.is_weak)), None)
 
 

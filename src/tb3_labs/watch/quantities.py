@@ -19,8 +19,8 @@ SAME = 3e-4
 #: It follows a quantity if this part of its values has the number of a sample that came at most
 #: RECENT [s] before.
 PART, RECENT, SOON = 0.95, 0.3, 0.03
-#: At most so many values of a variable are compared.
-MOST_VALUES = 400
+#: The longest delay that is looked for [s]. At most so many values of a variable are compared.
+LATEST, MOST_VALUES = 8.0, 400
 #: A quantity has moved if it has changed by this share of its scale.
 MOVED = 0.005
 
@@ -65,6 +65,13 @@ def followed(series: Series, quantities: Sequence[Quantity],
     few = thinned(series)
     return [each for each in quantities if len(few.time) and len(each.time)
             and np.mean(np.isfinite(ages(few, each))) >= part]
+
+
+def delay(series: Series, quantity: Quantity) -> float:
+    """The longest delay [s] with which a variable follows a quantity; inf: it does not."""
+    few = thinned(series)
+    found = np.sort(ages(few, quantity, LATEST)) if len(few.time) else np.array([np.inf])
+    return float(found[int(PART * (len(found) - 1))])
 
 
 def pause(series: Series, quantity: Quantity) -> float:

@@ -3,7 +3,7 @@ from typing import Any, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.watch.chain import Broken, Inside, Link, belief, is_heading
+from tb3_labs.watch.chain import Broken, Inside, belief, is_heading
 from tb3_labs.watch.quantities import Quantity, followed
 from tb3_labs.watch.variables import Series, number
 
@@ -369,16 +369,3 @@ def slow_law(inside: Inside) -> Optional[Broken]:
                       step.error[k], step.command[k], np.copysign(MAX_ANG_Z, step.error[k]),
                       inside.constant('K_HDG', K_HDG), inside.constant('MAX_ANG_Z', MAX_ANG_Z)),
                   float(step.time[k]), 'angular.z', is_weak=True)
-
-
-TURN_LAB = '3. Lab: turn 90 and 180 degrees'
-LINKS = (
-    Link('Is curr_yaw the heading, from 0 to 360 degrees? Turn the robot once around by hand.',
-         wrong_heading, TURN_LAB, 4),
-    Link('Which goal_yaw has each letter?', wrong_goal, TURN_LAB, 5),
-    Link('rostopic hz /cmd_vel: how often does a command come, and who sends it?', too_seldom,
-         TURN_LAB, 5),
-    Link('When does turning become True, and when False?', not_turning, TURN_LAB, 5),
-    Link('Which command belongs to an error of 90, of -90, of 270?', wrong_command, TURN_LAB, 5),
-    Link('At which error does a turn end, and by which command?', wrong_stop, TURN_LAB, 5),
-    Link('How large is the command for an error of 90?', slow_law, TURN_LAB, 5))
