@@ -305,7 +305,7 @@ def wrong_heading(inside: Inside) -> Optional[Broken]:
     if not found and stays(series):
         return Broken('{} stays at {}; it should be {}'.format(
             series.name, series.text[-1], right.words), moment)
-    moment, numbers = example(series, right, 1.0)
+    moment, numbers = example(series, right)
     return Broken('{} {} {}; it should be {}: {}'.format(
         series.name, *('follows', ', or '.join(found), right.words) if found else (
             'does not follow', 'the heading', right.words), numbers), moment)

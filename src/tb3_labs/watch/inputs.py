@@ -41,6 +41,8 @@ class Device(NamedTuple):
 
     def held(self) -> Iterable[Tuple[float, float, np.ndarray]]:
         """(begin, end, row) of each time in which nothing changed for HELD [s]."""
+        if not len(self.time):
+            return
         begins = np.unique(self.changed)
         for begin, end in zip(begins, np.append(begins[1:], self.time[-1:])):
             if end - begin >= HELD:

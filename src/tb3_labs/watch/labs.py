@@ -31,8 +31,8 @@ CHAINS: Dict[str, Sequence[Link]] = {
              TURN_LAB, 5, parts=TURNS),
         Link('Which command belongs to an error of 90, of -90, of 270?', turn_links.wrong_command,
              TURN_LAB, 5, parts=TURNS),
-        Link('At which error does a turn end, and by which command?', turn_links.wrong_stop,
-             TURN_LAB, 5, parts=TURNS),
+        *(Link('At which error does a turn end, and by which command?', look, TURN_LAB, 5,
+               parts=TURNS) for look in (turn_links.wrong_stop, turn_links.not_over)),
         *(Link('Which command belongs to the mouse at the upper edge, at the left one, in the '
                'middle, inactive?', look, TURN_LAB, 2, parts=MOUSE)
           for look in input_links.MOUSE_LINKS),

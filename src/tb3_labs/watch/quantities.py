@@ -18,7 +18,7 @@ from tb3_labs.watch.variables import Series
 SAME = 3e-4
 #: It follows a quantity if this part of its values has the number of a sample that came at most
 #: RECENT [s] before.
-PART, RECENT, SOON = 0.95, 0.3, 0.03
+PART, RECENT, SOON = 0.98, 0.5, 0.03
 #: The longest delay that is looked for [s]. At most so many values of a variable are compared.
 LATEST, MOST_VALUES = 8.0, 400
 #: A quantity has moved if it has changed by this share of its scale.
@@ -54,6 +54,8 @@ def ages(series: Series, quantity: Quantity, longest: float = RECENT) -> np.ndar
 def thinned(series: Series) -> Series:
     """At most MOST_VALUES values of a series, those that are numbers."""
     known = np.flatnonzero(np.isfinite(series.value))
+    changed = series.value[known] != series.value[known[:1]]
+    known = known[int(np.argmax(changed)):]     # without the value before the first message
     known = known[::max(1, len(known) // MOST_VALUES)]
     return Series(series.name, series.time[known], series.text[known], series.value[known])
 

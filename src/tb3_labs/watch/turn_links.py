@@ -150,10 +150,6 @@ def not_turning(inside: Inside) -> Optional[Broken]:
         return None
     for letter in letters(inside):
         part = turning.between(letter.begin + 0.02, min(letter.end, letter.begin + 1.0))
-        if turning.at(letter.begin - 0.05) == 1.0:
-            return Broken('{} was still True when {} was typed: it did not become False at the '
-                          'goal before'.format(turning.name, letter.words), letter.begin,
-                          turning.name)
         if len(part.value) > 4 and not (part.value == 1.0).any():
             error = [step.error[0] for each, step in inside.known(steps)
                      if each == letter and len(step.error)]
@@ -309,6 +305,17 @@ def too_seldom(inside: Inside) -> Optional[Broken]:
             return Broken('{} of {} commands in the turn after {} were zero: another callback '
                           'publishes, too'.format((part == 0.0).sum(), len(part), letter.words),
                           letter.begin)
+    return None
+
+
+def not_over(inside: Inside) -> Optional[Broken]:
+    """Does `turning` become False at the goal?"""
+    turning = inside.find('turning')
+    for letter in letters(inside) if turning is not None else ():
+        if turning.at(letter.begin - READ) == 1.0:
+            return Broken('{} was still True when {} was typed: it did not become False at the '
+                          'goal before'.format(turning.name, letter.words), letter.begin,
+                          turning.name)
     return None
 
 
