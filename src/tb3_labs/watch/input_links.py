@@ -5,7 +5,7 @@
     printed: the IMU's heading -> the number that is printed
 """
 import re
-from typing import List, NamedTuple, Optional, Tuple
+from typing import Any, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from tb3_labs.watch.chain import Broken, Inside, example, stays
 from tb3_labs.watch.inputs import (
     ANSWERED, Device, events, law, link_of, no_zero, part_of, sent, silent, stimulus)
 from tb3_labs.watch.quantities import Quantity, delay, followed
-from tb3_labs.watch.variables import Series
+from tb3_labs.watch.variables import Series, number
 
 # -- the gamepad
 
@@ -22,12 +22,11 @@ FIELDS, FACTORS = ('linear.x', 'angular.z'), (0.22, 2.84)
 #: The stimuli that show the pad's numbers: of the axes that drive and turn, of A, B and Y; the
 #: handout's numbers.
 PLAYED, HANDOUT = ('left stick up', 'right stick left', 'A', 'B', 'Y'), (1, 3, 0, 1, 2)
-#: A reset is called within CALLED after its button [s].
-CALLED, SERVICE = 2.5, 'set_pose'
-XYZ = r'{}:\s+x: (\S+)\s+y: (\S+)\s+z: (\S+)'
-ORIENTATION = re.compile(XYZ.format('orientation') + r'\s+w: (\S+)')
+SERVICE = 'set_pose'
+XYZ = r'{}:\s+x: ([-+.\w]+)\s+y: ([-+.\w]+)\s+z: ([-+.\w]+)'
+ORIENTATION = re.compile(XYZ.format('orientation') + r'\s+w: ([-+.\w]+)')
 PLACES = re.compile(XYZ.format('position')), re.compile(
-    r'^\s*(?:x|y|theta|yaw): (\S+)$', re.MULTILINE)
+    r'^\s*(?:x|y|theta|yaw): ([-+.\w]+)$', re.MULTILINE)
 
 
 class Pad(NamedTuple):
@@ -84,9 +83,9 @@ def stick_laws(inside: Inside) -> List[Optional[Broken]]:
              for words, columns in (('axis', heard.axes), ('button', heard.buttons))
              for k, value in enumerate(columns.T)]
     found = []
-    for name, factor, number in zip(FIELDS, FACTORS, own.numbers):
-        others = [each for k, each in enumerate(forms) if k != number and each.value.any()]
-        found.append(law(device, sent(inside), name, [forms[number]] + others, factor))
+    for name, factor, axis in zip(FIELDS, FACTORS, own.numbers):
+        others = [each for k, each in enumerate(forms) if k != axis and each.value.any()]
+        found.append(law(device, sent(inside), name, [forms[axis]] + others, factor))
     return [each and each._replace(is_weak=each.is_weak or not own.is_known) for each in found]
 
 
@@ -137,8 +136,9 @@ def wrong_control(inside: Inside) -> Optional[Broken]:
         elif said.value[chosen][-1] != (name == 'A'):
             words = 'ctrl_relinq said {} after {}'.format(name == 'B', button)
         elif name == 'A' and extra.any():
-            words = '{} commands came while the robot was handed over, after {}'.format(
-                extra.sum(), button)
+            words = '{} commands came while the robot was handed over, after {}{}'.format(
+                extra.sum(), button, ', with {} False'.format(own.name)
+                if own is not None and own.at(begin + ANSWERED) == 0.0 else '')
         if words and own is not None and own.at(begin + ANSWERED) == (name == 'A'):
             return Broken('{} stayed {} after {}: {}'.format(
                 own.name, name == 'A', button, words), begin, own.name)
@@ -153,7 +153,8 @@ def wrong_reset(inside: Inside) -> Optional[Broken]:
     if begin == np.inf:
         return None
     button = inside.known(pad).words(PLAYED[-1])
-    mine = [call for at, call in calls if begin <= at < begin + CALLED]
+    end = min((at for at in inside.run.states.arrival if at > begin), default=np.inf)
+    mine = [call for at, call in calls if begin <= at < end]
     if mine:
         service, request = (str(mine[0].get(part, '')) for part in ('service', 'request'))
         return wrong_request(request, begin) if service.strip('/') == SERVICE else Broken(
@@ -166,13 +167,12 @@ def wrong_reset(inside: Inside) -> Optional[Broken]:
 
 def wrong_request(request: str, begin: float) -> Optional[Broken]:
     """Is a request, as a text, (0, 0, 0) with a rotation and a covariance?"""
-    place = next(filter(None, (each.findall(request) for each in PLACES)), [])
-    numbers = [float(each) for row in place for each in ([row] if isinstance(row, str) else row)]
+    places: List[Any] = next((each for each in (pattern.findall(request) for pattern in PLACES) if each), [])
+    numbers = [number(each) for row in places for each in ([row] if isinstance(row, str) else row)]
     if any(numbers):
         return Broken('the request of the reset had the position {}; it should be 0, 0, 0'.format(
             ', '.join(map('{:g}'.format, numbers))), begin)
-    turned = [[float(each) for each in row] for row in ORIENTATION.findall(request)][:1]
-    for x, y, z, w in turned:
+    for x, y, z, w in [map(number, row) for row in ORIENTATION.findall(request)]:
         length = float(np.sqrt(x * x + y * y + z * z + w * w))
         if abs(length - 1.0) > 0.01 or abs(abs(w) - 1.0) > 1e-3:
             return Broken('the quaternion in the request of the reset was x {:g}, y {:g}, z {:g}, '
@@ -180,8 +180,9 @@ def wrong_request(request: str, begin: float) -> Optional[Broken]:
                               x, y, z, w, '' if abs(length - 1.0) < 0.01 else
                               ', of length {:.2g}'.format(length)), begin)
     covariance = re.search(r'covariance: \[(.*?)\]', request)
-    if covariance and not any(float(each) for each in covariance.group(1).split(',')):
-        return Broken('the covariance in the request of the reset is all zeros', begin, is_weak=True)
+    if covariance and not any(number(each) for each in covariance.group(1).split(',')):
+        return Broken('the covariance in the request of the reset is all zeros', begin,
+                      is_weak=True)
     return None
 
 
@@ -190,6 +191,8 @@ PAD_LINKS = (link_of(stick_laws, weak=False), sticks_let_go, wrong_control, wron
 
 # -- the mouse of the IMU lab
 
+#: A command is amid those of a turn if they come within AMID [s] before and after it.
+AMID = 0.3
 #: The handout's factor [m/s], [rad/s], and its dead zone. No turn comes before the stimulus BESIDE.
 HALF, DEAD, BESIDE = 0.5, 0.25, 'l beside the mouse'
 
@@ -222,8 +225,9 @@ def mouse_laws(inside: Inside) -> List[Optional[Broken]]:
     commands = commands.take(~is_turning(inside, commands.arrival))
     far = {axis: np.abs(getattr(heard, axis)) > DEAD for axis in 'xy'}
     up = [event['up'] for _, event in events(inside, 'mouse client') if event.get('up')]
-    found = []
-    for name, factor, (own, other) in zip(FIELDS, (HALF, -HALF), ('yx', 'xy')):
+    found: List[Optional[Broken]] = []
+    for name, factor, (own, other) in zip(
+            FIELDS, (HALF, -HALF), (('y', 'x'), ('x', 'y'))):
         forms = [Quantity(axis + zone + active, device.time,
                           getattr(heard, axis) * is_far * is_on, 1.0)
                  for axis in (own, other) for zone, is_far in (
@@ -232,15 +236,15 @@ def mouse_laws(inside: Inside) -> List[Optional[Broken]]:
                  for active, is_on in (('', heard.active), (', also while it is not active', 1.0))]
         found.append(law(device, commands, name, forms, factor))
         if not up and own == 'y' and not law(device, commands, name, forms, -factor):
-            found = [None]      # its y counts down
+            found[0] = None     # its y counts down
     return found
 
 
 def mouse_ignored(inside: Inside) -> Optional[Broken]:
     """Does the mouse give commands, and a zero in its middle and when it is deactivated?"""
     device, commands = mouse(inside), sent(inside)
-    return silent(commands, device, asks, lambda *span: is_turning(
-        inside, np.linspace(*span, 5)).any()) or next(filter(None, (
+    return silent(commands, device, asks, lambda begin, end: is_turning(
+        inside, np.linspace(begin, end, 5)).any()) or next(filter(None, (
             no_zero(commands, begin, 'with ' + device.place(row))
             for begin, _, row in device.held() if not asks(row)
             and not is_turning(inside, np.array([begin - 0.2, begin + 0.3])).any())), None)
@@ -253,9 +257,12 @@ def mouse_in_turn(inside: Inside) -> Optional[Broken]:
         return None
     inner = np.array([turning.between(at - 0.15, at + 0.15).value.min(initial=turning.at(at))
                       for at in commands.arrival]) == 1.0
-    last = device.sample(commands.arrival)
-    mixed = np.flatnonzero(inner & (last >= 0) & (commands.angular == 0.0))
-    if len(mixed) < 3 or not commands.angular[inner].any():
+    last, turns = device.sample(commands.arrival), commands.arrival[commands.angular != 0.0]
+    before, after = (np.searchsorted(turns, commands.arrival + span) for span in (-AMID, AMID))
+    own = np.searchsorted(turns, commands.arrival)
+    mixed = np.flatnonzero(inner & (last >= 0) & (commands.angular == 0.0) & (before < own)
+                           & (own < after))
+    if len(mixed) < 3:
         return None
     k = int(mixed[0])
     return Broken('{} of {} commands while {} was True were those of the mouse, such as {:.2f} m/s '
@@ -319,7 +326,10 @@ def shifted(series: Series, right: Quantity) -> List[str]:
     if not followed(Series(series.name, series.time, series.text, series.value % 360.0),
                     [right._replace(value=(right.value + angle) % 360.0)]):
         return []
-    return ['the yaw {} {:.1f} degrees'.format('plus' if angle > 0.0 else 'minus', abs(angle))]
+    is_first = abs((angle + right.value[sample[0]] + 180.0) % 360.0 - 180.0) < 1.0
+    return ['the yaw {} {:.1f} degrees{}'.format(
+        'plus' if angle > 0.0 else 'minus', abs(angle),
+        ', the yaw at its first line' if is_first else '')]
 
 
 PRINTED_LINKS = (wrong_heading,)
