@@ -96,7 +96,8 @@ def is_handed_over(inside: Inside, time: float) -> bool:
 
 def is_moved(inside: Inside, row: np.ndarray) -> bool:
     """Is a stick out of its middle?"""
-    return bool(row[list(inside.known(pad).numbers[:2])].any())
+    own = inside.known(pad)
+    return own.is_known and bool(row[list(own.numbers[:2])].any())
 
 
 def sticks_let_go(inside: Inside) -> Optional[Broken]:
@@ -104,7 +105,7 @@ def sticks_let_go(inside: Inside) -> Optional[Broken]:
     return next(filter(None, (
         no_zero(sent(inside), begin, 'when the sticks were let go')
         for begin, _, row in played(inside).held()
-        if not is_moved(inside, row) and not is_handed_over(inside, begin))), None)
+        if not row.any() and not is_handed_over(inside, begin))), None)
 
 
 def sticks_ignored(inside: Inside) -> Optional[Broken]:
@@ -167,7 +168,8 @@ def wrong_reset(inside: Inside) -> Optional[Broken]:
 
 def wrong_request(request: str, begin: float) -> Optional[Broken]:
     """Is a request, as a text, (0, 0, 0) with a rotation and a covariance?"""
-    places: List[Any] = next((each for each in (pattern.findall(request) for pattern in PLACES) if each), [])
+    found: List[List[Any]] = [pattern.findall(request) for pattern in PLACES]
+    places = next(filter(None, found), [])
     numbers = [number(each) for row in places for each in ([row] if isinstance(row, str) else row)]
     if any(numbers):
         return Broken('the request of the reset had the position {}; it should be 0, 0, 0'.format(
@@ -296,10 +298,11 @@ def printed(inside: Inside) -> Series:
 
 def wrong_heading(inside: Inside) -> Optional[Broken]:
     """Is the printed number the heading from 0 to 360?"""
-    series, quantities = printed(inside), inside.imu
-    right, moment = quantities[0], float(series.time[0]) if len(series.time) else 0.0
-    if len(series.time) < 3 or followed(series, quantities[:1]):
+    series = printed(inside)
+    quantities = inside.imu if len(series.time) > 2 else []
+    if not quantities or followed(series, quantities[:1]):
         return None
+    right, moment = quantities[0], float(series.time[0])
     found = [each.words for each in followed(series, quantities)]
     # an order of the quaternion is told only if nothing simpler is equal to it
     found = found[:1] + [each for each in found[1:] if QUATERNION not in each

@@ -100,14 +100,16 @@ def law(device: Device, commands: Any, name: str, forms: List[Quantity],
     """The Broken of a field, linear.x or angular.z, that should be `factor` times the first of the
     forms. It is weak if the field has the right sign and is not larger."""
     right, asked = forms[0], scaled(forms[0], factor)
+    if not right.value.any():
+        return None
     should = 'it should be {:g} times {}'.format(factor, right.words)
     value = getattr(commands, name.split('.')[0])
     series = part_of(Series(name, commands.arrival, value, value),
                      device.sample(commands.arrival) >= 0)
-    if not len(series.time) or not right.value.any():
+    if not len(series.time):
         return None
-    found = [(factor_of(series, form), form.words) for form in forms]
-    found = [each for each in found if np.isfinite(each[0])]
+    factors = [(factor_of(series, form), form.words) for form in forms]
+    found = [each for each in factors if np.isfinite(each[0])]
     if found:
         share, words = found[0]
         moment = float(series.time[np.flatnonzero(series.value)[0]])
