@@ -5,7 +5,7 @@
     printed: the IMU's heading -> the number that is printed
 """
 import re
-from typing import Any, List, NamedTuple, Optional, Tuple
+from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -168,9 +168,8 @@ def wrong_reset(inside: Inside) -> Optional[Broken]:
 
 def wrong_request(request: str, begin: float) -> Optional[Broken]:
     """Is a request, as a text, (0, 0, 0) with a rotation and a covariance?"""
-    found: List[List[Any]] = [pattern.findall(request) for pattern in PLACES]
-    places = next(filter(None, found), [])
-    numbers = [number(each) for row in places for each in ([row] if isinstance(row, str) else row)]
+    patterns = [pattern.findall(request) for pattern in PLACES]
+    numbers = [number(each) for row in patterns[0] or [patterns[1]] for each in row]
     if any(numbers):
         return Broken('the request of the reset had the position {}; it should be 0, 0, 0'.format(
             ', '.join(map('{:g}'.format, numbers))), begin)

@@ -113,11 +113,13 @@ def law(device: Device, commands: Any, name: str, forms: List[Quantity],
     if found:
         share, words = found[0]
         moment = float(series.time[np.flatnonzero(series.value)[0]])
+        is_usual = abs(share / factor - 1.0) < 0.02
         if words != right.words:    # one of another axis may be equal by this motion
-            equal = found[:1] + [each for each in found if each[1][:6] != words[:6]][:1]
+            equal = found[:1] + [each for each in found if each[1][:6] != words[:6]
+                                 and not is_usual][:1]
             return Broken('{} follows {}; {}'.format(name, ', or '.join(
                 map('{0[0]:.3g} times {0[1]}'.format, equal)), should), moment, name)
-        return None if abs(share / factor - 1.0) < 0.02 else Broken(
+        return None if is_usual else Broken(
             '{} is {:.3g} times {}, the handout has {:+g}'.format(
                 name, share, words, factor), moment, name, 0.0 < share / factor < 1.0)
     last = device.sample(series.time)
