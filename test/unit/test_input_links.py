@@ -88,6 +88,19 @@ def test_a_right_node_is_not_accused():
     assert told(pad_run()) is None
 
 
+def test_a_run_without_a_device_breaks_no_link():
+    sent = Twists(*(np.arange(30.0) for _ in range(8)))
+    for links in PAD_LINKS, MOUSE_LINKS, PRINTED_LINKS:
+        assert told(Inside(made(commands=sent)), links) is None
+
+
+def test_of_a_pad_that_is_not_known_another_axis_is_weak():
+    def react(axes, buttons, node):
+        return right(np.array([0.0, axes[0], 0.0, axes[2]]), buttons, node)
+    inside = pad_run(react, [('', moved, button) for _, moved, button in PLAYED])
+    assert told(inside, weak=False) is None and 'linear.x follows 0.22 times axis 0' in told(inside)
+
+
 @pytest.mark.parametrize('command, said', [
     (lambda axes: (0.22 * axes[3], 2.84 * axes[1]),
      'linear.x follows 0.22 times axis 3; it should be 0.22 times axis 1'),

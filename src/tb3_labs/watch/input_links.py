@@ -13,7 +13,7 @@ from tb3_labs.watch.chain import Broken, Inside, example, stays
 from tb3_labs.watch.inputs import (
     ANSWERED, Device, events, law, link_of, no_zero, part_of, sent, silent, stimulus)
 from tb3_labs.watch.quantities import Quantity, delay, followed
-from tb3_labs.watch.variables import Series
+from tb3_labs.watch.variables import Series, number
 
 # -- the gamepad
 
@@ -22,12 +22,11 @@ FIELDS, FACTORS = ('linear.x', 'angular.z'), (0.22, 2.84)
 #: The stimuli that show the pad's numbers: of the axes that drive and turn, of A, B and Y; the
 #: handout's numbers.
 PLAYED, HANDOUT = ('left stick up', 'right stick left', 'A', 'B', 'Y'), (1, 3, 0, 1, 2)
-#: A reset is called within CALLED after its button [s].
-CALLED, SERVICE = 2.5, 'set_pose'
-XYZ = r'{}:\s+x: (\S+)\s+y: (\S+)\s+z: (\S+)'
-ORIENTATION = re.compile(XYZ.format('orientation') + r'\s+w: (\S+)')
+SERVICE = 'set_pose'
+XYZ = r'{}:\s+x: ([-+.\w]+)\s+y: ([-+.\w]+)\s+z: ([-+.\w]+)'
+ORIENTATION = re.compile(XYZ.format('orientation') + r'\s+w: ([-+.\w]+)')
 PLACES = re.compile(XYZ.format('position')), re.compile(
-    r'^\s*(?:x|y|theta|yaw): (\S+)$', re.MULTILINE)
+    r'^\s*(?:x|y|theta|yaw): ([-+.\w]+)$', re.MULTILINE)
 
 
 class Pad(NamedTuple):
@@ -84,9 +83,9 @@ def stick_laws(inside: Inside) -> List[Optional[Broken]]:
              for words, columns in (('axis', heard.axes), ('button', heard.buttons))
              for k, value in enumerate(columns.T)]
     found = []
-    for name, factor, number in zip(FIELDS, FACTORS, own.numbers):
-        others = [each for k, each in enumerate(forms) if k != number and each.value.any()]
-        found.append(law(device, sent(inside), name, [forms[number]] + others, factor))
+    for name, factor, axis in zip(FIELDS, FACTORS, own.numbers):
+        others = [each for k, each in enumerate(forms) if k != axis and each.value.any()]
+        found.append(law(device, sent(inside), name, [forms[axis]] + others, factor))
     return [each and each._replace(is_weak=each.is_weak or not own.is_known) for each in found]
 
 
@@ -97,7 +96,8 @@ def is_handed_over(inside: Inside, time: float) -> bool:
 
 def is_moved(inside: Inside, row: np.ndarray) -> bool:
     """Is a stick out of its middle?"""
-    return bool(row[list(inside.known(pad).numbers[:2])].any())
+    own = inside.known(pad)
+    return own.is_known and bool(row[list(own.numbers[:2])].any())
 
 
 def sticks_let_go(inside: Inside) -> Optional[Broken]:
@@ -105,7 +105,7 @@ def sticks_let_go(inside: Inside) -> Optional[Broken]:
     return next(filter(None, (
         no_zero(sent(inside), begin, 'when the sticks were let go')
         for begin, _, row in played(inside).held()
-        if not is_moved(inside, row) and not is_handed_over(inside, begin))), None)
+        if not row.any() and not is_handed_over(inside, begin))), None)
 
 
 def sticks_ignored(inside: Inside) -> Optional[Broken]:
@@ -137,8 +137,9 @@ def wrong_control(inside: Inside) -> Optional[Broken]:
         elif said.value[chosen][-1] != (name == 'A'):
             words = 'ctrl_relinq said {} after {}'.format(name == 'B', button)
         elif name == 'A' and extra.any():
-            words = '{} commands came while the robot was handed over, after {}'.format(
-                extra.sum(), button)
+            words = '{} commands came while the robot was handed over, after {}{}'.format(
+                extra.sum(), button, ', with {} False'.format(own.name)
+                if own is not None and own.at(begin + ANSWERED) == 0.0 else '')
         if words and own is not None and own.at(begin + ANSWERED) == (name == 'A'):
             return Broken('{} stayed {} after {}: {}'.format(
                 own.name, name == 'A', button, words), begin, own.name)
@@ -153,7 +154,8 @@ def wrong_reset(inside: Inside) -> Optional[Broken]:
     if begin == np.inf:
         return None
     button = inside.known(pad).words(PLAYED[-1])
-    mine = [call for at, call in calls if begin <= at < begin + CALLED]
+    end = min((at for at in inside.run.states.arrival if at > begin), default=np.inf)
+    mine = [call for at, call in calls if begin <= at < end]
     if mine:
         service, request = (str(mine[0].get(part, '')) for part in ('service', 'request'))
         return wrong_request(request, begin) if service.strip('/') == SERVICE else Broken(
@@ -166,13 +168,12 @@ def wrong_reset(inside: Inside) -> Optional[Broken]:
 
 def wrong_request(request: str, begin: float) -> Optional[Broken]:
     """Is a request, as a text, (0, 0, 0) with a rotation and a covariance?"""
-    place = next(filter(None, (each.findall(request) for each in PLACES)), [])
-    numbers = [float(each) for row in place for each in ([row] if isinstance(row, str) else row)]
+    patterns = [pattern.findall(request) for pattern in PLACES]
+    numbers = [number(each) for row in patterns[0] or [patterns[1]] for each in row]
     if any(numbers):
         return Broken('the request of the reset had the position {}; it should be 0, 0, 0'.format(
             ', '.join(map('{:g}'.format, numbers))), begin)
-    turned = [[float(each) for each in row] for row in ORIENTATION.findall(request)][:1]
-    for x, y, z, w in turned:
+    for x, y, z, w in [map(number, row) for row in ORIENTATION.findall(request)]:
         length = float(np.sqrt(x * x + y * y + z * z + w * w))
         if abs(length - 1.0) > 0.01 or abs(abs(w) - 1.0) > 1e-3:
             return Broken('the quaternion in the request of the reset was x {:g}, y {:g}, z {:g}, '
@@ -180,8 +181,9 @@ def wrong_request(request: str, begin: float) -> Optional[Broken]:
                               x, y, z, w, '' if abs(length - 1.0) < 0.01 else
                               ', of length {:.2g}'.format(length)), begin)
     covariance = re.search(r'covariance: \[(.*?)\]', request)
-    if covariance and not any(float(each) for each in covariance.group(1).split(',')):
-        return Broken('the covariance in the request of the reset is all zeros', begin, is_weak=True)
+    if covariance and not any(number(each) for each in covariance.group(1).split(',')):
+        return Broken('the covariance in the request of the reset is all zeros', begin,
+                      is_weak=True)
     return None
 
 
@@ -190,6 +192,8 @@ PAD_LINKS = (link_of(stick_laws, weak=False), sticks_let_go, wrong_control, wron
 
 # -- the mouse of the IMU lab
 
+#: A command is amid those of a turn if they come within AMID [s] before and after it.
+AMID = 0.3
 #: The handout's factor [m/s], [rad/s], and its dead zone. No turn comes before the stimulus BESIDE.
 HALF, DEAD, BESIDE = 0.5, 0.25, 'l beside the mouse'
 
@@ -222,8 +226,9 @@ def mouse_laws(inside: Inside) -> List[Optional[Broken]]:
     commands = commands.take(~is_turning(inside, commands.arrival))
     far = {axis: np.abs(getattr(heard, axis)) > DEAD for axis in 'xy'}
     up = [event['up'] for _, event in events(inside, 'mouse client') if event.get('up')]
-    found = []
-    for name, factor, (own, other) in zip(FIELDS, (HALF, -HALF), ('yx', 'xy')):
+    found: List[Optional[Broken]] = []
+    for name, factor, (own, other) in zip(
+            FIELDS, (HALF, -HALF), (('y', 'x'), ('x', 'y'))):
         forms = [Quantity(axis + zone + active, device.time,
                           getattr(heard, axis) * is_far * is_on, 1.0)
                  for axis in (own, other) for zone, is_far in (
@@ -232,15 +237,15 @@ def mouse_laws(inside: Inside) -> List[Optional[Broken]]:
                  for active, is_on in (('', heard.active), (', also while it is not active', 1.0))]
         found.append(law(device, commands, name, forms, factor))
         if not up and own == 'y' and not law(device, commands, name, forms, -factor):
-            found = [None]      # its y counts down
+            found[0] = None     # its y counts down
     return found
 
 
 def mouse_ignored(inside: Inside) -> Optional[Broken]:
     """Does the mouse give commands, and a zero in its middle and when it is deactivated?"""
     device, commands = mouse(inside), sent(inside)
-    return silent(commands, device, asks, lambda *span: is_turning(
-        inside, np.linspace(*span, 5)).any()) or next(filter(None, (
+    return silent(commands, device, asks, lambda begin, end: is_turning(
+        inside, np.linspace(begin, end, 5)).any()) or next(filter(None, (
             no_zero(commands, begin, 'with ' + device.place(row))
             for begin, _, row in device.held() if not asks(row)
             and not is_turning(inside, np.array([begin - 0.2, begin + 0.3])).any())), None)
@@ -253,9 +258,12 @@ def mouse_in_turn(inside: Inside) -> Optional[Broken]:
         return None
     inner = np.array([turning.between(at - 0.15, at + 0.15).value.min(initial=turning.at(at))
                       for at in commands.arrival]) == 1.0
-    last = device.sample(commands.arrival)
-    mixed = np.flatnonzero(inner & (last >= 0) & (commands.angular == 0.0))
-    if len(mixed) < 3 or not commands.angular[inner].any():
+    last, turns = device.sample(commands.arrival), commands.arrival[commands.angular != 0.0]
+    before, after = (np.searchsorted(turns, commands.arrival + span) for span in (-AMID, AMID))
+    own = np.searchsorted(turns, commands.arrival)
+    mixed = np.flatnonzero(inner & (last >= 0) & (commands.angular == 0.0) & (before < own)
+                           & (own < after))
+    if len(mixed) < 3:
         return None
     k = int(mixed[0])
     return Broken('{} of {} commands while {} was True were those of the mouse, such as {:.2f} m/s '
@@ -289,10 +297,11 @@ def printed(inside: Inside) -> Series:
 
 def wrong_heading(inside: Inside) -> Optional[Broken]:
     """Is the printed number the heading from 0 to 360?"""
-    series, quantities = printed(inside), inside.imu
-    right, moment = quantities[0], float(series.time[0]) if len(series.time) else 0.0
-    if len(series.time) < 3 or followed(series, quantities[:1]):
+    series = printed(inside)
+    quantities = inside.imu if len(series.time) > 2 else []
+    if not quantities or followed(series, quantities[:1]):
         return None
+    right, moment = quantities[0], float(series.time[0])
     found = [each.words for each in followed(series, quantities)]
     # an order of the quaternion is told only if nothing simpler is equal to it
     found = found[:1] + [each for each in found[1:] if QUATERNION not in each
@@ -319,7 +328,10 @@ def shifted(series: Series, right: Quantity) -> List[str]:
     if not followed(Series(series.name, series.time, series.text, series.value % 360.0),
                     [right._replace(value=(right.value + angle) % 360.0)]):
         return []
-    return ['the yaw {} {:.1f} degrees'.format('plus' if angle > 0.0 else 'minus', abs(angle))]
+    is_first = abs((angle + right.value[sample[0]] + 180.0) % 360.0 - 180.0) < 1.0
+    return ['the yaw {} {:.1f} degrees{}'.format(
+        'plus' if angle > 0.0 else 'minus', abs(angle),
+        ', the yaw at its first line' if is_first else '')]
 
 
 PRINTED_LINKS = (wrong_heading,)

@@ -1,5 +1,5 @@
 """The chain of the IMU lab: heading -> curr_yaw -> goal_yaw -> turning -> command -> stop."""
-from typing import Any, List, NamedTuple, Optional, Tuple
+from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -220,16 +220,20 @@ def wrong_command(inside: Inside) -> Optional[Broken]:
     return wrong_side(inside, each) or too_fast(inside, each) or drives(inside, each)
 
 
+#: The fields of a command that no wheel follows: its name in Twists, and in the message.
+UNUSED = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', 'angular.x'),
+          ('pitching', 'angular.y'))
+
+
 def other_fields(inside: Inside) -> str:
     """Words on a field of the commands in which there is a speed that was not asked for."""
-    found = wrong_field(inside.run.commands)
+    found = wrong_field(inside.run.commands, (*UNUSED, ('linear', 'linear.x')))
     return found and '; ' + found
 
 
-def wrong_field(sent: Any) -> str:
-    """A clause on a field of these commands that no wheel follows, or else on linear.x."""
-    for field, words in (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', 'angular.x'),
-                         ('pitching', 'angular.y'), ('linear', 'linear.x')):
+def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED) -> str:
+    """A clause on the first of these fields in which the commands have a speed; '' if none has."""
+    for field, words in fields:
         speeds = getattr(sent, field, np.empty(0))
         if speeds.any():
             return '{} was {:.2g}'.format(words, speeds[np.argmax(np.abs(speeds))])
