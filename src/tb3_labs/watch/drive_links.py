@@ -197,22 +197,31 @@ def wrong_reference(inside: Inside, frame: Frame, name: str, is_used: bool) -> O
     part = series and steered(inside, series, frame.begin, frame.end)
     if series is None or len(part.time) < FEW:
         return None
-    asked = frame.references[name]
-    apart = min(np.nanmedian(np.abs(np.exp(1j * part.value) - np.exp(1j * each))
-                             if 'yaw' in name else np.abs(part.value - each)) for each in asked)
+    asked, of = frame.references[name], 'IMU' if name == 'initial_global_yaw' else 'odometry'
+    before = max((each for each in inside.known(frames) if each.begin < frame.begin),
+                 default=frame).references[name]
+    apart = [np.abs(np.exp(1j * part.value) - np.exp(1j * each)) if 'yaw' in name
+             else np.abs(part.value - each) for each in asked]
+    value = part.value[-1]
+    words = 'became ' + short(part.text[-1])
     if set(part.text) == {'None'}:
         words = 'stayed None'
-    elif not is_used or apart <= APART:
+    elif not is_used or min(map(np.median, apart)) <= APART:
         return None
     elif len(set(part.text)) > 5:
-        words = 'went on changing, and became ' + short(part.text[-1])
-    elif frame.is_reset and series.text_at(frame.begin - SOON) == part.text[-1]:
+        words = 'went on changing, and ' + words
+    elif abs(asked[0] - before[0]) > APART and series.text_at(frame.begin - SOON) == part.text[-1]:
         words = 'stayed ' + short(part.text[-1])
     else:
-        return None
+        same = [each.words for each in (inside.imu + inside.odometry if 'yaw' in name else [])
+                if abs(each.value[np.searchsorted(each.time, frame.begin).clip(
+                    0, len(each.time) - 1)] - value) < 10.0 * SAME * each.scale]
+        if not same:
+            return None
+        words += ', as ' + min(same, key=lambda each: ('yaw' not in each) + (
+            'order' in each and 'x, y, z, w' not in each))
     return Broken('{}{} {}; it should be {:.3g} ({})'.format(
-        frame.words, series.name, words, asked[0],
-        'IMU' if name == 'initial_global_yaw' else 'odometry'), float(part.time[0]), series.name)
+        frame.words, series.name, words, asked[0], of), float(part.time[0]), series.name)
 
 
 def wrong_belief(inside: Inside, frame: Frame, part: Series, same: Series,
@@ -226,14 +235,17 @@ def wrong_belief(inside: Inside, frame: Frame, part: Series, same: Series,
         value=each.value.imag if part.name.endswith('y') else each.value.real)
         for each in inside.known(places))
     some = taken(same, np.linspace(0, len(same.time) - 1, 15).astype(int))
-    found = sorted((each for each in table if followed(some, [each], 0.6) and followed(
-        same, [each], MOST)), key=lambda each: each.words.replace('x, y, z, w', '').count(',')
-        + (is_yaw and 'yaw' not in each.words))
+    is_kept = any(inside.find(each) is None for each in frame.references)
+    found = [each for each in table if (is_kept or 'reset before' not in each.words) and followed(
+        some, [each], 0.6) and followed(same, [each], MOST)] if np.ptp(part.value) > 2 * APART else []
+    marks = [each.words.replace('x, y, z, w', '').count(',') + (is_yaw and 'yaw' not in each.words)
+             for each in found]
+    found = [each for each, mark in zip(found, marks) if mark == min(marks)]
     late = np.sort(ages(same, right._replace(scale=1.0), 60.0))[int(MOST * (len(same.time) - 1))]
     if len(set(part.text)) == 1:
         words = 'stayed ' + short(part.text[-1])
     elif found:
-        words = 'followed ' + ', or '.join(each.words for each in found[:2])
+        words = 'followed ' + ', or '.join(dict.fromkeys(each.words for each in found[:2]))
     else:
         words = 'came up to {:.1f} s late'.format(late) if late < np.inf else 'did not follow it'
     return Broken('{}{} {}; it should be {}: it was {:.3g} when this was {:.3g}'.format(
