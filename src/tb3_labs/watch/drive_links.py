@@ -118,7 +118,8 @@ def yaws(inside: Inside, part: Series) -> Iterator[Quantity]:
         own = 0.0 if reference is None else reference.value[(np.searchsorted(
             reference.time, at[some], 'right') - 1).clip(0)]
         for each in headings(at, quaternion, of):
-            if each.per_degree and ', from -180 to 180' not in each.words:
+            if 'its number' in each.words or each.per_degree and (
+                    ', from -180 to 180' not in each.words):
                 continue        # the same on the circle
             unit = 180.0 / np.pi if ' in degrees' in each.words else 1.0
             for said, base in ((' since the reset', each.value[first]),
@@ -197,22 +198,31 @@ def wrong_reference(inside: Inside, frame: Frame, name: str, is_used: bool) -> O
     part = series and steered(inside, series, frame.begin, frame.end)
     if series is None or len(part.time) < FEW:
         return None
-    asked = frame.references[name]
-    apart = min(np.nanmedian(np.abs(np.exp(1j * part.value) - np.exp(1j * each))
-                             if 'yaw' in name else np.abs(part.value - each)) for each in asked)
+    asked, of = frame.references[name], 'IMU' if name == 'initial_global_yaw' else 'odometry'
+    before = max((each for each in inside.known(frames) if each.begin < frame.begin),
+                 default=frame).references[name]
+    apart = [np.abs(np.exp(1j * part.value) - np.exp(1j * each)) if 'yaw' in name
+             else np.abs(part.value - each) for each in asked]
+    value = part.value[-1]
+    words = 'became ' + short(part.text[-1])
     if set(part.text) == {'None'}:
         words = 'stayed None'
-    elif not is_used or apart <= APART:
+    elif not is_used or min(map(np.median, apart)) <= APART:
         return None
     elif len(set(part.text)) > 5:
-        words = 'went on changing, and became ' + short(part.text[-1])
-    elif frame.is_reset and series.text_at(frame.begin - SOON) == part.text[-1]:
+        words = 'went on changing, and ' + words
+    elif abs(asked[0] - before[0]) > APART and series.text_at(frame.begin - SOON) == part.text[-1]:
         words = 'stayed ' + short(part.text[-1])
     else:
-        return None
+        same = [each.words for each in (inside.imu + inside.odometry if 'yaw' in name else [])
+                if abs(each.value[np.searchsorted(each.time, frame.begin).clip(
+                    0, len(each.time) - 1)] - value) < 10.0 * SAME * each.scale]
+        if not same:
+            return None
+        words += ', as ' + min(same, key=lambda each: ('yaw' not in each) + (
+            'order' in each and 'x, y, z, w' not in each))
     return Broken('{}{} {}; it should be {:.3g} ({})'.format(
-        frame.words, series.name, words, asked[0],
-        'IMU' if name == 'initial_global_yaw' else 'odometry'), float(part.time[0]), series.name)
+        frame.words, series.name, words, asked[0], of), float(part.time[0]), series.name)
 
 
 def wrong_belief(inside: Inside, frame: Frame, part: Series, same: Series,
@@ -226,14 +236,17 @@ def wrong_belief(inside: Inside, frame: Frame, part: Series, same: Series,
         value=each.value.imag if part.name.endswith('y') else each.value.real)
         for each in inside.known(places))
     some = taken(same, np.linspace(0, len(same.time) - 1, 15).astype(int))
-    found = sorted((each for each in table if followed(some, [each], 0.6) and followed(
-        same, [each], MOST)), key=lambda each: each.words.replace('x, y, z, w', '').count(',')
-        + (is_yaw and 'yaw' not in each.words))
+    is_kept = any(inside.find(each) is None for each in frame.references)
+    found = [each for each in table if (is_kept or 'reset before' not in each.words) and followed(
+        some, [each], 0.6) and followed(same, [each], MOST)] if np.ptp(part.value) > 2 * APART else []
+    marks = [each.words.replace('x, y, z, w', '').count(',') + (
+        is_yaw and ('yaw' not in each.words) + ('odometry' in each.words)) for each in found]
+    found = [each for each, mark in zip(found, marks) if mark == min(marks)]
     late = np.sort(ages(same, right._replace(scale=1.0), 60.0))[int(MOST * (len(same.time) - 1))]
     if len(set(part.text)) == 1:
         words = 'stayed ' + short(part.text[-1])
     elif found:
-        words = 'followed ' + ', or '.join(each.words for each in found[:2])
+        words = 'followed ' + ', or '.join(dict.fromkeys(each.words for each in found[:2]))
     else:
         words = 'came up to {:.1f} s late'.format(late) if late < np.inf else 'did not follow it'
     return Broken('{}{} {}; it should be {}: it was {:.3g} when this was {:.3g}'.format(
@@ -243,21 +256,34 @@ def wrong_belief(inside: Inside, frame: Frame, part: Series, same: Series,
 
 
 def wrong_control(inside: Inside) -> Optional[Broken]:
-    """Does has_control follow ctrl_relinq, and is a zero the last command without control?"""
-    control, series, sent = inside.run.control, inside.find('has_control'), inside.run.commands
-    moving = (sent.linear != 0.0) | (sent.angular != 0.0)
-    for begin, end, value in zip(control.arrival, np.append(
-            control.arrival[1:], inside.run.duration), control.value):
-        part = series and series.between(begin + LATE, end)
-        if part is not None and np.mean(np.append(np.abs(part.value - value) == 1.0, [0.0] * 4)) > .5:
+    """Does has_control follow ctrl_relinq?"""
+    series = inside.find('has_control')
+    for begin, end, value in given(inside) if series is not None else []:
+        part = series.between(begin + LATE, end)
+        if np.mean(np.append(np.abs(part.value - value) == 1.0, [0.0] * 4)) > 0.5:
             return Broken('{:.1f} s after a {} on ctrl_relinq {} was {}'.format(
                 part.time[-1] - begin, bool(value), series.name, part.text[-1]),
                 float(part.time[0]), series.name)
+    return None
+
+
+def given(inside: Inside) -> Iterator[Tuple[float, float, float]]:
+    """(from, until, value) of each message on ctrl_relinq."""
+    control = inside.run.control
+    return zip(control.arrival, np.append(control.arrival[1:], inside.run.duration), control.value)
+
+
+def drives_without(inside: Inside) -> Optional[Broken]:
+    """Does a node without control command anything but a zero?"""
+    sent = inside.run.commands
+    moving = (sent.linear != 0.0) | (sent.angular != 0.0)
+    for begin, end, value in given(inside):
+        near = (sent.arrival > begin - SOON / 5.0) & (sent.arrival < begin + LATE)
         if value or end < begin + LATE:
             continue
         late = np.flatnonzero((sent.arrival > begin + LATE) & (sent.arrival < end) & moving)
         last = np.flatnonzero((sent.arrival < begin + LATE) & (sent.arrival > begin - 1.0))[-1:]
-        for k in [*late[2:3], *last[moving[last]]]:
+        for k in [*late[2:3], *([] if (near & ~moving).any() else last[moving[last]])]:
             return Broken('ctrl_relinq became False, and {} linear.x {:.2f}, angular.z {:.2f}'.format(
                 'the last command was' if len(late) < 3 else '{:.1f} s later a command was'.format(
                     sent.arrival[k] - begin), sent.linear[k], sent.angular[k]),
@@ -491,4 +517,5 @@ def slow_law(inside: Inside) -> Optional[Broken]:
     return None
 
 
-LINKS = (wrong_control, state_kept, wrong_pose, wrong_goal, wrong_law, wrong_silence, slow_law)
+LINKS = (wrong_control, state_kept, wrong_pose, wrong_goal, wrong_law, wrong_silence,
+         drives_without, slow_law)
