@@ -10,7 +10,7 @@ from made_run import made, values
 
 from tb3_labs.report.run_data import MouseSamples, Orientations, PadSamples, States, Twists
 from tb3_labs.watch.chain import Inside, first_broken
-from tb3_labs.watch.input_links import MOUSE_LINKS, PAD_LINKS, PRINTED_LINKS
+from tb3_labs.watch.labs import CHAINS
 
 #: Messages of a device come every EVERY [s]; a node answers within ANSWER [s].
 EVERY, ANSWER = 0.05, 0.004
@@ -79,8 +79,9 @@ def words_of_variables(rows):
     return Variables(at.astype(float), at.astype(float), node, name, value)
 
 
-def told(inside, links=PAD_LINKS, weak=True):
-    found = first_broken(inside, links, weak)
+def told(inside, lab='gamepad', weak=True):
+    found = first_broken(inside, CHAINS[lab], weak=weak)
+    found = found and found[1]
     return found and found.words
 
 
@@ -90,7 +91,7 @@ def test_a_right_node_is_not_accused():
 
 def test_a_run_without_a_device_breaks_no_link():
     sent = Twists(*(np.arange(30.0) for _ in range(8)))
-    for links in PAD_LINKS, MOUSE_LINKS, PRINTED_LINKS:
+    for links in 'gamepad', 'turn', 'imu':
         assert told(Inside(made(commands=sent)), links) is None
 
 
@@ -237,7 +238,7 @@ def mouse_run(react):
      'no zero velocity followed with the mouse at (0, 1), not active: no command came'),
     (lambda x, y, on: (on * 0.4 * far(y), on * -0.5 * far(x)), 'linear.x is 0.4 times y')])
 def test_the_mistake_of_a_mouse_is_named(react, said):
-    found = told(mouse_run(react), MOUSE_LINKS)
+    found = told(mouse_run(react), 'turn')
     assert found is None if said is None else said in found
 
 
@@ -258,13 +259,13 @@ def printed_run(number, late=0):
 
 @pytest.mark.parametrize('number, late, said', [
     (lambda yaw, roll: yaw % 360.0, 0, None),
-    (lambda yaw, roll: yaw, 0, 'follows the yaw in degrees, from -180 to 180; it should be the yaw in '),
+    (lambda yaw, roll: yaw, 0, 'follows the yaw in degrees, from -180 to 180; it should be the heading'),
     (lambda yaw, roll: math.radians(yaw), 0, 'follows the yaw in radians'),
     (lambda yaw, roll: roll, 0, 'follows the roll in degrees'),
     (lambda yaw, roll: abs(yaw), 0, 'follows the yaw in degrees, without its sign'),
     (lambda yaw, roll: (yaw - 37.0) % 360.0, 0, 'follows the yaw minus 37.0 degrees'),
-    (lambda yaw, roll: yaw % 360.0, 150, 'follows the yaw in degrees, from 0 to 360, up to 1.5 s late'),
+    (lambda yaw, roll: yaw % 360.0, 150, 'follows the heading, from 0 to 360 degrees, up to 1.5 s late'),
     (lambda yaw, roll: 12.0, 0, 'the printed number stays at 12.000000')])
 def test_the_quantity_that_is_printed_is_named(number, late, said):
-    found = told(printed_run(number, late), PRINTED_LINKS)
+    found = told(printed_run(number, late), 'imu')
     assert found is None if said is None else said in found

@@ -4,7 +4,7 @@ A lab has its links in a table, in their order. A link looks at a node's own var
 the node heard and commanded. It compares each with what the handout asks for by the node's *own*
 numbers before it: what follows from one mistake is not told as another.
 """
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import (
     Any, Callable, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple)
 
@@ -37,20 +37,16 @@ class Inside:
         self.find = lambda *names: find(self.variables, *names)
         self.known = lru_cache(maxsize=None)(lambda function: function(self))
 
-    @property
+    @cached_property
     def imu(self) -> List[Quantity]:
         """The quantities that a node may take for the heading, by the IMU; the first is right."""
-        samples = self.run.imu
-        return list(headings(samples.arrival, (samples.w, samples.x, samples.y, samples.z)))
+        return list(headings(self.run.imu.arrival, quaternion_of(self.run.imu)))
 
-    @property
+    @cached_property
     def odometry(self) -> List[Quantity]:
         """The quantities that a node may take for the heading, by the odometry."""
-        samples = self.run.odometry
-        nothing = 0.0 * samples.yaw
-        return list(headings(samples.arrival, (
-            np.cos(samples.yaw / 2.0), nothing, nothing, np.sin(samples.yaw / 2.0)),
-            ' of the odometry'))
+        return list(headings(self.run.odometry.arrival, quaternion_of(self.run.odometry),
+                             ' of the odometry'))
 
     def constant(self, name: str, value: float) -> str:
         """Words on a constant of the node that differs from the handout's `value`, else ''."""
@@ -58,6 +54,14 @@ class Inside:
         number = series.value[-1] if series is not None and len(series.value) else np.nan
         return '' if not np.isfinite(number) or number == value else \
             '; its {} is {:g}, the handout has {:g}'.format(name, number, value)
+
+
+def quaternion_of(samples: Any) -> Sequence[np.ndarray]:
+    """w, x, y, z of samples; if only their yaw is known, of a level robot."""
+    if hasattr(samples, 'w'):
+        return samples.w, samples.x, samples.y, samples.z
+    half, nothing = samples.yaw / 2.0, 0.0 * samples.yaw
+    return np.cos(half), nothing, nothing, np.sin(half)
 
 
 class Link(NamedTuple):

@@ -49,6 +49,8 @@ CHAINS: Dict[str, Sequence[Link]] = {
              drive_links.wrong_law, STATES, 1, DRIVE_SHEET, DRIVES),
         Link('rostopic echo /cmd_vel: which message is the last one at the goal?',
              drive_links.wrong_silence, STATES, 1, DRIVE_SHEET, DRIVES),
+        Link('rostopic echo /cmd_vel: send a False in the middle of a drive.',
+             drive_links.drives_without, STATES, 2, DRIVE_SHEET, CONTROL),
         Link('How large is each command?', drive_links.slow_law, STATES, 1, DRIVE_SHEET, DRIVES)),
     'gamepad': tuple(
         Link(question, look, THUMB, step, DRIVE_SHEET, parts) for (question, step, parts), look in zip((

@@ -8,7 +8,7 @@ Angles of messages are in radians. A quantity has the unit in its words.
 """
 import itertools
 import math
-from typing import Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -35,20 +35,35 @@ class Quantity(NamedTuple):
     per_degree: float = 0.0     # of a heading: its change for one degree to the left; 0: of none
 
 
-def ages(series: Series, quantity: Quantity, longest: float = RECENT) -> np.ndarray:
-    """The age [s] of the newest sample whose number each value has; inf: none of the last
-    `longest` seconds."""
-    newest = np.searchsorted(quantity.time, series.time + SOON) - 1
-    found = np.full(len(series.time), np.inf)
-    most = int(np.ceil((longest + SOON) / max(1e-3, float(np.median(np.diff(
-        quantity.time))) if len(quantity.time) > 1 else 1.0))) + 2
-    for back in range(min(most, len(quantity.time))):
-        sample = newest - back
-        age = series.time - quantity.time[sample]
-        fits = (sample >= 0) & (age <= longest) & np.isinf(found) & (
-            np.abs(series.value - quantity.value[sample]) <= SAME * quantity.scale)
-        found[fits] = age[fits]
-    return found
+class Recent(NamedTuple):
+    """The samples that came at most `longest` [s] before each reading, a row for each reading, the
+    newest first: their indices, their ages [s], and whether there is one."""
+
+    sample: np.ndarray
+    age: np.ndarray
+    is_one: np.ndarray
+
+
+def recent(read: np.ndarray, time: np.ndarray, longest: float) -> Recent:
+    """The Recent samples of these readings; `time` has at least one sample."""
+    step = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
+    most = min(len(time), int((longest + SOON) / max(step, 1e-3)) + 2)
+    sample = (np.searchsorted(time, read + SOON) - 1)[:, None] - np.arange(most)
+    age = read[:, None] - time[sample.clip(0)]
+    return Recent(sample.clip(0), age, (sample >= 0) & (age <= longest))
+
+
+def ages(series: Series, quantity: Quantity, longest: float = RECENT,
+         samples: Optional[Recent] = None) -> np.ndarray:
+    """The age [s] of the newest sample whose number each value has; inf: none of the last `longest`
+    seconds has it. `samples`: these, if they are known."""
+    if not len(quantity.time) or not len(series.time):
+        return np.full(len(series.time), np.inf)
+    samples = samples or recent(series.time, quantity.time, longest)
+    fits = samples.is_one & (np.abs(
+        series.value[:, None] - quantity.value[samples.sample]) <= SAME * quantity.scale)
+    newest = np.take_along_axis(samples.age, fits.argmax(axis=1)[:, None], axis=1)[:, 0]
+    return np.where(fits.any(axis=1), newest, np.inf)
 
 
 def thinned(series: Series) -> Series:
@@ -60,20 +75,26 @@ def thinned(series: Series) -> Series:
     return Series(series.name, series.time[known], series.text[known], series.value[known])
 
 
-def followed(series: Series, quantities: Sequence[Quantity],
+def followed(series: Series, quantities: Iterable[Quantity],
              part: float = PART) -> List[Quantity]:
     """The quantities that a variable follows, in their order; those after the first cannot be told
     from it by this run."""
-    few = thinned(series)
-    return [each for each in quantities if len(few.time) and len(each.time)
-            and np.mean(np.isfinite(ages(few, each))) >= part]
+    few, found = thinned(series), []
+    time: np.ndarray = np.empty(0)
+    for each in quantities if len(few.time) else ():
+        if not len(each.time):
+            continue
+        if each.time is not time:
+            time, samples = each.time, recent(few.time, each.time, RECENT)
+        if np.mean(np.isfinite(ages(few, each, samples=samples))) >= part:
+            found.append(each)
+    return found
 
 
 def delay(series: Series, quantity: Quantity) -> float:
     """The longest delay [s] with which a variable follows a quantity; inf: it does not."""
-    few = thinned(series)
-    found = np.sort(ages(few, quantity, LATEST)) if len(few.time) else np.array([np.inf])
-    return float(found[int(PART * (len(found) - 1))])
+    found = np.sort(ages(thinned(series), quantity, LATEST))
+    return float(found[int(PART * (len(found) - 1))]) if len(found) else math.inf
 
 
 def pause(series: Series, quantity: Quantity) -> float:
