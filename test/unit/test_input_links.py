@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 from made_run import made, values
 
-from tb3_labs.report.run_data import MouseSamples, Orientations, PadSamples, States, Twists
+from tb3_labs.report.run_data import MouseSamples, Orientations, PadSamples, States, Twists, Variables
 from tb3_labs.watch.chain import Inside, first_broken
 from tb3_labs.watch.labs import CHAINS
 
@@ -64,17 +64,17 @@ def pad_run(react=right, played=PLAYED):
                 control.append((at + ANSWER, float(node.pop('said'))))
             if 'call' in node:
                 calls.append((at + ANSWER, json.dumps(dict(node.pop('call'), kind='call'))))
-            own.append((at + ANSWER, 'gamepad', 'has_control', str(node['mine'])))
+            own += [(at + 0.03, 'gamepad', 'has_control' if name == 'mine' else name, str(value))
+                    for name, value in node.items()]
     return Inside(made(
         duration=float(len(played)), pad=samples(PadSamples, heard), commands=samples(Twists, sent),
         control=values(*zip(*control)) if control else values([], []),
         events=words(States, calls[:1] or [(0.0, '{"kind": "trial"}')]),
         states=words(States, [(float(k), name) for k, (name, _, _) in enumerate(played)]),
-        variables=words_of_variables(own)))
+        variables=variables_of(own)))
 
 
-def words_of_variables(rows):
-    from tb3_labs.report.run_data import Variables
+def variables_of(rows):
     at, node, name, value = (np.array(column, dtype=object) for column in zip(*rows))
     return Variables(at.astype(float), at.astype(float), node, name, value)
 
@@ -121,6 +121,13 @@ def test_the_field_that_follows_another_input_is_named(command, said):
     def react(axes, buttons, node):
         return command(axes) if right(axes, buttons, node) else None
     assert said in told(pad_run(react), weak=False)
+
+
+def test_the_own_variable_that_a_field_follows_is_named():
+    def react(axes, buttons, node):
+        node['smooth_x'] = 0.9 * node.get('smooth_x', 0.0) + 0.1 * axes[1]
+        return (0.22 * node['smooth_x'], 2.84 * axes[3]) if right(axes, buttons, node) else None
+    assert told(pad_run(react)).endswith('; it follows 0.22 times smooth_x')
 
 
 @pytest.mark.parametrize('command, said', [

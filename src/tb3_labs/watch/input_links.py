@@ -85,7 +85,7 @@ def stick_laws(inside: Inside) -> List[Optional[Broken]]:
     found = []
     for name, factor, axis in zip(FIELDS, FACTORS, own.numbers):
         others = [each for k, each in enumerate(forms) if k != axis and each.value.any()]
-        found.append(law(device, sent(inside), name, [forms[axis]] + others, factor))
+        found.append(law(inside, device, sent(inside), name, [forms[axis]] + others, factor))
     return [each and each._replace(is_weak=each.is_weak or not own.is_known) for each in found]
 
 
@@ -235,8 +235,8 @@ def mouse_laws(inside: Inside) -> List[Optional[Broken]]:
                      (' outside of the dead zone', far[axis]), ('', 1.0),
                      (' outside of both dead zones', far['x'] & far['y']))
                  for active, is_on in (('', heard.active), (', also while it is not active', 1.0))]
-        found.append(law(device, commands, name, forms, factor))
-        if not up and own == 'y' and not law(device, commands, name, forms, -factor):
+        found.append(law(inside, device, commands, name, forms, factor))
+        if not up and own == 'y' and not law(inside, device, commands, name, forms, -factor):
             found[0] = None     # its y counts down
     return found
 

@@ -16,6 +16,9 @@ from tb3_labs.watch.variables import Series
 #: A command has changed within ANSWERED after an input [s]; an input that is held for HELD [s] must
 #: have been answered.
 ANSWERED, HELD = 0.5, 0.6
+#: A variable is read up to READ_LATER after the command that follows it [s], and this part of its
+#: values is read.
+READ_LATER, READ_PART = 0.07, 0.8
 #: The stimulus at which a node ends.
 END = 'Ctrl+C'
 
@@ -97,7 +100,23 @@ def scaled(form: Quantity, factor: float) -> Quantity:
     return Quantity(form.words, form.time, factor * form.value, max(abs(factor), 1e-6))
 
 
-def law(device: Device, commands: Any, name: str, forms: List[Quantity],
+def own_variable(inside: Inside, series: Series) -> str:
+    """Words on the node's variable that a field follows; '' if there is none."""
+    few = thinned(part_of(series, series.value != 0.0))
+    later = Series(few.name, few.time + READ_LATER, few.text, few.value)
+    for each in inside.variables.values():
+        if len(set(each.text)) > 5 and np.isfinite(each.value).all() and 'cmd' not in each.name:
+            read = np.array([each.at(at) for at in few.time + READ_LATER / 2.0])
+            ratios, number = np.unique(np.round(few.value[read != 0.0] / read[read != 0.0], 6),
+                                       return_counts=True)
+            factor = ratios[np.argmax(number)] if len(ratios) else 0.0
+            if np.mean(np.isfinite(ages(later, scaled(Quantity(
+                    each.name, each.time, each.value, 1.0), factor)))) > READ_PART:
+                return '; it follows {:.3g} times {}'.format(factor, each.name)
+    return ''
+
+
+def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Quantity],
         factor: float) -> Optional[Broken]:
     """The Broken of a field, linear.x or angular.z, that should be `factor` times the first of the
     forms. It is weak if the field has the right sign and is not larger."""
@@ -148,6 +167,7 @@ def law(device: Device, commands: Any, name: str, forms: List[Quantity],
         good = np.flatnonzero(settled & ~wrong & (wanted != 0.0))
         if len(good):
             words += '; with {} it was right'.format(device.place(device.value[last[good[0]]]))
+        words += own_variable(inside, series)
     is_weak = (series.value * wanted > 0.0) & (np.abs(series.value) < 1.02 * abs(factor))
     return Broken(words, float(series.time[k]), name, bool(is_weak[wrong].all()))
 
