@@ -133,11 +133,6 @@ def yaws(inside: Inside, part: Series) -> Iterator[Quantity]:
                         1j * (each.value[some] - base + turned * unit)), APART / SAME)
 
 
-def taken(series: Series, index: np.ndarray) -> Series:
-    """The readings of a variable at a numpy index."""
-    return Series(series.name, series.time[index], series.text[index], series.value[index])
-
-
 def steered(inside: Inside, series: Series, begin: float, end: float) -> Series:
     """The part of a variable in [begin, end) in which the node has had control for LATE; without
     ctrl_relinq all of it."""
@@ -147,7 +142,7 @@ def steered(inside: Inside, series: Series, begin: float, end: float) -> Series:
     now, before = (np.searchsorted(control.arrival, part.time - late, 'right') - 1
                    for late in (0.0, LATE))
     chosen = (now >= 0) & (now == before) & (control.value[now] == 1.0)
-    return taken(part, chosen)
+    return part.take(chosen)
 
 
 def rights(inside: Inside) -> Dict[str, Quantity]:
@@ -237,7 +232,7 @@ def wrong_belief(inside: Inside, frame: Frame, part: Series, same: Series,
     table = yaws(inside, part) if is_yaw else (each._replace(
         value=each.value.imag if part.name.endswith('y') else each.value.real)
         for each in inside.known(places))
-    some = taken(same, np.linspace(0, len(same.time) - 1, 15).astype(int))
+    some = same.take(np.linspace(0, len(same.time) - 1, 15).astype(int))
     is_kept = any(inside.find(each) is None for each in frame.references)
     found = [each for each in table if (is_kept or 'reset before' not in each.words) and followed(
         some, [each], 0.6) and followed(same, [each], MOST)] if np.ptp(part.value) > 2 * APART else []

@@ -11,7 +11,7 @@ import numpy as np
 
 from tb3_labs.watch.chain import Broken, Inside, example, stays
 from tb3_labs.watch.inputs import (
-    ANSWERED, Device, events, law, link_of, no_zero, part_of, sent, silent, stimulus)
+    ANSWERED, Device, events, law, link_of, no_zero, sent, silent, stimulus)
 from tb3_labs.watch.quantities import Quantity, delay, followed
 from tb3_labs.watch.variables import Series, number
 
@@ -292,7 +292,7 @@ def printed(inside: Inside) -> Series:
         np.empty(0))
     text = np.array([each.group(1) for each in lines], dtype=object)
     series = Series('the printed number', time, text, text.astype(float))
-    return part_of(series, time < end)
+    return series.take(time < end)
 
 
 def wrong_heading(inside: Inside) -> Optional[Broken]:

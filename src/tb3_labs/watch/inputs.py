@@ -78,11 +78,6 @@ def sent(inside: Inside) -> Any:
     return run.commands.take(kept)
 
 
-def part_of(series: Series, chosen: np.ndarray) -> Series:
-    """The chosen values of a series."""
-    return Series(series.name, series.time[chosen], series.text[chosen], series.value[chosen])
-
-
 def factor_of(series: Series, form: Quantity) -> float:
     """The number by which a series is a form times a number; NaN if it is not."""
     last = form.value[(np.searchsorted(form.time, series.time + SOON) - 1).clip(0)]
@@ -90,7 +85,7 @@ def factor_of(series: Series, form: Quantity) -> float:
     if both.sum() < 3:
         return np.nan
     factor = float(np.median(series.value[both] / last[both]))
-    few = thinned(part_of(series, (series.value != 0.0) | (last != 0.0)))
+    few = thinned(series.take((series.value != 0.0) | (last != 0.0)))
     is_so = np.isfinite(ages(few, scaled(form, factor)))
     return factor if np.mean(is_so) >= PART else np.nan
 
@@ -102,7 +97,7 @@ def scaled(form: Quantity, factor: float) -> Quantity:
 
 def own_variable(inside: Inside, series: Series) -> str:
     """Words on the node's variable that a field follows; '' if there is none."""
-    few = thinned(part_of(series, series.value != 0.0))
+    few = thinned(series.take(series.value != 0.0))
     later = Series(few.name, few.time + READ_LATER, few.text, few.value)
     for each in inside.variables.values():
         if len(set(each.text)) > 5 and np.isfinite(each.value).all() and 'cmd' not in each.name:
@@ -125,8 +120,8 @@ def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Qu
         return None
     should = 'it should be {:g} times {}'.format(factor, right.words)
     value = getattr(commands, name.split('.')[0])
-    series = part_of(Series(name, commands.arrival, value, value),
-                     device.sample(commands.arrival) >= 0)
+    series = Series(name, commands.arrival, value, value).take(
+        device.sample(commands.arrival) >= 0)
     if not len(series.time):
         return None
     factors = [(factor_of(series, form), form.words) for form in forms]

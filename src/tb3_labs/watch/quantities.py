@@ -69,17 +69,16 @@ def ages(series: Series, quantity: Quantity, longest: float = RECENT,
 def thinned(series: Series) -> Series:
     """At most MOST_VALUES values of a series, those that are numbers."""
     known = np.flatnonzero(np.isfinite(series.value))
-    changed = series.value[known] != series.value[known[:1]]
-    known = known[int(np.argmax(changed)):]     # without the value before the first message
     known = known[::max(1, len(known) // MOST_VALUES)]
-    return Series(series.name, series.time[known], series.text[known], series.value[known])
+    return series.take(known)
 
 
 def followed(series: Series, quantities: Iterable[Quantity],
              part: float = PART) -> List[Quantity]:
     """The quantities that a variable follows, in their order; those after the first cannot be told
     from it by this run."""
-    few, found = thinned(series), []
+    first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
+    few, found = thinned(series.take(slice(first, None))), []     # without the value before any message
     time: np.ndarray = np.empty(0)
     for each in quantities if len(few.time) else ():
         if not len(each.time):

@@ -29,10 +29,13 @@ class Series:
         """The last value that was read until this time, as a text."""
         return str(self.text[max(0, int(np.searchsorted(self.time, time, 'right')) - 1)])
 
+    def take(self, index: Any) -> 'Series':
+        """The part at a numpy index."""
+        return Series(self.name, self.time[index], self.text[index], self.value[index])
+
     def between(self, begin: float, end: float) -> 'Series':
         """The part in [begin, end)."""
-        part = slice(*np.searchsorted(self.time, (begin, end)))
-        return Series(self.name, self.time[part], self.text[part], self.value[part])
+        return self.take(slice(*np.searchsorted(self.time, (begin, end))))
 
     @property
     def changes(self) -> np.ndarray:
