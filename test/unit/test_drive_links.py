@@ -46,6 +46,14 @@ WRONG = {
                         r'local_yaw followed the yaw, mirrored since the reset;', 'local_yaw'),
     'degrees': ([('self.normalize_angle(global_yaw', 'self.normalize_angle(math.degrees(global_yaw)')],
                 r'local_yaw followed the yaw in degrees', 'local_yaw'),
+    'reset at the goal alone': (
+        [('        pose = request', "        if self.state != 'GOAL_REACHED':\n            return\n"
+          '        pose = request')],
+        r'yaw stayed 2.1\d+; .* State was MOVE_FORWARD then; after the reset at \d+ s, in GOAL_REACHED, it was right',
+        'initial_global_yaw'),
+    'odometry by the IMU': ([('self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]',
+                              'self.initial_odom_yaw = self.initial_global_yaw')],
+                            r'initial_odom_yaw became 0.3, as the yaw in radians', 'initial_odom_yaw'),
     'order': ([('global_yaw = Quaternion(q.w, q.x, q.y, q.z)', 'global_yaw = Quaternion(q.x, q.y, q.z, q.w)')],
               r'initial_global_yaw became 3.142, as the yaw of the quaternion read in the order x, y, z, w',
               'initial_global_yaw'),

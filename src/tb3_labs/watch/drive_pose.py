@@ -182,7 +182,15 @@ def wrong_pose(inside: Inside) -> Optional[Broken]:
         found = [each for each in (wrong_reference(inside, frame, each, is_wrong)
                                    for each in references) if each]
         if found or is_wrong:
-            return found[0] if found else wrong_belief(inside, frame, part, same[0], right)
+            wrong = found[0] if found else wrong_belief(inside, frame, part, same[0], right)
+            resets = [each for each in inside.known(frames) if each.is_reset][:1] + [frame]
+            state = inside.find('state')
+            states = [state.text_at(each.begin - SOON) for each in resets if state is not None]
+            if len(set(states)) == 2:
+                wrong = wrong._replace(
+                    words='{}. State was {} then; after the reset at {:.0f} s, in {}, it was '
+                    'right'.format(wrong.words, states[1], resets[0].begin, states[0]))
+            return wrong
     return None
 
 
@@ -192,7 +200,7 @@ def wrong_reference(inside: Inside, frame: Frame, name: str, is_used: bool) -> O
     part = series and steered(inside, series, frame.begin, frame.end)
     if part is None or len(part.time) < FEW:
         return None
-    asked, value, words = frame.references[name], part.value[-1], 'became ' + short(part.text[-1])
+    asked, words = frame.references[name], 'became ' + short(part.text[-1])
     before = max((each for each in inside.known(frames) if each.begin < frame.begin),
                  default=frame).references[name]
     if set(part.text) == {'None'}:
@@ -206,9 +214,11 @@ def wrong_reference(inside: Inside, frame: Frame, name: str, is_used: bool) -> O
     elif abs(asked[0] - before[0]) > APART and series.text_at(frame.begin - SOON) == part.text[-1]:
         words = words.replace('became', 'stayed')
     else:
+        value = part.value[-1] + asked[0] - asked[1]
         same = [each.words for each in (inside.imu + inside.odometry if 'yaw' in name else [])
-                if abs(each.value[np.searchsorted(each.time, frame.begin).clip(
-                    0, len(each.time) - 1)] - value) < 10.0 * SAME * each.scale]
+                if np.abs(each.value[slice(*np.searchsorted(each.time, (
+                    frame.begin - 5.0, frame.begin + LATE)))] - value).min(
+                        initial=np.inf) < 1e-6 * each.scale]
         if not same:
             return None
         words += ', as ' + min(same, key=lambda each: ('yaw' not in each) + (
