@@ -148,10 +148,12 @@ node = Node()''', {'yaw': '1'}, {'_daemonic', '_name'}),
     'values that cannot be sent hide no other one': ('''
 class Odd(type):
     __module__ = property(lambda self: 1 / 0)
+class Strange(metaclass=Odd):
+    __module__ = property(lambda self: 1 / 0)
 class Node:
     def __init__(self):
         self.__dict__[3], self.huge, self.odd, self.letters = 4, 10 ** 6000, '\\ud800', 'x' * 500
-        self.me, self.error, self.yaw = self, ValueError('no'), 1
+        self.me, self.error, self.strange, self.yaw = self, ValueError('no'), Strange(), 1
 node = Node()''', {'yaw': '1', 'odd': '?', 'letters': 'x' * 200}, {'huge', '3', 'error'}),
     'the node beside many small objects': ('''
 class Node:

@@ -87,14 +87,14 @@ class Node:
     def __init__(self, script):
         """`script`: the globals of its main program."""
         self._script, self.file = script, str(script.get('__file__', ''))
-        self._folder, self._package = os.path.dirname(os.path.abspath(self.file)), package_of(
-            self.file)
+        self._folder = os.path.dirname(os.path.abspath(self.file))
+        self._package = package_of(self.file)
         self._is_own, self._objects, self._pause, self._next = {}, [], 0.25, 0.0
 
     def is_own(self, kind):
         """Is this a class of the script, or of a module of its package?"""
         if kind not in self._is_own:
-            name = str(kind.__module__)
+            name = module_of(kind)
             path = getattr(sys.modules.get(name), '__file__', None)
             folder = os.path.dirname(os.path.abspath(path)) if path else ''
             self._is_own[kind] = name == '__main__' or name.split('.')[0] != 'tb3_labs' and (
@@ -133,6 +133,7 @@ class Node:
     def _search(self):
         """Find the node's objects, which it may create later than its main program begins."""
         begin, counts, self._objects = time.thread_time(), Counter(), []
+        self._next = time.monotonic() + self._pause
         for each in gc.get_objects():
             if self.is_object(each):
                 counts[type(each)] += 1
@@ -160,7 +161,7 @@ class Node:
     def _texts(self, name, value, known, depth=0):
         """Yields (name, text) of a value, or of its parts."""
         kind = type(value)
-        module = kind.__module__
+        module = module_of(kind)
         if value is None or kind in (bool, float):
             yield name, repr(value)
         elif kind is int:
@@ -173,11 +174,13 @@ class Node:
         elif module == 'numpy':
             if kind.__name__ == 'ndarray':
                 if 0 < value.size <= MOST_NUMBERS and value.dtype.kind in 'bif':
-                    yield from self._numbered(name, value.ravel().tolist())
+                    yield from self._texts(name, value.ravel().tolist(), known)
             elif kind.__name__.startswith(('float', 'int', 'uint', 'bool')):
                 yield name, repr(value.item())
         elif kind in (list, tuple) and len(value) <= MOST_NUMBERS:
-            yield from self._numbered(name, list(value))
+            for k, each in enumerate(list(value)):
+                if type(each) in (bool, int, float):
+                    yield '{}[{}]'.format(name, k), repr(each)
         elif depth < DEEPEST:
             parts = {}
             if module.startswith('geometry_msgs.msg'):
@@ -192,11 +195,11 @@ class Node:
             for part, each in parts.items():
                 yield from self._texts('{}.{}'.format(name, part), each, known, depth + 1)
 
-    @staticmethod
-    def _numbered(name, values):
-        if values and all(type(each) in (bool, int, float) for each in values):
-            for k, each in enumerate(values):
-                yield '{}[{}]'.format(name, k), repr(each)
+
+def module_of(kind):
+    """The name of a class's module; no code of a metaclass is run."""
+    name = type.__dict__['__module__'].__get__(kind)
+    return name if type(name) is str else ''
 
 
 def reference_to(thing):
@@ -232,16 +235,10 @@ def attributes(thing):
 
 # -- the thread
 
-def is_a_node():
-    """Has the process called rospy.init_node()?"""
-    core = sys.modules.get('rospy.core')
-    return core is not None and getattr(core, 'is_initialized', bool)()
-
-
 def run():
     """Wait for the node, and publish its variables until it ends."""
     signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())     # they are the node's
-    while not is_a_node():
+    while not getattr(sys.modules.get('rospy.core'), 'is_initialized', bool)():
         time.sleep(PAUSE)
     import rospy
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
