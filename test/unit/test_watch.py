@@ -28,9 +28,9 @@ class Publisher:
     def __init__(self, *args, **settings): pass
     def get_num_connections(self): return 1
     def publish(self, message):
-        json.dumps([status.name for status in message.status])
         core.shown.clear()
         core.shown.update((each.key, each.value) for each in message.status[0].values)
+        json.dumps(core.shown, ensure_ascii=False).encode('utf-8')
         core.heard.set()
 def init_node(name): core.started.append(name)
 def get_name(): return '/node'
@@ -45,10 +45,11 @@ def spin():
     'diagnostic_msgs/msg.py': '''
 class DiagnosticArray:
     class header: stamp = None
+    def __init__(self, status): self.status = status
 class DiagnosticStatus:
-    def __init__(self, name, hardware_id, values): self.name, self.values = name, values
+    def __init__(self, name): self.name, self.values = name, []
 class KeyValue:
-    def __init__(self, key, value): self.key, self.value = key, value.encode('utf-8').decode('utf-8')
+    def __init__(self, key): self.key, self.value = key, ''
 '''}
 
 
