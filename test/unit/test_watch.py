@@ -153,9 +153,9 @@ class Strange(metaclass=Odd):
     __module__ = property(lambda self: 1 / 0)
 class Node:
     def __init__(self):
-        self.__dict__[3], self.huge, self.odd, self.letters = 4, 10 ** 6000, '\\ud800', 'x' * 500
+        self.__dict__[3], self.huge, self.odd, self.letters = 4, [10 ** 6000], '\\ud800', 'x' * 500
         self.me, self.error, self.strange, self.yaw = self, ValueError('no'), Strange(), 1
-node = Node()''', {'yaw': '1', 'odd': '?', 'letters': 'x' * 200}, {'huge', '3', 'error'}),
+node = Node()''', {'yaw': '1', 'odd': '?', 'letters': 'x' * 200}, {'huge[0]', '3', 'error'}),
     'the node beside many small objects': ('''
 class Node:
     def __init__(self): self.yaw, self.cloud = 1, [Particle(k) for k in range(100)]

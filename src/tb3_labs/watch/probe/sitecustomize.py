@@ -188,7 +188,7 @@ class Node:
         elif kind in (list, tuple) and len(value) <= MOST_NUMBERS:
             for k, each in enumerate(list(value)):
                 if type(each) in (bool, int, float):
-                    yield '{}[{}]'.format(name, k), repr(each)
+                    yield from self._texts('{}[{}]'.format(name, k), each, known)
         elif depth < DEEPEST:
             parts = {}
             if module.startswith('geometry_msgs.msg'):
@@ -220,7 +220,8 @@ def reference_to(thing):
 
 def sendable(text):
     """The beginning of a text, without what UTF-8 lacks."""
-    return text if text.isascii() and len(text) <= LONGEST else text[:LONGEST].encode('utf-8', 'replace').decode('utf-8')
+    text = text[:LONGEST]
+    return text if text.isascii() else text.encode('utf-8', 'replace').decode('utf-8')
 
 
 def attributes(thing):
