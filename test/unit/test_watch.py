@@ -4,11 +4,14 @@ import json
 import os
 import pathlib
 import pty
+import shutil
 import signal
 import subprocess
 import sys
 
 import pytest
+
+from tb3_labs.watch.start import watched
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 WATCH = [sys.executable, str(ROOT / 'scripts' / 'watch.py')]
@@ -213,6 +216,17 @@ class Node:
 node, gain = Node(), 0.5
 ''' + START + 'rospy.spin()', [sys.executable, str(tmp_path / 'relay.py')]))
     assert found == {'yaw': '3', 'helper.error': '5', 'gain': '0.5'}
+
+
+def test_the_probe_shows_nothing_of_its_own_in_a_node_of_its_package(start, tmp_path):
+    probe = shutil.copytree(PROBE, str(tmp_path / 'package' / 'probe'))
+    node = tmp_path / 'package' / 'node.py'
+    node.with_name('package.xml').write_text('')
+    node.write_text('import rospy\nyaw = 1\n' + START + 'rospy.spin()')
+    output = subprocess.check_output(
+        [sys.executable, str(node)],
+        env=watched(os.environ, probe), universal_newlines=True, timeout=60)
+    assert json.loads(output) == {'yaw': '1'}
 
 
 def test_what_the_node_drops_is_gone(start):

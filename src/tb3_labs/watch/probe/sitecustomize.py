@@ -94,7 +94,7 @@ class Node:
         self._script, self.file = script, str(script.get('__file__', ''))
         self._folder = os.path.dirname(os.path.abspath(self.file))
         self._package = package_of(self.file)
-        self._is_own, self._objects, self._pause, self._next = {}, [], 0.25, 0.0
+        self._is_own, self._objects, self._pause, self._next = {Node: False}, [], 0.25, 0.0
 
     def is_own(self, kind):
         """Is this a class of the script, or of a module of its package?"""
