@@ -218,10 +218,12 @@ node, gain = Node(), 0.5
     assert found == {'yaw': '3', 'helper.error': '5', 'gain': '0.5'}
 
 
-def test_the_probe_shows_nothing_of_its_own_in_a_node_of_its_package(start, tmp_path):
+def test_the_probe_shows_nothing_of_its_own_in_a_node_of_its_package(start, tmp_path, monkeypatch):
     probe = shutil.copytree(PROBE, str(tmp_path / 'package' / 'probe'))
     node = tmp_path / 'package' / 'node.py'
     node.with_name('package.xml').write_text('')
+    node.with_name('sitecustomize.py').write_text('')      # as a workspace within the package has one
+    monkeypatch.setenv('PYTHONPATH', str(node.parent) + os.pathsep + os.environ['PYTHONPATH'])
     node.write_text('import rospy\nyaw = 1\n' + START + 'rospy.spin()')
     output = subprocess.check_output(
         [sys.executable, str(node)],
