@@ -101,6 +101,9 @@ def test_the_page_has_the_lines_and_no_text_of_a_node_can_end_it():
 
 
 def test_the_largest_page_is_bounded():
+    texts = {'{}{}'.format(k, 'n' * 5000): ['v' * 5000 + str(each % 7) for each in range(201)] for k in range(60)}
+    nodes = {name: '/{}{}'.format(k, 'm' * 5000) for k, name in enumerate(texts)}
+    assert len(timeline.section(data_of(made(variables=variables(nodes, **texts))))) < 2e5
     time = np.arange(18000) / 20.0
     noise = np.random.RandomState(1).normal(0.0, 1.0, len(time))
     (points, breaks) = inside.line(time, noise)

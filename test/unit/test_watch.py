@@ -4,11 +4,14 @@ import json
 import os
 import pathlib
 import pty
+import shutil
 import signal
 import subprocess
 import sys
 
 import pytest
+
+from tb3_labs.watch.start import watched
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 WATCH = [sys.executable, str(ROOT / 'scripts' / 'watch.py')]
@@ -28,9 +31,9 @@ class Publisher:
     def __init__(self, *args, **settings): pass
     def get_num_connections(self): return 1
     def publish(self, message):
-        json.dumps([status.name for status in message.status])
         core.shown.clear()
         core.shown.update((each.key, each.value) for each in message.status[0].values)
+        json.dumps(core.shown, ensure_ascii=False).encode('utf-8')
         core.heard.set()
 def init_node(name): core.started.append(name)
 def get_name(): return '/node'
@@ -45,10 +48,11 @@ def spin():
     'diagnostic_msgs/msg.py': '''
 class DiagnosticArray:
     class header: stamp = None
+    def __init__(self, status): self.status = status
 class DiagnosticStatus:
-    def __init__(self, name, hardware_id, values): self.name, self.values = name, values
+    def __init__(self, name): self.name, self.values = name, []
 class KeyValue:
-    def __init__(self, key, value): self.key, self.value = key, value.encode('utf-8').decode('utf-8')
+    def __init__(self, key): self.key, self.value = key, ''
 '''}
 
 
@@ -148,11 +152,13 @@ node = Node()''', {'yaw': '1'}, {'_daemonic', '_name'}),
     'values that cannot be sent hide no other one': ('''
 class Odd(type):
     __module__ = property(lambda self: 1 / 0)
+class Strange(metaclass=Odd):
+    __module__ = property(lambda self: 1 / 0)
 class Node:
     def __init__(self):
-        self.__dict__[3], self.huge, self.odd, self.letters = 4, 10 ** 6000, '\\ud800', 'x' * 500
-        self.me, self.error, self.yaw = self, ValueError('no'), 1
-node = Node()''', {'yaw': '1', 'odd': '?', 'letters': 'x' * 200}, {'huge', '3', 'error'}),
+        self.__dict__[3], self.huge, self.odd, self.letters = 4, [10 ** 6000], '\\ud800', 'x' * 500
+        self.me, self.error, self.strange, self.yaw = self, ValueError('no'), Strange(), 1
+node = Node()''', {'yaw': '1', 'odd': '?', 'letters': 'x' * 200}, {'huge[0]', '3', 'error'}),
     'the node beside many small objects': ('''
 class Node:
     def __init__(self): self.yaw, self.cloud = 1, [Particle(k) for k in range(100)]
@@ -210,6 +216,19 @@ class Node:
 node, gain = Node(), 0.5
 ''' + START + 'rospy.spin()', [sys.executable, str(tmp_path / 'relay.py')]))
     assert found == {'yaw': '3', 'helper.error': '5', 'gain': '0.5'}
+
+
+def test_the_probe_shows_nothing_of_its_own_in_a_node_of_its_package(start, tmp_path, monkeypatch):
+    probe = shutil.copytree(PROBE, str(tmp_path / 'package' / 'probe'))
+    node = tmp_path / 'package' / 'node.py'
+    node.with_name('package.xml').write_text('')
+    node.with_name('sitecustomize.py').write_text('')      # as a workspace within the package has one
+    monkeypatch.setenv('PYTHONPATH', str(node.parent) + os.pathsep + os.environ['PYTHONPATH'])
+    node.write_text('import rospy\nyaw = 1\n' + START + 'rospy.spin()')
+    output = subprocess.check_output(
+        [sys.executable, str(node)],
+        env=watched(os.environ, probe), universal_newlines=True, timeout=60)
+    assert json.loads(output) == {'yaw': '1'}
 
 
 def test_what_the_node_drops_is_gone(start):

@@ -10,11 +10,11 @@ from typing import Any, Callable, List, NamedTuple, Tuple
 import numpy as np
 
 from tb3_labs.report.page.curves import NO_LINE, Figure, Line, thinned
-from tb3_labs.report.run_data import GAP, Poses, RunData
+from tb3_labs.report.run_data import GAP, Poses, RunData, once
 
-#: A page has at most this many figures of variables, variables, points or changes of one, and
-#: different texts of a figure.
-MOST_FIGURES, MOST_VARIABLES, MOST_POINTS, MOST_LEVELS = 12, 40, 2000, 8
+#: A page has at most this many figures of variables, variables, points or changes of one,
+#: different texts of a figure, and characters of a name or a text.
+MOST_FIGURES, MOST_VARIABLES, MOST_POINTS, MOST_LEVELS, LONGEST = 12, 40, 2000, 8, 200
 #: A line is within this part of its range of each recorded value.
 BOUND = 1.0 / 500.0
 #: An angle above this is in degrees, not in radians.
@@ -79,16 +79,27 @@ def _number(text: str) -> float:
         return math.nan
 
 
+def nodes(run: RunData) -> List[str]:
+    """The names of the nodes of the variables."""
+    return list(dict.fromkeys(node[:LONGEST] for node, _ in _names(run)))
+
+
+def _names(run: RunData) -> List[Tuple[str, str]]:
+    shown = run.variables
+    return list(dict.fromkeys(zip(shown.node, shown.name)))[:MOST_VARIABLES]
+
+
+@once
 def variables(run: RunData) -> List[Variable]:
     """The variables of a run, in their order; with two nodes the names have the node's."""
-    shown, found = run.variables, []
-    nodes = list(dict.fromkeys(shown.node))
-    for node, name in list(dict.fromkeys(zip(shown.node, shown.name)))[:MOST_VARIABLES]:
+    shown, found, is_alone = run.variables, [], len(nodes(run)) == 1
+    for node, name in _names(run):
         own = shown.take((shown.node == node) & (shown.name == name))
-        numbers = np.array([_number(text) for text in own.value])
+        words = np.array([text[:LONGEST] for text in own.value], dtype=object)
+        numbers = np.array([_number(text) for text in words])
         found.append(Variable(
-            name if len(nodes) == 1 else '{}: {}'.format(node.strip('/'), name), own.time,
-            own.value, np.where(np.isfinite(numbers), numbers, np.nan),
+            (name if is_alone else '{}: {}'.format(node.strip('/'), name))[:LONGEST], own.time,
+            words, np.where(np.isfinite(numbers), numbers, np.nan),
             2 * np.isnan(numbers).sum() < len(numbers)))
     return found
 

@@ -93,8 +93,8 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
                   for span in spans(run)[:MOST_MARKS]],
         'marks': sorted(marked, key=lambda each: each['begin'])[:MOST_MARKS],
         'log': _lines(run.log),
-        'nodes': sorted(set(run.variables.node)),
-        'variables': inside.texts(run), 'figures': inside.figures(run)}
+        'nodes': inside.nodes(run), 'variables': inside.texts(run),
+        'figures': inside.figures(run)}
 
 
 def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
