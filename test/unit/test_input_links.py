@@ -88,6 +88,22 @@ def test_a_right_node_is_not_accused():
     assert told(pad_run()) is None
 
 
+def test_a_wait_in_the_middle_and_the_zeros_of_an_end_are_told_apart():
+    """Y without a service; then Ctrl+C while the stick is up."""
+    def react(axes, buttons, node):
+        node['y'] = node.get('y', False) or bool(buttons[2])
+        return right(axes, buttons, node) if not node['y'] else None
+    played = [*PLAYED, ('stick', {1: 1.0}, None)]
+    assert told(pad_run(react, played)) == \
+        'with axis 1 at 1 nothing came on cmd_vel for 1.0 s; the last button was button 2 (Y)'
+
+    def ends(axes, buttons, node):
+        node['steps'] = node.get('steps', 0) + 1
+        return (0.0, 0.0) if node['steps'] > 20 * len(PLAYED) + 20 else right(axes, buttons, node)
+    played = [*PLAYED, ('stick', {1: 1.0}, None), ('Ctrl+C', {1: 1.0}, None)]
+    assert told(pad_run(ends, played)) is None
+
+
 def test_a_run_without_a_device_breaks_no_link():
     sent = Twists(*(np.arange(30.0) for _ in range(8)))
     for links in PAD_LINKS, MOUSE_LINKS, PRINTED_LINKS:
@@ -219,7 +235,7 @@ def far(value):
     return value if abs(value) > 0.25 else 0.0
 
 
-def mouse_run(react):
+def mouse_run(react, up=1):
     heard, sent = [], []
     for k, (x, y, active) in enumerate(PLACES):
         for at in np.arange(k, k + 1.0 - 1e-9, EVERY):
@@ -229,7 +245,7 @@ def mouse_run(react):
                 sent.append((at + ANSWER, *command, 0.0, 0.0, 0.0, 0.0))
     return Inside(made(duration=8.0, mouse=samples(MouseSamples, heard),
                        commands=samples(Twists, sent),
-                       events=words(States, [(0.0, '{"kind": "mouse client", "up": 1}')])))
+                       events=words(States, [(0.0, json.dumps({'kind': 'mouse client', 'up': up}))])))
 
 
 @pytest.mark.parametrize('react, said', [
@@ -245,6 +261,26 @@ def mouse_run(react):
     (lambda x, y, on: (on * 0.4 * far(y), on * -0.5 * far(x)), 'linear.x is 0.4 times y')])
 def test_the_mistake_of_a_mouse_is_named(react, said):
     found = told(mouse_run(react), MOUSE_LINKS)
+    assert found is None if said is None else said in found
+
+
+@pytest.mark.parametrize('up, said', [(0, None), (1, 'linear.x is -0.5 times y'), (-1, 'linear.x is -0.5')])
+def test_a_mouse_client_that_is_not_known_may_count_down(up, said):
+    found = told(mouse_run(lambda x, y, on: (on * -0.5 * far(y), on * -0.5 * far(x)), up), MOUSE_LINKS)
+    assert found is None if said is None else said in found
+
+
+@pytest.mark.parametrize('ends, zeros, said', [
+    (3.0, (), None), (3.0, np.arange(0.02, 4.0, 0.05), 'commands while turning was True were those of the '),
+    (4.0, np.arange(3.0, 4.0, 0.1), None)])     # it stands at its goal, and turning is True for ever
+def test_commands_of_the_mouse_in_a_turn_are_told(ends, zeros, said):
+    """The turn is commanded from 1.0 s to 3.0 s; turning is True until `ends`; the mouse is in its middle."""
+    sent = sorted([(at, 0.0, 1.5) for at in np.arange(1.0, 3.0, 0.1)] + [(at, 0.0, 0.0) for at in zeros])
+    own = [(at, 'controller', 'turning', str(1.0 <= at < ends)) for at in np.arange(0.0, 4.0, EVERY)]
+    found = told(Inside(made(
+        duration=4.0, commands=samples(Twists, [(*row, 0.0, 0.0, 0.0, 0.0) for row in sent]),
+        mouse=samples(MouseSamples, [(at, 0.0, 0.0, 1.0) for at in np.arange(0.0, 4.0, EVERY)]),
+        variables=variables_of(own))), MOUSE_LINKS)
     assert found is None if said is None else said in found
 
 
