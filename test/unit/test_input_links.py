@@ -1,6 +1,7 @@
 """What a node does with a gamepad or a mouse, and what it prints: closed forms, no ROS."""
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -282,6 +283,16 @@ def test_commands_of_the_mouse_in_a_turn_are_told(ends, zeros, said):
         mouse=samples(MouseSamples, [(at, 0.0, 0.0, 1.0) for at in np.arange(0.0, 4.0, EVERY)]),
         variables=variables_of(own))), MOUSE_LINKS)
     assert found is None if said is None else said in found
+
+
+def test_a_number_named_turning_is_no_flag():
+    """Nor does the mouse give the commands after a letter."""
+    run = mouse_run(lambda x, y, on: (on * 0.5 * far(y), on * -0.5 * far(x))).run
+    later = [(at, 0.0, 1.5, 0.0, 0.0, 0.0, 0.0) for at in np.arange(6.0, 8.0, 0.02)]
+    own = [(at, 'controller', 'TURNING', '2') for at in np.arange(0.0, 8.0, EVERY)]
+    assert told(Inside(replace(
+        run, commands=Twists.joined([run.commands.between(0.0, 6.0), samples(Twists, later)]),
+        variables=variables_of(own), states=words(States, [(5.99, 'l beside the mouse')]))), MOUSE_LINKS) is None
 
 
 # -- the IMU exercise

@@ -76,6 +76,13 @@ def sent(inside: Inside) -> Any:
     return run.commands.take(kept)
 
 
+def flag(inside: Inside, name: str) -> Optional[Series]:
+    """The node's variable of this name if it is True or False; not a constant that is a number."""
+    found = inside.find(name)
+    return found if found is not None and set(found.value) <= {0.0, 1.0} and (
+        len(found.changes) or set(found.text) <= {'True', 'False'}) else None
+
+
 def part_of(series: Series, chosen: np.ndarray) -> Series:
     """The chosen values of a series."""
     return Series(series.name, series.time[chosen], series.text[chosen], series.value[chosen])
