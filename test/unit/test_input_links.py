@@ -182,7 +182,7 @@ def forgets_b(axes, buttons, node):
     (changed(said=lambda value: not value), 'ctrl_relinq said False after button 0 (A)'),
     (changed(mine=lambda value: True), 'has_control stayed True after button 0 (A): '),
     (forgets_b, 'with axis 1 at 1 nothing came on cmd_vel for 1.0 s; the last button was button 1 (B), '
-     'and has_control was False'),
+     'and has_control stayed False'),
     (call_of(service='setpose'), 'it called setpose, the handout has set_pose'),
     (call_of(request=REQUEST.format(1.0, 1.0, 0.1)), 'the position 1, 0, 0; it should be 0, 0, 0'),
     (call_of(request=REQUEST.format(0.0, 0.0, 0.1)), 'w 0, of length 0; it should be 0, 0, 0, 1'),

@@ -114,12 +114,18 @@ def sticks_ignored(inside: Inside) -> Optional[Broken]:
                    lambda begin, end: is_handed_over(inside, begin))
     if found is None:
         return None
-    words, own = found.words, flag(inside, 'has_control')
-    for _, _, name in [each for each in presses(inside, 'ABY') if each[0] < found.moment][-1:]:
-        words += '; the last button was ' + inside.known(pad).words(name)
-    if own is not None and own.at(found.moment + ANSWERED) == 0.0:
-        words += ', and {} was False'.format(own.name)
-    return found._replace(words=words)
+    pressed = [(at, name) for at, _, name in presses(inside, 'ABY') if at < found.moment]
+    if pressed:
+        found = found._replace(words='{}; the last button was {}'.format(
+            found.words, inside.known(pad).words(pressed[-1][1])))
+    if [name for _, name in pressed[-2:]] == ['A', 'B']:
+        for each in inside.variables.values():
+            before, after, now = (each.text_at(at) for at in (
+                pressed[-2][0], pressed[-2][0] + ANSWERED, pressed[-1][0] + ANSWERED))
+            if before != after == now and {before, after} == {'True', 'False'}:
+                return found._replace(words='{}, and {} stayed {}'.format(
+                    found.words, each.name, now), variable=each.name)
+    return found
 
 
 def wrong_control(inside: Inside) -> Optional[Broken]:
