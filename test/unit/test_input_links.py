@@ -1,6 +1,7 @@
 """What a node does with a gamepad or a mouse, and what it prints: closed forms, no ROS."""
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -89,6 +90,22 @@ def test_a_right_node_is_not_accused():
     assert told(pad_run()) is None
 
 
+def test_a_wait_in_the_middle_and_the_zeros_of_an_end_are_told_apart():
+    """Y without a service; then Ctrl+C while the stick is up."""
+    def react(axes, buttons, node):
+        node['y'] = node.get('y', False) or bool(buttons[2])
+        return right(axes, buttons, node) if not node['y'] else None
+    played = [*PLAYED, ('stick', {1: 1.0}, None)]
+    assert told(pad_run(react, played)) == \
+        'with axis 1 at 1 nothing came on cmd_vel for 1.0 s; the last button was button 2 (Y)'
+
+    def ends(axes, buttons, node):
+        node['steps'] = node.get('steps', 0) + 1
+        return (0.0, 0.0) if node['steps'] > 20 * len(PLAYED) + 20 else right(axes, buttons, node)
+    played = [*PLAYED, ('stick', {1: 1.0}, None), ('Ctrl+C', {1: 1.0}, None)]
+    assert told(pad_run(ends, played)) is None
+
+
 def test_a_run_without_a_device_breaks_no_link():
     sent = Twists(*(np.arange(30.0) for _ in range(8)))
     for links in 'gamepad', 'turn', 'imu':
@@ -166,7 +183,7 @@ def forgets_b(axes, buttons, node):
     (changed(said=lambda value: not value), 'ctrl_relinq said False after button 0 (A)'),
     (changed(mine=lambda value: True), 'has_control stayed True after button 0 (A): '),
     (forgets_b, 'with axis 1 at 1 nothing came on cmd_vel for 1.0 s; the last button was button 1 (B), '
-     'and has_control was False'),
+     'and has_control stayed False'),
     (call_of(service='setpose'), 'it called setpose, the handout has set_pose'),
     (call_of(request=REQUEST.format(1.0, 1.0, 0.1)), 'the position 1, 0, 0; it should be 0, 0, 0'),
     (call_of(request=REQUEST.format(0.0, 0.0, 0.1)), 'w 0, of length 0; it should be 0, 0, 0, 1'),
@@ -220,7 +237,7 @@ def far(value):
     return value if abs(value) > 0.25 else 0.0
 
 
-def mouse_run(react):
+def mouse_run(react, up=1):
     heard, sent = [], []
     for k, (x, y, active) in enumerate(PLACES):
         for at in np.arange(k, k + 1.0 - 1e-9, EVERY):
@@ -230,7 +247,7 @@ def mouse_run(react):
                 sent.append((at + ANSWER, *command, 0.0, 0.0, 0.0, 0.0))
     return Inside(made(duration=8.0, mouse=samples(MouseSamples, heard),
                        commands=samples(Twists, sent),
-                       events=words(States, [(0.0, '{"kind": "mouse client", "up": 1}')])))
+                       events=words(States, [(0.0, json.dumps({'kind': 'mouse client', 'up': up}))])))
 
 
 @pytest.mark.parametrize('react, said', [
@@ -247,6 +264,35 @@ def mouse_run(react):
 def test_the_mistake_of_a_mouse_is_named(react, said):
     found = told(mouse_run(react), 'turn')
     assert found is None if said is None else said in found
+
+
+@pytest.mark.parametrize('up, said', [(0, None), (1, 'linear.x is -0.5 times y'), (-1, 'linear.x is -0.5')])
+def test_a_mouse_client_that_is_not_known_may_count_down(up, said):
+    found = told(mouse_run(lambda x, y, on: (on * -0.5 * far(y), on * -0.5 * far(x)), up), 'turn')
+    assert found is None if said is None else said in found
+
+
+@pytest.mark.parametrize('ends, zeros, said', [
+    (3.0, (), None), (3.0, np.arange(0.02, 4.0, 0.05), 'commands while turning was True were those of the ')])
+def test_commands_of_the_mouse_in_a_turn_are_told(ends, zeros, said):
+    """The turn is commanded from 1.0 s to 3.0 s; turning is True until `ends`; the mouse is in its middle."""
+    sent = sorted([(at, 0.0, 1.5) for at in np.arange(1.0, 3.0, 0.1)] + [(at, 0.0, 0.0) for at in zeros])
+    own = [(at, 'controller', 'turning', str(1.0 <= at < ends)) for at in np.arange(0.0, 4.0, EVERY)]
+    found = told(Inside(made(
+        duration=4.0, commands=samples(Twists, [(*row, 0.0, 0.0, 0.0, 0.0) for row in sent]),
+        mouse=samples(MouseSamples, [(at, 0.0, 0.0, 1.0) for at in np.arange(0.0, 4.0, EVERY)]),
+        variables=variables_of(own))), 'turn')
+    assert found is None if said is None else said in found
+
+
+def test_a_number_named_turning_is_no_flag():
+    """Nor does the mouse give the commands after a letter."""
+    run = mouse_run(lambda x, y, on: (on * 0.5 * far(y), on * -0.5 * far(x))).run
+    later = [(at, 0.0, 1.5, 0.0, 0.0, 0.0, 0.0) for at in np.arange(6.0, 8.0, 0.02)]
+    own = [(at, 'controller', 'TURNING', '2') for at in np.arange(0.0, 8.0, EVERY)]
+    assert told(Inside(replace(
+        run, commands=Twists.joined([run.commands.between(0.0, 6.0), samples(Twists, later)]),
+        variables=variables_of(own), states=words(States, [(5.99, 'l beside the mouse')]))), 'turn') is None
 
 
 # -- the IMU exercise

@@ -11,7 +11,7 @@ import numpy as np
 
 from tb3_labs.watch.chain import Broken, Inside, example, stays
 from tb3_labs.watch.inputs import (
-    ANSWERED, Device, events, law, link_of, no_zero, sent, silent, stimulus)
+    ANSWERED, Device, events, flag, law, link_of, no_zero, sent, silent, stimulus)
 from tb3_labs.watch.quantities import Quantity, delay, followed
 from tb3_labs.watch.variables import Series, number
 
@@ -114,17 +114,23 @@ def sticks_ignored(inside: Inside) -> Optional[Broken]:
                    lambda begin, end: is_handed_over(inside, begin))
     if found is None:
         return None
-    words, own = found.words, inside.find('has_control')
-    for _, _, name in [each for each in presses(inside, 'ABY') if each[0] < found.moment][-1:]:
-        words += '; the last button was ' + inside.known(pad).words(name)
-    if own is not None and own.at(found.moment + ANSWERED) == 0.0:
-        words += ', and {} was False'.format(own.name)
-    return found._replace(words=words)
+    pressed = [(at, name) for at, _, name in presses(inside, 'ABY') if at < found.moment]
+    if pressed:
+        found = found._replace(words='{}; the last button was {}'.format(
+            found.words, inside.known(pad).words(pressed[-1][1])))
+    if [name for _, name in pressed[-2:]] == ['A', 'B']:
+        for each in inside.variables.values():
+            before, after, now = (each.text_at(at) for at in (
+                pressed[-2][0], pressed[-2][0] + ANSWERED, pressed[-1][0] + ANSWERED))
+            if before != after == now and {before, after} == {'True', 'False'}:
+                return found._replace(words='{}, and {} stayed {}'.format(
+                    found.words, each.name, now), variable=each.name)
+    return found
 
 
 def wrong_control(inside: Inside) -> Optional[Broken]:
     """Is the robot handed over by A, and taken back by B, with commands only in between?"""
-    said, commands, own = inside.run.control, sent(inside), inside.find('has_control')
+    said, commands, own = inside.run.control, sent(inside), flag(inside, 'has_control')
     ignored = sticks_ignored(inside)
     for begin, end, name in presses(inside) if inside.known(pad).is_known else ():
         if ignored is not None and ignored.moment < begin:
@@ -213,7 +219,7 @@ def asks(row: np.ndarray) -> bool:
 
 def is_turning(inside: Inside, time: np.ndarray) -> np.ndarray:
     """Did the node turn at these times?"""
-    turning = inside.find('turning')
+    turning = flag(inside, 'turning')
     if turning is None:
         return time > stimulus(inside, BESIDE)
     return np.array([max(turning.between(at - 0.12, at + 0.12).value, default=turning.at(at)) == 1.0
@@ -253,7 +259,7 @@ def mouse_ignored(inside: Inside) -> Optional[Broken]:
 
 def mouse_in_turn(inside: Inside) -> Optional[Broken]:
     """Does the mouse give no command while the node turns?"""
-    turning, commands, device = inside.find('turning'), sent(inside), mouse(inside)
+    turning, commands, device = flag(inside, 'turning'), sent(inside), mouse(inside)
     if turning is None or not len(device.time):
         return None
     inner = np.array([turning.between(at - 0.15, at + 0.15).value.min(initial=turning.at(at))

@@ -78,6 +78,13 @@ def sent(inside: Inside) -> Any:
     return run.commands.take(kept)
 
 
+def flag(inside: Inside, name: str) -> Optional[Series]:
+    """The node's variable of this name if it is True or False; not a constant that is a number."""
+    found = inside.find(name)
+    return found if found is not None and set(found.value) <= {0.0, 1.0} and (
+        len(found.changes) or set(found.text) <= {'True', 'False'}) else None
+
+
 def factor_of(series: Series, form: Quantity) -> float:
     """The number by which a series is a form times a number; NaN if it is not."""
     last = form.value[(np.searchsorted(form.time, series.time + SOON) - 1).clip(0)]
