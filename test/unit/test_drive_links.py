@@ -1,4 +1,5 @@
 """The first broken link of a node of the Transformation lab: the plain node, changed, in memory."""
+import json
 import re
 from dataclasses import replace
 
@@ -8,7 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from played_drive import played
-from tb3_labs.report.run_data import Variables
+from tb3_labs.marking.shown_run import seen_inside
+from tb3_labs.marking.trial.observation import Observation, Run
+from tb3_labs.report.run_data import States, Variables
 from tb3_labs.watch.chain import Inside, first_broken
 from tb3_labs.watch.drive_links import LINKS
 from tb3_labs.watch.drive_pose import APART, places, wrong_pose
@@ -173,3 +176,21 @@ def test_a_place_is_identified_as_what_it_follows_or_as_one_that_is_equal_on_thi
         other = next(each for each in table if each.words == words)
         apart = np.abs(axis(other.value - quantity.value))[other.time > 0.0]
         assert np.quantile(apart, 0.2) < 2.0 * APART, (found.words, quantity.words)
+
+
+def test_a_trial_has_its_resets_by_its_calls_and_after_one_that_failed_the_frame_is_unknown():
+    run = played()
+    first = run.resets.take(slice(0, 1))
+    calls = [(first.arrival[0] + 0.05, {'kind': 'call', 'pose': [0.0, 0.0, 0.0], 'problem': ''}),
+             (50.0, {'kind': 'call', 'pose': [0.2, 0.3, 1.0], 'problem': ''}),
+             (60.0, {'kind': 'call', 'pose': [0.0, 0.0, 0.0], 'problem': 'it was refused'}),
+             (61.0, {'kind': 'begin', 'name': 'second drive'})]
+    times = np.array([at for at, _ in calls])
+    seen = Observation('move2goal', 'lab7_tf/move2goal_tf.py', run=replace(run, resets=first, events=States(
+        times, times, np.array([json.dumps(event) for _, event in calls], dtype=object))),
+        runs=[Run(0.0), Run(70.0)])
+    shown = seen_inside(seen)
+    assert shown.resets.arrival.tolist() == [first.arrival[0], 50.0]
+    assert shown.resets.points.tolist() == [[0.0, 0.0], [0.2, 0.3]]
+    assert len(shown.control) == len(run.control)
+    assert not len(shown.variables.between(60.0, 70.0)) and len(shown.variables.between(70.0, 71.0))

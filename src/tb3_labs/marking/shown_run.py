@@ -122,9 +122,9 @@ def seen_inside(seen: Observation) -> RunData:
     calls = [(at, event) for at, event in zip(run.events.arrival, map(json.loads, run.events.words))
              if event.get('kind') == 'call']
     said = seen.run.resets
-    resets = [[at, *event['pose']] for at, event in calls if not np.any(
-        np.abs(said.arrival - at) < 1.0)] + np.column_stack(
-            [said.arrival, said.x, said.y, said.yaw]).tolist()
+    resets = np.column_stack([said.arrival, said.x, said.y, said.yaw]).tolist() + [
+        [at, *event['pose']] for at, event in calls
+        if not event['problem'] and not np.any(np.abs(said.arrival - at) < 1.0)]
     kept = np.ones(len(run.variables), bool)
     for at in [at for at, event in calls if event['problem']]:
         ends = [each.begin for each in seen.runs if each.begin > at] + [math.inf]

@@ -59,11 +59,12 @@ def frames(inside: Inside) -> List[Frame]:
     begins = sorted(begins + [(at, complex(x, y), yaw, True) for at, x, y, yaw in zip(
         run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw) if at > times[0]])
     found = []
-    for (begin, *declared, is_reset), after in zip(begins, begins[1:] + [(run.duration + 1.0,)]):
+    for (begin, place, turned, is_reset), end in zip(
+            begins, [each[0] for each in begins[1:]] + [run.duration + 1.0]):
         odometry, imu = (samples.take([min(int(np.searchsorted(
             samples.arrival, begin)), len(samples) - 1)]) for samples in (run.odometry, run.imu))
-        found.append(Frame(begin, after[0], *declared, complex(odometry.x[0], odometry.y[0]),
-                           odometry.yaw[0], imu.yaw[0], is_reset))
+        found.append(Frame(begin, end, place, turned, complex(
+            odometry.x[0], odometry.y[0]), odometry.yaw[0], imu.yaw[0], is_reset))
     return found
 
 
@@ -155,9 +156,9 @@ def steered(inside: Inside, series: Series, begin: float, end: float) -> Series:
     return taken(part, (now >= 0) & (now == before) & (control.value[now] == 1.0))
 
 
-def compared(series: Series, name: str) -> List[Series]:
+def compared(series: Optional[Series], name: str) -> List[Series]:
     """A variable as it is compared: that of a yaw on the circle, in radians and in degrees."""
-    return [series] if name != 'local_yaw' else [
+    return [] if series is None else [series] if name != 'local_yaw' else [
         Series(series.name, series.time, series.text, np.exp(1j * unit * series.value))
         for unit in (1.0, np.pi / 180.0)]
 
@@ -198,11 +199,11 @@ def wrong_reference(inside: Inside, frame: Frame, name: str, is_used: bool) -> O
     """Is a reference set at the begin of a frame, and then kept? `is_used`: the pose is wrong."""
     series = inside.find(name)
     part = series and steered(inside, series, frame.begin, frame.end)
-    if part is None or len(part.time) < FEW:
+    if series is None or part is None or len(part.time) < FEW:
         return None
     asked, words = frame.references[name], 'became ' + short(part.text[-1])
-    before = max((each for each in inside.known(frames) if each.begin < frame.begin),
-                 default=frame).references[name]
+    before = ([each for each in inside.known(frames) if each.begin < frame.begin]
+              or [frame])[-1].references[name]
     if set(part.text) == {'None'}:
         words = 'stayed None'
     elif not is_used or min(np.median(np.abs(
