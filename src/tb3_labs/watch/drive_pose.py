@@ -184,13 +184,15 @@ def wrong_pose(inside: Inside) -> Optional[Broken]:
                                    for each in references) if each]
         if found or is_wrong:
             wrong = found[0] if found else wrong_belief(inside, frame, part, same[0], right)
-            resets = [each for each in inside.known(frames) if each.is_reset][:1] + [frame]
+            earlier = [each for each in inside.known(frames) if each.is_reset and each.begin <
+                       frame.begin and len(steered(inside, series, *each[:2]).time) >= FEW]
             state = inside.find('state')
-            states = [state.text_at(each.begin - SOON) for each in resets if state is not None]
-            if len(set(states)) == 2:
+            then, now = ('' if state is None else state.text_at(each.begin - SOON)
+                         for each in ((earlier or [frame])[0], frame))
+            if then != now:
                 wrong = wrong._replace(
-                    words='{}. State was {} then; after the reset at {:.0f} s, in {}, it was '
-                    'right'.format(wrong.words, states[1], resets[0].begin, states[0]))
+                    words='{}. The state was {} then; after the reset at {:.0f} s, in {}, it was '
+                    'right'.format(wrong.words, now, earlier[0].begin, then))
             return wrong
     return None
 
@@ -236,14 +238,16 @@ def wrong_belief(inside: Inside, frame: Frame, part: Series, same: Series,
     samples, is_yaw = np.searchsorted(right.time, part.time).clip(1) - 1, same is not part
     worst = int(np.nanargmax(np.abs(same.value - right.value[samples])))
     should = right.value[samples[worst]]
-    table = yaws(inside, part) if is_yaw else (each._replace(
+    whole = steered(inside, inside.variables[part.name], -np.inf, np.inf)
+    table = yaws(inside, whole) if is_yaw else (each._replace(
         value=each.value.imag if part.name.endswith('y') else each.value.real)
         for each in inside.known(places))
     some = taken(same, np.linspace(0, len(same.time) - 1, 15).astype(int))
     is_kept = any(inside.find(each) is None for each in frame.references)
     found = [each for each in (table if np.ptp(part.value) > 2.0 * APART else ())
              if (is_kept or 'reset before' not in each.words)
-             and followed(some, [each], 0.6) and followed(same, [each], MOST)]
+             and followed(some, [each], 0.6) and followed(same, [each], MOST) and followed(
+                 compared(whole, 'local_yaw')[0] if is_yaw else whole, [each], 0.4)]
     mistakes = [each.words.replace('x, y, z, w', '').count(',') + (
         is_yaw and ('yaw' not in each.words) + ('odometry' in each.words)) for each in found]
     few = [each.words for each, count in zip(found, mistakes) if count == min(mistakes)]
