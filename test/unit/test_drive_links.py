@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from played_drive import played
+from tb3_labs.marking.trial.observation import Observation, Run, Stimulus, with_stimuli
 from tb3_labs.report.run_data import Variables
 from tb3_labs.watch.chain import Inside, first_broken
 from tb3_labs.watch.labs import CHAINS
@@ -49,7 +50,7 @@ WRONG = {
     'reset at the goal alone': (
         [('        pose = request', "        if self.state != 'GOAL_REACHED':\n            return\n"
           '        pose = request')],
-        r'yaw stayed 2.1\d+; .* State was MOVE_FORWARD then; after the reset at \d+ s, in GOAL_REACHED, it was right',
+        r'yaw stayed 2.1\d+; .* The state was MOVE_FORWARD then; after the reset at \d+ s, in GOAL_REACHED, it was right',
         'initial_global_yaw'),
     'odometry by the IMU': ([('self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]',
                               'self.initial_odom_yaw = self.initial_global_yaw')],
@@ -174,3 +175,18 @@ def test_a_place_is_identified_as_what_it_follows_or_as_one_that_is_equal_on_thi
         other = next(each for each in table if each.words == words)
         apart = np.abs(axis(other.value - quantity.value))[other.time > 0.0]
         assert np.quantile(apart, 0.2) < 2.0 * APART, (found.words, quantity.words)
+
+
+def test_a_trial_has_its_resets_by_its_calls_and_after_one_that_failed_the_frame_is_unknown():
+    run = played()
+    first = run.resets.take(slice(0, 1))
+    seen = Observation(
+        'move2goal', 'lab7_tf/move2goal_tf.py', runs=[Run(0.0), Run(70.0)],
+        stimuli=[Stimulus('second drive', 61.0, 65.0)], calls=[
+            [first.arrival[0] + 0.05, [0.0, 0.0, 0.0], ''], [50.0, [0.2, 0.3, 1.0], ''],
+            [60.0, [0.0, 0.0, 0.0], 'it was refused']])
+    shown = with_stimuli(replace(run, resets=first), seen)
+    assert shown.resets.arrival.tolist() == [first.arrival[0], 50.0]
+    assert shown.resets.points.tolist() == [[0.0, 0.0], [0.2, 0.3]]
+    assert len(shown.control) == len(run.control)
+    assert not len(shown.variables.between(60.0, 70.0)) and len(shown.variables.between(70.0, 71.0))

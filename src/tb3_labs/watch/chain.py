@@ -64,13 +64,17 @@ def quaternion_of(samples: Any) -> Sequence[np.ndarray]:
     return np.cos(half), nothing, nothing, np.sin(half)
 
 
+#: What looks at a link.
+Look = Callable[[Inside], Optional[Broken]]
+
+
 class Link(NamedTuple):
     """A link of a chain: a question that its owner can answer; what looks at it; the heading, the
     step (0: none) and the sheet that explain it; the parts of the lab in which it shows, () for
     all."""
 
     question: str
-    look: Callable[[Inside], Optional[Broken]]
+    look: Look
     heading: str
     step: int = 0
     sheet: str = 'imu_lab.md'

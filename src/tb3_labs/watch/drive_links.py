@@ -32,7 +32,9 @@ def given(inside: Inside) -> List[Tuple[float, float, float]]:
 def wrong_control(inside: Inside) -> Optional[Broken]:
     """Does has_control follow ctrl_relinq?"""
     series = inside.find('has_control')
-    for begin, end, value in given(inside) if series is not None else []:
+    for begin, end, value in given(inside):
+        if series is None:
+            return None
         part = series.between(begin + LATE, end)
         if np.mean(np.append(np.abs(part.value - value) == 1.0, [0.0] * 4)) > 0.5:
             return Broken('{:.1f} s after a {} on ctrl_relinq {} was {}'.format(
@@ -44,7 +46,9 @@ def wrong_control(inside: Inside) -> Optional[Broken]:
 def state_kept(inside: Inside) -> Optional[Broken]:
     """Is the state set back by a reset?"""
     series = inside.find('state')
-    for frame in inside.known(frames) if series is not None else []:
+    for frame in inside.known(frames):
+        if series is None:
+            return None
         part = series.between(frame.begin + LATE, frame.end)
         if frame.is_reset and len(part.text) and (
                 series.text_at(frame.begin - SOON) == part.text[0] in STATES[1:]) and (
@@ -100,7 +104,8 @@ def has_pose(inside: Inside) -> bool:
 
 def own_pose(inside: Inside, time: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """(vector to the goal, yaw [rad]) by the node's own variables at each time."""
-    yaw, x, y = (np.interp(time, each.time, each.value) for each in map(inside.find, USED))
+    yaw, x, y = (np.interp(time, each.time, each.value) for each in map(
+        inside.find, USED) if each is not None)
     (_, goal_x, _), (_, goal_y, _), _ = goals(inside)
     return (complex(goal_x, goal_y) - x - 1j * y,
             np.radians(yaw) if inside.known(in_degrees) else yaw)

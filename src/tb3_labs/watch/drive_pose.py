@@ -61,11 +61,12 @@ def frames(inside: Inside) -> List[Frame]:
     begins = sorted(begins + [(at, complex(x, y), yaw, True) for at, x, y, yaw in zip(
         run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw) if at > times[0]])
     found = []
-    for (begin, *declared, is_reset), after in zip(begins, begins[1:] + [(run.duration + 1.0,)]):
+    for (begin, place, turned, is_reset), end in zip(
+            begins, [each[0] for each in begins[1:]] + [run.duration + 1.0]):
         odometry, imu = (samples.take([min(int(np.searchsorted(
             samples.arrival, begin)), len(samples) - 1)]) for samples in (run.odometry, run.imu))
-        found.append(Frame(begin, after[0], *declared, complex(odometry.x[0], odometry.y[0]),
-                           odometry.yaw[0], imu.yaw[0], is_reset))
+        found.append(Frame(begin, end, place, turned, complex(
+            odometry.x[0], odometry.y[0]), odometry.yaw[0], imu.yaw[0], is_reset))
     return found
 
 
@@ -152,9 +153,9 @@ def steered(inside: Inside, series: Series, begin: float, end: float) -> Series:
     return part.take((now >= 0) & (now == before) & (control.value[now] == 1.0))
 
 
-def compared(series: Series, name: str) -> List[Series]:
+def compared(series: Optional[Series], name: str) -> List[Series]:
     """A variable as it is compared: that of a yaw on the circle, in radians and in degrees."""
-    return [series] if name != 'local_yaw' else [
+    return [] if series is None else [series] if name != 'local_yaw' else [
         Series(series.name, series.time, series.text, np.exp(1j * unit * series.value))
         for unit in (1.0, np.pi / 180.0)]
 
@@ -180,13 +181,15 @@ def wrong_pose(inside: Inside) -> Optional[Broken]:
                                    for each in references) if each]
         if found or is_wrong:
             wrong = found[0] if found else wrong_belief(inside, frame, part, same[0], right)
-            resets = [each for each in inside.known(frames) if each.is_reset][:1] + [frame]
+            earlier = [each for each in inside.known(frames) if each.is_reset and each.begin <
+                       frame.begin and len(steered(inside, series, *each[:2]).time) >= FEW]
             state = inside.find('state')
-            states = [state.text_at(each.begin - SOON) for each in resets if state is not None]
-            if len(set(states)) == 2:
+            then, now = ('' if state is None else state.text_at(each.begin - SOON)
+                         for each in ((earlier or [frame])[0], frame))
+            if then != now:
                 wrong = wrong._replace(
-                    words='{}. State was {} then; after the reset at {:.0f} s, in {}, it was '
-                    'right'.format(wrong.words, states[1], resets[0].begin, states[0]))
+                    words='{}. The state was {} then; after the reset at {:.0f} s, in {}, it was '
+                    'right'.format(wrong.words, now, earlier[0].begin, then))
             return wrong
     return None
 
@@ -195,11 +198,11 @@ def wrong_reference(inside: Inside, frame: Frame, name: str, is_used: bool) -> O
     """Is a reference set at the begin of a frame, and then kept? `is_used`: the pose is wrong."""
     series = inside.find(name)
     part = series and steered(inside, series, frame.begin, frame.end)
-    if part is None or len(part.time) < FEW:
+    if series is None or part is None or len(part.time) < FEW:
         return None
     asked, words = frame.references[name], 'became ' + short(part.text[-1])
-    before = max((each for each in inside.known(frames) if each.begin < frame.begin),
-                 default=frame).references[name]
+    before = ([each for each in inside.known(frames) if each.begin < frame.begin]
+              or [frame])[-1].references[name]
     if set(part.text) == {'None'}:
         words = 'stayed None'
     elif not is_used or min(np.median(np.abs(
@@ -232,14 +235,16 @@ def wrong_belief(inside: Inside, frame: Frame, part: Series, same: Series,
     samples, is_yaw = np.searchsorted(right.time, part.time).clip(1) - 1, same is not part
     worst = int(np.nanargmax(np.abs(same.value - right.value[samples])))
     should = right.value[samples[worst]]
-    table = yaws(inside, part) if is_yaw else (each._replace(
+    whole = steered(inside, inside.variables[part.name], -np.inf, np.inf)
+    table = yaws(inside, whole) if is_yaw else (each._replace(
         value=each.value.imag if part.name.endswith('y') else each.value.real)
         for each in inside.known(places))
     some = same.take(np.linspace(0, len(same.time) - 1, 15).astype(int))
     is_kept = any(inside.find(each) is None for each in frame.references)
     found = [each for each in (table if np.ptp(part.value) > 2.0 * APART else ())
              if (is_kept or 'reset before' not in each.words)
-             and followed(some, [each], 0.6) and followed(same, [each], MOST)]
+             and followed(some, [each], 0.6) and followed(same, [each], MOST) and followed(
+                 compared(whole, 'local_yaw')[0] if is_yaw else whole, [each], 0.4)]
     mistakes = [each.words.replace('x, y, z, w', '').count(',') + (
         is_yaw and ('yaw' not in each.words) + ('odometry' in each.words)) for each in found]
     few = [each.words for each, count in zip(found, mistakes) if count == min(mistakes)]

@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Tu
 
 import numpy as np
 
-from tb3_labs.watch.chain import Broken, Inside, Link
+from tb3_labs.watch.chain import Broken, Inside, Look
 from tb3_labs.watch.quantities import PART, RECENT, SOON, Quantity, ages, thinned
 from tb3_labs.watch.turn_links import wrong_field
 from tb3_labs.watch.variables import Series
@@ -200,7 +200,7 @@ def silent(commands: Any, device: Device, asks: Callable[[np.ndarray], Any],
     return None
 
 
-def link_of(laws: Callable[[Inside], List[Optional[Broken]]], weak: bool) -> Link:
+def link_of(laws: Callable[[Inside], List[Optional[Broken]]], weak: bool) -> Look:
     """The link that is broken by the first of the laws that is weak, or that is not."""
     return lambda inside: next((each for each in inside.known(laws)
                                 if each is not None and each.is_weak == weak), None)

@@ -315,8 +315,8 @@ def too_seldom(inside: Inside) -> Optional[Broken]:
 def not_over(inside: Inside) -> Optional[Broken]:
     """Does `turning` become False at the goal?"""
     turning = inside.find('turning')
-    for letter in letters(inside) if turning is not None else ():
-        if turning.at(letter.begin - READ) == 1.0:
+    for letter in letters(inside):
+        if turning is not None and turning.at(letter.begin - READ) == 1.0:
             return Broken('{} was still True when {} was typed: it did not become False at the '
                           'goal before'.format(turning.name, letter.words), letter.begin,
                           turning.name)

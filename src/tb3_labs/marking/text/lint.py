@@ -55,12 +55,12 @@ def assigned(text: bytes) -> Dict[str, List[int]]:
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return lines
     for node in nodes:
-        if isinstance(getattr(node, 'ctx', None), ast.Store) and isinstance(
-                node, (ast.Attribute, ast.Name)):
-            name = node.attr if isinstance(node, ast.Attribute) else node.id
-            if len(lines) < MOST_NAMES and isinstance(getattr(node, 'value', None), ast.Attribute):
-                lines.setdefault('{}.{}'.format(node.value.attr, name), []).append(node.lineno)
-            if len(lines) < MOST_NAMES or name in lines:
+        if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MOST_NAMES:
+            names = [node.id] if isinstance(node, ast.Name) else []
+            if isinstance(node, ast.Attribute):
+                names = [node.attr] + (['{}.{}'.format(node.value.attr, node.attr)] if isinstance(
+                    node.value, ast.Attribute) else [])
+            for name in names:
                 lines.setdefault(name, []).append(node.lineno)
     return {name: sorted(set(at))[:MOST_LINES] for name, at in lines.items()}
 

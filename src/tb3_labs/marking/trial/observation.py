@@ -307,7 +307,7 @@ def with_stimuli(run: RunData, seen: Observation) -> RunData:
         if problem:
             end = min([start.begin for start in seen.runs if start.begin > at], default=math.inf)
             known &= (run.variables.arrival < at) | (run.variables.arrival > end)
-        if not (np.abs(said.arrival - at) < SAME_RESET).any():
+        elif not (np.abs(said.arrival - at) < SAME_RESET).any():
             resets.append([at, *pose])
     return replace(
         run, resets=samples_of(Poses, sorted(resets)), variables=run.variables.take(known),
