@@ -28,7 +28,6 @@ from tb3_labs.msg import MouseController
 from tb3_labs.report.bag import budget
 from tb3_labs.report.bag.budget import LONGEST_LINE
 from tb3_labs.report.bag.ros_bag import BagProblem, read_run
-from tb3_labs.report.cause.diagnosis import Diagnosis, diagnose
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.page import timeline
@@ -430,19 +429,3 @@ def test_a_file_that_is_no_bag_is_named_with_what_to_do(begin, what, remedy, tmp
     with pytest.raises(BagProblem) as raised:
         read_run(path)
     assert what in str(raised.value) and remedy.format(path) in str(raised.value)
-
-
-@pytest.mark.parametrize('senders, is_known', [
-    (['/rostopic_12_1700000'], False), (['/rostopic_12_1700000', '/controller'], True)])
-def test_what_a_person_drove_by_rostopic_is_not_diagnosed(tmp_path, senders, is_known):
-    """An endless turn to the left at one rate, then a zero."""
-    path = write_bag(tmp_path / 'by_hand.bag', sources=(sensors,))
-    with rosbag.Bag(str(path), 'a') as bag:
-        for number, sender in enumerate(senders):
-            bag._topic_connections.pop('/cmd_vel', None)    # rosbag record: one for each sender
-            for time, rate in ((1.0, 0.5), (1.4, 0.4), (1.8, 0.0)):
-                bag.write('/cmd_vel', to_twist(0.0, rate), rospy.Time(BEGIN + time + 3 * number),
-                          connection_header=sent_by(sender))
-    run = read_run(path)
-    assert list(run.senders) == sorted(senders)
-    assert (diagnose(run) != Diagnosis('')) is is_known

@@ -11,7 +11,7 @@ from made_run import made, values
 
 from tb3_labs.report.run_data import MouseSamples, Orientations, PadSamples, States, Twists, Variables
 from tb3_labs.watch.chain import Inside, first_broken
-from tb3_labs.watch.input_links import MOUSE_LINKS, PAD_LINKS, PRINTED_LINKS
+from tb3_labs.watch.labs import CHAINS
 
 #: Messages of a device come every EVERY [s]; a node answers within ANSWER [s].
 EVERY, ANSWER = 0.05, 0.004
@@ -80,8 +80,9 @@ def variables_of(rows):
     return Variables(at.astype(float), at.astype(float), node, name, value)
 
 
-def told(inside, links=PAD_LINKS, weak=True):
-    found = first_broken(inside, links, weak)
+def told(inside, lab='gamepad', weak=True, parts=None):
+    found = first_broken(inside, CHAINS[lab], parts, weak=weak)
+    found = found and found[1]
     return found and found.words
 
 
@@ -107,7 +108,7 @@ def test_a_wait_in_the_middle_and_the_zeros_of_an_end_are_told_apart():
 
 def test_a_run_without_a_device_breaks_no_link():
     sent = Twists(*(np.arange(30.0) for _ in range(8)))
-    for links in PAD_LINKS, MOUSE_LINKS, PRINTED_LINKS:
+    for links in 'gamepad', 'turn', 'imu':
         assert told(Inside(made(commands=sent)), links) is None
 
 
@@ -261,13 +262,13 @@ def mouse_run(react, up=1):
      'no zero velocity followed with the mouse at (0, 1), not active: no command came'),
     (lambda x, y, on: (on * 0.4 * far(y), on * -0.5 * far(x)), 'linear.x is 0.4 times y')])
 def test_the_mistake_of_a_mouse_is_named(react, said):
-    found = told(mouse_run(react), MOUSE_LINKS)
+    found = told(mouse_run(react), 'turn')
     assert found is None if said is None else said in found
 
 
 @pytest.mark.parametrize('up, said', [(0, None), (1, 'linear.x is -0.5 times y'), (-1, 'linear.x is -0.5')])
 def test_a_mouse_client_that_is_not_known_may_count_down(up, said):
-    found = told(mouse_run(lambda x, y, on: (on * -0.5 * far(y), on * -0.5 * far(x)), up), MOUSE_LINKS)
+    found = told(mouse_run(lambda x, y, on: (on * -0.5 * far(y), on * -0.5 * far(x)), up), 'turn', parts=['mouse'])
     assert found is None if said is None else said in found
 
 
@@ -281,7 +282,7 @@ def test_commands_of_the_mouse_in_a_turn_are_told(ends, zeros, said):
     found = told(Inside(made(
         duration=4.0, commands=samples(Twists, [(*row, 0.0, 0.0, 0.0, 0.0) for row in sent]),
         mouse=samples(MouseSamples, [(at, 0.0, 0.0, 1.0) for at in np.arange(0.0, 4.0, EVERY)]),
-        variables=variables_of(own))), MOUSE_LINKS)
+        variables=variables_of(own))), 'turn', parts=['mouse'])
     assert found is None if said is None else said in found
 
 
@@ -290,9 +291,10 @@ def test_a_number_named_turning_is_no_flag():
     run = mouse_run(lambda x, y, on: (on * 0.5 * far(y), on * -0.5 * far(x))).run
     later = [(at, 0.0, 1.5, 0.0, 0.0, 0.0, 0.0) for at in np.arange(6.0, 8.0, 0.02)]
     own = [(at, 'controller', 'TURNING', '2') for at in np.arange(0.0, 8.0, EVERY)]
-    assert told(Inside(replace(
+    inside = Inside(replace(
         run, commands=Twists.joined([run.commands.between(0.0, 6.0), samples(Twists, later)]),
-        variables=variables_of(own), states=words(States, [(5.99, 'l beside the mouse')]))), MOUSE_LINKS) is None
+        variables=variables_of(own), states=words(States, [(5.99, 'l beside the mouse')])))
+    assert told(inside, 'turn', parts=['mouse']) is None
 
 
 # -- the IMU exercise
@@ -312,13 +314,13 @@ def printed_run(number, late=0):
 
 @pytest.mark.parametrize('number, late, said', [
     (lambda yaw, roll: yaw % 360.0, 0, None),
-    (lambda yaw, roll: yaw, 0, 'follows the yaw in degrees, from -180 to 180; it should be the yaw in '),
+    (lambda yaw, roll: yaw, 0, 'follows the yaw in degrees, from -180 to 180; it should be the heading'),
     (lambda yaw, roll: math.radians(yaw), 0, 'follows the yaw in radians'),
     (lambda yaw, roll: roll, 0, 'follows the roll in degrees'),
     (lambda yaw, roll: abs(yaw), 0, 'follows the yaw in degrees, without its sign'),
     (lambda yaw, roll: (yaw - 37.0) % 360.0, 0, 'follows the yaw minus 37.0 degrees'),
-    (lambda yaw, roll: yaw % 360.0, 150, 'follows the yaw in degrees, from 0 to 360, up to 1.5 s late'),
+    (lambda yaw, roll: yaw % 360.0, 150, 'follows the heading, from 0 to 360 degrees, up to 1.5 s late'),
     (lambda yaw, roll: 12.0, 0, 'the printed number stays at 12.000000')])
 def test_the_quantity_that_is_printed_is_named(number, late, said):
-    found = told(printed_run(number, late), PRINTED_LINKS)
+    found = told(printed_run(number, late), 'imu')
     assert found is None if said is None else said in found

@@ -11,7 +11,7 @@ import numpy as np
 
 from tb3_labs.watch.chain import Broken, Inside, example, stays
 from tb3_labs.watch.inputs import (
-    ANSWERED, Device, events, flag, law, link_of, no_zero, part_of, sent, silent, stimulus)
+    ANSWERED, Device, events, flag, law, link_of, no_zero, sent, silent, stimulus)
 from tb3_labs.watch.quantities import Quantity, delay, followed
 from tb3_labs.watch.variables import Series, number
 
@@ -298,7 +298,7 @@ def printed(inside: Inside) -> Series:
         np.empty(0))
     text = np.array([each.group(1) for each in lines], dtype=object)
     series = Series('the printed number', time, text, text.astype(float))
-    return part_of(series, time < end)
+    return series.take(time < end)
 
 
 def wrong_heading(inside: Inside) -> Optional[Broken]:
@@ -320,7 +320,7 @@ def wrong_heading(inside: Inside) -> Optional[Broken]:
     if not found and stays(series):
         return Broken('{} stays at {}; it should be {}'.format(
             series.name, series.text[-1], right.words), moment)
-    moment, numbers = example(series, right, 1.0)
+    moment, numbers = example(series, right)
     return Broken('{} {} {}; it should be {}: {}'.format(
         series.name, *('follows', ', or '.join(found), right.words) if found else (
             'does not follow', 'the heading', right.words), numbers), moment)

@@ -9,7 +9,7 @@ from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Tu
 import numpy as np
 
 from tb3_labs.watch.chain import Broken, Inside, Link
-from tb3_labs.watch.quantities import PART, RECENT, SOON, Quantity, ages, thinned
+from tb3_labs.watch.quantities import RECENT, SOON, Quantity, ages, thinned
 from tb3_labs.watch.turn_links import wrong_field
 from tb3_labs.watch.variables import Series
 
@@ -19,6 +19,8 @@ ANSWERED, HELD = 0.5, 0.6
 #: A variable is read up to READ_LATER after the command that follows it [s], and this part of its
 #: values is read.
 READ_LATER, READ_PART = 0.07, 0.8
+#: A field follows an input if this part of its values does: a callback that waited answers late.
+FOLLOWS = 0.9
 #: The stimulus at which a node ends.
 END = 'Ctrl+C'
 
@@ -45,6 +47,8 @@ class Device(NamedTuple):
 
     def held(self) -> Iterable[Tuple[float, float, np.ndarray]]:
         """(begin, end, row) of each time in which nothing changed for HELD [s]."""
+        if not len(self.time):
+            return
         begins = np.unique(self.changed)
         for begin, end in zip(begins, np.append(begins[1:], self.time[-1:])):
             if end - begin >= HELD:
@@ -83,11 +87,6 @@ def flag(inside: Inside, name: str) -> Optional[Series]:
         len(found.changes) or set(found.text) <= {'True', 'False'}) else None
 
 
-def part_of(series: Series, chosen: np.ndarray) -> Series:
-    """The chosen values of a series."""
-    return Series(series.name, series.time[chosen], series.text[chosen], series.value[chosen])
-
-
 def factor_of(series: Series, form: Quantity) -> float:
     """The number by which a series is a form times a number; NaN if it is not."""
     last = form.value[(np.searchsorted(form.time, series.time + SOON) - 1).clip(0)]
@@ -95,9 +94,9 @@ def factor_of(series: Series, form: Quantity) -> float:
     if both.sum() < 3:
         return np.nan
     factor = float(np.median(series.value[both] / last[both]))
-    few = thinned(part_of(series, (series.value != 0.0) | (last != 0.0)))
+    few = thinned(series.take((series.value != 0.0) | (last != 0.0)))
     is_so = np.isfinite(ages(few, scaled(form, factor)))
-    return factor if np.mean(is_so) >= PART else np.nan
+    return factor if np.mean(is_so) >= FOLLOWS else np.nan
 
 
 def scaled(form: Quantity, factor: float) -> Quantity:
@@ -107,7 +106,7 @@ def scaled(form: Quantity, factor: float) -> Quantity:
 
 def own_variable(inside: Inside, series: Series) -> str:
     """Words on the node's variable that a field follows; '' if there is none."""
-    few = thinned(part_of(series, series.value != 0.0))
+    few = thinned(series.take(series.value != 0.0))
     later = Series(few.name, few.time + READ_LATER, few.text, few.value)
     for each in inside.variables.values():
         if len(set(each.text)) > 5 and np.isfinite(each.value).all() and 'cmd' not in each.name:
@@ -130,8 +129,8 @@ def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Qu
         return None
     should = 'it should be {:g} times {}'.format(factor, right.words)
     value = getattr(commands, name.split('.')[0])
-    series = part_of(Series(name, commands.arrival, value, value),
-                     device.sample(commands.arrival) >= 0)
+    series = Series(name, commands.arrival, value, value).take(
+        device.sample(commands.arrival) >= 0)
     if not len(series.time):
         return None
     factors = [(factor_of(series, form), form.words) for form in forms]
@@ -157,7 +156,7 @@ def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Qu
         return Broken('; '.join(filter(None, ('{} stayed 0, also with {}'.format(
             name, device.place(device.value[last[k]])), should, wrong_field(commands)))),
             float(series.time[k]), name) if wanted.any() else None
-    if wrong.sum() < 3:
+    if wrong.sum() < max(3.0, (1.0 - FOLLOWS) * (settled & (wanted != 0.0)).sum()):
         return None
     k = int(np.flatnonzero(wrong)[0])
     here = settled & (device.value[last] == device.value[last[k]]).all(axis=1)

@@ -24,11 +24,19 @@ STOPPED = 'an exception had stopped it'
 #: The exception that a remark quotes.
 QUOTED = re.compile(r'^A traceback was printed .*?: ([\'"].*[\'"])\. The clean exit')
 
+UNDEFINED = re.compile(r"name '\w+' is not defined")
+
 
 def remarks_on(seen: Observation) -> List[str]:
     """The sentences for the student that belong to no criterion."""
     return (seen.remarks + ['Note that {}.'.format(seen.deaf)] * bool(seen.deaf)
             + tracebacks_before_the_end(seen) + seen.gaps)
+
+
+def faults_in(seen: Observation, said: str) -> List[str]:
+    """The faults that its text shows, without an undefined name that the verdicts `said`."""
+    return [fault for fault in seen.faults if not any(
+        name in said for name in UNDEFINED.findall(fault))]
 
 
 def tracebacks_before_the_end(seen: Observation) -> List[str]:

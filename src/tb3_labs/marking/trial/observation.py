@@ -125,6 +125,7 @@ class Observation:
     runs: List[Run] = field(default_factory=list)
     missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none
     remarks: List[str] = field(default_factory=list)             # sentences for the student
+    faults: List[str] = field(default_factory=list)              # on its text, if it loses points
     broken: str = ''                                             # the error that ended the trial
     findings: List[str] = field(default_factory=list)            # sentences for the instructor
     lost: Dict[str, int] = field(default_factory=dict)           # what is not in here, how often
@@ -133,6 +134,8 @@ class Observation:
     senders: List[List[str]] = field(default_factory=list)  # [name, process], at each change
     own_moves: List[List[float]] = field(default_factory=list)   # [begin, end] of the marker's
     mouse_up: int = 0       # the sign of y above the middle, by its own mouse client; 0: unknown
+    assigned: Dict[str, List[int]] = field(default_factory=dict)    # variable -> lines of its file
+    calls: List[List[Any]] = field(default_factory=list)    # of its reset: [time, pose, problem]
     run: Optional[RunData] = None                                # the recording
 
     @property
@@ -331,8 +334,14 @@ def _take(seen: Observation, kind: str, at: float, facts: Dict[str, Any]) -> Non
         seen.own_moves.append([at - facts['seconds'], at])
     elif kind == 'not offered':
         seen.missing.update(dict.fromkeys(facts['names'], facts['reason']))
+    elif kind == 'program':
+        seen.assigned = facts['assigned']
+    elif kind == 'call' and 'pose' in facts:
+        seen.calls.append([at, facts['pose'], facts['problem']])
     elif kind == 'mouse client':
         seen.mouse_up = facts['up']
+    elif kind == 'fault':
+        seen.faults.append(facts['text'])
     elif kind == 'broken':
         seen.broken = facts['text']
     elif kind in ('remark', 'finding'):

@@ -1,0 +1,145 @@
+"""A node of the Transformation lab, played in memory: its text runs with a stub of rospy beside a robot that
+moves as commanded. A drive, resets at rest and on the way, and a declared pose, as the check does it."""
+import math
+import sys
+import types
+from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import patch
+
+import numpy as np
+
+from tb3_labs.report.run_data import (
+    Commands, OdometrySamples, Orientations, Poses, RunData, Values, Variables)
+
+PLAIN = Path(__file__).resolve().parents[2] / 'scripts' / 'plain_move2goal_tf.py'
+HZ = 100
+
+
+def turned(yaw):
+    """A quaternion of this yaw."""
+    return SimpleNamespace(w=math.cos(yaw / 2.0), x=0.0, y=0.0, z=math.sin(yaw / 2.0))
+
+
+def posed(x, y, yaw):
+    """An odometry message, or what a request has."""
+    return SimpleNamespace(pose=SimpleNamespace(pose=SimpleNamespace(
+        position=SimpleNamespace(x=x, y=y), orientation=turned(yaw))))
+
+
+class Played:
+    """A node and its robot; `offset`: the IMU's yaw minus the odometry's."""
+
+    def __init__(self, text, pose=(0.0, 0.0, 0.0), offset=0.3):
+        self.pose, self.offset, self.command, self.step = pose, offset, (0.0, 0.0), 0
+        self.heard, self.services, self.timers, self.problem = {}, [], [], None
+        self.rows = {kind: [] for kind in (
+            Orientations, OdometrySamples, Commands, Values, Poses, Variables)}
+        rospy = types.ModuleType('rospy')
+        vars(rospy).update(
+            Duration=float, loginfo=lambda *_: None,
+            Publisher=lambda topic, *_, **__: SimpleNamespace(publish=self.publish),
+            Subscriber=lambda topic, _, callback: self.heard.update({topic: callback}),
+            Service=lambda *values: self.services.append(values[-1]),
+            Timer=lambda *values: self.timers.append(values))
+        names = {'__name__': 'node'}
+        with patch.dict(sys.modules, rospy=rospy):
+            exec(compile(text, 'node', 'exec'), names)
+        self.node = names['MoveToGoal']()
+
+    def note(self, kind, *values):
+        self.rows[kind].append((self.step / HZ, self.step / HZ, *values))
+
+    def publish(self, twist):
+        self.command = twist.linear.x, twist.angular.z
+        self.note(Commands, *self.command)
+
+    def call(self, function, *values):
+        try:
+            function(*values)
+        except AttributeError as problem:
+            self.problem = problem
+
+    def say(self, topic, message):
+        if topic in self.heard:
+            self.call(self.heard[topic], message)
+
+    def give(self, given):
+        self.note(Values, float(given))
+        self.say('ctrl_relinq', SimpleNamespace(data=given))
+
+    def reset(self, *pose):
+        self.note(Poses, *pose)
+        for each in self.services:
+            self.call(each, SimpleNamespace(pose=posed(*pose)))
+
+    def run(self, seconds, turn=None):
+        """Let time pass; `turn`: the robot is turned by hand [rad/s]."""
+        for _ in range(round(seconds * HZ)):
+            self.step += 1
+            linear, angular = self.command if turn is None else (0.0, turn)
+            (x, y, yaw), linear = self.pose, min(0.22, max(-0.22, linear))
+            self.pose = (x + linear * math.cos(yaw) / HZ, y + linear * math.sin(yaw) / HZ,
+                         math.remainder(yaw + angular / HZ, math.tau))
+            q = turned(math.remainder(self.pose[2] + self.offset, math.tau))
+            self.note(Orientations, 2.0 * math.atan2(q.z, q.w), 0.0, q.w, q.x, q.y, q.z)
+            self.say('imu', SimpleNamespace(orientation=q))
+            if self.step % 3 == 0:
+                self.note(OdometrySamples, *self.pose, 0.0, 0.0)
+                self.say('odom', posed(*self.pose))
+            for period, function in self.timers:
+                if self.step % round(period * HZ) == 0:
+                    self.call(function, None)
+            if self.step % 5 == 1:
+                for name, value in vars(self.node).items():
+                    if isinstance(value, (bool, int, float, str, type(None))):
+                        self.note(Variables, '/move_to_goal', name, str(value))
+
+    def drive(self):
+        """Control is given until no command has moved the robot for 1.5 s."""
+        self.give(True)
+        begin = last = self.step
+        while self.step - begin < 40 * HZ and (
+                self.step - begin < 4 * HZ or self.step - last < 1.5 * HZ):
+            self.run(0.1)
+            last = self.step if any(self.command) else last
+        self.run(1.5)
+        self.give(False)
+        self.run(0.5)
+
+    def data(self):
+        columns = {kind: kind(*(np.array(column, dtype=object if isinstance(column[0], str) else None)
+                                for column in zip(*rows))) if rows else kind.none()
+                   for kind, rows in self.rows.items()}
+        return RunData('node', 0.0, self.step / HZ, columns[Orientations], columns[OdometrySamples],
+                       columns[Commands], goals=Poses(*np.array([[0.0], [0.0], [-0.61], [0.61], [0.0]])),
+                       resets=columns[Poses], control=columns[Values], variables=columns[Variables])
+
+
+def played(*changes, **robot):
+    """The RunData of the plain node with these changes of its text, each (old, new)."""
+    text = PLAIN.read_text(encoding='utf-8')
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new)
+    trial = Played(text, **robot)
+    trial.give(False)
+    trial.run(1.5)
+    trial.drive()
+    trial.run(1.75, 1.0)
+    trial.reset(0.0, 0.0, 0.0)
+    trial.run(0.5)
+    trial.drive()
+    trial.reset(0.0, 0.0, 0.0)
+    trial.run(0.5)
+    trial.run(2.356, 1.0)
+    trial.give(True)
+    trial.run(1.0)
+    trial.reset(0.0, 0.0, 0.0)      # on its way
+    trial.run(3.0)
+    trial.give(False)
+    trial.run(0.5)
+    trial.reset(0.2, 0.3, math.pi / 2.0)
+    trial.run(0.5)
+    trial.drive()
+    return trial.data()

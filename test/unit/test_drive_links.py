@@ -1,0 +1,175 @@
+"""The first broken link of a node of the Transformation lab: the plain node, changed, in memory."""
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from played_drive import played
+from tb3_labs.report.run_data import Variables
+from tb3_labs.watch.chain import Inside, first_broken
+from tb3_labs.watch.drive_links import LINKS
+from tb3_labs.watch.drive_pose import APART, places, wrong_pose
+
+X, Y = 'self.local_x = cos * dx + sin * dy', 'self.local_y = -sin * dx + cos * dy'
+#: Of a wrong node: (its changes, what its sentence has, the variable)
+WRONG = {
+    'place of the reset before': (
+        [('        self.initial_global_x = None\n        self.initial_global_y = None\n'
+          '        self.initial_global_yaw = None\n        self.state',
+          '        self.initial_global_yaw = None\n        self.state')],
+        r'after the reset at \d+ s initial_global_x stayed 0; it should be -0\.4\d+ \(odometry\)',
+        'initial_global_x'),
+    'yaw of the reset before': (
+        [('        self.initial_global_yaw = None\n        self.state', '        self.state')],
+        r'initial_global_yaw stayed 0\.3; it should be 2\.\d+ \(IMU\)', 'initial_global_yaw'),
+    'theta not kept': (
+        [('        dx = global_x -', '        self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z)'
+          '.to_euler()[2]\n        dx = global_x -')],
+        r'initial_odom_yaw went on changing', 'initial_odom_yaw'),
+    'no odometry': ([("Subscriber('odom'", "Subscriber('odometry'")],
+                    r'initial_global_x stayed None; it should be 0 ', 'initial_global_x'),
+    'not rotated': ([(X, 'self.local_x = dx'), (Y, 'self.local_y = dy')],
+                    r'local_x followed the displacement since the reset, not rotated; it should be',
+                    'local_x'),
+    'no inverse': ([(X, X.replace('+', '-')), (Y, Y.replace('-sin', 'sin'))],
+                   r'followed the displacement since the reset, rotated by R in place of its inverse;',
+                   'local_x'),
+    'not displaced': ([('dx = global_x - self.initial_global_x', 'dx = global_x'),
+                       ('dy = global_y - self.initial_global_y', 'dy = global_y')],
+                      r'followed the position in the odometry, not displaced, rotated', 'local_x'),
+    'y': ([(Y, Y.replace('-sin', 'sin'))], r'local_y', 'local_y'),
+    'sign of the yaw': ([('(global_yaw - self.initial_global_yaw)',
+                          '(self.initial_global_yaw - global_yaw)')],
+                        r'local_yaw followed the yaw, mirrored since the reset;', 'local_yaw'),
+    'degrees': ([('self.normalize_angle(global_yaw', 'self.normalize_angle(math.degrees(global_yaw)')],
+                r'local_yaw followed the yaw in degrees', 'local_yaw'),
+    'reset at the goal alone': (
+        [('        pose = request', "        if self.state != 'GOAL_REACHED':\n            return\n"
+          '        pose = request')],
+        r'yaw stayed 2.1\d+; .* State was MOVE_FORWARD then; after the reset at \d+ s, in GOAL_REACHED, it was right',
+        'initial_global_yaw'),
+    'odometry by the IMU': ([('self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]',
+                              'self.initial_odom_yaw = self.initial_global_yaw')],
+                            r'initial_odom_yaw became 0.3, as the yaw in radians', 'initial_odom_yaw'),
+    'order': ([('global_yaw = Quaternion(q.w, q.x, q.y, q.z)', 'global_yaw = Quaternion(q.x, q.y, q.z, q.w)')],
+              r'initial_global_yaw became 3.142, as the yaw of the quaternion read in the order x, y, z, w',
+              'initial_global_yaw'),
+    'control': ([('self.has_control = relinq_msg.data', 'self.has_control = not relinq_msg.data')],
+                r'after a False on ctrl_relinq has_control was True', 'has_control'),
+    'control not read': ([('not self.has_control or ', '')],
+                         r'ctrl_relinq became False, and \d+ commands came later', ''),
+    'no zero': ([('            self.cmd_pub.publish(Twist())\n', '            pass\n')],
+                r'ctrl_relinq became False, and the last command was linear.x 0.00, angular.z 0.29', ''),
+    'state kept': ([("        self.state = 'ROTATE_TO_GOAL'\n        rospy", '        rospy')],
+                   r'after the reset at \d+ s state stayed GOAL_REACHED; it should be ROTATE_TO_GOAL', 'state'),
+    'goal': ([('self.goal_x = -0.61', 'self.goal_x = 0.61')], r'goal_x is 0.61; it should be -0.61', 'goal_x'),
+    'atan2': ([('atan2(dy, dx)', 'atan2(dx, dy)')],
+              r'in ROTATE_TO_GOAL angular.z was 0.3 x \(atan2\(dx, dy\) - local_yaw\); .* 0.3 x \(atan2\(dy, dx\)',
+              'angular.z'),
+    'bearing': ([('atan2(dy, dx) - self.local_yaw', 'atan2(dy, dx)')], r'0.3 x \(atan2\(dy, dx\) - 0\);',
+                'angular.z'),
+    'sign': ([('0.3 * yaw_error', '-0.3 * yaw_error')], r'angular.z was -0.3 x \(', 'angular.z'),
+    'not normalized': ([('return math.atan2(math.sin(angle), math.cos(angle))', 'return angle')],
+                       r'- local_yaw, not normalized\);', 'angular.z'),
+    'other field': ([('cmd.angular.z = 0.3', 'cmd.angular.x = 0.3')],
+                    r'in ROTATE_TO_GOAL angular.z stayed 0 for an error of \+2.36 rad', 'angular.z'),
+    'too fast': ([('cmd.linear.x = 0.15', 'cmd.linear.x = 0.5')], r'linear.x was 0.50, by the handout it is 0.15',
+                 'linear.x'),
+    'stays': ([("                self.state = 'MOVE_FORWARD'\n", '                pass\n')],
+              r'state stayed ROTATE_TO_GOAL at a heading error of 0.05 rad', 'state'),
+    'misspelt': ([("= 'MOVE_FORWARD'\n", "= 'MOVE_FOWARD'\n")], r'state became MOVE_FOWARD, which is none of',
+                 'state'),
+    'tolerance': ([('distance > 0.15', 'distance > 0.5')],
+                  r'from MOVE_FORWARD to ROTATE_TO_FINAL at a distance of 0.(49|50) m; 0.15 is the tolerance',
+                  'state'),
+    'never arrives': ([('if distance > 0.15:', 'if True:')],
+                      r'state stayed MOVE_FORWARD at a distance of 0.1', 'state'),
+    'skipped': ([("self.state = 'ROTATE_TO_FINAL'\n", "self.state = 'GOAL_REACHED'\n")],
+                r'from MOVE_FORWARD to GOAL_REACHED at 2.\d+ from the end of ROTATE_TO_FINAL', 'state'),
+    'no abs': ([('error) > 0.05:\n                cmd.angular.z = 0.5', 'error) > 5.0:\n                '
+                 'cmd.angular.z = 0.5')],
+               r'from ROTATE_TO_FINAL to GOAL_REACHED at a heading error of 2.\d+ rad', 'state'),
+    'not silent': ([(" or self.state == 'GOAL_REACHED'", '')],
+                   r'state became GOAL_REACHED, and \d+ commands came later', ''),
+    'no zero at the goal': ([("'Goal reached!')\n", "'Goal reached!')\n                return\n")],
+                            r'state became GOAL_REACHED, and the last command was .*: no zero followed', ''),
+    'seldom': ([('Duration(0.1)', 'Duration(1.0)')], r'commands came every 1.0 s', '')}
+
+
+def broken(run, **more):
+    return first_broken(Inside(run), LINKS, **more)
+
+
+@pytest.mark.parametrize('name', WRONG)
+def test_a_wrong_node_is_named_by_its_first_broken_link(name):
+    changes, words, variable = WRONG[name]
+    found = broken(played(*changes))
+    assert re.search(words, found.words), found
+    assert found.variable == variable and not found.is_weak
+
+
+@pytest.mark.parametrize('pose, offset', [((0.0, 0.0, 0.0), 0.0), ((4.8, -0.3, 2.0), -1.2), ((1.0, 2.0, -3.1), 2.5)])
+def test_a_right_node_is_not_accused(pose, offset):
+    assert broken(played(pose=pose, offset=offset)) is None
+
+
+def test_another_gain_is_no_mistake():
+    run = played(('cmd.linear.x = 0.15', 'cmd.linear.x = 0.1'), ('0.3 * yaw_error', '0.6 * yaw_error'))
+    assert broken(run, weak=False) is None
+    assert 'angular.z was the error times 0.6' in broken(run).words
+
+
+@pytest.mark.parametrize('changes', [
+    [('self.local_', 'self.own_')],
+    [('self.state', 'self.phase'), ('self.has_control', 'self.may')],
+    [('self.initial_global_', 'self.first_'), ('self.initial_odom_yaw', 'self.first_theta')]])
+def test_a_node_with_other_names_is_not_accused(changes):
+    assert broken(played(*changes)) is None
+
+
+def changed(run, name, value_at):
+    """The run with other values of a variable; value_at(times)."""
+    rows = run.variables
+    chosen, texts = rows.name == name, rows.value.copy()
+    texts[chosen] = [repr(float(value)) for value in value_at(rows.arrival[chosen])]
+    return replace(run, variables=Variables(rows.arrival, rows.time, rows.node, rows.name, texts))
+
+
+def test_a_place_that_comes_late():
+    run = played()
+    x = places(Inside(run))[0]
+    late = changed(run, 'local_x', lambda time: x.value.real[
+        (np.searchsorted(x.time, time - 2.0) - 1).clip(0)])
+    assert 'local_x came up to 2.0 s late' in broken(late).words
+
+
+RUNS = {}
+
+
+@settings(max_examples=25)
+@given(st.sampled_from([((0.5, -0.2, 0.4), 0.3), ((4.8, -0.3, 2.0), -1.2)]), st.integers(0, 197))
+def test_a_place_is_identified_as_what_it_follows_or_as_one_that_is_equal_on_this_motion(robot, k):
+    if robot not in RUNS:
+        RUNS[robot] = played(pose=robot[0], offset=robot[1])
+    run, rows = RUNS[robot], RUNS[robot].variables
+    run = replace(run, variables=rows.take([not name.startswith('initial') for name in rows.name]))
+    table = places(Inside(run))
+    quantity = table[k]
+    for name, value in (('local_x', quantity.value.real), ('local_y', quantity.value.imag)):
+        run = changed(run, name, lambda time: value[
+            (np.searchsorted(quantity.time, time) - 1).clip(0)])  # noqa: B023
+    found = wrong_pose(Inside(run))
+    right = table[0]
+    if found is None:
+        assert np.quantile(np.abs(quantity.value - right.value), 0.5) < 2.0 * APART
+        return
+    named = re.search('followed (.*?); it should', found.words)
+    assert named or 'stayed' in found.words, found
+    axis = np.real if found.variable == 'local_x' else np.imag
+    for words in named.group(1).split(', or ') if named else []:
+        other = next(each for each in table if each.words == words)
+        apart = np.abs(axis(other.value - quantity.value))[other.time > 0.0]
+        assert np.quantile(apart, 0.2) < 2.0 * APART, (found.words, quantity.words)
