@@ -107,10 +107,9 @@ def told(seen, lab):
 
 def reported(seen):
     """What the report of the recording says; it does not know the letters."""
-    from tb3_labs.marking.shown_run import watched_run
     from tb3_labs.report.page import mistake
     from tb3_labs.report.run_data import Values
-    run = watched_run(seen)
+    run = seen.run
     words = [mistake.said_by_node(run), *mistake.sections(replace(run, letters=Values.none()))]
     return ' '.join(unescape(re.sub('<[^>]*>', '', each)) for each in words)
 

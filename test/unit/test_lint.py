@@ -4,7 +4,7 @@ from unittest.mock import patch
 import pytest
 
 from test_criteria import observed, turn
-from tb3_labs.marking.text.lint import LARGEST, MOST, faults, faults_of
+from tb3_labs.marking.text.lint import LARGEST, MOST, assigned, faults, read
 from tb3_labs.marking.marks import LABS, Marks, judged
 
 NODE = '''import rospy
@@ -81,16 +81,21 @@ def test_few_faults_are_told_the_first_ones():
 def test_a_file_that_was_made_to_be_hard_has_no_faults(tmp_path, begin, more, times):
     path = tmp_path / 'node.py'
     path.write_text(begin + more * times, errors='surrogateescape')
-    assert faults_of(path) == []
+    assert read(path) == ([], {})
     link = tmp_path / 'link.py'
     link.symlink_to('/dev/zero')
-    assert faults_of(link) == []
+    assert read(link) == ([], {})
 
 
 def test_the_file_is_read_in_a_process_with_limits(tmp_path):
     (tmp_path / 'node.py').write_text('import rospy\nrospy.spin\n')
-    assert faults_of(tmp_path / 'node.py') == [
-        'Line 2 of node.py: "rospy.spin" has no effect: nothing is called.']
+    assert read(tmp_path / 'node.py') == (
+        ['Line 2 of node.py: "rospy.spin" has no effect: nothing is called.'], {})
+
+
+def test_the_lines_that_assign_a_variable_are_known():
+    text = b"self.goal_yaw = 1\ngoal_yaw += 2\nself.cmd.angular.z, x = 3, 4\nprint(self.goal_yaw)"
+    assert assigned(text) == {'goal_yaw': [1, 2], 'angular.z': [3], 'z': [3], 'x': [3]}
 
 
 def test_faults_are_told_with_lost_points_and_an_exception_is_told_once():

@@ -25,6 +25,7 @@ from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.evidence import faults_in, remarks_on, untold
 from tb3_labs.marking.trial.observation import LONGEST, Observation, observed
 from tb3_labs.report.bag.ros_bag import read_run
+from tb3_labs.watch import labs as inside
 
 #: At most this many remarks and as many findings are written for one student.
 MOST_SENTENCES = 100
@@ -177,7 +178,8 @@ def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mappi
     marks.verdicts = judge(LABS[lab].criteria, seen, worth, parts)
     said = ' '.join(each.seen for each in marks.verdicts)
     marks.remarks = ([] if marks.is_full else faults_in(seen, said)) + untold(
-        marks.remarks + remarks_on(seen) + LABS[lab].remarks(seen, parts), said)
+        marks.remarks + remarks_on(seen) + LABS[lab].remarks(seen, parts), said) + (
+            inside.remarks(seen.run, lab) if marks.is_full and seen.run else [])
     marks.findings = marks.findings + seen.findings
     if marks.delayed:
         marks.remarks.append(marks.delayed)

@@ -19,9 +19,6 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.watch.chain import Broken, Inside, Link, first_broken, sentence
 from tb3_labs.watch.labs import CHAINS
 
-#: A node's line about a reset comes within this time of the call [s].
-SAME_RESET = 1.0
-
 
 def shown(marks: Marks, linked: Callable[[str], str] = escape) -> str:
     """The part of a page, HTML; '' if the robot was not seen. ``linked(sentence)``: its HTML."""
@@ -42,7 +39,7 @@ def broken_link(marks: Marks) -> Optional[Tuple[Link, Broken]]:
         return None
     missed = {verdict.criterion.part for verdict in marks.graded
               if verdict.outcome is not Outcome.MET}
-    return first_broken(Inside(watched_run(seen)), CHAINS[seen.lab], missed)
+    return first_broken(Inside(seen.run), CHAINS[seen.lab], missed)
 
 
 def mistake(marks: Marks, found: Broken) -> str:
@@ -72,34 +69,13 @@ def moments(run: RunData, marks: Marks) -> Dict[str, Any]:
     return timeline(run, MODELS[DEFAULT_MODEL], shown_marks)
 
 
-def watched_run(seen: Observation) -> RunData:
-    """The recording of a trial with what was done to the node: the letters that were typed, the
-    starts, the resets by the node's lines, else by their calls. After a call that failed the node's
-    frame is unknown: until the next start its variables are left out."""
-    run = seen.run
-    if run is None:
-        raise ValueError('there is no recording')
-    said, known = run.resets, np.ones(len(run.variables), bool)
-    resets = np.column_stack([said.arrival, said.x, said.y, said.yaw]).tolist()
-    for at, pose, problem in seen.calls:
-        if problem:
-            end = min([start.begin for start in seen.runs if start.begin > at], default=math.inf)
-            known &= (run.variables.arrival < at) | (run.variables.arrival > end)
-        if not (np.abs(said.arrival - at) < SAME_RESET).any():
-            resets.append([at, *pose])
-    return replace(
-        run, resets=_rows(Poses, sorted(resets)), variables=run.variables.take(known),
-        starts=tuple(start.begin for start in seen.runs), states=_rows(
-            States, [[each.begin, each.name] for each in seen.stimuli]),
-        letters=_rows(Values, [row for each in seen.stimuli if ASKED_DEG in each.facts for row in (
-            [each.begin, np.sign(each.facts[ASKED_DEG])], [each.end, 0.0])]))
-
-
 def as_run(seen: Observation) -> RunData:
     """Returns the recording of a trial as the timeline takes it. Its poses in ``local`` are the
     true ones; its resets are the poses at which a drive began; its states are the names of the
     stimuli."""
-    run = watched_run(seen)
+    run = seen.run
+    if run is None:
+        raise ValueError('there is no recording')
     true = run.ground_truth
     drives = [stimulus for stimulus in seen.stimuli if GOAL_POSE in stimulus.facts]
     frames = [Pose2(*drive.facts[LOCAL_T_WORLD]) for drive in drives]
@@ -110,15 +86,7 @@ def as_run(seen: Observation) -> RunData:
         run, name=seen.node, local_pose=Poses.joined(
             [true.between(drive.begin, end).seen_from(frame)
              for drive, end, frame in zip(drives, ends, frames)]) if drives else true,
-        goals=_rows(Poses, [[drive.begin, *drive.facts[GOAL_POSE]] for drive in drives]),
-        resets=_rows(Poses, [[at, pose.x, pose.y, pose.yaw] for at, pose in resets]),
-        control=_rows(Values, [row for drive in drives for row in (
+        resets=samples_of(Poses, [[at, pose.x, pose.y, pose.yaw] for at, pose in resets]),
+        control=samples_of(Values, [row for drive in drives for row in (
             [drive.begin, 1.0], [drive.end, 0.0])]),
         derived=('states',), devices=(), frames=Poses.none(), presses=Values.none())
-
-
-def _rows(kind, rows):
-    """The Samples of these rows: time, and the other columns."""
-    columns = list(zip(*rows))
-    return kind(*(np.array(column, dtype=object if isinstance(column[0], str) else float)
-                  for column in columns[:1] + columns)) if rows else kind.none()

@@ -96,7 +96,7 @@ def first_broken(inside: Inside, links: Iterable[Link], parts: Optional[Iterable
 def sentence(found: Broken, assigned: Mapping[str, Sequence[int]] = {}) -> str:
     """A broken link as a sentence. `assigned`: variable -> the lines of the node's file that assign
     it."""
-    lines = assigned.get(found.variable.rpartition('.')[2], ())
+    lines = assigned.get(found.variable, assigned.get(found.variable.rpartition('.')[2], ()))
     place = '' if not lines else ' ({} is assigned in line{} {})'.format(
         found.variable, 's' * (len(lines) > 1), ', '.join(map(str, lines[:5])))
     is_name = found.variable and found.words.startswith(found.variable)

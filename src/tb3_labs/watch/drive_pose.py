@@ -53,6 +53,8 @@ class Frame(NamedTuple):
 
 def frames(inside: Inside) -> List[Frame]:
     """The frames of a run, in their order."""
+    if not inside.variables:
+        return []
     run, times = inside.run, next(iter(inside.variables.values())).time
     begins = [(times[min(int(np.searchsorted(times, start)), len(times) - 1)], 0j, 0.0, False)
               for start in run.starts or times[:1]]
@@ -139,11 +141,6 @@ def rights(inside: Inside) -> Dict[str, Quantity]:
             'local_y': place._replace(value=place.value.imag)}
 
 
-def taken(series: Series, index: np.ndarray) -> Series:
-    """The readings of a variable at a numpy index."""
-    return Series(series.name, series.time[index], series.text[index], series.value[index])
-
-
 def steered(inside: Inside, series: Series, begin: float, end: float) -> Series:
     """The part of a variable in [begin, end) in which the node has had control for LATE; without
     ctrl_relinq all of it."""
@@ -152,7 +149,7 @@ def steered(inside: Inside, series: Series, begin: float, end: float) -> Series:
         return part
     now, before = (np.searchsorted(control.arrival, part.time - late, 'right') - 1
                    for late in (0.0, LATE))
-    return taken(part, (now >= 0) & (now == before) & (control.value[now] == 1.0))
+    return part.take((now >= 0) & (now == before) & (control.value[now] == 1.0))
 
 
 def compared(series: Series, name: str) -> List[Series]:
@@ -238,7 +235,7 @@ def wrong_belief(inside: Inside, frame: Frame, part: Series, same: Series,
     table = yaws(inside, part) if is_yaw else (each._replace(
         value=each.value.imag if part.name.endswith('y') else each.value.real)
         for each in inside.known(places))
-    some = taken(same, np.linspace(0, len(same.time) - 1, 15).astype(int))
+    some = same.take(np.linspace(0, len(same.time) - 1, 15).astype(int))
     is_kept = any(inside.find(each) is None for each in frame.references)
     found = [each for each in (table if np.ptp(part.value) > 2.0 * APART else ())
              if (is_kept or 'reset before' not in each.words)

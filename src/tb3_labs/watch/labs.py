@@ -3,8 +3,8 @@ from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.watch import drive_links, input_links, turn_links
-from tb3_labs.watch.chain import Broken, Inside, Link, first_broken
+from tb3_labs.watch import drive_links, drive_pose, input_links, turn_links
+from tb3_labs.watch.chain import Broken, Inside, Link, first_broken, sentence
 from tb3_labs.watch.variables import bare
 
 EXERCISE, TURN_LAB = '2. Exercise: the heading', '3. Lab: turn 90 and 180 degrees'
@@ -18,8 +18,8 @@ STICKS, BUTTONS = ('sticks', 'buttons', 'no service'), ('buttons', 'no service')
 #: lab -> its links, in their order
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
-        Link('Turn the robot once around by hand: over which range does the printed number run, and '
-             'which way?', input_links.wrong_heading, EXERCISE, 3),),
+        Link('Turn the robot once around by hand: over which range does the printed number run, '
+             'and which way?', input_links.wrong_heading, EXERCISE, 3),),
     'turn': (
         Link('Look at curr_yaw while you turn the robot once around by hand.',
              turn_links.wrong_heading, TURN_LAB, 4, parts=TURNS),
@@ -43,17 +43,17 @@ CHAINS: Dict[str, Sequence[Link]] = {
              drive_links.wrong_control, STATES, 2, DRIVE_SHEET, CONTROL),
         Link('Look at state after a reset.', drive_links.state_kept, RESET, 1, DRIVE_SHEET, DRIVES),
         Link('Drive the robot forward by hand after a reset in another direction, and look at '
-             'local_x, local_y and local_yaw.', drive_links.wrong_pose, POSE, 3, DRIVE_SHEET, DRIVES),
+             'local_x, local_y and local_yaw.', drive_pose.wrong_pose, POSE, 3, DRIVE_SHEET,
+             DRIVES),
         Link('Look at the goal.', drive_links.wrong_goal, STATES, 1, DRIVE_SHEET, DRIVES),
         Link('Look at state: which command belongs to each, and when does it change?',
              drive_links.wrong_law, STATES, 1, DRIVE_SHEET, DRIVES),
-        Link('rostopic echo /cmd_vel: which message is the last one at the goal?',
-             drive_links.wrong_silence, STATES, 1, DRIVE_SHEET, DRIVES),
-        Link('rostopic echo /cmd_vel: send a False in the middle of a drive.',
-             drive_links.drives_without, STATES, 2, DRIVE_SHEET, CONTROL),
+        Link('rostopic echo /cmd_vel: which message is the last one at the goal, and after False?',
+             drive_links.not_silent, STATES, 2, DRIVE_SHEET, CONTROL),
         Link('How large is each command?', drive_links.slow_law, STATES, 1, DRIVE_SHEET, DRIVES)),
     'gamepad': tuple(
-        Link(question, look, THUMB, step, DRIVE_SHEET, parts) for (question, step, parts), look in zip((
+        Link(question, look, THUMB, step, DRIVE_SHEET, parts)
+        for (question, step, parts), look in zip((
             ('rostopic echo /joy, and /cmd_vel: which number belongs to which?', 1, STICKS),
             ('rostopic echo /cmd_vel: let the sticks go.', 1, STICKS),
             ('rostopic echo /ctrl_relinq: press A, then B.', 1, STICKS),
@@ -61,6 +61,15 @@ CHAINS: Dict[str, Sequence[Link]] = {
             ('How large is each command?', 1, STICKS)), input_links.PAD_LINKS))}
 #: lab -> variables of its node by the handout
 NAMES = {'turn': {'goal_yaw', 'turning'}, 'move2goal': {'local_x', 'local_y', 'local_yaw'}}
+#: lab -> what costs no points, and is told with full marks
+REMARKED = {'turn': (turn_links.too_seldom, input_links.mouse_in_turn)}
+
+
+def remarks(run: Any, lab: str) -> List[str]:
+    """Sentences on a node that earned everything."""
+    inside = Inside(run)
+    return [sentence(found) for found in (look(inside) for look in REMARKED.get(lab, ()))
+            if found is not None]
 
 
 def found_in(run: Any) -> List[Tuple[str, Link, Broken]]:

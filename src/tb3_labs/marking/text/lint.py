@@ -19,9 +19,12 @@ from tb3_labs.marking.text.program_text import LARGEST, LIMITS
 
 PROGRAM = '''import json, sys
 del sys.path[0]
-from tb3_labs.marking.text.lint import faults
-print(json.dumps(faults(sys.stdin.buffer.read())))
+from tb3_labs.marking.text.lint import assigned, faults
+text = sys.stdin.buffer.read()
+print(json.dumps([faults(text), assigned(text)]))
 '''
+#: At most so many variables, and lines of one, are kept.
+MOST_NAMES, MOST_LINES = 200, 6
 #: At most so many faults are told; so much of a name and of a line is quoted [characters].
 MOST, QUOTED = 4, 60
 #: By these a program may define and use what its text does not name.
@@ -32,15 +35,34 @@ FUNCTIONS = ast.FunctionDef, ast.AsyncFunctionDef
 Fault = Tuple[int, str]
 
 
-def faults_of(path: Path) -> List[str]:
-    """Sentences on the faults of a program, which is a stranger's: it is read within limits."""
+def read(path: Path) -> Tuple[List[str], Dict[str, List[int]]]:
+    """(sentences on the faults of a program, {variable: lines that assign it}). The program is a
+    stranger's: it is read within limits."""
     if not path.is_file() or path.stat().st_size > LARGEST:
-        return []
+        return [], {}
     done = subprocess.run(
         [*LIMITS, sys.executable, '-c', PROGRAM], input=path.read_bytes(), cwd='/',
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-    return ['Line {} of {}: {}.'.format(line, path.name, words) for line, words in json.loads(
-        done.stdout.decode())] if done.returncode == 0 else []
+    found, lines = json.loads(done.stdout.decode()) if done.returncode == 0 else ([], {})
+    return ['Line {} of {}: {}.'.format(line, path.name, words) for line, words in found], lines
+
+
+def assigned(text: bytes) -> Dict[str, List[int]]:
+    """The lines that assign each variable, `self.NAME` or `NAME`; of fields `FIELD.x`, too."""
+    lines: Dict[str, List[int]] = {}
+    try:
+        nodes = list(ast.walk(ast.parse(text)))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return lines
+    for node in nodes:
+        if isinstance(getattr(node, 'ctx', None), ast.Store) and isinstance(
+                node, (ast.Attribute, ast.Name)):
+            name = node.attr if isinstance(node, ast.Attribute) else node.id
+            if len(lines) < MOST_NAMES and isinstance(getattr(node, 'value', None), ast.Attribute):
+                lines.setdefault('{}.{}'.format(node.value.attr, name), []).append(node.lineno)
+            if len(lines) < MOST_NAMES or name in lines:
+                lines.setdefault(name, []).append(node.lineno)
+    return {name: sorted(set(at))[:MOST_LINES] for name, at in lines.items()}
 
 
 def faults(text: bytes) -> List[Fault]:

@@ -23,7 +23,7 @@ from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, 
 from tb3_labs.marking.trial.evidence import CTRL_C
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, NODES, TURN
 from tb3_labs.marking.trial.observation import LONGEST, WAS_MOVING, NotOffered, NotTried
-from tb3_labs.marking.text.lint import faults_of
+from tb3_labs.marking.text import lint
 from tb3_labs.marking.text.program_text import text_of
 from tb3_labs.marking.trial.ros_recording import ROBOT, Recorder, Recording
 from tb3_labs.marking.trial.ros_robot import SWITCHES, UNDER_WAY, WELL_UNDER_WAY, RobotHand
@@ -82,14 +82,16 @@ class Stage:
         return text_of([Launch.given().copy] if Launch.given().copy else folders)
 
     def read(self):
-        """Record the faults that the text of the node's file shows. A file whose name its package
+        """Record what the text of the node's file shows, before it runs; see lint. A file whose name its package
         has twice is not known."""
         package, name = self._name.split('/')
         files = {Path(Launch.given().text)} if Launch.given().text else {
             path.resolve() for depth in range(DEPTH)
             for path in Path(rospkg.RosPack().get_path(package)).glob('*/' * depth + name)}
-        for fault in faults_of(files.pop()) if len(files) == 1 else []:
+        faults, assigned = lint.read(files.pop()) if len(files) == 1 else ([], {})
+        for fault in faults:
             self.recording.event('fault', text=fault[:LONGEST])
+        self.recording.event('program', assigned=assigned)
 
     def not_offered(self, names, reason):
         """End the part by ``NotOffered``: the node does not offer what these stimuli need."""
