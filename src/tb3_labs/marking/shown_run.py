@@ -4,17 +4,15 @@ from dataclasses import replace
 from html import escape
 from typing import Any, Callable, Dict, Optional, Tuple
 
-import numpy as np
-
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs.criteria import Outcome
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.trial.evidence import tracebacks_before_the_end
 from tb3_labs.marking.trial.observation import (
-    ASKED_DEG, GOAL_POSE, LOCAL_T_WORLD, Observation)
+    GOAL_POSE, LOCAL_T_WORLD, Observation, samples_of)
 from tb3_labs.report.page import mistake as mistake_page
 from tb3_labs.report.page.timeline import mark, section, timeline
-from tb3_labs.report.run_data import Poses, RunData, States, Values
+from tb3_labs.report.run_data import Poses, RunData, Values
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 from tb3_labs.watch.chain import Broken, Inside, Link, first_broken, sentence
 from tb3_labs.watch.labs import CHAINS
@@ -27,7 +25,7 @@ def shown(marks: Marks, linked: Callable[[str], str] = escape) -> str:
     found = broken_link(marks)
     return '\n'.join([
         section(moments(as_run(marks.observation), marks)),
-        mistake_page.section(found, found and mistake(marks, found[1]), linked)])
+        mistake_page.section(found, mistake(marks, found[1]) if found else '', linked)])
 
 
 def broken_link(marks: Marks) -> Optional[Tuple[Link, Broken]]:

@@ -77,8 +77,9 @@ def followed(series: Series, quantities: Iterable[Quantity],
              part: float = PART) -> List[Quantity]:
     """The quantities that a variable follows, in their order; those after the first cannot be told
     from it by this run."""
+    # without the value before any message
     first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
-    few, found = thinned(series.take(slice(first, None))), []     # without the value before any message
+    few, found = thinned(series.take(slice(first, None))), []
     time: np.ndarray = np.empty(0)
     for each in quantities if len(few.time) else ():
         if not len(each.time):

@@ -82,8 +82,8 @@ class Stage:
         return text_of([Launch.given().copy] if Launch.given().copy else folders)
 
     def read(self):
-        """Record what the text of the node's file shows, before it runs; see lint. A file whose name its package
-        has twice is not known."""
+        """Record what the text of the node's file shows, before it runs; see lint. A file whose name
+        its package has twice is not known."""
         package, name = self._name.split('/')
         files = {Path(Launch.given().text)} if Launch.given().text else {
             path.resolve() for depth in range(DEPTH)
