@@ -119,6 +119,15 @@ def test_of_a_pad_that_is_not_known_another_axis_is_weak():
     assert told(inside, weak=False) is None and 'linear.x follows 0.22 times axis 0' in told(inside)
 
 
+def test_a_callback_that_waited_answers_a_few_messages_late():
+    """After Y it waited for a service: four zeros come while the stick is up, 0.8 s after its push."""
+    def react(axes, buttons, node):
+        node['steps'] = node.get('steps', 0) + 1
+        command = right(axes, buttons, node)
+        return (0.0, 0.0) if 20 * len(PLAYED) + 16 < node['steps'] <= 20 * len(PLAYED) + 20 else command
+    assert told(pad_run(react, [*PLAYED, ('stick', {1: 1.0}, None), ('', {1: 1.0}, None)])) is None
+
+
 @pytest.mark.parametrize('command, said', [
     (lambda axes: (0.22 * axes[3], 2.84 * axes[1]),
      'linear.x follows 0.22 times axis 3; it should be 0.22 times axis 1'),

@@ -9,7 +9,7 @@ from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Tu
 import numpy as np
 
 from tb3_labs.watch.chain import Broken, Inside, Look
-from tb3_labs.watch.quantities import PART, RECENT, SOON, Quantity, ages, thinned
+from tb3_labs.watch.quantities import RECENT, SOON, Quantity, ages, thinned
 from tb3_labs.watch.turn_links import wrong_field
 from tb3_labs.watch.variables import Series
 
@@ -19,6 +19,8 @@ ANSWERED, HELD = 0.5, 0.6
 #: A variable is read up to READ_LATER after the command that follows it [s], and this part of its
 #: values is read.
 READ_LATER, READ_PART = 0.07, 0.8
+#: A field follows an input if this part of its values does: a callback that waited answers late.
+FOLLOWS = 0.9
 #: The stimulus at which a node ends.
 END = 'Ctrl+C'
 
@@ -94,7 +96,7 @@ def factor_of(series: Series, form: Quantity) -> float:
     factor = float(np.median(series.value[both] / last[both]))
     few = thinned(series.take((series.value != 0.0) | (last != 0.0)))
     is_so = np.isfinite(ages(few, scaled(form, factor)))
-    return factor if np.mean(is_so) >= PART else np.nan
+    return factor if np.mean(is_so) >= FOLLOWS else np.nan
 
 
 def scaled(form: Quantity, factor: float) -> Quantity:
@@ -154,7 +156,7 @@ def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Qu
         return Broken('; '.join(filter(None, ('{} stayed 0, also with {}'.format(
             name, device.place(device.value[last[k]])), should, wrong_field(commands)))),
             float(series.time[k]), name) if wanted.any() else None
-    if wrong.sum() < 3:
+    if wrong.sum() < max(3.0, (1.0 - FOLLOWS) * (settled & (wanted != 0.0)).sum()):
         return None
     k = int(np.flatnonzero(wrong)[0])
     here = settled & (device.value[last] == device.value[last[k]]).all(axis=1)
