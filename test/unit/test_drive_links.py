@@ -50,7 +50,7 @@ WRONG = {
     'reset at the goal alone': (
         [('        pose = request', "        if self.state != 'GOAL_REACHED':\n            return\n"
           '        pose = request')],
-        r'yaw stayed 2.1\d+; .* The state was MOVE_FORWARD then; after the reset at \d+ s, in GOAL_REACHED, it was right',
+        r'yaw stayed 2.1\d+; .* The state was MOVE_FORWARD then; after the reset at \d+ s, in GOAL_REACHED, it was r',
         'initial_global_yaw'),
     'odometry by the IMU': ([('self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]',
                               'self.initial_odom_yaw = self.initial_global_yaw')],
