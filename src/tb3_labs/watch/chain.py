@@ -103,7 +103,8 @@ def sentence(found: Broken, assigned: Mapping[str, Sequence[int]] = {}) -> str:
     lines = assigned.get(found.variable, assigned.get(found.variable.rpartition('.')[2], ()))
     place = '' if not lines else ' ({} is assigned in line{} {})'.format(
         found.variable, 's' * (len(lines) > 1), ', '.join(map(str, lines[:5])))
-    is_name = found.variable and found.words.startswith(found.variable)
+    # a variable stays as it is written
+    is_name = '_' in found.words.split()[0] or found.words.split()[0] == found.variable
     first = found.words[:1] if is_name else found.words[:1].upper()
     return '{}{}{}.'.format(first, found.words[1:], place)
 

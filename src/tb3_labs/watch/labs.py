@@ -61,15 +61,15 @@ CHAINS: Dict[str, Sequence[Link]] = {
             ('How large is each command?', 1, STICKS)), input_links.PAD_LINKS))}
 #: lab -> variables of its node by the handout
 NAMES = {'turn': {'goal_yaw', 'turning'}, 'move2goal': {'local_x', 'local_y', 'local_yaw'}}
-#: lab -> what costs no points, and is told with full marks
-REMARKED = {'turn': (turn_links.too_seldom, input_links.mouse_in_turn)}
+#: What costs no points, and is told with full marks.
+REMARKED = turn_links.too_seldom, input_links.mouse_in_turn
 
 
 def remarks(run: Any, lab: str) -> List[str]:
     """Sentences on a node that earned everything."""
     inside = Inside(run)
-    return [sentence(found) for found in (look(inside) for look in REMARKED.get(lab, ()))
-            if found is not None]
+    return ['{} See {}.'.format(sentence(found), link.place) for link in CHAINS[lab]
+            if link.look in REMARKED for found in [link.look(inside)] if found is not None]
 
 
 def found_in(run: Any) -> List[Tuple[str, Link, Broken]]:
