@@ -8,6 +8,8 @@ platform. MARKS gets marks.csv, overview.html, and a
 page of feedback and a results.json for each student. A submission that has been marked there, and
 has not changed, is not tried again. The instructors' page on marking tells more.
 """
+import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
+
 import signal
 import sys
 import threading
@@ -58,10 +60,10 @@ def parse(words):
 def main(words):
     """Mark all submissions, and write the marks. Returns the exit status."""
     given = parse(words)
-    for each in ENDS:
-        if each != signal.SIGHUP or signal.getsignal(each) != signal.SIG_IGN:    # nohup's
-            signal.signal(each, interrupt)
     try:
+        for each in ENDS:
+            if each != signal.SIGHUP or signal.getsignal(each) != signal.SIG_IGN:    # nohup's
+                signal.signal(each, interrupt)
         return mark_class(given, tell_problem, INTERRUPTED)
     except KeyboardInterrupt:
         tell_problem('interrupted')

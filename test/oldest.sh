@@ -8,7 +8,7 @@
 # PyPI, once, into build/.ws/oldest. If either cannot be had, the suite counts this as left out, and says why.
 set -euo pipefail
 here=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P) repo=${here%/*} old=${here%/*}/build/.ws/oldest result=
-libraries='numpy==1.17.4 matplotlib==3.1.2 tornado==5.1.1 PyYAML==5.3.1 pytest==4.6.9 hypothesis==4.36.2 flake8==3.7.9
+libraries='numpy==1.17.4 matplotlib==3.1.2 tornado==5.1.1 PyYAML==5.3.1 pytest==4.6.9 hypothesis==4.36.2 flake8==3.7.9 pyflakes==2.1.1
   squaternion==2023.9.2 netifaces==0.10.9 mypy==0.761'
 if [ "${1:-}" = --suite ]; then
   result=$2

@@ -10,10 +10,9 @@ Units: metres, radians; the turns in degrees, as in the handout.
 import math
 
 from make_figures import DOC, GOAL, NEAR, mark_goal, new_figure, plain, robot, write
+from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.cause.diagnosed_turns import Law
-from tb3_labs.report.cause.mistakes import WAYS, Declared
 from tb3_labs.report.page.figures import BLUE, GREY, ORANGE
 
 #: Time between two commands, and a picture's longest drive and turn [s].
@@ -30,27 +29,38 @@ OFFSET = math.radians(-34.6)
 FASTEST_TURN = 2.635
 
 
-def drive(way, declared):
-    """(true path, believed path) in the frame that was declared: lists of Pose2, of Believed."""
+def pose(odom, imu, since, since_imu, rotated=None):
+    """The pose in ``local`` of a robot in odom, by the IMU's yaw. At the reset it was `since` in
+    odom, the IMU's yaw `since_imu`. `rotated`: the angle of R(angle)^-1, by default the odometry's
+    yaw at the reset."""
+    angle = since.yaw if rotated is None else rotated
+    moved = Pose2(yaw=-angle) @ Pose2(odom.x - since.x, odom.y - since.y)
+    return Pose2(moved.x, moved.y, wrap(imu - since_imu))
+
+
+IMU_AT_RESET, IMU_AT_START = AT_RESET.yaw + OFFSET, POWER_ON.yaw + OFFSET
+
+
+def drive(believes, declared):
+    """(true path, believed path) in the frame that was declared: lists of Pose2.
+    ``believes(odom, imu)`` is the node's pose in ``local``."""
     odom, state = AT_RESET, 'ROTATE_TO_GOAL'
-    last = Declared(AT_RESET, AT_RESET.yaw + OFFSET, declared)
-    start = Declared(POWER_ON, POWER_ON.yaw + OFFSET)
     local_T_odom = declared @ AT_RESET.inverse()
     true, believed = [], []
     for _ in range(int(LONGEST_DRIVE / TICK)):
-        here = way.believes(odom, odom.yaw + OFFSET, last, start)
+        here = believes(odom, odom.yaw + OFFSET)
         true.append(local_T_odom @ odom)
         believed.append(here)
         linear = angular = 0.0
         if state == 'ROTATE_TO_GOAL':
-            error = wrap(here.bearing_to(GOAL) - here.course)
+            error = wrap(math.atan2(GOAL.y - here.y, GOAL.x - here.x) - here.yaw)
             angular, state = 0.3 * error, state if abs(error) > 0.05 else 'MOVE_FORWARD'
         elif state == 'MOVE_FORWARD':
             linear = 0.15
             if math.hypot(here.x - GOAL.x, here.y - GOAL.y) < NEAR:
                 state = 'ROTATE_TO_FINAL'
         else:
-            error = wrap(GOAL.yaw - here.final)
+            error = wrap(GOAL.yaw - here.yaw)
             angular = 0.5 * error
             if abs(error) < 0.05:
                 break
@@ -60,26 +70,31 @@ def drive(way, declared):
     return true, believed
 
 
-#: The first way in which each mistake is made.
-FIRST = {way.mistake: way for way in reversed(WAYS)}
+LOST = 'the declared pose (0.2, 0.3, 90 deg)\nis lost'
+#: The title of a drive, and what its node believes.
 DRIVES = [
-    ('as it should be', FIRST['']),
-    ('R in place of its inverse', FIRST['inverse_missing']),
-    ('not rotated at all', FIRST['not_rotated']),
-    ("rotated by the IMU's yaw,\nwhich differs by 34.6 deg", FIRST['imu_rotates']),
-    ("the reset keeps the old yaw", FIRST['yaw_kept']),
-    ('the reset keeps the old x, y', FIRST['place_kept']),
-    ('the declared pose (0.2, 0.3, 90 deg)\nis lost', FIRST['declared_lost']),
-    ('no local frame: drives by odom', FIRST['no_local_frame'])]
+    ('as it should be', lambda odom, imu: pose(odom, imu, AT_RESET, IMU_AT_RESET)),
+    ('R in place of its inverse', lambda odom, imu: pose(
+        odom, imu, AT_RESET, IMU_AT_RESET, rotated=-AT_RESET.yaw)),
+    ('not rotated at all', lambda odom, imu: pose(
+        odom, imu, AT_RESET, IMU_AT_RESET, rotated=0.0)),
+    ("rotated by the IMU's yaw,\nwhich differs by 34.6 deg", lambda odom, imu: pose(
+        odom, imu, AT_RESET, IMU_AT_RESET, rotated=IMU_AT_RESET)),
+    ('the reset keeps the old yaw', lambda odom, imu: pose(
+        odom, imu, AT_RESET, IMU_AT_START, rotated=POWER_ON.yaw)),
+    ('the reset keeps the old x, y', lambda odom, imu: pose(
+        odom, imu, POWER_ON, IMU_AT_RESET, rotated=AT_RESET.yaw)),
+    (LOST, lambda odom, imu: pose(odom, imu, AT_RESET, IMU_AT_RESET)),
+    ('no local frame: drives by odom', lambda odom, imu: odom)]
 
 
 def wrong_drives():
     """The second drive, after a reset at 100 degrees, in the frame that was declared."""
     figure = new_figure(10.2, 5.8)
-    for axes, (title, way) in zip(figure.subplots(2, 4).flat, DRIVES):
+    for axes, (title, believes) in zip(figure.subplots(2, 4).flat, DRIVES):
         plain(axes, (-1.9, 1.5), (-1.5, 1.9))
-        declared = ELSEWHERE if way.mistake == 'declared_lost' else Pose2()
-        true, believed = drive(way, declared)
+        declared = ELSEWHERE if title == LOST else Pose2()
+        true, believed = drive(believes, declared)
         mark_goal(axes, 11)
         axes.plot([pose.x for pose in believed], [pose.y for pose in believed], color=ORANGE,
                   linestyle='--', linewidth=1.6, label='believed')
@@ -94,12 +109,13 @@ def wrong_drives():
     return figure
 
 
-def turn(start, side, law=Law(), clamped=True):
+def turn(start, side, wrapped=True, clamped=True):
     """The heading over time [s], [deg] of a turn from `start` [deg]; `side`: 1 left, -1 right."""
-    goal = law.goal(start, side)
+    goal = start + side * 90.0
     heading, turned = start, [start]
     for _ in range(int(LONGEST_TURN / TICK)):
-        error = law.error(goal, heading % 360.0, side)
+        error = goal - heading % 360.0
+        error = difference_degrees(error, 0.0) if wrapped else error
         command = 0.1 * error
         if command > 0.0:
             command = min(max(command, 0.5), 1.5)
@@ -113,11 +129,10 @@ def turn(start, side, law=Law(), clamped=True):
     return turned
 
 
-UNWRAPPED = Law(goal_wraps=(False, False), error_wraps=(False, False))
 TURNS = [
     ('l from 330: as it should be', turn(330.0, 1.0), 420.0),
-    ('l from 330, nothing wrapped:\nit never ends', turn(330.0, 1.0, UNWRAPPED), 420.0),
-    ('r from 40, nothing wrapped:\nit never ends', turn(40.0, -1.0, UNWRAPPED), -50.0),
+    ('l from 330, nothing wrapped:\nit never ends', turn(330.0, 1.0, wrapped=False), 420.0),
+    ('r from 40, nothing wrapped:\nit never ends', turn(40.0, -1.0, wrapped=False), -50.0),
     ('r from 200, without the\nnegative clamp: too fast', turn(200.0, -1.0, clamped=False), 110.0)]
 
 

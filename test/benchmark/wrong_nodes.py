@@ -15,7 +15,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from dataclasses import fields, replace
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 
@@ -106,30 +106,12 @@ def told(seen, lab):
 
 
 def reported(seen):
-    """What the report of the node's first start says; it does not know the letters."""
-    from tb3_labs.report.cause import hints
-    from tb3_labs.report.cause.diagnosis import diagnose
-    from tb3_labs.report.motion.movements import moving
-    from tb3_labs.report.page.files import nothing_driven
-    from tb3_labs.marking.shown_run import as_run
-    from tb3_labs.report.run_data import Samples, States, Values
-    from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
-    if not seen.truth or seen.lab not in ('turn', 'move2goal'):
-        return ''
-    if not seen.runs:
-        return ''
-    end = (seen.runs[0].end or seen.truth[-1][0]) + COMMAND_TIMEOUT
-    run = as_run(replace(seen, stimuli=[each for each in seen.stimuli if each.begin < end]))
-    run = replace(run, letters=Values.none(), duration=min(end, run.duration), **{
-        part.name: getattr(run, part.name).between(0.0, end) for part in fields(run)
-        if isinstance(getattr(run, part.name), Samples) and part.name != 'letters'})
-    found = diagnose(run)
-    words = [unescape(re.sub('<[^>]*>', '', hints.said_by_node(run)))]
-    if found.mistake:
-        words += [*hints.sentences(found), 'See: ' + hints.in_a_line(found).split(' See: ')[1]]
-    elif not moving(run.commands).any():
-        words.append(nothing_driven(replace(run, states=States.none())).partition('. The local frame')[0])
-    return ' '.join(filter(None, words))
+    """What the report of the recording says; it does not know the letters."""
+    from tb3_labs.report.page import mistake
+    from tb3_labs.report.run_data import Values
+    run = seen.run
+    words = [mistake.said_by_node(run), *mistake.sections(replace(run, letters=Values.none()))]
+    return ' '.join(unescape(re.sub('<[^>]*>', '', each)) for each in words)
 
 
 def main():

@@ -4,6 +4,7 @@ import math
 import unittest
 
 import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
@@ -133,6 +134,16 @@ class PanelBrowserTest(PanelCase):
         self.page.move_pad()
         self.assert_stands()
         self.page.run('window.testPad = null')
+
+    def test_a_person_sees_the_variables_of_a_node_as_text(self):
+        publisher = rospy.Publisher('variables', DiagnosticArray, queue_size=1, latch=True)
+        self.assertFalse(self.page.is_shown('inside'))
+        publisher.publish(status=[DiagnosticStatus(name='/controller', values=[
+            KeyValue('curr_yaw', '359.98765'), KeyValue('<b>state</b>', '<i>TURN</i>')])])
+        self.page.wait_until(lambda: self.page.text('inside').split('\n') == [
+            'inside /controller', 'curr_yaw', '359.988', '<b>state</b>', '<i>TURN</i>'], 5.0, 'the variables')
+        publisher.unregister()
+        self.page.wait_until(lambda: not self.page.is_shown('inside'), 10.0, 'a page without them')
 
     def test_keys_turn_and_space_stops(self):
         start = self.rest()

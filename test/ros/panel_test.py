@@ -15,6 +15,7 @@ import rosgraph
 import rosnode
 import rospy
 from actionlib_msgs.msg import GoalID
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, Vector3
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
@@ -24,7 +25,7 @@ from tf2_msgs.msg import TFMessage
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.ros.clocks import steady_time
+from tb3_labs.ros.clocks import steady_time, wait_until
 
 from costs import free_port
 from node_case import SILENCE, STARTING, ZERO, Node
@@ -174,6 +175,21 @@ class PanelTest(PanelCase):
         for publisher in publishers:
             publisher.unregister()
         self.assertIsNone(self.panel.status)
+
+    def test_variables_of_a_node_are_heard_while_a_page_is_open(self):
+        publisher = rospy.Publisher('variables', DiagnosticArray, queue_size=1)
+        self.addCleanup(publisher.unregister)
+        self.wait_until_heard(publisher)
+        publisher.publish(status=[DiagnosticStatus(name='/controller', values=[
+            KeyValue('curr_yaw', '<b>90.5</b>')] + [KeyValue(str(k), 300 * 'x') for k in range(100)])])
+        self.page.wait_until(lambda: self.page.latest.get('inside', {}).get('nodes'), 5.0, 'the variables')
+        node, = self.page.latest['inside']['nodes']
+        self.assertEqual((node['node'], node['values'][:2]), (
+            '/controller', [['curr_yaw', '<b>90.5</b>'], ['0', 200 * 'x']]))
+        self.assertEqual(len(node['values']), 40)
+        for page in self.opened:
+            page.close()
+        self.assertTrue(wait_until(lambda: not publisher.get_num_connections(), 10.0))
 
     # -- driving
 

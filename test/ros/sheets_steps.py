@@ -11,9 +11,8 @@ The info string of a block, which no reader sees, says how the block is typed:
     ```text then=robot            this output of that terminal appears from now on
 
 In front of the block's commands happens, in this order: `fill=lab2/turtlebot_controller.py`, the
-student has written this node; `prints=curr_yaw`, and prints this variable where it becomes the value of a call;
-`wait=5`, nothing for so long [s]; `ends=robot`, Ctrl+C in that terminal, which must end without a
-traceback.
+student has written this node; `wait=5`, nothing for so long [s]; `ends=robot`, Ctrl+C in that
+terminal, which must end without a traceback.
 
 A ``` or ```text block after a command is its output. It must appear, line after line, with other
 lines between, before the next command is typed. A number of more than three digits may be another
@@ -40,7 +39,7 @@ class Step(NamedTuple):
     argument: str
     text: str = ''      # commands, or the lines that are typed
     output: str = ''
-    before: Dict[str, str] = {}     # fill, prints, wait, ends
+    before: Dict[str, str] = {}     # fill, wait, ends
     line: int = 0
 
     @property
@@ -72,7 +71,7 @@ def _add_block(steps, fence, text, number):
     language, info = fence
     words = dict(word.partition('=')[::2] for word in shlex.split(info))
     kinds = [kind for kind in KINDS if kind in words]
-    assert set(words) <= {*kinds, 'fill', 'prints', 'wait', 'ends'} and len(kinds) <= 1, 'line {}: {}'.format(
+    assert set(words) <= {*kinds, 'fill', 'wait', 'ends'} and len(kinds) <= 1, 'line {}: {}'.format(
         number, info)
     if kinds:
         argument = words.pop(kinds[0])

@@ -75,12 +75,6 @@ def plain(text):
     return COLOUR.sub('', text)
 
 
-def with_print(code, variable):
-    """The code, which prints an instance variable wherever it becomes the value of a call."""
-    return re.sub(r'^( *)(self\.{})( = .*\(.*)$'.format(variable),
-                  r"\1\2\3\n\1print('{}', \2)".format(variable), code, flags=re.MULTILINE)
-
-
 class Student:
     """A home with a workspace, and terminals. `speed`: pace of simulated time; REAL_TIME: none."""
 
@@ -124,10 +118,7 @@ class Student:
             package, node = before['fill'].split('/')
             target = self.home / 'catkin_ws' / 'src' / package / 'src' / node
             assert target.exists(), target
-            code = plain_node(node, package)
-            if 'prints' in before:
-                code = with_print(code, before['prints'])
-            target.write_text(code)
+            target.write_text(plain_node(node, package))
         if 'wait' in before:
             time.sleep(float(before['wait']))
         if 'ends' in before:

@@ -186,9 +186,12 @@ class StopsTest(WithThumb, DriveCase):
         self.assertEqual(refused.wait(STARTING), 1)
         self.assertFalse(rospy.has_param('move_to_goal/has_control'))
         rospy.delete_param('move_to_goal/goal_x')
+        without = self.start('move2goal_tf.py', 'has_control:=true')
+        without.wait_for('has_control without _, or on the parameter server, gives no control')
+        without.end()
         rospy.set_param('move_to_goal/has_control', True)
         node = self.move_to_goal()
-        node.wait_for('has_control on the parameter server gives no control')
+        node.wait_for('has_control without _, or on the parameter server, gives no control')
         self.is_stopped(rospy.get_time(), 0.0)
         self.assertFalse(rospy.has_param('move_to_goal/has_control'))
 

@@ -3,8 +3,10 @@ import copy
 import math
 import re
 
+import numpy as np
 import pytest
 
+from made_run import made
 from pages import ROOT
 from test_marking import observation, stimulus
 from tb3_labs.geometry.se2 import Pose2
@@ -13,9 +15,10 @@ from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
 from tb3_labs.marking.trial.evidence import remarks_on
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
-from tb3_labs.marking.intake.program_text import look, text_of
+from tb3_labs.marking.text.program_text import look, text_of
 from tb3_labs.marking.labs.ros_turn import mouse_fields
 from tb3_labs.marking.labs.turn import EACH_TURN, MOUSE_PLACES
+from tb3_labs.report.run_data import Twists
 
 #: A node that ends with a traceback, after it has said goodbye.
 CRASH = '''Bye
@@ -575,6 +578,16 @@ def test_a_robot_that_did_not_turn_is_explained(printed, publishes, commands, od
     seen.commands, seen.odd = commands, odd
     assert 'the robot did not turn: ' in missed_of('turn', 'left', seen)
     assert words in missed_of('turn', 'left', seen)
+
+
+def test_a_speed_that_no_wheel_follows_is_told():
+    at, zero = np.arange(10.0, 18.0), np.zeros(8)
+    seen = observed('gamepad', **{gamepad.UP: scene(*((t, 0.0, 0.0) for t in np.arange(8.0)))})
+    assert missed_of('gamepad', 'drives', seen) == \
+        'with the left stick up nothing was commanded: 8 commands came on cmd_vel, all of them zero'
+    seen.run = made(commands=Twists(at, at, zero, zero, zero + 0.22, zero, zero, zero))
+    assert missed_of('gamepad', 'drives', seen) == 'with the left stick up neither linear.x nor angular.z ' \
+        'was commanded: linear.y was 0.22 in its commands on cmd_vel'
 
 
 def test_nothing_is_said_that_the_truth_contradicts():

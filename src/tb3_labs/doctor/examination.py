@@ -21,7 +21,8 @@ def examine(namespace):
         return
     here = address_here(master.address)
     yield judge_address(here)
-    graph = RobotGraph(namespace, state or ([], [], []))
+    graph = RobotGraph(namespace, state or ([], [], []),
+                       state and Peer(master.uri).ask('getTopicTypes') or [])
     robot, drivers = peers_of(master, graph.robot_nodes), peers_of(master, graph.drivers)
     yield judge_nat(nat_kind(), here.towards_others, not here.master_here or any(
         not is_own(peer.address) for peer in robot.values() if peer.address))

@@ -102,10 +102,12 @@ def judge_master(master: Peer) -> Line:
 # Publishers and subscribers ----------------------------------------------------------------------
 
 class RobotGraph:
-    """The nodes around one robot in `namespace` ('/' or '/robot3/'), by the state of a master."""
+    """The nodes around one robot in `namespace` ('/' or '/robot3/'), by the state of a master and
+    by its (topic, type) of each topic."""
 
-    def __init__(self, namespace, state):
-        self.namespace = namespace
+    def __init__(self, namespace, state, types=()):
+        self.namespace, self._types = namespace, {
+            topic: kind for topic, kind in types if kind != '*'}
         self.publishers, self.subscribers, _ = publishers, subscribers, _ = [
             {topic: list(nodes) for topic, nodes in part} for part in state]
         #: {'imu': nodes that publish it}, for each sensor, and those that publish cmd_vel.
@@ -132,15 +134,22 @@ class RobotGraph:
                 topic.startswith(node + '/') or TURTLE.match(topic)):
             return '', 0.0
         outer = place.rpartition('/')[2].lower()    # imu/data
-        like, name = max((likeness(part, name), name) for name in names for part in (
-            word.lower(), outer if outer in SENSORS else ''))
-        return self.namespace + name, like
+        like, name = max((max(likeness(part, name) for part in (
+            word.lower(), outer if outer in SENSORS else '')), name) for name in names)
+        package, _, kind = self._types.get(topic, '').rpartition('/')
+        kinds = {name: self._types.get(self.namespace + name, '').rpartition('/')[2]
+                 for name in names}     # without the package: lab2/MouseController
+        same = [name for name in names if kind and kinds[name] == kind]
+        if same and package != 'std_msgs':      # vel_cmd, odometry/filtered
+            return self.namespace + same[0], 1.0
+        return self.namespace + name, like * (name in same or not (kind and kinds[name]))
 
 
 def likeness(word: str, name: str) -> float:
-    """Returns how much a word is like a name, from 0 to 1; imu_data and wheel_odom are, too."""
-    return max(difflib.SequenceMatcher(None, word, name).ratio(),
-               LIKE * bool(re.search('(?<![a-z])' + name, word)))
+    """Returns how much a word is like a name, from 0 to 1; imu_data and wheel_odom are, too. A word
+    with another beginning is another word: return is not turn."""
+    return max((word[:1] == name[0]) * difflib.SequenceMatcher(None, word, name).ratio(),
+               LIKE * (name in SENSORS) * bool(re.search('(?<![a-z])' + name, word)))
 
 
 def judge_robot(graph: RobotGraph) -> Line:

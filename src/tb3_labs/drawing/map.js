@@ -127,8 +127,6 @@ export class RobotMap {
     this._goalLine(c);
     this._frames(c, labels);
     this._ghost(c, labels, this.picture.truth, 'true', colours.truth);
-    this._ghost(c, labels, this.picture.asked, 'as asked', colours.goal);
-    this._ghost(c, labels, this.picture.mistaken, 'mistaken', colours.bad);
     this._target(c, labels, this.picture.goal, 'goal', this.picture.tolerance);
     this._robot(c, labels);
     if (this.draft) this._target(c, labels, this.draft.pose, this.draft.words, 0);

@@ -19,12 +19,13 @@ import rospkg
 import yaml
 
 from tb3_labs.command_line import printable, reason
-from tb3_labs.marking.labs import gamepad, imu, move2goal, turn, turn_hints
+from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, TURN
-from tb3_labs.marking.trial.evidence import remarks_on, untold
+from tb3_labs.marking.trial.evidence import faults_in, remarks_on, untold
 from tb3_labs.marking.trial.observation import LONGEST, Observation, observed
 from tb3_labs.report.bag.ros_bag import read_run
+from tb3_labs.watch import labs as inside
 
 #: At most this many remarks and as many findings are written for one student.
 MOST_SENTENCES = 100
@@ -50,14 +51,8 @@ class Lab(NamedTuple):
 
     title: str
     criteria: List[Criterion]
-    #: The mistake that a node may have, in a sentence; '' if it is not known.
-    hint: Callable[[Observation], str] = lambda seen: ''
-    #: A mistake to look for if nothing else explains the node.
-    last_hint: Callable[[Observation], str] = lambda seen: ''
     #: Sentences on mistakes that cost no points; for the parts that were tried.
     remarks: Callable[[Observation, Sequence[str]], List[str]] = lambda seen, parts: []
-    #: Is a mistake looked for by the way in which the robot moved?
-    is_diagnosed: bool = True
     option: Optional[Option] = None
 
     @property
@@ -74,12 +69,11 @@ class Lab(NamedTuple):
 
 
 LABS = {
-    IMU: Lab('IMU exercise', imu.CRITERIA, imu.hint),
-    TURN: Lab('IMU lab', turn.CRITERIA, turn_hints.hint, turn_hints.last_hint,
-              turn_hints.remarks_on_turns),
+    IMU: Lab('IMU exercise', imu.CRITERIA),
+    TURN: Lab('IMU lab', turn.CRITERIA, turn.remarks_on_turns),
     MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA,
-                   last_hint=move2goal.last_hint, remarks=move2goal.remarks_on_parts),
-    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA, is_diagnosed=False, option=Option(
+                   move2goal.remarks_on_parts),
+    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA, option=Option(
         'pad', gamepad.HANDOUT, 'numbers of the gamepad that is played, '
         'launch/params/pad_NAME.yaml', gamepad.pad_called, gamepad.pad_in_words,
         lambda pad: {GAMEPAD: pad}))}
@@ -182,9 +176,10 @@ def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mappi
     if seen.broken and not marks.unjudged:
         marks.unjudged = 'The marker itself failed ({}).'.format(seen.broken)
     marks.verdicts = judge(LABS[lab].criteria, seen, worth, parts)
-    marks.remarks = untold(
-        marks.remarks + remarks_on(seen) + LABS[lab].remarks(seen, parts),
-        ' '.join(each.seen for each in marks.verdicts))
+    said = ' '.join(each.seen for each in marks.verdicts)
+    marks.remarks = ([] if marks.is_full else faults_in(seen, said)) + untold(
+        marks.remarks + remarks_on(seen) + LABS[lab].remarks(seen, parts), said) + (
+            inside.remarks(seen.run, lab) if marks.is_full and seen.run else [])
     marks.findings = marks.findings + seen.findings
     if marks.delayed:
         marks.remarks.append(marks.delayed)

@@ -21,6 +21,9 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was h
     "can"                {request: does any node listen to it?}
     "pad"                "ready", or why the pad of a page does not drive
 
+A message "inside" has the variables of the nodes that watch.py shows: "nodes", a list of {"node",
+"values": [[name, text]]}.
+
 NaN and infinite numbers are null too: JSON does not have them, but any node may publish them.
 
 Units in the code: metres, radians; arrivals in seconds on one clock (`now`).
@@ -28,7 +31,8 @@ Units in the code: metres, radians; arrivals in seconds on one clock (`now`).
 import math
 import re
 from contextlib import suppress
-from typing import Any, Dict, List, Optional, Tuple
+from itertools import islice
+from typing import Any, Dict, Iterable, List, Optional, Tuple
 
 from tb3_labs.control.goal_state import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
 from tb3_labs.geometry.angles import difference
@@ -51,6 +55,10 @@ SAME_PICTURE = 0.3
 READ_WITHIN = 0.3
 #: A robot that is slower than this stands, by its odometry [m/s] or [rad/s].
 STANDS_BELOW = 0.02
+
+#: A page shows the variables of so many nodes, so many of each, of a name or a text so many
+#: characters, until the node has been silent for so long [s].
+MOST_NODES, MOST_VARIABLES, LONGEST_TEXT, STALE = 4, 40, 200, 2.0
 
 Point = Tuple[float, float]
 
@@ -77,6 +85,7 @@ class RobotView:
         self._latest: Dict[str, Any] = {}          # kind: value
         self._arrivals: Dict[str, float] = {}      # kind: its arrival
         self._commands: Dict[str, Tuple[float, float, float]] = {}   # sender: arrival, v, w
+        self._inside: Dict[str, Tuple[float, List[List[str]]]] = {}  # node: arrival, variables
         self._computed: Optional[Pose2] = None     # the frame, for a node that publishes none
         self.trail = Trail()
 
@@ -108,7 +117,21 @@ class RobotView:
         """Store the speed [m/s] and the rate of turn [rad/s] that `sender` commands."""
         self._commands[sender] = now, linear, angular
 
+    def hear_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
+        """Store the variables (name, text) of a node."""
+        self._inside = {each: heard for each, heard in self._inside.items()
+                        if each != node and now - heard[0] <= STALE}
+        if len(self._inside) < MOST_NODES:
+            self._inside[node[:LONGEST_TEXT]] = now, [
+                [name[:LONGEST_TEXT], text[:LONGEST_TEXT]]
+                for name, text in islice(values, MOST_VARIABLES)]
+
     # -- output
+
+    def inside(self, now: float) -> List[Dict[str, Any]]:
+        """The nodes, and their variables, of a message "inside"."""
+        return [{'node': node, 'values': values}
+                for node, (at, values) in sorted(self._inside.items()) if now - at <= STALE]
 
     def latest(self, kind: str) -> Any:
         """The latest value of a kind, or None."""

@@ -4,6 +4,7 @@ from operator import attrgetter
 
 import rospy
 from actionlib_msgs.msg import GoalID
+from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.msg import Config as Values
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
@@ -20,6 +21,8 @@ from tb3_labs.ros.topics import subscribe, subscribe_events
 
 #: The odometry, which moves the robot on the page, is read once in this time [s].
 ODOMETRY_PERIOD = 0.045
+#: The variables of nodes are read once in this time [s].
+VARIABLES_PERIOD = 0.25
 #: All other streams are read once in this time [s]: each reading costs computing time.
 NUMBERS_PERIOD = 0.2
 
@@ -71,12 +74,25 @@ class Watch:
                 ('cmd_vel', NUMBERS_PERIOD, Twist, self._write(_command)),
                 ('/tf', NUMBERS_PERIOD, *transforms)):
             subscribe(topic, *how, idle_for=lambda now, rest=rest: rest)
+        self._variables, self._changing = None, threading.Lock()
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
 
     def ask(self, question):
         """Returns ``question(view)``, which may write into the view; any thread may call it."""
         with self._lock:
             return question(self._view)
+
+    def look_inside(self, is_wanted):
+        """Listen to the variables of nodes while `is_wanted()`: they cost a node computing time.
+        This call may wait for the master."""
+        with self._changing:
+            if is_wanted() and self._variables is None:
+                self._variables = subscribe(
+                    'variables', DiagnosticArray, self._write(_variables),
+                    idle_for=lambda now: VARIABLES_PERIOD)
+            elif self._variables is not None and not is_wanted():
+                self._variables.unregister()
+                self._variables = None
 
     @property
     def hears_another_pad(self):
@@ -115,6 +131,11 @@ class Watch:
 
 def _command(view, message, now):
     view.hear_command(sender_of(connection_of(message)), message.linear.x, message.angular.z, now)
+
+
+def _variables(view, message, now):
+    for status in message.status:
+        view.hear_variables(status.name, ((each.key, each.value) for each in status.values), now)
 
 
 def _transforms(view, poses, now):

@@ -165,6 +165,40 @@ class Commands(Samples):
 
 
 @dataclass(frozen=True)
+class Twists(Commands):
+    """Commands with the speeds that no wheel follows: linear.y, linear.z, angular.x, angular.y."""
+
+    sideways: np.ndarray
+    upward: np.ndarray
+    rolling: np.ndarray
+    pitching: np.ndarray
+
+
+@dataclass(frozen=True)
+class PadSamples(Samples):
+    """A gamepad: its AXES first axes and BUTTONS first buttons, a row for each message. Those that
+    a pad does not have are 0."""
+
+    AXES, BUTTONS = 8, 16
+
+    axes: np.ndarray
+    buttons: np.ndarray
+
+    @classmethod
+    def none(cls) -> 'PadSamples':
+        return cls(np.empty(0), np.empty(0), np.empty((0, cls.AXES)), np.empty((0, cls.BUTTONS)))
+
+
+@dataclass(frozen=True)
+class MouseSamples(Samples):
+    """The mouse of mouse_info: its place, x to the right, y up, each -1 to 1; 1 if it is active."""
+
+    x: np.ndarray
+    y: np.ndarray
+    active: np.ndarray
+
+
+@dataclass(frozen=True)
 class States(Samples):
     """The states of move_to_goal: `words`, an array of str."""
 
@@ -215,6 +249,8 @@ class RunData:
     asked: Values = field(default_factory=Values.none)         # turns [rad], left positive
     control: Values = field(default_factory=Values.none)       # ctrl_relinq: 1 = a node may drive
     presses: Values = field(default_factory=Values.none)       # numbers of a pad's buttons
+    pad: PadSamples = field(default_factory=PadSamples.none)
+    mouse: MouseSamples = field(default_factory=MouseSamples.none)
     log: LogLines = field(default_factory=LogLines.none)       # of the robot's namespace
     devices: Tuple[str, ...] = ()                              # recorded ones of joy, mouse_info
     senders: Tuple[str, ...] = ()                              # of the commands; (): unknown

@@ -4,13 +4,18 @@ A lab has its links in a table, in their order. A link looks at a node's own var
 the node heard and commanded. It compares each with what the handout asks for by the node's *own*
 numbers before it: what follows from one mistake is not told as another.
 """
-from functools import lru_cache
-from typing import Any, Callable, Iterable, List, NamedTuple, Optional, Tuple
+from functools import cached_property, lru_cache
+from typing import (
+    Any, Callable, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple)
 
 import numpy as np
 
-from tb3_labs.watch.quantities import Quantity, followed, headings
-from tb3_labs.watch.variables import Series, assigned_at, find, variables_of
+from tb3_labs.watch.quantities import Quantity, followed, headings, pause
+from tb3_labs.watch.variables import Series, find, variables_of
+
+
+#: A belief that changes less often is late [s].
+SELDOM = 0.3
 
 
 class Broken(NamedTuple):
@@ -24,27 +29,24 @@ class Broken(NamedTuple):
 
 
 class Inside:
-    """A run and the variables of its node. `run`: a RunData."""
+    """A run and the variables of a node. `run`: a RunData; `node`: its name, by default that of the
+    node with the most variables."""
 
-    def __init__(self, run: Any) -> None:
-        self.run, self.variables = run, variables_of(run)
+    def __init__(self, run: Any, node: Optional[str] = None) -> None:
+        self.run, self.variables = run, variables_of(run, node)
         self.find = lambda *names: find(self.variables, *names)
         self.known = lru_cache(maxsize=None)(lambda function: function(self))
 
-    @property
+    @cached_property
     def imu(self) -> List[Quantity]:
         """The quantities that a node may take for the heading, by the IMU; the first is right."""
-        samples = self.run.imu
-        return list(headings(samples.arrival, (samples.w, samples.x, samples.y, samples.z)))
+        return list(headings(self.run.imu.arrival, quaternion_of(self.run.imu)))
 
-    @property
+    @cached_property
     def odometry(self) -> List[Quantity]:
         """The quantities that a node may take for the heading, by the odometry."""
-        samples = self.run.odometry
-        nothing = 0.0 * samples.yaw
-        return list(headings(samples.arrival, (
-            np.cos(samples.yaw / 2.0), nothing, nothing, np.sin(samples.yaw / 2.0)),
-            ' of the odometry'))
+        return list(headings(self.run.odometry.arrival, quaternion_of(self.run.odometry),
+                             ' of the odometry'))
 
     def constant(self, name: str, value: float) -> str:
         """Words on a constant of the node that differs from the handout's `value`, else ''."""
@@ -54,24 +56,56 @@ class Inside:
             '; its {} is {:g}, the handout has {:g}'.format(name, number, value)
 
 
-#: A link: given the inside of a run, a Broken, or None.
-Link = Callable[[Inside], Optional[Broken]]
+def quaternion_of(samples: Any) -> Sequence[np.ndarray]:
+    """w, x, y, z of samples; if only their yaw is known, of a level robot."""
+    if hasattr(samples, 'w'):
+        return samples.w, samples.x, samples.y, samples.z
+    half, nothing = samples.yaw / 2.0, 0.0 * samples.yaw
+    return np.cos(half), nothing, nothing, np.sin(half)
 
 
-def first_broken(inside: Inside, links: Iterable[Link], weak: bool = True) -> Optional[Broken]:
-    """The first link that is broken. `weak`: is a law that is not kept one, too?"""
-    return next((found for found in (link(inside) for link in links)
+#: What looks at a link.
+Look = Callable[[Inside], Optional[Broken]]
+
+
+class Link(NamedTuple):
+    """A link of a chain: a question that its owner can answer; what looks at it; the heading, the
+    step (0: none) and the sheet that explain it; the parts of the lab in which it shows, () for
+    all."""
+
+    question: str
+    look: Look
+    heading: str
+    step: int = 0
+    sheet: str = 'imu_lab.md'
+    parts: Tuple[str, ...] = ()
+
+    @property
+    def place(self) -> str:
+        """The place in a lab sheet, in words."""
+        return 'doc/{}, "{}"{}'.format(
+            self.sheet, self.heading, ', step {}'.format(self.step) if self.step else '')
+
+
+def first_broken(inside: Inside, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
+                 weak: bool = True) -> Optional[Tuple[Link, Broken]]:
+    """The first link that is broken, of those that show in these `parts` of the lab. `weak`: is a
+    law that is not the handout's broken, too?"""
+    wanted = [link for link in links
+              if parts is None or not link.parts or set(link.parts) & set(parts)]
+    return next(((link, found) for link in wanted for found in [link.look(inside)]
                  if found is not None and (weak or not found.is_weak)), None)
 
 
-def sentence(found: Broken, text: str = '', file: str = '') -> str:
-    """A broken link as a sentence, with the lines of the node's `file` that assign the variable;
-    `text`: of this file."""
-    lines = assigned_at(text, found.variable) if found.variable else []
-    place = '' if not lines else ' ({}, line{} {})'.format(
-        file, 's' * (len(lines) > 1), ', '.join(map(str, lines[:5])))
-    return '{}{}{}.'.format(found.words[:1].upper() if not found.variable else found.words[:1],
-                            found.words[1:], place)
+def sentence(found: Broken, assigned: Mapping[str, Sequence[int]] = {}) -> str:
+    """A broken link as a sentence. `assigned`: variable -> the lines of the node's file that assign
+    it."""
+    lines = assigned.get(found.variable, assigned.get(found.variable.rpartition('.')[2], ()))
+    place = '' if not lines else ' ({} is assigned in line{} {})'.format(
+        found.variable, 's' * (len(lines) > 1), ', '.join(map(str, lines[:5])))
+    is_name = found.variable and found.words.startswith(found.variable)
+    first = found.words[:1] if is_name else found.words[:1].upper()
+    return '{}{}{}.'.format(first, found.words[1:], place)
 
 
 # -- what several labs share
@@ -90,17 +124,18 @@ def stays(series: Series) -> bool:
     return len(series.text) > 10 and len(set(series.text[len(series.text) // 20:])) == 1
 
 
-def example(series: Series, right: Quantity, wrong_by: float) -> Tuple[float, str]:
+def example(series: Series, right: Quantity) -> Tuple[float, str]:
     """(moment, words) of a value that is farthest from the right quantity."""
     samples = np.searchsorted(right.time, series.time).clip(1, len(right.time)) - 1
     apart = np.abs(series.value - right.value[samples])
     apart[~np.isfinite(apart)] = -1.0
     worst = int(np.argmax(apart))
     return float(series.time[worst]), 'it was {:.4g} when {} was {:.4g}'.format(
-        series.value[worst], right.words, right.value[samples[worst]])
+        series.value[worst], right.words.partition(',')[0], right.value[samples[worst]])
 
 
-def belief(series: Series, quantities: List[Quantity]) -> Tuple[Optional[Quantity], Optional[Broken]]:
+def belief(series: Series,
+           quantities: List[Quantity]) -> Tuple[Optional[Quantity], Optional[Broken]]:
     """(the quantity that a variable follows, None; or None, the Broken if it is not the first of
     `quantities`, in any range)."""
     right, name = quantities[0], series.name
@@ -109,14 +144,16 @@ def belief(series: Series, quantities: List[Quantity]) -> Tuple[Optional[Quantit
     if usable:
         return usable[0], None
     asked = 'it should be ' + right.words
-    if stays(series):
+    moment, numbers = example(series, right)
+    if stays(series) and not found:
         return None, Broken('{} stays at {}; {}'.format(name, series.text[-1][:40], asked),
-                            float(series.time[0]), name)
-    moment, numbers = example(series, right, 1.0)
+                            moment, name)
     if found:
         also = [each.words for each in found[1:2] if not np.allclose(
             each.value, found[0].value, atol=1e-3 * each.scale)]
         return None, Broken('{} follows {}; {}: {}'.format(
             name, ', or '.join([found[0].words] + also), asked, numbers), moment, name)
-    return None, Broken('{} does not follow {}: {}'.format(name, right.words, numbers), moment,
-                        name)
+    rare = pause(series, right)
+    return None, Broken('{} does not follow {}{}: {}'.format(
+        name, right.words, ', but changes only every {:.1f} s while that changes'.format(
+            rare) if rare > SELDOM else '', numbers), moment, name)

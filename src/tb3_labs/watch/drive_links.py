@@ -9,7 +9,7 @@ import numpy as np
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.watch.chain import Broken, Inside, stays
 from tb3_labs.watch.drive_pose import (
-    APART, LATE, MOST, SOON, USED, frames, in_degrees, wrong_pose)
+    APART, LATE, MOST, SOON, USED, frames, in_degrees)
 from tb3_labs.watch.turn_links import other_fields, short
 
 #: The handout's law: the states and their tolerances [rad], [m], the gain of each rotation [1/s],
@@ -282,6 +282,3 @@ def slow_law(inside: Inside) -> Optional[Broken]:
                 part.state, 'linear.x was' if part.state == STATES[1] else
                 'angular.z was the error times', own, asked), part.begin, is_weak=True)
     return None
-
-
-LINKS = (wrong_control, state_kept, wrong_pose, wrong_goal, wrong_law, not_silent, slow_law)

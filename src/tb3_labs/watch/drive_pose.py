@@ -55,6 +55,8 @@ class Frame(NamedTuple):
 
 def frames(inside: Inside) -> List[Frame]:
     """The frames of a run, in their order."""
+    if not inside.variables:
+        return []
     run, times = inside.run, next(iter(inside.variables.values())).time
     begins = [(min(times[min(int(np.searchsorted(times, start)), len(times) - 1)], start + RESTS),
                0j, 0.0, False) for start in run.starts or times[:1]]
@@ -155,8 +157,7 @@ def steered(inside: Inside, series: Series, begin: float, end: float) -> Series:
         return part
     now, before = (np.searchsorted(control.arrival, part.time - late, 'right') - 1
                    for late in (0.0, LATE))
-    chosen = (now >= 0) & (now == before) & (control.value[now] == 1.0)
-    return Series(part.name, part.time[chosen], part.text[chosen], part.value[chosen])
+    return part.take((now >= 0) & (now == before) & (control.value[now] == 1.0))
 
 
 def compared(series: Optional[Series], name: str) -> List[Series]:
@@ -249,8 +250,7 @@ def wrong_belief(inside: Inside, frame: Frame, part: Series, same: Series,
     table = yaws(inside, whole) if is_yaw else (each._replace(
         value=each.value.imag if part.name.endswith('y') else each.value.real)
         for each in inside.known(places))
-    few = np.linspace(0, len(same.time) - 1, 15).astype(int)
-    some = Series(same.name, same.time[few], same.text[few], same.value[few])
+    some = same.take(np.linspace(0, len(same.time) - 1, 15).astype(int))
     is_kept = any(inside.find(each) is None for each in frame.references)
     found = [each for each in (table if np.ptp(part.value) > 2.0 * APART else ())
              if (is_kept or 'reset before' not in each.words)

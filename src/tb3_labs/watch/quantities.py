@@ -8,7 +8,7 @@ Angles of messages are in radians. A quantity has the unit in its words.
 """
 import itertools
 import math
-from typing import Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -18,9 +18,11 @@ from tb3_labs.watch.variables import Series
 SAME = 3e-4
 #: It follows a quantity if this part of its values has the number of a sample that came at most
 #: RECENT [s] before.
-PART, RECENT, SOON = 0.95, 0.3, 0.03
-#: The longest delay that is looked for [s]. At most this many values of a variable are compared.
-LATEST, MOST = 8.0, 400
+PART, RECENT, SOON = 0.98, 0.5, 0.03
+#: The longest delay that is looked for [s]. At most so many values of a variable are compared.
+LATEST, MOST_VALUES = 8.0, 400
+#: A quantity has moved if it has changed by this share of its scale.
+MOVED = 0.005
 
 
 class Quantity(NamedTuple):
@@ -33,43 +35,75 @@ class Quantity(NamedTuple):
     per_degree: float = 0.0     # of a heading: its change for one degree to the left; 0: of none
 
 
-def ages(series: Series, quantity: Quantity, longest: float = RECENT) -> np.ndarray:
-    """The age [s] of the newest sample whose number each value has; inf: none of the last
-    `longest` seconds."""
-    newest = np.searchsorted(quantity.time, series.time + SOON) - 1
-    found = np.full(len(series.time), np.inf)
-    most = int(np.ceil((longest + SOON) / max(1e-3, float(np.median(np.diff(
-        quantity.time))) if len(quantity.time) > 1 else 1.0))) + 2
-    for back in range(min(most, len(quantity.time))):
-        sample = newest - back
-        age = series.time - quantity.time[sample]
-        fits = (sample >= 0) & (age <= longest) & np.isinf(found) & (
-            np.abs(series.value - quantity.value[sample]) <= SAME * quantity.scale)
-        found[fits] = age[fits]
-    return found
+class Recent(NamedTuple):
+    """The samples that came at most `longest` [s] before each reading, a row for each reading, the
+    newest first: their indices, their ages [s], and whether there is one."""
+
+    sample: np.ndarray
+    age: np.ndarray
+    is_one: np.ndarray
+
+
+def recent(read: np.ndarray, time: np.ndarray, longest: float) -> Recent:
+    """The Recent samples of these readings; `time` has at least one sample."""
+    step = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
+    most = min(len(time), int((longest + SOON) / max(step, 1e-3)) + 2)
+    sample = (np.searchsorted(time, read + SOON) - 1)[:, None] - np.arange(most)
+    age = read[:, None] - time[sample.clip(0)]
+    return Recent(sample.clip(0), age, (sample >= 0) & (age <= longest))
+
+
+def ages(series: Series, quantity: Quantity, longest: float = RECENT,
+         samples: Optional[Recent] = None) -> np.ndarray:
+    """The age [s] of the newest sample whose number each value has; inf: none of the last `longest`
+    seconds has it. `samples`: these, if they are known."""
+    if not len(quantity.time) or not len(series.time):
+        return np.full(len(series.time), np.inf)
+    samples = samples or recent(series.time, quantity.time, longest)
+    fits = samples.is_one & (np.abs(
+        series.value[:, None] - quantity.value[samples.sample]) <= SAME * quantity.scale)
+    newest = np.take_along_axis(samples.age, fits.argmax(axis=1)[:, None], axis=1)[:, 0]
+    return np.where(fits.any(axis=1), newest, np.inf)
 
 
 def thinned(series: Series) -> Series:
-    """At most MOST values of a series, those that are numbers."""
+    """At most MOST_VALUES values of a series, those that are numbers."""
     known = np.flatnonzero(np.isfinite(series.value))
-    known = known[::max(1, len(known) // MOST)]
-    return Series(series.name, series.time[known], series.text[known], series.value[known])
+    known = known[::max(1, len(known) // MOST_VALUES)]
+    return series.take(known)
 
 
-def followed(series: Series, quantities: Sequence[Quantity],
+def followed(series: Series, quantities: Iterable[Quantity],
              part: float = PART) -> List[Quantity]:
     """The quantities that a variable follows, in their order; those after the first cannot be told
     from it by this run."""
-    few = thinned(series)
-    return [each for each in quantities if len(few.time) and len(each.time)
-            and np.mean(np.isfinite(ages(few, each))) >= part]
+    # without the value before any message
+    first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
+    few, found = thinned(series.take(slice(first, None))), []
+    time: np.ndarray = np.empty(0)
+    for each in quantities if len(few.time) else ():
+        if not len(each.time):
+            continue
+        if each.time is not time:
+            time, samples = each.time, recent(few.time, each.time, RECENT)
+        if np.mean(np.isfinite(ages(few, each, samples=samples))) >= part:
+            found.append(each)
+    return found
 
 
 def delay(series: Series, quantity: Quantity) -> float:
     """The longest delay [s] with which a variable follows a quantity; inf: it does not."""
-    few = thinned(series)
-    found = np.sort(ages(few, quantity, LATEST)) if len(few.time) else np.array([np.inf])
-    return float(found[int(PART * (len(found) - 1))])
+    found = np.sort(ages(thinned(series), quantity, LATEST))
+    return float(found[int(PART * (len(found) - 1))]) if len(found) else math.inf
+
+
+def pause(series: Series, quantity: Quantity) -> float:
+    """The median time between two changes of a variable while a quantity changes [s]; 0: unknown.
+    """
+    edges = np.searchsorted(quantity.time, series.changes).clip(0, len(quantity.time) - 1)
+    steps = np.abs(np.diff(quantity.value[edges]))
+    pauses = np.diff(series.changes)[steps > MOVED * quantity.scale]
+    return float(np.median(pauses)) if len(pauses) > 2 else 0.0
 
 
 # -- headings
@@ -102,6 +136,7 @@ RANGES = (
     ('divided by 2', lambda yaw: yaw / 2.0, 0),
     ('mirrored, from 0 to 360', lambda yaw: (-yaw) % 360.0, -1),
     ('mirrored, from -180 to 180', lambda yaw: -yaw, -1))
+RIGHT, HEADING = 'the yaw{} in degrees, from 0 to 360', 'the heading, from 0 to 360 degrees'
 #: The units: (words, factor of degrees, rounding).
 UNITS = (('degrees', 1.0, None), ('radians', math.pi / 180.0, None),
          ('degrees, converted to degrees twice', 180.0 / math.pi, None),
@@ -110,7 +145,9 @@ UNITS = (('degrees', 1.0, None), ('radians', math.pi / 180.0, None),
          ('degrees, rounded to whole numbers', 1.0, np.round),
          ('radians, cut to whole numbers', math.pi / 180.0, np.trunc))
 AXES = ('roll', 'pitch', 'yaw')
+#: The order of a quaternion's numbers, as squaternion takes them, and others; first that of ROS.
 ORDER = 'wxyz'
+OTHER_ORDERS = sorted(itertools.permutations(range(4)), key=lambda order: order != (1, 2, 3, 0))
 
 
 def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
@@ -121,10 +158,13 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
     for (unit, factor, rounding), (words, form, sign) in itertools.product(UNITS, RANGES):
         # the range is made of degrees, or after the conversion of its number
         for said, value in (('the yaw{} in {}, {}'.format(of, unit, words), form(yaw) * factor),
-                            ('the yaw{} in {}, its number {}'.format(of, unit, words),
+                            ('the yaw{} in {}, {}'.format(of, unit, words.replace(
+                                 'from 0 to 360', 'its number plus 360 where it is negative')),
                              form(yaw * factor)))[:1 if factor == 1.0 else 2]:
-            yield Quantity(said, time, rounding(value) if rounding else value,
-                           max(360.0 * factor, 1.0), sign * factor)
+            yield Quantity(
+                HEADING + of if said == RIGHT.format(of) else said, time,
+                rounding(value) if rounding else value, max(360.0 * min(factor, 1.0), 1.0),
+                sign * factor)
     for (axis, value), (words, form, _), (unit, factor, _) in itertools.product(
             (('roll', roll), ('pitch', pitch)), RANGES[:2], UNITS[:2]):
         yield Quantity('the {}{} in {}, {}'.format(axis, of, unit, words), time,
@@ -139,11 +179,11 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
         for unit, factor in (('', 1.0), (', in degrees', 180.0 / math.pi)):
             yield Quantity('{} of the quaternion{}{}'.format(words, of, unit), time,
                            value * factor, 6.3 * factor)
-    for order in itertools.permutations(range(4)):
+    for order in OTHER_ORDERS:
         if order != (0, 1, 2, 3):
             read = np.degrees(euler(*(quaternion[k] for k in order)))
             for (axis, value), (_, form, _), (unit, factor, _) in itertools.product(
-                    zip(AXES, read), RANGES[:2], UNITS[:2]):
+                    zip(AXES[::-1], read[::-1]), RANGES[:2], UNITS[:2]):
                 yield Quantity('the {} of the quaternion{} read in the order {}, in {}'.format(
                     axis, of, ', '.join(ORDER[k] for k in order), unit), time,
                     form(value * factor), 360.0 * factor)

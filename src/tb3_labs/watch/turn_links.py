@@ -1,21 +1,21 @@
 """The chain of the IMU lab: heading -> curr_yaw -> goal_yaw -> turning -> command -> stop."""
-from typing import List, NamedTuple, Optional, Tuple
+from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from tb3_labs.watch.chain import Broken, Inside, belief, is_heading
-from tb3_labs.watch.quantities import Quantity, delay, followed
-from tb3_labs.watch.variables import Series
+from tb3_labs.watch.quantities import Quantity, followed
+from tb3_labs.watch.variables import Series, number
 
 #: The handout's constants: gain [rad/s for each degree], tolerance [deg], slowest and fastest turn
 #: [rad/s], the angle of a letter [deg].
 K_HDG, HDG_TOL, MIN_ANG_Z, MAX_ANG_Z, ASKED = 0.1, 10.0, 0.5, 1.5, 90.0
-#: A variable has changed within ANSWERED after a letter [s]; it may be read SOON after it.
-ANSWERED, SOON = 0.6, 0.12
+#: A letter is read within ANSWERED [s]. The variables are read every READ [s].
+ANSWERED, READ = 3.0, 0.06
 #: An angle is right within NEAR [deg]; an error is clear from CLEAR to 180 - CLEAR [deg].
 NEAR, CLEAR = 3.0, 20.0
-#: A delay longer than this is a mistake [s]; so is a longer pause between commands.
-LATE, PAUSE = 0.4, 0.45
+#: A longer pause between commands is a mistake [s].
+PAUSE = 0.45
 
 
 class Letter(NamedTuple):
@@ -61,10 +61,6 @@ def heading(inside: Inside) -> Tuple[Optional[Series], Optional[Quantity], Optio
         if not usable and not others:
             return None, None, None
         series = (usable or others)[0][0]
-    late = delay(series, quantities[0])
-    if LATE < late < np.inf:
-        return series, None, Broken('{} comes up to {:.1f} s late'.format(series.name, late),
-                                    float(series.time[0]), series.name)
     return (series, *belief(series, quantities))
 
 
@@ -80,24 +76,36 @@ def goals(inside: Inside) -> List[Tuple[Letter, float, float, str, str]]:
     goal = inside.find('goal_yaw')
     if series is None or quantity is None or goal is None:
         return []
-    found = []
+    turning, found = inside.find('turning'), []
     for letter in letters(inside):
-        after = goal.between(letter.begin + SOON, min(letter.end, letter.begin + ANSWERED))
-        if len(after.text):
-            own = series.at(letter.begin)
+        if turning is not None and turning.at(letter.begin) == 1.0:
+            continue        # it is not read yet
+        own, at = series.at(letter.begin), read_at(goal, letter) + READ
+        if at < goal.time[-1]:
             found.append((letter, own, own + letter.side * ASKED * quantity.per_degree,
-                          goal.text_at(letter.begin), str(after.text[-1])))
+                          goal.text_at(letter.begin), goal.text_at(at)))
     return found
+
+
+def read_at(goal: Series, letter: Letter) -> float:
+    """The time at which goal_yaw changes after a letter; if it does not, soon after the letter."""
+    changes = goal.changes[goal.changes > letter.begin]
+    return float(changes[0]) if len(changes) and changes[0] < min(
+        letter.end, letter.begin + ANSWERED) else letter.begin + READ
 
 
 def wrong_goal(inside: Inside) -> Optional[Broken]:
     """Is goal_yaw 90 degrees from curr_yaw after a letter, to its side?"""
-    _, quantity, _ = inside.known(heading)
-    goal, wrong, right = inside.find('goal_yaw'), [], []
+    series, quantity, _ = inside.known(heading)
+    goal = inside.find('goal_yaw')
+    if series is None or quantity is None or goal is None:
+        return None
+    wrong: List[Tuple[Letter, float, float, str, str]] = []
+    right: List[Tuple[Letter, float, float, str, str]] = []
     for letter, own, asked, before, after in goals(inside):
         sides = [asked] if letter.side else [
             own + side * ASKED * quantity.per_degree for side in (1, -1)]
-        value = goal.between(letter.begin + SOON, letter.begin + ANSWERED).value[-1]
+        value = number(after)
         off = [abs(turn_between(value, each, quantity.per_degree)) for each in sides]
         (right if min(off) <= NEAR else wrong).append((letter, own, asked, before, after))
     if not wrong:
@@ -107,11 +115,15 @@ def wrong_goal(inside: Inside) -> Optional[Broken]:
     asked = asked % (360.0 * unit) if letter.side else asked
     stayed = before == after
     words = 'after {}, with {} {:.4g}, {} {} {}; it should be {}'.format(
-        letter.words, inside.known(heading)[0].name, own, goal.name,
+        letter.words, series.name, own, goal.name,
         'stayed' if stayed else 'became', short(after),
         '{:.4g}'.format(asked) if letter.side else '{:g} more or less'.format(ASKED * unit))
+    printed = inside.run.printed.arrival
+    begun = max([at for at in inside.run.starts if at < letter.begin], default=0.0)
+    if stayed and inside.run.starts and not ((begun < printed) & (printed < letter.begin)).any():
+        words += '. It had asked for nothing, {:.1f} s after its start'.format(letter.begin - begun)
     if unit < 0.5:
-        words += '. {} is in radians here'.format(inside.known(heading)[0].name)
+        words += '. {} is in radians here'.format(series.name)
     elif right:
         words += '; after {} with {:.4g} it was right'.format(right[0][0].words, right[0][1])
     return Broken(words, letter.begin, goal.name)
@@ -138,13 +150,12 @@ def not_turning(inside: Inside) -> Optional[Broken]:
         return None
     for letter in letters(inside):
         part = turning.between(letter.begin + 0.02, min(letter.end, letter.begin + 1.0))
-        if turning.at(letter.begin - 0.05) == 1.0:
-            return Broken('{} was still True when {} was typed: it did not become False at the '
-                          'goal before'.format(turning.name, letter.words), letter.begin,
-                          turning.name)
         if len(part.value) > 4 and not (part.value == 1.0).any():
-            return Broken('after {} {} stayed {}'.format(
-                letter.words, turning.name, part.text[-1]), letter.begin, turning.name)
+            error = [step.error[0] for each, step in inside.known(steps)
+                     if each == letter and len(step.error)]
+            return Broken('after {}{}, {} stayed {}, or was {} again at once'.format(
+                letter.words, ', at an error of {:+.0f} degrees'.format(error[0]) if error else '',
+                turning.name, part.text[-1], part.text[-1]), letter.begin, turning.name)
     return None
 
 
@@ -168,12 +179,13 @@ def steps(inside: Inside) -> List[Tuple[Letter, Steps]]:
     goal, found = inside.find('goal_yaw'), []
     for letter in letters(inside):
         sent = inside.run.commands
-        chosen = (sent.arrival > letter.begin + 0.02) & (sent.arrival < letter.end)
+        begin = letter.begin if goal is None else read_at(goal, letter) - 2.0 * READ
+        chosen = (sent.arrival > max(letter.begin, begin)) & (sent.arrival < letter.end)
         time, command = sent.arrival[chosen], sent.angular[chosen]
         sample = (np.searchsorted(imu.arrival, time) - 1).clip(0)
         own = used.value[sample]
         if goal is not None and quantity is not None:
-            aim = np.array([goal.at(at) for at in time + 0.03])
+            aim = np.array([goal.at(max(at + READ, begin + 3.0 * READ)) for at in time])
         elif letter.side:
             begin = used.value[max(0, int(np.searchsorted(imu.arrival, letter.begin)) - 1)]
             aim = np.full(len(time), begin + letter.side * ASKED * used.per_degree)
@@ -196,6 +208,11 @@ def wrong_command(inside: Inside) -> Optional[Broken]:
                 return Broken('after {} {} was True, and no command came'.format(
                     letter.words, turning.name), letter.begin)
             continue
+        moving = np.flatnonzero(step.command)
+        if 0 < len(moving) < 3 and moving[-1] == len(step.time) - 1 and (
+                letter.end - step.time[-1] > PAUSE):
+            return Broken('after {} the command {:+.2f} rad/s came {}, and then none'.format(
+                letter.words, step.command[-1], ('once', 'twice')[len(moving) - 1]), letter.begin)
         if not step.command.any() and len(step.time) > 5 and abs(step.error[-1]) > CLEAR:
             return Broken('after {}, for an error of {:.0f} degrees, angular.z stayed 0{}'.format(
                 letter.words, step.error[-1], inside.known(other_fields)), letter.begin,
@@ -203,14 +220,23 @@ def wrong_command(inside: Inside) -> Optional[Broken]:
     return wrong_side(inside, each) or too_fast(inside, each) or drives(inside, each)
 
 
+#: The fields of a command that no wheel follows: its name in Twists, and in the message.
+UNUSED = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', 'angular.x'),
+          ('pitching', 'angular.y'))
+
+
 def other_fields(inside: Inside) -> str:
-    """Words on a field of the commands in which there is a speed that no wheel follows."""
-    sent = inside.run.commands
-    for field, words in (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', 'angular.x'),
-                         ('pitching', 'angular.y'), ('linear', 'linear.x')):
+    """Words on a field of the commands in which there is a speed that was not asked for."""
+    found = wrong_field(inside.run.commands, (*UNUSED, ('linear', 'linear.x')))
+    return found and '; ' + found
+
+
+def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED) -> str:
+    """A clause on the first of these fields in which the commands have a speed; '' if none has."""
+    for field, words in fields:
         speeds = getattr(sent, field, np.empty(0))
         if speeds.any():
-            return '; {} was {:.2g}'.format(words, speeds[np.argmax(np.abs(speeds))])
+            return '{} was {:.2g}'.format(words, speeds[np.argmax(np.abs(speeds))])
     return ''
 
 
@@ -286,10 +312,33 @@ def too_seldom(inside: Inside) -> Optional[Broken]:
     return None
 
 
+def not_over(inside: Inside) -> Optional[Broken]:
+    """Does `turning` become False at the goal?"""
+    turning = inside.find('turning')
+    for letter in letters(inside):
+        if turning is not None and turning.at(letter.begin - READ) == 1.0:
+            return Broken('{} was still True when {} was typed: it did not become False at the '
+                          'goal before'.format(turning.name, letter.words), letter.begin,
+                          turning.name)
+    return None
+
+
+def same_time(inside: Inside) -> str:
+    """Words on turns that all took the same time, wherever they ended; else ''."""
+    took, errors = [], []
+    for _, step in inside.known(steps):
+        moving = np.flatnonzero(step.command)
+        if len(moving):
+            took.append(step.time[moving[-1]] - step.time[moving[0]])
+            errors.append(abs(step.error[min(moving[-1] + 1, len(step.error) - 1)]))
+    return '; each turn took {:.1f} s, at whatever error it ended'.format(np.mean(took)) if (
+        len(took) > 2 and np.ptp(took) < 0.15 and np.ptp(errors) > HDG_TOL) else ''
+
+
 def wrong_stop(inside: Inside) -> Optional[Broken]:
     """Does a turn end within the tolerance, by a zero?"""
     turning = inside.find('turning')
-    tolerance = inside.constant('HDG_TOL', HDG_TOL)
+    tolerance = inside.constant('HDG_TOL', HDG_TOL) or inside.known(same_time)
     for letter, step in inside.known(steps):
         moving = np.flatnonzero(step.command)
         if not len(moving):
@@ -298,12 +347,13 @@ def wrong_stop(inside: Inside) -> Optional[Broken]:
         rest = step.time[last + 1:]
         if len(rest):       # the zero by which it ends
             if abs(step.error[last + 1]) > HDG_TOL + 4.0:
-                return Broken('the turn after {} was ended at an error of {:+.0f} degrees; {:g} are '
-                              'the tolerance{}'.format(letter.words, step.error[last + 1], HDG_TOL,
-                                                       tolerance), float(rest[0]), 'turning')
+                return Broken('the turn after {} was ended at an error of {:+.0f} degrees; {:g} '
+                              'are the tolerance{}'.format(
+                                  letter.words, step.error[last + 1], HDG_TOL, tolerance),
+                              float(rest[0]), 'turning')
         elif letter.end - step.time[last] > PAUSE:
-            return Broken('no zero followed the last command of the turn after {}, {:+.2f} rad/s at '
-                          'an error of {:+.0f} degrees'.format(
+            return Broken('no zero followed the last command of the turn after {}, {:+.2f} rad/s '
+                          'at an error of {:+.0f} degrees'.format(
                               letter.words, step.command[last], step.error[last]),
                           float(step.time[last]), 'angular.z')
         inner = np.flatnonzero(np.abs(step.error[:last + 1]) < HDG_TOL / 2.0)
@@ -325,11 +375,8 @@ def slow_law(inside: Inside) -> Optional[Broken]:
     if not clear.any() or np.median(np.abs(step.command[clear])) > 0.9 * MAX_ANG_Z:
         return None
     k = int(np.flatnonzero(clear)[0])
-    return Broken('for an error of {:+.0f} degrees the command was {:+.2f} rad/s, by the handout it '
-                  'is {:+.2f}{}{}'.format(
+    return Broken('for an error of {:+.0f} degrees the command was {:+.2f} rad/s, by the handout '
+                  'it is {:+.2f}{}{}'.format(
                       step.error[k], step.command[k], np.copysign(MAX_ANG_Z, step.error[k]),
                       inside.constant('K_HDG', K_HDG), inside.constant('MAX_ANG_Z', MAX_ANG_Z)),
                   float(step.time[k]), 'angular.z', is_weak=True)
-
-
-LINKS = (wrong_heading, wrong_goal, not_turning, wrong_command, too_seldom, wrong_stop, slow_law)

@@ -3,11 +3,9 @@
 `run` stands for a RunData (:mod:`tb3_labs.report.run_data`) in this room. All times are arrivals at
 its recorder [s].
 """
-import ast
 import math
-import re
 from dataclasses import dataclass
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, Optional
 
 import numpy as np
 
@@ -31,10 +29,13 @@ class Series:
         """The last value that was read until this time, as a text."""
         return str(self.text[max(0, int(np.searchsorted(self.time, time, 'right')) - 1)])
 
+    def take(self, index: Any) -> 'Series':
+        """The part at a numpy index."""
+        return Series(self.name, self.time[index], self.text[index], self.value[index])
+
     def between(self, begin: float, end: float) -> 'Series':
         """The part in [begin, end)."""
-        part = slice(*np.searchsorted(self.time, (begin, end)))
-        return Series(self.name, self.time[part], self.text[part], self.value[part])
+        return self.take(slice(*np.searchsorted(self.time, (begin, end))))
 
     @property
     def changes(self) -> np.ndarray:
@@ -73,22 +74,3 @@ def find(variables: Dict[str, Series], *names: str) -> Optional[Series]:
     """The first variable that has one of these names; None if there is none."""
     return next((series for wanted in names for name, series in variables.items()
                  if bare(name) == wanted), None)
-
-
-def assigned_at(text: str, name: str) -> List[int]:
-    """The lines in the text of a file that assign a variable of this name, `self.NAME` or `NAME`;
-    [] if the text cannot be read."""
-    wanted = re.sub(r'\[.*', '', name).split('.')
-    try:
-        tree = ast.parse(text)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return []
-    lines: List[int] = []
-    for node in ast.walk(tree):
-        targets: Sequence[Any] = getattr(node, 'targets', None) or [getattr(node, 'target', None)]
-        if isinstance(node, (ast.Assign, ast.AugAssign, ast.AnnAssign)):
-            for target in (each for target in targets for each in ast.walk(target)):
-                if getattr(target, 'attr', getattr(target, 'id', None)) in wanted[-1:] and (
-                        isinstance(target.ctx, ast.Store)):
-                    lines.append(node.lineno)
-    return sorted(set(lines))

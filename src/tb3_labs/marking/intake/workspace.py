@@ -76,6 +76,7 @@ class Launch(NamedTuple):
     program: str = ''           # the path of the node; '': rosrun finds it
     package: str = ''           # its name
     copy: str = ''              # the folder of the submission
+    text: str = ''              # the path of the node's file in it
 
     @classmethod
     def given(cls) -> 'Launch':
@@ -132,7 +133,7 @@ def prepare(reading: Reading, workspace: Path, environment: Mapping[str, str],
     environment[MODULES] = ':'.join(filter(None, [str(made), environment.get(MODULES)]))
     environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
     return Launch(ALWAYS + sandbox.command([]), sandbox.environment(environment), types,
-                  sandbox.isolates, str(program), called, str(copy))
+                  sandbox.isolates, str(program), called, str(copy), str(node))
 
 
 def _stand_in(name, folder, remarks):

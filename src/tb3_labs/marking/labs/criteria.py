@@ -10,7 +10,7 @@ from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Set, T
 
 import numpy as np
 
-from tb3_labs.marking.trial.evidence import CTRL_C, STOPPED, idle
+from tb3_labs.marking.trial.evidence import CTRL_C, STOPPED, idle, other_fields
 from tb3_labs.marking.trial.observation import (
     WAS_MOVING, NotOffered, NotSeen, NotTried, Observation, Scene)
 from tb3_labs.marking.trial.printed import NOT_THEIRS
@@ -281,7 +281,9 @@ def steers(seen: Observation, name: str, linear: Bounds = NOTHING, angular: Boun
     scene = seen.during(name)
     commands = scene.moving if of_moving else scene.commands
     if not len(commands) or not commands[-1, 1:].any():
-        return 'with the {} nothing was commanded: {}'.format(name, idle(scene))
+        return 'with the {} {} commanded: {}'.format(
+            name, 'neither linear.x nor angular.z was' if other_fields(scene) else 'nothing was',
+            idle(scene))
     if all(low <= speed <= high for speed, (low, high) in zip(
             commands[-1, 1:], (linear, angular))):
         return ''

@@ -46,6 +46,15 @@ class HeldPad(Repeater):
         self._axes[self.numbers.angular_axis] = left
         self._show()
 
+    def others(self, seconds=0.3):
+        """Push each axis without a function for this time [s]: a node may follow one of them."""
+        used = self.numbers.linear_axis, self.numbers.angular_axis
+        for number in sorted(set(range(AXES)) - set(used)):
+            self._axes[number] = 1.0
+            self._show()
+            time.sleep(seconds)
+            self.sticks()
+
     def press(self, button, seconds=PRESS):
         """Press a button for this time [s], and let it go."""
         for down, held in ((1, seconds), (0, PRESS)):
@@ -70,6 +79,8 @@ def sticks(stage):
         with HeldPad(stage.option) as pad:
             for name, place in asked.PLACES.items():
                 stage.watch(name, asked.HELD, lambda: pad.sticks(*place))
+            with stage.stimulus(asked.OTHER_AXES):
+                pad.others()
 
 
 def buttons(stage):

@@ -72,7 +72,7 @@ class HeldMouse(Repeater):
     """
 
     def __init__(self, graph, recording):
-        self.up, self._recording = 1, recording
+        self.up, self._recording, self._shown = 1, recording, None
         self._kind = graph.kind_of(MOUSE_INFO) or graph.types.message(MouseController._type)
         self.package = self._kind._type.split('/')[0]
         self._names, self.remarks = mouse_fields(self._kind.fields)
@@ -84,9 +84,8 @@ class HeldMouse(Repeater):
         message = self._kind()
         for name, value in zip(self._names, (active, x, self.up * y)):
             message.put(name, value)
+        self._shown = BoolMessage(active), x, y
         self.hold(message)
-        self._recording.add(MOUSE_INFO, MouseController(
-            Header(stamp=rospy.Time.now()), BoolMessage(active), x, y))
         time.sleep(seconds)
 
     def send(self, message):
@@ -96,6 +95,8 @@ class HeldMouse(Repeater):
             if of == 'std_msgs/Header':
                 message.put(name, now.secs, now.nsecs)
         super().send(message)
+        if message is not None:
+            self._recording.add(MOUSE_INFO, MouseController(Header(stamp=now), *self._shown))
 
 
 #: The mouse lab's names of fields; FLAGS and NUMBERS are the types that they may have.

@@ -1,7 +1,7 @@
 """The IMU lab: turns by keyboard, beside the mouse: what is done, and the criteria."""
 import re
 from functools import partial
-from typing import Iterable, NamedTuple, Sequence
+from typing import Iterable, List, NamedTuple, Sequence
 
 import numpy as np
 
@@ -214,6 +214,16 @@ def _mouse_drives(seen: Observation) -> str:
     return (steers(seen, MOUSE_UP, linear=times(up, AT_EDGE), of_moving=True)
             or steers(seen, MOUSE_LEFT, angular=AT_EDGE, of_moving=True)
             or steers(seen, HALF_WAY, times(-up, AT_HALF), times(-1.0, AT_HALF), of_moving=True))
+
+
+def remarks_on_turns(seen: Observation, parts: Sequence[str] = ()) -> List[str]:
+    """Sentences on mistakes that cost nothing."""
+    printed = [seen.during(name, may_die=True).printed.splitlines()[1:]
+               for name in (LEFT, NONSENSE) if seen.has(name)]
+    prompts_alone = len(printed) > 1 and len(printed[1]) == 1 and printed[0][-1:] == printed[1]
+    return ['After "{}" it printed its prompt alone, and no error. See {}.'.format(
+        TYPED_NONSENSE, TO_RIGHT)] * prompts_alone + [
+            NO_CLIENT] * (upward(seen) < 0.0) + [COUNTS_DOWN] * (seen.mouse_up < 0)
 
 
 CRITERIA = [

@@ -11,6 +11,7 @@ import numpy as np
 
 from tb3_labs.marking.trial.observation import CMD_VEL, Observation, Run, Scene
 from tb3_labs.marking.trial.printed import counted, exceptions, last_words
+from tb3_labs.watch.turn_links import wrong_field
 
 #: The type of cmd_vel.
 TWIST = 'geometry_msgs/Twist'
@@ -23,11 +24,19 @@ STOPPED = 'an exception had stopped it'
 #: The exception that a remark quotes.
 QUOTED = re.compile(r'^A traceback was printed .*?: ([\'"].*[\'"])\. The clean exit')
 
+UNDEFINED = re.compile(r"name '\w+' is not defined")
+
 
 def remarks_on(seen: Observation) -> List[str]:
     """The sentences for the student that belong to no criterion."""
     return (seen.remarks + ['Note that {}.'.format(seen.deaf)] * bool(seen.deaf)
             + tracebacks_before_the_end(seen) + seen.gaps)
+
+
+def faults_in(seen: Observation, said: str) -> List[str]:
+    """The faults that its text shows, without an undefined name that the verdicts `said`."""
+    return [fault for fault in seen.faults if not any(
+        name in said for name in UNDEFINED.findall(fault))]
 
 
 def tracebacks_before_the_end(seen: Observation) -> List[str]:
@@ -71,9 +80,19 @@ def idle(scene: Scene) -> str:
         return 'its last command on {} was zero'.format(CMD_VEL)
     if len(scene.commands):
         number = len(scene.commands)
+        if other_fields(scene):
+            return '{} in its commands on {}'.format(other_fields(scene), CMD_VEL)
         return 'one command came on {}, a zero'.format(CMD_VEL) if number == 1 else \
             '{} commands came on {}, all of them zero'.format(number, CMD_VEL)
     return _silence(scene, run) + _printed(scene)
+
+
+def other_fields(scene: Scene) -> str:
+    """A clause on a field of the scene's commands that no wheel follows; '' if there is none."""
+    if scene.seen.run is None:
+        return ''
+    sent = scene.seen.run.commands
+    return wrong_field(sent.take((sent.arrival >= scene.begin) & (sent.arrival <= scene.end)))
 
 
 def _silence(scene, run):

@@ -9,12 +9,12 @@ marker are left out.
 import json
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, Optional, Sequence, Type
 
 import numpy as np
 
 from tb3_labs.marking.trial.printed import COLOUR, counted, exceptions, last_words
-from tb3_labs.report.run_data import RunData
+from tb3_labs.report.run_data import Kind, Poses, RunData, States, Values
 
 #: The topics that the labs are about, as the handouts call them; all names are relative.
 IMU_TOPIC = 'imu'
@@ -38,6 +38,8 @@ ASKED_DEG = 'asked_deg'
 #: Keys of the facts of a drive. GOAL_POSE: the goal in the local frame. LOCAL_T_WORLD: the
 #: transform from the robot's true frame to the local frame. Both are [x, y, yaw] in [m], [rad].
 GOAL_POSE, LOCAL_T_WORLD = 'goal', 'local_T_world'
+#: A node's line about a reset comes within this time of the call [s].
+SAME_RESET = 1.0
 #: If the machine held up the robot for longer than this, the node was not judged fairly [s].
 HELD_UP = 0.15
 #: At most MOST_FINDINGS findings are kept of a node, and as many remarks; each has at most LONGEST
@@ -125,6 +127,7 @@ class Observation:
     runs: List[Run] = field(default_factory=list)
     missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none
     remarks: List[str] = field(default_factory=list)             # sentences for the student
+    faults: List[str] = field(default_factory=list)              # on its text, if it loses points
     broken: str = ''                                             # the error that ended the trial
     findings: List[str] = field(default_factory=list)            # sentences for the instructor
     lost: Dict[str, int] = field(default_factory=dict)           # what is not in here, how often
@@ -133,6 +136,8 @@ class Observation:
     senders: List[List[str]] = field(default_factory=list)  # [name, process], at each change
     own_moves: List[List[float]] = field(default_factory=list)   # [begin, end] of the marker's
     mouse_up: int = 0       # the sign of y above the middle, by its own mouse client; 0: unknown
+    assigned: Dict[str, List[int]] = field(default_factory=dict)    # variable -> lines of its file
+    calls: List[List[Any]] = field(default_factory=list)    # of its reset: [time, pose, problem]
     run: Optional[RunData] = None                                # the recording
 
     @property
@@ -288,7 +293,38 @@ def observed(run: RunData, places: Sequence[str] = ()) -> Observation:
     seen.stimuli = [each for each in seen.stimuli if not math.isnan(each.end)]
     for stimulus in seen.stimuli:
         stimulus.printed = COLOUR.sub('', cleaned(stimulus.printed))
+    seen.run = with_stimuli(run, seen)
     return seen
+
+
+def with_stimuli(run: RunData, seen: Observation) -> RunData:
+    """The recording of a trial with what was done to the node: starts, stimuli, letters, goals, and
+    the resets by the node's lines, else by their calls. After a call that failed the node's frame
+    is unknown: until the next start its variables are left out."""
+    said, known = run.resets, np.ones(len(run.variables), bool)
+    resets = np.column_stack([said.arrival, said.x, said.y, said.yaw]).tolist()
+    for at, pose, problem in seen.calls:
+        if problem:
+            end = min([start.begin for start in seen.runs if start.begin > at], default=math.inf)
+            known &= (run.variables.arrival < at) | (run.variables.arrival > end)
+        elif not (np.abs(said.arrival - at) < SAME_RESET).any():
+            resets.append([at, *pose])
+    return replace(
+        run, resets=samples_of(Poses, sorted(resets)), variables=run.variables.take(known),
+        starts=tuple(start.begin for start in seen.runs),
+        states=samples_of(States, [[each.begin, each.name] for each in seen.stimuli]),
+        goals=samples_of(Poses, [[each.begin, *each.facts[GOAL_POSE]] for each in seen.stimuli
+                                 if GOAL_POSE in each.facts]),
+        letters=samples_of(Values, [row for each in seen.stimuli if ASKED_DEG in each.facts
+                                    for row in ([each.begin, np.sign(each.facts[ASKED_DEG])],
+                                                [each.end, 0.0])]))
+
+
+def samples_of(kind: Type[Kind], rows: Sequence[Sequence[Any]]) -> Kind:
+    """The Samples of these rows: time, and the other columns."""
+    columns = list(zip(*rows))
+    return kind(*(np.array(column, dtype=object if isinstance(column[0], str) else float)
+                  for column in columns[:1] + columns)) if rows else kind.none()
 
 
 def _printed(seen: Observation, text: str, lines: int) -> None:
@@ -331,8 +367,14 @@ def _take(seen: Observation, kind: str, at: float, facts: Dict[str, Any]) -> Non
         seen.own_moves.append([at - facts['seconds'], at])
     elif kind == 'not offered':
         seen.missing.update(dict.fromkeys(facts['names'], facts['reason']))
+    elif kind == 'program':
+        seen.assigned = facts['assigned']
+    elif kind == 'call' and 'pose' in facts:
+        seen.calls.append([at, facts['pose'], facts['problem']])
     elif kind == 'mouse client':
         seen.mouse_up = facts['up']
+    elif kind == 'fault':
+        seen.faults.append(facts['text'])
     elif kind == 'broken':
         seen.broken = facts['text']
     elif kind in ('remark', 'finding'):

@@ -7,6 +7,7 @@ import os
 import time
 from contextlib import contextmanager, suppress
 from functools import lru_cache
+from pathlib import Path
 from types import SimpleNamespace
 
 import rospkg
@@ -22,7 +23,8 @@ from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, 
 from tb3_labs.marking.trial.evidence import CTRL_C
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, NODES, TURN
 from tb3_labs.marking.trial.observation import LONGEST, WAS_MOVING, NotOffered, NotTried
-from tb3_labs.marking.intake.program_text import text_of
+from tb3_labs.marking.text import lint
+from tb3_labs.marking.text.program_text import text_of
 from tb3_labs.marking.trial.ros_recording import ROBOT, Recorder, Recording
 from tb3_labs.marking.trial.ros_robot import SWITCHES, UNDER_WAY, WELL_UNDER_WAY, RobotHand
 from tb3_labs.marking.trial.ros_student_node import StudentNode
@@ -31,6 +33,8 @@ from tb3_labs.ros.topics import subscribe
 
 #: The robot's settings are set back this often.
 MOST_REPAIRS = 20
+#: A node's file lies in so many folders of its package, at most.
+DEPTH = 4
 #: lab -> part -> its script, given a Stage
 SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_move2goal.PARTS,
            GAMEPAD: ros_gamepad.PARTS}
@@ -76,6 +80,18 @@ class Stage:
         folders = [known.get_path(name) for name in {self._name.split('/')[0], *packages}
                    if name != OWN_PACKAGE and name in known.list()]
         return text_of([Launch.given().copy] if Launch.given().copy else folders)
+
+    def read(self):
+        """Record what the text of the node's file shows, before it runs; see lint. A file whose
+        name its package has twice is not known."""
+        package, name = self._name.split('/')
+        files = {Path(Launch.given().text)} if Launch.given().text else {
+            path.resolve() for depth in range(DEPTH)
+            for path in Path(rospkg.RosPack().get_path(package)).glob('*/' * depth + name)}
+        faults, assigned = lint.read(files.pop()) if len(files) == 1 else ([], {})
+        for fault in faults:
+            self.recording.event('fault', text=fault[:LONGEST])
+        self.recording.event('program', assigned=assigned)
 
     def not_offered(self, names, reason):
         """End the part by ``NotOffered``: the node does not offer what these stimuli need."""
@@ -215,6 +231,7 @@ def try_out(lab, package, executable, parts, path, option, tell):
     stage = Stage(lab, package, executable, path, option, tell)
     end_with_the_marker(stage.recording)
     try:
+        stage.read()
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:
                 stage.part = name

@@ -60,11 +60,11 @@ def take_permission():
 
 
 def _permission():
-    """The has_control that this start was given. A launch gives it to one start alone: roslaunch
-    repeats its words when it starts a node again (respawn)."""
+    """The has_control that a launch gives to one start, and not to its respawn."""
+    if 'has_control:=true' in sys.argv or rospy.has_param('~has_control'):
+        rospy.logwarn('has_control without _, or on the parameter server, gives no control: a '
+                      'launch file takes has_control:=true, the node _has_control:=true')
     if rospy.has_param('~has_control'):
-        rospy.logwarn('has_control on the parameter server gives no control: a launch file takes '
-                      'has_control:=true, the node _has_control:=true')
         rospy.delete_param('~has_control')
     launch, given_by = roslaunch_of_this(), rospy.get_name() + '_given_by'
     if launch and _permissions[-1] is True:

@@ -5,12 +5,14 @@ import {readColours} from './drawing.js';
 import {Link} from './link.js';
 import {FRAMES, RobotMap} from './map.js';
 import {Pad} from './pad.js';
-import {$, announce, log, say, setPressed, setText, showBanner, showStatus} from './page.js';
+import {$, announce, log, say, setPressed, setText, showBanner, showInside,
+        showStatus} from './page.js';
 
 const link = new Link({
   hello, connection, picture: see,
   trail: (message) => { map.replaceTrails(message); redraw(); },
   log: ({lines}) => log.add(lines),
+  inside: ({nodes}) => showInside(nodes),
   refused: ({text}) => { pad.drop(); say(text, true); },
 });
 const pad = new Pad(link, say);
@@ -51,6 +53,7 @@ function hello({control, radius, robot}) {
   setText($('title'), robot || 'Robot panel');
   document.title = robot || 'Robot panel';
   log.clear();
+  showInside([]);
   redraw();
 }
 

@@ -153,6 +153,37 @@ function errorText(p) {
   return `${number(off * 1000, 1)} mm ${number(turned, 2, '\u00b0')}`;
 }
 
+// -- the variables of nodes
+
+let insideNames = '[]';
+
+/** The variables of the nodes that watch.py shows; only texts that change are written. */
+export function showInside(nodes) {
+  const box = $('inside'), names = JSON.stringify(
+    nodes.map(({node, values}) => [node, values.map(([name]) => name)]));
+  box.hidden = !nodes.length;
+  document.body.dataset.inside = nodes.length ? 'yes' : 'no';
+  if (names !== insideNames) {
+    insideNames = names;
+    box.replaceChildren(...nodes.flatMap(({node, values}) => {
+      const list = make('dl', 'variables');
+      for (const [name] of values) {
+        const row = make('div', '');
+        row.append(make('dt', '', name), make('dd', ''));
+        list.append(row);
+      }
+      return [make('h2', '', 'inside ' + node), list];
+    }));
+  }
+  const shown = box.querySelectorAll('dd');
+  nodes.flatMap(({values}) => values).forEach(([, text], i) => setText(shown[i], shortened(text)));
+}
+
+/** A number with three digits after its point; any other text as it is. */
+function shortened(text) {
+  return /^-?\d+\.\d+(e-?\d+)?$/.test(text) ? String(Number(Number(text).toFixed(3))) : text;
+}
+
 function showAges(ages) {
   const box = $('ages');
   for (const [i, [name, age]] of Object.entries(ages).entries()) {

@@ -20,7 +20,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag import budget
 from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.run_data import (
-    Commands, LogLines, OdometrySamples, Orientations, Poses, States, Values, Variables)
+    LogLines, MouseSamples, OdometrySamples, Orientations, PadSamples, Poses, States, Twists,
+    Values, Variables)
 
 #: The levels of log lines, by the bits of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
@@ -59,6 +60,13 @@ def resets_in(log: LogLines) -> Poses:
                  *np.array([(pose.x, pose.y, pose.yaw) for _, pose in said]).reshape(-1, 3).T)
 
 
+def presses_of(pad: PadSamples) -> Values:
+    """The numbers of the buttons, each when it goes down."""
+    before = np.vstack([np.zeros(PadSamples.BUTTONS), pad.buttons[:-1]])[:len(pad)]
+    sample, number = np.nonzero((pad.buttons != 0.0) & (before == 0.0))
+    return Values(pad.arrival[sample], pad.time[sample], number.astype(float))
+
+
 def make_collectors(parts, prefix, limits):
     """Returns {field of RunData: Collector} for the robot in the namespace `prefix`. `limits`: the
     Budget from which they take."""
@@ -68,13 +76,19 @@ def make_collectors(parts, prefix, limits):
              *_wxyz(message.orientation))]),
         'odometry': (OdometrySamples, lambda message: [
             (*_pose(message)[0], message.twist.twist.linear.x, message.twist.twist.angular.z)]),
-        'commands': (Commands, lambda message: [(None, message.linear.x, message.angular.z)]),
+        'commands': (Twists, lambda message: [
+            (None, message.linear.x, message.angular.z, *map(_finite, (
+                message.linear.y, message.linear.z, message.angular.x, message.angular.y)))]),
         'states': (States, lambda message: [(None, message.data)]),
         'events': (States, lambda message: [(None, message.data)]),
         'printed': (States, lambda message: [(None, message.data)]),
         'asked': (Values, lambda message: [(None, math.radians(message.data))]),
         'control': (Values, lambda message: [(None, float(message.data))]),
-        'presses': (Values, _presses()),
+        'pad': (PadSamples, lambda message: [
+            (None, *_filled(message.axes, PadSamples.AXES),
+             *_filled(message.buttons, PadSamples.BUTTONS))]),
+        'mouse': (MouseSamples, lambda message: [
+            (message.header, message.xPos, message.yPos, float(message.status.data))]),
         'sent': (Values, None),    # by the connections, not by the messages
         'frames': (Poses, lambda message: (
             (each.header, each.transform.translation.x, each.transform.translation.y,
@@ -137,12 +151,14 @@ class Collector:
 
     def samples(self, robot_clock):
         """Returns the gathered samples."""
-        arrival, width = np.array(self.arrival), len(fields(self._kind)) - 2
+        arrival, is_pad = np.array(self.arrival), self._kind is PadSamples
+        width = PadSamples.AXES + PadSamples.BUTTONS if is_pad else len(fields(self._kind)) - 2
         values = np.array(self._values, dtype=object if self._has_words else float)
         order = np.argsort(arrival, kind='stable')      # a file may hold topic after topic
         arrival, values = arrival[order], values.reshape(-1, width)[order]
+        columns = np.split(values, [PadSamples.AXES], axis=1) if is_pad else values.T
         return self._kind(arrival, times_on_recorders_clock(
-            arrival, np.array(self.stamp)[order], robot_clock), *values.T)
+            arrival, np.array(self.stamp)[order], robot_clock), *columns)
 
 
 def samples_of(collectors):
@@ -152,11 +168,23 @@ def samples_of(collectors):
     samples = {part: collector.samples(clock) for part, collector in collectors.items()}
     if 'log' in samples:
         samples['resets'] = resets_in(samples['log'])
+    if 'pad' in samples:
+        samples['presses'] = presses_of(samples['pad'])
     return samples
 
 
 def _yaw(q):
     return yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)
+
+
+def _filled(numbers, length):
+    """The first numbers, filled up with zeros to this length."""
+    return [*numbers[:length], *[0] * (length - len(numbers))]
+
+
+def _finite(speed):
+    """A speed that no wheel follows; one that is not finite is no reason to leave out a command."""
+    return max(-LARGEST / 2.0, min(LARGEST / 2.0, speed))
 
 
 def _wxyz(q):
@@ -172,17 +200,6 @@ def _variables(message):
 def _pose(message):
     pose = getattr(message.pose, 'pose', message.pose)      # with a covariance, or without
     return [(message.header, pose.position.x, pose.position.y, _yaw(pose.orientation))]
-
-
-def _presses():
-    """The number of each button of a pad, whenever it goes down."""
-    held = set()
-
-    def rows_of(message):
-        nonlocal held
-        before, held = held, {k for k, is_down in enumerate(message.buttons) if is_down}
-        return [(None, float(number)) for number in sorted(held - before)]
-    return rows_of
 
 
 def _lines(prefix):

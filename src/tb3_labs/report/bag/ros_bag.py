@@ -28,12 +28,13 @@ OPTIONAL = {
     'commands': ('cmd_vel', Twist), 'local_pose': ('local_pose', PoseStamped),
     'ground_truth': ('ground_truth', PoseStamped), 'goals': ('current_goal', PoseStamped),
     'states': ('goal_state', String), 'resets': ('initialpose', PoseWithCovarianceStamped),
-    'asked': ('turn', Float64), 'control': ('ctrl_relinq', Bool), 'presses': ('joy', Joy),
+    'asked': ('turn', Float64), 'control': ('ctrl_relinq', Bool), 'pad': ('joy', Joy),
+    'mouse': ('mouse_info', MouseController),
     'events': ('trial', String), 'printed': ('printed', String),
     'variables': ('variables', DiagnosticArray)}
 #: (type, checksum) -> class of all topics of record.launch.
 CLASSES = {(made._type, made._md5sum): made for made in (
-    Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32, MouseController,
+    Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32,
     *(made for _, made in OPTIONAL.values()))}
 #: Topics by which a person drives, of any type.
 DEVICES = 'joy', 'mouse_info'

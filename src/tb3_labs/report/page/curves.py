@@ -5,7 +5,9 @@ the opposite sign. So the timeline's program shows another stretch by another vi
 """
 import math
 from html import escape
-from typing import Any, Dict, Iterator, List, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
 
 #: The kinds of marks, from the upper row of their line to the lower one; the height of a row [px].
 KINDS, ROW = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost'), 8
@@ -16,13 +18,49 @@ ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.
 GRID_LINES = 4
 #: Points (time, value), and the indices of those at which the line begins anew.
 Line = Tuple[List[Tuple[float, float]], List[int]]
+NO_LINE: Line = ([], [])
+#: The classes of the lines of variables in a figure.
+VARIABLES = ('variable', 'second')
 BOTH_LINES = ': <b class="measured">measured</b>, <b class="commanded">commanded</b>'
 CURVE = '''<figure><figcaption>{caption}</figcaption><div class="plot" id="curve-{name}">
 <svg viewBox="0 {top:.4f} {duration} {height:.4f}" preserveAspectRatio="none">
-<path class="grid" d="{grid}"/><path class="measured" d="{measured}"/>
-<path class="commanded" d="{commanded}"/></svg>{labels}<div class="now"></div></div></figure>'''
+<path class="grid" d="{grid}"/>{lines}</svg>{labels}<div class="now"></div></div></figure>'''
 MARK = ('<a class="{kind}" href="#t={begin}" title="{title}" tabindex="-1"'
         ' style="top:{top}px;--x:{x:.4f};--w:{width:.4f}"></a>')
+
+
+class Figure(NamedTuple):
+    """The lines of variables of a node, and of the `reference` beside them, in words; '': none.
+    `levels`: the texts of the heights 0, 1, 2, ... of a line; []: it has numbers."""
+
+    names: List[str]
+    reference: str
+    measured: Line
+    lines: List[Line]
+    levels: List[str]
+
+
+def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+    """Returns the indices of the samples to keep. The straight lines between these are within
+    `bounds`, shape (k,), of all `values`, shape (n, k), at each `time`. Source: Douglas and Peucker
+    (1973), with the distance along the value's axis."""
+    keep = np.zeros(len(time), dtype=bool)
+    keep[[0, -1]] = True
+    waiting = [(0, len(time) - 1)]
+    while waiting:
+        first, last = waiting.pop()
+        if last - first < 2:
+            continue
+        inner = slice(first + 1, last)
+        share = ((time[inner] - time[first]) / max(time[last] - time[first], 1e-9))[:, None]
+        line = values[first] + share * (values[last] - values[first])
+        far = (np.abs(values[inner] - line) / bounds).max(axis=1)
+        worst = int(np.argmax(far))
+        if far[worst] > 1.0:
+            middle = first + 1 + worst
+            keep[middle] = True
+            waiting += [(first, middle), (middle, last)]
+    return np.flatnonzero(keep)
 
 
 def mark_line(data: Dict[str, Any]) -> Iterator[str]:
@@ -38,15 +76,33 @@ def mark_line(data: Dict[str, Any]) -> Iterator[str]:
 
 def curves(data: Dict[str, Any]) -> Iterator[str]:
     """The HTML of each curve of which something was recorded."""
-    for name, caption, measured, least in (
-            ('heading', 'heading by the IMU [&deg;]', data['heading'], 10.0),
-            ('distance', 'distance to the goal [m]', data['distance'], 0.1),
-            ('angle', "angle off the goal's heading [&deg;]", data['angle'], 10.0)):
-        yield _curve(data, name, caption, measured, ([], []), least)
-    for column, name, caption, measured, least in (
+    for name, caption, track, least, steps in (
+            ('heading', 'heading by the IMU [&deg;]', data['heading'], 10.0, ANGLE_STEPS),
+            ('distance', 'distance to the goal [m]', data['distance'], 0.1, STEPS),
+            ('angle', "angle off the goal's heading [&deg;]", data['angle'], 10.0, ANGLE_STEPS)):
+        yield _curve(data, name, caption, [('measured', _line_of(track))], least, (), steps)
+    for column, name, caption, track, least in (
             (1, 'linear', 'forward [m/s]', data['speed'], 0.1),
             (2, 'angular', 'turning [rad/s]', data['rate'], 0.4)):
-        yield _curve(data, name, caption + BOTH_LINES, measured, _steps(data, column), least)
+        yield _curve(data, name, caption + BOTH_LINES, [
+            ('measured', _line_of(track)), ('commanded', _steps(data, column))], least)
+
+
+def variable_curves(data: Dict[str, Any]) -> Iterator[str]:
+    """The HTML of each figure of the node's variables."""
+    for number, figure in enumerate(data['figures']):
+        is_heading = figure.reference.startswith('heading')
+        names = ['<b class="{}">{}</b>'.format(kind, escape(name)) for kind, name in zip(
+            VARIABLES, figure.names)]
+        if figure.reference:
+            names.append('<b class="measured">{}</b>'.format(escape(figure.reference)))
+        yield _curve(data, 'variable-{}'.format(number), ', '.join(names), [
+            ('measured', figure.measured), *zip(VARIABLES, figure.lines)],
+            10.0 * is_heading, figure.levels, ANGLE_STEPS if is_heading else STEPS)
+
+
+def _line_of(track: Dict[str, Any]) -> Line:
+    return [*zip(track['time'], track['columns'][0])], track['breaks']
 
 
 def _steps(data: Dict[str, Any], column: int) -> Line:
@@ -62,26 +118,30 @@ def _steps(data: Dict[str, Any], column: int) -> Line:
     return points, breaks
 
 
-def _curve(data: Dict[str, Any], name: str, caption: str, measured: Dict[str, Any],
-           commanded: Line, least: float) -> str:
-    """The HTML of a curve; its scale shows at least the range `least`, and the distance's shows 0.
-    '' without a value."""
-    points = [*zip(measured['time'], measured['columns'][0])]
-    values = [value for _, value in points + commanded[0]]
+def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[str, Line]],
+           least: float, levels: Sequence[str] = (),
+           steps: Sequence[float] = STEPS) -> str:
+    """The HTML of a curve, of lines and their classes; its scale shows at least the range `least`,
+    and the distance's shows 0. `levels`: the texts at 0, 1, 2, ... in place of numbers. '' without
+    a value."""
+    values = [value for _, (points, _) in lines for _, value in points]
     if not values:
         return ''
     low, high = min(values + [0.0] * (name == 'distance')), max(values)
-    margin = max(0.06 * (high - low), (least - (high - low)) / 2.0)
+    margin = max(0.06 * (high - low), (least - (high - low)) / 2.0) or 1.0
     low, high = low - margin, high + margin
-    steps = STEPS if name in ('distance', 'linear', 'angular') else ANGLE_STEPS
-    step = next((step for step in steps if high - low <= GRID_LINES * step), high - low)
+    step = 1.0 if levels else next(
+        (step for step in steps if high - low <= GRID_LINES * step), high - low)
     grid = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
     return CURVE.format(
         name=name, caption=caption, top=-high, height=high - low, duration=data['duration'],
-        measured=_path(points, measured['breaks']), commanded=_path(*commanded),
+        lines=''.join('\n<path class="{}" d="{}"/>'.format(kind, _path(*line))
+                      for kind, line in lines),
         grid=''.join('M0 {:.4f}H{}'.format(-value, data['duration']) for value in grid),
-        labels=''.join('<i style="top:{:.1f}%">{:g}</i>'.format(
-            100.0 * (high - value) / (high - low), round(value, 3) + 0.0) for value in grid))
+        labels=''.join('<i style="top:{:.1f}%"{}>{}</i>'.format(
+            100.0 * (high - value) / (high - low), ' class="level"' if levels else '',
+            escape(levels[round(value)]) if levels else '{:g}'.format(round(value, 3) + 0.0))
+            for value in grid))
 
 
 def _path(points: Sequence[Tuple[float, float]], breaks: Sequence[int]) -> str:

@@ -14,13 +14,11 @@ import numpy as np
 
 from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.report.cause import hints
-from tb3_labs.report.cause.diagnosis import diagnose
 from tb3_labs.report.motion.drives import drives, goal_errors, spans
 from tb3_labs.report.motion.epochs import epochs
 from tb3_labs.report.motion.movements import FASTEST_BY_MOUSE, PAUSE, moving
 from tb3_labs.report.motion.turns import TurnReport, turns
-from tb3_labs.report.page import figures, tables, timeline
+from tb3_labs.report.page import figures, mistake, tables, timeline
 from tb3_labs.report.page.document import degrees, document, number
 from tb3_labs.report.run_data import Poses, RunData, yaw_offset
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
@@ -74,13 +72,11 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
     angles = write_figure(figures.turns(run, turn), angles_png)
     ways = write_figure(figures.paths(run, driven) if has_path else None, ways_png)
     files += [angles_png] * bool(angles) + [ways_png] * bool(ways)
-    found = diagnose(run)
     write_output(files[0], document('Run report: ' + name, [
         *('<p>{}</p>'.format(escape(text)) for text in [
             *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]),
-        hints.said_by_node(run), timeline.section(timeline.timeline(
-            run, model, timeline.marks(run, turned, driven), found.asked, found.ghost)),
-        hints.section(found, run),
+        mistake.said_by_node(run), timeline.section(timeline.timeline(
+            run, model, timeline.marks(run, turned, driven))), *mistake.sections(run),
         _part('Turns', tables.TURN_COLUMNS, turned, _rule_of_turns(run, turned)) * bool(turned),
         angles, _part('Drives', tables.REACHED_COLUMNS, driven, _rule_of_drives(run) if (
             driven) else nothing_driven(run)) * bool(driven or not turned), ways,

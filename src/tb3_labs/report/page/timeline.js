@@ -67,8 +67,7 @@ class Timeline {
     this.run = run;
     this.now = 0;
     this.playing = false;
-    for (const name of ['odom', 'local', 'truth', 'asked', 'mistaken', 'frame', 'heading',
-                        'distance', 'angle']) {
+    for (const name of ['odom', 'local', 'truth', 'frame', 'heading', 'distance', 'angle']) {
       this[name] = new Track(run[name]);
     }
     [this._commandTimes, this._goalTimes] = [run.commands, run.goals]
@@ -82,6 +81,13 @@ class Timeline {
     for (const [name, rows] of Object.entries(known)) {
       $(`now-${name}`).parentElement.hidden = !rows.length;
     }
+    $('inside').hidden = !run.variables.length;
+    this._variables = run.variables.map(([name, times, texts]) => {
+      const word = document.createElement('span'), value = document.createElement('b');
+      word.append(`${name} `, value);
+      $('now-variables').append(word, ' ');
+      return {times, texts, value};
+    });
     this.map = new RobotMap($('run-map'));
     this.map.radius = run.radius;
     new MapInput(this.map, () => this.show());
@@ -198,7 +204,6 @@ class Timeline {
     map.picture = {
       odom: this.odom.pose(now), local: this.local.pose(now), truth: this.truth.pose(now),
       frame: this.frame.pose(now), goal: goal?.[2] || null,
-      asked: this.asked.pose(now), mistaken: $('mistake')?.open ? this.mistaken.pose(now) : null,
       tolerance: 0,
     };
     map.replaceTrails({odom: this.odom.way(now), local: this.local.way(now)});
@@ -221,7 +226,7 @@ class Timeline {
       times.push(word);
     }
     $('times').replaceChildren(...times);
-    for (const {viewBox} of document.querySelectorAll('#curves svg')) {
+    for (const {viewBox} of document.querySelectorAll('#timeline .plot svg')) {
       Object.assign(viewBox.baseVal, {x: begin, width: end - begin});
     }
     const {style} = $('timeline');
@@ -245,6 +250,9 @@ class Timeline {
         () => `${far.toFixed(3)} m, ${wrapped(this.angle.at(now)[0])}`);
     say('now-command', typeof forward === 'number',
         () => `${forward.toFixed(2)} m/s, ${turning.toFixed(2)} rad/s`);
+    for (const {times, texts, value} of this._variables) {
+      value.textContent = texts[lastBefore(times, now)] ?? '\u2013';
+    }
     say('now-mark', here.length, () => here.map((mark) => mark.text).join('; '));
   }
 

@@ -20,7 +20,8 @@ from tb3_labs.report.motion.drives import DriveReport, goal_errors, spans
 from tb3_labs.report.motion.epochs import Epoch, epochs, local_in_odom
 from tb3_labs.report.motion.movements import Kind, movements, parts_of, programs
 from tb3_labs.report.motion.turns import TurnReport
-from tb3_labs.report.page.curves import curves, mark_line
+from tb3_labs.report.page import inside
+from tb3_labs.report.page.curves import curves, mark_line, thinned, variable_curves
 from tb3_labs.report.page.document import degrees, number
 from tb3_labs.report.run_data import GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
@@ -28,8 +29,8 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 #: The HTML of the timeline; its program and its style lie beside it.
 TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
 #: The data that the program reads. All else is drawn before.
-FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'asked', 'mistaken', 'frame',
-               'heading', 'distance', 'angle', 'commands', 'goals', 'marks')
+FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'frame', 'heading', 'distance',
+               'angle', 'commands', 'goals', 'marks', 'variables')
 #: Greatest difference between a recorded value and its track, by unit.
 BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
 #: Times and values are rounded to this many digits, which changes them by up to TIMELINE_ROUNDING.
@@ -41,29 +42,6 @@ MOST_POINTS, MOST_MARKS, MOST_LINES, LONGEST_TEXT = 50000, 500, 2000, 1000
 RECORDER = 'record'
 #: A moment or a stretch on the line: kind, begin, end, text.
 Mark = Dict[str, Any]
-
-
-def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray) -> np.ndarray:
-    """Returns the indices of the samples to keep. The straight lines between these are within
-    `bounds`, shape (k,), of all `values`, shape (n, k), at each `time`. Source: Douglas and Peucker
-    (1973), with the distance along the value's axis."""
-    keep = np.zeros(len(time), dtype=bool)
-    keep[[0, -1]] = True
-    waiting = [(0, len(time) - 1)]
-    while waiting:
-        first, last = waiting.pop()
-        if last - first < 2:
-            continue
-        inner = slice(first + 1, last)
-        share = ((time[inner] - time[first]) / max(time[last] - time[first], 1e-9))[:, None]
-        line = values[first] + share * (values[last] - values[first])
-        far = (np.abs(values[inner] - line) / bounds).max(axis=1)
-        worst = int(np.argmax(far))
-        if far[worst] > 1.0:
-            middle = first + 1 + worst
-            keep[middle] = True
-            waiting += [(first, middle), (middle, last)]
-    return np.flatnonzero(keep)
 
 
 def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
@@ -87,10 +65,8 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
             'breaks': sorted({-(-start // every) for start in starts[1:]})}
 
 
-def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
-             asked: Poses = Poses.none(), mistaken: Poses = Poses.none()) -> Dict[str, Any]:
-    """Returns everything that the timeline of a run shows, for JSON. `asked`, `mistaken`: the poses
-    in ``odom`` of a robot that drives as asked, and of one with a known mistake."""
+def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[str, Any]:
+    """Returns everything that the timeline of a run shows, for JSON."""
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
     frames = epochs(run)
@@ -102,7 +78,6 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
         'truth': _poses(Poses.joined([run.ground_truth.between(epoch.begin, epoch.end).seen_from(
             epoch.odom_T_local @ epoch.local_T_world)
             for epoch in frames if epoch.local_T_world is not None])),
-        'asked': _poses(asked), 'mistaken': _poses(mistaken),
         'frame': _poses(local_in_odom(run, local.time), local_resets),
         'heading': track(imu.time, [np.degrees(np.unwrap(imu.yaw))], ['deg']),
         'rate': track(imu.time, [imu.yaw_rate], ['rad/s']),
@@ -117,7 +92,9 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark],
                    [round(part, 4) for part in (span.goal.x, span.goal.y, span.goal.yaw)]]
                   for span in spans(run)[:MOST_MARKS]],
         'marks': sorted(marked, key=lambda each: each['begin'])[:MOST_MARKS],
-        'log': _lines(run.log)}
+        'log': _lines(run.log),
+        'nodes': inside.nodes(run), 'variables': inside.texts(run),
+        'figures': inside.figures(run)}
 
 
 def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
@@ -214,7 +191,8 @@ def section(data: Dict[str, Any]) -> str:
     return '<style>\n{}</style>\n{}'.format(
         ''.join(path.read_text(encoding='utf-8') for path in styles),
         TIMELINE_PAGE.read_text(encoding='utf-8').format(
-            curves='\n'.join(curves(data)),
+            curves='\n'.join(curves(data)), variables='\n'.join(variable_curves(data)),
+            nodes=escape(', '.join(data['nodes'])),
             marks=''.join(mark_line(data)), data=text,
             mark_list=''.join('<a href="#t={}">{:.1f} s&ensp;{}</a>'.format(
                 each['begin'], each['begin'], escape(each['text'])) for each in data['marks']),

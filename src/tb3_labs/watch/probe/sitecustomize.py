@@ -17,14 +17,25 @@ import signal
 import sys
 import threading
 import time
+import weakref
+from collections import Counter
 from enum import Enum
-from types import MemberDescriptorType
+from types import FunctionType, MemberDescriptorType, ModuleType
 
 #: The pause between two readings, and the longest pause between two searches for objects [s].
-PAUSE, LONGEST_PAUSE = 0.05, 10.0
-#: At most this many variables and objects are shown, of a text so many characters, of an array or a
-#: list so many numbers.
-MOST, MOST_OBJECTS, LONGEST, MOST_NUMBERS = 40, 20, 200, 9
+PAUSE, LONGEST_PAUSE = 0.05, 16.0
+#: A search for objects takes at most this part of the time.
+SEARCHING = 0.003
+#: At most this many variables, objects, and objects of a class are shown; of a text so many
+#: characters, of an array or a list so many numbers.
+MOST_SHOWN, MOST_OBJECTS, MOST_OF_A_CLASS, LONGEST, MOST_NUMBERS = 40, 20, 3, 200, 9
+#: Values of these types are shown as Python writes them, and of those never.
+SIMPLE = {bool, float, type(None)}
+HIDDEN = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
+#: The places of __slots__ of the classes that were seen.
+SLOTS = {}
+#: What each thread holds.
+OF_A_THREAD = frozenset(vars(threading.main_thread()))
 #: An object within an object within an object is the last one.
 DEEPEST = 3
 
@@ -81,14 +92,14 @@ class Node:
     def __init__(self, script):
         """`script`: the globals of its main program."""
         self._script, self.file = script, str(script.get('__file__', ''))
-        self._folder, self._package = os.path.dirname(os.path.abspath(self.file)), package_of(
-            self.file)
-        self._is_own, self._objects, self._pause, self._next = {}, [], 0.25, 0.0
+        self._folder = os.path.dirname(os.path.abspath(self.file))
+        self._package = package_of(self.file)
+        self._is_own, self._objects, self._pause, self._next = {Node: False}, [], 0.25, 0.0
 
     def is_own(self, kind):
         """Is this a class of the script, or of a module of its package?"""
         if kind not in self._is_own:
-            name = str(kind.__module__)
+            name = module_of(kind)
             path = getattr(sys.modules.get(name), '__file__', None)
             folder = os.path.dirname(os.path.abspath(path)) if path else ''
             self._is_own[kind] = name == '__main__' or name.split('.')[0] != 'tb3_labs' and (
@@ -99,58 +110,85 @@ class Node:
     def is_object(self, value):
         """Is this an object of one of its own classes?"""
         return self.is_own(type(value)) and not issubclass(
-            type(value), (type, Enum, tuple, BaseException, threading.Thread))
+            type(value), (type, Enum, tuple, BaseException))
 
     def variables(self, frames):
-        """{name: value as text} of the variables that can be shown, MOST of them."""
-        now = time.monotonic()
-        if now > self._next:
-            self._objects = [each for each in gc.get_objects()
-                             if self.is_object(each)][:MOST_OBJECTS]
-            self._next, self._pause = now + self._pause, min(LONGEST_PAUSE, 2.0 * self._pause)
-        inner = {id(part) for each in self._objects for part in attributes(each).values()}
+        """{name: value as text} of the variables that can be shown, MOST_SHOWN of them."""
+        if time.monotonic() > self._next:
+            self._search()
+        objects = [each for each in (reference() for reference in self._objects)
+                   if each is not None]
+        held = {id(each): attributes(each) for each in objects}
+        inner = {id(part) for each in held.values() for part in each.values()}
         found, known = {}, set()
         # a name that is taken gets that of its class or its function
-        for each in sorted(self._objects, key=lambda each: id(each) in inner):
+        for each in sorted(objects, key=lambda each: id(each) in inner):
             if id(each) not in known:
                 known.add(id(each))
-                self._take(found, attributes(each), type(each).__name__, known)
+                self._take(found, held[id(each)], type(each).__name__, known)
         for frame in frames[1:]:
             self._take(found, dict(frame.f_locals), frame.f_code.co_name, known)
         self._take(found, dict(self._script), 'globals', known)
-        for each in self._objects:      # constants of classes
-            self._take(found, {name: value for name, value in vars(type(each)).items()
-                               if name.isupper()}, type(each).__name__, known)
-        return dict(list(found.items())[:MOST])
+        for each in objects:
+            for kind in filter(self.is_own, type(each).__mro__):
+                self._take(found, {name: value for name, value in list(vars(kind).items())
+                                   if name not in held[id(each)]}, kind.__name__, known)
+        return found
+
+    def _search(self):
+        """Find the node's objects, which it may create later than its main program begins."""
+        begin, counts, self._objects = time.thread_time(), Counter(), []
+        self._next = time.monotonic() + self._pause
+        for each in gc.get_objects():
+            if self.is_object(each):
+                counts[type(each)] += 1
+                if counts[type(each)] <= MOST_OF_A_CLASS and len(self._objects) < MOST_OBJECTS:
+                    self._objects.append(reference_to(each))
+        self._next = time.monotonic() + max(
+            self._pause, (time.thread_time() - begin) / SEARCHING)
+        self._pause = min(LONGEST_PAUSE, 4.0 * self._pause)
 
     def _take(self, found, held, owner, known):
         for name, value in held.items():
-            if name.startswith('__'):
-                continue
-            name = name.replace('_{}__'.format(owner.lstrip('_')), '__')     # a private one
-            for path, text in self._texts(name, value, known):
-                found.setdefault(path if path not in found else '{}.{}'.format(owner, path), text)
+            if len(found) >= MOST_SHOWN:
+                return
+            try:
+                if type(value) in HIDDEN or name.startswith('__'):
+                    continue
+                if name.startswith('_'):        # a private one
+                    name = name.replace('_{}__'.format(owner.lstrip('_')), '__')
+                for path, text in self._texts(name, value, known):
+                    path = path if path not in found else '{}.{}'.format(owner, path)
+                    if len(found) < MOST_SHOWN:
+                        found.setdefault(sendable(path), text)
+            except Exception:       # a value that is unlike all others hides no other one
+                pass
 
     def _texts(self, name, value, known, depth=0):
-        """Yields (name, text) of a value, or of its parts."""
+        """Returns [(name, text)] of a simple value, or yields those of its parts."""
         kind = type(value)
-        module = kind.__module__
-        if value is None or kind in (bool, int):
-            yield name, str(value)[:LONGEST]
-        elif kind is float:
-            yield name, repr(value)
-        elif kind is str:
-            yield name, value[:LONGEST]
-        elif issubclass(kind, Enum):
-            yield name, str(vars(value).get('_name_'))[:LONGEST]
-        elif module == 'numpy':
+        if kind in SIMPLE:
+            return [(name, repr(value))]
+        if kind is int:
+            return [(name, repr(value))] * (value.bit_length() <= 3 * LONGEST)
+        if kind is str:
+            return [(name, sendable(value))]
+        if issubclass(kind, Enum):
+            return [(name, sendable(str(vars(value).get('_name_'))))]
+        return self._parts(name, value, known, depth)
+
+    def _parts(self, name, value, known, depth):
+        kind, module = type(value), module_of(type(value))
+        if module == 'numpy':
             if kind.__name__ == 'ndarray':
                 if 0 < value.size <= MOST_NUMBERS and value.dtype.kind in 'bif':
-                    yield from self._numbered(name, value.ravel().tolist())
+                    yield from self._texts(name, value.ravel().tolist(), known)
             elif kind.__name__.startswith(('float', 'int', 'uint', 'bool')):
                 yield name, repr(value.item())
         elif kind in (list, tuple) and len(value) <= MOST_NUMBERS:
-            yield from self._numbered(name, list(value))
+            for k, each in enumerate(list(value)):
+                if type(each) in (bool, int, float):
+                    yield from self._texts('{}[{}]'.format(name, k), each, known)
         elif depth < DEEPEST:
             parts = {}
             if module.startswith('geometry_msgs.msg'):
@@ -159,68 +197,85 @@ class Node:
                 known.add(id(value))
                 parts = attributes(value)
             elif issubclass(kind, tuple) and self.is_own(kind):
-                parts = dict(zip(kind._fields, value))
+                parts = dict(zip(kind._fields, tuple.__iter__(value)))
             elif kind is dict and len(value) <= MOST_NUMBERS:
                 parts = {part: each for part, each in list(value.items()) if type(part) is str}
             for part, each in parts.items():
                 yield from self._texts('{}.{}'.format(name, part), each, known, depth + 1)
 
-    @staticmethod
-    def _numbered(name, values):
-        if values and all(type(each) in (bool, int, float) for each in values):
-            for k, each in enumerate(values):
-                yield '{}[{}]'.format(name, k), repr(each)
+
+def module_of(kind):
+    """The name of a class's module; no code of a metaclass is run."""
+    name = type.__dict__['__module__'].__get__(kind)
+    return name if type(name) is str else ''
+
+
+def reference_to(thing):
+    """A function that returns the object; None after the node has dropped it."""
+    try:
+        return weakref.ref(thing)
+    except TypeError:       # of a class with __slots__
+        return lambda: thing
+
+
+def sendable(text):
+    """The beginning of a text, without what UTF-8 lacks."""
+    text = text[:LONGEST]
+    return text if text.isascii() else text.encode('utf-8', 'replace').decode('utf-8')
 
 
 def attributes(thing):
     """{name: value} of an object's attributes; no code of its class is run."""
-    held = {}
-    for kind in type(thing).__mro__:
-        for name, slot in list(vars(kind).items()):
-            if type(slot) is MemberDescriptorType and name not in ('__dict__', '__weakref__'):
-                try:
-                    held[name] = slot.__get__(thing)
-                except AttributeError:      # not set yet
-                    pass
+    held, whole = {}, type(thing)
+    if whole not in SLOTS:
+        SLOTS[whole] = [(name, slot) for kind in whole.__mro__
+                        for name, slot in list(vars(kind).items())
+                        if type(slot) is MemberDescriptorType]
+    for name, slot in SLOTS[whole]:
+        try:
+            held[name] = slot.__get__(thing)
+        except AttributeError:      # not set yet
+            pass
     try:
         held.update(object.__getattribute__(thing, '__dict__'))
     except AttributeError:
         pass
-    return held
+    return {name: value for name, value in held.items() if name not in OF_A_THREAD} \
+        if issubclass(type(thing), threading.Thread) else held
 
 
 # -- the thread
 
-def is_a_node():
-    """Has the process called rospy.init_node()?"""
-    core = sys.modules.get('rospy.core')
-    return core is not None and getattr(core, 'is_initialized', bool)()
-
-
 def run():
     """Wait for the node, and publish its variables until it ends."""
     signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())     # they are the node's
-    while not is_a_node():
+    while not getattr(sys.modules.get('rospy.core'), 'is_initialized', bool)():
         time.sleep(PAUSE)
     import rospy
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
     publisher = rospy.Publisher('variables', DiagnosticArray, queue_size=1)
-    node = None
+    node, status = None, DiagnosticStatus(name=rospy.get_name())
+    message = DiagnosticArray(status=[status])
+
+    def read():
+        """Nothing of the node outlives this reading, not even the frame of a function."""
+        nonlocal node
+        frames = script_frames()
+        node = node or frames and Node(frames[0].f_globals)
+        if node and publisher.get_num_connections():
+            found = node.variables(frames)
+            if [each.key for each in status.values] != list(found):     # new ones cost more
+                status.hardware_id = node.file
+                status.values = [KeyValue(key=name) for name in found]
+            for each, text in zip(status.values, found.values()):
+                each.value = text
+            message.header.stamp = rospy.Time.now()
+            publisher.publish(message)
+
     while not rospy.is_shutdown():
         time.sleep(PAUSE)
-        if not publisher.get_num_connections():
-            continue
         try:
-            frames = script_frames()
-            if not frames:
-                continue
-            node = node or Node(frames[0].f_globals)
-            message = DiagnosticArray()
-            message.header.stamp = rospy.Time.now()
-            message.status = [DiagnosticStatus(
-                name=rospy.get_name(), hardware_id=node.file, values=[
-                    KeyValue(name, text) for name, text in node.variables(frames).items()])]
-            publisher.publish(message)
+            read()
         except Exception:       # whatever a node holds, it is not disturbed
             pass
 

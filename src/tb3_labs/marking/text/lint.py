@@ -1,0 +1,184 @@
+"""Faults of a node that its text shows before it runs: a line without effect, a name that nothing
+defines, a function that nothing uses.
+
+A right node may have some of them, so they are told only with lost points. A file that is not valid
+Python has none: Python itself reports it.
+"""
+import ast
+import json
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import Any, Dict, Iterable, Iterator, List, Tuple
+
+from pyflakes import checker, messages
+
+from tb3_labs.marking.intake.reading import is_slip
+from tb3_labs.marking.text.program_text import LARGEST, LIMITS
+
+PROGRAM = '''import json, sys
+del sys.path[0]
+from tb3_labs.marking.text.lint import assigned, faults
+text = sys.stdin.buffer.read()
+print(json.dumps([faults(text), assigned(text)]))
+'''
+#: At most so many variables, and lines of one, are kept.
+MOST_NAMES, MOST_LINES = 200, 6
+#: At most so many faults are told; so much of a name and of a line is quoted [characters].
+MOST, QUOTED = 4, 60
+#: By these a program may define and use what its text does not name.
+DYNAMIC = {'exec', 'eval', 'globals', 'locals', 'vars', 'getattr', 'setattr', '__dict__'}
+FUNCTIONS = ast.FunctionDef, ast.AsyncFunctionDef
+
+#: The line of a fault, and a clause.
+Fault = Tuple[int, str]
+
+
+def read(path: Path) -> Tuple[List[str], Dict[str, List[int]]]:
+    """(sentences on the faults of a program, {variable: lines that assign it}). The program is a
+    stranger's: it is read within limits."""
+    if not path.is_file() or path.stat().st_size > LARGEST:
+        return [], {}
+    done = subprocess.run(
+        [*LIMITS, sys.executable, '-c', PROGRAM], input=path.read_bytes(), cwd='/',
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    found, lines = json.loads(done.stdout.decode()) if done.returncode == 0 else ([], {})
+    return ['Line {} of {}: {}.'.format(line, path.name, words) for line, words in found], lines
+
+
+def assigned(text: bytes) -> Dict[str, List[int]]:
+    """The lines that assign each variable, `self.NAME` or `NAME`; of fields `FIELD.x`, too."""
+    lines: Dict[str, List[int]] = {}
+    try:
+        nodes = list(ast.walk(ast.parse(text)))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return lines
+    for node in nodes:
+        if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MOST_NAMES:
+            names = [node.id] if isinstance(node, ast.Name) else []
+            if isinstance(node, ast.Attribute):
+                names = [node.attr] + (['{}.{}'.format(node.value.attr, node.attr)] if isinstance(
+                    node.value, ast.Attribute) else [])
+            for name in names:
+                lines.setdefault(name, []).append(node.lineno)
+    return {name: sorted(set(at))[:MOST_LINES] for name, at in lines.items()}
+
+
+def faults(text: bytes) -> List[Fault]:
+    """The first faults in the text of a program."""
+    try:
+        tree = ast.parse(text)
+        found = [*_without_effect(tree, text.decode(errors='replace').split('\n')),
+                 *_always_true(tree), *_misspelt(tree), *_of_pyflakes(tree), *_unused(tree)]
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
+    first = {words: line for line, words in sorted(found, reverse=True)}
+    return sorted((line, words) for words, line in first.items())[:MOST]
+
+
+def _without_effect(tree: ast.Module, lines: List[str]) -> Iterator[Fault]:
+    tried = {id(part) for node in ast.walk(tree) if isinstance(node, ast.Try)
+             for part in node.body}     # is there such a name?
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Expr) and id(node) not in tried and isinstance(
+                node.value, (ast.Name, ast.Attribute, ast.Compare)):
+            yield node.lineno, '"{}" has no effect: {}'.format(
+                lines[node.lineno - 1].strip()[:QUOTED], 'it compares, and nothing is assigned'
+                if isinstance(node.value, ast.Compare) else 'nothing is called')
+
+
+def _always_true(tree: ast.Module) -> Iterator[Fault]:
+    """As in ``if letter == 'l' or 'left':``."""
+    for node in ast.walk(tree):
+        test = getattr(node, 'test', None)
+        if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.Or) and any(
+                isinstance(part, ast.Constant) and isinstance(part.value, str) and part.value
+                for part in test.values):
+            yield test.lineno, 'the condition is always true: a text alone after "or" is true'
+
+
+def _misspelt(tree: ast.Module) -> Iterator[Fault]:
+    """An attribute that is assigned and never read, and a text that is assigned and never compared,
+    beside a near one that is."""
+    assigned: Dict[str, int] = {}
+    read, compared = set(), set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and _is_self(node):
+            if isinstance(node.ctx, ast.Load):
+                read.add('self.' + node.attr)
+            else:
+                assigned.setdefault('self.' + node.attr, node.lineno)
+        elif isinstance(node, ast.Compare):
+            compared |= set(map(repr, _texts(node)))
+    once = {text for text, number in Counter(map(repr, _texts(tree))).items() if number == 1}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant) and isinstance(
+                node.value.value, str) and repr(node.value.value) in once:
+            assigned[repr(node.value.value)] = node.lineno
+    for name, line in assigned.items():
+        for near in sorted((read if name.startswith('self.') else compared) - {name}):
+            if name not in read and name[-2:] == near[-2:] and is_slip(name, near):
+                yield line, '{} is assigned here, and never {}; near it: {}'.format(
+                    name[:QUOTED], 'read' if near in read else 'compared', near[:QUOTED])
+
+
+def _of_pyflakes(tree: ast.Module) -> Iterator[Fault]:
+    nodes = list(ast.walk(tree))
+    dynamic = DYNAMIC & set(_names(tree))
+    run = {(node.lineno, node.id) for node in nodes if isinstance(node, ast.Name)} - {
+        (name.lineno, name.id) for node in nodes for part in (
+            getattr(node, 'annotation', None), getattr(node, 'returns', None)) if part
+        for name in ast.walk(part) if isinstance(name, ast.Name)}
+    plain = {(node.lineno, node.name) for node in nodes
+             if isinstance(node, FUNCTIONS) and not node.decorator_list}
+    own = {node.attr for node in nodes if isinstance(node, ast.Attribute) and _is_self(node)
+           and isinstance(node.ctx, ast.Load)}
+    everywhere = {target.id for node in tree.body if isinstance(node, ast.Assign)
+                  for target in node.targets if isinstance(target, ast.Name)}
+    for told in checker.Checker(tree).messages:
+        name, line = str(told.message_args[0])[:QUOTED] if told.message_args else '', told.lineno
+        if isinstance(told, messages.UndefinedName) and (line, name) in run and not dynamic:
+            yield line, "name '{}' is not defined".format(name)
+        elif isinstance(told, messages.UnusedVariable) and name in own | everywhere:
+            yield line, '{} is a local variable here, and never used: {} is another one'.format(
+                name, 'self.' + name if name in own else 'the global ' + name)
+        elif isinstance(told, messages.RedefinedWhileUnused):
+            first = told.message_args[1]
+            if {(line, name), (first, name)} <= plain:
+                yield line, '{} is defined a second time: that of line {} is never used'.format(
+                    name, first)
+
+
+def _unused(tree: ast.Module) -> Iterator[Fault]:
+    """The functions and classes that are not named outside of their own text. A method may be one
+    that a base class calls, and a decorator may keep what it gets."""
+    used = Counter(_names(tree))
+    if DYNAMIC & set(used):
+        return
+    methods = [method for node in tree.body if isinstance(node, ast.ClassDef)
+               and not node.bases and not node.keywords for method in node.body]
+    for node in [*tree.body, *methods]:
+        if isinstance(node, (*FUNCTIONS, ast.ClassDef)) and not (
+                node.decorator_list or node.name.startswith('__')):
+            if used[node.name] == Counter(_names(node))[node.name]:
+                yield node.lineno, '{} {} is never used'.format(
+                    'the class' if isinstance(node, ast.ClassDef) else 'the function',
+                    node.name[:QUOTED])
+
+
+def _names(tree: ast.AST) -> Iterator[str]:
+    """The names that are read in a text, attributes and strings too."""
+    for node in ast.walk(tree):
+        if isinstance(getattr(node, 'ctx', None), ast.Load):
+            yield getattr(node, 'id', getattr(node, 'attr', ''))
+    yield from _texts(tree)
+
+
+def _texts(tree: ast.AST) -> Iterable[str]:
+    return (node.value for node in ast.walk(tree)
+            if isinstance(node, ast.Constant) and isinstance(node.value, str))
+
+
+def _is_self(node: Any) -> bool:
+    return isinstance(node.value, ast.Name) and node.value.id == 'self'

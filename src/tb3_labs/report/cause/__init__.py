@@ -1,1 +1,0 @@
-"""Why did it move so? The known mistake that explains a run, and its hints."""

@@ -1,0 +1,187 @@
+"""The variables of nodes on a run's timeline: lines beside what they should be, states, texts.
+
+A variable whose values are numbers is a line over time, thinned. All else (a state, a truth value)
+is a line of steps between its few texts. At the moment that the timeline shows, each variable has
+its text, the constant ones too. Units: seconds since the recording's start, and those of the node.
+"""
+import math
+from typing import Any, Callable, List, NamedTuple, Tuple
+
+import numpy as np
+
+from tb3_labs.report.page.curves import NO_LINE, Figure, Line, thinned
+from tb3_labs.report.run_data import GAP, Poses, RunData, once
+
+#: A page has at most this many figures of variables, variables, points or changes of one,
+#: different texts of a figure, and characters of a name or a text.
+MOST_FIGURES, MOST_VARIABLES, MOST_POINTS, MOST_LEVELS, LONGEST = 12, 40, 2000, 8, 200
+#: A line is within this part of its range of each recorded value.
+BOUND = 1.0 / 500.0
+#: An angle above this is in degrees, not in radians.
+MOST_RADIANS = 7.0
+
+
+class Reference(NamedTuple):
+    """What variables of these names should be: words, and times and values of a run."""
+
+    names: Tuple[str, ...]
+    words: str
+    of: Callable[[RunData], Tuple[np.ndarray, np.ndarray]]
+
+
+def _heading(run: RunData) -> Tuple[np.ndarray, np.ndarray]:
+    return run.imu.time, np.degrees(run.imu.yaw) % 360.0
+
+
+def _of(part: str, name: str) -> Callable[[RunData], Tuple[np.ndarray, np.ndarray]]:
+    def values(run: RunData) -> Tuple[np.ndarray, np.ndarray]:
+        poses: Poses = getattr(run, part)
+        return poses.time, getattr(poses, name)
+    return values
+
+
+#: The handouts' variables that share a figure, the first of which is there, in their order.
+REFERENCES = (
+    Reference(('curr_yaw', 'goal_yaw'), 'heading by the IMU', _heading),
+    Reference(('local_x', 'goal_x'), 'x in local', _of('local_pose', 'x')),
+    Reference(('local_y', 'goal_y'), 'y in local', _of('local_pose', 'y')),
+    Reference(('local_yaw', 'goal_yaw'), 'yaw in local', _of('local_pose', 'yaw')),
+    Reference(('initial_global_x',), 'x in odom', _of('odometry', 'x')),
+    Reference(('initial_global_y',), 'y in odom', _of('odometry', 'y')),
+    Reference(('initial_global_yaw',), 'yaw by the IMU', _of('imu', 'yaw')),
+    Reference(('initial_odom_yaw',), 'yaw in odom', _of('odometry', 'yaw')))
+TRUTH = ('False', 'True')
+#: The handouts' other variables, which are drawn before those of other names.
+HANDOUT = ('turning', 'state', 'has_control')
+
+
+class Variable(NamedTuple):
+    """One variable of a node."""
+
+    name: str
+    time: np.ndarray
+    texts: np.ndarray
+    numbers: np.ndarray     # NaN where it is not a number
+    is_number: bool         # by most of its values
+
+    @property
+    def changes(self) -> np.ndarray:
+        """The indices of the first value, and of each one that differs from the one before."""
+        last, new = (np.where(np.isnan(self.numbers[part]), self.texts[part], self.numbers[part])
+                     for part in (slice(None, -1), slice(1, None)))
+        return np.flatnonzero(np.append(True, new != last))
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def nodes(run: RunData) -> List[str]:
+    """The names of the nodes of the variables."""
+    return list(dict.fromkeys(node[:LONGEST] for node, _ in _names(run)))
+
+
+def _names(run: RunData) -> List[Tuple[str, str]]:
+    shown = run.variables
+    return list(dict.fromkeys(zip(shown.node, shown.name)))[:MOST_VARIABLES]
+
+
+@once
+def variables(run: RunData) -> List[Variable]:
+    """The variables of a run, in their order; with two nodes the names have the node's."""
+    shown, found, is_alone = run.variables, [], len(nodes(run)) == 1
+    for node, name in _names(run):
+        own = shown.take((shown.node == node) & (shown.name == name))
+        words = np.array([text[:LONGEST] for text in own.value], dtype=object)
+        numbers = np.array([_number(text) for text in words])
+        found.append(Variable(
+            (name if is_alone else '{}: {}'.format(node.strip('/'), name))[:LONGEST], own.time,
+            words, np.where(np.isfinite(numbers), numbers, np.nan),
+            2 * np.isnan(numbers).sum() < len(numbers)))
+    return found
+
+
+def texts(run: RunData) -> List[List[Any]]:
+    """[name, times, texts] of each variable: the moments at which its text changes, and the text
+    from then on. If it changes too often, some are left out."""
+    rows = []
+    for each in variables(run):
+        changes = each.changes[::1 + len(each.changes) // MOST_POINTS]
+        rows.append([each.name, np.round(each.time[changes], 3).tolist(), [
+            '{:.5g}'.format(number) if '.' in text and not math.isnan(number) else text
+            for text, number in zip(each.texts[changes], each.numbers[changes])]])
+    return rows
+
+
+def figures(run: RunData) -> List[Figure]:
+    """The figures of the variables that change, at most MOST_FIGURES."""
+    left = {each.name: each for each in variables(run)}
+    found = []
+    for reference in REFERENCES:
+        group = [left[name] for name in reference.names if name in left and left[name].is_number]
+        if group and group[0].name == reference.names[0] and any(
+                len(each.changes) > 1 for each in group):
+            for each in group:
+                del left[each.name]
+            found.append(_beside(run, reference, group))
+    for each in sorted(left.values(), key=lambda each: (
+            HANDOUT.index(each.name) if each.name in HANDOUT else len(HANDOUT))):
+        words = list(dict.fromkeys(each.texts))
+        levels = [] if each.is_number else sorted(words) if words[0] in TRUTH else words[::-1]
+        if len(each.changes) > 1 and len(levels) <= MOST_LEVELS:
+            found.append(Figure([each.name], '', NO_LINE, [
+                _steps(each, levels) if levels else line(each.time, each.numbers)], levels))
+    return found[:MOST_FIGURES]
+
+
+def _beside(run: RunData, reference: Reference, group: List[Variable]) -> Figure:
+    time, values = reference.of(run)
+    is_angle, turn = reference.words.startswith(('heading', 'yaw')), 360.0
+    if reference.words.startswith('yaw'):       # as a node in Python has it
+        if any(np.nanmax(np.abs(each.numbers)) > MOST_RADIANS for each in group):
+            values = np.degrees(values)
+        else:
+            turn = 2.0 * math.pi
+    turn = turn if is_angle else math.inf
+    return Figure([each.name for each in group], reference.words if len(time) else '',
+                  line(time, values, turn),
+                  [line(each.time, each.numbers, turn) for each in group], [])
+
+
+def line(time: np.ndarray, values: np.ndarray, turn: float = math.inf) -> Line:
+    """The line of these values, without those that are NaN, broken at gaps of time and where an
+    angle begins anew, with `turn` a whole turn."""
+    known = ~np.isnan(values)
+    if not known.any():
+        return NO_LINE
+    index, time, values = np.flatnonzero(known), time[known], values[known]
+    breaks = np.flatnonzero((np.diff(time) > GAP) | (np.diff(index) > 1)
+                            | (np.abs(np.diff(values)) > turn / 2.0)) + 1
+    bound = max(BOUND * np.ptp(values), 1e-6)
+    while True:
+        kept = np.concatenate([part[thinned(time[part], values[part, None], np.array([bound]))]
+                               for part in np.split(np.arange(len(time)), breaks)])
+        if len(kept) <= MOST_POINTS or len(kept) <= 2 * len(breaks) + 2:
+            break
+        bound *= 2.0
+    points = [(round(float(time[k]), 3), float('{:.6g}'.format(values[k])))
+              for k in kept][:MOST_POINTS]
+    return points, [int(np.searchsorted(kept, k)) for k in breaks]
+
+
+def _steps(variable: Variable, levels: List[str]) -> Line:
+    """The line of a variable between its texts, each of which is a level."""
+    heights = np.array([float(levels.index(text)) for text in variable.texts])
+    begins = np.union1d(variable.changes, np.flatnonzero(np.diff(variable.time) > GAP) + 1)
+    points: List[Tuple[float, float]] = []
+    breaks = []
+    for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MOST_POINTS]:
+        is_silent = variable.time[end] - variable.time[end - 1] > GAP
+        if begin and variable.time[begin] - variable.time[begin - 1] > GAP:
+            breaks.append(len(points))
+        points += [(round(float(variable.time[at]), 3), heights[begin])
+                   for at in (begin, end - 1 if is_silent else end)]
+    return points, breaks

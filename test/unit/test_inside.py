@@ -1,0 +1,111 @@
+"""The variables of a node on the timeline's page: what was recorded is what is drawn."""
+import math
+import re
+
+import numpy as np
+import pytest
+from made_run import TIME, X, made, poses
+
+pytest.importorskip('matplotlib', reason='matplotlib is not installed')
+
+from test_timeline import data_of, path_in
+
+from tb3_labs.report.page import inside, timeline
+from tb3_labs.report.page.curves import NO_LINE
+from tb3_labs.report.run_data import ImuSamples, Variables
+
+ZERO = 0.0 * TIME
+
+
+def variables(nodes=None, time=TIME, **texts):
+    """Variables of a node: a name, and a text at each time, or one for all times."""
+    rows = [(at, (nodes or {}).get(name, '/controller'), name,
+             text if isinstance(text, str) else str(text[k]))
+            for k, at in enumerate(time) for name, text in texts.items()]
+    at, *columns = zip(*rows)
+    return Variables(np.array(at), np.array(at), *(np.array(each, dtype=object) for each in columns))
+
+
+def figures(run, **texts):
+    return {tuple(figure.names): figure for figure in inside.figures(made(
+        variables=variables(**texts), **run))}
+
+
+TURN = ImuSamples(TIME, TIME, np.radians(40.0 * TIME), ZERO + math.radians(40.0))
+
+
+def test_the_heading_is_beside_the_nodes_own_yaw_and_goal():
+    found = figures({'imu': TURN}, curr_yaw=40.0 * TIME % 360.0, goal_yaw=TIME * 0.0 + 440.0, gain='0.1')
+    figure, = found.values()
+    assert figure.names == ['curr_yaw', 'goal_yaw'] and figure.reference == 'heading by the IMU'
+    # the robot crosses 0 at 9 s, and both lines begin anew there
+    for points, (zero,) in (figure.measured, figure.lines[0]):
+        assert points[0] == (0.0, 0.0) and points[zero][0] == pytest.approx(9.0, abs=0.051)
+        assert np.array(points[:zero]) @ [40.0, -1.0] == pytest.approx(0.0, abs=0.8)
+    assert figure.lines[1] == ([(0.0, 440.0), (10.0, 440.0)], [])
+
+
+@pytest.mark.parametrize('in_degrees', [False, True])
+def test_a_yaw_in_local_is_beside_the_true_one_in_the_nodes_unit(in_degrees):
+    yaw = 0.3 * TIME
+    run = {'local_pose': poses(yaw=yaw)}
+    figure = figures(run, local_yaw=np.degrees(yaw) if in_degrees else yaw)[('local_yaw',)]
+    end = 3.0 if not in_degrees else math.degrees(3.0)
+    assert figure.measured[0][-1] == (10.0, pytest.approx(end, abs=0.001)) and figure.lines[0] == figure.measured
+
+
+def test_the_handouts_variables_come_first_and_twelve_figures_are_drawn():
+    found = list(figures({}, **{'a{}'.format(k): TIME + k for k in range(20)}, state=['A', 'B'] * 100 + ['A'],
+                         local_x=X))
+    assert found[:3] == [('local_x',), ('state',), ('a0',)] and len(found) == 12
+
+
+def test_a_state_is_steps_between_its_texts():
+    figure, = figures({}, turning=TIME >= 4.0).values()
+    assert figure.levels == ['False', 'True'] and figure.reference == ''
+    assert figure.lines == [([(0.0, 0.0), (4.0, 0.0), (4.0, 1.0), (10.0, 1.0)], [])]
+
+
+def test_a_silence_of_the_node_is_a_break():
+    time = TIME[(TIME < 3.0) | (TIME > 5.0)]
+    for figure in figures({}, time=time, turning=time > 5.0, error=time).values():
+        (points, (gap,)), = figure.lines
+        assert [points[gap - 1][0], points[gap][0]] == pytest.approx([2.95, 5.05])
+
+
+def test_what_is_no_number_is_left_out_of_a_line_of_numbers():
+    texts = ['None'] * 20 + [str(at) for at in TIME[20:100]] + ['nan', 'inf'] + [str(at) for at in TIME[102:]]
+    (points, (gap,)), = figures({}, goal=texts)[('goal',)].lines
+    assert points[0] == (1.0, 1.0) and [points[gap - 1][0], points[gap][0]] == [4.95, 5.1]
+
+
+def test_a_constant_has_a_text_and_no_figure():
+    run = made(variables=variables(K_HDG='0.1', zero=['0', '0.0'] * 100 + ['0'], goal=['0'] * 100 + ['90.5'] * 101))
+    assert [figure.names for figure in inside.figures(run)] == [['goal']]
+    assert inside.texts(run) == [['K_HDG', [0.0], ['0.1']], ['zero', [0.0], ['0']],
+                                 ['goal', [0.0, 5.0], ['0', '90.5']]]
+
+
+def test_the_names_of_two_nodes_are_told_apart():
+    run = made(variables=variables({'b': '/lab/second'}, a=TIME, b=TIME))
+    assert [figure.names for figure in inside.figures(run)] == [['controller: a'], ['lab/second: b']]
+
+
+def test_the_page_has_the_lines_and_no_text_of_a_node_can_end_it():
+    end = '</script><b>'
+    page = timeline.section(data_of(made(variables=variables(
+        goal=TIME ** 2, state=[end] * 100 + ['B'] * 101, **{end: TIME}))))
+    (line,) = path_in(page, 'variable-1', 'variable')
+    assert line[:, 1] == pytest.approx(line[:, 0] ** 2, abs=0.01) and end not in page
+    assert re.search('<h3>Inside /controller</h3>', page)
+
+
+def test_the_largest_page_is_bounded():
+    texts = {'{}{}'.format(k, 'n' * 5000): ['v' * 5000 + str(each % 7) for each in range(201)] for k in range(60)}
+    nodes = {name: '/{}{}'.format(k, 'm' * 5000) for k, name in enumerate(texts)}
+    assert len(timeline.section(data_of(made(variables=variables(nodes, **texts))))) < 2e5
+    time = np.arange(18000) / 20.0
+    noise = np.random.RandomState(1).normal(0.0, 1.0, len(time))
+    (points, breaks) = inside.line(time, noise)
+    assert len(points) <= inside.MOST_POINTS and breaks == []
+    assert inside.line(time, np.full(len(time), math.nan)) == NO_LINE

@@ -1,0 +1,225 @@
+"""The first broken link of a turn, and what a variable follows: nodes of closed form, no ROS."""
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as some
+from made_run import made, values
+
+from tb3_labs.report.run_data import Orientations, Twists, Variables
+from tb3_labs.watch.chain import Inside, first_broken, is_heading, sentence
+from tb3_labs.watch.labs import CHAINS
+from tb3_labs.watch.quantities import Quantity, followed, headings
+from tb3_labs.watch.variables import Series, find
+
+#: A letter every EVERY [s], and the time between two steps of robot and IMU [s]; a node's callback and a
+#: reading of its variables come every so many steps.
+EVERY, TICK, CALLBACK, READING = 6.0, 0.01, 10, 5
+LETTERS = 'lrrllr'
+
+
+class Node:
+    """The handout's node; a wrong one has another method."""
+
+    def __init__(self):
+        self.curr_yaw, self.goal_yaw, self.turning, self.ang_z = 40.0, 0.0, False, None
+
+    def heading(self, yaw):
+        return yaw + 360.0 if yaw < 0.0 else yaw
+
+    def goal(self, letter):
+        return (self.curr_yaw + (90.0 if letter == 'l' else -90.0)) % 360.0
+
+    def error(self):
+        error = self.goal_yaw - self.curr_yaw
+        return error - 360.0 if error > 180.0 else error + 360.0 if error < -180.0 else error
+
+    def command(self, error):
+        return max(-1.5, min(1.5, 0.1 * error))
+
+    def is_over(self, error):
+        return abs(error) < 10.0
+
+    def imu(self, yaw):
+        self.curr_yaw = self.heading(yaw)
+
+    def letter(self, letter):
+        self.goal_yaw = self.goal(letter)
+        self.turning = True
+
+    def control(self):
+        """The angular.z of a command; None: none is sent."""
+        if not self.turning:
+            return None
+        error = self.error()
+        self.turning = not self.is_over(error)
+        return self.command(error) if self.turning else 0.0
+
+
+def played(node):
+    """The run of a node: a robot without delays, which is typed LETTERS."""
+    yaw, speed, said = math.radians(40.0), 0.0, [('curr_yaw', 'goal_yaw', 'turning')][0]
+    turned, commands, rows = [], [], []
+    for k in range(int(EVERY * (len(LETTERS) + 0.5) / TICK)):
+        at = k * TICK
+        yaw += speed * TICK
+        wrapped = math.remainder(yaw, math.tau)
+        turned.append((at, wrapped, speed))
+        node.imu(math.degrees(wrapped))
+        if k % int(EVERY / TICK) == int(1.0 / TICK) and k // int(EVERY / TICK) < len(LETTERS):
+            node.letter(LETTERS[k // int(EVERY / TICK)])
+        if k % CALLBACK == 5:
+            command = node.control()
+            if command is not None:
+                speed = command
+                commands.append((at + 1e-3, command))
+        if k % READING == 0:
+            rows += [(at + 2e-3, '/controller', name, str(vars(node)[name])) for name in said]
+    at, yaws, rates = map(np.array, zip(*turned))
+    sent, speeds = map(np.array, zip(*commands)) if commands else (np.empty(0), np.empty(0))
+    when, *words = (np.array(each, dtype=object) for each in zip(*rows))
+    nothing, half = 0.0 * at, yaws / 2.0
+    letters = [1.0 + EVERY * k for k in range(len(LETTERS))]
+    return made(
+        duration=float(at[-1]), imu=Orientations(
+            at, at, yaws, rates, np.cos(half), nothing, nothing, np.sin(half)),
+        commands=Twists(sent, sent, 0.0 * sent, speeds, *4 * [0.0 * sent]),
+        variables=Variables(when.astype(float), when.astype(float), *words),
+        letters=values(letters, [1.0 if each == 'l' else -1.0 for each in LETTERS]),
+        starts=(0.0,), printed=made().printed)
+
+
+def told(run):
+    """The sentence on the first broken link; '' if there is none."""
+    found = first_broken(Inside(run), CHAINS['turn'])
+    return '' if found is None else sentence(found[1], {'goal_yaw': [7, 9]})
+
+
+def test_a_right_node_is_not_accused():
+    assert told(played(Node())) == ''
+
+
+class Continuous(Node):
+    """It counts on over whole turns, and wraps the error alone."""
+
+    def heading(self, yaw):
+        return self.curr_yaw + math.remainder(yaw - self.curr_yaw, 360.0)
+
+    def goal(self, letter):
+        return self.curr_yaw + (90.0 if letter == 'l' else -90.0)
+
+
+class Radians(Node):
+    """All of it in radians."""
+
+    def heading(self, yaw):
+        return math.radians(yaw)
+
+    def goal(self, letter):
+        return self.curr_yaw + (math.pi / 2.0 if letter == 'l' else -math.pi / 2.0)
+
+    def error(self):
+        return math.degrees(math.remainder(self.goal_yaw - self.curr_yaw, math.tau))
+
+
+@pytest.mark.parametrize('kind', [Continuous, Radians])
+def test_a_right_node_in_another_range_or_unit_is_not_accused(kind):
+    assert told(played(kind())) == ''
+
+
+WRONG = {
+    'heading': [
+        (lambda self, yaw: 12.5, 'curr_yaw stays at 12.5; it should be the heading, from 0 to 360'),
+        (lambda self, yaw: yaw + 180.0 if yaw < 0.0 else yaw,
+         'follows the yaw in degrees, plus 180 where it is negative'),
+        (lambda self, yaw: float(int(math.radians(yaw))), 'in radians, cut to whole numbers, from'),
+        (lambda self, yaw: -yaw % 360.0, 'follows the yaw in degrees, mirrored')],
+    'goal': [
+        (lambda self, letter: self.curr_yaw + 90.0,
+         'After r, with curr_yaw 124.6, goal_yaw became 214.6; it should be 34.6; after l with 40 it was'),
+        (lambda self, letter: self.goal_yaw, 'after l, with curr_yaw 40, goal_yaw stayed 0; it'),
+        (lambda self, letter: self.curr_yaw + math.pi / 2.0, 'goal_yaw became 41.57; it should be 130')],
+    'error': [
+        (lambda self: self.goal_yaw - self.curr_yaw, 'by the short way'),
+        (lambda self: abs(self.goal_yaw - self.curr_yaw) % 360.0, 'the command was +1.50 rad/s; for errors to '
+         'the left it was right'),
+        (lambda self: self.curr_yaw - self.goal_yaw, 'For an error of +90 degrees the command was -1.50')],
+    'command': [
+        (lambda self, error: 0.1 * error, 'the command was +9.00 rad/s, at most 1.5'),
+        (lambda self, error: 0.0, 'after l, for an error of -90 degrees, angular.z stayed 0'),
+        (lambda self, error: 1.5 if error < -15.0 else min(1.5, 0.1 * error),
+         'for errors to the left it was right'),
+        (lambda self, error: math.copysign(0.5, error), 'by the handout it is +1.50')],
+    'is_over': [
+        (lambda self, error: error < 10.0, 'After r, at an error of -90 degrees, turning stayed False'),
+        (lambda self, error: abs(error) < 45.0, 'ended at an error of +38'),
+        (lambda self, error: abs(error) < 1e-9, 'with turning still True')]}
+
+
+@pytest.mark.parametrize('method, wrong, words', [
+    (method, wrong, words) for method, each in WRONG.items() for wrong, words in each])
+def test_the_first_broken_link_is_told_by_its_numbers(method, wrong, words):
+    node = type('Wrong', (Node,), {method: wrong})()
+    node.curr_yaw = node.heading(40.0)
+    assert words.lower() in told(played(node)).lower()
+
+
+def test_the_lines_that_assign_the_variable_are_told():
+    wrong = type('Wrong', (Node,), {'goal': lambda self, letter: 0.0})
+    assert told(played(wrong())).endswith(' (goal_yaw is assigned in lines 7, 9).')
+
+
+def test_zeros_from_elsewhere_and_rare_commands_are_told():
+    run = played(Node())
+    sent = run.commands
+    zeros = Twists(*(0.0 * getattr(sent, name) + (sent.arrival + 0.05) * (name in ('arrival', 'time'))
+                     for name in ('arrival', 'time', 'linear', 'angular', 'sideways', 'upward', 'rolling',
+                                  'pitching')))
+    both = Twists.joined([sent, zeros])
+    mixed = both.take(np.argsort(both.arrival))
+    assert 'another callback publishes' in told(vars(run) and made(**dict(vars(run), commands=mixed)))
+
+
+# -- what a variable follows
+
+TIMES = np.arange(0.0, 12.0, 0.01)
+
+
+def orientation(knots):
+    """An IMU's quaternion, level but for 0.7 and -0.4 degrees, that turns from knot to knot [rad]."""
+    yaw = np.interp(TIMES, np.linspace(0.0, TIMES[-1], len(knots)), knots)
+    roll, pitch = math.radians(0.7), math.radians(-0.4)
+    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = np.cos(yaw / 2), np.sin(yaw / 2)
+    return (cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy)
+
+
+@settings(deadline=None, max_examples=40)
+@given(some.lists(some.floats(-7.0, 7.0), min_size=3, max_size=6), some.data(),
+       some.floats(0.0, 0.2))
+def test_a_variable_follows_its_quantity_or_one_that_is_equal_on_this_motion(knots, data, age):
+    """The readings of a variable come at other times than the samples, up to 0.2 s after them."""
+    every = list(headings(TIMES, orientation(knots)))
+    chosen = data.draw(some.sampled_from(every))
+    read = np.arange(1.0, 11.9, 0.05)
+    newest = np.searchsorted(TIMES, read - age) - 1
+    series = Series('yaw', read, np.array([''] * len(read)), chosen.value[newest])
+    first = followed(series, every)[0]
+    apart = np.abs(first.value[newest] - chosen.value[newest])
+    assert first is chosen or np.quantile(apart, 0.9) <= 0.05 * chosen.scale, (first.words, chosen.words)
+
+
+def test_the_heading_in_any_range_can_be_used_and_no_other():
+    right, *others = headings(TIMES, orientation([-3.0, 3.0, -6.0]))
+    usable = [each.words for each in [right, *others] if is_heading(each, right)]
+    assert usable[0] == 'the heading, from 0 to 360 degrees'
+    assert {'the yaw in degrees, from -180 to 180', 'the yaw in radians, from -180 to 180'} <= set(usable)
+    assert not [words for words in usable if 'mirrored' in words or 'plus 180' in words or 'roll' in words]
+    assert not is_heading(Quantity('late', TIMES, right.value, 360.0), right)
+
+
+def test_a_private_variable_of_an_object_is_found_by_its_name():
+    series = Series('Controller._curr_yaw', TIMES, TIMES, TIMES)
+    assert find({'a': series, series.name: series}, 'goal_yaw', 'curr_yaw') is series
