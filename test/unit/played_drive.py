@@ -113,7 +113,8 @@ class Played:
                    for kind, rows in self.rows.items()}
         return RunData('node', 0.0, self.step / HZ, columns[Orientations], columns[OdometrySamples],
                        columns[Commands], goals=Poses(*np.array([[0.0], [0.0], [-0.61], [0.61], [0.0]])),
-                       resets=columns[Poses], control=columns[Values], variables=columns[Variables])
+                       resets=columns[Poses], control=columns[Values], starts=(0.0,),
+                       variables=columns[Variables])
 
 
 def played(*changes, **robot):

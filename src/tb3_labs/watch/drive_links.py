@@ -123,8 +123,12 @@ def parts(inside: Inside) -> List[Part]:
         part = series.between(begin, end)
         before = np.searchsorted(control.arrival, begin + 0.01) - 1
         if len(part.text) and (not len(control) or before >= 0 and control.value[before]):
-            at = (sent.arrival > begin) & (sent.arrival < end - SOON)
-            is_change = end in series.changes and np.abs(np.subtract(cuts, end)).min() > SOON
+            read = part.time[np.searchsorted(part.time, sent.arrival).clip(0, len(part.time) - 1)]
+            at = (sent.arrival > begin) & (sent.arrival < end - SOON) & (
+                np.abs(read - sent.arrival) < 2.0 * SOON)
+            begin = max(begin, part.time[0] - SOON)
+            is_change = end in series.changes and end - part.time[-1] < 2.0 * SOON and np.abs(
+                np.subtract(cuts, end)).min() > SOON
             found.append(Part(
                 str(part.text[-1]), begin, part.time[-1], series.text_at(end) if is_change else '',
                 sent.arrival[at], sent.linear[at], sent.angular[at],
@@ -187,8 +191,9 @@ def wrong_command(inside: Inside, part: Part) -> Optional[Broken]:
         return None
     said, moment, name = 'in {} angular.z '.format(part.state), part.begin, 'angular.z'
     if not len(part.time):
-        return Broken('in {} no command came for {:.1f} s'.format(
-            part.state, part.end - part.begin), moment)
+        sent = inside.run.commands.arrival
+        return None if ((sent > moment) & (sent < part.end)).any() else Broken(
+            'in {} no command came for {:.1f} s'.format(part.state, part.end - moment), moment)
     if part.state == STATES[1]:
         speed = float(np.median(part.linear))
         return None if 0.0 < speed <= FASTEST + 0.01 else Broken(

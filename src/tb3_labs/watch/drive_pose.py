@@ -18,6 +18,8 @@ from tb3_labs.watch.variables import Series
 APART, MOST, FEW = 0.03, 0.9, 10
 #: A variable is read LATE after its cause, a change SOON after it [s].
 LATE, SOON = 0.4, 0.1
+#: A robot rests for this time after a node was started [s].
+RESTS = 1.5
 #: The variables of the pose, and the references that each of them uses.
 USED = {'local_yaw': ('initial_global_yaw',), 'local_x': ('initial_global_x', 'initial_odom_yaw'),
         'local_y': ('initial_global_y', 'initial_odom_yaw')}
@@ -56,8 +58,8 @@ def frames(inside: Inside) -> List[Frame]:
     if not inside.variables:
         return []
     run, times = inside.run, next(iter(inside.variables.values())).time
-    begins = [(times[min(int(np.searchsorted(times, start)), len(times) - 1)], 0j, 0.0, False)
-              for start in run.starts or times[:1]]
+    begins = [(min(times[min(int(np.searchsorted(times, start)), len(times) - 1)], start + RESTS),
+               0j, 0.0, False) for start in run.starts or times[:1]]
     begins = sorted(begins + [(at, complex(x, y), yaw, True) for at, x, y, yaw in zip(
         run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw) if at > times[0]])
     found = []
@@ -67,6 +69,10 @@ def frames(inside: Inside) -> List[Frame]:
             samples.arrival, begin)), len(samples) - 1)]) for samples in (run.odometry, run.imu))
         found.append(Frame(begin, end, place, turned, complex(
             odometry.x[0], odometry.y[0]), odometry.yaw[0], imu.yaw[0], is_reset))
+    if not run.starts:      # the node was started before the recording, perhaps: its own references
+        own = {name: inside.find(name) for name in found[0].references}
+        yaw, x, y, theta = (np.nan if each is None else each.value[0] for each in own.values())
+        found[0] = found[0]._replace(place=complex(x, y), theta=theta, yaw=yaw)
     return found
 
 
@@ -118,8 +124,9 @@ def yaws(inside: Inside, part: Series) -> Iterator[Quantity]:
         own = 0.0 if reference is None else reference.value[(np.searchsorted(
             reference.time, at[some], 'right') - 1).clip(0)]
         for each in headings(at, quaternion, of):
-            if 'its number' in each.words or each.per_degree and 'from -180' not in each.words:
-                continue        # equal on the circle
+            if 'its number' in each.words or (
+                    'from -180' not in each.words if each.per_degree else of):
+                continue        # equal on the circle, or nothing that the odometry has
             unit = 180.0 / np.pi if ' in degrees' in each.words else 1.0
             for (said, base), (more, turned) in product((
                     (' since the reset', each.value[first]), (', not from the reset on', 0.0),
@@ -156,7 +163,8 @@ def steered(inside: Inside, series: Series, begin: float, end: float) -> Series:
 def compared(series: Optional[Series], name: str) -> List[Series]:
     """A variable as it is compared: that of a yaw on the circle, in radians and in degrees."""
     return [] if series is None else [series] if name != 'local_yaw' else [
-        Series(series.name, series.time, series.text, np.exp(1j * unit * series.value))
+        Series(series.name, series.time, series.text, np.exp(
+            1j * unit * np.where(np.isfinite(series.value), series.value, np.nan)))
         for unit in (1.0, np.pi / 180.0)]
 
 
@@ -176,7 +184,10 @@ def wrong_pose(inside: Inside) -> Optional[Broken]:
             continue
         part, right = steered(inside, series, frame.begin, frame.end), inside.known(rights)[name]
         same = compared(part, name)
-        is_wrong = len(part.time) >= FEW and not any(followed(each, [right], MOST) for each in same)
+        if np.isnan([frame.place, frame.theta, frame.yaw]).any():
+            continue        # its references are unknown
+        is_wrong = np.isfinite(part.value).sum() >= FEW and not any(
+            followed(each, [right], MOST) for each in same)
         found = [each for each in (wrong_reference(inside, frame, each, is_wrong)
                                    for each in references) if each]
         if found or is_wrong:
@@ -247,10 +258,10 @@ def wrong_belief(inside: Inside, frame: Frame, part: Series, same: Series,
                  compared(whole, 'local_yaw')[0] if is_yaw else whole, [each], 0.4)]
     mistakes = [each.words.replace('x, y, z, w', '').count(',') + (
         is_yaw and ('yaw' not in each.words) + ('odometry' in each.words)) for each in found]
-    few = [each.words for each, count in zip(found, mistakes) if count == min(mistakes)]
+    said = [each.words for each, count in zip(found, mistakes) if count == min(mistakes)]
     late = np.sort(ages(same, right._replace(scale=1.0), 60.0))[int(MOST * (len(same.time) - 1))]
     words = 'stayed ' + short(part.text[-1]) if len(set(part.text)) == 1 else \
-        'followed ' + ', or '.join(dict.fromkeys(few[:2])) if few else \
+        'followed ' + ', or '.join(dict.fromkeys(said[:2])) if said else \
         'came up to {:.1f} s late'.format(late) if late < np.inf else 'did not follow it'
     return Broken('{}{} {}; it should be {}: it was {:.3g} when this was {:.3g}'.format(
         frame.words, part.name, words, right.words, part.value[worst],
