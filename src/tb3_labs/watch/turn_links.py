@@ -1,5 +1,6 @@
 """The chain of the IMU lab: heading -> curr_yaw -> goal_yaw -> turning -> command -> stop."""
-from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
+from dataclasses import dataclass
+from typing import Any, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -7,9 +8,9 @@ from tb3_labs.watch.chain import Broken, Inside, belief, is_heading
 from tb3_labs.watch.quantities import Quantity, followed
 from tb3_labs.watch.variables import Series, number
 
-#: The handout's constants: gain [rad/s for each degree], tolerance [deg], slowest and fastest turn
-#: [rad/s], the angle of a letter [deg].
-K_HDG, HDG_TOL, MIN_ANG_Z, MAX_ANG_Z, ASKED = 0.1, 10.0, 0.5, 1.5, 90.0
+#: The handout's constants: gain [rad/s for each degree], tolerance [deg], fastest turn [rad/s]; the
+#: angle of a letter [deg].
+K_HDG, HDG_TOL, MAX_ANG_Z, ASKED = 0.1, 10.0, 1.5, 90.0
 #: A letter is read within ANSWERED [s]. The variables are read every READ [s].
 ANSWERED, READ = 3.0, 0.06
 #: An angle is right within NEAR [deg]; an error is clear from CLEAR to 180 - CLEAR [deg].
@@ -18,50 +19,103 @@ NEAR, CLEAR = 3.0, 20.0
 PAUSE = 0.45
 
 
-class Letter(NamedTuple):
-    """A letter that was typed: its time, the time at which its turn ends [s], its side: 1 for l,
-    -1 for r, 0 if it is not known."""
+@dataclass(frozen=True)
+class Turn:
+    """A letter that was typed, and the turn after it. `side`: 1 for l, -1 for r, 0 if unknown.
+
+    Angles in the node's own unit: `own`, curr_yaw at the letter; `before` and `after`, goal_yaw as
+    a text, '' if there is none. Of each command: its time, angular.z, goal_yaw and curr_yaw then,
+    and their difference [deg].
+    """
 
     begin: float
     end: float
     side: int
+    own: float
+    before: str
+    after: str
+    time: np.ndarray
+    command: np.ndarray
+    goal: np.ndarray
+    heading: np.ndarray
+    difference: np.ndarray
 
     @property
-    def words(self) -> str:
+    def letter(self) -> str:
         return {1: 'l', -1: 'r'}.get(self.side, 'a letter')
 
+    @property
+    def error(self) -> np.ndarray:
+        """The error of each command by the short way [deg]."""
+        return self.difference - 360.0 * np.round(self.difference / 360.0)
 
-def letters(inside: Inside) -> List[Letter]:
-    """The letters of a run: as they were typed, else as `turning` or `goal_yaw` tell."""
-    typed, end = inside.run.letters, inside.run.duration
-    if len(typed):
-        ends = np.append(typed.arrival[1:], end)
-        return [Letter(float(at), float(until), int(side))
-                for at, until, side in zip(typed.arrival, ends, typed.value) if side]
-    turning, goal = inside.find('turning'), inside.find('goal_yaw')
-    if turning is not None and len(turning.time):
-        times = turning.time[1:][np.diff(turning.value) > 0.0]
-    else:
-        times = goal.changes if goal is not None else np.empty(0)
-    times = times - 0.1     # the variables are read twenty times a second
-    return [Letter(float(at), float(until), 0)
-            for at, until in zip(times, np.append(times[1:], end))]
+    @property
+    def moving(self) -> np.ndarray:
+        """The indices of the commands that turn."""
+        return np.flatnonzero(self.command)
+
+    def said(self, k: int) -> str:
+        """Words on a command: how its error was wrapped, if it had to be."""
+        words = 'for an error of {:+.0f} degrees'.format(self.error[k])
+        if abs(self.difference[k]) > 180.0:
+            words = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \
+                'degrees:'.format(self.goal[k], self.heading[k], self.difference[k], self.error[k])
+        return '{} the command was {:+.2f} rad/s'.format(words, self.command[k])
 
 
 def heading(inside: Inside) -> Tuple[Optional[Series], Optional[Quantity], Optional[Broken]]:
     """(the variable for the heading, the quantity that it follows, the Broken if it is wrong)."""
     quantities = inside.imu
     series = inside.find('curr_yaw')
-    if series is None:
+    if series is None:      # another name
         found = [(each, followed(each, quantities)) for each in inside.variables.values()
                  if 'goal' not in each.name and np.isfinite(each.value).any()
                  and np.nanmax(each.value) - np.nanmin(each.value) > 0.5]
-        usable = [each for each in found if each[1] and is_heading(each[1][0], quantities[0])]
-        others = [each for each in found if each[1]]
-        if not usable and not others:
-            return None, None, None
-        series = (usable or others)[0][0]
-    return (series, *belief(series, quantities))
+        found.sort(key=lambda each: not (each[1] and is_heading(each[1][0], quantities[0])))
+        series = next((each for each, follows in found if follows), None)
+    return (None, None, None) if series is None else (series, *belief(series, quantities))
+
+
+def letters(inside: Inside) -> List[Tuple[float, float, int]]:
+    """(begin, end, side) of each letter, as it was typed, else as `turning` or `goal_yaw` tell."""
+    typed, turning, goal = inside.run.letters, inside.find('turning'), inside.find('goal_yaw')
+    if len(typed):
+        times, sides = typed.arrival, typed.value
+    elif turning is not None:
+        times = turning.time[1:][np.diff(turning.value) > 0.0] - 2.0 * READ
+        sides = np.zeros(len(times))
+    else:
+        times = goal.changes - 2.0 * READ if goal is not None else np.empty(0)
+        sides = np.zeros(len(times))
+    is_end = (sides == 0.0) & bool(len(typed))
+    return [(float(begin), float(end), int(side)) for begin, end, side, over in zip(
+        times, np.append(times[1:], inside.run.duration), sides, is_end) if not over]
+
+
+def turns(inside: Inside) -> List[Turn]:
+    """The turns of a run. Without goal_yaw their goals are those of the letters."""
+    series, quantity, _ = inside.known(heading)
+    used, goal, sent = quantity or inside.imu[0], inside.find('goal_yaw'), inside.run.commands
+    goal = goal if quantity is not None and goal is not None and len(goal.time) else None
+    found = []
+    for begin, end, side in letters(inside):
+        newest = max(0, int(np.searchsorted(used.time, begin)) - 1)
+        own = series.at(begin) if series is not None and quantity is not None else float(
+            used.value[newest])
+        read = begin
+        if goal is not None:        # it is read when goal_yaw changes, if it does
+            changes = goal.between(begin, min(end, begin + ANSWERED)).changes
+            read = float(changes[0]) if len(changes) else begin + READ
+        chosen = (sent.arrival > max(begin, read - 2.0 * READ)) & (sent.arrival < end)
+        time = sent.arrival[chosen]
+        aim = np.full(len(time), own + side * ASKED * used.per_degree) if goal is None else (
+            np.array([goal.at(max(at, read) + READ) for at in time]))
+        now = used.value[(np.searchsorted(used.time, time) - 1).clip(0)]
+        found.append(Turn(
+            begin, end, side, own, goal.text_at(begin) if goal is not None else '',
+            goal.text_at(read + READ) if goal is not None else '', time, sent.angular[chosen], aim,
+            now, (aim - now) / used.per_degree if side or goal is not None else 0.0 * time))
+    return found
 
 
 def wrong_heading(inside: Inside) -> Optional[Broken]:
@@ -69,78 +123,41 @@ def wrong_heading(inside: Inside) -> Optional[Broken]:
     return inside.known(heading)[2]
 
 
-def goals(inside: Inside) -> List[Tuple[Letter, float, float, str, str]]:
-    """(letter, curr_yaw, the goal that it asks for, goal_yaw before and after it) of each letter,
-    the angles in the node's own unit."""
-    series, quantity, _ = inside.known(heading)
-    goal = inside.find('goal_yaw')
-    if series is None or quantity is None or goal is None:
-        return []
-    turning, found = inside.find('turning'), []
-    for letter in letters(inside):
-        if turning is not None and turning.at(letter.begin) == 1.0:
-            continue        # it is not read yet
-        own, at = series.at(letter.begin), read_at(goal, letter) + READ
-        if at < goal.time[-1]:
-            found.append((letter, own, own + letter.side * ASKED * quantity.per_degree,
-                          goal.text_at(letter.begin), goal.text_at(at)))
-    return found
-
-
-def read_at(goal: Series, letter: Letter) -> float:
-    """The time at which goal_yaw changes after a letter; if it does not, soon after the letter."""
-    changes = goal.changes[goal.changes > letter.begin]
-    return float(changes[0]) if len(changes) and changes[0] < min(
-        letter.end, letter.begin + ANSWERED) else letter.begin + READ
-
-
 def wrong_goal(inside: Inside) -> Optional[Broken]:
     """Is goal_yaw 90 degrees from curr_yaw after a letter, to its side?"""
     series, quantity, _ = inside.known(heading)
-    goal = inside.find('goal_yaw')
+    goal, turning, right = inside.find('goal_yaw'), inside.find('turning'), ''
     if series is None or quantity is None or goal is None:
         return None
-    wrong: List[Tuple[Letter, float, float, str, str]] = []
-    right: List[Tuple[Letter, float, float, str, str]] = []
-    for letter, own, asked, before, after in goals(inside):
-        sides = [asked] if letter.side else [
-            own + side * ASKED * quantity.per_degree for side in (1, -1)]
-        value = number(after)
-        off = [abs(turn_between(value, each, quantity.per_degree)) for each in sides]
-        (right if min(off) <= NEAR else wrong).append((letter, own, asked, before, after))
-    if not wrong:
-        return None
-    letter, own, asked, before, after = wrong[0]
     unit = quantity.per_degree
-    asked = asked % (360.0 * unit) if letter.side else asked
-    stayed = before == after
-    words = 'after {}, with {} {:.4g}, {} {} {}; it should be {}'.format(
-        letter.words, series.name, own, goal.name,
-        'stayed' if stayed else 'became', short(after),
-        '{:.4g}'.format(asked) if letter.side else '{:g} more or less'.format(ASKED * unit))
-    printed = inside.run.printed.arrival
-    begun = max([at for at in inside.run.starts if at < letter.begin], default=0.0)
-    if stayed and inside.run.starts and not ((begun < printed) & (printed < letter.begin)).any():
-        words += '. It had asked for nothing, {:.1f} s after its start'.format(letter.begin - begun)
-    if unit < 0.5:
-        words += '. {} is in radians here'.format(series.name)
-    elif right:
-        words += '; after {} with {:.4g} it was right'.format(right[0][0].words, right[0][1])
-    return Broken(words, letter.begin, goal.name)
+    for turn in inside.known(turns):
+        if turning is not None and turning.at(turn.begin) == 1.0:
+            continue        # the letter is not read yet
+        off = (number(turn.after) - turn.own) / unit - ASKED * np.array(
+            [turn.side] if turn.side else [1, -1])
+        if (np.abs(off - 360.0 * np.round(off / 360.0)) <= NEAR).any():
+            right = right or '; after {} with {:.4g} it was right'.format(turn.letter, turn.own)
+            continue
+        words = 'after {}, with {} {:.4g}, {} {} {}; it should be {}'.format(
+            turn.letter, series.name, turn.own, goal.name,
+            'stayed' if turn.before == turn.after else 'became', short(turn.after),
+            '{:.4g}'.format((turn.own + turn.side * ASKED * unit) % (360.0 * unit)) if turn.side
+            else '{:g} more or less'.format(ASKED * unit))
+        begun = max([at for at in inside.run.starts if at < turn.begin], default=turn.begin)
+        printed = inside.run.printed.arrival
+        if turn.before == turn.after and begun < turn.begin and not (
+                (begun < printed) & (printed < turn.begin)).any():
+            right = '. It had asked for nothing, {:.1f} s after its start'.format(
+                turn.begin - begun)
+        return Broken(words + (right if unit > 0.5 else '. {} is in radians here'.format(
+            series.name)), turn.begin, goal.name)
+    return None
 
 
 def short(text: str) -> str:
     """A variable's text with few digits."""
-    try:
-        return '{:.4g}'.format(float(text))
-    except ValueError:
-        return text[:40]
-
-
-def turn_between(goal: float, own: float, unit: float = 1.0) -> float:
-    """The turn from `own` to `goal` the short way round [deg]; both in `unit` for each degree."""
-    turn = (goal - own) / unit
-    return float(turn - 360.0 * np.round(turn / 360.0))
+    value = number(text)
+    return text[:40] if np.isnan(value) else '{:.4g}'.format(value)
 
 
 def not_turning(inside: Inside) -> Optional[Broken]:
@@ -148,87 +165,45 @@ def not_turning(inside: Inside) -> Optional[Broken]:
     turning = inside.find('turning')
     if turning is None:
         return None
-    for letter in letters(inside):
-        part = turning.between(letter.begin + 0.02, min(letter.end, letter.begin + 1.0))
+    for turn in inside.known(turns):
+        part = turning.between(turn.begin + READ / 2.0, min(turn.end, turn.begin + 1.0))
         if len(part.value) > 4 and not (part.value == 1.0).any():
-            error = [step.error[0] for each, step in inside.known(steps)
-                     if each == letter and len(step.error)]
             return Broken('after {}{}, {} stayed {}, or was {} again at once'.format(
-                letter.words, ', at an error of {:+.0f} degrees'.format(error[0]) if error else '',
-                turning.name, part.text[-1], part.text[-1]), letter.begin, turning.name)
+                turn.letter, ', at an error of {:+.0f} degrees'.format(turn.error[0]) if len(
+                    turn.time) else '', turning.name, part.text[-1], part.text[-1]),
+                turn.begin, turning.name)
     return None
 
 
-class Steps(NamedTuple):
-    """The commands of the turns: times, angular.z, the error from the node's own goal [deg], the
-    same before it is wrapped, the goals and headings in the node's own numbers."""
-
-    time: np.ndarray
-    command: np.ndarray
-    error: np.ndarray
-    difference: np.ndarray
-    goal: np.ndarray
-    own: np.ndarray
-
-
-def steps(inside: Inside) -> List[Tuple[Letter, Steps]]:
-    """The Steps of each letter, until the node has sent the zero by which its turn ends."""
-    series, quantity, _ = inside.known(heading)
-    imu, right = inside.run.imu, inside.imu[0]
-    used = quantity or right
-    goal, found = inside.find('goal_yaw'), []
-    for letter in letters(inside):
-        sent = inside.run.commands
-        begin = letter.begin if goal is None else read_at(goal, letter) - 2.0 * READ
-        chosen = (sent.arrival > max(letter.begin, begin)) & (sent.arrival < letter.end)
-        time, command = sent.arrival[chosen], sent.angular[chosen]
-        sample = (np.searchsorted(imu.arrival, time) - 1).clip(0)
-        own = used.value[sample]
-        if goal is not None and quantity is not None:
-            aim = np.array([goal.at(max(at + READ, begin + 3.0 * READ)) for at in time])
-        elif letter.side:
-            begin = used.value[max(0, int(np.searchsorted(imu.arrival, letter.begin)) - 1)]
-            aim = np.full(len(time), begin + letter.side * ASKED * used.per_degree)
-        else:
-            continue
-        raw = (aim - own) / used.per_degree
-        found.append((letter, Steps(time, command, raw - 360.0 * np.round(raw / 360.0), raw, aim,
-                                    own)))
-    return found
-
-
-def wrong_command(inside: Inside) -> Optional[Broken]:
-    """Has each command the side of the error, and a speed within the limits?"""
-    each = inside.known(steps)
-    for letter, step in each:
-        turning = inside.find('turning')
-        if not len(step.time):
-            if turning is not None and (turning.between(
-                    letter.begin, letter.begin + 1.0).value == 1.0).sum() > 10:
-                return Broken('after {} {} was True, and no command came'.format(
-                    letter.words, turning.name), letter.begin)
-            continue
-        moving = np.flatnonzero(step.command)
-        if 0 < len(moving) < 3 and moving[-1] == len(step.time) - 1 and (
-                letter.end - step.time[-1] > PAUSE):
+def too_seldom(inside: Inside) -> Optional[Broken]:
+    """Do commands come ten times a second, none of them from elsewhere?"""
+    turning = inside.find('turning')
+    for turn in inside.known(turns):
+        if not len(turn.time) and turning is not None and (turning.between(
+                turn.begin, turn.begin + 1.0).value == 1.0).sum() > 10:
+            return Broken('after {} {} was True, and no command came'.format(
+                turn.letter, turning.name), turn.begin)
+        if len(turn.moving) in (1, 2) and turn.moving[-1] == len(turn.time) - 1 and (
+                turn.end - turn.time[-1] > PAUSE):
             return Broken('after {} the command {:+.2f} rad/s came {}, and then none'.format(
-                letter.words, step.command[-1], ('once', 'twice')[len(moving) - 1]), letter.begin)
-        if not step.command.any() and len(step.time) > 5 and abs(step.error[-1]) > CLEAR:
-            return Broken('after {}, for an error of {:.0f} degrees, angular.z stayed 0{}'.format(
-                letter.words, step.error[-1], inside.known(other_fields)), letter.begin,
-                'angular.z')
-    return wrong_side(inside, each) or too_fast(inside, each) or drives(inside, each)
+                turn.letter, turn.command[-1], ('once', 'twice')[len(turn.moving) - 1]), turn.begin)
+        if len(turn.moving) < 3:
+            continue
+        span = slice(turn.moving[0], turn.moving[-1] + 1)
+        is_zero = turn.command[span] == 0.0
+        if np.median(np.diff(turn.time[span])) > PAUSE:
+            return Broken('commands came every {:.1f} s; the handout has ten a second'.format(
+                np.median(np.diff(turn.time[span]))), turn.begin)
+        if (np.diff(is_zero.astype(int)) > 0).sum() >= 3:
+            return Broken('{} of {} commands in the turn after {} were zero: another callback '
+                          'publishes, too'.format(is_zero.sum(), len(is_zero), turn.letter),
+                          turn.begin)
+    return None
 
 
 #: The fields of a command that no wheel follows: its name in Twists, and in the message.
 UNUSED = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', 'angular.x'),
           ('pitching', 'angular.y'))
-
-
-def other_fields(inside: Inside) -> str:
-    """Words on a field of the commands in which there is a speed that was not asked for."""
-    found = wrong_field(inside.run.commands, (*UNUSED, ('linear', 'linear.x')))
-    return found and '; ' + found
 
 
 def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED) -> str:
@@ -240,143 +215,96 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED) -> str:
     return ''
 
 
-def joined(each: List[Tuple[Letter, Steps]]) -> Steps:
-    """The Steps of all letters in one."""
-    return Steps(*(np.concatenate([getattr(step, name) for _, step in each] or [np.empty(0)])
-                   for name in Steps._fields))
+def other_fields(inside: Inside) -> str:
+    """Words on a field of the commands in which there is a speed that was not asked for."""
+    found = wrong_field(inside.run.commands, (*UNUSED, ('linear', 'linear.x')))
+    return found and '; ' + found
 
 
-def wrong_side(inside: Inside, each: List[Tuple[Letter, Steps]]) -> Optional[Broken]:
-    """Does a command turn away from the goal by the short way?"""
-    step = joined(each)
-    clear = (np.abs(step.error) > CLEAR) & (np.abs(step.error) < 180.0 - CLEAR) & (
-        np.abs(step.command) > 0.02)
-    wrong = clear & (step.command * step.error < 0.0)
-    right = clear & ~wrong
-    if wrong.sum() < 2:
-        return None
-    k = int(np.flatnonzero(wrong)[0])
-    words = 'for an error of {:+.0f} degrees the command was {:+.2f} rad/s'.format(
-        step.error[k], step.command[k])
-    if np.abs(step.difference[k]) > 180.0:
-        words = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \
-            'degrees: the command was {:+.2f} rad/s'.format(
-                step.goal[k], step.own[k], step.difference[k], step.error[k], step.command[k])
-    for good, said in ((np.abs(step.difference) <= 180.0, 'differences up to 180'),
-                       (step.error > 0.0, 'errors to the left'),
-                       (step.error < 0.0, 'errors to the right')):
-        if right[good].any() and not wrong[good].any():
-            words += '; for {} it was right'.format(said)
-            break
-    return Broken(words, float(step.time[k]), 'angular.z')
-
-
-def too_fast(inside: Inside, each: List[Tuple[Letter, Steps]]) -> Optional[Broken]:
-    """Is a command beyond the limit?"""
-    step = joined(each)
-    if not len(step.time) or np.abs(step.command).max() <= MAX_ANG_Z + 0.01:
-        return None
-    k = int(np.argmax(np.abs(step.command)))
-    return Broken('for an error of {:+.0f} degrees the command was {:+.2f} rad/s, at most {:g} are '
-                  'asked for{}'.format(step.error[k], step.command[k], MAX_ANG_Z,
-                                       inside.constant('MAX_ANG_Z', MAX_ANG_Z)),
-                  float(step.time[k]), 'angular.z')
-
-
-def drives(inside: Inside, each: List[Tuple[Letter, Steps]]) -> Optional[Broken]:
-    """Does it drive forward while it turns?"""
-    sent = inside.run.commands
-    for letter, step in each:
-        chosen = np.isin(sent.arrival, step.time) & (sent.angular != 0.0)
-        if (np.abs(sent.linear[chosen]) > 0.01).sum() > 2:
+def wrong_command(inside: Inside) -> Optional[Broken]:
+    """Has each command the side of the error, and a speed within the limits?"""
+    found, sent = inside.known(turns), inside.run.commands
+    for turn in found:
+        if len(turn.time) > 5 and not len(turn.moving) and abs(turn.error[-1]) > CLEAR:
+            return Broken('after {}, for an error of {:.0f} degrees, angular.z stayed 0{}'.format(
+                turn.letter, turn.error[-1], other_fields(inside)), turn.begin, 'angular.z')
+    wrong: List[Tuple[Turn, int]] = []
+    right: List[Tuple[Turn, int]] = []
+    for turn in found:
+        clear = (np.abs(turn.error) > CLEAR) & (np.abs(turn.error) < 180.0 - CLEAR)
+        for k in np.flatnonzero(clear & (np.abs(turn.command) > 0.02)):
+            (wrong if turn.command[k] * turn.error[k] < 0.0 else right).append((turn, int(k)))
+    if len(wrong) > 1:
+        turn, k = wrong[0]
+        words = next(('; for {} it was right'.format(said) for said, is_so in (
+            ('differences up to 180', lambda turn, k: abs(turn.difference[k]) <= 180.0),
+            ('errors to the left', lambda turn, k: turn.error[k] > 0.0),
+            ('errors to the right', lambda turn, k: turn.error[k] < 0.0))
+            if any(is_so(*each) for each in right) and not any(is_so(*each) for each in wrong)), '')
+        return Broken(turn.said(k) + words, float(turn.time[k]), 'angular.z')
+    for turn in found:
+        if len(turn.moving) and np.abs(turn.command).max() > MAX_ANG_Z + 0.01:
+            k = int(np.argmax(np.abs(turn.command)))
+            return Broken('{}, at most {:g} are asked for{}'.format(
+                turn.said(k), MAX_ANG_Z, inside.constant('MAX_ANG_Z', MAX_ANG_Z)),
+                float(turn.time[k]), 'angular.z')
+        ahead = sent.linear[np.isin(sent.arrival, turn.time[turn.moving])]
+        if (np.abs(ahead) > 0.01).sum() > 2:
             return Broken('in the turn after {} linear.x was {:.2g}'.format(
-                letter.words, sent.linear[chosen][1]), letter.begin, 'linear.x')
+                turn.letter, ahead[1]), turn.begin, 'linear.x')
     return None
 
 
-def too_seldom(inside: Inside) -> Optional[Broken]:
-    """Do commands come ten times a second, none of them from elsewhere?"""
-    for letter, step in inside.known(steps):
-        moving = np.flatnonzero(step.command)
-        if len(moving) < 3:
+def wrong_stop(inside: Inside) -> Optional[Broken]:
+    """Does a turn end within the tolerance, by a zero?"""
+    turning, tolerance = inside.find('turning'), inside.constant('HDG_TOL', HDG_TOL)
+    for turn in inside.known(turns):
+        if not len(turn.moving):
             continue
-        part = step.command[moving[0]:moving[-1] + 1]
-        pauses = np.diff(step.time[moving[0]:moving[-1] + 1])
-        if np.median(pauses) > PAUSE:
-            return Broken('commands came every {:.1f} s; the handout has ten a second'.format(
-                np.median(pauses)), letter.begin)
-        if (np.diff((part != 0.0).astype(int)) < 0).sum() >= 3:
-            return Broken('{} of {} commands in the turn after {} were zero: another callback '
-                          'publishes, too'.format((part == 0.0).sum(), len(part), letter.words),
-                          letter.begin)
-    return None
-
-
-def not_over(inside: Inside) -> Optional[Broken]:
-    """Does `turning` become False at the goal?"""
-    turning = inside.find('turning')
-    for letter in letters(inside):
-        if turning is not None and turning.at(letter.begin - READ) == 1.0:
-            return Broken('{} was still True when {} was typed: it did not become False at the '
-                          'goal before'.format(turning.name, letter.words), letter.begin,
-                          turning.name)
+        last = int(turn.moving[-1])
+        if last + 1 < len(turn.time) and abs(turn.error[last + 1]) > HDG_TOL + 4.0:
+            return Broken('the turn after {} was ended at an error of {:+.0f} degrees; {:g} are '
+                          'the tolerance{}'.format(
+                              turn.letter, turn.error[last + 1], HDG_TOL,
+                              tolerance or same_time(inside)),
+                          float(turn.time[last + 1]), 'turning')
+        if last + 1 == len(turn.time) and turn.end - turn.time[last] > PAUSE:
+            return Broken('no zero followed the last command of the turn after {}: {}'.format(
+                turn.letter, turn.said(last)), float(turn.time[last]), 'angular.z')
+        inner = np.flatnonzero(np.abs(turn.error[:last + 1]) < HDG_TOL / 2.0)
+        if len(inner) and turn.time[last] - turn.time[inner[0]] > 0.5:
+            is_on = turning is not None and turning.at(turn.time[inner[0]] + 0.3) == 1.0
+            return Broken('{}, and the turn after {} went on{}{}'.format(
+                turn.said(inner[0]), turn.letter, ', with turning still True' if is_on else '',
+                tolerance), float(turn.time[inner[0]]), 'turning')
     return None
 
 
 def same_time(inside: Inside) -> str:
     """Words on turns that all took the same time, wherever they ended; else ''."""
-    took, errors = [], []
-    for _, step in inside.known(steps):
-        moving = np.flatnonzero(step.command)
-        if len(moving):
-            took.append(step.time[moving[-1]] - step.time[moving[0]])
-            errors.append(abs(step.error[min(moving[-1] + 1, len(step.error) - 1)]))
-    return '; each turn took {:.1f} s, at whatever error it ended'.format(np.mean(took)) if (
-        len(took) > 2 and np.ptp(took) < 0.15 and np.ptp(errors) > HDG_TOL) else ''
+    took = [np.ptp(turn.time[turn.moving]) for turn in inside.known(turns) if len(turn.moving)]
+    return '; each turn took {:.1f} s, at whatever error it ended'.format(
+        np.mean(took)) if len(took) > 2 and np.ptp(took) < 0.15 else ''
 
 
-def wrong_stop(inside: Inside) -> Optional[Broken]:
-    """Does a turn end within the tolerance, by a zero?"""
+def not_over(inside: Inside) -> Optional[Broken]:
+    """Does `turning` become False at the goal?"""
     turning = inside.find('turning')
-    tolerance = inside.constant('HDG_TOL', HDG_TOL) or inside.known(same_time)
-    for letter, step in inside.known(steps):
-        moving = np.flatnonzero(step.command)
-        if not len(moving):
-            continue
-        last = moving[-1]
-        rest = step.time[last + 1:]
-        if len(rest):       # the zero by which it ends
-            if abs(step.error[last + 1]) > HDG_TOL + 4.0:
-                return Broken('the turn after {} was ended at an error of {:+.0f} degrees; {:g} '
-                              'are the tolerance{}'.format(
-                                  letter.words, step.error[last + 1], HDG_TOL, tolerance),
-                              float(rest[0]), 'turning')
-        elif letter.end - step.time[last] > PAUSE:
-            return Broken('no zero followed the last command of the turn after {}, {:+.2f} rad/s '
-                          'at an error of {:+.0f} degrees'.format(
-                              letter.words, step.command[last], step.error[last]),
-                          float(step.time[last]), 'angular.z')
-        inner = np.flatnonzero(np.abs(step.error[:last + 1]) < HDG_TOL / 2.0)
-        if len(inner) and step.time[last] - step.time[inner[0]] > 0.5:
-            k = inner[0]
-            is_on = turning is not None and turning.at(step.time[k] + 0.3) == 1.0
-            return Broken('at an error of {:+.0f} degrees{} the command was {:+.2f} rad/s, and the '
-                          'turn after {} went on{}'.format(
-                              step.error[k], ', with turning still True,' if is_on else '',
-                              step.command[k], letter.words, tolerance),
-                          float(step.time[k]), 'turning')
+    for turn in inside.known(turns):
+        if turning is not None and turning.at(turn.begin - READ) == 1.0:
+            return Broken('{} was still True when {} was typed: it did not become False at the '
+                          'goal before'.format(turning.name, turn.letter), turn.begin, turning.name)
     return None
 
 
 def slow_law(inside: Inside) -> Optional[Broken]:
     """Is the command the gain times the error, within the limits?"""
-    step = joined(inside.known(steps))
-    clear = (np.abs(step.error) > 2.0 * MAX_ANG_Z / K_HDG) & (step.command * step.error > 0.0)
-    if not clear.any() or np.median(np.abs(step.command[clear])) > 0.9 * MAX_ANG_Z:
-        return None
-    k = int(np.flatnonzero(clear)[0])
-    return Broken('for an error of {:+.0f} degrees the command was {:+.2f} rad/s, by the handout '
-                  'it is {:+.2f}{}{}'.format(
-                      step.error[k], step.command[k], np.copysign(MAX_ANG_Z, step.error[k]),
-                      inside.constant('K_HDG', K_HDG), inside.constant('MAX_ANG_Z', MAX_ANG_Z)),
-                  float(step.time[k]), 'angular.z', is_weak=True)
+    for turn in inside.known(turns):
+        clear = np.flatnonzero((np.abs(turn.error) > 2.0 * MAX_ANG_Z / K_HDG) & (
+            turn.command * turn.error > 0.0))
+        if len(clear) and np.median(np.abs(turn.command[clear])) < 0.9 * MAX_ANG_Z:
+            return Broken('{}, by the handout it is {:+.2f}{}{}'.format(
+                turn.said(clear[0]), np.copysign(MAX_ANG_Z, turn.error[clear[0]]),
+                inside.constant('K_HDG', K_HDG), inside.constant('MAX_ANG_Z', MAX_ANG_Z)),
+                float(turn.time[clear[0]]), 'angular.z', is_weak=True)
+    return None
