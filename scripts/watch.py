@@ -14,14 +14,16 @@ Publishes, from within the node
 import os
 import sys
 
+from tb3_labs.terminal import run_tool
 from tb3_labs.watch.start import watched
 
 
 def main(command):
     """Become the node; the exit status if it cannot be started."""
-    if not command or command[0].startswith('-'):
-        print(__doc__.strip(), file=sys.stderr)
-        return 0 if command[:1] in (['-h'], ['--help']) else 2
+    is_asked = command[:1] in (['-h'], ['--help'])
+    if is_asked or not command or command[0].startswith('-'):
+        print(__doc__.strip(), file=sys.stdout if is_asked else sys.stderr)
+        return 0 if is_asked else 2
     try:
         os.execvpe(command[0], command, watched(os.environ))
     except OSError as problem:
@@ -31,4 +33,4 @@ def main(command):
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv[1:]))
+    run_tool(main)

@@ -54,10 +54,10 @@ def test_the_steps_of_that_example():
 def test_the_arc_of_the_local_pose():
     linear, angular = numbers('transformation_lab.md', '/cmd_vel geometry_msgs/Twist \'{linear: {x: #}, '
                               'angular: {z: #}}\'')
-    seconds, x, y, heading = numbers('transformation_lab.md', 'After # seconds: about #, #, # deg.')
+    seconds, x, y, heading = numbers('transformation_lab.md', 'After # seconds: about #, # and # (rad).')
     place = 1j * linear / angular * (1.0 - cmath.exp(1j * angular * seconds))
     assert (x, y) == (round(place.real, 2), round(place.imag, 2))
-    assert heading == round(math.degrees(angular * seconds))
+    assert heading == round(angular * seconds, 1)
 
 
 def test_the_values_of_the_four_states():
