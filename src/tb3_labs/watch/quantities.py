@@ -134,6 +134,8 @@ RANGES = (
      lambda yaw: np.where(yaw < 0.0, 360.0 - yaw, yaw), 0),
     ('modulo 180', lambda yaw: yaw % 180.0, 1),
     ('divided by 2', lambda yaw: yaw / 2.0, 0),
+    ('divided by 2, plus 360 where it is negative',
+     lambda yaw: yaw / 2.0 + np.where(yaw < 0.0, 360.0, 0.0), 0),
     ('mirrored, from 0 to 360', lambda yaw: (-yaw) % 360.0, -1),
     ('mirrored, from -180 to 180', lambda yaw: -yaw, -1))
 RIGHT, HEADING = 'the yaw{} in degrees, from 0 to 360', 'the heading, from 0 to 360 degrees'

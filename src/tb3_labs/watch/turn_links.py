@@ -126,7 +126,8 @@ def wrong_heading(inside: Inside) -> Optional[Broken]:
 def wrong_goal(inside: Inside) -> Optional[Broken]:
     """Is goal_yaw 90 degrees from curr_yaw after a letter, to its side?"""
     series, quantity, _ = inside.known(heading)
-    goal, turning, right = inside.find('goal_yaw'), inside.find('turning'), ''
+    goal, turning = inside.find('goal_yaw'), inside.find('turning')
+    right: Optional[Turn] = None
     if series is None or quantity is None or goal is None:
         return None
     unit = quantity.per_degree
@@ -136,7 +137,12 @@ def wrong_goal(inside: Inside) -> Optional[Broken]:
         off = (number(turn.after) - turn.own) / unit - ASKED * np.array(
             [turn.side] if turn.side else [1, -1])
         if (np.abs(off - 360.0 * np.round(off / 360.0)) <= NEAR).any():
-            right = right or '; after {} with {:.4g} it was right'.format(turn.letter, turn.own)
+            right = right or turn
+            moved = turn.goal[turn.moving][-1:] - number(turn.after)
+            if len(moved) and len(set(turn.goal[turn.moving])) > 5 and abs(moved[0]) > NEAR * unit:
+                return Broken('{} went on from {:.4g} to {:.4g} in the turn after {}; it should '
+                              'stay'.format(goal.name, number(turn.after), moved[0] + number(
+                                  turn.after), turn.letter), turn.begin, goal.name)
             continue
         words = 'after {}, with {} {:.4g}, {} {} {}; it should be {}'.format(
             turn.letter, series.name, turn.own, goal.name,
@@ -145,13 +151,25 @@ def wrong_goal(inside: Inside) -> Optional[Broken]:
             else '{:g} more or less'.format(ASKED * unit))
         begun = max([at for at in inside.run.starts if at < turn.begin], default=turn.begin)
         printed = inside.run.printed.arrival
-        if turn.before == turn.after and begun < turn.begin and not (
+        if unit < 0.5:
+            words += '. {} is in radians here'.format(series.name)
+        elif turn.before == turn.after and begun < turn.begin and not (
                 (begun < printed) & (printed < turn.begin)).any():
-            right = '. It had asked for nothing, {:.1f} s after its start'.format(
+            words += '. It had asked for nothing, {:.1f} s after its start'.format(
                 turn.begin - begun)
-        return Broken(words + (right if unit > 0.5 else '. {} is in radians here'.format(
-            series.name)), turn.begin, goal.name)
+        elif right:
+            words += '; after {} with {:.4g} it was right{}'.format(
+                right.letter, right.own, flags(inside, turn, right))
+        return Broken(words, turn.begin, goal.name)
     return None
+
+
+def flags(inside: Inside, turn: Turn, right: Turn) -> str:
+    """Words on what was True or False at this letter, and otherwise at the right one."""
+    texts = [(name, series.text_at(turn.begin), series.text_at(right.begin))
+             for name, series in inside.variables.items() if set(series.text) == {'True', 'False'}]
+    return ''.join('; {} was {} now, and {} then'.format(*each) for each in texts
+                   if each[1] != each[2])
 
 
 def short(text: str) -> str:
@@ -221,6 +239,12 @@ def other_fields(inside: Inside) -> str:
     return found and '; ' + found
 
 
+#: Kinds of commands: words, and whether the command k of a turn is one.
+KINDS = (('differences up to 180', lambda turn, k: abs(turn.difference[k]) <= 180.0),
+         ('errors to the left', lambda turn, k: turn.error[k] > 0.0),
+         ('errors to the right', lambda turn, k: turn.error[k] < 0.0))
+
+
 def wrong_command(inside: Inside) -> Optional[Broken]:
     """Has each command the side of the error, and a speed within the limits?"""
     found, sent = inside.known(turns), inside.run.commands
@@ -236,12 +260,16 @@ def wrong_command(inside: Inside) -> Optional[Broken]:
             (wrong if turn.command[k] * turn.error[k] < 0.0 else right).append((turn, int(k)))
     if len(wrong) > 1:
         turn, k = wrong[0]
-        words = next(('; for {} it was right'.format(said) for said, is_so in (
-            ('differences up to 180', lambda turn, k: abs(turn.difference[k]) <= 180.0),
-            ('errors to the left', lambda turn, k: turn.error[k] > 0.0),
-            ('errors to the right', lambda turn, k: turn.error[k] < 0.0))
-            if any(is_so(*each) for each in right) and not any(is_so(*each) for each in wrong)), '')
-        return Broken(turn.said(k) + words, float(turn.time[k]), 'angular.z')
+        if len(set(turn.command[turn.moving])) == 1 and len(turn.moving) > 5 and (
+                abs(turn.difference[k]) <= 180.0):
+            return Broken('in the turn after {} the command stayed {:+.2f} rad/s, while the error '
+                          'went from {:+.0f} to {:+.0f} degrees'.format(
+                              turn.letter, turn.command[k], turn.error[turn.moving[0]],
+                              turn.error[k]), float(turn.time[k]), 'angular.z')
+        return Broken(turn.said(k) + (steered_by(inside, found) or next(
+            ('; for {} it was right'.format(words) for words, is_so in KINDS
+             if any(is_so(*each) for each in right) and not any(is_so(*each) for each in wrong)),
+            '')), float(turn.time[k]), 'angular.z')
     for turn in found:
         if len(turn.moving) and np.abs(turn.command).max() > MAX_ANG_Z + 0.01:
             k = int(np.argmax(np.abs(turn.command)))
@@ -253,6 +281,25 @@ def wrong_command(inside: Inside) -> Optional[Broken]:
             return Broken('in the turn after {} linear.x was {:.2g}'.format(
                 turn.letter, ahead[1]), turn.begin, 'linear.x')
     return None
+
+
+def steered_by(inside: Inside, found: Sequence[Turn]) -> str:
+    """Words on another variable from which the commands turn to goal_yaw; '' if there is none."""
+    _, quantity, _ = inside.known(heading)
+    unit = quantity.per_degree if quantity is not None else 1.0
+    for series in inside.variables.values():
+        if not np.isfinite(series.value).all() or np.ptp(series.value) < CLEAR * unit:
+            continue
+        sides = []
+        for turn in found:
+            read = np.array([series.at(at) for at in turn.time[turn.moving]])
+            error = (turn.goal[turn.moving] - read) / unit
+            error -= 360.0 * np.round(error / 360.0)
+            clear = (np.abs(error) > CLEAR) & (np.abs(error) < 150.0)
+            sides += list((error * turn.command[turn.moving])[clear] > 0.0)
+        if len(sides) > 10 and np.mean(sides) > 0.95:
+            return '; it turns from {} to goal_yaw'.format(series.name)
+    return ''
 
 
 def wrong_stop(inside: Inside) -> Optional[Broken]:
