@@ -172,7 +172,9 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
         yield Quantity('the {}{} in {}, {}'.format(axis, of, unit, words), time,
                        form(value * factor), 360.0 * factor)
     for part, value in zip(ORDER, quaternion):
-        yield Quantity('the {} of the quaternion{}'.format(part, of), time, value, 1.0)
+        for _, form, _ in (RANGES[1], RANGES[0]):
+            yield Quantity('the {} of the quaternion{}{}'.format(part, of, '' if form is RANGES[
+                1][1] else ', plus 360 where it is negative'), time, form(value), 1.0)
     for words, value in (('the arcsine of the z', np.arcsin(np.clip(quaternion[3], -1.0, 1.0))),
                          ('twice the arcsine of the z',
                           2.0 * np.arcsin(np.clip(quaternion[3], -1.0, 1.0))),
