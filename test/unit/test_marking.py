@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 import yaml
 from pages import ROOT
+from made_run import made
 from recorded_trial import recorded
 
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking import marks
 from tb3_labs.marking.labs import imu, move2goal, turn
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import archives, sandbox, submissions
@@ -303,3 +305,14 @@ def test_the_table_of_marks():
                    'extra_more': '0.5', 'extra_free': 'yes', 'extra_freer': 'no',
                    'node': 'lab2/n.py', 'remarks': 'Hm.', 'id': '17', 'late': 'late',
                    'decided': '', 'reason': ''}
+
+
+def test_marks_do_not_depend_on_what_a_node_holds(monkeypatch):
+    """A link that fails costs nothing, and the instructor is told."""
+    monkeypatch.setattr(marks, 'first_broken', lambda *_: [][0])
+    seen = turned(45.0)
+    seen.run = made()
+    given = judged(Marks('Ann'), seen, 'turn', points_of('turn', TABLE))
+    assert given.link is None and given.verdicts and [
+        finding for finding in given.findings if 'inside' in finding] == [
+            'The marker could not look inside the node (IndexError: list index out of range).']

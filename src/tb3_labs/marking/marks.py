@@ -13,7 +13,7 @@ person has decided: see `judged`.
 import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import rospkg
 import yaml
@@ -22,10 +22,12 @@ from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, TURN
-from tb3_labs.marking.trial.evidence import faults_in, remarks_on, untold
+from tb3_labs.marking.trial.evidence import (
+    faults_in, remarks_on, tracebacks_before_the_end, untold)
 from tb3_labs.marking.trial.observation import LONGEST, Observation, observed
 from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.watch import labs as inside
+from tb3_labs.watch.chain import Broken, Inside, Link, first_broken
 
 #: At most this many remarks and as many findings are written for one student.
 MOST_SENTENCES = 100
@@ -103,6 +105,7 @@ class Marks:
     verdicts: List[Verdict] = field(default_factory=list)
     observation: Optional[Observation] = None  # None: nothing could be observed
     decision: Optional[Decision] = None
+    link: Optional[Tuple[Link, Broken]] = None      # the first broken one, if it lost points
 
     @property
     def is_known(self) -> bool:
@@ -178,8 +181,15 @@ def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mappi
     marks.verdicts = judge(LABS[lab].criteria, seen, worth, parts)
     said = ' '.join(each.seen for each in marks.verdicts)
     marks.remarks = ([] if marks.is_full else faults_in(seen, said)) + untold(
-        marks.remarks + remarks_on(seen) + LABS[lab].remarks(seen, parts), said) + (
-            inside.remarks(seen.run, lab) if marks.is_full and seen.run else [])
+        marks.remarks + remarks_on(seen) + LABS[lab].remarks(seen, parts), said)
+    try:
+        if not marks.is_full:
+            marks.link = _broken_link(seen, marks.graded)
+        elif seen.run is not None:
+            marks.remarks += inside.remarks(seen.run, lab)
+    except Exception as problem:        # a node's variables may hold anything
+        marks.findings = marks.findings + ['The marker could not look inside the node ({}: {}).'
+                                           .format(type(problem).__name__, problem)]
     marks.findings = marks.findings + seen.findings
     if marks.delayed:
         marks.remarks.append(marks.delayed)
@@ -188,6 +198,16 @@ def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mappi
         marks.findings.append('Not judged: ' + marks.unjudged)
     marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
     return marks
+
+
+def _broken_link(seen: Observation, verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, Broken]]:
+    """The first broken link in the parts of the lab that lost points; None if it is not known. An
+    exception is the mistake itself; so is a sensor's topic that nobody publishes."""
+    if seen.run is None or seen.deaf or seen.odd or tracebacks_before_the_end(seen):
+        return None
+    missed = {verdict.criterion.part for verdict in verdicts
+              if verdict.outcome is not Outcome.MET}
+    return first_broken(Inside(seen.run), inside.CHAINS[seen.lab], missed)
 
 
 def _cleaned(sentences: Sequence[str]) -> List[str]:

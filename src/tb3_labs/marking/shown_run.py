@@ -2,54 +2,38 @@
 import math
 from dataclasses import replace
 from html import escape
-from typing import Any, Callable, Dict, Optional, Tuple
+from typing import Any, Callable, Dict
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs.criteria import Outcome
 from tb3_labs.marking.marks import Marks
-from tb3_labs.marking.trial.evidence import tracebacks_before_the_end
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, Observation, samples_of)
 from tb3_labs.report.page import mistake as mistake_page
 from tb3_labs.report.page.timeline import mark, section, timeline
 from tb3_labs.report.run_data import Poses, RunData, Values
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
-from tb3_labs.watch.chain import Broken, Inside, Link, first_broken, sentence
-from tb3_labs.watch.labs import CHAINS
+from tb3_labs.watch.chain import sentence
 
 
 def shown(marks: Marks, linked: Callable[[str], str] = escape) -> str:
     """The part of a page, HTML; '' if the robot was not seen. ``linked(sentence)``: its HTML."""
     if marks.observation is None or not marks.observation.truth:
         return ''
-    found = broken_link(marks)
     return '\n'.join([
         section(moments(as_run(marks.observation), marks)),
-        mistake_page.section(found, mistake(marks, found[1]) if found else '', linked)])
-
-
-def broken_link(marks: Marks) -> Optional[Tuple[Link, Broken]]:
-    """The first broken link of a node that lost points; None if it is not known. An exception is
-    the mistake itself; so is a sensor's topic that nobody publishes."""
-    seen = marks.observation
-    if marks.is_full or seen is None or seen.run is None or seen.deaf or seen.odd or (
-            tracebacks_before_the_end(seen)):
-        return None
-    missed = {verdict.criterion.part for verdict in marks.graded
-              if verdict.outcome is not Outcome.MET}
-    return first_broken(Inside(seen.run), CHAINS[seen.lab], missed)
-
-
-def mistake(marks: Marks, found: Broken) -> str:
-    """A broken link as a sentence, with the lines of the node's file."""
-    seen = marks.observation or Observation('', '')
-    return sentence(found, seen.assigned)
+        mistake_page.section(marks.link, mistake(marks), linked)])
 
 
 def hint_in_a_line(marks: Marks) -> str:
     """The mistake of a node that lost points, and where it is explained; '' if it is unknown."""
-    found = broken_link(marks)
-    return '' if found is None else '{} See {}.'.format(mistake(marks, found[1]), found[0].place)
+    return '{} See {}.'.format(mistake(marks), marks.link[0].place) if marks.link else ''
+
+
+def mistake(marks: Marks) -> str:
+    """The first broken link as a sentence, with the lines of the node's file."""
+    return sentence(marks.link[1], marks.observation.assigned) if (
+        marks.link and marks.observation) else ''
 
 
 def moments(run: RunData, marks: Marks) -> Dict[str, Any]:
