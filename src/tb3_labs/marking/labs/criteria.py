@@ -250,17 +250,6 @@ def stops_when_lost(name: str, meaning: str, what: str, stimulus: str, where: Pl
                      extra=True, limits=within(LOST_AFTER))
 
 
-#: A node whose law is called less often sleeps [s].
-RARELY = 0.5
-
-
-def seldom(scenes: Iterable[Scene]) -> float:
-    """The pause between the commands of these scenes [s]; 0 if it is not longer than RARELY."""
-    pauses = [np.median(np.diff(scene.commands[:, 0])) for scene in scenes
-              if len(scene.commands) > 2]
-    return float(np.median(pauses)) if pauses and np.median(pauses) > RARELY else 0.0
-
-
 # ----- driving by a stick or a mouse -----
 
 #: The least and the greatest value of a command.

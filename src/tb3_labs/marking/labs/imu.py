@@ -2,9 +2,7 @@
 import re
 from typing import List
 
-import numpy as np
-
-from tb3_labs.geometry.angle_arrays import difference_degrees, wrap_all
+from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.marking.labs.criteria import (
     CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME, Criterion, Place, ends_cleanly, says,
     starts)
@@ -89,47 +87,6 @@ def _survives_nonsense(seen: Observation) -> str:
     if not any(abs(number - AFTERWARDS) < HEADING_TOLERANCE for number in headings(scene.printed)):
         return 'after a quaternion of zeros the heading was not printed any more'
     return ''
-
-
-#: The output of a wrong node, by the yaw from -180 to 180 [deg], and the mistake.
-PRINTS = [
-    (np.radians, 'Its numbers are radians.'),
-    (lambda yaw: yaw, 'Its headings are right but for the range: a negative one is not '
-     'converted.'),
-    (lambda yaw: yaw + 360.0, 'It adds 360 to each yaw: only a negative one needs it.'),
-    (lambda yaw: yaw + 180.0, 'Its headings are all 180 degrees too large: what is added to a yaw, '
-     'and to which?'),
-    (abs, 'It makes a negative yaw positive (abs): a heading of 350 becomes 10.'),
-    (lambda yaw: -yaw, 'It counts to the right: a left turn should count up.'),
-    (np.degrees, 'It converts degrees to degrees again: 50 becomes 2865.')]
-
-
-def hint(seen: Observation) -> str:
-    """The mistake of a node that prints wrong headings; '' if it is not known."""
-    stands = list(_standing(seen))
-    words = ''
-    if all(printed for _, printed in stands):
-        words = _prints(*map(np.array, zip(*((true, said[-1]) for true, said in stands))))
-    number = sum(len(printed) for _, printed in stands)
-    watched = sum(scene.end - scene.begin for scene in map(seen.during, STANDS))
-    if not words and number < 2.0 * watched:       # two in a second
-        words = 'It printed {} heading{} in {:.0f} s, and late: is there a sleep in ' \
-            'callback_imu?'.format(number, 's' * (number > 1), watched)
-    return words and '{} See {}.'.format(words, EXERCISE)
-
-
-def _prints(true, said):
-    """The mistake of a node that says these headings for the true ones [deg]."""
-    if np.ptp(said) < 3.0:      # [deg], and roll and pitch of a level robot are below 5
-        return 'It printed the same number, {:.1f}, at each heading. {}'.format(
-            said[0], 'Is it the roll or the pitch in place of the yaw? (Radians would run up to '
-            '3.14.)' if abs(said[0]) < 5.0 else 'Is the order of the four numbers w, x, y, z?')
-    yaw = np.degrees(wrap_all(np.radians(true)))
-
-    def is_said(numbers):
-        return (np.abs(said - numbers) < HEADING_TOLERANCE).all()
-    return '' if is_said(yaw % 360.0) else next((words for prints, words in PRINTS if any(
-        is_said(prints(yaw) + added) for added in (0.0, 360.0 * (prints(yaw) < 0.0)))), '')
 
 
 CRITERIA = [

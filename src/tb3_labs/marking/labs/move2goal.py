@@ -10,7 +10,7 @@ from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STATES, STOPS_AT_ONCE,
-    TRANSFORMATION_SHEET, Criterion, Look, Place, ends_cleanly, not_stopped, seldom, starts,
+    TRANSFORMATION_SHEET, Criterion, Look, Place, ends_cleanly, not_stopped, starts,
     stops_robot, stops_when_lost)
 from tb3_labs.marking.trial.evidence import idle
 from tb3_labs.marking.trial.observation import (
@@ -192,25 +192,6 @@ def remarks_on_parts(seen: Observation, parts: Sequence[str]) -> List[str]:
     return [] if not parts or OFFSET in parts else [
         'Odometry and IMU had the same zero here, a real robot has two: add offset to the parts; '
         'see {}.'.format(TWO_ZEROS)]
-
-
-def last_hint(seen: Observation) -> str:
-    """The mistake that a first drive shows which missed the goal; '' if none."""
-    scene = seen.during(FIRST_DRIVE)
-    if not scene.facts[MOVED] or not _arrives(seen, FIRST_DRIVE):
-        return ''
-    words, end = '', _end_of(scene)
-    if seldom([scene]):
-        words = 'Its commands come every {:.1f} s: is there a sleep, or is its Timer as ' \
-            'slow?'.format(seldom([scene]))
-    elif not scene.commands[:, LINEAR].any():
-        words = 'It turned, and never drove forward: does the state become MOVE_FORWARD as soon ' \
-            'as the error is small?'
-    elif REACHED.search(scene.printed):
-        words = 'It said "Goal reached!" at ({:.2f}, {:.2f}), {:.0f} degrees of the local frame: ' \
-            'is this its goal (self.goal_x, goal_y, goal_yaw), and are its distances and angles ' \
-            'those of the law?'.format(end.x, end.y, math.degrees(wrap(end.yaw)))
-    return words and '{} See {}.'.format(words, STATES)
 
 
 CRITERIA = [
