@@ -36,6 +36,9 @@ OPTIONAL = {
 CLASSES = {(made._type, made._md5sum): made for made in (
     Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32,
     *(made for _, made in OPTIONAL.values()))}
+#: The records of a bag are kept from the first reading to the second, if they take less than
+#: MOST_KEPT [bytes], each RECORD and its data.
+MOST_KEPT, RECORD = 2 ** 26, 500
 #: Topics by which a person drives, of any type.
 DEVICES = 'joy', 'mouse_info'
 #: A line names at most this many topics that are not read.
@@ -61,9 +64,13 @@ def read_run(path, namespace=None, tell=lambda line: None):
 
 def _sorted_out(bag):
     """Returns ({topic: (its installed class or None, number of messages)}, {topic: names of its
-    senders}, [topics of other types, with the types])."""
-    numbers = Counter(record.connection for record in bag.messages(
-        lambda connection: False, Budget()))
+    senders}, [topics of other types, with the types], the records if they are few and whole)."""
+    numbers, records, left = Counter(), [], MOST_KEPT
+    for record in bag.messages(_is_known, Budget()):
+        numbers[record.connection] += 1
+        left -= RECORD + len(record.data)
+        if left > 0:
+            records.append(record)
     types, senders, others = {}, {}, set()
     for connection, number in numbers.items():
         topic, kind, checksum, sender = connection
@@ -74,11 +81,15 @@ def _sorted_out(bag):
             others.add('{} ({})'.format(topic, kind))
         else:
             senders.setdefault(topic, set()).add(sender)
-    return types, senders, sorted(others)
+    return types, senders, sorted(others), records if left > 0 and not bag.problem else None
+
+
+def _is_known(connection):
+    return (connection.kind, connection.checksum) in CLASSES
 
 
 def _read(bag, path, namespace, tell):
-    types, senders, others = _sorted_out(bag)
+    types, senders, others, records = _sorted_out(bag)
     try:
         topics = choose_topics(types, namespace)
     except BagProblem as problem:
@@ -91,9 +102,9 @@ def _read(bag, path, namespace, tell):
     limits = Budget()
     collectors = make_collectors([*topics, 'sent'], prefix, limits)
     names = {name: k for k, name in enumerate(sorted(senders.get(topics.get('commands'), ())))}
-    start, problem = _collect(bag, {topic: (collectors[part], types[topic][0])
-                                    for part, topic in topics.items()},
-                              collectors['sent'], names, limits)
+    start, problem = _collect(
+        bag, records, {topic: (collectors[part], types[topic][0])
+                       for part, topic in topics.items()}, collectors['sent'], names, limits)
     for part in ('imu', 'odometry'):
         if not len(collectors[part].arrival):
             raise _missing('not one good message on {} (bad quaternions?)'.format(topics[part]),
@@ -120,17 +131,18 @@ def _missing(words, problem, types):
                       'was not read to its end: {}; until there: {}'.format(problem, words))
 
 
-def _collect(bag, of_topic, sent, names, limits):
+def _collect(bag, records, of_topic, sent, names, limits):
     """Fill the collectors, {topic: (Collector, class)}, and `sent`, the index of each command's
-    sender by `names`, {sender: index}. Returns (time of the first message [s since 1970], why the
-    rest was not read)."""
+    sender by `names`, {sender: index}; from the `records`, from the bag if they are None. Returns
+    (time of the first message [s since 1970], why the rest was not read)."""
     def is_wanted(connection):
         return connection.topic in of_topic and (
             CLASSES.get((connection.kind, connection.checksum)) is of_topic[connection.topic][1])
 
     start, number = None, 0
     try:
-        for connection, (seconds, nanoseconds), data in bag.messages(is_wanted, limits):
+        for connection, (seconds, nanoseconds), data in bag.messages(
+                is_wanted, limits) if records is None else records:
             if start is None:
                 start = seconds + 1e-9 * nanoseconds
             if not is_wanted(connection):
