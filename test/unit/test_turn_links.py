@@ -196,7 +196,7 @@ def orientation(knots):
             cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=20)
 @given(some.lists(some.floats(-7.0, 7.0), min_size=3, max_size=6), some.data(),
        some.floats(0.0, 0.2))
 def test_a_variable_follows_its_quantity_or_one_that_is_equal_on_this_motion(knots, data, age):
