@@ -16,11 +16,9 @@ from tb3_labs.watch.variables import Series
 #: A command has changed within ANSWERED after an input [s]; an input that is held for HELD [s] must
 #: have been answered.
 ANSWERED, HELD = 0.5, 0.6
-#: A variable is read up to READ_LATER after the command that follows it [s], and this part of its
-#: values is read.
-READ_LATER, READ_PART = 0.07, 0.8
 #: A field follows an input if this part of its values does: a callback that waited answers late.
-FOLLOWS = 0.9
+#: It follows a variable, which is read up to READ_LATER after it [s], if READ_PART of them do.
+FOLLOWS, READ_LATER, READ_PART = 0.9, 0.04, 0.8
 #: The stimulus at which a node ends.
 END = 'Ctrl+C'
 
@@ -36,20 +34,17 @@ class Device(NamedTuple):
     @property
     def changed(self) -> np.ndarray:
         """For each message: since when it has been the same [s]."""
-        before = np.vstack([np.full(self.value.shape[1], np.nan), self.value[:-1]])
-        differs = (self.value != before[:len(self.value)]).any(axis=1)
-        return self.time[np.maximum.accumulate(np.where(differs, np.arange(len(differs)), 0))]
+        first = np.append(True, (np.diff(self.value, axis=0) != 0.0).any(axis=1))
+        return self.time[np.maximum.accumulate(np.where(first, np.arange(len(first)), 0))]
 
-    def sample(self, time: Any) -> np.ndarray:
+    def sample(self, time: np.ndarray) -> np.ndarray:
         """The index of the last message at each time; -1: there was none within RECENT [s]."""
-        last = np.searchsorted(self.time, np.asarray(time) + SOON) - 1
+        last = np.searchsorted(self.time, time + SOON) - 1
         return np.where((last >= 0) & (time - self.time[last] <= RECENT), last, -1)
 
     def held(self) -> Iterable[Tuple[float, float, np.ndarray]]:
         """(begin, end, row) of each time in which nothing changed for HELD [s]."""
-        if not len(self.time):
-            return
-        begins = np.unique(self.changed)
+        begins = np.unique(self.changed) if len(self.time) else self.time
         for begin, end in zip(begins, np.append(begins[1:], self.time[-1:])):
             if end - begin >= HELD:
                 yield float(begin), float(end), self.value[np.searchsorted(self.time, begin)]
@@ -65,8 +60,7 @@ def events(inside: Inside, kind: str) -> List[Tuple[float, Dict[str, Any]]]:
 def stimulus(inside: Inside, name: str) -> float:
     """The time at which a stimulus of a trial began; infinite if there was none."""
     states = inside.run.states
-    return min((float(at) for at, words in zip(states.arrival, states.words) if words == name),
-               default=np.inf)
+    return float(states.arrival[states.words == name].min(initial=np.inf))
 
 
 def sent(inside: Inside) -> Any:
@@ -80,107 +74,75 @@ def sent(inside: Inside) -> Any:
     return run.commands.take(kept)
 
 
-def flag(inside: Inside, name: str) -> Optional[Series]:
-    """The node's variable of this name if it is True or False; not a constant that is a number."""
-    found = inside.find(name)
-    return found if found is not None and set(found.value) <= {0.0, 1.0} and (
-        len(found.changes) or set(found.text) <= {'True', 'False'}) else None
-
-
-def factor_of(series: Series, form: Quantity) -> float:
+def factor_of(series: Series, form: Quantity, part: float = FOLLOWS) -> float:
     """The number by which a series is a form times a number; NaN if it is not."""
     last = form.value[(np.searchsorted(form.time, series.time + SOON) - 1).clip(0)]
     both = (series.value != 0.0) & (last != 0.0)
     if both.sum() < 3:
         return np.nan
-    factor = float(np.median(series.value[both] / last[both]))
+    ratios, counts = np.unique(np.round(series.value[both] / last[both], 6), return_counts=True)
+    factor = float(ratios[np.argmax(counts)])
     few = thinned(series.take((series.value != 0.0) | (last != 0.0)))
-    is_so = np.isfinite(ages(few, scaled(form, factor)))
-    return factor if np.mean(is_so) >= FOLLOWS else np.nan
-
-
-def scaled(form: Quantity, factor: float) -> Quantity:
-    """A form times a number."""
-    return Quantity(form.words, form.time, factor * form.value, max(abs(factor), 1e-6))
+    times = form._replace(value=factor * form.value, scale=max(abs(factor), 1e-6))
+    return factor if np.mean(np.isfinite(ages(few, times))) >= part else np.nan
 
 
 def own_variable(inside: Inside, series: Series) -> str:
     """Words on the node's variable that a field follows; '' if there is none."""
-    few = thinned(series.take(series.value != 0.0))
-    later = Series(few.name, few.time + READ_LATER, few.text, few.value)
+    later = Series(series.name, series.time + READ_LATER, series.text, series.value)
     for each in inside.variables.values():
         if len(set(each.text)) > 5 and np.isfinite(each.value).all() and 'cmd' not in each.name:
-            read = np.array([each.at(at) for at in few.time + READ_LATER / 2.0])
-            ratios, number = np.unique(np.round(few.value[read != 0.0] / read[read != 0.0], 6),
-                                       return_counts=True)
-            factor = ratios[np.argmax(number)] if len(ratios) else 0.0
-            if np.mean(np.isfinite(ages(later, scaled(Quantity(
-                    each.name, each.time, each.value, 1.0), factor)))) > READ_PART:
+            factor = factor_of(later, Quantity('', each.time, each.value, 1.0), READ_PART)
+            if np.isfinite(factor):
                 return '; it follows {:.3g} times {}'.format(factor, each.name)
     return ''
 
 
-def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Quantity],
+def law(inside: Inside, device: Device, commands: Any, name: str, inputs: List[List[Quantity]],
         factor: float) -> Optional[Broken]:
-    """The Broken of a field, linear.x or angular.z, that should be `factor` times the first of the
-    forms. It is weak if the field has the right sign and is not larger."""
-    right, asked = forms[0], scaled(forms[0], factor)
-    if not right.value.any():
+    """The Broken of a field, linear.x or angular.z, that should be `factor` times the first form of
+    the first input. It is weak if the field has the right sign and is not larger."""
+    value, last = getattr(commands, name.split('.')[0]), device.sample(commands.arrival)
+    series, last = Series(name, commands.arrival, value, value).take(last >= 0), last[last >= 0]
+    right = inputs[0][0]
+    wanted = factor * right.value[last]
+    if not wanted.any():
         return None
-    should = 'it should be {:g} times {}'.format(factor, right.words)
-    value = getattr(commands, name.split('.')[0])
-    series = Series(name, commands.arrival, value, value).take(
-        device.sample(commands.arrival) >= 0)
-    if not len(series.time):
-        return None
-    factors = [(factor_of(series, form), form.words) for form in forms]
-    found = [each for each in factors if np.isfinite(each[0])]
-    if found:
-        share, words = found[0]
-        moment = float(series.time[np.flatnonzero(series.value)[0]])
-        is_usual = abs(share / factor - 1.0) < 0.02
-        if words != right.words:    # one of another axis may be equal by this motion
-            equal = found[:1] + [each for each in found if each[1][:6] != words[:6]
-                                 and not is_usual][:1]
-            return Broken('{} follows {}; {}'.format(name, ', or '.join(
-                map('{0[0]:.3g} times {0[1]}'.format, equal)), should), moment, name)
-        return None if is_usual else Broken(
-            '{} is {:.3g} times {}, the handout has {:+g}'.format(
-                name, share, words, factor), moment, name, 0.0 < share / factor < 1.0)
-    last = device.sample(series.time)
-    wanted = asked.value[last]
+    should = '; it should be {:g} times {}'.format(factor, right.words)
+    found = [[(share, form.words) for form in forms for share in [factor_of(series, form)]
+              if np.isfinite(share)] for forms in inputs]
+    equal = [each[0] for each in found if each]
+    if equal:
+        share = equal[0][0] / factor if equal[0][1] == right.words else 0.0
+        first = int(np.argmax(series.value != 0.0))
+        return None if abs(share - 1.0) < 0.02 else Broken('{} follows {}{}'.format(
+            name, ', or '.join('{:.3g} times {}'.format(*each) for each in equal[:2]), should),
+            float(series.time[first]), name, 0.0 < share < 1.0)
+    if not series.value.any():
+        first = int(np.argmax(np.abs(wanted)))
+        return Broken('; '.join(filter(None, ('{} stayed 0, also with {}{}'.format(
+            name, device.place(device.value[last[first]]), should), wrong_field(commands)))),
+            float(series.time[first]), name)
+    asked = right._replace(value=factor * right.value, scale=abs(factor))
     settled = series.time - device.changed[last] > ANSWERED
     wrong = settled & ~np.isfinite(ages(series, asked))
-    if not series.value.any():
-        k = int(np.argmax(np.abs(wanted)))
-        return Broken('; '.join(filter(None, ('{} stayed 0, also with {}'.format(
-            name, device.place(device.value[last[k]])), should, wrong_field(commands)))),
-            float(series.time[k]), name) if wanted.any() else None
     if wrong.sum() < max(3.0, (1.0 - FOLLOWS) * (settled & (wanted != 0.0)).sum()):
         return None
-    k = int(np.flatnonzero(wrong)[0])
-    here = settled & (device.value[last] == device.value[last[k]]).all(axis=1)
-    place = device.place(device.value[last[k]])
-    if (here & ~wrong).sum() > 2 and not series.value[here & wrong].any():
-        words = '{} of {} commands with {} had {} 0: another callback publishes, too'.format(
-            (here & wrong).sum(), here.sum(), place, name)
-    else:
-        words = 'with {} for {:.1f} s {} was {:.2g}, {}: {:.2g}'.format(
-            place, series.time[k] - device.changed[last[k]], name, series.value[k], should,
-            wanted[k])
-        good = np.flatnonzero(settled & ~wrong & (wanted != 0.0))
-        if len(good):
-            words += '; with {} it was right'.format(device.place(device.value[last[good[0]]]))
-        words += own_variable(inside, series)
+    first = int(np.argmax(wrong))
+    here = settled & (device.value[last] == device.value[last[first]]).all(axis=1)
+    is_mixed = (here & ~wrong).sum() > 2 and not series.value[here & wrong].any()
     is_weak = (series.value * wanted > 0.0) & (np.abs(series.value) < 1.02 * abs(factor))
-    return Broken(words, float(series.time[k]), name, bool(is_weak[wrong].all()))
+    return Broken('with {} {} was {:.2g} in {} of {} commands{}{}: {:.2g}{}'.format(
+        device.place(device.value[last[first]]), name, series.value[first],
+        (here & wrong).sum(), here.sum(), ', another callback publishes, too' * is_mixed, should,
+        wanted[first], own_variable(inside, series)),
+        float(series.time[first]), name, bool(is_weak[wrong].all()))
 
 
 def no_zero(commands: Any, begin: float, words: str) -> Optional[Broken]:
     """Does a zero follow within ANSWERED after `begin`, at which a driven robot should stop?"""
     speeds = np.abs(commands.linear) + np.abs(commands.angular)
-    before = int(np.searchsorted(commands.arrival, begin + SOON))
-    soon = int(np.searchsorted(commands.arrival, begin + ANSWERED))
+    before, soon = np.searchsorted(commands.arrival, (begin + SOON, begin + ANSWERED))
     is_driven = before and speeds[before - 1] and begin - commands.arrival[before - 1] < RECENT
     if not is_driven or soon > before and not speeds[soon - 1]:
         return None
@@ -190,15 +152,21 @@ def no_zero(commands: Any, begin: float, words: str) -> Optional[Broken]:
             ANSWERED, commands.linear[soon - 1], commands.angular[soon - 1])), begin)
 
 
-def silent(commands: Any, device: Device, asks: Callable[[np.ndarray], Any],
-           is_off: Callable[[float, float], Any]) -> Optional[Broken]:
-    """Does a command come while an input is held? ``asks(row)``: for a movement;
-    ``is_off(begin, end)``: none is to come."""
+def unanswered(commands: Any, device: Device, drives: Callable[[np.ndarray], Any],
+               is_off: Callable[[float, float], Any]) -> Optional[Broken]:
+    """Does a command come while an input is held, and a zero when it is let go? ``drives(row)``: it
+    asks for a movement; ``is_off(begin, end)``: none is to come."""
     for begin, end, row in device.held():
-        if asks(row) and not is_off(begin, end) and not (
-                (commands.arrival > begin) & (commands.arrival < end)).any():
-            return Broken('with {} nothing came on cmd_vel for {:.1f} s'.format(
-                device.place(row), end - begin), begin)
+        if is_off(begin, end):
+            continue
+        first, last = np.searchsorted(commands.arrival, (begin, end))
+        if not drives(row):
+            found = no_zero(commands, begin, 'with ' + device.place(row))
+        else:
+            found = Broken('with {} nothing came on cmd_vel for {:.1f} s'.format(
+                device.place(row), end - begin), begin) if first == last else None
+        if found:
+            return found
     return None
 
 
