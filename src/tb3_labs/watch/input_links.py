@@ -5,7 +5,7 @@
     printed: the IMU's heading -> the number that is printed
 """
 import re
-from itertools import product
+from itertools import islice, product
 from typing import Dict, List, Optional, Tuple
 
 import numpy as np
@@ -36,21 +36,12 @@ def numbers(inside: Inside) -> Dict[str, int]:
     return found
 
 
-def is_known(inside: Inside) -> bool:
-    """Did the check play the pad?"""
-    return stimulus(inside, STICKS[0]) < np.inf
-
-
 def played(inside: Inside) -> Device:
     """What a node heard of the pad."""
     heard = inside.run.pad
-
-    def place(row: np.ndarray) -> str:
-        axes = heard.axes.shape[1]
-        return ' and '.join(
-            'axis {} at {:g}'.format(k, row[k]) if k < axes else 'button {} down'.format(k - axes)
-            for k in np.flatnonzero(row)) or 'all axes at 0'
-    return Device(heard.arrival, np.hstack([heard.axes, heard.buttons]), place)
+    return Device(heard.arrival, np.hstack([heard.axes, heard.buttons]), [
+        '{} {}'.format(words, k) for words, columns in (
+            ('axis', heard.axes), ('button', heard.buttons)) for k in range(columns.shape[1])])
 
 
 def presses(inside: Inside, names: str = BUTTONS) -> List[Tuple[float, float, str]]:
@@ -64,33 +55,36 @@ def presses(inside: Inside, names: str = BUTTONS) -> List[Tuple[float, float, st
 
 
 def stick_laws(inside: Inside) -> List[Optional[Broken]]:
-    """The Broken of each field that follows a stick."""
-    heard = inside.run.pad
-    forms = [[Quantity('{} {}'.format(words, k), heard.arrival, value, 1.0)]
-             for words, columns in (('axis', heard.axes), ('button', heard.buttons))
-             for k, value in enumerate(columns.T)]
-    axes = [inside.known(numbers)[stick] for stick in STICKS]
-    found = [law(inside, played(inside), inside.run.commands, name,
-                 [forms[axis], *forms[:axis], *forms[axis + 1:]], factor)
-             for name, factor, axis in zip(FIELDS, FACTORS, axes)]
-    return [each and each._replace(is_weak=each.is_weak or not is_known(inside)) for each in found]
+    """The Broken of each field that follows a stick; weak if the pad is not known."""
+    pad = played(inside)
+    forms = [Quantity(name, pad.time, value, 1.0) for name, value in zip(pad.names, pad.value.T)]
+    found = [law(inside, pad, inside.run.commands, name,
+                 [forms[inside.known(numbers)[stick]], *forms], factor)
+             for name, factor, stick in zip(FIELDS, FACTORS, STICKS)]
+    return [each and each._replace(is_weak=each.is_weak or stimulus(inside, STICKS[0]) == np.inf)
+            for each in found]
 
 
-def wrong_control(inside: Inside) -> Optional[Broken]:
-    """Do the sticks drive, and not while the robot is handed over by A, until it is taken by B?"""
-    if not is_known(inside):
+def wrong_buttons(inside: Inside) -> Optional[Broken]:
+    """Do the sticks drive, and not while the robot is handed over by A, until it is taken by B?
+    Does Y call the reset?"""
+    if stimulus(inside, STICKS[0]) == np.inf:
         return None
-    control, sent, pressed = inside.run.control, inside.run.commands, presses(inside, 'AB')
-    axes = [inside.known(numbers)[stick] for stick in STICKS]
+    control, sent, calls = inside.run.control, inside.run.commands, events(inside, 'call')
+    axes, pressed = [inside.known(numbers)[stick] for stick in STICKS], presses(inside, 'AB')
     found = [unanswered(sent, played(inside), lambda row: row[axes].any(), lambda begin, end: any(
         at <= begin < until and name == 'A' for at, until, name in pressed))]
-    for begin, end, name in pressed:
-        said = control.value[slice(*np.searchsorted(
-            control.arrival, (begin - 0.02, min(end, begin + 1.0))))][-1:]
+    for begin, end, name in presses(inside):
+        said = [bool(value) for at, value in zip(control.arrival, control.value)
+                if begin - 0.02 < at < min(end, begin + 1.0)][-1:]
         came = ((sent.arrival > begin + ANSWERED) & (sent.arrival < end)).sum()
-        if said.tolist() != [name == 'A'] or name == 'A' and came:
-            found.append(Broken('after {} ctrl_relinq said {}, and {} commands came'.format(
-                name, bool(said[0]) if len(said) else 'nothing', came), begin))
+        is_reset = abs(begin - stimulus(inside, 'Y')) < ANSWERED
+        resets = sum(begin <= at and (at < end or is_reset) for at, _ in calls)
+        if is_reset and not resets or name != 'Y' and (
+                resets or said != [name == 'A'] or name == 'A' and came):
+            found.append(Broken(
+                'after {} ctrl_relinq said {}, {} commands came, and {} resets were called'.format(
+                    name, *said or ['nothing'], came, resets), begin))
     broken = min(filter(None, found), key=lambda each: each.moment, default=None)
     for each in inside.variables.values() if broken else ():
         if set(each.text) == {'True', 'False'} and any(
@@ -101,18 +95,7 @@ def wrong_control(inside: Inside) -> Optional[Broken]:
     return broken
 
 
-def wrong_reset(inside: Inside) -> Optional[Broken]:
-    """Does Y call the reset?"""
-    begin, calls = stimulus(inside, 'Y'), events(inside, 'call')
-    after = [name for at, _ in calls for since, until, name in presses(inside)
-             if since <= at < until]
-    return Broken('no reset was called after Y, button {}{}'.format(
-        inside.known(numbers)['Y'], '; one was called after {}'.format(*after) if after else ''),
-        begin) if begin < np.inf and 'Y' not in after else None
-
-
-PAD_LINKS = link_of(stick_laws, weak=False), wrong_control, wrong_reset, link_of(
-    stick_laws, weak=True)
+PAD_LINKS = link_of(stick_laws, weak=False), wrong_buttons, link_of(stick_laws, weak=True)
 
 # -- the mouse of the IMU lab
 
@@ -125,9 +108,8 @@ HALF, DEAD, BESIDE = 0.5, 0.25, 'l beside the mouse'
 def mouse(inside: Inside) -> Device:
     """What a node heard of the mouse."""
     heard = inside.run.mouse
-    return Device(heard.arrival, np.column_stack([heard.x, heard.y, heard.active]),
-                  lambda row: 'the mouse at ({:g}, {:g}){}'.format(
-                      row[0], row[1], '' if row[2] else ', not active'))
+    return Device(heard.arrival, np.column_stack([heard.x, heard.y, 1.0 - heard.active]),
+                  ('mouse x', 'mouse y', 'mouse inactive'))
 
 
 def turning(inside: Inside, time: np.ndarray) -> np.ndarray:
@@ -150,7 +132,7 @@ def mouse_laws(inside: Inside) -> List[Optional[Broken]]:
                          (' outside of both dead zones', x & y)),
                         (('', heard.active), (', also while it is not active', 1.0)))]
              for axis, place, far in (('x', heard.x, x), ('y', heard.y, y))}
-    found = [law(inside, mouse(inside), commands, name, [forms[own], forms[other]], factor)
+    found = [law(inside, mouse(inside), commands, name, forms[own] + forms[other], factor)
              for name, own, other, factor in (
                  (FIELDS[0], 'y', 'x', HALF), (FIELDS[0], 'y', 'x', -HALF),
                  (FIELDS[1], 'x', 'y', -HALF))]
@@ -162,7 +144,8 @@ def mouse_laws(inside: Inside) -> List[Optional[Broken]]:
 def mouse_ignored(inside: Inside) -> Optional[Broken]:
     """Does the mouse give commands, and a zero in its middle and when it is deactivated?"""
     return unanswered(
-        inside.run.commands, mouse(inside), lambda row: row[2] and np.abs(row[:2]).max() > DEAD,
+        inside.run.commands, mouse(inside),
+        lambda row: not row[2] and np.abs(row[:2]).max() > DEAD,
         lambda begin, end: turning(inside, np.arange(begin - READ, end, READ)).any())
 
 
@@ -170,11 +153,10 @@ def mouse_in_turn(inside: Inside) -> Optional[Broken]:
     """Does the mouse give no command while the node turns?"""
     commands = inside.run.commands
     turns = commands.arrival[commands.angular != 0.0]
-    goes_on = np.searchsorted(turns, commands.arrival) < np.searchsorted(
-        turns, commands.arrival + ON)
+    later = np.searchsorted(turns, [commands.arrival, commands.arrival + ON])
     inner = (turning(inside, commands.arrival) == 1.0) & (
         mouse(inside).sample(commands.arrival) >= 0)
-    mixed = inner & goes_on & (commands.angular == 0.0)
+    mixed = inner & (later[0] < later[1]) & (commands.angular == 0.0)
     return Broken('{} of {} commands while turning was True were those of the mouse'.format(
         mixed.sum(), inner.sum()), float(commands.arrival[np.argmax(mixed)])) \
         if mixed.sum() > 2 else None
@@ -203,25 +185,20 @@ def wrong_heading(inside: Inside) -> Optional[Broken]:
     series, quantities = printed(inside), inside.imu
     if len(series.time) < 3 or not quantities:
         return None
-    found = [each.words for each in followed(series, quantities)]
+    right, found = quantities[0], followed(series, quantities)
     if not found and not stays(series):
-        late = ((delay(series, each), each.words) for each in quantities
-                if 0.0 < abs(each.per_degree) <= 1.0)
-        found = shifted(series, quantities[0]) or ['{}, up to {:.1f} s late'.format(
-            words, longest) for longest, words in late if longest < np.inf]
+        heading = right.value[(np.searchsorted(right.time, series.time) - 1).clip(0)]
+        angle = float(np.median((series.value - heading + 180.0) % 360.0 - 180.0))
+        moved = right._replace(
+            value=(right.value + angle) % 360.0, words='the heading {:+.1f} degrees, which was '
+            '{:.1f} at the first line'.format(angle, heading[0]))
+        late = (each._replace(words='{}, up to {:.1f} s late'.format(each.words, longest))
+                for each in quantities if 0.0 < abs(each.per_degree) <= 1.0
+                for longest in [delay(series, each)] if longest < np.inf)
+        found = followed(Series(series.name, series.time, series.text, series.value % 360.0),
+                         [moved]) or list(islice(late, 1))
     if not found:
         return belief(series, quantities)[1]
-    moment, apart = example(series, quantities[0])
-    return None if found[0] == quantities[0].words else Broken(
-        '{} follows {}; it should be {}: {}'.format(
-            series.name, found[0], quantities[0].words, apart), moment)
-
-
-def shifted(series: Series, right: Quantity) -> List[str]:
-    """Words on a heading to which an angle is added; [] if it is none."""
-    heading = right.value[(np.searchsorted(right.time, series.time) - 1).clip(0)]
-    angle = float(np.median((series.value - heading + 180.0) % 360.0 - 180.0))
-    return ['the heading {:+.1f} degrees, and at the first line the heading was {:.1f}'.format(
-        angle, heading[0]) for _ in followed(
-            Series(series.name, series.time, series.text, series.value % 360.0),
-            [right._replace(value=(right.value + angle) % 360.0)])]
+    moment, apart = example(series, right)
+    return None if found[0] is right else Broken('{} follows {}; it should be {}: {}'.format(
+        series.name, found[0].words, right.words, apart), moment)

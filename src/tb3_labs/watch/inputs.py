@@ -4,7 +4,7 @@ A field of a command follows an axis, a button or a place of the mouse, as it wa
 messages, times a number. This number is found from the commands; no list of mistakes is needed.
 """
 import json
-from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -22,12 +22,17 @@ FOLLOWS, READ_LATER, READ_PART = 0.9, 0.04, 0.8
 
 
 class Device(NamedTuple):
-    """What a node heard of a pad or of a mouse: `value` has a row for each message.
-    ``place(row)``: words on a row."""
+    """What a node heard of a pad or of a mouse: `value` has a row for each message, and a column
+    for each of the inputs `names`."""
 
     time: np.ndarray
     value: np.ndarray
-    place: Callable[[np.ndarray], str]
+    names: Sequence[str]
+
+    def place(self, row: np.ndarray) -> str:
+        """Words on a row."""
+        return ' and '.join('{} at {:g}'.format(name, value) for name, value in zip(
+            self.names, row) if value) or 'all inputs at 0'
 
     @property
     def changed(self) -> np.ndarray:
@@ -75,35 +80,31 @@ def factor_of(series: Series, form: Quantity, part: float) -> float:
     return factor if np.mean(np.isfinite(ages(few, times))) >= part else np.nan
 
 
-def followed_by(series: Series, inputs: Iterable[List[Quantity]],
-                part: float = FOLLOWS) -> List[Tuple[float, str]]:
-    """(number, words) of the first form of each input that a series is a number of times."""
-    found = ([(factor, form.words) for form in forms for factor in [factor_of(
-        series, form, part)] if np.isfinite(factor)] for forms in inputs)
-    return [each[0] for each in found if each]
-
-
-def law(inside: Inside, device: Device, commands: Any, name: str, inputs: List[List[Quantity]],
+def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Quantity],
         factor: float) -> Optional[Broken]:
-    """The Broken of a field, linear.x or angular.z, that should be `factor` times the first form of
-    the first input. It is weak if the field has the right sign and is not larger."""
-    right, value = inputs[0][0], getattr(commands, name.split('.')[0])
-    last = device.sample(commands.arrival)
+    """The Broken of a field, linear.x or angular.z, that should be `factor` times the first of the
+    forms. It is weak if the field has the right sign and is not larger."""
+    last, value = device.sample(commands.arrival), getattr(commands, name.split('.')[0])
     series, last = Series(name, commands.arrival, value, value).take(last >= 0), last[last >= 0]
+    right = forms[0]
     wanted = factor * right.value[last]
     if not wanted.any():
         return None
-    own = ([Quantity(each.name, each.time - READ_LATER, each.value, 1.0)]
+    own = [Quantity(each.name, each.time - READ_LATER, each.value, 1.0)
            for each in inside.variables.values() if len(set(each.text)) > 5
-           and np.isfinite(each.value).all() and 'cmd' not in each.name)
-    found = followed_by(series, inputs) or followed_by(series, own, READ_PART)
-    if found and found[0][1] == right.words and abs(found[0][0] / factor - 1.0) < 0.02:
+           and np.isfinite(each.value).all() and 'cmd' not in each.name]
+    # forms may be equal by what happened: the handout's number is the likely one
+    found = [sorted((abs(share - factor), share, form.words) for form in some
+                    for share in [factor_of(series, form, part)] if np.isfinite(share))
+             for some, part in ((forms, FOLLOWS), (own, READ_PART))]
+    _, share, words = (found[0] + found[1] or [(0.0, 0.0, '')])[0]
+    if words == right.words and abs(share / factor - 1.0) < 0.02:
         return None
     settled = series.time - device.changed[last] > ANSWERED
     is_weak = (series.value * wanted > 0.0) & (np.abs(series.value) < 1.02 * abs(factor))
-    if found:
+    if words:
         wrong, more = series.value != 0.0, ''
-        said = 'follows ' + ', or '.join('{:.3g} times {}'.format(*each) for each in found[:2])
+        said = 'follows {:.3g} times {}'.format(share, words)
     else:
         wrong = settled & ~np.isfinite(ages(series, right._replace(
             value=factor * right.value, scale=abs(factor))))

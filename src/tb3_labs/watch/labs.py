@@ -55,9 +55,8 @@ CHAINS: Dict[str, Sequence[Link]] = {
         Link(question, look, THUMB, step, DRIVE_SHEET, parts)
         for (question, step, parts), look in zip((
             ('rostopic echo /joy, and /cmd_vel: which number belongs to which?', 1, STICKS),
-            ('rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, then B.',
+            ('rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, B, Y.',
              1, STICKS),
-            ('Press Y: which service is called, and with which numbers?', 2, BUTTONS),
             ('How large is each command?', 1, STICKS)), input_links.PAD_LINKS))}
 #: lab -> variables of its node by the handout
 NAMES = {'turn': {'goal_yaw', 'turning'}, 'move2goal': {'local_x', 'local_y', 'local_yaw'}}
