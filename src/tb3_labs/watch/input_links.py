@@ -44,12 +44,11 @@ def played(inside: Inside) -> Device:
             ('axis', heard.axes), ('button', heard.buttons)) for k in range(columns.shape[1])])
 
 
-def presses(inside: Inside, names: str = BUTTONS) -> List[Tuple[float, float, str]]:
-    """(begin, next one of them, name) of the presses of these buttons."""
-    heard = inside.run.pad
-    columns = [heard.buttons[:, inside.known(numbers)[name]] for name in names]
-    found = sorted((float(at), name) for name, column in zip(names, columns)
-                   for at in heard.arrival[1:][np.diff(column) > 0.0])
+def presses(inside: Inside) -> List[Tuple[float, float, str]]:
+    """(begin, next one, name) of the presses of the buttons."""
+    heard, known = inside.run.pad, inside.known(numbers)
+    found = sorted((float(at), name) for name in BUTTONS for at in heard.arrival[1:][
+        np.diff(heard.buttons[:, known[name]]) > 0.0])
     ends = [at for at, _ in found[1:]] + [inside.run.duration]
     return [(at, end, name) for (at, name), end in zip(found, ends)]
 
@@ -65,28 +64,32 @@ def stick_laws(inside: Inside) -> List[Optional[Broken]]:
             for each in found]
 
 
-def wrong_buttons(inside: Inside) -> Optional[Broken]:
-    """Do the sticks drive, and not while the robot is handed over by A, until it is taken by B?
-    Does Y call the reset?"""
-    if stimulus(inside, STICKS[0]) == np.inf:
-        return None
+def wrong_button(inside: Inside, begin: float, end: float, name: str) -> Optional[Broken]:
+    """What follows a press: does A hand the robot over, B take it, and Y call the reset?"""
     control, sent, calls = inside.run.control, inside.run.commands, events(inside, 'call')
-    axes, pressed = [inside.known(numbers)[stick] for stick in STICKS], presses(inside, 'AB')
-    found = [unanswered(sent, played(inside), lambda row: row[axes].any(), lambda begin, end: any(
-        at <= begin < until and name == 'A' for at, until, name in pressed))]
-    for begin, end, name in presses(inside):
-        said = [bool(value) for at, value in zip(control.arrival, control.value)
-                if begin - 0.02 < at < min(end, begin + 1.0)][-1:]
-        came = ((sent.arrival > begin + ANSWERED) & (sent.arrival < end)).sum()
-        is_reset = abs(begin - stimulus(inside, 'Y')) < ANSWERED
-        resets = sum(begin <= at and (at < end or is_reset) for at, _ in calls)
-        if is_reset and not resets or name != 'Y' and (
-                resets or said != [name == 'A'] or name == 'A' and came):
-            found.append(Broken(
-                'after {} ctrl_relinq said {}, {} commands came, and {} resets were called'.format(
-                    name, *said or ['nothing'], came, resets), begin))
+    said = [str(value == 1.0) for at, value in zip(control.arrival, control.value)
+            if begin - 0.02 < at < min(end, begin + 1.0)][-1:]
+    came = ((sent.arrival > begin + ANSWERED) & (sent.arrival < end)).sum()
+    is_reset = abs(begin - stimulus(inside, 'Y')) < ANSWERED
+    resets = sum(begin <= at and (at < end or is_reset) for at, _ in calls)
+    is_right = {'A': said == ['True'] and not came and not resets,
+                'B': said == ['False'] and not resets, 'Y': bool(resets) or not is_reset}
+    return None if is_right[name] else Broken(
+        'after {} ctrl_relinq said {}, {} commands came, and {} resets were called'.format(
+            name, *said or ['nothing'], came, resets), begin)
+
+
+def wrong_control(inside: Inside) -> Optional[Broken]:
+    """Do the sticks drive, and the buttons do what they should?"""
+    axes, pressed = [inside.known(numbers)[stick] for stick in STICKS], presses(inside)
+    found = [unanswered(inside.run.commands, played(inside), lambda row: row[axes].any(),
+                        lambda begin, end: [name for at, _, name in pressed
+                                            if at <= begin and name != 'Y'][-1:] == ['A'])]
+    found += [wrong_button(inside, *each) for each in pressed]
     broken = min(filter(None, found), key=lambda each: each.moment, default=None)
-    for each in inside.variables.values() if broken else ():
+    if broken is None or stimulus(inside, STICKS[0]) == np.inf:
+        return None
+    for each in inside.variables.values():
         if set(each.text) == {'True', 'False'} and any(
                 each.at(at) != each.at(at + ANSWERED)
                 for at, *_ in pressed if at <= broken.moment):
@@ -95,7 +98,7 @@ def wrong_buttons(inside: Inside) -> Optional[Broken]:
     return broken
 
 
-PAD_LINKS = link_of(stick_laws, weak=False), wrong_buttons, link_of(stick_laws, weak=True)
+PAD_LINKS = link_of(stick_laws, weak=False), wrong_control, link_of(stick_laws, weak=True)
 
 # -- the mouse of the IMU lab
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from tb3_labs.watch.chain import Broken, Inside, Look
 from tb3_labs.watch.quantities import RECENT, SOON, Quantity, ages, thinned
-from tb3_labs.watch.turn_links import wrong_field
 from tb3_labs.watch.variables import Series
 
 #: A command has changed within ANSWERED after an input [s]; an input that is held for HELD [s] must
@@ -37,8 +36,8 @@ class Device(NamedTuple):
     @property
     def changed(self) -> np.ndarray:
         """For each message: since when it has been the same [s]."""
-        first = np.append(True, (np.diff(self.value, axis=0) != 0.0).any(axis=1))
-        return self.time[np.maximum.accumulate(np.where(first, np.arange(len(first)), 0))]
+        is_new = np.append(True, np.diff(self.value, axis=0).any(axis=1))[:len(self.time)]
+        return np.maximum.accumulate(np.where(is_new, self.time, -np.inf))
 
     def sample(self, time: np.ndarray) -> np.ndarray:
         """The index of the last message at each time; -1: there was none within RECENT [s]."""
@@ -47,7 +46,7 @@ class Device(NamedTuple):
 
     def held(self) -> Iterable[Tuple[float, float, np.ndarray]]:
         """(begin, end, row) of each time in which nothing changed for HELD [s]."""
-        begins = np.unique(self.changed) if len(self.time) else self.time
+        begins = np.unique(self.changed)
         for begin, end in zip(begins, np.append(begins[1:], self.time[-1:])):
             if end - begin >= HELD:
                 yield float(begin), float(end), self.value[np.searchsorted(self.time, begin)]
@@ -110,12 +109,12 @@ def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Qu
             value=factor * right.value, scale=abs(factor))))
         if wrong.sum() < max(3.0, (1.0 - FOLLOWS) * (settled & (wanted != 0.0)).sum()):
             return None
-        row, field = device.value[last[np.argmax(wrong)]], wrong_field(commands)
+        row = device.value[last[np.argmax(wrong)]]
         here = settled & (device.value[last] == row).all(axis=1)
         said = 'was {:.2g} in {} of {} commands with {}'.format(
             series.value[np.argmax(wrong)], (here & wrong).sum(), here.sum(), device.place(row))
-        more = '; ' + field if field else '; another callback publishes, too' if (
-            here & ~wrong).sum() > 2 and not series.value[here & wrong].any() else ''
+        is_mixed = (here & ~wrong).sum() > 2 and not series.value[here & wrong].any()
+        more = '; another callback publishes, too' if is_mixed else ''
     return Broken('{} {}; it should be {:g} times {}{}'.format(
         name, said, factor, right.words, more), float(series.time[np.argmax(wrong)]), name,
         bool(is_weak[settled & ((wanted != 0.0) | (series.value != 0.0))].all()))
@@ -129,8 +128,7 @@ def unanswered(commands: Any, device: Device, drives: Callable[[np.ndarray], Any
     for begin, end, row in device.held():
         before, soon, last = np.searchsorted(
             commands.arrival, (begin + SOON, begin + ANSWERED, end))
-        is_driven = before and speeds[before - 1] and (
-            begin - commands.arrival[before - 1] < RECENT)
+        is_driven = before and speeds[before - 1] and begin - commands.arrival[before - 1] < RECENT
         if is_off(begin, end):
             continue
         if drives(row) and before == last:
