@@ -12,7 +12,7 @@ import numpy as np
 
 from tb3_labs.watch.chain import Broken, Inside, belief, example, stays
 from tb3_labs.watch.inputs import (
-    ANSWERED, Device, events, law, link_of, stimulus, unanswered)
+    ANSWERED, Device, events_of, law, link_of, stimulus, unanswered)
 from tb3_labs.watch.quantities import Quantity, delay, followed
 from tb3_labs.watch.variables import Series
 
@@ -66,7 +66,7 @@ def stick_laws(inside: Inside) -> List[Optional[Broken]]:
 
 def wrong_button(inside: Inside, begin: float, end: float, name: str) -> Optional[Broken]:
     """What follows a press: does A hand the robot over, B take it, and Y call the reset?"""
-    control, sent, calls = inside.run.control, inside.run.commands, events(inside, 'call')
+    control, sent, calls = inside.run.control, inside.run.commands, events_of(inside, 'call')
     said = [str(value == 1.0) for at, value in zip(control.arrival, control.value)
             if begin - 0.02 < at < min(end, begin + 1.0)][-1:]
     came = ((sent.arrival > begin + ANSWERED) & (sent.arrival < end)).sum()
@@ -102,8 +102,9 @@ PAD_LINKS = link_of(stick_laws, weak=False), wrong_control, link_of(stick_laws, 
 
 # -- the mouse of the IMU lab
 
-#: `turning` is known within READ, and a turn goes on if one of its commands comes within ON [s].
-READ, ON = 0.15, 0.3
+#: `turning` is known within READ [s]. Two callbacks publish if this part of the commands is the
+#: first of its kind, zero or not.
+READ, MIXED = 0.15, 0.3
 #: The handout's factor [m/s], [rad/s], and its dead zone. No turn comes before the stimulus BESIDE.
 HALF, DEAD, BESIDE = 0.5, 0.25, 'l beside the mouse'
 
@@ -135,13 +136,13 @@ def mouse_laws(inside: Inside) -> List[Optional[Broken]]:
                          (' outside of both dead zones', x & y)),
                         (('', heard.active), (', also while it is not active', 1.0)))]
              for axis, place, far in (('x', heard.x, x), ('y', heard.y, y))}
-    found = [law(inside, mouse(inside), commands, name, forms[own] + forms[other], factor)
-             for name, own, other, factor in (
-                 (FIELDS[0], 'y', 'x', HALF), (FIELDS[0], 'y', 'x', -HALF),
-                 (FIELDS[1], 'x', 'y', -HALF))]
-    is_up = any(event.get('up') for _, event in events(inside, 'mouse client'))
+    straight, back, turn = (
+        law(inside, mouse(inside), commands, FIELDS[axis == 'x'], forms[axis] + other, factor)
+        for axis, other, factor in (
+            ('y', forms['x'], HALF), ('y', forms['x'], -HALF), ('x', forms['y'], -HALF)))
+    is_up = any(event.get('up') for _, event in events_of(inside, 'mouse client'))
     # the y of a client that is not known may count down
-    return [found[0] if is_up or found[1] else None, found[2]]
+    return [straight if is_up or back else None, turn]
 
 
 def mouse_ignored(inside: Inside) -> Optional[Broken]:
@@ -155,14 +156,13 @@ def mouse_ignored(inside: Inside) -> Optional[Broken]:
 def mouse_in_turn(inside: Inside) -> Optional[Broken]:
     """Does the mouse give no command while the node turns?"""
     commands = inside.run.commands
-    turns = commands.arrival[commands.angular != 0.0]
-    later = np.searchsorted(turns, [commands.arrival, commands.arrival + ON])
-    inner = (turning(inside, commands.arrival) == 1.0) & (
-        mouse(inside).sample(commands.arrival) >= 0)
-    mixed = inner & (later[0] < later[1]) & (commands.angular == 0.0)
+    inner = commands.take((turning(inside, commands.arrival) == 1.0) & (
+        mouse(inside).sample(commands.arrival) >= 0))
+    is_zero = inner.angular == 0.0
+    if len(inner) < 3 or np.diff(is_zero).mean() < MIXED:
+        return None
     return Broken('{} of {} commands while turning was True were those of the mouse'.format(
-        mixed.sum(), inner.sum()), float(commands.arrival[np.argmax(mixed)])) \
-        if mixed.sum() > 2 else None
+        is_zero.sum(), len(inner)), float(inner.arrival[np.argmax(is_zero)]))
 
 
 MOUSE_LINKS = (link_of(mouse_laws, weak=False), mouse_ignored, mouse_in_turn,

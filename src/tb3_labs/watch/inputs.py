@@ -52,18 +52,17 @@ class Device(NamedTuple):
                 yield float(begin), float(end), self.value[np.searchsorted(self.time, begin)]
 
 
-def events(inside: Inside, kind: str) -> List[Tuple[float, Dict[str, Any]]]:
+def events_of(inside: Inside, kind: str) -> List[Tuple[float, Dict[str, Any]]]:
     """The events of this kind in a trial, with their times."""
-    found = [(float(at), json.loads(words)) for at, words in zip(
-        inside.run.events.arrival, inside.run.events.words)]
-    return [(at, event) for at, event in found if event['kind'] == kind]
+    events = inside.run.events
+    return [(at, event) for at, words in zip(events.arrival, events.words)
+            for event in [json.loads(words)] if event['kind'] == kind]
 
 
 def stimulus(inside: Inside, name: str) -> float:
     """The time at which a stimulus of a trial began; infinite if there was none."""
     states = inside.run.states
-    return min((float(at) for at, words in zip(states.arrival, states.words) if words == name),
-               default=np.inf)
+    return float(dict(zip(states.words[::-1], states.arrival[::-1])).get(name, np.inf))
 
 
 def factor_of(series: Series, form: Quantity, part: float) -> float:
