@@ -6,33 +6,30 @@
 """
 import re
 from itertools import islice, product
-from typing import Dict, List, Optional, Tuple
+from typing import List, Optional
 
 import numpy as np
 
 from tb3_labs.watch.chain import Broken, Inside, belief, example, stays
-from tb3_labs.watch.inputs import (
-    ANSWERED, Device, events_of, law, link_of, stimulus, unanswered)
+from tb3_labs.watch.inputs import ANSWERED, Device, events_of, law, link_of, stimulus, unanswered
 from tb3_labs.watch.quantities import Quantity, delay, followed
 from tb3_labs.watch.variables import Series
 
 # -- the gamepad
 
-#: The fields of a command, and the handout's speeds of a full stick [m/s], [rad/s].
-FIELDS, FACTORS = ('linear.x', 'angular.z'), (0.22, 2.84)
-#: The stimuli that show a pad's axes and buttons, and the handout's numbers of them.
-STICKS, BUTTONS = ('left stick up', 'right stick left'), 'ABY'
-HANDOUT = {STICKS[0]: 1, STICKS[1]: 3, 'A': 0, 'B': 1, 'Y': 2}
+#: The fields of a command; the handout's speeds of a full stick [m/s], [rad/s], and its axes.
+FIELDS, FACTORS, AXES = ('linear.x', 'angular.z'), (0.22, 2.84), (1, 3)
+#: The stimuli that show a pad's axes.
+STICKS = 'left stick up', 'right stick left'
 
 
-def numbers(inside: Inside) -> Dict[str, int]:
-    """Stimulus -> its axis or button on the pad that the check played, or that of the handout."""
-    heard, found = inside.run.pad, {}
-    for name, usual in HANDOUT.items():
-        begin, columns = stimulus(inside, name), heard.buttons if name in BUTTONS else heard.axes
-        part = slice(*np.searchsorted(heard.arrival, (begin - 0.01, begin + 0.2)))
-        moved = np.abs(columns[part]).sum(axis=0)
-        found[name] = int(np.argmax(moved)) if moved.any() else usual
+def axes(inside: Inside) -> List[int]:
+    """The axes that drive and turn on the pad that the check played, or those of the handout."""
+    heard, found = inside.run.pad, []
+    for begin, usual in zip([stimulus(inside, stick) for stick in STICKS], AXES):
+        moved = np.abs(heard.axes[slice(*np.searchsorted(
+            heard.arrival, (begin - 0.01, begin + 0.2)))]).sum(axis=0)
+        found.append(int(np.argmax(moved)) if moved.any() else usual)
     return found
 
 
@@ -44,55 +41,42 @@ def played(inside: Inside) -> Device:
             ('axis', heard.axes), ('button', heard.buttons)) for k in range(columns.shape[1])])
 
 
-def presses(inside: Inside) -> List[Tuple[float, float, str]]:
-    """(begin, next one, name) of the presses of the buttons."""
-    heard, known = inside.run.pad, inside.known(numbers)
-    found = sorted((float(at), name) for name in BUTTONS for at in heard.arrival[1:][
-        np.diff(heard.buttons[:, known[name]]) > 0.0])
-    ends = [at for at, _ in found[1:]] + [inside.run.duration]
-    return [(at, end, name) for (at, name), end in zip(found, ends)]
-
-
 def stick_laws(inside: Inside) -> List[Optional[Broken]]:
     """The Broken of each field that follows a stick; weak if the pad is not known."""
     pad = played(inside)
     forms = [Quantity(name, pad.time, value, 1.0) for name, value in zip(pad.names, pad.value.T)]
     found = [law(inside, pad, inside.run.commands, name,
-                 [forms[inside.known(numbers)[stick]], *forms], factor)
-             for name, factor, stick in zip(FIELDS, FACTORS, STICKS)]
+                 [forms[axis], *forms], factor)
+             for name, factor, axis in zip(FIELDS, FACTORS, inside.known(axes))]
     return [each and each._replace(is_weak=each.is_weak or stimulus(inside, STICKS[0]) == np.inf)
             for each in found]
 
 
-def wrong_button(inside: Inside, begin: float, end: float, name: str) -> Optional[Broken]:
+def wrong_button(inside: Inside, name: str, begin: float, end: float) -> Optional[Broken]:
     """What follows a press: does A hand the robot over, B take it, and Y call the reset?"""
-    control, sent, calls = inside.run.control, inside.run.commands, events_of(inside, 'call')
+    control, sent = inside.run.control, inside.run.commands.arrival
     said = [str(value == 1.0) for at, value in zip(control.arrival, control.value)
-            if begin - 0.02 < at < min(end, begin + 1.0)][-1:]
-    came = ((sent.arrival > begin + ANSWERED) & (sent.arrival < end)).sum()
-    is_reset = abs(begin - stimulus(inside, 'Y')) < ANSWERED
-    resets = sum(begin <= at and (at < end or is_reset) for at, _ in calls)
+            if begin < at < min(end, begin + 1.0)][-1:]
+    came = ((sent > begin + ANSWERED) & (sent < end)).sum()
+    resets = sum(begin < at < end for at, _ in events_of(inside, 'call'))
     is_right = {'A': said == ['True'] and not came and not resets,
-                'B': said == ['False'] and not resets, 'Y': bool(resets) or not is_reset}
-    return None if is_right[name] else Broken(
+                'B': said == ['False'] and not resets, 'Y': resets > 0}
+    return None if is_right[name] or begin == np.inf else Broken(
         'after {} ctrl_relinq said {}, {} commands came, and {} resets were called'.format(
             name, *said or ['nothing'], came, resets), begin)
 
 
 def wrong_control(inside: Inside) -> Optional[Broken]:
     """Do the sticks drive, and the buttons do what they should?"""
-    axes, pressed = [inside.known(numbers)[stick] for stick in STICKS], presses(inside)
-    found = [unanswered(inside.run.commands, played(inside), lambda row: row[axes].any(),
-                        lambda begin, end: [name for at, _, name in pressed
-                                            if at <= begin and name != 'Y'][-1:] == ['A'])]
-    found += [wrong_button(inside, *each) for each in pressed]
+    a, b, y = begins = [stimulus(inside, name) for name in 'ABY']
+    found = [unanswered(
+        inside.run.commands, played(inside), lambda row: row[inside.known(axes)].any(),
+        lambda begin, end: stimulus(inside, STICKS[0]) == np.inf or a <= begin < b)]
+    found += map(wrong_button, [inside] * 3, 'ABY', begins, (b, y, np.inf))
     broken = min(filter(None, found), key=lambda each: each.moment, default=None)
-    if broken is None or stimulus(inside, STICKS[0]) == np.inf:
-        return None
-    for each in inside.variables.values():
+    for each in inside.variables.values() if broken else ():
         if set(each.text) == {'True', 'False'} and any(
-                each.at(at) != each.at(at + ANSWERED)
-                for at, *_ in pressed if at <= broken.moment):
+                each.at(at) != each.at(at + ANSWERED) for at in begins if at <= broken.moment):
             return Broken('{}; {} was {}'.format(broken.words, each.name, each.text_at(
                 broken.moment + ANSWERED)), broken.moment, each.name)
     return broken
@@ -102,8 +86,7 @@ PAD_LINKS = link_of(stick_laws, weak=False), wrong_control, link_of(stick_laws, 
 
 # -- the mouse of the IMU lab
 
-#: `turning` is known within READ [s]. Two callbacks publish if this part of the commands is the
-#: first of its kind, zero or not.
+#: `turning` is known within READ [s]. The part of mixed commands at which zero begins or ends.
 READ, MIXED = 0.15, 0.3
 #: The handout's factor [m/s], [rad/s], and its dead zone. No turn comes before the stimulus BESIDE.
 HALF, DEAD, BESIDE = 0.5, 0.25, 'l beside the mouse'

@@ -14,7 +14,7 @@ DRIVE_SHEET = 'transformation_lab.md'
 #: The parts of the labs in which a link shows.
 TURNS, MOUSE, DRIVES, CONTROL = ('turns', 'both'), ('mouse', 'both'), (
     'drive', 'reset'), ('drive', 'reset', 'control')
-STICKS, BUTTONS = ('sticks', 'buttons', 'no service'), ('buttons', 'no service')
+STICKS = 'sticks', 'buttons', 'no service'
 #: lab -> its links, in their order
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
@@ -55,8 +55,8 @@ CHAINS: Dict[str, Sequence[Link]] = {
         Link(question, look, THUMB, step, DRIVE_SHEET, parts)
         for (question, step, parts), look in zip((
             ('rostopic echo /joy, and /cmd_vel: which number belongs to which?', 1, STICKS),
-            ('rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, B, Y.',
-             1, STICKS),
+            ('rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, B, Y.', 1,
+             STICKS),
             ('How large is each command?', 1, STICKS)), input_links.PAD_LINKS))}
 #: lab -> variables of its node by the handout
 NAMES = {'turn': {'goal_yaw', 'turning'}, 'move2goal': {'local_x', 'local_y', 'local_yaw'}}
