@@ -74,11 +74,12 @@ def wrong_control(inside: Inside) -> Optional[Broken]:
         lambda begin, end: stimulus(inside, STICKS[0]) == np.inf or a <= begin < b)]
     found += map(wrong_button, [inside] * 3, 'ABY', begins, (b, y, np.inf))
     broken = min(filter(None, found), key=lambda each: each.moment, default=None)
-    for each in inside.variables.values() if broken else ():
-        if set(each.text) == {'True', 'False'} and any(
+    for each in inside.variables.values():
+        if broken and set(each.text) == {'True', 'False'} and any(
                 each.at(at) != each.at(at + ANSWERED) for at in begins if at <= broken.moment):
-            return Broken('{}; {} was {}'.format(broken.words, each.name, each.text_at(
-                broken.moment + ANSWERED)), broken.moment, each.name)
+            return Broken('{}; {} was {}'.format(
+                broken.words, each.name, each.text_at(broken.moment + ANSWERED)), broken.moment,
+                each.name if broken is found[0] else '')
     return broken
 
 

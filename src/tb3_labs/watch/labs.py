@@ -52,12 +52,10 @@ CHAINS: Dict[str, Sequence[Link]] = {
              drive_links.not_silent, STATES, 2, DRIVE_SHEET, CONTROL),
         Link('How large is each command?', drive_links.slow_law, STATES, 1, DRIVE_SHEET, DRIVES)),
     'gamepad': tuple(
-        Link(question, look, THUMB, step, DRIVE_SHEET, parts)
-        for (question, step, parts), look in zip((
-            ('rostopic echo /joy, and /cmd_vel: which number belongs to which?', 1, STICKS),
-            ('rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, B, Y.', 1,
-             STICKS),
-            ('How large is each command?', 1, STICKS)), input_links.PAD_LINKS))}
+        Link(question, look, THUMB, 1, DRIVE_SHEET, STICKS) for question, look in zip((
+            'rostopic echo /joy, and /cmd_vel: which number belongs to which?',
+            'rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, B, Y.',
+            'How large is each command?'), input_links.PAD_LINKS))}
 #: lab -> variables of its node by the handout
 NAMES = {'turn': {'goal_yaw', 'turning'}, 'move2goal': {'local_x', 'local_y', 'local_yaw'}}
 #: What costs no points, and is told with full marks.
