@@ -101,8 +101,7 @@ def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Qu
     settled = series.time - device.changed[last] > ANSWERED
     is_weak = (series.value * wanted > 0.0) & (np.abs(series.value) < 1.02 * abs(factor))
     if words:
-        wrong, more = series.value != 0.0, ''
-        said = 'follows {:.3g} times {}'.format(share, words)
+        wrong, said = series.value != 0.0, 'follows {:.3g} times {}'.format(share, words)
     else:
         wrong = settled & ~np.isfinite(ages(series, right._replace(
             value=factor * right.value, scale=abs(factor))))
@@ -112,10 +111,10 @@ def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Qu
         here = settled & (device.value[last] == row).all(axis=1)
         said = 'was {:.2g} in {} of {} commands with {}'.format(
             series.value[np.argmax(wrong)], (here & wrong).sum(), here.sum(), device.place(row))
-        is_mixed = (here & ~wrong).sum() > 2 and not series.value[here & wrong].any()
-        more = '; another callback publishes, too' if is_mixed else ''
-    return Broken('{} {}; it should be {:g} times {}{}'.format(
-        name, said, factor, right.words, more), float(series.time[np.argmax(wrong)]), name,
+        if (here & ~wrong).sum() > 2 and not series.value[here & wrong].any():
+            said += ', since another callback publishes, too'
+    return Broken('{} {}; it should be {:g} times {}'.format(
+        name, said, factor, right.words), float(series.time[np.argmax(wrong)]), name,
         bool(is_weak[settled & ((wanted != 0.0) | (series.value != 0.0))].all()))
 
 
