@@ -27,8 +27,7 @@ def axes(inside: Inside) -> List[int]:
     """The axes that drive and turn on the pad that the check played, or those of the handout."""
     heard, found = inside.run.pad, []
     for begin, usual in zip([stimulus(inside, stick) for stick in STICKS], AXES):
-        moved = np.abs(heard.axes[slice(*np.searchsorted(
-            heard.arrival, (begin - 0.01, begin + 0.2)))]).sum(axis=0)
+        moved = np.abs(heard.between(begin - 0.01, begin + 0.2).axes).sum(axis=0)
         found.append(int(np.argmax(moved)) if moved.any() else usual)
     return found
 
@@ -37,8 +36,7 @@ def played(inside: Inside) -> Device:
     """What a node heard of the pad."""
     heard = inside.run.pad
     return Device(heard.arrival, np.hstack([heard.axes, heard.buttons]), [
-        '{} {}'.format(words, k) for words, columns in (
-            ('axis', heard.axes), ('button', heard.buttons)) for k in range(columns.shape[1])])
+        *map('axis {}'.format, range(heard.AXES)), *map('button {}'.format, range(heard.BUTTONS))])
 
 
 def stick_laws(inside: Inside) -> List[Optional[Broken]]:

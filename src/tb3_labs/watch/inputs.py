@@ -12,8 +12,7 @@ from tb3_labs.watch.chain import Broken, Inside, Look
 from tb3_labs.watch.quantities import RECENT, SOON, Quantity, ages, thinned
 from tb3_labs.watch.variables import Series
 
-#: A command has changed within ANSWERED after an input [s]; an input that is held for HELD [s] must
-#: have been answered.
+#: A command changes within ANSWERED after an input [s]; one that is held for HELD [s] is answered.
 ANSWERED, HELD = 0.5, 0.6
 #: A field follows an input if this part of its values does: a callback that waited answers late.
 #: A variable is read up to READ_LATER after its command [s], and not for each.
@@ -112,21 +111,20 @@ def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Qu
         said = 'was {:.2g} in {} of {} commands with {}'.format(
             series.value[np.argmax(wrong)], (here & wrong).sum(), here.sum(), device.place(row))
         if (here & ~wrong).sum() > 2 and not series.value[here & wrong].any():
-            said += ', since another callback publishes, too'
+            said += ', as if another callback published, too'
     return Broken('{} {}; it should be {:g} times {}'.format(
         name, said, factor, right.words), float(series.time[np.argmax(wrong)]), name,
         bool(is_weak[settled & ((wanted != 0.0) | (series.value != 0.0))].all()))
 
 
-def unanswered(commands: Any, device: Device, drives: Callable[[np.ndarray], Any],
+def unanswered(sent: Any, device: Device, drives: Callable[[np.ndarray], Any],
                is_off: Callable[[float, float], Any]) -> Optional[Broken]:
     """Does a command come while an input is held, and a zero when it is let go? ``drives(row)``: it
     asks for a movement; ``is_off(begin, end)``: none is to come."""
-    speeds = np.abs(commands.linear) + np.abs(commands.angular)
+    speeds = np.abs(sent.linear) + np.abs(sent.angular)
     for begin, end, row in device.held():
-        before, soon, last = np.searchsorted(
-            commands.arrival, (begin + SOON, begin + ANSWERED, end))
-        is_driven = before and speeds[before - 1] and begin - commands.arrival[before - 1] < RECENT
+        before, soon, last = np.searchsorted(sent.arrival, (begin + SOON, begin + ANSWERED, end))
+        is_driven = before and speeds[before - 1] and begin - sent.arrival[before - 1] < RECENT
         if is_off(begin, end):
             continue
         if drives(row) and before == last:
