@@ -81,10 +81,10 @@ def driving(command):
 
 
 def waits(axes, buttons, node):
-    """Its callback waited: at the stick's push after B come four zeros."""
+    """Its callback waited: four zeros come 0.7 s after the stick's push."""
     node['steps'] = node.get('steps', 0) + 1
     command = right(axes, buttons, node)
-    return (0.0, 0.0) if command and 11 < node['steps'] / 20.0 <= 11.2 else command
+    return (0.0, 0.0) if command and 11.7 < node['steps'] / 20.0 <= 11.9 else command
 
 
 def smooth(axes, buttons, node):
@@ -115,6 +115,7 @@ def resets_by_b(axes, buttons, node):
     (driving(lambda axes: (0.22 * axes[3], 2.84 * axes[1])),
      'linear.x follows 0.22 times axis 3; it should be 0.22 times axis 1', False),
     (driving(lambda axes: (0.22 * axes[1], -2.84 * axes[3])), 'angular.z follows -2.84 times axis 3', False),
+    (driving(lambda axes: (axes[1], 2.84 * axes[3])), 'linear.x follows 1 times axis 1', False),
     (driving(lambda axes: (0.2 * axes[1], 2.84 * axes[3])), 'linear.x follows 0.2 times axis 1', True),
     (driving(lambda axes: (0.22 * axes[1], 2.84 * axes[3] ** 3)), 'angular.z was -0.35', True),
     (driving(lambda axes: (0.0, 2.84 * axes[3])), 'linear.x was 0 in 20 of 20 commands with axis 1 at 1', False),
@@ -177,8 +178,8 @@ def mouse_run(react, up):
 @pytest.mark.parametrize('react, up, said', [
     (lambda x, y, on: (on * 0.5 * far(y), on * -0.5 * far(x)), 1, None),
     (lambda x, y, on: (on * 0.5 * far(y), on * 0.5 * far(x)), 1, 'angular.z follows 0.5 times x'),
-    (lambda x, y, on: (on * -0.5 * far(x), on * 0.5 * far(y)), 1,
-     'linear.x follows -0.5 times x outside of the dead zone; it should be 0.5 times y'),
+    (lambda x, y, on: (on * 0.5 * x * bool(far(y)), on * -0.5 * y * bool(far(x))), 1,
+     'linear.x follows 0.5 times x outside of both dead zones; it should be 0.5 times y'),
     (lambda x, y, on: (on * 0.5 * y, on * -0.5 * x), 1, 'linear.x follows 0.5 times y; it should'),
     (lambda x, y, on: (0.5 * far(y), -0.5 * far(x)), 1,
      'linear.x follows 0.5 times y outside of the dead zone, also while it is not active'),
