@@ -14,7 +14,7 @@ DRIVE_SHEET = 'transformation_lab.md'
 #: The parts of the labs in which a link shows.
 TURNS, MOUSE, DRIVES, CONTROL = ('turns', 'both'), ('mouse', 'both'), (
     'drive', 'reset'), ('drive', 'reset', 'control')
-STICKS, BUTTONS = ('sticks', 'buttons', 'no service'), ('buttons', 'no service')
+STICKS = 'sticks', 'buttons', 'no service'
 #: lab -> its links, in their order
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
@@ -52,13 +52,10 @@ CHAINS: Dict[str, Sequence[Link]] = {
              drive_links.not_silent, STATES, 2, DRIVE_SHEET, CONTROL),
         Link('How large is each command?', drive_links.slow_law, STATES, 1, DRIVE_SHEET, DRIVES)),
     'gamepad': tuple(
-        Link(question, look, THUMB, step, DRIVE_SHEET, parts)
-        for (question, step, parts), look in zip((
-            ('rostopic echo /joy, and /cmd_vel: which number belongs to which?', 1, STICKS),
-            ('rostopic echo /cmd_vel: let the sticks go.', 1, STICKS),
-            ('rostopic echo /ctrl_relinq: press A, then B.', 1, STICKS),
-            ('Press Y: which service is called, and with which numbers?', 2, BUTTONS),
-            ('How large is each command?', 1, STICKS)), input_links.PAD_LINKS))}
+        Link(question, look, THUMB, 1, DRIVE_SHEET, STICKS) for question, look in zip((
+            'rostopic echo /joy, and /cmd_vel: which number belongs to which?',
+            'rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, B, Y.',
+            'How large is each command?'), input_links.PAD_LINKS))}
 #: lab -> variables of its node by the handout
 NAMES = {'turn': {'goal_yaw', 'turning'}, 'move2goal': {'local_x', 'local_y', 'local_yaw'}}
 #: What costs no points, and is told with full marks.

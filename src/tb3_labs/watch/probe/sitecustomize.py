@@ -32,8 +32,6 @@ MOST_SHOWN, MOST_OBJECTS, MOST_OF_A_CLASS, LONGEST, MOST_NUMBERS = 40, 20, 3, 20
 #: Values of these types are shown as Python writes them, and of those never.
 SIMPLE = {bool, float, type(None)}
 HIDDEN = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
-#: The places of __slots__ of the classes that were seen.
-SLOTS = {}
 #: What each thread holds.
 OF_A_THREAD = frozenset(vars(threading.main_thread()))
 #: An object within an object within an object is the last one.
@@ -46,10 +44,8 @@ def leave_the_path():
     sys.path[:] = [folder for folder in sys.path if folder != own]
     folders = os.environ.get('PYTHONPATH', '').split(os.pathsep)
     left = os.pathsep.join(folder for folder in folders if folder != own)
-    if left:
-        os.environ['PYTHONPATH'] = left
-    else:
-        os.environ.pop('PYTHONPATH', None)
+    os.environ.pop('PYTHONPATH', None)
+    os.environ.update({'PYTHONPATH': left} if left else {})
     this = sys.modules.pop(__name__)
     try:
         import sitecustomize    # noqa: F401
@@ -76,24 +72,15 @@ def script_frames():
         if mains else []
 
 
-def package_of(path):
-    """The folder of the package of a file; None if it lies in none."""
-    folder = os.path.dirname(os.path.abspath(path))
-    while not os.path.isfile(os.path.join(folder, 'package.xml')):
-        if folder == os.path.dirname(folder):
-            return None
-        folder = os.path.dirname(folder)
-    return folder
-
-
 class Node:
     """The node's own classes, its objects, and what they hold."""
 
     def __init__(self, script):
         """`script`: the globals of its main program."""
         self._script, self.file = script, str(script.get('__file__', ''))
-        self._folder = os.path.dirname(os.path.abspath(self.file))
-        self._package = package_of(self.file)
+        self._folder = self._package = os.path.dirname(os.path.abspath(self.file))
+        while self._package != '/' and not os.path.isfile(self._package + '/package.xml'):
+            self._package = os.path.dirname(self._package)
         self._is_own, self._objects, self._pause, self._next = {Node: False}, [], 0.25, 0.0
 
     def is_own(self, kind):
@@ -103,8 +90,7 @@ class Node:
             path = getattr(sys.modules.get(name), '__file__', None)
             folder = os.path.dirname(os.path.abspath(path)) if path else ''
             self._is_own[kind] = name == '__main__' or name.split('.')[0] != 'tb3_labs' and (
-                folder == self._folder or self._package is not None
-                and folder.startswith(self._package + os.sep))
+                folder == self._folder or folder.startswith(self._package + '/'))
         return self._is_own[kind]
 
     def is_object(self, value):
@@ -155,8 +141,7 @@ class Node:
             try:
                 if type(value) in HIDDEN or name.startswith('__'):
                     continue
-                if name.startswith('_'):        # a private one
-                    name = name.replace('_{}__'.format(owner.lstrip('_')), '__')
+                name = name.replace('_{}__'.format(owner.lstrip('_')), '__')    # a private one
                 for path, text in self._texts(name, value, known):
                     path = path if path not in found else '{}.{}'.format(owner, path)
                     if len(found) < MOST_SHOWN:
@@ -165,21 +150,15 @@ class Node:
                 pass
 
     def _texts(self, name, value, known, depth=0):
-        """Returns [(name, text)] of a simple value, or yields those of its parts."""
+        """[(name, text)] of a simple value, or of the parts of another one."""
         kind = type(value)
-        if kind in SIMPLE:
-            return [(name, repr(value))]
-        if kind is int:
-            return [(name, repr(value))] * (value.bit_length() <= 3 * LONGEST)
-        if kind is str:
-            return [(name, sendable(value))]
-        if issubclass(kind, Enum):
-            return [(name, sendable(str(vars(value).get('_name_'))))]
-        return self._parts(name, value, known, depth)
-
-    def _parts(self, name, value, known, depth):
-        kind, module = type(value), module_of(type(value))
-        if module == 'numpy':
+        if kind in SIMPLE or kind is int and value.bit_length() <= 3 * LONGEST:
+            yield name, repr(value)
+        elif kind is str:
+            yield name, sendable(value)
+        elif issubclass(kind, Enum):
+            yield name, sendable(str(vars(value).get('_name_')))
+        elif (module := module_of(kind)) == 'numpy':
             if kind.__name__ == 'ndarray':
                 if 0 < value.size <= MOST_NUMBERS and value.dtype.kind in 'bif':
                     yield from self._texts(name, value.ravel().tolist(), known)
@@ -226,16 +205,14 @@ def sendable(text):
 
 def attributes(thing):
     """{name: value} of an object's attributes; no code of its class is run."""
-    held, whole = {}, type(thing)
-    if whole not in SLOTS:
-        SLOTS[whole] = [(name, slot) for kind in whole.__mro__
-                        for name, slot in list(vars(kind).items())
-                        if type(slot) is MemberDescriptorType]
-    for name, slot in SLOTS[whole]:
-        try:
-            held[name] = slot.__get__(thing)
-        except AttributeError:      # not set yet
-            pass
+    held = {}
+    for kind in type(thing).__mro__:
+        for name, slot in list(vars(kind).items()):
+            if type(slot) is MemberDescriptorType:
+                try:
+                    held[name] = slot.__get__(thing)
+                except AttributeError:      # not set yet
+                    pass
     try:
         held.update(object.__getattribute__(thing, '__dict__'))
     except AttributeError:
