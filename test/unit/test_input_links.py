@@ -61,7 +61,7 @@ def pad_run(react=right, played=PLAYED):
 
 
 def told(inside, lab='gamepad', weak=True):
-    found = first_broken(inside, CHAINS[lab], weak=weak)
+    found = first_broken(inside, CHAINS[lab], ['mouse'] if lab == 'turn' else None, weak)
     return found and found[1].words
 
 

@@ -25,7 +25,7 @@ class Turn:
 
     Angles in the node's own unit: `own`, curr_yaw at the letter; `before` and `after`, goal_yaw as
     a text, '' if there is none. Of each command: its time, angular.z, goal_yaw and curr_yaw then,
-    and their difference [deg].
+    and their difference [deg], NaN if the goal is not known.
     """
 
     begin: float
@@ -114,7 +114,7 @@ def turns(inside: Inside) -> List[Turn]:
         found.append(Turn(
             begin, end, side, own, goal.text_at(begin) if goal is not None else '',
             goal.text_at(read + READ) if goal is not None else '', time, sent.angular[chosen], aim,
-            now, (aim - now) / used.per_degree if side or goal is not None else 0.0 * time))
+            now, (aim - now) / used.per_degree if side or goal is not None else np.nan * time))
     return found
 
 
@@ -186,10 +186,11 @@ def not_turning(inside: Inside) -> Optional[Broken]:
     for turn in inside.known(turns):
         part = turning.between(turn.begin + READ / 2.0, min(turn.end, turn.begin + 1.0))
         if len(part.value) > 4 and not (part.value == 1.0).any():
+            error = ', at an error of {:+.0f} degrees'.format(turn.error[0]) if np.isfinite(
+                turn.error[:1]).any() else ''
             return Broken('after {}{}, {} stayed {}, or was {} again at once'.format(
-                turn.letter, ', at an error of {:+.0f} degrees'.format(turn.error[0]) if len(
-                    turn.time) else '', turning.name, part.text[-1], part.text[-1]),
-                turn.begin, turning.name)
+                turn.letter, error, turning.name, part.text[-1], part.text[-1]), turn.begin,
+                turning.name)
     return None
 
 
