@@ -6,7 +6,7 @@ Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 SUBMISSIONS is a folder with a folder or a zip file for each student, or the zip file of a learning
 platform. MARKS gets marks.csv, overview.html, and a
 page of feedback and a results.json for each student. A submission that has been marked there, and
-has not changed, is not tried again. The instructors' page on marking tells more.
+has not changed, is not tried again. The instructors' page on marking has more.
 """
 import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
 

@@ -178,8 +178,8 @@ build() {
   rm -rf "$ws/src/tb3_labs"
   mkdir -p "$ws/src/tb3_labs"
   find "$repo" -mindepth 1 -maxdepth 1 ! -name '.*' ! -name build -exec ln -s -t "$ws/src/tb3_labs" {} +
-  # roscore starts the master without rosout: that C++ node keeps a port open to the network whatever ROS_HOSTNAME says. Nodes
-  # publish /rosout all the same.
+  # roscore starts the master without rosout: that C++ node keeps a port open to the network
+  # whatever ROS_HOSTNAME says. Nodes publish /rosout nevertheless.
   mkdir -p "$ws/etc"
   ln -sfn /etc/ros/rosdep "$ws/etc/rosdep"
   touch "$ws/CATKIN_IGNORE"    # a clone inside another workspace: catkin shall not look in here

@@ -19,7 +19,7 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
-        # `&` in a script ignores SIGINT; a tool ends by it all the same, as a node does
+        # `&` in a script ignores SIGINT; a tool ends by it nevertheless, as a node does
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -96,7 +96,7 @@ def reason(problem: BaseException) -> str:
     """The reason of a failure, in one line. If a file is the problem, its name comes first."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return '{}: {}'.format(problem.filename, problem.strerror)
-    if isinstance(problem, FileNotFoundError):    # only that of os.getcwd() has no name
+    if isinstance(problem, FileNotFoundError):    # only the error of os.getcwd() has no name
         return 'the current folder was deleted: go to another one, such as cd ~'
     return ' '.join(str(problem).split())
 

@@ -102,7 +102,7 @@ def one_drive_afar(job):
 
 
 def is_said_falsely(result, config=DriveConfig()):
-    """Was a drive said to have reached its goal, and had not?"""
+    """Did a node report a goal that it had not reached?"""
     return result.reached and not (
         result.rested and result.distance_error <= config.distance_tolerance
         and abs(math.degrees(result.angle_error)) <= config.angle_tolerance_deg)

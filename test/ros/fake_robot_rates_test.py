@@ -44,8 +44,8 @@ class Arrivals:
             self.done.set()
 
     def rate(self):
-        """Messages a second, by the wall clock. Messages that this process reads late do not count:
-        the fastest of a sixth of them, at either end, show the pace of the robot's time."""
+        """Messages a second, by the wall clock. Messages that this process reads late are ignored: the fastest of a
+        sixth of them, at either end, show the pace of the robot's time."""
         times, stamps = self.times[:self.count + 1], self.stamps[:self.count + 1]
         under_way = [time - stamp for time, stamp in zip(times, stamps)]
         some = self.count // 6

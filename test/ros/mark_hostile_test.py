@@ -85,7 +85,7 @@ FORK = '''        import os, time
 FILL = '''    for number in range(8):
         rospy.set_param('/filled{}'.format(number), 'x' * 150000000)
 '''
-#: The instructor is told this, and no student.
+#: The instructor reads this, and no student.
 FINDINGS = ('A setting of the robot was changed: imu_noise_deg from 0',)
 
 

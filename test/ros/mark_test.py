@@ -86,7 +86,7 @@ TWO_JOBS = 'imu', 'heading'
 #: several mistakes if they lose different criteria, since each submission costs a robot and a master.
 CASES = {
     XBOX: [
-        # its flood tells in its way why a reset failed
+        # its flood is its way to say why a reset failed
         Case(WINDOWS, PAD, [
             ('    def joy_callback(self, msg):\n', '    def joy_callback(self, msg):\n' + FLOOD),
             ('msg.buttons[2]', 'msg.buttons[3]'), ('        if self.has_control:', '        if True:'),

@@ -79,7 +79,7 @@ class Scenes(DriveCase):
         self.assertEqual(outcome, 'GOAL_REACHED')
 
     def assert_sound(self, node):
-        """The node runs, and told no traceback."""
+        """The node runs, and printed no traceback."""
         self.assertIsNone(node.status, node.text)
         self.assertNotIn('Traceback', node.text)
 

@@ -65,8 +65,8 @@ def watch_robot(seen, read_truth=lambda message: to_pose2(message.pose)):
 
 
 class Program(processes.Program):
-    """A program whose output and end a test waits for. `environment` is added to that of this
-    process, or replaces it (`clean`). Without a `terminal` its input is the text `typed`, and then ends."""
+    """A program whose output and end a test waits for. `environment` is added to this process's, or replaces it
+    (`clean`). Without a `terminal` its input is the text `typed`, and then ends."""
 
     def __init__(self, command, terminal=False, typed='', environment=None, clean=False):
         environment = dict({} if clean else os.environ, **environment or {})
@@ -162,7 +162,7 @@ class NodeCase(unittest.TestCase):
     def wait_until_hears(cls, name, topic, seconds=STARTING):
         """Wait until the running node `name` has dealt with one of the steady messages on `topic`.
 
-        rospy counts bytes, also those of the handshake. The first growth is a message, the second
+        rospy counts bytes, also the handshake's. The first growth is a message, the second
         one says that its callback has ended.
         """
         master, topic, totals = rosgraph.Master(rospy.get_name()), rospy.resolve_name(topic), set()

@@ -96,7 +96,7 @@ class PanelTest(PanelCase):
         return self.opened
 
     def here(self):
-        """Declare the robot to be at the origin; its true pose, which is that of local."""
+        """Declare the robot to be at the origin; returns its true pose, at which local is."""
         origin = self.rest()
         done, text = self.page.ask('reset', x=0, y=0, yaw_deg=0)
         self.assertTrue(done, text)
@@ -212,7 +212,7 @@ class PanelTest(PanelCase):
         stops = self.page.picture['stops']
         self.page.fall_silent()
         self.assert_stopped(since)
-        # the same joy again, but nobody gripped it anew
+        # the same joy again, but nobody gripped it again
         self.page.wait_until(lambda: self.page.picture['stops'] > stops, 5.0, 'the loss')
         for _ in range(20):
             self.page.send('joy', stops=stops, pad={'forward': 1.0, 'left': 0}, mouse=None)

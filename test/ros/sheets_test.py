@@ -219,7 +219,7 @@ class SheetsTest(unittest.TestCase):
                     student.do(step)
                 except (AssertionError, RuntimeError) as problem:
                     what = '{}, line {}: {}\n{}'.format(page, step.line, step.text, problem)
-                    print(what, flush=True)    # unittest tells it after the other walks
+                    print(what, flush=True)    # unittest prints it after the other walks
                     self.fail(what)
                 print('{:6.1f} s  {}:{}  {}'.format(time.monotonic() - began, page, step.line, step.text.split(
                     '\n')[0] or step.argument), flush=True)

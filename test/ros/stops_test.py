@@ -1,7 +1,6 @@
 """A stop stays a stop, on real nodes: hands, pads, sleeping and waking processes, closed terminals.
 
-In each test the robot stands although a sender repeated, woke up or reconnected, and drives again
-when a person says so.
+In each test the robot stands although a sender repeated, woke up or reconnected, and drives again when a person asks.
 """
 import itertools
 import math
@@ -72,7 +71,7 @@ class StopsTest(WithThumb, DriveCase):
         return node
 
     def wait_until_turns_are_heard(self):
-        """By a controller that is there before this sender: so its first turn counts."""
+        """By a controller that is there before this sender: so its first turn is accepted."""
         self.wait_until_hears('controller', 'imu')
         self.turns = rospy.Publisher('turn', Float64, queue_size=5)
         self.addCleanup(self.turns.unregister)
@@ -138,7 +137,7 @@ class StopsTest(WithThumb, DriveCase):
         self.let_it_drive(self.give_control)
         self.seen.wait_for('control_holder', lambda holder: holder == 'move_to_goal')
         self.is_stopped(self.thumb.press(B))
-        self.control.publish(True)            # said before, and not taken back since
+        self.control.publish(True)            # sent before, and not taken back since
         self.is_stopped(rospy.get_time(), 0.0)
         self.let_it_drive(self.give_control)
         self.thumb.press(B)
@@ -151,7 +150,7 @@ class StopsTest(WithThumb, DriveCase):
         self.thumb.press(B)
 
     def test_the_first_word_of_a_sender_that_latches_is_a_stop_and_its_last_gives_once(self):
-        """It was connected all the time, and had said nothing: its False is not an old one. Its
+        """It was connected all the time, and had sent nothing: its False is not an old one. Its
         True that a new connection repeats is."""
         student = self.student()
         node = self.move_to_goal()
@@ -228,8 +227,8 @@ class StopsTest(WithThumb, DriveCase):
         self.is_stopped(rospy.get_time())
 
     def test_a_cancel_without_a_name_ends_any_goal_for_good(self):
-        """Also one that its sender repeats, by the topic and by the action; one that a person sends
-        once again counts."""
+        """Also one that its sender repeats, by the topic and by the action; one that a person sends once again is
+        accepted."""
         node, number = self.move_to_goal(), itertools.count()
 
         def by_action():
@@ -317,7 +316,7 @@ class StopsTest(WithThumb, DriveCase):
         self.stands_after_sleep(controller)
 
     def test_a_reset_that_a_node_finds_when_it_wakes_is_refused(self):
-        """It would count where the robot is then."""
+        """It would be accepted where the robot is then."""
         node, answers = self.move_to_goal(), []
         self.declare()
         for _ in range(3):

@@ -35,7 +35,7 @@ class TurnTest(NodeCase):
         """A controller, ready; the only one."""
         node = self.start('turtlebot_controller.py', **options)
         node.wait_for('and Enter')
-        # after the controller, so that its first turn counts
+        # after the controller, so that its first turn is accepted
         self.turn = rospy.Publisher('turn', Float64, queue_size=5)
         self.addCleanup(self.turn.unregister)
         self.wait_until_heard(self.turn)

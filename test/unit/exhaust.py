@@ -30,8 +30,8 @@ from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.supervision.freshness import Freshness
 from tb3_labs.supervision.permission import _Grant
 
-#: Of a state, these times are all the same if they are longer ago than this; the second also while no
-#: message is under way that may be older.
+#: Of a state, these times are nevertheless if they are longer ago than this; the second also while no message is under
+#: way that may be older.
 AGES = {'_back_at': 0.35, 'given_at': 0.35, '_heard_since': 0.35,
         '_since': 20.3, 'awaits': 20.3}
 QUIET_AGES = dict(AGES, _stops=0.2, _stopped_at=0.2, _began_at=0.2, stopped_at=0.2,
@@ -41,8 +41,7 @@ QUIET_AGES = dict(AGES, _stops=0.2, _stopped_at=0.2, _began_at=0.2, stopped_at=0
 #: something happens only at a further event.
 NOT_LAST = (1.95, 20.2)
 
-#: After the first event, and after one of so many later, it is tried whether a person who asks anew is
-#: obeyed.
+#: After the first event, and after one of so many later, it is tried whether a person who asks again is obeyed.
 LISTENED = 40
 
 CASTS = (Senders, OnePad, LatePad, TwoPads, Goals, LateRobot, GoneRobot, TwoPages, LatePages,
@@ -95,7 +94,7 @@ def search(kind, seconds=math.inf, depth=99):
 
 
 def listens(world):
-    """Unheard if a person who asks anew is not obeyed. A plain story, which is as short, shows what
+    """Unheard if a person who asks again is not obeyed. A plain story, which is as short, shows what
     else is wrong."""
     try:
         world.ask_anew()

@@ -7,10 +7,10 @@ Units: seconds; `at` is the time of a person's action, `now` the time at which a
 """
 import math
 
-#: Actions that are nearer in time have no order [s]: a renewal tells its grant's age in tenths.
+#: Actions that are nearer in time have no order [s]: a renewal has its grant's age in tenths.
 SAME_TIME = 0.15
 #: A sender that renews, and is silent for longer than the first, may not be driven by; after the
-#: second its grant is gone. A grant that took longer to arrive never counted [s].
+#: second its grant is gone. A grant that took longer to arrive was never accepted [s].
 SUSPENDED, OVER = 0.6, 2.1
 #: A grant or goal is void if its robot is not there within the first; within the second while it was
 #: never there. Before a motion, gyro and wheels must have been compared at rest for the third [s].
@@ -32,7 +32,7 @@ class GoalOracle:
         self.robot_at = None         # when the robot was there; None: it was never there
 
     def hear(self, now, sender, word, at=None, renews=False):
-        """A word arrives; `at` is None if no person said it."""
+        """A True or False arrives; `at` is None if no person sent it."""
         if now - (self.grants.get(sender) or now) > OVER:
             del self.grants[sender]
         if not word:
@@ -51,7 +51,7 @@ class GoalOracle:
             self.awaits[what] = now
 
     def look(self, now, is_there):
-        """To be called in each moment: are the sensors heard?"""
+        """To be called in each moment: do the sensors' messages arrive?"""
         patience = FIRST_ROBOT if self.robot_at is None else ROBOT
         for what in [what for what, since in self.awaits.items() if now - since > patience]:
             del self.awaits[what]

@@ -15,10 +15,10 @@ from tb3_labs.supervision.goal_requests import GoalRequest
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
 TICK = 0.05
-#: The clock of a pad or mouse, beside that of its node.
+#: The clock of a pad or mouse, which differs from its node's.
 CLOCK = -77.0
 PAD = PadConfig()
-#: A process that did not run for longer than the second must be told anew. Within the first it
+#: A process that did not run for longer than the second must be reported again. Within the first it
 #: may hear messages in any order.
 STALL, OVER = 1.0, 2.0
 #: A reset that took longer than this may declare another place [s].
@@ -93,7 +93,7 @@ class Process:
         return self.world.now if self.stalled and at is not None else at
 
     def judge_reset(self, at):
-        """The frame is declared anew, as a person asked for at `at`."""
+        """The frame is declared again, as a person asked for at `at`."""
         if self.waking or self.world.now - self.at(at) > LATE_RESET:
             raise Wrong('a reset counts where the robot is now, not where it was')
 
@@ -165,8 +165,7 @@ class Still:
 
 
 class Sender:
-    """A process that publishes ctrl_relinq. The letter of a process tells it from the one before,
-    which bore its name."""
+    """A process that publishes ctrl_relinq. Its letter distinguishes a process from an earlier one with its name."""
 
     def __init__(self, process='a', latches=False, renews=False):
         self.process, self.latches, self.renews = process, latches, renews
@@ -193,8 +192,8 @@ class Mover(Process):
             self.connect(sorted(world.senders))
 
     def connect(self, names):
-        """From now on these senders are heard. Their latched words come at once; only a False
-        from before this node's start does not count, see Permission."""
+        """From now on these senders are heard. Their latched words come at once; only a False from before this node's
+        start is ignored, see Permission."""
         for name in names:
             sender, is_old = self.world.senders[name], self.world.now == self.born_at
             way = Connection(name, sender.process, self.world.now, sender.latches, sender.renews)

@@ -50,7 +50,7 @@ def test_one_robot_of_several(tmp_path):
 
 
 def events(run):
-    """(time, topic, message) of what people and nodes say at three moments."""
+    """(time, topic, message) of people and nodes at three moments."""
     line = Log(name='/move_to_goal', msg='Local pose set to x=1.00, y=0.50, yaw=1.57')
     line.header.stamp = rospy.Time.from_sec(BEGIN + 1.0)
     yield 1.0, '/rosout', line
@@ -72,7 +72,7 @@ def test_resets_turns_and_control_that_were_recorded(tmp_path):
     assert (list(run.asked.time), run.dropped['asked']) == ([pytest.approx(2.0, abs=5e-3)], 1)
     assert math.degrees(run.asked.value[0]) == pytest.approx(-90.0)
     assert list(run.control.value) == [1.0] and run.devices == ('joy',)
-    # a button that is held counts once
+    # a button that is held is one press
     assert list(run.presses.value) == [2.0, 0.0]
     assert run.presses.time == pytest.approx([3.0, 3.2], abs=5e-3)
 
@@ -176,7 +176,7 @@ def on_the_recorders_clock(clock):
 def test_a_clock_that_was_set_is_told_and_both_sides_have_their_times(
         by, words, is_shared, run, tmp_path):
     if is_shared and by == 20.0:
-        return      # nothing tells it from a silence
+        return      # it looks like a silence
     clock = set_at(4.0, by)
     source = on_the_recorders_clock(clock) if is_shared else sensors
     read = read_run(write_bag(tmp_path / 'set.bag', sources=(source, events), clock=clock))
@@ -310,7 +310,7 @@ for path in sys.argv[1:]:
 
 
 def test_a_process_with_little_memory_reads_what_claims_gigabytes(tmp_path):
-    """Also the memory of bz2 and lz4 counts, and each reading ends after 0.2 s."""
+    """The memory of bz2 and lz4 is limited, too, and each reading ends after 0.2 s."""
     sparse = [record(b'', SPARSE, op=b'\5', compression=by) for by in (b'bz2', b'lz4', b'none')]
     sparse += [connection(0) + record(b'', SPARSE, op=b'\2', conn=bytes(4), time=bytes(8)),
                record(bz2.compress(EMPTY_MESSAGE), SPARSE, op=b'\5', compression=b'bz2')]

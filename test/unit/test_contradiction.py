@@ -231,14 +231,14 @@ def test_without_wheels_or_stamps_nothing_is_said():
             stampless.on_wheels(WheelSample(0.0, 0.0, 0.0))
     assert deaf.problem() == stampless.problem() == ''
     assert not deaf.has_compared and not stampless.has_compared
-    assert len(deaf._readings) < 200      # those of the last 0.6 s
+    assert len(deaf._readings) < 200      # the samples of the last 0.6 s
 
 
 # -- the orientation and its gyro
 
 def turn_from_rest(watch, orientation, seconds=1.0, rate=1.5, stamped=True, begin=50.0):
     """Let a robot rest for a second, then turn. `orientation(true yaw)` is what its IMU shows.
-    Returns the times at which a GyroWatch tells a problem, from the first motion on [s]."""
+    Returns the times at which a GyroWatch has a problem, from the first motion on [s]."""
     yaw, speed, told = 0.0, 0.0, []
     for tick in range(round((1.0 + seconds) / 0.01)):
         now = begin + 0.01 * tick
@@ -333,7 +333,7 @@ def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
     watched.run(1.0)
     watched.robot.reset()
     watched.run(6.0)
-    assert watched.robot.truth == Pose2()      # nobody gave it anew, and the pose is lost
+    assert watched.robot.truth == Pose2()      # nobody gave it again, and the pose is lost
     drives.on_reset(Reset(AskedPose(Pose2())), *2 * (watched.robot.now,))
     watched.run(6.0)
     assert watched.robot.truth.distance_to(Pose2(0.3, 0.0)) < 0.01
@@ -341,7 +341,7 @@ def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
 
 
 def accused(rate, said_first, said, sign):
-    """Is a gyro accused that is right at rest, then says `said_first`, and after 0.5 s `said`,
+    """Is a gyro accused that is right at rest, then shows `said_first`, and after 0.5 s `said`,
     while the wheels turn the robot on the spot at `rate` [rad/s]? Samples without noise or lag."""
     watch, yaw, wheel = AtDoor(GyroWatch(BURGER)), 0.0, 0.0
     for tick in range(300):

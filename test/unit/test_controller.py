@@ -1,4 +1,4 @@
-"""Turns, mouse and keyboard together, with a law that says what it is told, and an IMU in closed
+"""Turns, mouse and keyboard together, with a law that returns what a test gives it, and an IMU in closed
 form; then on the simulated robot, judged by its true heading."""
 import math
 
@@ -21,7 +21,7 @@ MOUSE_PERIOD = 0.05
 
 
 class Told:
-    """A law that says what is left; a turn is finished at 0."""
+    """A law that returns what is left; a turn is finished at 0."""
 
     MAX_ANGLE = 100.0
 
@@ -93,7 +93,7 @@ class Desk:
         return math.degrees(self.law.asked[-1])
 
     def told(self, words, warning=False):
-        """Was the user told this, once?"""
+        """Has the user had this line, once?"""
         self.tick()
         return [news.warning for news in self.news if words in news.text] == [warning]
 

@@ -143,7 +143,7 @@ def verdicts(lab, seen, parts=()):
 
 
 def missed(lab, seen):
-    """Names of the criteria that are missed; a criterion that is met says nothing."""
+    """Names of the criteria that are missed; a criterion that is met has no sentence."""
     judged = verdicts(lab, seen)
     assert all(isinstance(v.seen, str) and (v.seen == '') is (v.outcome is Outcome.MET)
                for v in judged)
@@ -288,7 +288,7 @@ def test_a_change_misses_these_criteria_and_no_others(lab, change, misses):
 
 
 def test_each_criterion_is_missed_by_a_change():
-    """But for those of a node that does not start, or ends badly: they have tests of their own."""
+    """Without the sentences on a node that does not start, or ends badly, which have other tests."""
     for lab in LABS:
         missing = {name for row in CHANGES if row[0] == lab for name in row[2].split()}
         assert {c.name for c in LABS[lab].criteria} - missing <= {'starts', 'clean_exit', 'stops_robot'}

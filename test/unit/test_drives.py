@@ -142,7 +142,7 @@ def test_a_drive_that_is_ended_by_a_reset(run, begin, state):
 
 @pytest.mark.parametrize('lost, later', [(False, 0.001), (False, -0.001), (True, 0.001)])
 def test_states_that_arrive_in_a_burst(run, lost, later):
-    """Their times are those of the goals that were sent with them, in the same order."""
+    """Each has the time of the goal that was sent with it, in the same order."""
     arrival, sent = np.array([1.0, 8.0, 8.0, 8.0]), np.array([1.0, 6.0, 7.0, 7.5])
     told = states(*zip(arrival, (
         'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED')))

@@ -97,7 +97,7 @@ def test_a_robot_that_is_turned_while_its_odometry_is_set_to_zero(run, by_tf):
 
 
 def test_a_board_that_restarts_is_a_reset(run):
-    """Odometry and IMU jump: move_to_goal begins anew at (0, 0, 0), here in the same place of odom.
+    """Odometry and IMU jump: move_to_goal begins again at (0, 0, 0), here in the same place of odom.
     """
     run = odometry_jumps(run, -1.0, run.frames.pose(0).inverse())
     here = pose_before(run.odometry, 8.5)
@@ -204,11 +204,11 @@ def test_one_local_pose_in_a_gap_of_tf_tells_when_it_was(jumps_at, begin):
 
 
 def test_a_new_frame_is_in_force_from_halfway_to_its_first_message():
-    """20 messages a second: the jump at 8.0 s counts from 7.975 s on."""
+    """20 messages a second: the jump at 8.0 s is dated from 7.975 s on."""
     before, after = epochs(shifted(0.5))
     assert (before.begin, before.end, after.end) == (-math.inf, after.begin, math.inf)
     assert after.begin == pytest.approx(7.975)
-    # with one message a second, it counts from 0.05 s before the first one of the new frame
+    # with one message a second, it is dated from 0.05 s before the first one of the new frame
     slow = shifted(0.5)
     slow = replace(slow, local_pose=slow.local_pose.take(slice(None, None, 20)))
     assert [epoch.begin for epoch in epochs(slow)][1:] == [pytest.approx(7.95)]

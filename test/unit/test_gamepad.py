@@ -234,7 +234,7 @@ def test_a_press_counts_beside_a_stick_in_two_messages_of_one_stamp(stamped, but
 
 @pytest.mark.parametrize('clock_runs', [True, False])
 def test_a_driver_that_hangs_is_a_pad_that_is_lost(stamped, clock_runs):
-    """It repeats its last message, stamp included; with a simulated clock a stamp tells no lateness.
+    """It repeats its last message, stamp included; with a simulated clock a stamp shows no lateness.
     """
     def repeat(seconds, *pressed):
         commands = []
@@ -274,7 +274,7 @@ def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stamped, s
 # Other nodes --------------------------------------------------------------------------------------
 
 def test_a_stop_of_another_node_reaches_a_stick_that_is_held(pad):
-    """One zero; the stick counts again once it was in its middle."""
+    """One zero; the stick drives again once it was in its middle."""
     assert pad.rest_and_push()
     pad.controller.on_word(Event(False, pad.now))
     assert set(pad.run(1.0)) == {None} and pad.holder is NOBODY

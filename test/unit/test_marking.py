@@ -308,7 +308,7 @@ def test_the_table_of_marks():
 
 
 def test_marks_do_not_depend_on_what_a_node_holds(monkeypatch):
-    """A link that fails costs nothing, and the instructor is told."""
+    """A link that fails costs nothing, and the instructor reads why."""
     monkeypatch.setattr(marks, 'first_broken', lambda *_: [][0])
     seen = turned(45.0)
     seen.run = made()

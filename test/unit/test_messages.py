@@ -81,7 +81,7 @@ def test_a_clock_that_is_off_for_more_than_a_tenth_of_the_messages_was_set(numbe
 
 @pytest.mark.parametrize('late, time', [(9.5, 4.9), (10.5, 5.0)])
 def test_a_stamp_that_is_ten_seconds_old_says_nothing(late, time):
-    """Else it counts, but time does not run back."""
+    """Else it is used, but time does not run back."""
     stamp = SENT - np.where(np.arange(100) == 50, late, 0.0)
     assert times_on_recorders_clock(SENT, stamp, None)[50] == pytest.approx(time)
 

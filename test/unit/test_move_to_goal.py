@@ -171,7 +171,7 @@ def test_a_reset_wants_every_sample_of_the_imu():
 
 
 def test_what_may_have_been_said_during_a_short_sleep_sets_nothing_in_motion():
-    """A cancel, or a stop, may have been said after it: each topic has a thread of its own."""
+    """A cancel, or a stop, may have been sent after it: each topic has a thread of its own."""
     robot = driving()
     robot.control(False)
     robot.now += 1.5
@@ -324,7 +324,7 @@ def test_somebody_must_look_at_the_clock_while_it_drives_and_only_then():
 
 @pytest.mark.parametrize('in_odom', [False, True])
 def test_a_place_that_is_far_away_is_a_mistake(in_odom):
-    """Of a pose in odom, the place in local counts."""
+    """A pose in odom is used as a place in local."""
     robot = driving()
     edge, far = Pose2(70.0, -100.0), Pose2(-71.0, 100.5)
     if in_odom:

@@ -1,5 +1,5 @@
-"""Movements that are found in the commands alone: a turn, a drive, or driven by hand. The drives of
-nodes that say nothing of themselves follow from them, from the sensors and from resets."""
+"""Movements that are found in the commands alone: a turn, a drive, or driven by hand. Nodes that publish no state:
+their drives are found by commands, sensors and resets."""
 import math
 from dataclasses import replace
 
@@ -25,8 +25,7 @@ def kinds(segments, **parts):
 
 
 def arc(degrees):
-    """A turn, then both speeds at once: a law that steers a little, or an arc. Its first 0.3 s do
-    not count."""
+    """A turn, then both speeds at once: a law that steers a little, or an arc. Its first 0.3 s are ignored."""
     first = turn(2.0, 90.0)
     return [first, (first[1], first[1] + 4.3, 0.2, math.radians(degrees) / 4.0)]
 

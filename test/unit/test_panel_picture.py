@@ -209,7 +209,7 @@ def test_a_long_trail_keeps_its_beginning_and_end_and_every_other_point_between(
     assert len(driven(5000)) <= 1000 and driven(5000)[-1] == (4999.0, 0.0)
 
 
-# -- whatever a node of a student says: these topics have no check, and JSON has no NaN
+# -- whatever a student's node publishes: these topics have no check, and JSON has no NaN
 
 @pytest.mark.parametrize('kind', ['imu', 'odom'])
 def test_the_age_is_the_time_since_the_last_message(view, kind):

@@ -44,7 +44,7 @@ class Senders:
         return might
 
     def at_once(self, times, sender='pad'):
-        """A pad says True so often in no time, as after a stall of the network."""
+        """A pad sends True so often in no time, as after a stall of the network."""
         for _ in range(times):
             self.hear(sender, True, renews=True)
 

@@ -1,4 +1,4 @@
-"""What the tools say to typos and bad values: one line, with the reason and what is valid, at once."""
+"""What the tools print about typos and bad values: one line, with the reason and what is valid, at once."""
 import os
 import runpy
 import signal

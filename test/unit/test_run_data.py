@@ -13,7 +13,7 @@ from tb3_labs.report.run_data import ImuSamples, Poses, yaw_offset
 
 
 def test_an_offset_that_grows_has_its_mean_spread_and_drift():
-    """From 170 deg to 190: the mean is half a turn, the spread that of a uniform distribution."""
+    """From 170 deg to 190: the mean is half a turn, the spread a uniform distribution's."""
     yaw = wrap_all(np.radians(170.0 + 2.0 * TIME))
     offset = yaw_offset(made(imu=ImuSamples(TIME, TIME, yaw, ZERO)))
     assert abs(math.degrees(offset.mean)) == pytest.approx(180.0)

@@ -49,7 +49,7 @@ def instant_at(history, now):
 
 
 def assert_instant(instant, robot, now, ahead=None, seconds=1e-6, radians=1e-6):
-    """Both readings are those of the instant's stamp, which is `now` on the sender's clock."""
+    """Both readings belong to the instant's stamp, which is `now` on the sender's clock."""
     stamp, (odom_T_base, imu_yaw) = instant
     time = stamp - (robot.clock_ahead if ahead is None else ahead)
     assert abs(time - now) <= seconds

@@ -1,4 +1,4 @@
-"""The lab sheets hold every number that is graded; what their figures show, and those of teaching.md."""
+"""The lab sheets hold every number that is graded; what their figures and teaching.md's show."""
 import math
 import re
 import sys
@@ -104,7 +104,7 @@ ENDS = {title.split('\n')[0]: way for title, way in make_wrong_figures.DRIVES}
 def test_the_example_of_the_figures_is_that_of_the_sheet():
     sheet = (ROOT / 'doc' / 'transformation_lab.md').read_text(encoding='utf-8')
     B, here = make_figures.A_T_B, make_figures.A_T_ROBOT
-    assert 'said ({:g}, {:g}) and {:.2f} degrees'.format(B.x, B.y, math.degrees(B.yaw)) in ' '.join(
+    assert 'showed ({:g}, {:g}) and {:.2f} degrees'.format(B.x, B.y, math.degrees(B.yaw)) in ' '.join(
         sheet.split())
     assert 'says ({:g}, {:g}) and {:.2f} degrees'.format(
         here.x, here.y, math.degrees(here.yaw)) in ' '.join(sheet.split())

@@ -108,7 +108,7 @@ def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     switch(robot, network_cut=False)      # the latest one, sent 5.1 s ago, arrives now
     robot.step(1 / 30)
     assert robot.true_velocity[0] == pytest.approx(0.2, abs=MOTOR_STEP)
-    robot.step(0.49 - 1 / 30)        # the timeout counts from the arrival
+    robot.step(0.49 - 1 / 30)        # the timeout starts at the arrival
     assert robot.true_velocity[0] > 0.19
     robot.step(0.01 + 1 / 30)
     assert robot.true_velocity == (0.0, 0.0)

@@ -292,7 +292,7 @@ def repository(folder, lab, texts):
     # a package that is called nearly so goes before any other, but lab20 is no lab2
     (TURN, {'lab2_final/*': IMU_TOO, 'a/*': IMU_TOO}, 'lab2_final/*', 'in the package lab2'),
     (TURN, {'lab20/*': IMU_TOO, 'a/*': IMU_TOO}, 'a/*', 'it comes first (there is no package lab2)'),
-    # a helper of lab2 is not the node of lab2; the node's class and name tell it, too
+    # a helper of lab2 is not the node of lab2; the node's class and name show it, too
     (TURN, {'lab1/*': MOUSE_ONLY, 'lab2/helper.py': 'x = 1'}, 'lab1/*', ''),
     (TURN, {'lab2/src/node.py': MOUSE_ONLY}, 'lab2/src/node.py',
      'There is no *; judged was lab2/src/node.py, which has the class Controller and is the node controller.'),
@@ -361,7 +361,7 @@ def test_what_listens_can_be_the_node(tmp_path):
 
 
 def test_package_and_name_overrule(tmp_path):
-    """The package's name in package.xml counts, not only that of its folder."""
+    """The package's name in package.xml is used, not only its folder's."""
     folder = repository(tmp_path, TURN, {
         'one/*': IMU_TOO, 'one/package.xml': manifest('lab1'), 'lab2/mine.py': ''})
     assert find_node(folder, TURN, package='lab1').path == 'one/turtlebot_controller.py'

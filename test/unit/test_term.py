@@ -76,7 +76,7 @@ def test_a_students_page_has_what_the_student_may_see_as_text(written):
     assert page.tags.count('script') == 2       # the timeline's data, and its program
     assert '<xx>=Bobby' in page.words and 'xx' not in page.tags
     assert 'that>' not in page.words and 'content="width=device-width' in text
-    crash = Strict((written[0] / 'Cy.html').read_text(encoding='utf-8')).words      # told once in each table
+    crash = Strict((written[0] / 'Cy.html').read_text(encoding='utf-8')).words      # once in each table
     assert crash.count('it ended at once: ') == 1 and crash.count('this could not be tried') > 9
     unjudged = Strict((written[0] / 'Di.html').read_text(encoding='utf-8')).words
     assert 'Not judged.' in unjudged and unjudged.count('It lacks cv2.') == 1

@@ -18,7 +18,7 @@ The middle term is the coasting of a first-order motor: the integral of v exp(-t
 
 Units: seconds; metres or radians for ways, per second for speeds. Both directions are treated
 alike. Edge cases of a Pace: a clock that goes back makes a step due; the first step, and the first
-after a pause, counts as one period long.
+after a pause, is treated as one period long.
 Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
 (1957), 217-219.
 """
@@ -40,7 +40,7 @@ STANDARD_ERRORS = 2.0
 CONTRADICTION = 4.0
 #: Commands are remembered for this long [s]. It exceeds every delay and every age of a sample.
 COMMAND_MEMORY = 1.4
-#: The least lag [s]; a smaller one counts as this, since time is divided by the lag.
+#: The least lag [s]; a smaller one is treated as this, since time is divided by the lag.
 LEAST_LAG = 1e-6
 
 
@@ -106,7 +106,7 @@ class Pace:
         self._next += self._period
 
     def pause(self) -> None:
-        """The robot stands, or another node drives it: the next step counts as the first."""
+        """The robot stands, or another node drives it: the next step is treated as the first."""
         self._last = None
 
 
@@ -189,7 +189,7 @@ def way_at_rest(remaining: float, motor_speed: float, history: CommandHistory, d
 
 class Estimate:
     """An estimate of a number by samples: their mean, unless the number changes. Then later samples
-    count more."""
+    have more weight."""
 
     def __init__(self) -> None:
         #: The estimate; 0 before the first sample.

@@ -33,7 +33,7 @@ def judge_drivers(sent: Mapping[str, int]) -> Line:
                      .format(' and '.join('{} ({:.0f}/s)'.format(node, count / HEARING_TIME)
                                           for node, count in sorted(sent.items()))),
                      'stop all but one of them')
-    # several nodes may be registered to drive: those of the labs give way to each other
+    # several nodes may be registered to drive: the labs' nodes give way to each other
     return ok('Drivers', '{} drives the robot'.format(*sent) if sent else
               'no node drives the robot now; if it jerks, call the doctor at that time')
 
@@ -104,7 +104,7 @@ def judge_wheels(topic: str, sender: str) -> Line:
 
 
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
-    """Does the gyro agree with the wheels? `problem` and `remedy` are those of a GyroWatch."""
+    """Does the gyro agree with the wheels? `problem` and `remedy` come from a GyroWatch."""
     if problem:
         return fault('Gyro', problem, remedy)
     if not is_compared:
@@ -133,6 +133,6 @@ def drift_of(imu: Sequence[Tuple[float, float]],
         return None
     middle = mean(stamp for stamp, _ in imu)
     turns = [(stamp - middle, math.remainder(yaw - imu[0][1], 2.0 * math.pi)) for stamp, yaw in imu]
-    # samples of less than 2 s count as if they were of 2 s: noise is not drift
+    # samples of less than 2 s are treated as if they were of 2 s: noise is not drift
     spread = max(sum(time * time for time, _ in turns), len(turns) / 3.0)
     return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)

@@ -1,4 +1,4 @@
-"""Follows the robot in a local frame that can be declared anew at any moment.
+"""Follows the robot in a local frame that can be declared again at any moment.
 
 IMU and odometry arrive in any order, each at its own rate. A *fix* is the robot's pose at the
 instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* uses the
@@ -80,7 +80,7 @@ class Localizer:
     """Computes poses in the local frame from samples."""
 
     def __init__(self, clock: SenderClock) -> None:
-        """`clock`: that of the Door of the samples, by which an instant is found in them."""
+        """`clock`: the Door's clock, which finds the samples of an instant."""
         self._clock = clock
         #: The LocalFrame in force; None before the first samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None

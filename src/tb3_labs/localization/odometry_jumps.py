@@ -217,7 +217,7 @@ class _Span:
         self.begin, self.end = math.inf, -math.inf
 
     def look(self, is_true: bool, stamp: float) -> None:
-        """Take in a sample. A clock that goes back begins anew."""
+        """Take in a sample. A clock that goes back begins again."""
         if not (is_true and self.begin <= stamp):
             self.begin = stamp
         self.end = stamp

@@ -130,8 +130,8 @@ def in_words(marks: Marks) -> str:
 def mark_class(given, tell_problem, interrupted):
     """Mark a class as the arguments of mark.py say. Returns the exit status.
 
-    ``tell_problem(words)`` is told why something was not done. `interrupted`: an Event; once it is
-    set, all that runs is ended.
+    ``tell_problem(words)`` gets the reason why something was not done. `interrupted`: an Event;
+    once it is set, all that runs is ended.
     """
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work, ExitStack() as stack:
         stack.enter_context(_environment(ros_alone(Path(work) / 'ros', os.environ)))

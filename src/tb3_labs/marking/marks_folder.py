@@ -6,7 +6,7 @@
     logs/                        STUDENT.bag (the trial), STUDENT.marks.json, output
 
 A trial is kept as long as another one would be the same (trial_key.py). Verdicts, points and
-sentences are made anew from its bag in each run.
+sentences are made again from its bag in each run.
 """
 import fcntl
 import hashlib

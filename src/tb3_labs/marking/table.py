@@ -59,7 +59,7 @@ class Table:
         for row in self._rows:
             cells, before = dict(zip(self._heads, row)), written.get(row[0], {})
             edited = [name for name in before if not _is_same(cells.get(name, ''), before[name])]
-            # what was written last counts
+            # what was written last is used
             points, why = (next((name for name in (own, other) if name in edited), own)
                            for own, other in ((DECIDED, POINTS), (REASON, REMARKS)))
             if (cells.get(points) or cells.get(why)) and row[0] not in found:

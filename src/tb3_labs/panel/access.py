@@ -42,7 +42,7 @@ class Access:
     """Checks requests by the names of this node and its token ('': no token is needed)."""
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
-        """`names`: names and addresses of this computer, beside those of the loopback."""
+        """`names`: names and addresses of this computer, beside the loopback's."""
         # as a Host header writes them: an IPv6 address stands in brackets
         self._names = {('[{}]' if ':' in name else '{}').format(name.lower())
                        for name in ('localhost', LOOPBACK, '::1', *names)}

@@ -103,7 +103,7 @@ class Viewer:
         if request is not None and request.id is not None:
             self.send('answer', id=request.id, ok=fulfilled, text=text)
         elif not fulfilled:
-            # what is held on the page does not count: the person must let go
+            # what is held on the page is ignored: the person must let go
             self.send('refused', text=text)
 
 
@@ -127,7 +127,7 @@ def read_request(text: Union[str, bytes]) -> Request:
         return Request(kind, READERS[kind](message), _count(message, 'id'),
                        _count(message, 'stops'), sent_at)
     except ValueError:
-        if kind == 'stop':      # it counts, whatever stands beside it
+        if kind == 'stop':      # it is used, whatever stands beside it
             return Request(kind)
         raise
 

@@ -27,7 +27,7 @@ DRAWN = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir() if pat
 #: Each page is asked once in this time whether it is there [s].
 PING_PERIOD = 1.0
 #: A page that does not answer for this long is dropped [s]: a laptop was suspended, or a network
-#: holds up all messages. A page that runs again connects anew, and sees the present picture.
+#: holds up all messages. A page that runs again connects again, and sees the present picture.
 PONG_WITHIN = 3.0
 #: A connection without a whole request for this long is closed [s].
 REQUEST_WITHIN = 10.0

@@ -2,8 +2,8 @@
 
 Each sample has two times, both in seconds since the recording's start. `arrival` is its arrival at
 the recorder. `time` is its stamp, converted from the sender's clock (on a real robot up to a second
-off) to the recorder's: its intervals are as even as those of the stamps, and times of two topics
-can be compared. If a message has no stamp, both times are its arrival.
+off) to the recorder's: its intervals are as even as the stamps', and times of two topics can be
+compared. If a message has no stamp, both times are its arrival.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi] as the sender sent them.
 Edge cases: a topic that was not recorded has samples of length 0; an invalid quaternion (see

@@ -8,7 +8,7 @@ that ended it), and when its clock stands still. Once a second a driving node pu
 Locks are taken in this order, each only before those below it:
     1  locks of the parts that call a node back: the hooks of its end, dynamic settings,
        diagnostics, actionlib. A node that calls these parts holds no lock.
-    2  the lock of the node, that of its Gate, which guards its core and its commands
+    2  the lock of the node, its Gate's, which guards its core and its commands
     3  locks of rospy's topics, and of its log
 A thread that holds a node's lock does not wait for a service, a message or a subscriber.
 """

@@ -1,6 +1,6 @@
 """Start, signals, failure and end of every node of this package.
 
-A ``ValueError`` at the start, such as that of an invalid parameter, ends the node with one fatal
+A ``ValueError`` at the start, such as an invalid parameter's, ends the node with one fatal
 line and exit status 1; its roslaunch ends, too. An exception inside a callback ends the node as
 well: rospy alone would print a traceback and let the robot drive on with its last command. The
 shutdown hook of :mod:`tb3_labs.ros.gate` sends the last zero velocity.

@@ -1,6 +1,6 @@
 """The private parts of rospy that the nodes read or change, each behind one function.
 
-They are those of rospy 1.15.15 (Debian 12). Each docstring names the part, what would hurt without
+They exist in rospy 1.15.15 (Debian 12). Each docstring names the part, what would hurt without
 it, and the test that fails if the part changes. If it names no test, an AttributeError shows the
 change: a node does not start, or ends at once.
 """
@@ -32,10 +32,10 @@ def sender_of(header):
 
 
 def note_connections():
-    """Let the header of each connection tell since when it exists ('connected_at', on
+    """Add to the header of each connection since when it exists ('connected_at', on
     clocks.steady_time) and to which process ('process'); to be called before a node subscribes.
 
-    Only this shows whether a sender may be repeating what it said before, or is a new process: a
+    Only this shows whether a sender may be repeating what it sent before, or is a new process: a
     repeated True would drive the robot after a restart (TCPROSTransport's `_validate_header` and
     `endpoint_id`; test/ros/starts.test).
     """
@@ -84,7 +84,7 @@ def answer_side_by_side(server=None):
 
 
 def is_wall_time():
-    """Is ROS time the computer's time, and not that of a simulated /clock?"""
+    """Is ROS time the computer's time, and not a simulated /clock?"""
     return rospy.rostime.is_wallclock()
 
 

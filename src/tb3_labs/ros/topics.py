@@ -1,9 +1,9 @@
-"""How a node listens: only the latest sample counts, but every event.
+"""How a node listens: of samples only the latest is used, of events each.
 
-A permission, a turn or a goal is an event: a person sends it at one moment. Events count in their
-order, each once, and only if they are new. A latched topic repeats an event without that person: to
-each node that starts, and after each new connection. A subscriber that keeps only the latest
-message loses events: a node reads delayed messages all at once.
+A permission, a turn or a goal is an event: a person sends it at one moment. Events are used in
+their order, each once, and only if they are new. A latched topic repeats an event without that
+person: to each node that starts, and after each new connection. A subscriber that keeps only the
+latest message loses events: a node reads delayed messages all at once.
 """
 import threading
 import time
@@ -82,7 +82,7 @@ def subscribe_events(topic, kind, callback, read=lambda message: message.data, s
 
 
 def ages(topic):
-    """Returns a function that tells the events.Age of each message of a topic, once."""
+    """Returns a function that gives the events.Age of each message of a topic, once."""
     origins = Origins(publishers_of(rospy.resolve_name(topic)), steady_time())
     return lambda message: origins.age_of(
         way_of(message), steady_time(), _stamp_of(message), ros_time())

@@ -11,7 +11,7 @@ Its faults are copied, because the labs have to work with them:
   time the IMU crosses +/-180 deg, one sample's displacement points backwards and its
   twist.angular has a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw itself
   stays correct.
-- The newest command counts for half a second from the moment at which it is read.
+- The newest command is used for half a second from the moment at which it is read.
 - On `reset` the board first calibrates its gyro, and does nothing else meanwhile: the motors keep
   their speed, and commands and further resets wait in their order. The gyro takes the mean rate of
   turn for its bias. Then `reset` sets the odometry's pose to zero, but not the IMU's yaw. From then
@@ -73,7 +73,7 @@ class Odometer:
     def __init__(self, model: RobotModel, pose: Pose2, imu_yaw: float) -> None:
         self._radius = model.wheel_radius
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
-        #: Yaw of the IMU from which the next update counts the turn [rad].
+        #: Yaw of the IMU from which the next update measures the turn [rad].
         self.theta_last = imu_yaw
         self._ticks: Tuple[int, int] = (0, 0)
         self._zero = self._step = self._ticks

@@ -1,6 +1,6 @@
 """Is an answer to a mystery robot right: the fault, and its value?
 
-Units: each fault's value has a unit of its own. Edge cases: a wrong fault in an answer tells
+Units: each fault's value has a unit of its own. Edge cases: a wrong fault in an answer shows
 nothing about the right one; an angle may be off by whole turns; an answer without a value is not
 complete, so it is not right.
 """
@@ -16,7 +16,7 @@ ROUNDING = 1e-9
 
 
 class Meaning(NamedTuple):
-    """What an answer says of a kind of fault."""
+    """The form of an answer about a kind of fault."""
 
     unit: str           # of the value
     tolerance: float    # a value this near is right

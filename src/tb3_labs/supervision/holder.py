@@ -1,9 +1,9 @@
 """Does a pad hold the robot, or move_to_goal? A table gives the holder after an event.
 
 A `gamepad` holds the robot itself, or hands it to move_to_goal. An event that is not in the table
-changes nothing. A node that stops holding the robot sends one zero, and is silent. A pad tells
-move_to_goal by ControlMessages whether it may drive. Sources: the course's gamepad lab, and the
-failures of nodes without such a rule.
+changes nothing. A node that stops holding the robot sends one zero, and is silent. A pad sends
+ControlMessages to move_to_goal: may it drive? Sources: the course's gamepad lab, and the failures
+of nodes without such a rule.
 """
 import math
 from enum import Enum
@@ -33,7 +33,7 @@ class HolderEvent(Enum):
     REGAIN = 'regain'            # this button was pressed
     GRANTED = 'granted'          # control was given by others: at a terminal, by another pad
     TAKEN = 'taken'              # control was taken by others, or by move_to_goal itself
-    STOPPED = 'stopped'          # another node said False while a stick was pushed
+    STOPPED = 'stopped'          # another node sent False while a stick was pushed
     LOST = 'pad lost'
 
 
@@ -54,7 +54,7 @@ HOLDERS = {
 
 class ControlMessages:
     """The messages of one pad for `ctrl_relinq`: True gives the robot to move_to_goal, False takes
-    it. A pad that has just started says nothing: no person has pressed anything."""
+    it. A pad that has just started sends nothing: no person has pressed anything."""
 
     def __init__(self) -> None:
         #: Does move_to_goal have control by this pad? Then the pad must renew its permission.
@@ -72,7 +72,7 @@ class ControlMessages:
         return messages
 
     def renews(self, now: float) -> bool:
-        """Is a renewal due? It counts as said then."""
+        """Is a renewal due? If so, it is assumed to be sent."""
         is_due = self.grants and now - self._said_at >= RENEWAL
         if is_due:
             self._said_at = now

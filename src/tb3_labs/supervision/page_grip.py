@@ -44,9 +44,9 @@ class Grip:
              is_first: bool) -> bool:
         """A person holds something on `page`. Raises ``ValueError`` if this page may not drive.
 
-        `lateness`: the delay of the message [s]. If it is more than `PAD_TIMEOUT`, the message
-        does not count (False): a page whose messages are late is as silent as one that sends none.
-        `is_first`: it is the first message since the person gripped something. Without it, the
+        `lateness`: the delay of the message [s]. If it is more than `PAD_TIMEOUT`, the message is
+        ignored (False): a page whose messages are late is as silent as one that sends none.
+        `is_first`: is it the first message since the person gripped something? Without it, the
         robot would begin to move later than the person expects.
         """
         if lateness > PAD_TIMEOUT:
@@ -68,7 +68,7 @@ class Grip:
         return drove
 
     def stop(self) -> None:
-        """The robot is stopped, by anybody: nobody drives until a person acts anew."""
+        """Somebody stopped the robot: nobody drives until a person acts again."""
         self.stops += 1
         self.page = None
 

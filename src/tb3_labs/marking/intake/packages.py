@@ -143,8 +143,8 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
     """The file below `folder` that is the node of a lab.
 
     A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
-    of class and node. Only files of `package` and called `name` count, if these are given; `name`
-    may be a path, as it is printed. ``NotJudged`` if no file is left.
+    of class and node. Only files of `package` and called `name` are taken, if these are given;
+    `name` may be a path, as it is printed. ``NotJudged`` if no file is left.
     """
     packages = (package,) if package else lab.packages
     names = (os.path.basename(name),) if name else lab.files

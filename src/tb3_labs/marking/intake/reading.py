@@ -196,15 +196,15 @@ class Needs(NamedTuple):
     """The needs of a node besides the system's modules."""
 
     packages: List[str]     # names
-    given: List[str]        # packages that were not handed in, whose GIVEN the node imports
+    given: List[str]        # missing packages of which the node imports a GIVEN file
     unused: List[str]       # modules that are not found, and not used, with dots
     lacking: List[str]      # modules that are not found, up to their first dot
-    slips: List[Tuple[str, str]]    # such modules, and those of which they are slips of a key
+    slips: List[Tuple[str, str]]    # such modules, and the modules that were probably meant
 
 
 def _needs_of(node, packages):
     """The Needs of a node; `packages`: name -> folder of all packages of the submission. The
-    imports of the modules beside the node count too."""
+    imports of the modules beside the node are read, too."""
     needed, programs, own = [], [node], []
     made = {folder.name: name for name, package in packages.items()
             for folder in modules_of(package, name)}

@@ -77,9 +77,9 @@ def read_name(name: str, is_folder: bool) -> HandedIn:
 def by_student(names: Dict[str, HandedIn]) -> Dict[str, List[str]]:
     """Returns the names of each student; `names`: name of a file or folder -> its parts.
 
-    Several files of one student belong together. Two students of the same name are told apart by
-    their numbers, or, without a number, by the whole names of their files. Each key is a valid
-    name of a file.
+    Several files of one student belong together. Two students of the same name differ by their
+    numbers, or, without a number, by the whole names of their files. Each key is a valid name of a
+    file.
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, said in names.items():
@@ -208,7 +208,7 @@ def _upload(name):
 
 
 def submissions_in(folder: Path, tell: Callable[[str], None]) -> List[Submission]:
-    """The Submissions in a folder, sorted by name; ``tell(line)`` is told which files are left out.
+    """The Submissions in a folder, sorted by name; ``tell(line)`` gets the files that are left out.
 
     ``ValueError`` or ``OSError`` if there is nothing to mark.
     """
@@ -242,7 +242,7 @@ def without_wrapping(folder: Path) -> Path:
 
 
 def _files_in(folder, remarks, skipped):
-    """The (path, place in the copy) of each file to copy below a folder; others are said."""
+    """The (path, place in the copy) of each file to copy; remarks name the other files."""
     files, others = sort_out(folder, skipped)
     large = [path for path in files if path.stat().st_size > LARGEST and not is_zip(path.name)]
     for why, left in (

@@ -2,7 +2,7 @@
 
 The function `judge` of a criterion looks at an Observation. It returns '' if the criterion is met,
 else one clause about the behaviour that was seen. Students read this clause together with `meaning`
-(the requirement) and `where` (a place in a lab sheet). None of the three tells the solution.
+(the requirement) and `where` (a place in a lab sheet). None of the three contains the solution.
 """
 from dataclasses import dataclass, field
 from enum import Enum

@@ -48,7 +48,7 @@ def _standing(seen):
         raise NotSeen('no line "Current heading is ... degrees." was printed: {}'.format(
             'it printed {} at its start, and then none'.format(before) if before else
             unprinted(scenes[-1])))
-    for scene in map(seen.during, STANDS):      # as far as the first that is told
+    for scene in map(seen.during, STANDS):      # up to the first that is printed
         yield scene.facts[HEADING_DEG], headings(scene.printed)
 
 
@@ -119,7 +119,7 @@ def hint(seen: Observation) -> str:
 
 
 def _prints(true, said):
-    """The mistake of a node that says these headings for the true ones [deg]."""
+    """The mistake of a node that prints these headings instead of the true ones [deg]."""
     if np.ptp(said) < 3.0:      # [deg], and roll and pitch of a level robot are below 5
         return 'It printed the same number, {:.1f}, at each heading. {}'.format(
             said[0], 'Is it the roll or the pitch in place of the yaw? (Radians would run up to '

@@ -199,7 +199,7 @@ class ResetServices:
     any type, and answer with success. `calls`: (name, request) of each; Empty for one of an unknown
     type.
 
-    The client's checksum tells the type. Of a type that the student made, the fields are not read.
+    The client's checksum shows the type. Of a type that the student made, the fields are not read.
     A gamepad's call of its own service type fails if rospy no longer compares a client's checksum
     with `_md5sum`, or no longer passes on the header and the bytes of an AnyMsg.
     launch/checks/check_gamepad.test and test/ros/mark.test show it.

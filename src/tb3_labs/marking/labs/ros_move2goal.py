@@ -1,6 +1,6 @@
 """The scripts for a node of the Transformation lab, and the reset that it offers.
 
-The type of the reset is that of the handout, ResetPose of this package, one of std_srvs, or a
+The type of the reset is the handout's, ResetPose of this package, one of std_srvs, or a
 student's own: of this only a request with the pose (0, 0, 0) is known.
 """
 import math
@@ -45,7 +45,7 @@ def fields_of(message):
 
 
 def fill_pose(message, pose):
-    """Fill a Pose2 into a request like that of SetInitialPose, which has a geometry_msgs/Pose, or
+    """Fill a Pose2 into a request like SetInitialPose's, which has a geometry_msgs/Pose, or
     into one of ResetPose. Returns True if there is a place for it."""
     for _, kind, value in fields_of(message):
         if kind == 'geometry_msgs/Pose':
@@ -126,7 +126,7 @@ class Control:
     def start_driving(self):
         """Have the node drive. Returns the same values as Stage.set_in_motion().
 
-        A node that runs and can be reset drives again after a reset. Any other is started anew.
+        A node that runs and can be reset drives again after a reset. Any other is started again.
         """
         return self._stage.set_in_motion(self._is_ready, lambda: self.give(True), asked.REACTION)
 

@@ -1,8 +1,8 @@
 """Faults of a node that its text shows before it runs: a line without effect, a name that nothing
 defines, a function that nothing uses.
 
-A right node may have some of them, so they are told only with lost points. A file that is not valid
-Python has none: Python itself reports it.
+A right node may have some of them, so only a node that loses points gets them. A file that is not
+valid Python has none: Python itself reports it.
 """
 import ast
 import json
@@ -25,7 +25,7 @@ print(json.dumps([faults(text), assigned(text)]))
 '''
 #: At most so many variables, and lines of one, are kept.
 MOST_NAMES, MOST_LINES = 200, 6
-#: At most so many faults are told; so much of a name and of a line is quoted [characters].
+#: At most so many faults are listed; so much of a name and of a line is quoted [characters].
 MOST, QUOTED = 4, 60
 #: By these a program may define and use what its text does not name.
 DYNAMIC = {'exec', 'eval', 'globals', 'locals', 'vars', 'getattr', 'setattr', '__dict__'}

@@ -14,7 +14,7 @@ from typing import Any, Dict, Iterable, List, Optional
 
 #: The most that it may use: memory [bytes], processor time [s]; the largest file [bytes].
 LIMITS, LARGEST = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0'], 200000
-#: The names of y, and those of the pixel of a mouse, whose y counts down.
+#: The names of y, and the names of a mouse's pixel, whose y counts down.
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
 PIXEL = re.compile('pos|event|mo[vt]|scroll|click')
 #: These functions grow with their arguments.

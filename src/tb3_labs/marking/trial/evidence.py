@@ -34,7 +34,7 @@ def remarks_on(seen: Observation) -> List[str]:
 
 
 def faults_in(seen: Observation, said: str) -> List[str]:
-    """The faults that its text shows, without an undefined name that the verdicts `said`."""
+    """The faults that its text shows, without an undefined name that the verdicts (`said`) name."""
     return [fault for fault in seen.faults if not any(
         name in said for name in UNDEFINED.findall(fault))]
 

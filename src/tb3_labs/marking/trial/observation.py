@@ -3,8 +3,8 @@
 All of it comes from the bag of the trial (:mod:`tb3_labs.marking.trial.ros_recording`).
 
 Units: seconds since the recording began, m/s, rad/s, metres, radians. The yaw of the true poses
-is continuous over whole turns. The commands are those of the node that is judged; those of the
-marker are left out.
+is continuous over whole turns. The commands come from the node that is judged; the marker's
+commands are left out.
 """
 import json
 import math

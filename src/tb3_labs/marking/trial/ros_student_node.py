@@ -209,7 +209,7 @@ class Graph:
 
     def topics(self):
         """The topics to which the student's node listens, and {topic: type} of those that it
-        publishes; without those of each node."""
+        publishes; without the topics that each node has."""
         kinds = dict(self._master.getTopicTypes())
         return [sorted(self.of_node(LISTENS) - OF_EACH), {
             topic: kinds.get(topic, '') for topic in sorted(self.of_node(PUBLISHES) - OF_EACH)}]

@@ -45,7 +45,7 @@ class ControllerCore:
         self._repetitions = Repetitions()        # of turns
         self._refused_at = -math.inf             # time of the last line about a refused turn
         self._mouse_is_new = False               # True: a command is due
-        self._mouse_told = False                 # was its user told how to use a lost mouse?
+        self._mouse_told = False                 # has its user had the line on a lost mouse?
         self._news = NewsDesk()
 
     # -- what comes in
@@ -109,7 +109,7 @@ class ControllerCore:
         self._try(turn, now)
 
     def _try(self, turn: 'Event[float]', now: float) -> None:
-        """A refusal is one line; those of a node that repeats itself are one in a second."""
+        """A refusal is one line; a node that repeats itself gets one line a second."""
         try:
             self.ask(turn.what, now)
         except ValueError as refusal:

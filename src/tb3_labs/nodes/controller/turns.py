@@ -2,7 +2,7 @@
 :class:`tb3_labs.control.approach.PreciseTurn`. Who drives: a turn or the mouse? What only repeats?
 
 Units: radians, counter-clockwise positive. A turn is asked for as an angle, not as a heading: 180
-and -180 are different turns, and 360 is a full turn. The handout's law cannot tell them apart.
+and -180 are different turns, and 360 is a full turn. The handout's law cannot distinguish them.
 """
 import math
 from dataclasses import dataclass
@@ -182,8 +182,8 @@ class Repetitions:
         self._requests: Dict[str, _Request] = {}    # by sender
 
     def count(self, event: Event, is_waking: bool = False) -> int:
-        """The number of doubtful requests up to this one; 0 if it counts. `is_waking`: it may be
-        older than a sleep of this process, and so may be what goes on with it."""
+        """The number of doubtful requests up to this one; 0 if it is accepted. `is_waking`: it may
+        be older than a sleep of this process, and so may be what goes on with it."""
         last = self._requests.get(event.sender)
         if last is None or last.what != event.what or not last.source.is_fresh(event.at):
             last = self._requests[event.sender] = _Request(event.what)
@@ -196,7 +196,7 @@ class Repetitions:
         return last.doubts
 
     def stop(self) -> None:
-        """A stop: what is being repeated, twice or more, counts no longer."""
+        """A stop: a request that is being repeated, twice or more, is ignored from now on."""
         for last in self._requests.values():
             last.is_doubted = last.is_doubted or last.is_repeated
 

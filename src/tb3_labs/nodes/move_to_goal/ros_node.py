@@ -105,7 +105,7 @@ class MoveToGoalNode:
         subscribe('odom', Odometry,
                   lambda sample: gate.ask(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, core.odometry, queue_size=None)
-        core.begin_control(steady_time())    # a slow start does not count as a sleep
+        core.begin_control(steady_time())    # a slow start is not a sleep
         Diagnostics(self._model.name, lambda: gate.ask(self._diagnose))
         say_what_is_awaited({'imu': lambda: core.imu.count, 'odom': lambda: core.odometry.count})
 

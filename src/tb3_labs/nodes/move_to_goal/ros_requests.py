@@ -95,7 +95,7 @@ class GoalServer(ActionServer):
         self._hear_goal(goal)
 
     def internal_cancel_callback(self, goal_id):
-        """actionlib's own subscriber calls this. Every cancel counts, also an old one."""
+        """actionlib's own subscriber calls this. Every cancel is obeyed, also an old one."""
         guarded(self._on_cancel)(goal_id)
 
     def _on_simple_goal(self, message):

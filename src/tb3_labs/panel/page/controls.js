@@ -1,6 +1,6 @@
 // The controls of the page: what a person asks for, and why a control makes no sense now.
 //
-// The panel decides what is carried out. A control is disabled here so that its title tells the
+// The panel decides what is carried out. A control is disabled here so that its title shows the
 // reason. STOP and B are never disabled.
 
 import {degrees, radians} from './drawing.js';
@@ -25,7 +25,7 @@ const CONTROLS = {
 };
 
 export class Controls {
-  /** `seen`: {control, picture}, as the page has them now; `redraw()` draws anew. */
+  /** `seen`: {control, picture}, as the page has them now; `redraw()` draws again. */
   constructor({link, pad, map, seen, redraw}) {
     Object.assign(this, {_link: link, _pad: pad, _seen: seen, _redraw: redraw});
     this._mapInput = new PoseInput(map, {
@@ -44,7 +44,7 @@ export class Controls {
     this._connect();
   }
 
-  /** Disable what makes no sense now, and tell why. */
+  /** Disable what makes no sense now, and show why. */
   show() {
     const {picture} = this._seen, reasons = this._reasons();
     const drag = picture && !picture.frame ? 'the frame local is not known yet' : '';
@@ -108,7 +108,7 @@ export class Controls {
     return true;
   }
 
-  /** All that was held must be gripped anew. */
+  /** All that was held must be gripped again. */
   _dropped() {
     for (const letGo of this._letGo) letGo();
     this._keys.release();

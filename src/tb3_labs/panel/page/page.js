@@ -70,7 +70,7 @@ export function announce(state) {
 
 export function showBanner(connected) {
   document.body.dataset.connected = connected ? 'yes' : 'no';
-  // Written anew, so that a screen reader tells it.
+  // Written again, so that a screen reader reads it.
   $('banner').textContent = connected ? '' : 'not connected: nothing can be stopped from here';
 }
 

@@ -24,7 +24,7 @@ LONGEST_EVENT = 200000
 
 
 class TooLarge(Exception):
-    """The budget is used up; the message says what there is too much of, with the limit."""
+    """The budget is used up; the message names what is too much, and the limit."""
 
 
 class Budget:

@@ -17,7 +17,7 @@ The commands do not name their sender. Other topics decide, if they were recorde
 * With `joy` and without `ctrl_relinq`, the pad never gave control: all movements are by hand.
 * With `mouse_info`, no movement is a drive, and a turn must be faster than the mouse can command.
 
-Without these topics, a person who turns, drives straight on and turns by keys counts as a drive.
+Without these topics, turns and a straight line that a person drives by keys look like a drive.
 
 If a node publishes only `cmd_vel`, `completed` adds what the package's own nodes would have
 published: the states of a drive and its goal, by the movements; the robot's pose in ``local``, and
@@ -60,7 +60,7 @@ SHORTEST_PART = 0.4
 MOST_MOVEMENTS = 1000
 #: A command that is slower than this is zero [m/s], [rad/s].
 NO_SPEED = 1e-3
-#: On a straight line the heading stays within KEPT of its first value [rad]. The heading counts
+#: On a straight line the heading stays within KEPT of its first value [rad]. The heading is read
 #: from STRAIGHT_AFTER after the line's start [s]: the turn before the line is over then.
 KEPT = math.radians(20.0)
 STRAIGHT_AFTER = 0.3
@@ -103,7 +103,7 @@ def moving(commands: Commands) -> np.ndarray:
 
 def programs(run: RunData, begin: float, end: float) -> List[str]:
     """The programs that commanded the robot from `begin` to `end` [s], without those by which a
-    person drives; [] if the recording does not tell."""
+    person drives; [] if the recording does not show it."""
     names = {run.senders[int(k)] for k in run.sent.between(begin, end).value}
     return sorted(TERMINAL if '/rostopic_' in name else name for name in names if not (
         PERSONS.search(name) or name == '?'))

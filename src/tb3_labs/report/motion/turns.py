@@ -1,7 +1,7 @@
 """The turns of the IMU lab in a recorded run: by how much the robot turned, from rest to rest.
 
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
-rests before and after it. Topic `turn` tells the angle that was asked for. Without a message on
+rests before and after it. Topic `turn` has the requested angle. Without a message on
 `turn`, the nearest of +/-90 and 180 degrees is taken, since the lab asks for these; a movement by
 less than `LEAST_TURN` or more than `MOST_TURN` is then not a turn.
 

@@ -1,6 +1,6 @@
 """What a node itself shows of its mistake: its exceptions, its open TODOs, its first broken link.
 
-The link is told by hints, each folded, and the next one within it. So a teacher can hand out the
+The link is shown by hints, each folded, and the next one within it. So a teacher can hand out the
 page of a run, and the student still has to find the mistake.
 """
 import re
@@ -23,7 +23,7 @@ FOLDED = '<details><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
 
 
 def said_by_node(run: RunData) -> str:
-    """HTML of what the node itself told of its faults: exceptions, each once, and open TODOs."""
+    """HTML of the faults that the node itself printed: exceptions, each once, and open TODOs."""
     log = run.log
     errors: Dict[str, List[float]] = {}
     for time, text in zip(log.time, log.texts):

@@ -1,6 +1,6 @@
 """The tables of a report: as HTML for its page, and as CSV for spreadsheets and scripts.
 
-Units: metres, degrees, seconds; the heads and names of the columns tell which. An unknown value
+Units: metres, degrees, seconds; the heads and names of the columns say which. An unknown value
 is a dash on the page, and an empty cell in a CSV file.
 """
 import csv
