@@ -70,7 +70,7 @@ class Demo:
         self._states = []       # (arrival [s], state) of the goal_state of this drive
         self._granted = False   # does move_to_goal have control from this node?
         self._taken = False
-        # not latched: move_to_goal would take a latched message for one of an earlier node
+        # not latched: a latched message could come from an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
         hear('ctrl_relinq', Bool, self._on_control)
         hear('goal_state', String, lambda message: self._states.append(
@@ -124,8 +124,8 @@ class Demo:
                          world_T_local.inverse() @ reached, ended - begun)
 
     def _begin(self, anew):
-        """Let a drive begin; `anew`: after a reset. Returns the time [s]. A drive that is given up
-        before the robot moved, as while a busy computer's sensors are late, is begun again."""
+        """Let a drive begin; `anew`: after a reset. Returns the time [s]. If a drive is given up
+        before the robot moved (a busy computer's sensors are late), it begins again."""
         for attempt in range(TRIES):
             self._states.clear()
             if anew or attempt:

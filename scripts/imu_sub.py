@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Prints the robot's heading: the IMU exercise.
 
-As a good student of the handout writes it. The handout does not have the lines marked `# added`.
+It is written as by a good student of the handout. The handout does not have the lines marked `#
+added`.
 
 Subscribes
     imu        sensor_msgs/Imu

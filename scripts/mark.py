@@ -71,7 +71,7 @@ def main(words):
 
 
 def interrupt(*_):
-    """Interrupt the marking, once: the tidying up must not be interrupted."""
+    """Interrupt the marking, but only once: it must then clean up without an interruption."""
     for each in ENDS:       # first of all: set() within set() would wait for ever
         signal.signal(each, lambda *_: None)
     INTERRUPTED.set()       # an exception may be lost: Python ignores those in some places

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Drives by a gamepad, hands the robot over, and resets the local frame: the Transformation lab.
 
-As a good student of the handout writes it.
+It is written as by a good student of the handout.
 
 The numbers of axes and buttons belong to the course's pad. `rostopic echo /joy` shows yours.
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The container of .devcontainer/, built and used: by buildah, as root, on Debian. No registry is needed: the Debian 12 that the
-# image begins with comes from debootstrap. It takes about six minutes and some GB, so it is no part of scripts/test.sh.
+# image begins with comes from debootstrap. It takes about six minutes and some GB, so it is not in scripts/test.sh.
 #
 #     apt-get install --no-install-recommends buildah curl debootstrap git
 #     bash test/container.sh [BASE]     BASE: a folder with a Debian 12 from debootstrap; without it one is made

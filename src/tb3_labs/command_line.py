@@ -14,8 +14,8 @@ from typing import Any, Callable, Sequence, Union
 
 
 class Parser(argparse.ArgumentParser):
-    """As Python's parser, but a refusal is one line, --job is not taken for --jobs, and what is
-    meant is named with a word that is too much."""
+    """Python's parser, but a refusal is one line, --job is refused, and a refused word comes with
+    the one that is probably meant."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
@@ -42,7 +42,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def surplus(words: Sequence[str]) -> str:
-    """Returns that these words are too many, as the begin of a refusal; '' without a word."""
+    """Returns the begin of a refusal of these words, which are too many; '' without a word."""
     more = ' and {} more'.format(len(words) - 3) * (len(words) > 3)
     return ', '.join(words[:3]) + more + ': too much; ' if words else ''
 
@@ -56,9 +56,10 @@ def number_or_text(word: str) -> Union[float, str]:
 
 
 def whole_number(most: int) -> Callable[[str], int]:
-    """Returns the `type` of an argument that takes 1, 2, ... `most`: argparse would list all."""
+    """Returns the `type` of an argument that takes 1, 2, ... `most`: a larger number is refused;
+    argparse would list all choices."""
     def read(word: str) -> int:
-        # int() refuses thousands of digits in words of its own
+        # int() refuses thousands of digits with another text
         if not (word.isdecimal() and len(word) < 10 and 1 <= int(word) <= most):
             raise argparse.ArgumentTypeError(
                 '{:.40} is not valid: a whole number from 1 to {}'.format(repr(word), most))

@@ -2,7 +2,7 @@
 
 The folder doc/skeletons/LAB holds the package's files as templates. In each of them the text
 @PACKAGE@ stands for the package's name. If the name of a template ends in `.in`, the file is
-written without this ending. With its plain name, ROS's tools would take the template itself for a
+written without this ending. With its plain name ROS's tools would find the template itself as a
 package or a launch file.
 """
 import keyword

@@ -121,7 +121,7 @@ class Node(Program):
         super().__init__(list(prefix) + command_of(executable) + list(arguments), **options)
 
     def wait_for(self, words, seconds=STARTING, times=1):
-        """As Program's, with enough time for the start."""
+        """Program's method, with enough time for the start."""
         super().wait_for(words, seconds, times)
 
 

@@ -157,7 +157,7 @@ class PanelBrowserTest(PanelCase):
                              'the confirmation')
 
     def test_b_takes_the_robot_from_another_page(self):
-        """By its key, and by a gamepad whose buttons were not let go since it was plugged in."""
+        """STOP by its key, and by a gamepad whose buttons were not let go since it was plugged in."""
         other = Page(self.address)
         self.others.append(other)
         self.addCleanup(other.close)

@@ -36,7 +36,7 @@ class PanelCase(NodeCase):
             pose.yaw, start.yaw) < 2.0)
 
     def assert_stopped(self, since, within=LOSS):
-        """As NodeCase's, and then no other movement."""
+        """NodeCase's method, and then no other movement."""
         super().assert_stopped(since, within)
         self.assert_stands()
 

@@ -41,7 +41,7 @@ HEARD = 0.45
 USUAL_FILES = 1024
 
 
-#: What stands in place of a value: JSON, and what is none.
+#: Texts in place of a value: JSON, and text that is not JSON.
 VALUES = ['4e9', '-4e9', '1e12', '0.5', '-0.5', '0', '1e308', '-1e308', '1e999', 'NaN', '-Infinity', '1' + 300 * '0',
           'null', 'true', '""', '"\\ud800"', '"' + 200 * 'x' + '"', '[]', '{}', '[[1, 2], {}]', '100 * [', '']
 

@@ -150,8 +150,8 @@ class StopsTest(WithThumb, DriveCase):
         self.thumb.press(B)
 
     def test_the_first_word_of_a_sender_that_latches_is_a_stop_and_its_last_gives_once(self):
-        """It was connected all the time, and had sent nothing: its False is not an old one. Its
-        True that a new connection repeats is."""
+        """It was connected all the time, and had sent nothing: its False is not an old one. But a True that a new
+        connection repeats is an old one."""
         student = self.student()
         node = self.move_to_goal()
         self.let_it_drive(self.give_control)
@@ -227,8 +227,8 @@ class StopsTest(WithThumb, DriveCase):
         self.is_stopped(rospy.get_time())
 
     def test_a_cancel_without_a_name_ends_any_goal_for_good(self):
-        """Also one that its sender repeats, by the topic and by the action; one that a person sends once again is
-        accepted."""
+        """A goal that its sender repeats stays ended, by the topic and by the action; if a person sends it once again,
+        it is accepted."""
         node, number = self.move_to_goal(), itertools.count()
 
         def by_action():

@@ -1,7 +1,7 @@
-"""Judges of who may move the robot: they share no code with the nodes, and know what persons did.
+"""Judges, which know what persons did: who may move the robot? They share no code with the nodes.
 
-The rule: after a person's stop no command but zero, until a person's next grant. What repeats,
-renews, arrives late, wakes up or restarts gives nothing.
+The rule: after a person's stop no command but zero, until a person's next grant. A message that is repeated, renewed or
+late, and a node that wakes up or restarts, give nothing.
 
 Units: seconds; `at` is the time of a person's action, `now` the time at which a node hears of it.
 """
@@ -9,11 +9,11 @@ import math
 
 #: Actions that are nearer in time have no order [s]: a renewal has its grant's age in tenths.
 SAME_TIME = 0.15
-#: A sender that renews, and is silent for longer than the first, may not be driven by; after the
-#: second its grant is gone. A grant that took longer to arrive was never accepted [s].
+#: If a sender that renews is silent for longer than the first, the robot must stand; after the second its grant is
+#: void. A grant that took longer to arrive was never accepted [s].
 SUSPENDED, OVER = 0.6, 2.1
-#: A grant or goal is void if its robot is not there within the first; within the second while it was
-#: never there. Before a motion, gyro and wheels must have been compared at rest for the third [s].
+#: A grant or goal is void if the robot does not come within the first; within the second if it was never there. Before
+#: a motion, gyro and wheels must have been compared at rest for the third [s].
 ROBOT, FIRST_ROBOT, COMPARED = 2.1, 20.1, 0.9
 #: A mouse or pad that is silent for this long is lost [s].
 LOST = 0.3
@@ -23,7 +23,7 @@ class GoalOracle:
     """Judges move_to_goal. Its start is a stop."""
 
     def __init__(self, now):
-        self.grants = {}            # sender: when it renewed that last; None: it does not renew
+        self.grants = {}            # sender: time of its last renewal; None: it does not renew
         self.stopped_at = now        # the person's last stop
         self.cancelled_at = None     # None: the goal was not cancelled
         # A sender, or 'goal': when it was asked for, or when the goal had its robot last. Missing: a

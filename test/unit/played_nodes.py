@@ -133,7 +133,7 @@ class Turning(Ahead):
 
 
 class Still:
-    """In place of the localizer: the robot is at the origin, and a reset is carried out at once."""
+    """It replaces the localizer: the robot is at the origin, and a reset is carried out at once."""
 
     has_resets = is_lost = False
     odom_T_local = None

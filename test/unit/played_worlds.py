@@ -98,7 +98,7 @@ class World:
         self.switch(True)
 
     def is_obeyed(self, seconds, by):
-        """Unheard if the robot does not move within `seconds` after a person asked for it."""
+        """Unheard is raised if the robot does not move within `seconds` after a person asked for it."""
         self.drives = False
         self.wait(seconds)
         if not self.drives:
@@ -125,7 +125,7 @@ class World:
 
     @property
     def actors(self):
-        """Everything whose state makes a difference."""
+        """All objects whose state decides what comes."""
         return self.nodes
 
     @property
@@ -331,7 +331,7 @@ MOVER = sleeping('move_to_goal', 0) + [
 
 
 class Senders(Labs):
-    """Persons at terminals, and a student's gamepad that latches."""
+    """Persons at terminals, and a student's gamepad with a latched topic."""
 
     EVENTS = PASSING + MOVER + [
         ('move_to_goal is killed and started with control', 'start_mover', True),

@@ -78,7 +78,7 @@ def test_resets_turns_and_control_that_were_recorded(tmp_path):
 
 
 def devices(run):
-    """A pad with more axes than are kept, a mouse, and a command in fields that no wheel follows."""
+    """A pad with too many axes, a mouse, and a command in fields that no wheel follows."""
     yield 3.0, 'joy', Joy(axes=[0.0, 0.5] + 8 * [0.25], buttons=[0, 1])
     yield 3.5, 'mouse_info', MouseController(Header(stamp=rospy.Time.from_sec(BEGIN + 3.5)), Bool(True), -1.0, 0.5)
     yield 4.0, 'cmd_vel', Twist(Vector3(0.1, 0.2, 0.3), Vector3(0.4, 0.5, 0.6))
@@ -94,7 +94,7 @@ def test_the_devices_and_all_fields_of_a_command(tmp_path):
     sent = run.commands
     assert [part[0] for part in (sent.linear, sent.sideways, sent.upward, sent.rolling, sent.pitching,
                                  sent.angular)] == [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
-    # a speed that no wheel follows is no reason to leave out a command
+    # a command with a speed that no wheel follows is kept
     assert list(sent.linear) == [0.1, 0.1] and sent.sideways[1] > 1e3
     assert run.dropped['commands'] == 1 and len(sent.between(4.2, 9.0)) == 1
 
@@ -191,7 +191,7 @@ def test_a_clock_that_was_set_is_told_and_both_sides_have_their_times(
 
 
 def test_a_silence_of_all_topics_is_not_a_clock_that_was_set(run, tmp_path):
-    """Nor is a file that holds one topic behind the other."""
+    """A file with one topic behind another has no such clock, either."""
     silent = replace(run, imu=run.imu.take((run.imu.time < 3.0) | (run.imu.time > 6.0)),
                      odometry=run.odometry.take((run.odometry.time < 3.0) | (run.odometry.time > 6.0)))
     read = read_run(write_bag(tmp_path / 'silent.bag', silent, sources=(sensors,)))
@@ -291,7 +291,7 @@ def test_a_small_file_takes_neither_memory_nor_time(content, said, small, tmp_pa
 
 
 SPARSE = 2 * 10 ** 9
-#: Reads the files that it is given; each may take so much memory more than Python has [MiB].
+#: Reads the given files; each may take this much memory beyond Python's own [MiB].
 READER = """
 import resource, sys, time
 from tb3_labs.report.bag import budget

@@ -1,4 +1,4 @@
-"""Gyro against wheels: robots in all sorts of motion, sound ones and one whose gyro lies."""
+"""Gyro against wheels: robots in all sorts of motion, without a fault, and one with a wrong gyro."""
 import itertools
 import math
 import random
@@ -51,7 +51,7 @@ class Watched:
         return self.ears[0].problem()
 
     def run(self, seconds, linear=0.0, angular=0.0, until=lambda: False):
-        """Let time pass; commands at 20 Hz, unless the ear drives: it is ticked then."""
+        """Let time pass, with commands at 20 Hz, unless a node in `ear` drives, which is ticked."""
         end = self.robot.now + seconds
         for tick in itertools.count():
             if self.robot.now >= end or until():
@@ -90,7 +90,7 @@ def controller():
     return ControllerCore(make_turn(TurnConfig(), BURGER))
 
 
-#: Mystery robots, and robots on a carpet: no lie of a gyro that was right at rest.
+#: Mystery robots, and robots on a carpet: a gyro that was right at rest is never accused.
 BAD_WHEELS = {'slip': 0.4}, {'wheel_mismatch': 0.08}, {'wheel_mismatch': -0.08}, {'slip': 0.2}
 
 

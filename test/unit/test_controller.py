@@ -98,7 +98,7 @@ class Desk:
         return [news.warning for news in self.news if words in news.text] == [warning]
 
     def finish(self, left=0.0):
-        """The turn ends, and the robot rests: the law knows what is left [rad]."""
+        """The turn ends, and the robot rests: the law has the remaining angle [rad]."""
         self.law.left, self.law.ends_with = 0.0, left
         self.run(0.4)
         assert self.core.driver is Driver.NOBODY

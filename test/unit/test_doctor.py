@@ -30,7 +30,7 @@ OK, WARNING, FAULT = 'ok', 'warning', 'FAULT'
 
 
 def check(line, verdict, *words):
-    """The verdict, and the words in the line; what is not ok says what to do, what is ok does not.
+    """The verdict and the words in the line; a line that is not ok says what to do.
     """
     text = printed(line)
     assert line.severity == verdict, text
@@ -40,7 +40,7 @@ def check(line, verdict, *words):
     assert len(text.splitlines()) == 1
 
 
-# ----- a line, and the sum
+# ----- one line, and all lines
 
 def test_a_line_is_one_line_with_its_verdict_in_front():
     assert printed(ok('Disk', 'a')).split() == ['ok', 'Disk', 'a']

@@ -33,7 +33,7 @@ def turned(run, time, angle):
 
 
 def assert_misses_are_known(run):
-    """Of the two drives of the recording, by local_pose and by the ground truth."""
+    """Errors of the recording's two drives, by local_pose and by the ground truth."""
     first, second = drives(run, BURGER)
     assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
     assert in_degrees(first.true) == pytest.approx((0.05, TRUE_DEG), abs=1e-6)
@@ -42,7 +42,7 @@ def assert_misses_are_known(run):
 
 
 def resets(run):
-    """The times after which the run's resets are found, each in one interval of the odometry."""
+    """The times after which the run's resets come, each within one interval of the odometry."""
     return [pytest.approx(epoch.begin + 0.025, abs=0.026) for epoch in epochs(run)[1:]]
 
 
@@ -174,7 +174,7 @@ def test_the_line_of_a_reset_may_come_a_moment_before_or_after_it(line):
 
 
 def test_a_reset_that_moves_nothing_is_where_its_line_is():
-    """Within a millimetre of noise."""
+    """Are they equal within a millimetre of noise?"""
     noise = 0.001 * np.random.RandomState(1).standard_normal(len(TIME))
     run = replace(shifted(0.0), local_pose=poses(X + noise))
     assert [epoch.begin for epoch in epochs(run)][1:] == [pytest.approx(8.0, abs=0.06)]

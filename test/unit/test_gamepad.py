@@ -14,7 +14,7 @@ REST, PUSHED = (0.0, 0.0), (1.0, 0.0)      # its sticks
 
 
 class Core(GamepadCore):
-    """Keeps what its ticks put out until it is asked for."""
+    """Keeps the outputs of its ticks until a test takes them."""
 
     def __init__(self, config, model):
         super().__init__(config, model)
@@ -52,7 +52,7 @@ class Pad:
         self.run(0.5)
 
     def run(self, seconds, **state):
-        """Let time pass, with this state of the pad from now on; the commands of that time."""
+        """Let time pass, with this state of the pad from now on; returns the commands of that time."""
         vars(self).update(state)
         since = len(self.sent)
         for _ in range(round(seconds / 0.01)):
@@ -83,7 +83,7 @@ class Pad:
             self.run(0.02)
 
     def rest_and_push(self):
-        """The command for a stick that is pushed after it was in its middle."""
+        """The command for a stick that was first in its middle, then pushed."""
         self.run(0.2, sticks=REST)
         return self.run(0.2, sticks=PUSHED)[-1]
 
@@ -100,7 +100,7 @@ def hear(controller, now, stamp, *pressed, forward=0.0, age=Age.NEW):
 
 
 def look(controller, since, until):
-    """The node runs, and hears nothing of the pad."""
+    """The node runs, and gets no message of the pad."""
     for tick in range(int((until - since) / 0.1)):
         controller.tick(since + 0.1 * tick)
     controller.tick(until)
@@ -184,7 +184,7 @@ def test_each_press_counts_though_the_messages_come_all_at_once(pad):
 
 @pytest.fixture
 def stamped():
-    """A core that heard a resting pad for 1 s, up to 101.0 s; the pad's own clock says 8.0 s."""
+    """A core after 1 s of messages of a resting pad, until 101.0 s; the pad's clock shows 8.0 s."""
     controller = Core(PadConfig(), BURGER)
     for tick in range(20):
         hear(controller, 100.05 + 0.05 * tick, 7.05 + 0.05 * tick)

@@ -1,4 +1,4 @@
-"""What a node does with a gamepad or a mouse, and what it prints: closed forms, no ROS."""
+"""The commands and the output of a node with a gamepad or a mouse: closed forms, no ROS."""
 import json
 import math
 from dataclasses import replace
@@ -295,7 +295,7 @@ def test_commands_of_the_mouse_in_a_turn_are_told(ends, zeros, said):
 
 
 def test_a_number_named_turning_is_no_flag():
-    """Nor does the mouse give the commands after a letter."""
+    """The commands after a letter do not come from the mouse."""
     run = mouse_run(lambda x, y, on: (on * 0.5 * far(y), on * -0.5 * far(x))).run
     later = [(at, 0.0, 1.5, 0.0, 0.0, 0.0, 0.0) for at in np.arange(6.0, 8.0, 0.02)]
     own = [(at, 'controller', 'TURNING', '2') for at in np.arange(0.0, 8.0, EVERY)]

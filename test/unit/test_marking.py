@@ -40,7 +40,7 @@ def stimulus(name, begin=0.0, end=2.0, **more):
 
 
 def observation(lab='turn', **parts):
-    """Of a node that ran all the time."""
+    """The observation of a node that ran all the time."""
     return Observation(lab, 'lab2/node.py', runs=[Run(0.0, ready=0.5)], **parts)
 
 

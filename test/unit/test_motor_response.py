@@ -154,7 +154,7 @@ def test_the_age_of_a_sample_is_no_delay_of_the_commands_nor_is_it_counted_again
 
 
 class OtherNode:
-    """Commands one rate of turn again and again; the navigator hears it."""
+    """Commands one rate of turn again and again; the navigator gets it."""
 
     def __init__(self, navigator):
         self._navigator = navigator
@@ -173,7 +173,7 @@ class OtherNode:
 
 def reset_in_a_spin(robot_config, rate=1.0, after=None):
     """Angle by which the pose is off after a reset while another node spins the robot at `rate`.
-    The navigator has driven to the goal `after` before."""
+    Before this the navigator has driven to the goal `after`."""
     rng = random.Random(robot_config.seed)
     robot, model, response = Simulator(robot_config), robot_model(robot_config.model), Response()
     navigator = MoveToGoalCore(PreciseLaw(DriveConfig(), model, response), response=response)

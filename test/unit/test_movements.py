@@ -41,7 +41,7 @@ def arc(degrees):
     (('mouse_info',), [turn(2.0, 90.0, 0.5)], Kind.BY_HAND),
     (('mouse_info',), [turn(2.0, 90.0, 0.51)], Kind.TURN),
     ((), [turn(2.0, 90.0, 0.5)], Kind.TURN), (('mouse_info',), DRIVE, Kind.BY_HAND),
-    # a pad that never gave control drives
+    # a pad without control drives
     (('joy',), DRIVE, Kind.BY_HAND), (('joy',), DRIVE[:1], Kind.BY_HAND)])
 def test_the_kind_of_a_movement(devices, segments, kind):
     assert kinds(segments, devices=devices) == [kind]
@@ -70,7 +70,7 @@ def test_a_change_of_control_and_a_reset_begin_another_movement(parts, kinds_now
 
 @pytest.mark.parametrize('cut, kind', [(3.3, Kind.DRIVE), (6.0, Kind.BY_HAND)])
 def test_a_turn_alone_with_control_is_by_hand_unless_it_was_cut_off(cut, kind):
-    """By a reset, shortly after its last command."""
+    """A reset ends it, shortly after its last command."""
     assert kinds([turn(2.0, 90.0, 1.5)], control=values([0.5], [1.0]),
                  resets=resets((cut, 0.0, 0.0, 0.0))) == [kind]
 

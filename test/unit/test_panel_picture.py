@@ -23,7 +23,7 @@ def view():
 
 
 def picture(view, now=100.0):
-    """As the page reads it: through JSON, which has no NaN."""
+    """The picture that the page reads: through JSON, which has no NaN."""
     return json.loads(json.dumps(view.picture(now), allow_nan=False))
 
 
@@ -88,7 +88,7 @@ def test_move_to_goal_drives_with_control_and_on_its_way(view, has_control, stat
     ([0.0, 0.1], 0.0, True), ([-0.0, 0.0], 0.0, False)])
 def test_a_command_that_is_no_standstill_drives_a_robot_for_half_a_second(
         view, command, age, drives):
-    """As its firmware has it: it stops after 0.5 s without a command."""
+    """Its firmware stops it after 0.5 s without a command."""
     view.hear_command('/pad', *command, 100.0)
     shown = picture(view, 100.0 + age)
     assert (shown['driver'], shown['command']) == (('/pad', command) if drives else ('', None))

@@ -17,7 +17,7 @@ SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offse
 
 
 def filled(messages):
-    """A SampleBuffer that heard these messages."""
+    """A SampleBuffer with these messages."""
     history = AtDoor(SampleBuffer())
     for arrival, sample in messages:
         history.add(sample, arrival)
@@ -25,7 +25,7 @@ def filled(messages):
 
 
 def pairs_of(history, messages):
-    """[(odometry sample, IMU yaw)] of a history that is asked after each message."""
+    """[(odometry sample, IMU yaw)] of a history that is read after each message."""
     pairs = []
     for arrival, sample in messages:
         history.add(sample, arrival)
@@ -129,7 +129,7 @@ def without_imu(silent, end=8.0):
 
 @pytest.mark.parametrize('silent', [0.2, 0.35, 0.5, 0.9])
 def test_the_odometry_bridges_a_gap_of_the_imu(silent):
-    """Of IMU samples that came together a node reads only the latest."""
+    """If IMU samples come together, a node reads only the latest."""
     assert_right(pairs_of(AtDoor(SampleBuffer()), without_imu(silent)), SPINNING)
     history, now = filled(without_imu(silent, 2.0 + silent + 0.1)), 2.0 + 0.4 * silent
     assert_instant(instant_at(history, now), SPINNING, now, radians=1e-5)

@@ -144,7 +144,7 @@ def test_dropouts_silence_both_sensors_and_what_is_no_fault_leaves_them_alone():
 
 
 def test_without_battery_the_odometry_repeats_its_last_step_and_the_wheels_stand():
-    """As the firmware does, also after a reset. The speeds in joint_states go on, too."""
+    """The firmware does so, also after a reset. The speeds in joint_states go on, too."""
     robot = Simulator(STIFF)
     before, wheels = odom_of(drive(robot, 1.0, 0.2, 0.0))[-1], robot.sensors.odometer
     angles, speeds = wheels.wheel_angles, wheels.wheel_speeds

@@ -124,7 +124,7 @@ def test_a_sample_that_is_looked_at_again_and_again_ends_no_turn():
 
 
 def test_a_mean_is_of_one_rest_and_one_goal():
-    """The goal is moved by 3 standard deviations of a sample: no noise, and no rest any more."""
+    """The goal moves by 3 standard deviations of a sample, which is not noise: the robot does not rest any more."""
     for move in ('extend', 'aim'):
         turn, _ = resting_turn(5, noise=0.1)
         getattr(turn, move)(0.3)

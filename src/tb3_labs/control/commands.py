@@ -2,9 +2,9 @@
 
 *Rhythm*: a step reads the latest samples and gives one command. The robot takes a new command once
 in each of its control periods (turtlebot3.CONTROL_RATE). So a law asks for one step in each period
-(its ``period``), and `Pace` says when that step is due; a command that stays as it is holds for two
-periods. Between two steps no sample of the IMU needs to be read: the one that is read then is at
-most one period of the IMU old.
+(its ``period``), and `Pace` says when that step is due; a command that does not change holds for
+two periods. No sample of the IMU is needed between two steps: at a step the latest is at most one
+IMU period old.
 
 *Dead time*: a robot obeys late. A command is under way for the *delay*, and the motors follow with
 a first-order *lag*. A controller that brakes by the measured position alone overshoots by the
@@ -68,7 +68,7 @@ def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
 
 
 class Pace:
-    """Steps of `period` [s] on average. The steps after a late one come no faster."""
+    """Steps of `period` [s] on average. After a late step the next ones come at the usual pace."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -102,7 +102,7 @@ class Pace:
         self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
 
     def prolong(self) -> None:
-        """The robot goes on with its command: the next step is due a period later."""
+        """The robot keeps its present command: the next step is due a period later."""
         self._next += self._period
 
     def pause(self) -> None:

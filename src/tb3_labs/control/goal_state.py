@@ -1,4 +1,4 @@
-"""A drive to a goal as others see it: settings, four states, texts of `goal_state`, lines to users.
+"""A drive to a goal from outside: settings, four states, texts of `goal_state`, lines to users.
 
 The states are those that the Transformation lab lists:
 

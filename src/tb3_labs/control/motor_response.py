@@ -45,7 +45,7 @@ FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 #: Time from a command to the moment at which the motors of a real robot begin to follow it [s]:
 #: half a control period, and 8 ms for the link (firmware 1.2.6, on a fast and on a slow host).
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
-#: A single command needs up to this much less or more, also on a busy computer [s]. A
+#: The delay of a single command differs by up to this, also on a busy computer [s]. A
 #: smaller excess of the delay does not show a sample delay.
 COMMAND_SPREAD = 0.025
 #: The least sample delay, of the firmware on a fast host [s].

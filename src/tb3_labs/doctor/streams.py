@@ -20,7 +20,7 @@ CLOCK_WRONG = 1.0
 BOARD_AHEAD = 0.25
 #: More drift than this disturbs a lab [deg/min].
 DRIFTS = 2.0
-#: A node can do without this share of a sensor's messages.
+#: A node still works without this share of a sensor's messages.
 FEW_REFUSED = 0.05
 #: The wheels stand if they turn by less than this while the doctor listens [rad].
 WHEELS_STAND = 0.005
@@ -61,7 +61,8 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
 
 
 def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
-    """Do the nodes of the labs refuse messages of a sensor? Then the line on that; else `line`.
+    """Do the nodes of the labs refuse messages of a sensor? If so, returns a line on that; else
+    `line`.
     `reasons`: one for each refused message, of `count` messages."""
     if not reasons:
         return line
@@ -73,8 +74,8 @@ def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
 
 def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
     """Is the robot's clock the same as this computer's? `least_delay`: least arrival (on our clock)
-    minus stamp (on the robot's). `round_trip`: time for one question to the robot; the fastest
-    message took at most this long."""
+    minus stamp (on the robot's). `round_trip`: time of a question to the robot and its answer; the
+    fastest message took at most this long."""
     offset, exact = 0.5 * round_trip - least_delay, max(0.5 * round_trip, 0.001)
     if abs(offset) <= max(CLOCK_OFF, exact):
         return ok('Clock', "the robot's clock is right within {:.3g} s".format(

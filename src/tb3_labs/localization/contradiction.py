@@ -1,10 +1,10 @@
 """Does the gyro contradict the wheels, or the IMU's orientation its gyro?
 
-A board that calibrates its gyro while the robot turns takes that turn for rest. Afterwards the
-gyro of a robot at rest shows the opposite turn, and in motion it is wrong by the same rate. A robot
-that is carried looks the same, since its wheels rest. So each rate of the gyro is compared with the
-rates at which the wheels turned the robot a little earlier and later. The turn that delay, slip and
-uneven wheels do not explain is added up.
+A board that calibrates its gyro while the robot turns sets this rate of turn as zero. Afterwards
+the gyro of a robot at rest shows the opposite turn, and in motion it is wrong by the same rate. A
+robot that is carried looks the same, since its wheels rest. So each rate of the gyro is compared
+with the rates at which the wheels turned the robot a little earlier and later. The turn that delay,
+slip and uneven wheels do not explain is added up.
 
 Times are the samples' stamps, so delays of the network do not matter. Cases:
 

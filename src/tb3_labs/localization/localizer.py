@@ -3,8 +3,8 @@
 IMU and odometry arrive in any order, each at its own rate. A *fix* is the robot's pose at the
 instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* uses the
 values of both sensors, interpolated to the moment of the request, once both sent a later sample. So
-it heals whatever was believed before. In a spin, an error of the samples' age is an error of the
-reset. If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
+it corrects any earlier error. In a spin, an error of the samples' age is an error of the reset. If
+the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
 (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unseen, the pose is lost:
 there is no local frame until a reset declares one.
 

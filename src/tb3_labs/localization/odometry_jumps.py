@@ -38,7 +38,7 @@ SLACK = 0.05
 SLACK_TURN = 0.3
 #: A rate of turn beyond this is the firmware's spike [rad/s].
 SPIKE = 10.0
-#: An odometry that was just set to zero has a place of exactly zero, and a yaw below this [rad].
+#: An odometry after a reset has a place of exactly zero, and a yaw below this [rad].
 ZERO_YAW = 0.01
 #: If the place was this near to zero before, a place of zero does not show a reset [m].
 ZERO_PLACE = 0.001
@@ -87,7 +87,7 @@ class _Gap:
 
     @property
     def seconds(self) -> float:
-        """By stamps or by arrivals: the longer of both, up to LONGEST_SILENCE [s]."""
+        """The longer silence of stamps and arrivals, up to LONGEST_SILENCE [s]."""
         return min(max(self._by_stamps, self._by_arrival, 0.0), LONGEST_SILENCE)
 
     @property

@@ -34,8 +34,7 @@ class MarkedClass:
     """A class whose submissions are marked."""
 
     def __init__(self, marker: Marker, anew: bool, tell_problem: Callable[[str], None]) -> None:
-        """`anew`: try all submissions again, also those that were marked and
-        have not changed."""
+        """`anew`: repeat all trials, also of submissions that were marked and have not changed."""
         self._marker, self._folder, self._anew = marker, marker.folder, anew
         self._tell_problem = tell_problem
         self._failed, self._unchanged = False, 0

@@ -56,8 +56,8 @@ READ_WITHIN = 0.3
 #: A robot that is slower than this stands, by its odometry [m/s] or [rad/s].
 STANDS_BELOW = 0.02
 
-#: A page shows the variables of so many nodes, so many of each, of a name or a text so many
-#: characters, until the node has been silent for so long [s].
+#: A page shows the variables of so many nodes, so many of each, so many characters of a text, until
+#: the node is silent for so long [s].
 MOST_NODES, MOST_VARIABLES, LONGEST_TEXT, STALE = 4, 40, 200, 2.0
 
 Point = Tuple[float, float]

@@ -99,7 +99,7 @@ class Viewer:
         self._send(json.dumps(dict(values, type=kind), allow_nan=False))
 
     def answer(self, request: Optional[Request], fulfilled: bool, text: str) -> None:
-        """Answer `request` in words; `request` is None if it could not be read."""
+        """Answer `request` by a text; `request` is None if it could not be read."""
         if request is not None and request.id is not None:
             self.send('answer', id=request.id, ok=fulfilled, text=text)
         elif not fulfilled:
@@ -161,7 +161,7 @@ def _held(message: Dict) -> Held:
         _flag(message, 'first'))
 
 
-#: By type: the reader of a message's value.
+#: {type: the reader of a message's value}
 READERS: Dict[str, Callable[[Dict], Any]] = {
     'joy': _held, 'goal': _pose, 'reset': _pose, 'stop': lambda message: None,
     'turn': lambda message: _number(message, 'degrees', MOST_DEGREES, 'deg')}

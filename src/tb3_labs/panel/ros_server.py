@@ -20,7 +20,7 @@ from tb3_labs.ros.node import guarded
 
 #: The style and the program need no token; the page itself and its socket do.
 PUBLIC = ('.css', '.js', '.svg')
-#: The page: HTML, style and program, as they are.
+#: The files of the page: HTML, style and program.
 PAGE_FILES = Path(__file__).resolve().parent / 'page'
 #: The names of the files that draw a robot, as a regular expression.
 DRAWN = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir() if path.suffix in PUBLIC)

@@ -255,7 +255,7 @@ class RunData:
     devices: Tuple[str, ...] = ()                              # recorded ones of joy, mouse_info
     senders: Tuple[str, ...] = ()                              # of the commands; (): unknown
     sent: Values = field(default_factory=Values.none)          # index in senders of each command
-    starts: Tuple[float, ...] = ()                             # of the node [s]; (): unknown
+    starts: Tuple[float, ...] = ()                             # times of the node [s]; (): unknown
     letters: Values = field(default_factory=Values.none)       # typed: 1 for l, -1 for r, 0
     events: States = field(default_factory=States.none)        # of a trial, by the marker
     printed: States = field(default_factory=States.none)       # by the node of a trial
@@ -270,7 +270,8 @@ Result = TypeVar('Result')
 
 
 def once(find: Callable[[RunData], Result]) -> Callable[[RunData], Result]:
-    """Makes a function of a run that finds its result once: a page asks for it again and again."""
+    """Makes a function of a run that computes its result only once: a page calls it again and
+    again."""
     @functools.wraps(find)
     def found(run: RunData) -> Result:
         known = vars(run).setdefault('_found', {})

@@ -85,7 +85,7 @@ def _words(name: str) -> Tuple[str, ...]:
 
 
 def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, str]:
-    """Returns (is the answer right?, the words for the student). Raises ``ValueError`` if the
+    """Returns (is the answer right?, the text for the student). Raises ``ValueError`` if the
     number, the fault or the value is not valid."""
     hidden, truth, _ = draw(number)
     meaning, named = MEANINGS[hidden.name], fault_called(name)

@@ -36,7 +36,7 @@ CATCH_UP = 0.5
 #: find its sensors silent.
 CATCH_UP_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
-#: The board lies askew by these angles, which were recorded [rad].
+#: The board is tilted by these angles, which were recorded [rad].
 ROLL, PITCH = math.radians(0.7), math.radians(0.4)
 
 
@@ -55,9 +55,9 @@ UPWARDS = (-GRAVITY * math.sin(PITCH), GRAVITY * math.sin(ROLL) * math.cos(PITCH
 class FakeRobot:
     """One Simulator and its topics.
 
-    A robot with a `hidden` fault (mystery_robot.HiddenFault) takes its settings from there. It has
-    no /tf_static and no ground truth, since both would show the fault. If the environment names a
-    TRUTH_PIPE, the truth goes there, and there is no ground truth on a topic.
+    A robot with a `hidden` fault (mystery_robot.HiddenFault) gets its settings from the fault. It
+    has no /tf_static and no ground truth, since both would show the fault. If the environment names
+    a TRUTH_PIPE, the truth goes there, and there is no ground truth on a topic.
     """
 
     def __init__(self, settings, hidden=None):

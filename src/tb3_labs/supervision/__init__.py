@@ -1,8 +1,8 @@
 """May the robot move, and who drives it? A stop stays a stop:
 
-1. *A stop is obeyed*, whoever sends it. Only a grant is ever doubted (`permission`).
-2. *Old words give nothing*: repeated, late, latched (`events`); nor does a node that woke
-   (`freshness`). This holds for whatever moves the robot, or its frame: a reset, too.
+1. *A stop is obeyed*, whoever sends it. Only a grant may be ignored (`permission`).
+2. *Old messages give nothing*: repeated, late, latched (`events`), or read by a node that woke
+   (`freshness`). This holds for all that moves the robot, or its frame: a reset, too.
 3. *A new grant* is a False, then a True, of one sender after any stop or lapse (`permission`).
 4. *It needs its robot*: without fresh sensors a grant, a goal or a turn is void
    (`lost_or_stalled`).

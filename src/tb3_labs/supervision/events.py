@@ -1,7 +1,7 @@
 """Messages that a person may have caused: a True, a False, a turn. Each becomes one Event. A core
 answers to messages and the clock by an Output, with News for the person.
 
-Only a request that moves the robot, or its frame, is ever doubted. A stop is obeyed at any age.
+Only a request that moves the robot, or its frame, may be ignored. A stop is obeyed at any age.
 
 A message is doubtful if it may repeat one from before this node could hear its sender: if it is the
 first on a connection to a sender that was there before, or was heard before. A latched message is

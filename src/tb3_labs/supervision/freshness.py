@@ -24,7 +24,7 @@ SENSOR_TIMEOUT = 0.22
 #: slow network and slow motors delay the motion by less.
 FROZEN_TIME = 0.6
 #: A motion goes on by itself after a silence of the sensors up to this long. A grant, a goal or a
-#: turn that is asked for in a silence is void if the silence goes on for longer than this.
+#: turn in a silence is void if the silence lasts for longer than this.
 RESUME_TIME = 2.0
 #: The same limit for a robot that was never heard: its board needs up to 14 s to start.
 ROBOT_START = 20.0
@@ -39,11 +39,11 @@ LONGEST_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
 
-#: Of the gyro: the rate between them is unknown.
+#: Gyro samples: the rate between them is unknown.
 GYRO_GAP = 0.15
-#: Of the wheels: the motion between them is unknown.
+#: Wheel samples: the motion between them is unknown.
 WHEEL_GAP = 0.3
-#: Of moving wheels: only the mean rate is known; samples were lost, as on a busy computer.
+#: Samples of moving wheels: only the mean rate is known; samples were lost, as on a busy computer.
 MEAN_ONLY = 0.08
 
 # -- the sender's clock

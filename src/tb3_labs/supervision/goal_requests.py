@@ -6,7 +6,7 @@ goal again within `SENDER_PAUSE`, unchanged but for its stamp. The rules:
 * A cancel ends the goal that it names, or each goal up to its stamp, or every goal.
 * A goal that its sender had sent twice or more when a cancel ended it stays ended, until the sender
   changes it, or pauses. A goal that a person sends once again is accepted at once.
-* The same holds when the drive to a repeated goal was given up: a repetition is not a new wish.
+* The same holds when the drive to a repeated goal was given up: a repetition is not a new request.
 * A repetition during the drive to this goal changes nothing, nor the wait for sensors.
 
 Units: seconds on a clock that never stands still and never goes back (`now`). Edge cases: a sender

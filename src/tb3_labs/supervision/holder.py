@@ -24,15 +24,15 @@ class HolderEvent(Enum):
     """An event that may change the holder.
 
     READY: the pad is heard and its sticks are at rest (or its hold button was pressed again). So a
-    stick that is already pushed does not drive at once. LOST gives the robot to nobody,
-    since its operator has no stop button any more.
+    stick that is already pushed does not drive at once. In LOST nobody may drive, since the
+    operator has no stop button any more.
     """
 
     READY = 'pad ready'
     RELINQUISH = 'relinquish'    # this button was pressed
     REGAIN = 'regain'            # this button was pressed
-    GRANTED = 'granted'          # control was given by others: at a terminal, by another pad
-    TAKEN = 'taken'              # control was taken by others, or by move_to_goal itself
+    GRANTED = 'granted'          # control was given elsewhere: at a terminal, by another pad
+    TAKEN = 'taken'              # control was taken elsewhere, or by move_to_goal itself
     STOPPED = 'stopped'          # another node sent False while a stick was pushed
     LOST = 'pad lost'
 
@@ -60,7 +60,7 @@ class ControlMessages:
         #: Does move_to_goal have control by this pad? Then the pad must renew its permission.
         self.grants = False
         self._waiting: List[bool] = []
-        #: Time of the last True to which move_to_goal has not answered [s].
+        #: Time of the last True without an answer of move_to_goal [s].
         self.given_at = -math.inf
         self._said_at = -math.inf       # time of the last message, or renewal
         #: Time at which control was taken from move_to_goal, by anyone [s].

@@ -144,7 +144,7 @@ class SensorWatch:
     def problem(self, now: float, with_age: bool = False) -> str:
         """The lost sensors, in words; '' while all sensors are fresh.
 
-        If one is lost, others that are silent for half their timeout are treated as lost, too.
+        If one sensor is lost, each that is silent for half its timeout is lost, too.
         """
         if self.are_fresh(now):
             return ''

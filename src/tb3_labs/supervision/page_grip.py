@@ -1,4 +1,4 @@
-"""Which page drives the robot? The one that gripped first, until it lets go or is lost.
+"""Which page drives the robot? The page that gripped first drives, until it lets go or is lost.
 
 A page is a pad in a browser. Several may be open, but the node `gamepad` hears one pad. Here the
 stops are counted: STOP on any page, a False on `ctrl_relinq`, a cancel, the loss of the page that
@@ -29,8 +29,8 @@ class Grip:
         self._sleep.start(now)
 
     def check(self, known_stops: Optional[int], now: float, lateness: float, most: float) -> None:
-        """Raises ``ValueError`` if the robot was stopped since a person acted, who knew
-        `known_stops`, or if this is older than `most` [s], or may be."""
+        """Raises ``ValueError`` if the robot was stopped after a person's act with `known_stops`,
+        or if the act is older than `most` [s], or may be."""
         self._sleep.update(now)
         if known_stops != self.stops:
             raise ValueError('the robot was stopped meanwhile: let go, and ask again')

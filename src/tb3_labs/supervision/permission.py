@@ -17,8 +17,8 @@ person releases the machine again):
   nothing, until a False and then a True follow. A latched False that is older than this node does
   not take the permission that was given at the start.
 * A True is ignored if it was sent more than `LONGEST_LAPSE` ago, before another sender's False, or
-  before this node started or woke. If renewals of a sender that renews arrive faster than one in
-  each `RENEWAL`, its True was delayed.
+  before this node started or woke. If the renewals of a sender arrive faster than one in each
+  `RENEWAL`, its True was delayed.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 :meth:`Permission.update` is to be called ten times a second.
@@ -59,7 +59,7 @@ class _Grant:
         return self._source.age(now) if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
-        """Does the grant hold? Not if its sender is silent, or has not renewed it yet."""
+        """Does the grant hold? False if its sender is silent, or has not renewed it yet."""
         return not self._renews or (
             self._source.is_fresh(now) and self._heard_for >= CONFIRMATION)
 
@@ -84,7 +84,7 @@ class Permission:
 
     @property
     def granted(self) -> bool:
-        """May the robot be driven? As of the last :meth:`update`."""
+        """May the robot be driven? The value at the last :meth:`update`."""
         return any(grant.holds(self._now) for grant in self._grants.values())
 
     @property

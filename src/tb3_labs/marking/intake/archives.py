@@ -55,7 +55,7 @@ def is_zip(name: str) -> bool:
 def sort_out(folder: Path, skipped: Pattern[str] = MADE) -> Tuple[List[Path], List[Path]]:
     """(Files, others) below a folder, without NEVER and the files that are `skipped`.
 
-    The others are links, devices, folders that are too deep, and what cannot be read. A file that
+    `others`: links, devices, folders that are too deep, and unreadable files. A file that
     has a second name outside of the folder (a hard link) is treated as a link: it may be another
     person's.
     """
@@ -148,7 +148,7 @@ def unpack(path: Path, folder: Path, budget: Budget, skipped: Pattern[str] = MAD
 
 
 def _kind(path):
-    """What is wrong with a file that is called a zip file, a clause."""
+    """The fault of a file that is called a zip file, a clause."""
     with open(str(path), 'rb') as file:
         data = file.read(512)
     if not data or data.startswith(b'PK'):

@@ -95,7 +95,7 @@ def _call(failure: str, function: Callable[..., Any], *arguments: Any) -> Any:
     return result
 
 
-# -- in the process of its own
+# -- in the limited process
 
 def _unpack_class(path, folder):
     budget = Budget(CLASS)
@@ -238,7 +238,7 @@ def _needs_of(node, packages):
 
 
 def _slips(missing):
-    """{name: module} of the names that are a slip of the key for a module's."""
+    """{name: module} of the names that are misspelt names of modules."""
     known = {each.name for each in pkgutil.iter_modules(sys.path)}.union(sys.builtin_module_names)
     return {name: near for name in missing for near in sorted(known)
             if len(near) > 3 and is_slip(name, near)}

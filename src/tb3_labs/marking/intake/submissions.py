@@ -98,8 +98,8 @@ def by_student(names: Dict[str, HandedIn]) -> Dict[str, List[str]]:
 
 def chosen(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
     """The students that are wanted; letters of another case, or a Mac's u with two dots for one
-    letter, will do for a name that only one has. ``ValueError`` for an unknown name, with the names
-    that are similar."""
+    letter, are accepted for a name that only one has. ``ValueError`` for an unknown name, with the
+    names that are similar."""
     def folded(text: str) -> str:
         return unicodedata.normalize('NFC', text).casefold()
     students, found = list(students), []

@@ -84,7 +84,7 @@ def _place(seen: Observation, name: str, tolerance: float = DISTANCE + MORE_DIST
 
 
 def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE) -> str:
-    """As _place, of the heading there; `tolerance` in [deg]."""
+    """The same for the heading there; `tolerance` in [deg]."""
     scene = _driven(seen, name)
     if not scene.facts[RESTED]:
         return _unended(scene)
@@ -195,7 +195,7 @@ def remarks_on_parts(seen: Observation, parts: Sequence[str]) -> List[str]:
 
 
 def last_hint(seen: Observation) -> str:
-    """The mistake that a first drive shows which missed the goal; '' if none."""
+    """The mistake that a first drive beside the goal shows, or ''."""
     scene = seen.during(FIRST_DRIVE)
     if not scene.facts[MOVED] or not _arrives(seen, FIRST_DRIVE):
         return ''

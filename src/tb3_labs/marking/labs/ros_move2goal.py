@@ -28,8 +28,8 @@ ARRIVAL = 1.5
 DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
 OFFERS_NONE = 'it offers no service whose name has "reset" or "pose" in it'
 
-#: The reset's usual names by the handouts, likeliest first. Any other name with one of WORDS in it
-#: comes after them.
+#: The reset's usual names by the handouts, likeliest first. Then come other names with one of WORDS
+#: in them.
 NAMES = ('reset_pose', 'reset', asked.SET_POSE, 'reset_local_pose', 'set_local_pose')
 WORDS = ('reset', 'pose')
 
@@ -99,7 +99,7 @@ class Control:
     def __init__(self, stage):
         self._stage = stage
         self._control = rospy.Publisher(CTRL_RELINQ, Bool, queue_size=1, latch=True)
-        # a node may take a first True for an old permission: it hears False before
+        # a node may ignore a first True as old: it gets a False before
         self.give(False)
 
     def give(self, given):

@@ -27,8 +27,8 @@ LEFT, RIGHT = 'l', 'r'
 
 
 class WatchedTurn(NamedTuple):
-    """One turn: the letter that is typed, the angle it asks for, the heading where it begins, the
-    share of the wheels' travel that is lost."""
+    """One turn: the typed letter, its angle, the heading at its begin, and the lost share of the
+    wheels' travel."""
 
     typed: str
     asked_deg: float

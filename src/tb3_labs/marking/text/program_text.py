@@ -1,4 +1,4 @@
-"""What the text of a submission's programs shows, and no trial of its node: the sign of y in its
+"""What only the text of a submission's programs shows, not its trial: the sign of y in its
 own mouse client, and an angle in the place of a number of a quaternion.
 
 The text is a stranger's. So this is a program, too: it reads within limits, and prints what
@@ -35,7 +35,7 @@ def text_of(paths: Iterable[str]) -> Dict[str, Any]:
 
 
 def look(texts: Iterable[bytes]) -> Dict[str, Any]:
-    """As `text_of`, of these texts."""
+    """The same for these texts."""
     downs, remarks = set(), []
     for text in texts:
         try:

@@ -1,4 +1,4 @@
-"""What was seen of a node that did not do what was asked: in words, from its observation alone.
+"""Sentences on a node that did not do its task, from its observation alone.
 
 A sentence names the first of these that explains it: an exception since the node's start; commands
 that are not numbers; a topic that nobody hears, or of another type; no command at all, or zeros.
@@ -52,7 +52,7 @@ def tracebacks_before_the_end(seen: Observation) -> List[str]:
 
 
 def untold(remarks: List[str], said: str) -> List[str]:
-    """The remarks without those on an exception that the verdicts' sentences `said` quote."""
+    """The remarks, without the exceptions that the verdicts' sentences (`said`) quote."""
     return [remark for remark in remarks if not any(
         error in said for error in QUOTED.findall(remark))]
 
@@ -110,7 +110,8 @@ def _silence(scene, run):
 
 
 def other_topics(run: Run, topic: str) -> str:
-    """A clause on the topics that a node publishes; '' if `topic` is one, or none is known."""
+    """A clause on the topics that a node publishes; '' if `topic` is among them, or none is
+    known."""
     return '' if not run.publishes or '/' + topic in run.publishes else \
         'it does not publish {}, but {}'.format(topic, ' and '.join(sorted(run.publishes)))
 

@@ -30,8 +30,8 @@ TRUTH, EVENTS, PRINTED = 'ground_truth', 'trial', 'printed'
 #: The node's own variables; see tb3_labs.watch.
 VARIABLES = 'variables'
 
-#: Keys of `facts` that several labs use. MOVED: did the node command a movement after it was asked
-#: to? RESTED: did the robot come to rest? WAS_MOVING: did the robot move when the stimulus began?
+#: Keys of `facts` that several labs use. MOVED: did the node command a movement after its stimulus?
+#: RESTED: did the robot come to rest? WAS_MOVING: did the robot move when the stimulus began?
 MOVED, RESTED, WAS_MOVING = 'moved', 'rested', 'was_moving'
 #: Key of the facts of a turn: the angle that was asked for [deg].
 ASKED_DEG = 'asked_deg'
@@ -46,7 +46,7 @@ HELD_UP = 0.15
 #: characters.
 MOST_FINDINGS, LONGEST = 20, 2000
 NOT_FINITE = 'commands that are not finite numbers'
-#: Of the output of a run so many characters are kept, of its beginning and of its end.
+#: So many characters of a run's output are kept, from its beginning and from its end.
 KEPT = 20000
 
 
@@ -205,7 +205,8 @@ class Observation:
         raise NotTried(self.why_missing())
 
     def why_missing(self) -> str:
-        """Why a stimulus is missing: the node ended, was never ready, or the time was up."""
+        """The reason why a stimulus is missing: the node ended, was never ready, or the time was
+        over."""
         if not self.runs:
             return 'it was never started'
         run = self.runs[-1]

@@ -169,7 +169,7 @@ class StudentNode:
 
 
 class Graph:
-    """Asks the master for nodes, and for the student's node."""
+    """Asks the master which nodes run, and whether the student's node does."""
 
     def __init__(self, types):
         """`types`: the Types of the node's messages and services."""

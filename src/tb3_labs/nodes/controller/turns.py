@@ -113,7 +113,7 @@ class AskedTurn:
         self.asked = asked
         self.goal = yaw + carried + asked
         self.stall = StallWatch()
-        #: The remaining angle at the end, as the law computed it from many samples: one sample is
+        #: The remaining angle at the end, which the law computed from many samples: one sample is
         #: less exact.
         self.left_at_end = 0.0
         self._start = yaw
@@ -160,9 +160,9 @@ class DriverEvent(Enum):
     MOUSE_RELEASED = 'mouse released'     # once, when it is deactivated or lost
 
 
-#: {(driver, event): driver after it}. An event that is not here changes nothing: a turn that is
-#: asked for during a turn moves its goal, and is refused while the mouse drives. Sources: the
-#: course's mouse lab, and the failures of nodes without such a rule.
+#: {(driver, event): driver after it}. An event that is not here changes nothing. A turn during a
+#: turn moves the goal, and a turn is refused while the mouse drives. Sources: the course's mouse
+#: lab, and the failures of nodes without such a rule.
 DRIVERS = {
     (Driver.NOBODY, DriverEvent.TURN_ASKED): Driver.TURN,
     (Driver.NOBODY, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
@@ -202,7 +202,7 @@ class Repetitions:
 
 
 class _Request:
-    """The last request of one sender, as long as it is not changed, and without a pause."""
+    """The last request of one sender, until it changes, or pauses."""
 
     def __init__(self, what: object) -> None:
         self.what, self.source = what, Freshness('turn', SENDER_PAUSE)

@@ -6,7 +6,7 @@ the robot. A sends True, and Y asks for a reset, unless the press may be old.
 
 A silent pad is lost if the robot depends on it: while a stick is off its middle, and while
 move_to_goal drives by its permission. joy_node sends only changes unless its autorepeat_rate is
-set. Without that rate, a stick that is held still looks like a lost pad, and both stop the robot.
+set. Without that rate a stick that is held still looks like a lost pad, so the robot stops.
 
 Units: seconds on a clock that never stands still and never goes back (`now`), m/s, rad/s.
 """
@@ -179,8 +179,8 @@ class GamepadCore:
         return self._pad.is_current(now) and not self._sleep.doubt
 
     def _counts(self, button: str, longest: float, now: float) -> bool:
-        """Is a press accepted that moves the robot, or its frame? Not if it is older than `longest`
-        [s], or may be; then a line says why."""
+        """Is a press accepted that moves the robot, or its frame? False, with a line, if it is
+        older than `longest` [s], or may be."""
         lateness, doubt = self._pad.lateness, self._sleep.doubt
         if not doubt and not self._pad.tells_lateness(now):
             doubt = 'it was pressed the moment the pad was first heard'

@@ -1,4 +1,4 @@
-"""One pad: its settings, and the messages that are heard from it.
+"""One pad: its settings and its messages.
 
 The default numbers of axes and buttons come from the course's gamepad lab.
 

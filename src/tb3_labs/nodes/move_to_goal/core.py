@@ -28,7 +28,7 @@ from tb3_labs.supervision.goal_requests import (
 from tb3_labs.supervision.lost_or_stalled import SURELY_DRIVES, SURELY_TURNS, SensorWatch, Sight
 from tb3_labs.supervision.permission import Permission
 
-#: Another node that commands a motion for longer than this while this one drives fights it [s].
+#: If another node commands a motion for longer than this while this node drives, both fight [s].
 RIVAL = 0.3
 #: A reading that is repeated for no longer than this is the last sample's [s].
 SHORT_REPETITION = 0.05
@@ -86,7 +86,7 @@ class MoveToGoalCore:
         self._news = NewsDesk()
         self._permission = Permission(has_control, self._news.tell)
         self._requests = GoalRequests(GoalRequest(None, stamp=1), self._permission.sleep)
-        #: May this node drive? As of the last tick.
+        #: May this node drive? The value at the last tick.
         self.has_control = has_control
         self._grants = 0                   # number of grants at the last update
         self._pace = Pace(law.period)
@@ -201,7 +201,8 @@ class MoveToGoalCore:
         self._permission.told(word)
 
     def _update_control(self, now: float) -> None:
-        """Does the permission still hold? Also before a goal; `now` as in permission.Permission."""
+        """Does the permission still hold? It is called before a goal, too; `now` as in
+        permission.Permission."""
         permission, machine = self._permission, self._machine
         permission.update(now)
         before, self.has_control = self.has_control, permission.granted

@@ -18,7 +18,7 @@ const ABSENT = {
 const HEADING_FROM = 14;      // [px] a shorter drag gives no heading
 const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);   // degrees
 const HANDS = ['pad', 'mouse'];      // two ways to drive by hand
-/** By reason: the elements that it disables. */
+/** {reason: the elements that it disables} */
 const CONTROLS = {
   turn: [...TURNS.keys()], goal: ['goal'], reset: ['reset'], mouse: ['mouse-pad'],
   pad: ['button-a', 'button-y', 'stick-left', 'stick-right'],
@@ -70,7 +70,7 @@ export class Controls {
     say('The page was hidden: it drives again when something is gripped anew.', true);
   }
 
-  /** By control: the reason why it makes no sense now, or ''. */
+  /** {control: the reason why it makes no sense now, or ''} */
   _reasons() {
     const {picture} = this._seen, can = picture?.can || {};
     const unknown = !this._link.connected ? 'not connected' : !picture ? 'no data yet' : '';

@@ -3,7 +3,7 @@
 // The node `gamepad` decides what the sticks and A do; the panel (page_grip.py) decides which page
 // drives. A grip begins with sticks at rest, until that node is ready. If the robot is stopped, or
 // the pad is not ready for a while, everything must be let go and gripped again: the robot must not
-// start at a moment that nobody expects.
+// start at an unexpected moment.
 
 const PERIOD = 100;           // [ms] between two messages
 const READY_WITHIN = 1000;    // [ms] a grip of a pad that is not ready for this long is dropped

@@ -17,7 +17,7 @@ import numpy as np
 SET_BACK = 0.05
 #: In a longer silence of all topics the clock was set, or the computer slept [s].
 LONGEST_OUTAGE = 3600.0
-#: A sender's lag is looked at this long before and after a silence [s], of at most MOST_OUTAGES.
+#: A sender's lag is compared this long before and after a silence [s], for at most MOST_OUTAGES.
 LAG_LOOK, MOST_OUTAGES = 5.0, 100
 #: A recording whose clock was set more often has no times.
 MOST_SET = 20

@@ -183,7 +183,7 @@ def _filled(numbers, length):
 
 
 def _finite(speed):
-    """A speed that no wheel follows; one that is not finite is no reason to leave out a command."""
+    """The speed [m/s] or [rad/s], clipped: a command with an infinite speed is kept."""
     return max(-LARGEST / 2.0, min(LARGEST / 2.0, speed))
 
 

@@ -66,7 +66,7 @@ KEPT = math.radians(20.0)
 STRAIGHT_AFTER = 0.3
 #: A drive moves the robot at least this far [m].
 SHORTEST_DRIVE = 0.1
-#: The fastest turn that the mouse commands, by the course's mouse lab [rad/s].
+#: The fastest turn that the course's mouse lab commands [rad/s].
 FASTEST_BY_MOUSE = 0.5
 #: The goal of the lab: x, y [m], heading [rad].
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
@@ -153,7 +153,7 @@ def cuts(run: RunData) -> np.ndarray:
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarray) -> Movement:
     """Returns the Movement of the commands with the indices `moves`. `ends`: time at which each
-    command ends [s]. A movement that ends near one of `cuts` [s] did not end by itself."""
+    command ends [s]. If a movement ends near one of `cuts` [s], the cut ended it."""
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
     forward = turns_again = end
@@ -178,7 +178,8 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarra
 
 
 def has_control(run: RunData, time: float) -> bool:
-    """Did a node have control at this time [s]? Before the first message, its opposite holds."""
+    """Did a node have control at this time [s]? Before the first message the state was the
+    opposite."""
     if not len(run.control):
         return False
     heard = int(np.searchsorted(run.control.time, time, side='right'))

@@ -1,7 +1,7 @@
 """The curves of a timeline over time, and the line of its marks, as HTML.
 
 Each curve is an SVG picture in the units of its data: seconds to the right, values downwards with
-the opposite sign. So the timeline's program shows another stretch by another view of it.
+the opposite sign. So the timeline's program only changes the view to show another stretch.
 """
 import math
 from html import escape
@@ -30,7 +30,7 @@ MARK = ('<a class="{kind}" href="#t={begin}" title="{title}" tabindex="-1"'
 
 
 class Figure(NamedTuple):
-    """The lines of variables of a node, and of the `reference` beside them, in words; '': none.
+    """The lines of a node's variables; `reference`: the name of the line beside them, or ''.
     `levels`: the texts of the heights 0, 1, 2, ... of a line; []: it has numbers."""
 
     names: List[str]
@@ -64,7 +64,7 @@ def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray) -> np.ndar
 
 
 def mark_line(data: Dict[str, Any]) -> Iterator[str]:
-    """The HTML of each mark on the line: a row for each kind of mark that the run has."""
+    """The HTML of each mark on the line: a row for each kind of mark in the run."""
     kinds, duration = {each['kind'] for each in data['marks']}, data['duration']
     rows = [kind for kind in KINDS if kind in kinds]
     for each in data['marks']:

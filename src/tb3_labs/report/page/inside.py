@@ -1,8 +1,9 @@
 """The variables of nodes on a run's timeline: lines beside what they should be, states, texts.
 
-A variable whose values are numbers is a line over time, thinned. All else (a state, a truth value)
-is a line of steps between its few texts. At the moment that the timeline shows, each variable has
-its text, the constant ones too. Units: seconds since the recording's start, and the node's.
+A variable whose values are numbers is a line over time, thinned. Any other variable (a state, a
+truth value) is a line of steps between its few texts. At the moment that the timeline shows, each
+variable has its text, the constant ones too. Units: seconds since the recording's start, and the
+node's.
 """
 import math
 from typing import Any, Callable, List, NamedTuple, Tuple
@@ -22,7 +23,7 @@ MOST_RADIANS = 7.0
 
 
 class Reference(NamedTuple):
-    """What variables of these names should be: words, and times and values of a run."""
+    """The right values of variables with these names: a text, and times and values of a run."""
 
     names: Tuple[str, ...]
     words: str

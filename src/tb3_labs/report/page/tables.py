@@ -92,8 +92,8 @@ def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> st
 
 def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],
                   drives: Sequence[DriveReport]) -> None:
-    """Write turns.csv and drives.csv, a row for each report. `name`: of the run, in each row, since
-    a spreadsheet may hold the rows of several runs."""
+    """Write turns.csv and drives.csv, a row for each report. `name` of the run stands in each row,
+    since a spreadsheet may hold the rows of several runs."""
     for word, columns, reports in (('turn', (*TURN_COLUMNS, ASKED_BY), turns),
                                    ('drive', DRIVE_COLUMNS, drives)):
         write_table(folder / (word + 's.csv'), [
