@@ -64,8 +64,7 @@ if [[ " $*" != *' rviz:='* ]] && rospack find rviz >/dev/null 2>&1 && has_screen
 export PYTHONUNBUFFERED=1 ROSCONSOLE_FORMAT=${ROSCONSOLE_FORMAT:-'[${severity}] ${message}'}
 
 # Job control: the group of roslaunch gets no Ctrl+C of the keyboard; finish() ends it. The filter
-# leaves out roslaunch's own lines, also after a refused argument, and lines of RViz, Debian's
-# rospack and a rosdep without data.
+# drops lines of roslaunch (also after a refusal), RViz, Debian's rospack and a rosdep without data.
 set -m
 TB3_LABS_DEMO=$run roslaunch --disable-title --skip-log-check --no-summary tb3_labs demo.launch "$@" </dev/null 2>&1 9>&- |
   sed -uE '/RLException: Invalid <param> tag: Cannot load command/,/^(.\[[0-9]+m)?The traceback for/d

@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """Prints the robot's heading: the IMU exercise.
 
-It is written as by a good student of the handout. The handout does not have the lines marked `#
-added`.
+A good student would write it so. The handout does not have the lines marked `# added`.
 
 Subscribes
     imu        sensor_msgs/Imu

@@ -41,8 +41,7 @@ if [ "$(cat "$old/complete" 2>/dev/null)" != "$python $libraries" ]; then
   "$python" -Im venv --clear "$old"
   "$old/bin/python" -Im pip install -q $libraries >"$old/pip.log" 2>&1 ||
     leave_out "its libraries cannot be had from PyPI ($old/pip.log has the reason)"
-  # Behind the old libraries the system's modules: ROS. The tests use only tf2_py of the compiled ones, and only its
-  # names.
+  # Behind the old libraries the system's modules: ROS. Of the compiled ones only tf2_py's names are used.
   /usr/bin/python3 -c 'import rospy; print(rospy.__path__[0].rpartition("/")[0])' >"$old/lib/python3.8/site-packages/system.pth"
   cat >"$old/lib/python3.8/site-packages/tf2_py.py" <<'END'
 """In place of the compiled module of the system's Python: names, which the modules of tf2_ros want when they are imported."""

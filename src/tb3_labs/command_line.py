@@ -56,8 +56,7 @@ def number_or_text(word: str) -> Union[float, str]:
 
 
 def whole_number(most: int) -> Callable[[str], int]:
-    """Returns the `type` of an argument that takes 1, 2, ... `most`: a larger number is refused;
-    argparse would list all choices."""
+    """Returns the `type` of an argument that takes 1, 2, ... Larger than `most` is refused."""
     def read(word: str) -> int:
         # int() refuses thousands of digits with another text
         if not (word.isdecimal() and len(word) < 10 and 1 <= int(word) <= most):

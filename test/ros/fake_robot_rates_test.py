@@ -121,7 +121,7 @@ class FakeRobotRatesTest(unittest.TestCase):
         for line in [robot.text, other.text] + logged:
             for word in '115', 'offset', 'imu', 'silent', 'odom':
                 self.assertNotIn(word, line)
-        # a service's caller that is gone at once: rospy says so in a line of its own
+        # a service's caller that is gone at once: rospy's own line on it
         said = [line for line in robot.lines if 'Inbound TCP/IP connection' not in line]
         self.assertLessEqual(len(said), 2, robot.text)
         self.assertIn('one fault is hidden', said[0])

@@ -14,7 +14,7 @@ from tb3_labs.ros.conversions import to_twist
 
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'ground_truth': PoseStamped,
           '/tf': TFMessage}
-#: Heard with queue_size=1: rospy lets a process have one queue for a topic.
+#: This process subscribes it with queue_size=1: rospy has one queue for a topic in a process.
 NEWEST_ONLY = 'joint_states'
 DEADLINE = 30.0  # of a wait, wall clock [s]
 

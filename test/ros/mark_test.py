@@ -49,7 +49,7 @@ HANG = """        import subprocess
         while True:
             time.sleep(1.0)
 """.format(SLEEP)
-#: More lines at a time than a person can read: on a slow machine, too, they come within a second.
+#: More lines at a time than a person can read; they come within a second also on a slow machine.
 FLOOD = """        def flood():
             import time
             while True:

@@ -181,7 +181,7 @@ class NodeCase(unittest.TestCase):
     @classmethod
     def wait_until_unheard(cls, harmless, seconds=STARTING):
         """Wait until no publisher has a subscriber. `harmless` is {publisher: a message without
-        effect}: rospy notices only by a write that a subscriber is gone."""
+        effect}: rospy notices that a subscriber is gone only when it writes."""
         def is_unheard():
             for publisher, message in harmless.items():
                 publisher.publish(message)

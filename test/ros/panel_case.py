@@ -1,7 +1,7 @@
 """Shared by the tests of the panel: when a robot moves, when it has stopped, which tests are void.
 
 A page that is silent for 0.25 s is lost, and a node must stop. On a busy machine the page of a test
-itself may be late, or the panel hears it late: such a test is void, see
+itself may be late, or its messages reach the panel late: such a test is void, see
 :meth:`PanelCase.excuse`.
 """
 

@@ -52,7 +52,7 @@ def with_value(message, literal):
 
 
 def may_open(number):
-    """Let this process, and those that it starts from now on, have so many files open."""
+    """Allow this process, and its later child processes, so many open files."""
     most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
     resource.setrlimit(resource.RLIMIT_NOFILE, (min(number, most), most))
 

@@ -109,8 +109,8 @@ class StopsTest(WithThumb, DriveCase):
         self.assertEqual(late, [], 'commands after the stop')
 
     def stands_after_sleep(self, node):
-        """A node sleeps for long. A command that was under way then is sent when it goes on; a zero
-        follows at once."""
+        """A node sleeps for long. A command from before it is sent when the process continues; a zero follows at
+        once."""
         node.send(signal.SIGSTOP)
         self.let_pass(TOO_LONG)
         node.send(signal.SIGCONT)
@@ -195,7 +195,7 @@ class StopsTest(WithThumb, DriveCase):
         self.assertFalse(rospy.has_param('move_to_goal/has_control'))
 
     def test_a_launch_gives_control_to_one_start_only(self):
-        """roslaunch repeats its words if it starts a node again (respawn)."""
+        """roslaunch repeats a node's arguments if it starts the node again (respawn)."""
         file = tempfile.NamedTemporaryFile('w', suffix='.launch')
         self.addCleanup(file.close)
         file.write('<launch><node pkg="tb3_labs" type="move2goal_tf.py" name="move_to_goal" output='

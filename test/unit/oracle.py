@@ -46,7 +46,7 @@ class GoalOracle:
             self.grants[sender] = now if renews else None
 
     def ask(self, now, what):
-        """Something is asked for that needs the robot."""
+        """A person asks for a motion, which needs the robot."""
         if what == 'goal' or self.robot_at is None or now - self.robot_at > LOST:
             self.awaits[what] = now
 

@@ -30,7 +30,7 @@ class Wrong(Exception):
 
 
 class Process:
-    """A node. While it sleeps, or a link to it is cut, the messages of each sender wait in order."""
+    """A node. While it sleeps, or its link is cut, the messages of each sender wait in order."""
 
     def __init__(self, world):
         self.world, self.robot = world, world.robot
@@ -212,7 +212,7 @@ class Mover(Process):
         self.core.on_word(Event(word, now, way.sender, age, way.renews))
 
     def forget(self, name):
-        """A new process has a new name, as rostopic's. Here it has the name of one that ended."""
+        """A new process has a new name, as rostopic has. Here it has the name of one that ended."""
         self.origins._present -= {name}
         self.origins._latest.pop(name, None)
         self.core._permission._said.pop(name, None)

@@ -9,7 +9,7 @@ from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Sender, Turner, Turning
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import LATCHED_WITHIN
 
-#: Stories begin then; so a number above half of it is a time, and no other number is.
+#: Stories begin at this time; so only the numbers above half of it are times.
 BEGIN = 1e5
 #: Times longer ago than this are nevertheless.
 LONG_AGO = 2.3
@@ -171,7 +171,7 @@ class Labs(World):
         self.nodes = [self.mover] + self.pads
 
     def start_sender(self, name, **how):
-        """A new process, which is connected at once. The words of the one before it are lost."""
+        """A new process, which is connected at once. The messages of the process before it are lost."""
         way = self.mover.ways.get(name)
         self.senders[name] = Sender('b' if way and way.process == 'a' else 'a', **how)
         if not self.mover.connects_at or name not in self.mover.origins._present:

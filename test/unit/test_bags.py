@@ -239,7 +239,7 @@ EMPTY_MESSAGE = record(b'', op=b'\2', conn=bytes(4), time=bytes(8))
 
 
 def read_within(path, tell=lambda line: None):
-    """(what the reader made of the file, its greatest memory in MiB, its time of the processor)."""
+    """(the reader's result, its greatest memory in MiB, its processor time)."""
     tracemalloc.start()
     begun = process_time()
     try:

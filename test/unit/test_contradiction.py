@@ -295,7 +295,7 @@ def test_a_lying_gyro_is_neither_driven_nor_turned_by():
     ({'gyro_bias_deg': 5.0}, False), ({'gyro_bias_deg': -86.0}, False)], ids=str)
 @pytest.mark.parametrize('make', [navigator, controller])
 def test_nothing_begins_before_gyro_and_wheels_were_compared_at_rest(make, settings, begins):
-    """Control and goal were given before the board of the robot is connected."""
+    """Control and goal were given before the robot's board was connected."""
     core = make()
     watched = Watched(core, **settings)
     if make is navigator:

@@ -58,7 +58,7 @@ class Desk:
         self.run(0.2)
 
     def run(self, seconds, imu=True):
-        """The commands of that time, zero for a silent one."""
+        """Returns the commands of that time, zero if there was none."""
         commands = []
         for _ in range(round(seconds / self.step)):
             self.now += self.step
@@ -89,7 +89,7 @@ class Desk:
 
     @property
     def asked_for(self):
-        """The angle with which the law began last [deg]."""
+        """The angle of the law's latest turn [deg]."""
         return math.degrees(self.law.asked[-1])
 
     def told(self, words, warning=False):

@@ -162,7 +162,7 @@ def test_tf_and_local_pose_of_one_moment_belong_together(run, later):
 # By hand ------------------------------------------------------------------------------------------
 
 def shifted(metres, at=8.0, line=8.0):
-    """local_pose jumps while the robot stands, and nothing else does. The log has a line on it."""
+    """Only local_pose jumps, while the robot stands. The log has a line on it."""
     return made(local_pose=poses(X + np.where(TIME > at - 0.01, metres, 0.0)),
                 resets=reset_lines(line))
 

@@ -93,7 +93,7 @@ class Pad:
 
 
 def hear(controller, now, stamp, *pressed, forward=0.0, age=Age.NEW):
-    """A message of a pad with a clock of its own."""
+    """A message of a pad with another clock."""
     buttons = [int(button in pressed) for button in range(8)]
     controller.on_joy(Event(read_pad([0.0, forward] + [0.0] * 4, buttons, PadConfig()), now,
                             age=age, sent_at=stamp))
@@ -422,7 +422,7 @@ def test_somebody_must_look_at_the_clock_while_the_robot_depends_on_the_pad(pad)
     assert watched(PUSHED)                # it drives
     assert not watched()
     assert watched(REST, A)             # it gives
-    assert watched(PUSHED, B)             # it waits for its sticks to come to rest
+    assert watched(PUSHED, B)             # it waits until its sticks rest
     assert pad.holder is NOBODY
     pad.controller.on_has_control(Event(True, pad.now))
     assert not watched()                      # another one gives

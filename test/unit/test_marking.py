@@ -1,4 +1,4 @@
-"""Verdicts on observations that are made up, so that what really happened is known."""
+"""Verdicts on observations that are made up, so the true events are known."""
 import csv
 import io
 import math

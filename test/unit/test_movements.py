@@ -105,7 +105,7 @@ def test_no_commands_no_movements():
 # Runs that are completed -----------------------------------------------------------------------
 
 START, OFFSET = (1.0, -0.5, 2.8), 2.45
-#: A turn to the left, 0.8 m, and back by 133 deg, so that the robot faces 2 deg at last.
+#: A turn to the left, 0.8 m, and a turn back by 133 deg, so that the robot faces 2 deg at the end.
 BACK = drive(2.0, 135.0, 0.8, -133.0)
 END = 0.8 * math.cos(math.radians(135.0)), 0.8 * math.sin(math.radians(135.0))
 

@@ -29,7 +29,7 @@ def carry(link, moments, until=math.inf):
 
 @functools.lru_cache(maxsize=1)
 def stalling_arrivals():
-    """What becomes of ten minutes of messages on a link that stalls, for the tests that look at it."""
+    """The arrivals of ten minutes of messages on a link that stalls, for several tests."""
     return carry(link_of(STALLING), DENSE)
 
 

@@ -117,8 +117,8 @@ def test_the_holder_is_who_has_control_else_who_drives_else_who_is_said_to_hold(
 # -- frames
 
 def test_the_true_pose_is_shown_in_odom(view):
-    """The axis x of odom points along y of the world. From (1, 2) to (1, 5) there are 3 m along it;
-    and to face -x of the world is to face +y of odom."""
+    """The axis x of odom points along y of the world. (1, 5) is 3 m from (1, 2) along it; a robot that faces -x of the
+    world faces +y of odom."""
     view.hear('truth', (Pose2(1.0, 5.0, math.pi), 50.0), 99.0)
     assert picture(view)['truth'] is None        # where odom lies is not known
     view.hear('origin', Pose2(1.0, 2.0, HALF_PI), 99.0)

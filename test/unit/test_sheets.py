@@ -69,8 +69,8 @@ def test_the_open_todos_that_the_sheets_show_are_those_of_the_skeletons():
 
 
 def asked_in_steps(sheet):
-    """The places of a sheet, as '1.2', whose steps ask something; the section Questions, code, and help after an *If
-    ...* are left out."""
+    """The places of a sheet, such as '1.2', whose steps have a question; the section Questions, code, and help after an
+    *If ...* are left out."""
     text = re.sub(r' *```.*?\n *```', '', re.sub(
         r'\n#+ Questions\n.*?(?=\n##? |\Z)', '', sheet, flags=re.DOTALL), flags=re.DOTALL)
     places, section, step = [], '', ''

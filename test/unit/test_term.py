@@ -55,7 +55,7 @@ def write(folder, student, seen, digest='digest', **more):
 
 @pytest.fixture
 def written(tmp_path):
-    """(The folder of a class, its notes): a good node, a wrong one of an odd student, a crash, and a
+    """(The folder of a class, its notes): a good node, a wrong node of a student with an odd name, a crash, and a
     submission that could not be judged."""
     folder = folder_of(tmp_path)
     bobby, crash = turned(81.0), observation()

@@ -146,8 +146,8 @@ class RobotGraph:
 
 
 def likeness(word: str, name: str) -> float:
-    """Returns how much a word is like a name, from 0 to 1; imu_data and wheel_odom are, too. A word
-    with another beginning is another word: return is not turn."""
+    """Returns how much a word is like a name, from 0 to 1; imu_data and wheel_odom are, too. Words
+    with different beginnings are not alike: return is not turn."""
     return max((word[:1] == name[0]) * difflib.SequenceMatcher(None, word, name).ratio(),
                LIKE * (name in SENSORS) * bool(re.search('(?<![a-z])' + name, word)))
 
@@ -190,7 +190,7 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
                             for node in side[topic]):
             right, like = graph.right_name(topic, node, names)
             least = VERY_LIKE if subject == 'Senders' and right in side else LIKE
-            # a node that uses the right name, too, knows it
+            # a node that also uses the right name is not mistaken
             if like >= least and right in other and node not in [
                     *graph.robot_nodes, *other[right], *side.get(right, [])]:
                 found.append(words.format(node, topic, right, min(

@@ -61,8 +61,7 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
 
 
 def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
-    """Do the nodes of the labs refuse messages of a sensor? If so, returns a line on that; else
-    `line`.
+    """Do the nodes of the labs refuse messages of a sensor? Then a line says so; else `line`.
     `reasons`: one for each refused message, of `count` messages."""
     if not reasons:
         return line

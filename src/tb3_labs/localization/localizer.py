@@ -96,7 +96,7 @@ class Localizer:
         self._resets: List[Reset] = []    # in the order of their requests, until they are taken
         self._imu: Optional[Heard] = None           # the latest sample of each sensor
         self._odometry: Optional[Heard] = None
-        self._awaits_imu = True    # a silence of both sensors has ended, but not yet the IMU's
+        self._awaits_imu = True    # a silence of both sensors: the odometry is back, the IMU is not
 
     def on_imu(self, heard: Heard) -> None:
         """Take in a sample of the IMU."""

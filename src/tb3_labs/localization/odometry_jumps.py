@@ -51,7 +51,7 @@ NEAR_ZERO_YAW = 0.1
 RESTING_TURN = 0.1
 #: If the IMU turns farther than this in a silence, it was calibrated [rad].
 CALIBRATION_TURN = 0.005
-#: A robot that turns comes to rest within this time of its last message [s].
+#: A turning robot comes to rest within this time after its last message [s].
 STOPPING_TIME = 0.5
 #: The odometry contradicts the wheels if it runs on for this long while they stand [s].
 CONTRADICTS = 0.5

@@ -153,7 +153,7 @@ def mark_class(given, tell_problem, interrupted):
 
 @contextmanager
 def _environment(made):
-    """This environment, and no other one, in a ``with`` block."""
+    """Only this environment in a ``with`` block."""
     before = dict(os.environ)
     os.environ.clear()
     os.environ.update(made)

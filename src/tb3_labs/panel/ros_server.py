@@ -24,7 +24,7 @@ PUBLIC = ('.css', '.js', '.svg')
 PAGE_FILES = Path(__file__).resolve().parent / 'page'
 #: The names of the files that draw a robot, as a regular expression.
 DRAWN = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir() if path.suffix in PUBLIC)
-#: Each page is asked once in this time whether it is there [s].
+#: Each page is pinged once in this time [s].
 PING_PERIOD = 1.0
 #: A page that does not answer for this long is dropped [s]: a laptop was suspended, or a network
 #: holds up all messages. A page that runs again connects again, and sees the present picture.

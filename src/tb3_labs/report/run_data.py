@@ -270,8 +270,7 @@ Result = TypeVar('Result')
 
 
 def once(find: Callable[[RunData], Result]) -> Callable[[RunData], Result]:
-    """Makes a function of a run that computes its result only once: a page calls it again and
-    again."""
+    """Makes a function of a run that computes its result only once: a page calls it often."""
     @functools.wraps(find)
     def found(run: RunData) -> Result:
         known = vars(run).setdefault('_found', {})

@@ -20,8 +20,7 @@ PACKAGE = 'tb3_labs'
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
 #: An argument may choose one of several files. Then its doc names them: params/pad_*.yaml.
 CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
-#: The doc of an argument that takes a file of parameters, and a line of it that YAML reads as
-#: empty.
+#: The doc of an argument that takes a file of parameters, and a line that YAML reads as empty.
 OWN_FILE = 'a YAML file of your own'
 NO_VALUE = re.compile(r'^(\w+):[ \t]*(?:#.*)?(?:\n(?![ \t]+\S)|\Z)', re.MULTILINE)
 #: A colon without a blank after it, as in {slip:0.1}: YAML makes it a part of the name.

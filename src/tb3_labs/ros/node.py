@@ -104,7 +104,7 @@ def guarded(callback):
 
 def end(failure=''):
     """Begin to end this node; if there is a `failure`, with one fatal line and exit status 1. It
-    does not wait, also if another thread, whose hooks wait, has begun."""
+    does not wait, even if another thread has begun, whose hooks wait."""
     _end_has_begun.set()
     if failure:
         _failures.append(failure)
@@ -144,8 +144,7 @@ class Interrupted(BaseException):
 
 def take_signals():
     """The first signal of END_SIGNALS now raises Interrupted in the main thread; also SIGINT in a
-    script's background job, although its shell makes it ignore SIGINT. Only nohup's SIGHUP stays
-    so."""
+    script's background job, which ignores it at first. Only nohup's SIGHUP stays ignored."""
     for number in END_SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)

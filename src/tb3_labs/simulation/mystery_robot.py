@@ -40,8 +40,8 @@ class Fault:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-#: All kinds of faults, by the names of the answers. If another kind were added, each
-#: number would mean another robot.
+#: All kinds of faults, by the names of the answers. A further kind would change the robot of each
+#: number.
 FAULT_KINDS = (
     Fault('imu offset', (20.0, 160.0), True, 0, 'imu_offset_deg'),
     Fault('imu drift', (10.0, 60.0), True, 0, 'imu_drift_deg_per_min'),

@@ -32,8 +32,8 @@ TRUTH_EVERY = 4        # steps between two messages of the ground truth
 #: If the computer pauses for up to this time, the robot catches up [s].
 CATCH_UP = 0.5
 #: If the robot publishes /clock, it catches up after a pause of up to this time [s, wall clock]. On
-#: /clock the pause is `speed` times as long, and passes at once: after a longer one a node would
-#: find its sensors silent.
+#: /clock the pause is `speed` times as long, in one step: after a longer one a node would see its
+#: sensors silent.
 CATCH_UP_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
 #: The board is tilted by these angles, which were recorded [rad].

@@ -10,8 +10,7 @@
    in their middle, a page once a person grips it again (`page_grip`).
 6. *A cancel* ends the goal that it means, and a goal that is repeated stays ended
    (`goal_requests`).
-7. *Used is used up*: a permission is an argument of one start, not a parameter
-   (nodes/move_to_goal).
+7. *Used is used up*: a permission is typed for one start, not a parameter (nodes/move_to_goal).
 
 `driver` and `holder` have the tables of who drives and who holds the robot. `freshness` shows the
 age of what was heard. `lost_or_stalled` finds sensors that are lost (also in a stall of the

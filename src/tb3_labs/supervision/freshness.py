@@ -34,7 +34,7 @@ RESET_SILENCE = 1.0
 PAD_TIMEOUT = 0.25
 #: An active mouse that is silent for longer than this is lost.
 MOUSE_TIMEOUT = 0.2
-#: The displacement that is allowed grows with the silence; after a longer one it may be any.
+#: The displacement that is allowed grows with the silence; after a longer one all is allowed.
 LONGEST_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
@@ -67,8 +67,8 @@ HEARD_BEFORE = 0.1
 
 #: Time from one renewal of a permission to the next.
 RENEWAL = 0.1
-#: A grant holds after a renewal that comes later than this. Earlier renewals may have been delayed
-#: and arrived together with it; they do not show that the sender is alive.
+#: If a renewal comes later than this after the grant, the grant holds. Earlier renewals may have
+#: been delayed and arrived together with it; they do not show that the sender is alive.
 CONFIRMATION = 0.04
 #: A grant whose renewals stop is suspended after this silence.
 LAPSE = 0.5
@@ -145,7 +145,7 @@ class SleepWatch:
 
     @property
     def doubt(self) -> str:
-        """Why a request that moves the robot, or its frame, is ignored now; '' if it does."""
+        """The reason why a request that moves the robot, or its frame, is ignored now; or ''."""
         return 'it may have been asked for while this node did not run' if self.is_waking else ''
 
     def start(self, now: float) -> None:

@@ -83,7 +83,7 @@ class Sensor(Freshness):
 
 
 class SensorWatch:
-    """Finds silent sensors of a motion, and those frozen at their last :meth:`Sensor.look`."""
+    """Finds silent sensors of a motion, and sensors frozen at the last :meth:`Sensor.look`."""
 
     def __init__(self, *sources: Sensor) -> None:
         self._sources = sources
@@ -206,7 +206,7 @@ class StallWatch:
 class Settling:
     """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion?
 
-    Their times of measurement decide: a sample that is read again may be old.
+    They are ordered by the times of measurement: a sample that is read again may be old.
     """
 
     def __init__(self) -> None:

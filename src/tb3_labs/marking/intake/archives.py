@@ -35,7 +35,7 @@ MADE = re.compile(r'(^|/)(build|devel|install|logs|\.?venv)(/|$)', re.IGNORECASE
 OTHERS = {b'7z\xbc\xaf': 'a 7z file', b'Rar!': 'a rar file', b'\x1f\x8b': 'a gz file',
           b'BZh': 'a bz2 file', b'\xfd7zXZ': 'an xz file', b'<': 'a page of the web',
           b'': 'no zip file'}
-#: Endings of a package's own files: the budget is for these first.
+#: Endings of a package's own files, which are unpacked first.
 OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
 #: Archives that are not unpacked; a zip file if it lies in another one.
 OTHER_ARCHIVES = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
@@ -88,7 +88,7 @@ class Budget:
     def __init__(self, submissions: int = 1) -> None:
         self._times = submissions
         self._files, self._bytes = submissions * MOST_FILES, submissions * MOST_BYTES
-        #: A sentence once a file had no room; else ''.
+        #: A sentence if a file had no room; else ''.
         self.exceeded = ''
 
     def take(self, size: int) -> bool:

@@ -22,8 +22,7 @@ from genpy.generator import MsgGenerator, SrvGenerator
 #: An example has at most this many bytes.
 LONGEST_EXAMPLE = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
-#: The types of the fields that another program may fill in, and their bytes; of a header only the
-#: stamp is filled in.
+#: The types of the fields that another program may fill in, and their bytes; a header's stamp.
 FORMS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
          'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 

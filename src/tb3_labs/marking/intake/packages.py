@@ -27,7 +27,7 @@ INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
 LISTENS_TO = 'listens to '
-#: Candidates that agree in so many ranks are alike.
+#: Candidates with this many equal ranks are alike.
 ALIKE = 4
 #: In the relays that a build makes, which lead to files of the student's machine.
 CATKINS = b'generated from catkin/cmake/template'

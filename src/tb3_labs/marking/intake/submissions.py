@@ -1,4 +1,4 @@
-"""The submissions as they come: folders and zip files, as learning platforms hand them out.
+"""The submissions of a class: folders and zip files of learning platforms.
 
 Moodle: ``Ann Miller_12345_assignsubmission_file_`` (a folder), or the same with a file's name
 behind it. Canvas: ``millerann_12345_67890_lab2.zip``, with ``_LATE`` after the name of a late one,

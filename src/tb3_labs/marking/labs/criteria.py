@@ -64,7 +64,7 @@ class Criterion:
     also: str = ''           # another part in which it is tried
 
     def is_tried(self, parts: Sequence[str]) -> bool:
-        """Is it judged if these parts are tried, or all if there are none?"""
+        """Is it judged if these parts (none: all) are tried?"""
         return not parts or {self.part, self.also or self.part} <= set(parts)
 
     @property
@@ -120,8 +120,7 @@ class Look(Observation):
         return super().during(name, may_die)
 
     def fastest(self, commands: np.ndarray, column: int) -> float:
-        """The greatest speed of a column of commands, either way; `moment` is its stimulus's
-        begin."""
+        """The greatest speed of a column of commands; `moment`: its stimulus's begin."""
         at, speed = max(zip(commands[:, 0], np.abs(commands[:, column])), key=lambda row: row[1])
         self.moment = max(each.begin for each in self.stimuli if each.begin <= at)
         return float(speed)

@@ -47,8 +47,7 @@ class HeldPad(Repeater):
         self._show()
 
     def others(self, seconds=0.3):
-        """Time for which each axis without a function is pushed [s]: a node may follow one of
-        them."""
+        """Push each axis without a function this long [s]: a node may follow one of them."""
         used = self.numbers.linear_axis, self.numbers.angular_axis
         for number in sorted(set(range(AXES)) - set(used)):
             self._axes[number] = 1.0

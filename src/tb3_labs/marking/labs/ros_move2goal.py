@@ -58,8 +58,8 @@ def fill_pose(message, pose):
 
 
 class ResetCaller:
-    """The reset service of the node of a Graph; `found` is its name, '' if there is none; `astray`
-    is '' if one is called SET_POSE, else that name."""
+    """The reset service of the node of a Graph; `found`: its name, or ''; `astray`: its name if it
+    is not SET_POSE, or ''."""
 
     def __init__(self, graph):
         bases = {name: name.rsplit('/', 1)[-1].lower() for name in graph.of_node(OFFERS)}
@@ -183,7 +183,7 @@ def _reset(stage, name, caller, pose, seconds=asked.TAKES_EFFECT, straight=True)
 
 
 def _reset_in_drive(stage, control, caller):
-    """The frame is reset at the goal, the robot turned to the new goal; in the way there the frame
+    """The frame is reset at the goal, the robot turned to the new goal; on the way there the frame
     is reset again."""
     control.give(False)
     caller.call(Pose2())

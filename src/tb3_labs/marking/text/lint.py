@@ -48,8 +48,7 @@ def read(path: Path) -> Tuple[List[str], Dict[str, List[int]]]:
 
 
 def assigned(text: bytes) -> Dict[str, List[int]]:
-    """The lines that assign each variable, `self.NAME` or `NAME`; for a message's field also
-    `FIELD.x`."""
+    """The lines that assign each variable, `self.NAME` or `NAME`; also a field's `FIELD.x`."""
     lines: Dict[str, List[int]] = {}
     try:
         nodes = list(ast.walk(ast.parse(text)))

@@ -102,7 +102,7 @@ def _sent(nodes: List[ast.AST]) -> List[Optional[int]]:
 
 
 def _pixel(node: Any) -> Optional[int]:
-    """1 if an expression is the place of a mouse, as its library gives it; else None."""
+    """1 if an expression is a mouse's place by its library; else None."""
     return int(bool(PIXEL.search(_last(node.func if isinstance(node, ast.Call) else node)))) or None
 
 

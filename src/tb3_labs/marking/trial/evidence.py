@@ -15,7 +15,7 @@ from tb3_labs.watch.turn_links import wrong_field
 
 #: The type of cmd_vel.
 TWIST = 'geometry_msgs/Twist'
-#: A node gets up to three Ctrl+C, since the last message that rospy publishes may be lost.
+#: A node gets up to three Ctrl+C, since rospy may lose a node's last message.
 CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
 #: Without a command a robot turns by less than this [deg].
 STILL_DEG = 3.0
@@ -110,8 +110,7 @@ def _silence(scene, run):
 
 
 def other_topics(run: Run, topic: str) -> str:
-    """A clause on the topics that a node publishes; '' if `topic` is among them, or none is
-    known."""
+    """A clause on the topics that a node publishes; '' if it has `topic`, or none is known."""
     return '' if not run.publishes or '/' + topic in run.publishes else \
         'it does not publish {}, but {}'.format(topic, ' and '.join(sorted(run.publishes)))
 
@@ -122,7 +121,7 @@ def _printed(scene):
 
 
 def unprinted(scene: Scene) -> str:
-    """A clause on the reason why a node did not print what was asked in this scene."""
+    """A clause on the reason why a node did not print its line in this scene."""
     run = scene.run
     errors = errors_in(scene.seen, run)
     if errors:

@@ -55,7 +55,7 @@ class NotSeen(Exception):
 
 
 class NotOffered(NotSeen):
-    """The node does not offer what a criterion judges."""
+    """The node does not have the topic or service that a criterion judges."""
 
 
 class NotTried(NotSeen):
@@ -205,8 +205,7 @@ class Observation:
         raise NotTried(self.why_missing())
 
     def why_missing(self) -> str:
-        """The reason why a stimulus is missing: the node ended, was never ready, or the time was
-        over."""
+        """Why a stimulus is missing: the node ended, was never ready, or the time was over."""
         if not self.runs:
             return 'it was never started'
         run = self.runs[-1]

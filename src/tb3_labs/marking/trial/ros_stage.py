@@ -240,7 +240,7 @@ def try_out(lab, package, executable, parts, path, option, tell):
                 with suppress(NotOffered, NotTried):    # the rest of the part cannot be tried
                     act(stage)
     except Exception as problem:
-        # an untried stimulus must not look like a failure of the node
+        # a stimulus that was not tried must not look like a failure of the node
         stage.recording.event('broken', text='{}: {}'.format(
             type(problem).__name__, problem)[:LONGEST])
         raise

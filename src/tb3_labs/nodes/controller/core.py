@@ -91,8 +91,8 @@ class ControllerCore:
                             'use it')
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
-        """Turn by an angle [deg], as another node asks, see :meth:`ask`; not if it only repeats
-        what it asked before this node could hear it, or before a stop."""
+        """Turn by an angle [deg], as another node asks, see :meth:`ask`; but not if the node only
+        repeats a request from before its connection, or before a stop."""
         self._update(turn.at)
         doubts = self._repetitions.count(turn, self._sleep.is_waking)
         if not doubts:

@@ -183,7 +183,7 @@ class Repetitions:
 
     def count(self, event: Event, is_waking: bool = False) -> int:
         """The number of doubtful requests up to this one; 0 if it is accepted. `is_waking`: it may
-        be older than a sleep of this process, and so may be what goes on with it."""
+        be older than a sleep of this process, and so may its repetitions."""
         last = self._requests.get(event.sender)
         if last is None or last.what != event.what or not last.source.is_fresh(event.at):
             last = self._requests[event.sender] = _Request(event.what)

@@ -12,7 +12,7 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 from tb3_labs.config import Config, setting
 from tb3_labs.supervision.freshness import PAD_TIMEOUT, Freshness, Lateness
 
-#: The lateness of a message is known after a pad has been heard for this long [s].
+#: The lateness of a message is known this long after a pad's first message [s].
 LATENESS_SHOWS = 0.3
 #: The highest index of an axis or button. No pad has as many.
 MOST = 31

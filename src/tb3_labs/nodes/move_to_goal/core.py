@@ -201,8 +201,7 @@ class MoveToGoalCore:
         self._permission.told(word)
 
     def _update_control(self, now: float) -> None:
-        """Does the permission still hold? It is called before a goal, too; `now` as in
-        permission.Permission."""
+        """Does the permission still hold? `now`: of a clock that never goes back [s]."""
         permission, machine = self._permission, self._machine
         permission.update(now)
         before, self.has_control = self.has_control, permission.granted

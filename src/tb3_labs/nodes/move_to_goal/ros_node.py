@@ -52,8 +52,7 @@ _permissions = [False]    # the last one was typed last
 
 def take_permission():
     """Take `_has_control:=VALUE` out of this process's arguments, before init_node(): rospy would
-    make a parameter of it, which outlives node and launch. A later start would find it, and
-    drive."""
+    make a parameter of it, which outlives node and launch. A later start would then drive."""
     for word in [word for word in sys.argv if word.startswith('_has_control:=')]:
         sys.argv.remove(word)
         value = word.partition(':=')[2]

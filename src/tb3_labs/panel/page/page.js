@@ -179,7 +179,7 @@ export function showInside(nodes) {
   nodes.flatMap(({values}) => values).forEach(([, text], i) => setText(shown[i], shortened(text)));
 }
 
-/** A number with three digits after its point; any other text as it is. */
+/** A number with three digits after its point; any other text unchanged. */
 function shortened(text) {
   return /^-?\d+\.\d+(e-?\d+)?$/.test(text) ? String(Number(Number(text).toFixed(3))) : text;
 }

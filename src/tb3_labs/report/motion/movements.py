@@ -178,8 +178,7 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarra
 
 
 def has_control(run: RunData, time: float) -> bool:
-    """Did a node have control at this time [s]? Before the first message the state was the
-    opposite."""
+    """Did a node have control at this time [s]? Before the first message it was the opposite."""
     if not len(run.control):
         return False
     heard = int(np.searchsorted(run.control.time, time, side='right'))

@@ -135,7 +135,7 @@ def _turn(run: RunData, begin: float, end: float, until: float,
 
 
 def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
-    """Does the robot rest from `begin` to `end`? Without a sample it is not known to rest."""
+    """Does the robot rest from `begin` to `end`? Without a sample nobody knows if it rests."""
     rates = imu.between(begin, end).yaw_rate
     return len(rates) > 0 and bool(abs(rates.mean()) < AT_REST)
 

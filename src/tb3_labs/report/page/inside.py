@@ -1,9 +1,8 @@
 """The variables of nodes on a run's timeline: lines beside what they should be, states, texts.
 
-A variable whose values are numbers is a line over time, thinned. Any other variable (a state, a
-truth value) is a line of steps between its few texts. At the moment that the timeline shows, each
-variable has its text, the constant ones too. Units: seconds since the recording's start, and the
-node's.
+A variable whose values are numbers is a line over time, thinned. Any other one (a state, a truth
+value) is a line of steps between its few texts. At the moment that the timeline shows, each
+variable has its text, the constant ones too. Units: seconds since the start; the node's.
 """
 import math
 from typing import Any, Callable, List, NamedTuple, Tuple
