@@ -1,6 +1,6 @@
 """Runs a program of tb3_labs.ros: python3 PATH/run.py NAME ARGUMENTS
 
-`python3 -m` looks for every module in the current folder first, also for those of Python and ROS:
+`python3 -m` looks for every module in the current folder first, also for modules of Python and ROS:
 somebody's copy.py would run. A script looks in its own folder.
 """
 import runpy

@@ -2,8 +2,8 @@
 """The Transformation lab's demonstration, judged by the simulated robot's true pose.
 
 The node gives control to move_to_goal, which drives to its goal. Then it declares the local frame
-anew at the robot's place, and the robot drives again. demo.launch starts it, and ends with it. It
-tells demo.sh whether every drive ended within tolerance.
+again at the robot's place, and the robot drives again. demo.launch starts it, and ends with it. Its
+exit status shows demo.sh whether every drive ended within tolerance.
 
 Subscribes
     goal_state    std_msgs/String: the state of move_to_goal
@@ -58,7 +58,7 @@ Ctrl+C here ends everything."""
 
 
 class Taken(Exception):
-    """A person, or another node, took control: the drive does not count."""
+    """A person, or another node, took control: the drive is ignored."""
 
 
 class Demo:
@@ -70,7 +70,7 @@ class Demo:
         self._states = []       # (arrival [s], state) of the goal_state of this drive
         self._granted = False   # does move_to_goal have control from this node?
         self._taken = False
-        # not latched: move_to_goal would take a latched message for one of an earlier node
+        # not latched: a latched message could come from an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
         hear('ctrl_relinq', Bool, self._on_control)
         hear('goal_state', String, lambda message: self._states.append(
@@ -124,8 +124,8 @@ class Demo:
                          world_T_local.inverse() @ reached, ended - begun)
 
     def _begin(self, anew):
-        """Let a drive begin; `anew`: after a reset. Returns the time [s]. A drive that is given up
-        before the robot moved, as while a busy computer's sensors are late, is begun anew."""
+        """Let a drive begin; `anew`: after a reset. Returns the time [s]. If a drive is given up
+        before the robot moved (a busy computer's sensors are late), it begins again."""
         for attempt in range(TRIES):
             self._states.clear()
             if anew or attempt:
@@ -183,8 +183,8 @@ def hear(topic, kind, callback):
 
 
 def is_reset():
-    """Declare the local frame anew. False if it was refused, as while a busy computer's sensors are
-    late."""
+    """Declare the local frame again. False if it was refused, as while a busy computer's sensors
+    are late."""
     with contextlib.suppress(rospy.ServiceException):
         return rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0).success
 

@@ -43,8 +43,8 @@ cat "$run/said" >&2
 [ -n "$ready" ] || exit 1
 trap 'exit 130' INT TERM HUP
 
-# The demonstration starts its own master: at another one there may be a real robot, which would drive, too. The lock finds
-# a second demonstration that starts at the same moment.
+# The demonstration starts its own master: another master may have a real robot, which would drive,
+# too. The lock finds a second demonstration that starts at the same moment.
 address=${ROS_MASTER_URI#*://} address=${address%%/*}
 exec 9>>"/tmp/tb3_labs_demo.$UID.${address##*:}.lock"
 if ! flock -n 9 || timeout 2 bash -c ": <>/dev/tcp/${address%:*}/${address##*:}" 2>/dev/null; then
@@ -63,8 +63,8 @@ if [[ " $*" != *' rviz:='* ]] && rospack find rviz >/dev/null 2>&1 && has_screen
 # The nodes write into a pipe. Without PYTHONUNBUFFERED their lines would come late, and in another order.
 export PYTHONUNBUFFERED=1 ROSCONSOLE_FORMAT=${ROSCONSOLE_FORMAT:-'[${severity}] ${message}'}
 
-# Job control: the group of roslaunch gets no Ctrl+C of the keyboard; finish() ends it. The filter leaves out roslaunch's own
-# lines, also those after a refused argument, and lines that RViz, Debian's rospack and a rosdep without data print.
+# Job control: the group of roslaunch gets no Ctrl+C of the keyboard; finish() ends it. The filter
+# drops lines of roslaunch (also after a refusal), RViz, Debian's rospack and a rosdep without data.
 set -m
 TB3_LABS_DEMO=$run roslaunch --disable-title --skip-log-check --no-summary tb3_labs demo.launch "$@" </dev/null 2>&1 9>&- |
   sed -uE '/RLException: Invalid <param> tag: Cannot load command/,/^(.\[[0-9]+m)?The traceback for/d

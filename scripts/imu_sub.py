@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Prints the robot's heading: the IMU exercise.
 
-As a good student of the handout writes it. The handout does not have the lines marked `# added`.
+A good student would write it so. The handout does not have the lines marked `# added`.
 
 Subscribes
     imu        sensor_msgs/Imu

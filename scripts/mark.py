@@ -6,7 +6,7 @@ Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 SUBMISSIONS is a folder with a folder or a zip file for each student, or the zip file of a learning
 platform. MARKS gets marks.csv, overview.html, and a
 page of feedback and a results.json for each student. A submission that has been marked there, and
-has not changed, is not tried again. The instructors' page on marking tells more.
+has not changed, is not tried again. The instructors' page on marking has more.
 """
 import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
 
@@ -71,7 +71,7 @@ def main(words):
 
 
 def interrupt(*_):
-    """Interrupt the marking, once: the tidying up must not be interrupted."""
+    """Interrupt the marking, but only once: it must then clean up without an interruption."""
     for each in ENDS:       # first of all: set() within set() would wait for ever
         signal.signal(each, lambda *_: None)
     INTERRUPTED.set()       # an exception may be lost: Python ignores those in some places

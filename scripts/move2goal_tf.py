@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Drives to a goal in a local frame that can be declared anew while it runs.
+"""Drives to a goal in a local frame that can be declared again while it runs.
 
 Subscribes
     imu                    sensor_msgs/Imu

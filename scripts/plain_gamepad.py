@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Drives by a gamepad, hands the robot over, and resets the local frame: the Transformation lab.
 
-As a good student of the handout writes it.
+A good student of the handout would write it so.
 
-The numbers of axes and buttons are those of the course's pad. `rostopic echo /joy` shows yours.
+The numbers of axes and buttons belong to the course's pad. `rostopic echo /joy` shows yours.
 
 Subscribes
     joy            sensor_msgs/Joy
@@ -69,7 +69,7 @@ class Gamepad:
         future.add_done_callback(self.reset_pose_done_callback)
 
     def call_async(self, request):
-        # rospy has no such method: a thread calls, and a Future tells the answer, as in ROS 2
+        # rospy has no such method: a thread calls, and a Future has the answer, as in ROS 2
         future = Future()
 
         def call():

@@ -127,5 +127,5 @@ def main(words):
 
 
 if __name__ == '__main__':
-    # a line for a closed terminal is lost; as an error it would come before Interrupted
+    # a line for a closed terminal is lost; an error would hide the Interrupted
     run_tool(lambda _: main(rospy.myargv()[1:]))

@@ -14,8 +14,8 @@
 #
 # A catkin workspace that was sourced before stays, and one that is sourced afterwards is added. Both go before this one,
 # also if they have a tb3_labs of their own; a line says so. Everything else on PYTHONPATH and CMAKE_PREFIX_PATH is dropped,
-# because a conda, a pyenv or a ROS 2 in them breaks ROS 1's Python. A workspace that is built in this shell is built on
-# top of this one: to source its devel/setup.bash is enough from then on.
+# because a conda, a pyenv or a ROS 2 in them breaks ROS 1's Python. A workspace that is built in
+# this shell extends this one: later its devel/setup.bash alone is enough.
 #
 # One installation serves all accounts of a machine. Logs and caches are kept in build/.ws if it is the user's own, else in
 # ~/.ros; ROS_HOME and ROS_LOG_DIR go before both.
@@ -59,8 +59,8 @@ _tb3_labs_shell() {
   if [[ $- == *i* ]] && [ -t 1 ]; then echo "tb3_labs: this terminal is ready"; fi
 }
 
-# Does a folder of CMAKE_PREFIX_PATH stay? A workspace of catkin does. A ROS itself does not (ours is there already), nor a
-# tb3_labs that was set up by its setup.sh, a ROS 2, a conda, or a folder that is gone.
+# Does a folder of CMAKE_PREFIX_PATH stay? A workspace of catkin does. No path of a ROS (ours is
+# there already), of a tb3_labs that its setup.sh set up, of ROS 2, conda, or of a missing folder.
 _tb3_labs_keeps() {
   local first python sources
   [ -f "$1/.catkin" ] && [ -f "$1/_setup_util.py" ] && [ -f "$1/local_setup.bash" ] && [ ! -e "$1/conda-meta" ] || return 1
@@ -131,7 +131,7 @@ make_venv() {
   local without_pip=(--without-pip)
   say 'making the Python environment ...'
   rm -rf "$ws/venv" "$ws/venv.stamp" "$ws/build.stamp"    # the build writes into the environment, too
-  # fill_venv would take a pip of the system for the environment's own
+  # fill_venv would use the system's pip instead of the environment's
   if /usr/bin/python3 -Ic 'import pip' 2>/dev/null; then without_pip=(); fi
   /usr/bin/python3 -Im venv --system-site-packages ${without_pip[@]+"${without_pip[@]}"} "$ws/venv" >>"$log" 2>&1 || fail_log 'the Python environment could not be made'
 }
@@ -178,8 +178,8 @@ build() {
   rm -rf "$ws/src/tb3_labs"
   mkdir -p "$ws/src/tb3_labs"
   find "$repo" -mindepth 1 -maxdepth 1 ! -name '.*' ! -name build -exec ln -s -t "$ws/src/tb3_labs" {} +
-  # roscore starts the master without rosout: that C++ node keeps a port open to the network whatever ROS_HOSTNAME says. Nodes
-  # publish /rosout all the same.
+  # roscore starts the master without rosout: that C++ node keeps a port open to the network
+  # whatever ROS_HOSTNAME says. Nodes publish /rosout nevertheless.
   mkdir -p "$ws/etc"
   ln -sfn /etc/ros/rosdep "$ws/etc/rosdep"
   touch "$ws/CATKIN_IGNORE"    # a clone inside another workspace: catkin shall not look in here

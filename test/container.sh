@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The container of .devcontainer/, built and used: by buildah, as root, on Debian. No registry is needed: the Debian 12 that the
-# image begins with comes from debootstrap. It takes about six minutes and some GB, so it is no part of scripts/test.sh.
+# image begins with comes from debootstrap. It takes about six minutes and some GB, so it is not in scripts/test.sh.
 #
 #     apt-get install --no-install-recommends buildah curl debootstrap git
 #     bash test/container.sh [BASE]     BASE: a folder with a Debian 12 from debootstrap; without it one is made
@@ -67,7 +67,7 @@ say "Debian 12 is there: $(in_storage images --format '{{.Size}}' docker.io/libr
 
 # The files that git tracks, as a new clone has them.
 git -c safe.directory='*' clone -q --no-local "$repo" "$work/clone"
-# Changes that are not committed yet count as well.
+# It also has changes that are not committed yet.
 git -c safe.directory='*' -C "$repo" ls-files -z | (cd "$repo" && xargs -0 tar -c --ignore-failed-read) | tar -x -C "$work/clone"
 
 # The image `$image`$1, built as given: OPTIONS of buildah.
@@ -83,7 +83,7 @@ container=$(in_storage from --pull-never "$image")
 # The image's own entry, which `buildah run` leaves out.
 mapfile -t entry < <(in_storage inspect --type image --format '{{range .OCIv1.Config.Entrypoint}}{{println .}}{{end}}' "$image" | sed '/^$/d')
 [ "${entry[0]}" = bash ] || fail "the image's entry is unexpected: ${entry[*]}"
-# COMMAND in the container, as `docker run` starts it. OPTIONS: those of buildah run, in the array `options`.
+# COMMAND in the container, as `docker run` starts it. OPTIONS: buildah run's, in the array `options`.
 options=()
 in_container() {
   in_storage run "${isolation[@]}" --env "ROS_MASTER_URI=http://localhost:${ports[0]}" ${options[@]+"${options[@]}"} "$container" -- "${entry[@]}" "$@"

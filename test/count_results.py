@@ -15,7 +15,7 @@ from collections import Counter
 
 #: Number of the slowest tests that are listed.
 SLOWEST = 10
-#: Of a failure's text these lines are shown, from its beginning and from its end, each to this column.
+#: These lines of a failure's text are shown, from its beginning and from its end, each to this column.
 FIRST, LAST, COLUMN = 6, 18, 200
 #: A test in ctest's output: name, seconds.
 CTEST = re.compile(r'Test +#\d+: _ctest_tb3_labs_(?:pytest|rostest)_(\S+) .*? +([\d.]+) sec')

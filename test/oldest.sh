@@ -12,8 +12,8 @@ libraries='numpy==1.17.4 matplotlib==3.1.2 tornado==5.1.1 PyYAML==5.3.1 pytest==
   squaternion==2023.9.2 netifaces==0.10.9 mypy==0.761'
 if [ "${1:-}" = --suite ]; then
   result=$2
-  # Left out: what starts the system's Python, a copy of the repository that tests itself, and long drives and stories: their
-  # modules are imported by others, and by hand all of them run.
+  # Left out: tests that start the system's Python, a copy of the repository that tests itself, and long drives and
+  # stories. Other tests import their modules; by hand all of them run.
   set -- --first-cases "--junit-xml=$result" \
     --ignore="$here"/unit/test_{terminal,recipes,rollout,exhaust,stops,turning,motor_response,network,node,term,doctor,submission}.py \
     --ignore="$here"/unit/test_{students,simulator,simulated_robot}.py
@@ -41,7 +41,7 @@ if [ "$(cat "$old/complete" 2>/dev/null)" != "$python $libraries" ]; then
   "$python" -Im venv --clear "$old"
   "$old/bin/python" -Im pip install -q $libraries >"$old/pip.log" 2>&1 ||
     leave_out "its libraries cannot be had from PyPI ($old/pip.log has the reason)"
-  # Behind the old libraries the system's modules: ROS. Of those that are compiled the tests use none but tf2_py, by its names.
+  # Behind the old libraries the system's modules: ROS. Of the compiled ones only tf2_py's names are used.
   /usr/bin/python3 -c 'import rospy; print(rospy.__path__[0].rpartition("/")[0])' >"$old/lib/python3.8/site-packages/system.pth"
   cat >"$old/lib/python3.8/site-packages/tf2_py.py" <<'END'
 """In place of the compiled module of the system's Python: names, which the modules of tf2_ros want when they are imported."""

@@ -3,7 +3,7 @@
 
     python3 doc/instructor/make_figures.py
 
-The numbers of the two frames are those of the sheets' worked example;
+The two frames have the numbers of the sheets' worked example;
 `test/unit/test_worked_examples.py` computes them by another way.
 
 Units: metres, degrees on labels; radians inside.
@@ -30,7 +30,7 @@ A_T_B = Pose2(2.0, 1.0, math.atan2(0.8, 0.6))
 A_T_ROBOT = Pose2(1.0, 3.0, A_T_B.yaw + math.pi / 2.0)
 #: The lab's goal in local, and the distance at which the lab's own law stops [m].
 GOAL, NEAR = Pose2(-0.61, 0.61, 0.0), 0.15
-#: Yaw of the IMU minus that of the odometry, of a real Burger [deg].
+#: Yaw of the IMU minus yaw of the odometry, of a real Burger [deg].
 OFFSET_DEG = -34.6
 #: Time between two commands of the lab's law [s].
 LOOK = 0.1

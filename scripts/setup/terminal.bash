@@ -51,9 +51,9 @@ _tb3_labs_completion() {
     # shellcheck disable=SC1090
     if ! declare -F roscd >/dev/null && [ -r "$rosbash" ]; then source "$rosbash"; fi
   done
-  # rosbash looks into no hidden folder, and this package's workspace is in one. Of its function (1.15.8) this needs the name,
-  # and its last arguments: the package, the word so far. Without that function nothing is changed.
-  # Noetic's hook brings its function back with each source.
+  # rosbash looks into no hidden folder, and this package's workspace is in one. This needs the
+  # function's name (1.15.8) and its last arguments: the package, the word so far. Without that
+  # function nothing is changed. Noetic's hook brings its function back with each source.
   if [[ $(declare -f _roscomplete_find) == *_tb3_labs_* ]] || ! declare -F _roscomplete_find >/dev/null; then return 0; fi
   eval "_tb3_labs$(declare -f _roscomplete_find)"
   _roscomplete_find() {

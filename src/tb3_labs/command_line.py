@@ -14,12 +14,12 @@ from typing import Any, Callable, Sequence, Union
 
 
 class Parser(argparse.ArgumentParser):
-    """As Python's parser, but a refusal is one line, --job is not taken for --jobs, and what is
-    meant is named with a word that is too much."""
+    """Python's parser, but a refusal is one line, --job is refused, and a refused word comes with
+    the one that is probably meant."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
-        # `&` in a script ignores SIGINT; a tool ends by it all the same, as a node does
+        # `&` in a script ignores SIGINT; a tool ends by it nevertheless, as a node does
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -42,7 +42,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def surplus(words: Sequence[str]) -> str:
-    """Returns that these words are too many, as the begin of a refusal; '' without a word."""
+    """Returns the begin of a refusal of these words, which are too many; '' without a word."""
     more = ' and {} more'.format(len(words) - 3) * (len(words) > 3)
     return ', '.join(words[:3]) + more + ': too much; ' if words else ''
 
@@ -56,9 +56,9 @@ def number_or_text(word: str) -> Union[float, str]:
 
 
 def whole_number(most: int) -> Callable[[str], int]:
-    """Returns the `type` of an argument that takes 1, 2, ... `most`: argparse would list all."""
+    """Returns the `type` of an argument that takes 1, 2, ... Larger than `most` is refused."""
     def read(word: str) -> int:
-        # int() refuses thousands of digits in words of its own
+        # int() refuses thousands of digits with another text
         if not (word.isdecimal() and len(word) < 10 and 1 <= int(word) <= most):
             raise argparse.ArgumentTypeError(
                 '{:.40} is not valid: a whole number from 1 to {}'.format(repr(word), most))
@@ -96,7 +96,7 @@ def reason(problem: BaseException) -> str:
     """The reason of a failure, in one line. If a file is the problem, its name comes first."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return '{}: {}'.format(problem.filename, problem.strerror)
-    if isinstance(problem, FileNotFoundError):    # only that of os.getcwd() has no name
+    if isinstance(problem, FileNotFoundError):    # only the error of os.getcwd() has no name
         return 'the current folder was deleted: go to another one, such as cd ~'
     return ' '.join(str(problem).split())
 

@@ -37,7 +37,7 @@ class Config:
 
 
 def from_parameters(kind: Type[Kind], given: Mapping[str, Any]) -> Kind:
-    """A configuration of class `kind` by the parameters `given`; NOT_GIVEN counts as not given.
+    """A configuration of class `kind` by the parameters `given`; NOT_GIVEN is treated as not given.
 
     Parameters that it does not know are left out. Raises ``ValueError`` for the first invalid
     value.

@@ -2,7 +2,7 @@
 
 The folder doc/skeletons/LAB holds the package's files as templates. In each of them the text
 @PACKAGE@ stands for the package's name. If the name of a template ends in `.in`, the file is
-written without this ending. With its plain name, ROS's tools would take the template itself for a
+written without this ending. With its plain name ROS's tools would find the template itself as a
 package or a launch file.
 """
 import keyword
@@ -34,7 +34,7 @@ def checked_name(name: str, taken: Sequence[str]) -> str:
     if not PACKAGE_NAME.fullmatch(name):
         raise ValueError('{!r} is not a name for a package: it takes lower-case letters, digits '
                          'and underscores, a letter first, such as lab2'.format(name))
-    # the places of Python and of what is installed, not those of workspaces
+    # the places of Python and of what is installed, not the places of workspaces
     places = [path for path in sys.path if path.startswith((sys.prefix, sys.base_prefix))]
     if (name in (*taken, *sys.builtin_module_names) or keyword.iskeyword(name)
             or PathFinder.find_spec(name, places)):

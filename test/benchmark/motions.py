@@ -1,14 +1,12 @@
 """Accuracy and time of drives and turns, in pure Python, judged by the robot's true pose.
 
 Two tables have drives and turns; robots, starts, offsets and goals are drawn at random from a fixed
-seed. A third table has drives over networks from good to bad, a fourth one the turns of robots of
-another kind than the default one: another lag, noise, delay, IMU and distance of the wheels. The
-last one has the ends of motions in which something fails.
-`at best` is, for a drive, the least time of any turn, straight line and turn within the same limits
-(tb3_labs.control.goal_state); for a turn, its angle at 1.5 rad/s; by its own motors, that with its
-delay, and with its lag until it turns slower than 0.01 rad/s. The time of a turn ends when the
-robot turns slower than 0.01 rad/s for good. `falsely` counts drives that were reported as
-reached while the robot still moved, or was outside of the tolerance.
+seed. A third table has drives over networks from good to bad, a fourth one the turns of robots that differ from the
+default one: lag, noise, delay, IMU and distance of the wheels. The last one has the ends of motions in which something
+fails. `at best` is, for a drive, the least time of any turn, straight line and turn within the same limits
+(tb3_labs.control.goal_state); for a turn, its angle at 1.5 rad/s; by its own motors, that with its delay, and with its
+lag until it turns slower than 0.01 rad/s. The time of a turn ends when the robot turns slower than 0.01 rad/s for good.
+`falsely` counts drives that were reported as reached while the robot still moved, or was outside of the tolerance.
 
 Usage: motions.py [number of drives of each kind, default 100]
 """
@@ -102,7 +100,7 @@ def one_drive_afar(job):
 
 
 def is_said_falsely(result, config=DriveConfig()):
-    """Was a drive said to have reached its goal, and had not?"""
+    """Did a node report a goal that it had not reached?"""
     return result.reached and not (
         result.rested and result.distance_error <= config.distance_tolerance
         and abs(math.degrees(result.angle_error)) <= config.angle_tolerance_deg)

@@ -103,7 +103,7 @@ class Bench:
         return ROW.format(name, *cells, '{:.0f} MB ({:+.0f})'.format(used, more))
 
     def shares(self, pid, bare):
-        """[CPU of a node, times that of the bare nodes beside it], as text."""
+        """[CPU of a node, times the CPU of the bare nodes beside it], as text."""
         measured = [shares(self.seconds / REPEATS, pid, *bare) for _ in range(REPEATS)]
         times = [share / max(statistics.mean(least), 0.01) for share, *least in measured]
         return ['{:.1f} %'.format(statistics.median(share for share, *_ in measured)),

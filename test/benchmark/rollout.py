@@ -155,7 +155,7 @@ class Listening:
         self._idle_for, self._until = idle_for, -math.inf
 
     def reads(self, now):
-        """Is a sample that arrives now read?"""
+        """Does the node read a sample that arrives now?"""
         if now < self._until:
             return False
         self._until = now + self._idle_for(now)

@@ -1,5 +1,5 @@
-"""The order of starts decides nothing: a table of all orders of robot, move_to_goal, gamepad and
-panel, started at once and apart.
+"""The order of starts decides nothing: a table of all orders of robot, move_to_goal, gamepad and panel, with and
+without a pause between them.
 
 With ~has_control:=true the robot drives in each order, without it the robot stands.
 

@@ -21,13 +21,13 @@ from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: The goal of a drive whose three parts are all long enough to be interrupted.
+#: The goal of a drive with three parts, each long enough for an interruption.
 GOAL = Pose2(-1.2, 0.9, 0.0)
 #: A robot with the delays of a lab's network.
 ROBOT = SimulatorConfig(imu_offset_deg=140.6, command_latency=0.02, sensor_latency=0.01)
 #: The fault begins this long after the state has begun: in full motion [s].
 FULL_MOTION = 0.7
-#: A stop that comes later than this is not waited for [s].
+#: Nobody waits longer than this for a stop [s].
 PATIENCE = 4.0
 STEP = 0.005
 ZERO = Twist2()

@@ -1,9 +1,9 @@
-"""Is each mistake named? The nodes of wrong_nodes.yaml are marked, and their runs reported: what is
-said first, and where it sends the student.
+"""Is each mistake named? The nodes of wrong_nodes.yaml are marked, and their runs reported: the first line, and the
+place in the sheet that it names.
 
     python3 test/benchmark/wrong_nodes.py                   all of them; an hour on two cores
     python3 test/benchmark/wrong_nodes.py turn abs spin     those with one of these words in their name
-    python3 test/benchmark/wrong_nodes.py --again FOLDER    the sentences anew, from the recordings
+    python3 test/benchmark/wrong_nodes.py --again FOLDER    the sentences again, from the recordings
     python3 test/benchmark/wrong_nodes.py --write           also writes them into wrong_nodes.yaml
 
 A mistake is named if its words and its place stand in the first two sentences: the first criterion
@@ -47,7 +47,7 @@ def changed(row):
 
 
 def is_named(row, said):
-    """Do the words and the place of a wrong node stand in what is said of it?"""
+    """Are the words and the place of a wrong node in its line?"""
     return bool(re.search(row['words'], said, re.DOTALL)) and row['place'] in said
 
 

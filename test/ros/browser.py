@@ -30,13 +30,13 @@ MISSING = '' if webdriver and CHROMIUM and DRIVER else (
 FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
          '--disable-background-networking', '--disable-component-update', '--disable-sync',
          '--disable-dev-shm-usage', '--window-size=1120,800')
-#: Between two questions to the page, each of which costs as much as a picture [s].
+#: Time between two questions to the page, each of which costs as much as a picture [s].
 PERIOD = 0.1
 #: On a busy machine a new browser answers no question for half a minute and more [s].
 SLOWEST = 200.0
 #: A map that has not moved for this long rests [s].
 STEADY = 0.3
-#: A gamepad as browsers offer one with the standard layout; `window.testPad` is what it shows.
+#: A gamepad with the browsers' standard layout; `window.testPad` has its axes and buttons.
 GAMEPAD = """
 window.testPad = null;
 navigator.getGamepads = () => window.testPad ? [window.testPad] : [];
@@ -67,8 +67,8 @@ WebSocket.prototype.send = function (text) {
 
 
 class Cable:
-    """A cable to a port of this computer. Bytes that are sent while it is pulled come when it is plugged
-    in again, as TCP does it."""
+    """A cable to a port of this computer. Bytes that are sent while it is unplugged arrive when it is plugged in again,
+    as by TCP."""
 
     def __init__(self, port):
         self._port, self._plugged = port, threading.Event()

@@ -14,7 +14,7 @@ from tb3_labs.ros.conversions import to_quaternion
 from node_case import STARTING, NodeCase
 
 STEP = 0.01
-#: Sensors that are silent for longer than 2 s make a node wait to be told. A clock that stands does not:
+#: Sensors that are silent for longer than 2 s make a node wait for a pose. A clock that stands does not:
 #: the simulated robot stands, too [s].
 PAUSED = 2.6
 

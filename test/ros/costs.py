@@ -14,7 +14,7 @@ from tb3_labs.ros.clocks import wait_until
 
 #: Longest wait for a master, or a node [s].
 MASTER_TIMEOUT = 30.0
-#: Below the ports that Linux gives to whoever asks for any: a program that starts meanwhile, such
+#: Below the ports that Linux gives to programs that ask for any port: a program that starts meanwhile, such
 #: as a master's own roslaunch, cannot take one of these.
 PORTS = range(20000, 32000)
 _PAGE = os.sysconf('SC_PAGE_SIZE')

@@ -68,7 +68,7 @@ class DemoTest(unittest.TestCase):
                 self.assertLess(abs(value - expected), most)    # NaN is not less
 
     def test_ctrl_c_ends_the_script_at_once_without_a_word(self):
-        """Also while its programs start, which print tracebacks then."""
+        """A Ctrl+C while its programs start, which print tracebacks then."""
         for after in (0.3, 1.0, 2.0):
             run, uri = demo('web:=false', 'stay:=true', terminal=True)
             self.addCleanup(run.kill)

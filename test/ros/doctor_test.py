@@ -151,7 +151,7 @@ class DoctorTest(NodeCase):
 
     @classmethod
     def register_silent(cls):
-        """Tell the master of a robot's node that takes connections, and never says a word."""
+        """Register a robot's node that takes connections, and never answers."""
         cls.silent = socket.create_server(('127.0.0.1', 0))
         uri = 'http://127.0.0.1:%d/' % cls.silent.getsockname()[1]
         master = xmlrpc.client.ServerProxy(os.environ['ROS_MASTER_URI'])

@@ -34,7 +34,7 @@ class DriveCase(NodeCase):
         return answers[-1]
 
     def give_control(self):
-        """A True alone may repeat one from before the node: it was perhaps started after this test.
+        """A True alone may be a repetition from before the node, which perhaps started after this test.
         """
         for word in (False, True):
             self.control.publish(word)

@@ -44,8 +44,8 @@ class Arrivals:
             self.done.set()
 
     def rate(self):
-        """Messages a second, by the wall clock. Messages that this process reads late do not count:
-        the fastest of a sixth of them, at either end, show the pace of the robot's time."""
+        """Messages a second, by the wall clock. Messages that this process reads late are ignored: the fastest of a
+        sixth of them, at either end, show the pace of the robot's time."""
         times, stamps = self.times[:self.count + 1], self.stamps[:self.count + 1]
         under_way = [time - stamp for time, stamp in zip(times, stamps)]
         some = self.count // 6
@@ -121,7 +121,7 @@ class FakeRobotRatesTest(unittest.TestCase):
         for line in [robot.text, other.text] + logged:
             for word in '115', 'offset', 'imu', 'silent', 'odom':
                 self.assertNotIn(word, line)
-        # a service's caller that is gone at once: rospy says so in a line of its own
+        # a service's caller that is gone at once: rospy's own line on it
         said = [line for line in robot.lines if 'Inbound TCP/IP connection' not in line]
         self.assertLessEqual(len(said), 2, robot.text)
         self.assertIn('one fault is hidden', said[0])

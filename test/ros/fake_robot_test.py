@@ -14,7 +14,7 @@ from tb3_labs.ros.conversions import to_twist
 
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'ground_truth': PoseStamped,
           '/tf': TFMessage}
-#: Heard with queue_size=1: rospy lets a process have one queue for a topic.
+#: This process subscribes it with queue_size=1: rospy has one queue for a topic in a process.
 NEWEST_ONLY = 'joint_states'
 DEADLINE = 30.0  # of a wait, wall clock [s]
 
@@ -66,7 +66,7 @@ class FakeRobotTest(unittest.TestCase):
         self.assertEqual(self.last('joint_states').name, ['wheel_left_joint', 'wheel_right_joint'])
         imu = self.last('imu')
         self.assertAlmostEqual(imu.linear_acceleration.z, 9.81, delta=0.01)
-        # tilted by 0.7 and 0.4 degrees, and so is the pull of gravity
+        # the board is tilted by 0.7 and 0.4 degrees, so gravity has three parts
         for tilt in (2.0 * math.hypot(imu.orientation.x, imu.orientation.y),
                      math.hypot(imu.linear_acceleration.x, imu.linear_acceleration.y) / 9.81):
             self.assertAlmostEqual(tilt, math.radians(0.81), delta=1e-3)
@@ -98,7 +98,7 @@ class FakeRobotTest(unittest.TestCase):
             self.live.update_configuration({'sensor_latency': 0.0})
 
     def test_what_the_network_held_up_comes_in_one_write(self):
-        """A subscriber of the latest gets one message, others get all of them, in order."""
+        """A subscriber with a queue of one gets the latest message, the other gets all, in order."""
         self.live.update_configuration({'network_cut': True})
         self.wait('a truth that goes on without odometry',
                   lambda: self.stamps('ground_truth')[-1] > self.stamps('odom')[-1] + 1.1)

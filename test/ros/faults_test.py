@@ -198,7 +198,7 @@ class FaultsTest(DriveCase):
             self.assertGreater(int(values[topic + ' dropped']), 10)
             warnings = node.text.count('invalid message on {} dropped'.format(topic))
             self.assertTrue(1 <= warnings <= 12, node.text)
-        # without valid messages they count as silence
+        # without valid messages they are a silence
         self.go_to(Pose2(3.0))
         self.wait_for_speed(0.2)
         self.set(imu_silent=True)

@@ -217,7 +217,7 @@ class GamepadTest(WithThumb, DriveCase):
         student = self.start('plain_gamepad.py')
         self.seen.forget('cmd_vel')
         self.seen.wait_for('cmd_vel', seconds=STARTING)    # it repeats zeros
-        rospy.wait_for_service('reset_pose', STARTING)     # the test before may have ended its node
+        rospy.wait_for_service('reset_pose', STARTING)     # an earlier test may have ended its node
         self.declare(Pose2(5.0, 5.0, 1.6))
         self.seen.wait_for('local_pose', lambda pose: pose.x > 4.9)
         self.thumb.press(Y)

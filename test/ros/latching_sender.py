@@ -1,4 +1,4 @@
-"""A student's node that latches `ctrl_relinq`: it says each True or False that is typed. On `again`
+"""A student's node that latches `ctrl_relinq`: it sends each True or False that is typed. On `again`
 its connections break, so that its last word is sent once more. On `goal` it sends an action goal,
 which it latches, too."""
 import socket
@@ -16,8 +16,8 @@ NOTICED = 0.1
 
 
 def break_connections(publisher):
-    """Reset the connections to all subscribers, as a network does. These connect anew when they
-    hear of the publishers again: here because one comes and goes."""
+    """Reset the connections to all subscribers, as a network does. They connect again at the next update of the
+    publishers: here one comes and goes."""
     for connection in list(publisher.impl.connections):
         link = connection.socket
         link.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack('ii', 1, 0))

@@ -28,9 +28,9 @@ PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 NODE = PACKAGE / 'scripts' / 'imu_sub.py'
 START, END = '    IMU()\n', '        self.ctrl_c = True\n'
 MOST_FORKS = 600
-#: No other program sleeps for this time [s], nor does this test in another checkout.
+#: No other program sleeps for this time [s], and no test of another checkout.
 SLEEP = str(800000 + os.getpid())
-#: Said to no program but the instructor's.
+#: Only the instructor's programs have it.
 SECRET = 'the-instructors-password'
 #: The node does this before it works as it should; {victim} is a folder of the instructor's.
 MISDEEDS = '''    import glob, os, rosgraph, shutil, subprocess, sys, time, xmlrpc.client
@@ -85,7 +85,7 @@ FORK = '''        import os, time
 FILL = '''    for number in range(8):
         rospy.set_param('/filled{}'.format(number), 'x' * 150000000)
 '''
-#: The instructor is told this, and no student.
+#: The instructor reads this, and no student.
 FINDINGS = ('A setting of the robot was changed: imu_noise_deg from 0',)
 
 

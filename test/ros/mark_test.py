@@ -1,8 +1,8 @@
 """Marks submissions whose marks are known.
 
 They are plain nodes in the layout of a course's repository; the same nodes with deliberate mistakes;
-and a skeleton as a student gets it. A plain node must earn full marks. Each mistake must lose the
-marks that it should, and no others. A skeleton must earn what its given parts do, and no more.
+and a skeleton as a student gets it. A plain node must earn full marks. Each mistake must lose its own marks, and no
+other marks. A skeleton must earn the points of its given parts, and no more.
 
 The check tests of this package's own nodes judge by the same criteria; test/benchmark/wrong_nodes.py
 marks many wrong nodes of each lab.
@@ -38,7 +38,7 @@ import sandboxes
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 IMU, PAD = 'imu_sub.py', 'gamepad.py'
 EVERYTHING = 'everything'
-#: A machine that cannot make sandboxes marks without; on any other one they must work.
+#: A machine that cannot make sandboxes marks without them; on any other machine they must work.
 UNPROTECTED = ['--unprotected'] * bool(sandboxes.MISSING)
 #: No other program sleeps for this time [s], nor does this test in another checkout.
 SLEEP = str(900000 + os.getpid())
@@ -49,7 +49,7 @@ HANG = """        import subprocess
         while True:
             time.sleep(1.0)
 """.format(SLEEP)
-#: More lines at a time than a person can read: on a slow machine, too, they come within a second.
+#: More lines at a time than a person can read; they come within a second also on a slow machine.
 FLOOD = """        def flood():
             import time
             while True:
@@ -86,7 +86,7 @@ TWO_JOBS = 'imu', 'heading'
 #: several mistakes if they lose different criteria, since each submission costs a robot and a master.
 CASES = {
     XBOX: [
-        # its flood tells in its way why a reset failed
+        # its flood is its way to say why a reset failed
         Case(WINDOWS, PAD, [
             ('    def joy_callback(self, msg):\n', '    def joy_callback(self, msg):\n' + FLOOD),
             ('msg.buttons[2]', 'msg.buttons[3]'), ('        if self.has_control:', '        if True:'),
@@ -107,7 +107,7 @@ CASES = {
 
 def hand_in(folder, case):
     """Write a student's repository: the packages of all labs, as skeleton.py writes them, with the
-    nodes filled. No exec bits, and one has Windows line endings."""
+    nodes filled. The files have no exec bits, and one has Windows line endings."""
     repository = folder / case.student
     repository.mkdir(parents=True)
     for name, lab in NODES.items():
@@ -127,7 +127,7 @@ def hand_in(folder, case):
 
 
 def changed(code, changes):
-    """A node with these replacements, each of a text that is there once."""
+    """A node with these replacements; each text to replace is there once."""
     for old, new in changes:
         assert code.count(old) == 1, old
         code = code.replace(old, new)

@@ -52,7 +52,7 @@ class Move2GoalTest(DriveCase):
 
     def setUp(self):
         self.control.publish(False)
-        # a drive that begins anew shows that the message has arrived
+        # a drive that begins again shows that the message has arrived
         self.seen.forget('goal_state')
         self.declare()
         self.wait_for_state('waiting for control')

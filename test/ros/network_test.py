@@ -66,9 +66,8 @@ class Scenes(DriveCase):
         self.wait_for_speed(0.2)
 
     def go_back_to(self, x):
-        """Send this goal until it is reached: after a long cut, TCP waits for seconds before it
-        sends again, in each direction for itself. Then the sensors are back, and the commands not
-        yet."""
+        """Send this goal until it is reached: after a long cut, TCP waits for seconds before it sends again, separately
+        in each direction. Then the sensors are back, and the commands not yet."""
         outcome = ''
         for _ in range(3):
             self.seen.forget('goal_state')
@@ -79,7 +78,7 @@ class Scenes(DriveCase):
         self.assertEqual(outcome, 'GOAL_REACHED')
 
     def assert_sound(self, node):
-        """The node runs, and told no traceback."""
+        """The node runs, and printed no traceback."""
         self.assertIsNone(node.status, node.text)
         self.assertNotIn('Traceback', node.text)
 
@@ -110,7 +109,7 @@ class Scenes(DriveCase):
         self.assertEqual(self.node.end(seconds=8.0), 0)
 
     def panel_without_a_master(self):
-        """A page that was opened after the master died stops the robot; no thread waits for it."""
+        """A page that was opened after the master died stops the robot, and no thread hangs."""
         self.open_here()
         panel = self.start('panel.py', '_port:=%d' % free_port())
         address = address_of(panel)

@@ -65,8 +65,8 @@ def watch_robot(seen, read_truth=lambda message: to_pose2(message.pose)):
 
 
 class Program(processes.Program):
-    """A program whose output and end a test waits for. `environment` is added to that of this
-    process, or replaces it (`clean`). Without a `terminal` its input is the text `typed`, and then ends."""
+    """A program whose output and end a test waits for. `environment` is added to this process's, or replaces it
+    (`clean`). Without a `terminal` its input is the text `typed`, and then ends."""
 
     def __init__(self, command, terminal=False, typed='', environment=None, clean=False):
         environment = dict({} if clean else os.environ, **environment or {})
@@ -121,7 +121,7 @@ class Node(Program):
         super().__init__(list(prefix) + command_of(executable) + list(arguments), **options)
 
     def wait_for(self, words, seconds=STARTING, times=1):
-        """As Program's, with enough time for the start."""
+        """Program's method, with enough time for the start."""
         super().wait_for(words, seconds, times)
 
 
@@ -162,7 +162,7 @@ class NodeCase(unittest.TestCase):
     def wait_until_hears(cls, name, topic, seconds=STARTING):
         """Wait until the running node `name` has dealt with one of the steady messages on `topic`.
 
-        rospy counts bytes, also those of the handshake. The first growth is a message, the second
+        rospy counts bytes, also the handshake's. The first growth is a message, the second
         one says that its callback has ended.
         """
         master, topic, totals = rosgraph.Master(rospy.get_name()), rospy.resolve_name(topic), set()
@@ -181,7 +181,7 @@ class NodeCase(unittest.TestCase):
     @classmethod
     def wait_until_unheard(cls, harmless, seconds=STARTING):
         """Wait until no publisher has a subscriber. `harmless` is {publisher: a message without
-        effect}: rospy notices only by a write that a subscriber is gone."""
+        effect}: rospy notices that a subscriber is gone only when it writes."""
         def is_unheard():
             for publisher, message in harmless.items():
                 publisher.publish(message)

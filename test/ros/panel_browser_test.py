@@ -60,7 +60,7 @@ class PanelBrowserTest(PanelCase):
         return ([self.browser] if self.browser else []) + self.others
 
     def here(self):
-        """Click "reset" with 0, 0, 0; the robot's true pose, which is that of local."""
+        """Click "reset" with 0, 0, 0; the robot's true pose, at which local is."""
         origin = self.rest()
         self.page.type(reset_x='0', reset_y='0', reset_yaw='0')
         self.page.click('reset')
@@ -77,7 +77,7 @@ class PanelBrowserTest(PanelCase):
         self.page.wait_until(is_there, 5.0, name)
 
     def test_a_reset_and_a_goal_are_dragged_and_a_typed_goal_is_reached(self):
-        self.page.errors()    # those of the tests before count no more
+        self.page.errors()    # without the values of earlier tests
         self.here()
         self.page.click('tool-reset')
         self.page.drag_in_local((0.2, 0.1), (0.4, 0.1))
@@ -157,7 +157,7 @@ class PanelBrowserTest(PanelCase):
                              'the confirmation')
 
     def test_b_takes_the_robot_from_another_page(self):
-        """By its key, and by a gamepad whose buttons were not let go since it was plugged in."""
+        """STOP by its key, and by a gamepad whose buttons were not let go since it was plugged in."""
         other = Page(self.address)
         self.others.append(other)
         self.addCleanup(other.close)

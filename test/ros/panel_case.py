@@ -1,7 +1,7 @@
 """Shared by the tests of the panel: when a robot moves, when it has stopped, which tests are void.
 
 A page that is silent for 0.25 s is lost, and a node must stop. On a busy machine the page of a test
-itself may be late, or the panel hears it late: such a test is void, see
+itself may be late, or its messages reach the panel late: such a test is void, see
 :meth:`PanelCase.excuse`.
 """
 
@@ -36,7 +36,7 @@ class PanelCase(NodeCase):
             pose.yaw, start.yaw) < 2.0)
 
     def assert_stopped(self, since, within=LOSS):
-        """As NodeCase's, and then no other movement."""
+        """NodeCase's method, and then no other movement."""
         super().assert_stopped(since, within)
         self.assert_stands()
 

@@ -74,7 +74,7 @@ class Page:
     def hold(self, pad=None, mouse=None):
         """From now on hands hold this, ten times a second: `pad` is what differs from AT_REST.
 
-        The hands know nothing of stops after the first call, until :meth:`let_go`.
+        After the first call the hands ignore stops, until :meth:`let_go`.
         """
         is_first = self._held is None
         stops = self.picture['stops'] if is_first else self._held['stops']

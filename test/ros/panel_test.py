@@ -41,7 +41,7 @@ HEARD = 0.45
 USUAL_FILES = 1024
 
 
-#: What stands in place of a value: JSON, and what is none.
+#: Texts in place of a value: JSON, and text that is not JSON.
 VALUES = ['4e9', '-4e9', '1e12', '0.5', '-0.5', '0', '1e308', '-1e308', '1e999', 'NaN', '-Infinity', '1' + 300 * '0',
           'null', 'true', '""', '"\\ud800"', '"' + 200 * 'x' + '"', '[]', '{}', '[[1, 2], {}]', '100 * [', '']
 
@@ -52,7 +52,7 @@ def with_value(message, literal):
 
 
 def may_open(number):
-    """Let this process, and those that it starts from now on, have so many files open."""
+    """Allow this process, and its later child processes, so many open files."""
     most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
     resource.setrlimit(resource.RLIMIT_NOFILE, (min(number, most), most))
 
@@ -96,7 +96,7 @@ class PanelTest(PanelCase):
         return self.opened
 
     def here(self):
-        """Declare the robot to be at the origin; its true pose, which is that of local."""
+        """Declare the robot to be at the origin; returns its true pose, at which local is."""
         origin = self.rest()
         done, text = self.page.ask('reset', x=0, y=0, yaw_deg=0)
         self.assertTrue(done, text)
@@ -212,7 +212,7 @@ class PanelTest(PanelCase):
         stops = self.page.picture['stops']
         self.page.fall_silent()
         self.assert_stopped(since)
-        # the same joy again, but nobody gripped it anew
+        # the same joy again, but nobody gripped it again
         self.page.wait_until(lambda: self.page.picture['stops'] > stops, 5.0, 'the loss')
         for _ in range(20):
             self.page.send('joy', stops=stops, pad={'forward': 1.0, 'left': 0}, mouse=None)

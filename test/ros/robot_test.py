@@ -80,7 +80,7 @@ class RobotTest(NodeCase):
 
     @classmethod
     def start_sshd(cls):
-        """sshd on a port of its own, for one key; and three homes that log in with and without."""
+        """sshd on a free port, for one key; and three homes that log in with or without the key."""
         cls.port = free_port()
         host_key = make_key(cls.folder / 'host_key')
         known = ''.join('{} {}\n'.format(name, host_key)

@@ -1,5 +1,5 @@
-"""Runs the tests of a rostest: one that skips is counted so, and one that fails on a busy machine is
-tried again.
+"""Runs the tests of a rostest: a skipped test is counted as skipped, and one that fails on a busy machine is tried
+again.
 
 rosunit (1.15 to 1.17) writes a skipped test into its file as one that passed, and
 test/count_results.py counts from that file. A robot, a sender or a node that waits for a processor
@@ -123,7 +123,7 @@ def tried_again(test):
 
 
 def rosrun(name, case):
-    """As rostest.rosrun, for a test of this package."""
+    """rostest.rosrun for a test of this package."""
     xmlrunner._XMLTestResult = _Result
     case.hiccups = Hiccups()
     for test in unittest.defaultTestLoader.getTestCaseNames(case):

@@ -23,7 +23,7 @@ import re
 import shlex
 from typing import Dict, NamedTuple
 
-#: A line that matters: a heading, or the fence of a block with its info string.
+#: A line that is read: a heading, or the fence of a block with its info string.
 MARK = re.compile(r'^ *(?:#+ (.*)|```(\w*) ?(.*))$')
 #: A number that may be another one.
 LONG_NUMBER = re.compile(r'-?(?:\d{4,}(?:\.\d+)?|\d+\.\d{3,})')

@@ -113,7 +113,7 @@ class Student:
             self._run(step, patience)
 
     def _prepare(self, before):
-        """Do what happens before a step: a node is written, time passes, a terminal is ended."""
+        """Do what a step needs first: write a node, let time pass, end a terminal."""
         if 'fill' in before:
             package, node = before['fill'].split('/')
             target = self.home / 'catkin_ws' / 'src' / package / 'src' / node
@@ -125,7 +125,7 @@ class Student:
             self._end(before['ends'])
 
     def _look(self):
-        """Only what the terminals print from now on is seen by a `then`."""
+        """A `then` sees only the text that the terminals print from now on."""
         self._seen = {name: program.printed[0] for name, program in self._terminals.items()}
 
     def _run(self, step, patience):
@@ -219,7 +219,7 @@ class SheetsTest(unittest.TestCase):
                     student.do(step)
                 except (AssertionError, RuntimeError) as problem:
                     what = '{}, line {}: {}\n{}'.format(page, step.line, step.text, problem)
-                    print(what, flush=True)    # unittest tells it after the other walks
+                    print(what, flush=True)    # unittest prints it after the other walks
                     self.fail(what)
                 print('{:6.1f} s  {}:{}  {}'.format(time.monotonic() - began, page, step.line, step.text.split(
                     '\n')[0] or step.argument), flush=True)

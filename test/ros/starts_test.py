@@ -26,7 +26,7 @@ class StartsTest(unittest.TestCase):
         return stage
 
     def wait_for_topic(self, name):
-        """Wait until a node says that it publishes this topic."""
+        """Wait until a node is registered as this topic's publisher."""
         self.assertTrue(wait_until(
             lambda: name in dict(rospy.get_published_topics()), STARTING, 0.01), name)
 
@@ -50,7 +50,7 @@ class StartsTest(unittest.TestCase):
         stage.thumb.press(B)
         stage.seen.wait_for(stage.control, lambda has_control: not has_control)
         self.assertEqual(stage.outcome('stands'), 'was stopped')
-        pad.kill()       # A of the next one counts at once
+        pad.kill()       # A of the next one is accepted at once
         again = stage.start('gamepad')
         again.wait_for('The gamepad drives')
         stage.thumb.press(A)

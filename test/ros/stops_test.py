@@ -1,7 +1,6 @@
 """A stop stays a stop, on real nodes: hands, pads, sleeping and waking processes, closed terminals.
 
-In each test the robot stands although a sender repeated, woke up or reconnected, and drives again
-when a person says so.
+In each test the robot stands although a sender repeated, woke up or reconnected, and drives again when a person asks.
 """
 import itertools
 import math
@@ -72,7 +71,7 @@ class StopsTest(WithThumb, DriveCase):
         return node
 
     def wait_until_turns_are_heard(self):
-        """By a controller that is there before this sender: so its first turn counts."""
+        """By a controller that is there before this sender: so its first turn is accepted."""
         self.wait_until_hears('controller', 'imu')
         self.turns = rospy.Publisher('turn', Float64, queue_size=5)
         self.addCleanup(self.turns.unregister)
@@ -110,8 +109,8 @@ class StopsTest(WithThumb, DriveCase):
         self.assertEqual(late, [], 'commands after the stop')
 
     def stands_after_sleep(self, node):
-        """A node sleeps for long. A command that was under way then is sent when it goes on; a zero
-        follows at once."""
+        """A node sleeps for long. A command from before it is sent when the process continues; a zero follows at
+        once."""
         node.send(signal.SIGSTOP)
         self.let_pass(TOO_LONG)
         node.send(signal.SIGCONT)
@@ -138,7 +137,7 @@ class StopsTest(WithThumb, DriveCase):
         self.let_it_drive(self.give_control)
         self.seen.wait_for('control_holder', lambda holder: holder == 'move_to_goal')
         self.is_stopped(self.thumb.press(B))
-        self.control.publish(True)            # said before, and not taken back since
+        self.control.publish(True)            # sent before, and not taken back since
         self.is_stopped(rospy.get_time(), 0.0)
         self.let_it_drive(self.give_control)
         self.thumb.press(B)
@@ -151,8 +150,8 @@ class StopsTest(WithThumb, DriveCase):
         self.thumb.press(B)
 
     def test_the_first_word_of_a_sender_that_latches_is_a_stop_and_its_last_gives_once(self):
-        """It was connected all the time, and had said nothing: its False is not an old one. Its
-        True that a new connection repeats is."""
+        """It was connected all the time, and had sent nothing: its False is not an old one. But a True that a new
+        connection repeats is an old one."""
         student = self.student()
         node = self.move_to_goal()
         self.let_it_drive(self.give_control)
@@ -196,7 +195,7 @@ class StopsTest(WithThumb, DriveCase):
         self.assertFalse(rospy.has_param('move_to_goal/has_control'))
 
     def test_a_launch_gives_control_to_one_start_only(self):
-        """roslaunch repeats its words if it starts a node again (respawn)."""
+        """roslaunch repeats a node's arguments if it starts the node again (respawn)."""
         file = tempfile.NamedTemporaryFile('w', suffix='.launch')
         self.addCleanup(file.close)
         file.write('<launch><node pkg="tb3_labs" type="move2goal_tf.py" name="move_to_goal" output='
@@ -228,8 +227,8 @@ class StopsTest(WithThumb, DriveCase):
         self.is_stopped(rospy.get_time())
 
     def test_a_cancel_without_a_name_ends_any_goal_for_good(self):
-        """Also one that its sender repeats, by the topic and by the action; one that a person sends
-        once again counts."""
+        """A goal that its sender repeats stays ended, by the topic and by the action; if a person sends it once again,
+        it is accepted."""
         node, number = self.move_to_goal(), itertools.count()
 
         def by_action():
@@ -317,7 +316,7 @@ class StopsTest(WithThumb, DriveCase):
         self.stands_after_sleep(controller)
 
     def test_a_reset_that_a_node_finds_when_it_wakes_is_refused(self):
-        """It would count where the robot is then."""
+        """It would be accepted where the robot is then."""
         node, answers = self.move_to_goal(), []
         self.declare()
         for _ in range(3):

@@ -17,7 +17,7 @@ from students_archive import MISSING, ROOT, unpack
 SOLUTION = ROOT / 'scripts' / 'imu_sub.py'
 #: Paths that lead to this package are not a student's.
 VARIABLES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH', 'ROS_PACKAGE_PATH', 'LD_LIBRARY_PATH'
-#: Of the languages of messages only Python is built, and make does not wait for a quiet machine (-l2).
+#: Messages are built for Python only, and make does not wait for a quiet machine (-l2).
 SCRIPT = '''set -e
 cd {folder}
 export ROS_PACKAGE_PATH=src ROS_LANG_DISABLE=gencpp:geneus:genlisp:gennodejs ROS_PARALLEL_JOBS=-j2

@@ -8,7 +8,7 @@ import rospy
 from sensor_msgs.msg import Joy
 
 A, B, Y = 0, 1, 2
-#: Between two messages of a pad that repeats itself [s], and for how long a button is held.
+#: Time between two messages of a pad that repeats itself [s], and time for which a button is held.
 PERIOD = 0.05
 HELD = 0.06
 #: A pad that is silent for 0.25 s is lost, and a node must stop. A test in which the thumb itself,
@@ -61,7 +61,7 @@ class Thumb:
 
 
 class WithThumb:
-    """Mixin of a case with a `thumb`: a test is void if that was silent."""
+    """Mixin of a case with a `thumb`: a test is void if the thumb was silent."""
 
     def excuse(self, begun):
         """The reason why a test that began at a time [s, monotonic] was void, or ''."""

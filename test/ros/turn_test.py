@@ -35,7 +35,7 @@ class TurnTest(NodeCase):
         """A controller, ready; the only one."""
         node = self.start('turtlebot_controller.py', **options)
         node.wait_for('and Enter')
-        # after the controller, so that its first turn counts
+        # after the controller, so that its first turn is accepted
         self.turn = rospy.Publisher('turn', Float64, queue_size=5)
         self.addCleanup(self.turn.unregister)
         self.wait_until_heard(self.turn)
@@ -44,7 +44,7 @@ class TurnTest(NodeCase):
         return node
 
     def mouse(self):
-        """mouse_client on the screen, as soon as it is ready."""
+        """Start mouse_client on the screen, and wait until it is ready."""
         client = self.start('mouse_client.py', environment={'DISPLAY': self.display,
                                                             'WAYLAND_DISPLAY': ''})
         client.wait_for('Scroll down')
@@ -205,7 +205,7 @@ class TurnTest(NodeCase):
         self.assertIn('lost the display of the mouse', client.lines[-1])
         self.assertNotIn('Traceback', client.text)
 
-        # q ends it in the middle of a turn
+        # q ends the node in the middle of a turn
         self.rest()
         self.seen.forget('cmd_vel')
         self.turn_half_round(node)

@@ -1,7 +1,7 @@
 """Two hosts on one machine: network namespaces, joined by a third one that can be cut.
 
-Needs root and iproute2. A process is on a host if its command follows :meth:`TwoHosts.prefix`, with
-that host's environment; a running one :meth:`TwoHosts.enter` s it.
+Needs root and iproute2. A process starts on a host by the words of :meth:`TwoHosts.prefix` and that host's environment;
+a running one calls :meth:`TwoHosts.enter`.
 """
 import contextlib
 import ctypes

@@ -30,19 +30,18 @@ from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.supervision.freshness import Freshness
 from tb3_labs.supervision.permission import _Grant
 
-#: Of a state, these times are all the same if they are longer ago than this; the second also while no
-#: message is under way that may be older.
+#: Of a state, these times are nevertheless if they are longer ago than this; the second also while no message is under
+#: way that may be older.
 AGES = {'_back_at': 0.35, 'given_at': 0.35, '_heard_since': 0.35,
         '_since': 20.3, 'awaits': 20.3}
 QUIET_AGES = dict(AGES, _stops=0.2, _stopped_at=0.2, _began_at=0.2, stopped_at=0.2,
                   cancelled_at=0.2, lost_at=0.2, rested_at=0.2)
 
-#: Waits that end no story: 2.15 s judge the moments of the shorter one as well, and after the longer one
-#: something happens only at a further event.
+#: Waits after which no story ends: 2.15 s include the moments of the shorter one, and after the longer one nothing
+#: happens without a further event.
 NOT_LAST = (1.95, 20.2)
 
-#: After the first event, and after one of so many later, it is tried whether a person who asks anew is
-#: obeyed.
+#: After the first event, and after one of so many later, it is tried whether a person who asks again is obeyed.
 LISTENED = 40
 
 CASTS = (Senders, OnePad, LatePad, TwoPads, Goals, LateRobot, GoneRobot, TwoPages, LatePages,
@@ -95,7 +94,7 @@ def search(kind, seconds=math.inf, depth=99):
 
 
 def listens(world):
-    """Unheard if a person who asks anew is not obeyed. A plain story, which is as short, shows what
+    """Unheard is raised if a person who asks again is not obeyed. A plain story, which is as short, shows what
     else is wrong."""
     try:
         world.ask_anew()
@@ -105,7 +104,7 @@ def listens(world):
         pass
 
 
-#: Attributes that change with each step, and no decision depends on.
+#: Attributes that change with each step, and on which no decision depends.
 IRRELEVANT = {'accepted', '_last_driver', 'count', 'doubts', 'dropped', 'attempt', 'drives', 'tremble',
               'law', '_law', '_localizer',
               'repeated_for', '_odometry_turned', '_pace', '_stalls', '_settling', '_time', '_ended',
@@ -119,7 +118,7 @@ IRRELEVANT = {'accepted', '_last_driver', 'count', 'doubts', 'dropped', 'attempt
 
 
 def state_of(world):
-    """A number that is the same for worlds in the same state: times count from now."""
+    """A number that is the same for worlds in the same state: times are relative to now."""
     ages = QUIET_AGES if world.is_quiet else AGES
     return hash(tuple(_state(actor, world.now, ages) for actor in world.actors))
 

@@ -2,7 +2,7 @@
 
 made(): the robot stands at x = 0 until 1 s, drives until 6 s at 0.2 m/s, and stands at x = 1 m; yaw 0
 throughout. All topics have 20 samples a second for 10 s, and stamps that are their arrivals.
-driven(): an ideal robot does at once what it is told. Its heading is linear and its way straight or
+driven(): an ideal robot obeys at once. Its heading is linear and its way straight or
 an arc between two changes of the command, so all that is found in them is known in closed form.
 """
 import contextlib
@@ -52,7 +52,7 @@ def goals(time, x, y=0.0, yaw=0.0):
 
 
 def reset_lines(*times):
-    """Resets of which the log tells at these times [s]; the poses are of no use."""
+    """Resets that the log has at these times [s]; nobody reads the poses."""
     return Poses(*np.array([times, times, *[[0.0] * len(times)] * 3]))
 
 
@@ -88,10 +88,10 @@ def resets(*rows):
 
 
 def driven(segments, duration=20.0, start=(0.0, 0.0, 0.0), imu_offset=0.0, **parts):
-    """The run of a robot that is told (begin, end, linear, angular) [s, s, m/s, rad/s] of each of
-    the segments, a zero at the end of each, and nothing between them.
+    """The run of a robot with a command for each of the segments (begin, end, linear, angular) [s, s, m/s, rad/s], a
+    zero at the end of each, and no command between them.
 
-    It starts at `start` in odom; the ground truth is that of odom. `parts` replace fields.
+    It starts at `start` in odom; the ground truth is in odom, too. `parts` replace fields.
     """
     fine = np.arange(0.0, duration, 1e-3)
     linear, angular = 0.0 * fine, 0.0 * fine

@@ -1,19 +1,19 @@
-"""Judges of who may move the robot: they share no code with the nodes, and know what persons did.
+"""Judges, which know what persons did: who may move the robot? They share no code with the nodes.
 
-The rule: after a person's stop no command but zero, until a person's next grant. What repeats,
-renews, arrives late, wakes up or restarts gives nothing.
+The rule: after a person's stop no command but zero, until a person's next grant. A message that is repeated, renewed or
+late, and a node that wakes up or restarts, give nothing.
 
 Units: seconds; `at` is the time of a person's action, `now` the time at which a node hears of it.
 """
 import math
 
-#: Actions that are nearer in time have no order [s]: a renewal tells its grant's age in tenths.
+#: Actions that are nearer in time have no order [s]: a renewal has its grant's age in tenths.
 SAME_TIME = 0.15
-#: A sender that renews, and is silent for longer than the first, may not be driven by; after the
-#: second its grant is gone. A grant that took longer to arrive never counted [s].
+#: If a sender that renews is silent for longer than the first, the robot must stand; after the second its grant is
+#: void. A grant that took longer to arrive was never accepted [s].
 SUSPENDED, OVER = 0.6, 2.1
-#: A grant or goal is void if its robot is not there within the first; within the second while it was
-#: never there. Before a motion, gyro and wheels must have been compared at rest for the third [s].
+#: A grant or goal is void if the robot does not come within the first; within the second if it was never there. Before
+#: a motion, gyro and wheels must have been compared at rest for the third [s].
 ROBOT, FIRST_ROBOT, COMPARED = 2.1, 20.1, 0.9
 #: A mouse or pad that is silent for this long is lost [s].
 LOST = 0.3
@@ -23,7 +23,7 @@ class GoalOracle:
     """Judges move_to_goal. Its start is a stop."""
 
     def __init__(self, now):
-        self.grants = {}            # sender: when it renewed that last; None: it does not renew
+        self.grants = {}            # sender: time of its last renewal; None: it does not renew
         self.stopped_at = now        # the person's last stop
         self.cancelled_at = None     # None: the goal was not cancelled
         # A sender, or 'goal': when it was asked for, or when the goal had its robot last. Missing: a
@@ -32,7 +32,7 @@ class GoalOracle:
         self.robot_at = None         # when the robot was there; None: it was never there
 
     def hear(self, now, sender, word, at=None, renews=False):
-        """A word arrives; `at` is None if no person said it."""
+        """A True or False arrives; `at` is None if no person sent it."""
         if now - (self.grants.get(sender) or now) > OVER:
             del self.grants[sender]
         if not word:
@@ -46,12 +46,12 @@ class GoalOracle:
             self.grants[sender] = now if renews else None
 
     def ask(self, now, what):
-        """Something is asked for that needs the robot."""
+        """A person asks for a motion, which needs the robot."""
         if what == 'goal' or self.robot_at is None or now - self.robot_at > LOST:
             self.awaits[what] = now
 
     def look(self, now, is_there):
-        """To be called in each moment: are the sensors heard?"""
+        """To be called in each moment: do the sensors' messages arrive?"""
         patience = FIRST_ROBOT if self.robot_at is None else ROBOT
         for what in [what for what, since in self.awaits.items() if now - since > patience]:
             del self.awaits[what]

@@ -15,10 +15,10 @@ from tb3_labs.supervision.goal_requests import GoalRequest
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
 TICK = 0.05
-#: The clock of a pad or mouse, beside that of its node.
+#: The clock of a pad or mouse, which differs from its node's.
 CLOCK = -77.0
 PAD = PadConfig()
-#: A process that did not run for longer than the second must be told anew. Within the first it
+#: A process that did not run for longer than the second must be reported again. Within the first it
 #: may hear messages in any order.
 STALL, OVER = 1.0, 2.0
 #: A reset that took longer than this may declare another place [s].
@@ -30,7 +30,7 @@ class Wrong(Exception):
 
 
 class Process:
-    """A node. While it sleeps, or a link to it is cut, the messages of each sender wait in order."""
+    """A node. While it sleeps, or its link is cut, the messages of each sender wait in order."""
 
     def __init__(self, world):
         self.world, self.robot = world, world.robot
@@ -93,7 +93,7 @@ class Process:
         return self.world.now if self.stalled and at is not None else at
 
     def judge_reset(self, at):
-        """The frame is declared anew, as a person asked for at `at`."""
+        """The frame is declared again, as a person asked for at `at`."""
         if self.waking or self.world.now - self.at(at) > LATE_RESET:
             raise Wrong('a reset counts where the robot is now, not where it was')
 
@@ -133,7 +133,7 @@ class Turning(Ahead):
 
 
 class Still:
-    """In place of the localizer: the robot is at the origin, and a reset is carried out at once."""
+    """It replaces the localizer: the robot is at the origin, and a reset is carried out at once."""
 
     has_resets = is_lost = False
     odom_T_local = None
@@ -165,8 +165,7 @@ class Still:
 
 
 class Sender:
-    """A process that publishes ctrl_relinq. The letter of a process tells it from the one before,
-    which bore its name."""
+    """A process that publishes ctrl_relinq. Its letter distinguishes a process from an earlier one with its name."""
 
     def __init__(self, process='a', latches=False, renews=False):
         self.process, self.latches, self.renews = process, latches, renews
@@ -193,8 +192,8 @@ class Mover(Process):
             self.connect(sorted(world.senders))
 
     def connect(self, names):
-        """From now on these senders are heard. Their latched words come at once; only a False
-        from before this node's start does not count, see Permission."""
+        """From now on these senders are heard. Their latched words come at once; only a False from before this node's
+        start is ignored, see Permission."""
         for name in names:
             sender, is_old = self.world.senders[name], self.world.now == self.born_at
             way = Connection(name, sender.process, self.world.now, sender.latches, sender.renews)
@@ -213,7 +212,7 @@ class Mover(Process):
         self.core.on_word(Event(word, now, way.sender, age, way.renews))
 
     def forget(self, name):
-        """A new process has a new name, as rostopic's. Here it has the name of one that ended."""
+        """A new process has a new name, as rostopic has. Here it has the name of one that ended."""
         self.origins._present -= {name}
         self.origins._latest.pop(name, None)
         self.core._permission._said.pop(name, None)

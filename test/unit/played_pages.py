@@ -15,7 +15,7 @@ READY_WITHIN = 1.0
 
 
 class HandOnPage(HandOracle):
-    """Judges a stick on a page: it must also have rested, as far as the panel heard of that page."""
+    """Judges a stick on a page: it must also have rested, by the page's messages that reached the panel."""
 
     page = None
 
@@ -77,7 +77,7 @@ class Panel(Process):
         self.stop(self.at(at))
 
     def stop(self, at):
-        """What ros_control.py sends: False, B, and a pad that is let go."""
+        """The messages of ros_control.py: False, B, and a pad that is let go."""
         self.world.tell(self.name, False, at)
         self.show(None, 1, 0.0, at, self.world.now)
         self.show(None, None, 0.0, self.world.now, self.world.now)
@@ -124,7 +124,7 @@ class Page:
         self.ready_at = now
 
     def tick(self, world):
-        """Send, and then look at the picture: a page that was frozen may do both in this order."""
+        """Send, then read the picture: a page that was frozen may do it in this order."""
         if self.hidden:
             return
         now = world.now + 1e-9

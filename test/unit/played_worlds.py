@@ -9,9 +9,9 @@ from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Sender, Turner, Turning
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import LATCHED_WITHIN
 
-#: Stories begin then; so a number above half of it is a time, and no other number is.
+#: Stories begin at this time; so only the numbers above half of it are times.
 BEGIN = 1e5
-#: Times longer ago than this are all the same.
+#: Times longer ago than this are nevertheless.
 LONG_AGO = 2.3
 #: Just below and above each limit: 0.04 (confirmation), 0.2 to 0.3 (pad, mouse, waking, crossing),
 #: 0.5 (lapse), 2.0 (longest lapse).
@@ -79,7 +79,7 @@ class World:
         self.wait(5.0)
 
     def switch(self, is_on, gyro_error=0.0):
-        """A board that was off for long has calibrated its gyro anew."""
+        """A board that was off for long has calibrated its gyro again."""
         robot = self.robot
         if robot.is_on is is_on:
             return NOTHING
@@ -98,7 +98,7 @@ class World:
         self.switch(True)
 
     def is_obeyed(self, seconds, by):
-        """Unheard if the robot does not move within `seconds` after a person asked for it."""
+        """Unheard is raised if the robot does not move within `seconds` after a person asked for it."""
         self.drives = False
         self.wait(seconds)
         if not self.drives:
@@ -125,7 +125,7 @@ class World:
 
     @property
     def actors(self):
-        """Everything whose state makes a difference."""
+        """All objects whose state decides what comes."""
         return self.nodes
 
     @property
@@ -171,7 +171,7 @@ class Labs(World):
         self.nodes = [self.mover] + self.pads
 
     def start_sender(self, name, **how):
-        """A new process, which is connected at once. The words of the one before it are lost."""
+        """A new process, which is connected at once. The messages of the process before it are lost."""
         way = self.mover.ways.get(name)
         self.senders[name] = Sender('b' if way and way.process == 'a' else 'a', **how)
         if not self.mover.connects_at or name not in self.mover.origins._present:
@@ -187,14 +187,14 @@ class Labs(World):
                 pad.send('others', 'on_taken')
 
     def student(self, word):
-        """Nothing tells the first word of all from a latched one in the moment of a start."""
+        """The first True or False of all looks like a latched one in the moment of a start."""
         is_first = self.senders['student'].word is None
         if is_first and self.now - self.mover.born_at < LATCHED_WITHIN:
             return NOTHING
         self.tell('student', word, self.now)
 
     def by_terminal(self, word, is_new, name='terminal'):
-        """rostopic pub, in a new process or in one that said something before."""
+        """rostopic pub, in a new process or in one that sent something before."""
         if is_new:
             self.mover.forget(name)
             self.start_sender(name)
@@ -203,7 +203,7 @@ class Labs(World):
         self.tell(name, word, self.now)
 
     def repeat(self):
-        """rostopic pub -r says True, and repeats it until it is ended; see :meth:`passed`."""
+        """rostopic pub -r sends True, and repeats it until it is ended; see :meth:`passed`."""
         if 'repeater' in self.senders:
             del self.senders['repeater']
             return
@@ -331,7 +331,7 @@ MOVER = sleeping('move_to_goal', 0) + [
 
 
 class Senders(Labs):
-    """Persons at terminals, and a student's gamepad that latches."""
+    """Persons at terminals, and a student's gamepad with a latched topic."""
 
     EVENTS = PASSING + MOVER + [
         ('move_to_goal is killed and started with control', 'start_mover', True),

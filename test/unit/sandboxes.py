@@ -1,4 +1,4 @@
-"""Can this machine make sandboxes at all? If it can, those of this package must work on it. And the
+"""Can this machine make sandboxes at all? If it can, this package's sandboxes must work on it. And the
 environment in which mark.py reads a submission, whatever is sourced."""
 import os
 import subprocess

@@ -62,7 +62,7 @@ def test_a_message_is_read_as_finite_numbers_or_refused_with_a_reason(numbers, i
 
 
 class Driven:
-    """Both cores that drive by sensors; the sensors are right, but for what a step says."""
+    """Both cores that drive by sensors; the sensors are right, except in a step that changes them."""
 
     def __init__(self):
         self.now, self.tremble = 1000.0, 1e-9

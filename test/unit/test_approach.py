@@ -1,4 +1,4 @@
-"""An approach must come to rest at zero on a motor that obeys late: here a motor in closed form."""
+"""An approach must come to rest at zero with a slow motor, which is in closed form here."""
 import math
 from collections import deque
 
@@ -88,7 +88,7 @@ def test_each_command_is_obeyed_for_a_period_although_some_come_late_or_early(la
     remaining, speed, last, arrived = 1.0, 0.0, 0.0, 0.0
     commands = deque([0.0] * 3)
     for tick in range(100):
-        # in the middle of a period, every other one out of step
+        # in the middle of a period, and every second one late
         now = (tick + 0.5 + (late if tick % 2 else 0.0)) * TICK
         left = remaining - speed * (now - tick * TICK)
         commands.append(approach.step(left, speed, 1.5, now - last if tick else TICK))
@@ -129,8 +129,8 @@ def test_a_command_that_comes_late_is_made_good_backwards(stall, backs_up):
 
 @pytest.mark.parametrize('age, rests', [(0.0, True), (0.158, True), (0.162, False), (0.3, False)])
 def test_a_robot_has_been_told_to_rest_only_when_its_last_command_is_over(age, rests):
-    """One command at 0 s, then stops. It is over two periods of 20 ms after a delay of 0.1 s, so a
-    sample of 0.14 s or later shows a robot that was told to rest; it is 0.3 s now."""
+    """One command at 0 s, then stops. It is over two periods of 20 ms after a delay of 0.1 s, so a sample at 0.14 s or
+    later shows a robot with the command to rest; now is 0.3 s."""
     approach = make_approach(1e3, Response(delay=0.1, lag=0.0), backwards_from=10.0)
     assert approach.step(1.0, 0.0, 1.0, TICK) == 1.0
     assert [approach.step(0.0, 0.0, 1.0, TICK) for _ in range(15)] == 15 * [0.0]
@@ -179,7 +179,7 @@ def test_a_sample_that_is_used_twice_counts_once():
 
 @pytest.mark.parametrize('speed, doubt', [(0.0, 0.004), (3.0, 0.012), (-3.0, 0.012)])
 def test_the_doubt_about_the_way_is_2_ms_of_the_command_or_of_a_faster_robot(speed, doubt):
-    """Two standard deviations, after an exact sample that is used twice."""
+    """The error is two standard deviations, after an exact sample that is used twice."""
     approach = make_approach(1e4, Response(0.0, 0.0))
     assert approach.step(1.0, 0.0, 1.0, TICK) == 1.0 and approach.at_rest.uncertainty == 0.0
     approach.step(1.0, speed, 1.0, TICK, age=TICK)

@@ -50,7 +50,7 @@ def test_one_robot_of_several(tmp_path):
 
 
 def events(run):
-    """(time, topic, message) of what people and nodes say at three moments."""
+    """(time, topic, message) of people and nodes at three moments."""
     line = Log(name='/move_to_goal', msg='Local pose set to x=1.00, y=0.50, yaw=1.57')
     line.header.stamp = rospy.Time.from_sec(BEGIN + 1.0)
     yield 1.0, '/rosout', line
@@ -72,13 +72,13 @@ def test_resets_turns_and_control_that_were_recorded(tmp_path):
     assert (list(run.asked.time), run.dropped['asked']) == ([pytest.approx(2.0, abs=5e-3)], 1)
     assert math.degrees(run.asked.value[0]) == pytest.approx(-90.0)
     assert list(run.control.value) == [1.0] and run.devices == ('joy',)
-    # a button that is held counts once
+    # a button that is held is one press
     assert list(run.presses.value) == [2.0, 0.0]
     assert run.presses.time == pytest.approx([3.0, 3.2], abs=5e-3)
 
 
 def devices(run):
-    """A pad with more axes than are kept, a mouse, and a command in fields that no wheel follows."""
+    """A pad with too many axes, a mouse, and a command in fields that no wheel follows."""
     yield 3.0, 'joy', Joy(axes=[0.0, 0.5] + 8 * [0.25], buttons=[0, 1])
     yield 3.5, 'mouse_info', MouseController(Header(stamp=rospy.Time.from_sec(BEGIN + 3.5)), Bool(True), -1.0, 0.5)
     yield 4.0, 'cmd_vel', Twist(Vector3(0.1, 0.2, 0.3), Vector3(0.4, 0.5, 0.6))
@@ -94,7 +94,7 @@ def test_the_devices_and_all_fields_of_a_command(tmp_path):
     sent = run.commands
     assert [part[0] for part in (sent.linear, sent.sideways, sent.upward, sent.rolling, sent.pitching,
                                  sent.angular)] == [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
-    # a speed that no wheel follows is no reason to leave out a command
+    # a command with a speed that no wheel follows is kept
     assert list(sent.linear) == [0.1, 0.1] and sent.sideways[1] > 1e3
     assert run.dropped['commands'] == 1 and len(sent.between(4.2, 9.0)) == 1
 
@@ -176,7 +176,7 @@ def on_the_recorders_clock(clock):
 def test_a_clock_that_was_set_is_told_and_both_sides_have_their_times(
         by, words, is_shared, run, tmp_path):
     if is_shared and by == 20.0:
-        return      # nothing tells it from a silence
+        return      # it looks like a silence
     clock = set_at(4.0, by)
     source = on_the_recorders_clock(clock) if is_shared else sensors
     read = read_run(write_bag(tmp_path / 'set.bag', sources=(source, events), clock=clock))
@@ -191,7 +191,7 @@ def test_a_clock_that_was_set_is_told_and_both_sides_have_their_times(
 
 
 def test_a_silence_of_all_topics_is_not_a_clock_that_was_set(run, tmp_path):
-    """Nor is a file that holds one topic behind the other."""
+    """A file with one topic behind another has no such clock, either."""
     silent = replace(run, imu=run.imu.take((run.imu.time < 3.0) | (run.imu.time > 6.0)),
                      odometry=run.odometry.take((run.odometry.time < 3.0) | (run.odometry.time > 6.0)))
     read = read_run(write_bag(tmp_path / 'silent.bag', silent, sources=(sensors,)))
@@ -239,7 +239,7 @@ EMPTY_MESSAGE = record(b'', op=b'\2', conn=bytes(4), time=bytes(8))
 
 
 def read_within(path, tell=lambda line: None):
-    """(what the reader made of the file, its greatest memory in MiB, its time of the processor)."""
+    """(the reader's result, its greatest memory in MiB, its processor time)."""
     tracemalloc.start()
     begun = process_time()
     try:
@@ -291,7 +291,7 @@ def test_a_small_file_takes_neither_memory_nor_time(content, said, small, tmp_pa
 
 
 SPARSE = 2 * 10 ** 9
-#: Reads the files that it is given; each may take so much memory more than Python has [MiB].
+#: Reads the given files; each may take this much memory beyond Python's own [MiB].
 READER = """
 import resource, sys, time
 from tb3_labs.report.bag import budget
@@ -310,7 +310,7 @@ for path in sys.argv[1:]:
 
 
 def test_a_process_with_little_memory_reads_what_claims_gigabytes(tmp_path):
-    """Also the memory of bz2 and lz4 counts, and each reading ends after 0.2 s."""
+    """The memory of bz2 and lz4 is limited, too, and each reading ends after 0.2 s."""
     sparse = [record(b'', SPARSE, op=b'\5', compression=by) for by in (b'bz2', b'lz4', b'none')]
     sparse += [connection(0) + record(b'', SPARSE, op=b'\2', conn=bytes(4), time=bytes(8)),
                record(bz2.compress(EMPTY_MESSAGE), SPARSE, op=b'\5', compression=b'bz2')]

@@ -157,7 +157,7 @@ def test_a_change_is_taken_over_and_its_doubt_added():
     estimate.shift(0.5, 0.1)
     assert estimate.value == 1.5
     assert estimate.uncertainty == pytest.approx(2.0 * math.hypot(0.1, 0.1))
-    estimate.add(1.8, 0.1)      # now it counts twice as much as the estimate before
+    estimate.add(1.8, 0.1)      # now it has twice the weight of the estimate before
     assert estimate.value == pytest.approx(1.7)
 
 

@@ -24,7 +24,7 @@ def printed(tmp_path_factory):
     if not (ROOT / 'build' / '.ws' / 'build.stamp').exists():
         pytest.skip('scripts/setup.sh has not set this repository up')
     home = tmp_path_factory.mktemp('home')
-    # Noetic's hook sources rosbash anew each time; on Debian the line in the middle does.
+    # Noetic's hook sources rosbash again each time; on Debian the line in the middle does.
     script = 'source {0}; for file in {1}; do [ ! -r $file ] || source $file; done; source {0}\n{2}\n'.format(
         SETUP, '/usr/share/bash-completion/completions/rosbash /etc/bash_completion.d/rosbash', TAB) + '''
 tab rosrun tb3_l; tab rosrun tb3_labs sk; tab rosrun tb3_labs unknown

@@ -26,7 +26,7 @@ def last(dockerfile, instruction):
 
 
 def test_a_mounted_clone_lies_where_the_image_was_built(dockerfile, editor):
-    """Paths in build/.ws are absolute: elsewhere all would be built anew."""
+    """Paths in build/.ws are absolute: elsewhere all would be built again."""
     place = last(dockerfile, 'WORKDIR')
     mounts = [dict(item.split('=', 1) for item in mount.split(','))
               for mount in [editor['workspaceMount'], *editor['mounts']]]

@@ -1,4 +1,4 @@
-"""Gyro against wheels: robots in all sorts of motion, sound ones and one whose gyro lies."""
+"""Gyro against wheels: robots in all sorts of motion, without a fault, and one with a wrong gyro."""
 import itertools
 import math
 import random
@@ -51,7 +51,7 @@ class Watched:
         return self.ears[0].problem()
 
     def run(self, seconds, linear=0.0, angular=0.0, until=lambda: False):
-        """Let time pass; commands at 20 Hz, unless the ear drives: it is ticked then."""
+        """Let time pass, with commands at 20 Hz, unless a node in `ear` drives, which is ticked."""
         end = self.robot.now + seconds
         for tick in itertools.count():
             if self.robot.now >= end or until():
@@ -90,7 +90,7 @@ def controller():
     return ControllerCore(make_turn(TurnConfig(), BURGER))
 
 
-#: Mystery robots, and robots on a carpet: no lie of a gyro that was right at rest.
+#: Mystery robots, and robots on a carpet: a gyro that was right at rest is never accused.
 BAD_WHEELS = {'slip': 0.4}, {'wheel_mismatch': 0.08}, {'wheel_mismatch': -0.08}, {'slip': 0.2}
 
 
@@ -231,14 +231,14 @@ def test_without_wheels_or_stamps_nothing_is_said():
             stampless.on_wheels(WheelSample(0.0, 0.0, 0.0))
     assert deaf.problem() == stampless.problem() == ''
     assert not deaf.has_compared and not stampless.has_compared
-    assert len(deaf._readings) < 200      # those of the last 0.6 s
+    assert len(deaf._readings) < 200      # the samples of the last 0.6 s
 
 
 # -- the orientation and its gyro
 
 def turn_from_rest(watch, orientation, seconds=1.0, rate=1.5, stamped=True, begin=50.0):
     """Let a robot rest for a second, then turn. `orientation(true yaw)` is what its IMU shows.
-    Returns the times at which a GyroWatch tells a problem, from the first motion on [s]."""
+    Returns the times at which a GyroWatch has a problem, from the first motion on [s]."""
     yaw, speed, told = 0.0, 0.0, []
     for tick in range(round((1.0 + seconds) / 0.01)):
         now = begin + 0.01 * tick
@@ -295,7 +295,7 @@ def test_a_lying_gyro_is_neither_driven_nor_turned_by():
     ({'gyro_bias_deg': 5.0}, False), ({'gyro_bias_deg': -86.0}, False)], ids=str)
 @pytest.mark.parametrize('make', [navigator, controller])
 def test_nothing_begins_before_gyro_and_wheels_were_compared_at_rest(make, settings, begins):
-    """Control and goal were given before the board of the robot is connected."""
+    """Control and goal were given before the robot's board was connected."""
     core = make()
     watched = Watched(core, **settings)
     if make is navigator:
@@ -333,7 +333,7 @@ def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
     watched.run(1.0)
     watched.robot.reset()
     watched.run(6.0)
-    assert watched.robot.truth == Pose2()      # nobody gave it anew, and the pose is lost
+    assert watched.robot.truth == Pose2()      # nobody gave it again, and the pose is lost
     drives.on_reset(Reset(AskedPose(Pose2())), *2 * (watched.robot.now,))
     watched.run(6.0)
     assert watched.robot.truth.distance_to(Pose2(0.3, 0.0)) < 0.01
@@ -341,7 +341,7 @@ def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
 
 
 def accused(rate, said_first, said, sign):
-    """Is a gyro accused that is right at rest, then says `said_first`, and after 0.5 s `said`,
+    """Is a gyro accused that is right at rest, then shows `said_first`, and after 0.5 s `said`,
     while the wheels turn the robot on the spot at `rate` [rad/s]? Samples without noise or lag."""
     watch, yaw, wheel = AtDoor(GyroWatch(BURGER)), 0.0, 0.0
     for tick in range(300):

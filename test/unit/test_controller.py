@@ -1,4 +1,4 @@
-"""Turns, mouse and keyboard together, with a law that says what it is told, and an IMU in closed
+"""Turns, mouse and keyboard together, with a law that returns what a test gives it, and an IMU in closed
 form; then on the simulated robot, judged by its true heading."""
 import math
 
@@ -21,7 +21,7 @@ MOUSE_PERIOD = 0.05
 
 
 class Told:
-    """A law that says what is left; a turn is finished at 0."""
+    """A law that returns what is left; a turn is finished at 0."""
 
     MAX_ANGLE = 100.0
 
@@ -58,7 +58,7 @@ class Desk:
         self.run(0.2)
 
     def run(self, seconds, imu=True):
-        """The commands of that time, zero for a silent one."""
+        """Returns the commands of that time, zero if there was none."""
         commands = []
         for _ in range(round(seconds / self.step)):
             self.now += self.step
@@ -89,16 +89,16 @@ class Desk:
 
     @property
     def asked_for(self):
-        """The angle with which the law began last [deg]."""
+        """The angle of the law's latest turn [deg]."""
         return math.degrees(self.law.asked[-1])
 
     def told(self, words, warning=False):
-        """Was the user told this, once?"""
+        """Has the user had this line, once?"""
         self.tick()
         return [news.warning for news in self.news if words in news.text] == [warning]
 
     def finish(self, left=0.0):
-        """The turn ends, and the robot rests: the law knows what is left [rad]."""
+        """The turn ends, and the robot rests: the law has the remaining angle [rad]."""
         self.law.left, self.law.ends_with = 0.0, left
         self.run(0.4)
         assert self.core.driver is Driver.NOBODY

@@ -80,7 +80,7 @@ def heading(*degrees):
     return ''.join('Current heading is {} degrees.\n'.format(number) for number in degrees)
 
 
-#: As near to the limits as a node may be that meets every criterion.
+#: A node at the limits, which still meets every criterion.
 GOOD = {
     'imu': {
         'at 50 degrees': scene(printed=heading(50.9, 49.1), heading_deg=50.0),
@@ -89,7 +89,7 @@ GOOD = {
         'at 350 degrees': scene(printed=heading(0), heading_deg=359.5),
         'a hair below zero': scene(printed=heading('0.000000', '359.999999')),
         'a quaternion of zeros': scene(printed='not valid\n' + heading(57.9)),
-        # the handout's own flag lets one more heading through
+        # one more heading comes after the handout's own flag
         'Ctrl+C': ctrl_c(printed='Shutting down the IMU subscriber\n' + heading(1))},
     'turn': {
         'l': turn(90.9, forward=0.004), 'l across 180': turn(90.0), 'r across 180': turn(-89.1),
@@ -143,7 +143,7 @@ def verdicts(lab, seen, parts=()):
 
 
 def missed(lab, seen):
-    """Names of the criteria that are missed; a criterion that is met says nothing."""
+    """Names of the criteria that are missed; a criterion that is met has no sentence."""
     judged = verdicts(lab, seen)
     assert all(isinstance(v.seen, str) and (v.seen == '') is (v.outcome is Outcome.MET)
                for v in judged)
@@ -176,7 +176,7 @@ CHANGES = [
 
     ('turn', {'l': turn(91.05)}, 'within_1_deg'),
     ('turn', {'r across 0': turn(-100.9)}, 'within_1_deg'),
-    # an error below -180 is not wrapped; a fixed time, where the wheels slip by 0.3
+    # an error below -180 is not wrapped; a turn by time, while the wheels slip by 0.3
     ('turn', {'l across 0': [turn(-270.0), turn(0.7 * 90.0)]}, 'within_1_deg short_way'),
     ('turn', {'r': turn(-0.7 * 100.0)}, 'within_1_deg right'),
     # no zero: it ends by the robot's own timeout
@@ -288,7 +288,7 @@ def test_a_change_misses_these_criteria_and_no_others(lab, change, misses):
 
 
 def test_each_criterion_is_missed_by_a_change():
-    """But for those of a node that does not start, or ends badly: they have tests of their own."""
+    """Without the sentences on a node that does not start, or ends badly, which have other tests."""
     for lab in LABS:
         missing = {name for row in CHANGES if row[0] == lab for name in row[2].split()}
         assert {c.name for c in LABS[lab].criteria} - missing <= {'starts', 'clean_exit', 'stops_robot'}

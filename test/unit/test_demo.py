@@ -57,7 +57,7 @@ def demo(monkeypatch):
 
     def publish(word):
         made.said.append(word)
-        # a True counts after a False only
+        # a True is accepted after a False only
         counts = made.said[-2:] == [False, True] and len(made.said) > 2 * made.refuses
         made._heard['has_control'] = 1.0, counts
     made.publish = publish

@@ -30,7 +30,7 @@ OK, WARNING, FAULT = 'ok', 'warning', 'FAULT'
 
 
 def check(line, verdict, *words):
-    """The verdict, and the words in the line; what is not ok says what to do, what is ok does not.
+    """The verdict and the words in the line; a line that is not ok says what to do.
     """
     text = printed(line)
     assert line.severity == verdict, text
@@ -40,7 +40,7 @@ def check(line, verdict, *words):
     assert len(text.splitlines()) == 1
 
 
-# ----- a line, and the sum
+# ----- one line, and all lines
 
 def test_a_line_is_one_line_with_its_verdict_in_front():
     assert printed(ok('Disk', 'a')).split() == ['ok', 'Disk', 'a']
@@ -288,8 +288,8 @@ def test_the_type_of_a_topic_tells_whether_it_is_meant_for_another(topic, kind, 
 
 
 def test_the_nodes_of_a_right_graph_have_no_wrong_names():
-    """A robot's bringup, RViz, a recorder, a pad, action servers and the finished nodes: what they
-    publish and nobody hears, and what they hear and nobody publishes."""
+    """A robot's bringup, RViz, a recorder, a pad, action servers and the finished nodes: the topics that only they
+    publish, or only they subscribe."""
     said = {CORE: 'imu odom joint_states tf battery_state cmd_vel_rc100 magnetic_field sensor_state version_info',
             '/lds': 'scan rpms', '/joy_node': 'joy', '/rosout': 'rosout_agg', '/turtlebot3': 'clock',
             '/state_publisher': 'tf tf_static', '/camera': 'camera/imu camera/odom/sample',

@@ -1,4 +1,4 @@
-"""What a stranger's message may hold: absurd numbers, no sender's name, letters that move a terminal."""
+"""Messages of strangers: absurd numbers, no sender's name, codes that a terminal obeys."""
 import math
 
 import pytest

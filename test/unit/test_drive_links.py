@@ -15,7 +15,7 @@ from tb3_labs.watch.labs import CHAINS
 from tb3_labs.watch.drive_pose import APART, places, wrong_pose
 
 X, Y = 'self.local_x = cos * dx + sin * dy', 'self.local_y = -sin * dx + cos * dy'
-#: Of a wrong node: (its changes, what its sentence has, the variable)
+#: Wrong nodes: (the changes, texts in the sentence, the variable)
 WRONG = {
     'place of the reset before': (
         [('        self.initial_global_x = None\n        self.initial_global_y = None\n'

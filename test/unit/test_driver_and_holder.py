@@ -38,7 +38,7 @@ def test_who_drives_and_who_holds_after_each_event(event):
             assert tuple(rule.get((who, event), who) for who in before) == now[event]
 
 
-# Which page drives: the one that gripped first; after a stop, a person must grip anew -------------
+# Which page drives: the one that gripped first; after a stop, a person must grip again -------------
 
 A, B = 'page a', 'page b'
 

@@ -71,7 +71,7 @@ def heading(times, degrees):
 
 
 def test_drift_and_deviation_count_from_three_tenths_into_the_straight_part():
-    """The turn before ends at 1.3 s; then 2 deg to the left, and 3 back."""
+    """The turn before ends at 1.3 s; then the robot turns by 2 deg to the left, and by 3 back."""
     drive = drive_of(made(imu=heading([1.0, 1.3, 4.0, 5.9], [40.0, 0.0, 2.0, -1.0])))
     assert math.degrees(drive.drift) == pytest.approx(-1.0, abs=0.01)
     assert math.degrees(drive.deviation) == pytest.approx(2.0, abs=0.01)
@@ -142,7 +142,7 @@ def test_a_drive_that_is_ended_by_a_reset(run, begin, state):
 
 @pytest.mark.parametrize('lost, later', [(False, 0.001), (False, -0.001), (True, 0.001)])
 def test_states_that_arrive_in_a_burst(run, lost, later):
-    """Their times are those of the goals that were sent with them, in the same order."""
+    """Each has the time of the goal that was sent with it, in the same order."""
     arrival, sent = np.array([1.0, 8.0, 8.0, 8.0]), np.array([1.0, 6.0, 7.0, 7.5])
     told = states(*zip(arrival, (
         'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED')))

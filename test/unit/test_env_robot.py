@@ -12,7 +12,7 @@ from pages import ROOT
 
 pytestmark = pytest.mark.usefixtures('among_namesakes')
 LOADER = ROOT / 'launch' / 'env_robot.sh'
-#: of an SSH connection: the laptop's address and port, the robot's address and port
+#: an SSH connection's variable: the laptop's address and port, the robot's address and port
 FROM_HERE = '127.0.0.1 40000 127.0.0.1 22'
 FROM_ELSEWHERE = '192.0.2.5 40000 192.0.2.9 22'
 SHOW = 'echo $TURTLEBOT3_MODEL $LDS_MODEL $ROS_MASTER_URI $ROS_IP ${ROS_HOSTNAME-none} $WORKSPACE'
@@ -23,7 +23,7 @@ def robot(tmp_path):
     """call(words of a command, setup=, model=, variables...): (exit status, output, errors)."""
     workspace = tmp_path / 'setup.bash'
     workspace.write_text('roslaunch() { :; }; export WORKSPACE=mine\n')
-    programs = tmp_path / 'bin'    # all there is: no ROS of this computer
+    programs = tmp_path / 'bin'    # nothing else: no ROS of this computer
     programs.mkdir()
     for name in ('bash', 'echo'):
         (programs / name).symlink_to(shutil.which(name))

@@ -33,7 +33,7 @@ def turned(run, time, angle):
 
 
 def assert_misses_are_known(run):
-    """Of the two drives of the recording, by local_pose and by the ground truth."""
+    """Errors of the recording's two drives, by local_pose and by the ground truth."""
     first, second = drives(run, BURGER)
     assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
     assert in_degrees(first.true) == pytest.approx((0.05, TRUE_DEG), abs=1e-6)
@@ -42,7 +42,7 @@ def assert_misses_are_known(run):
 
 
 def resets(run):
-    """The times after which the run's resets are found, each in one interval of the odometry."""
+    """The times after which the run's resets come, each within one interval of the odometry."""
     return [pytest.approx(epoch.begin + 0.025, abs=0.026) for epoch in epochs(run)[1:]]
 
 
@@ -97,7 +97,7 @@ def test_a_robot_that_is_turned_while_its_odometry_is_set_to_zero(run, by_tf):
 
 
 def test_a_board_that_restarts_is_a_reset(run):
-    """Odometry and IMU jump: move_to_goal begins anew at (0, 0, 0), here in the same place of odom.
+    """Odometry and IMU jump: move_to_goal begins again at (0, 0, 0), here in the same place of odom.
     """
     run = odometry_jumps(run, -1.0, run.frames.pose(0).inverse())
     here = pose_before(run.odometry, 8.5)
@@ -162,7 +162,7 @@ def test_tf_and_local_pose_of_one_moment_belong_together(run, later):
 # By hand ------------------------------------------------------------------------------------------
 
 def shifted(metres, at=8.0, line=8.0):
-    """local_pose jumps while the robot stands, and nothing else does. The log has a line on it."""
+    """Only local_pose jumps, while the robot stands. The log has a line on it."""
     return made(local_pose=poses(X + np.where(TIME > at - 0.01, metres, 0.0)),
                 resets=reset_lines(line))
 
@@ -174,7 +174,7 @@ def test_the_line_of_a_reset_may_come_a_moment_before_or_after_it(line):
 
 
 def test_a_reset_that_moves_nothing_is_where_its_line_is():
-    """Within a millimetre of noise."""
+    """Are they equal within a millimetre of noise?"""
     noise = 0.001 * np.random.RandomState(1).standard_normal(len(TIME))
     run = replace(shifted(0.0), local_pose=poses(X + noise))
     assert [epoch.begin for epoch in epochs(run)][1:] == [pytest.approx(8.0, abs=0.06)]
@@ -204,11 +204,11 @@ def test_one_local_pose_in_a_gap_of_tf_tells_when_it_was(jumps_at, begin):
 
 
 def test_a_new_frame_is_in_force_from_halfway_to_its_first_message():
-    """20 messages a second: the jump at 8.0 s counts from 7.975 s on."""
+    """20 messages a second: the jump at 8.0 s is dated from 7.975 s on."""
     before, after = epochs(shifted(0.5))
     assert (before.begin, before.end, after.end) == (-math.inf, after.begin, math.inf)
     assert after.begin == pytest.approx(7.975)
-    # with one message a second, it counts from 0.05 s before the first one of the new frame
+    # with one message a second, it is dated from 0.05 s before the first one of the new frame
     slow = shifted(0.5)
     slow = replace(slow, local_pose=slow.local_pose.take(slice(None, None, 20)))
     assert [epoch.begin for epoch in epochs(slow)][1:] == [pytest.approx(7.95)]

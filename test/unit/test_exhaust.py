@@ -51,7 +51,7 @@ def never(*ages):
 
 
 def only_falling(self, stamp, arrival):
-    """The usual delay only ever falls."""
+    """The usual delay can only fall."""
     self.least = min(getattr(self, 'least', 1e9), arrival - stamp)
     return arrival - stamp - self.least
 
@@ -87,7 +87,7 @@ def one_for_all(self, message):
     (Senders, Origins, 'age_of', never(Age.OLD, Age.LATCHED), 2, 'student let_pass'),
     # only what is latched may be old
     (Senders, Origins, 'age_of', never(Age.REPEATED), 3, 'repeat start_mover let_pass'),
-    # what a process said binds the next one that bears its name
+    # the messages of a process also bind the next process of its name
     (OnePad, Origins, 'age_of', never(Age.RESTARTED), 4, 'press end_pad let_pass'),
     (Senders, SleepWatch, 'update', sleepless, 3, 'sleep by_terminal let_pass'),
     (OnePad, Lateness, 'of', only_falling, 1, 'set_back press push'),

@@ -77,8 +77,8 @@ class Robot:
 @pytest.mark.parametrize('clock, speed, made_up', [
     (None, 1.0, PAUSE), (SILENT, 1.0, 0.0), (SILENT, 5.0, 0.0)])
 def test_a_pause(clock, speed, made_up, monkeypatch):
-    """Real time is made up for, a clock of the robot's own is not: all that comes at once would find
-    the nodes' sensors silent."""
+    """The robot catches up with real time, but not with its own clock: nodes would see their sensors silent, then all
+    samples at once."""
     computer = Computer()
     monkeypatch.setattr(ros_fake_robot, 'time', computer)
     robot = Robot(computer)

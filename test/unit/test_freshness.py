@@ -7,7 +7,7 @@ from tb3_labs.supervision.lost_or_stalled import FROZEN_TIME, Sensor, SensorWatc
 def heard_at(time, name='imu'):
     source = Sensor(name)
     source.heard(time)
-    source.heard(time)      # one message alone does not count yet
+    source.heard(time)      # one message alone is not enough
     return source
 
 

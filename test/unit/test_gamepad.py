@@ -14,7 +14,7 @@ REST, PUSHED = (0.0, 0.0), (1.0, 0.0)      # its sticks
 
 
 class Core(GamepadCore):
-    """Keeps what its ticks put out until it is asked for."""
+    """Keeps the outputs of its ticks until a test takes them."""
 
     def __init__(self, config, model):
         super().__init__(config, model)
@@ -52,7 +52,7 @@ class Pad:
         self.run(0.5)
 
     def run(self, seconds, **state):
-        """Let time pass, with this state of the pad from now on; the commands of that time."""
+        """Let time pass, with this state of the pad from now on; returns the commands of that time."""
         vars(self).update(state)
         since = len(self.sent)
         for _ in range(round(seconds / 0.01)):
@@ -83,7 +83,7 @@ class Pad:
             self.run(0.02)
 
     def rest_and_push(self):
-        """The command for a stick that is pushed after it was in its middle."""
+        """The command for a stick that was first in its middle, then pushed."""
         self.run(0.2, sticks=REST)
         return self.run(0.2, sticks=PUSHED)[-1]
 
@@ -93,14 +93,14 @@ class Pad:
 
 
 def hear(controller, now, stamp, *pressed, forward=0.0, age=Age.NEW):
-    """A message of a pad with a clock of its own."""
+    """A message of a pad with another clock."""
     buttons = [int(button in pressed) for button in range(8)]
     controller.on_joy(Event(read_pad([0.0, forward] + [0.0] * 4, buttons, PadConfig()), now,
                             age=age, sent_at=stamp))
 
 
 def look(controller, since, until):
-    """The node runs, and hears nothing of the pad."""
+    """The node runs, and gets no message of the pad."""
     for tick in range(int((until - since) / 0.1)):
         controller.tick(since + 0.1 * tick)
     controller.tick(until)
@@ -184,7 +184,7 @@ def test_each_press_counts_though_the_messages_come_all_at_once(pad):
 
 @pytest.fixture
 def stamped():
-    """A core that heard a resting pad for 1 s, up to 101.0 s; the pad's own clock says 8.0 s."""
+    """A core after 1 s of messages of a resting pad, until 101.0 s; the pad's clock shows 8.0 s."""
     controller = Core(PadConfig(), BURGER)
     for tick in range(20):
         hear(controller, 100.05 + 0.05 * tick, 7.05 + 0.05 * tick)
@@ -234,7 +234,7 @@ def test_a_press_counts_beside_a_stick_in_two_messages_of_one_stamp(stamped, but
 
 @pytest.mark.parametrize('clock_runs', [True, False])
 def test_a_driver_that_hangs_is_a_pad_that_is_lost(stamped, clock_runs):
-    """It repeats its last message, stamp included; with a simulated clock a stamp tells no lateness.
+    """It repeats its last message, stamp included; with a simulated clock a stamp shows no lateness.
     """
     def repeat(seconds, *pressed):
         commands = []
@@ -274,7 +274,7 @@ def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stamped, s
 # Other nodes --------------------------------------------------------------------------------------
 
 def test_a_stop_of_another_node_reaches_a_stick_that_is_held(pad):
-    """One zero; the stick counts again once it was in its middle."""
+    """One zero; the stick drives again once it was in its middle."""
     assert pad.rest_and_push()
     pad.controller.on_word(Event(False, pad.now))
     assert set(pad.run(1.0)) == {None} and pad.holder is NOBODY
@@ -422,7 +422,7 @@ def test_somebody_must_look_at_the_clock_while_the_robot_depends_on_the_pad(pad)
     assert watched(PUSHED)                # it drives
     assert not watched()
     assert watched(REST, A)             # it gives
-    assert watched(PUSHED, B)             # it waits for its sticks to come to rest
+    assert watched(PUSHED, B)             # it waits until its sticks rest
     assert pad.holder is NOBODY
     pad.controller.on_has_control(Event(True, pad.now))
     assert not watched()                      # another one gives

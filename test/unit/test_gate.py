@@ -1,4 +1,4 @@
-"""The gate of a node: commands leave in the order of decisions, whatever the rest waits for."""
+"""The gate of a node: commands leave in the order of the decisions, even if other parts wait."""
 import ast
 import pathlib
 import threading
@@ -56,8 +56,7 @@ def test_what_waits_outside_holds_up_neither_a_drive_nor_a_stop(monkeypatch):
 
 
 def test_a_time_is_read_while_the_lock_is_held():
-    """Of two resets, the one that came second had the older stamp: its time was read before it had
-    waited for the lock."""
+    """The second of two resets had the older stamp: its time was read before it had waited for the lock."""
     early = []
     for path in pathlib.Path(gate.__file__).parents[1].rglob('*.py'):
         for call in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):

@@ -132,7 +132,7 @@ def test_an_interrupted_drive_goes_on_where_its_law_says(finished, state):
     machine.step(STANDING, 0.1)
     assert law.resumes == 1
     machine.interrupt()
-    machine.restart()       # a new drive, from wherever it was
+    machine.restart()       # a new drive, from any state
     assert machine.active and machine.state is GoalState.ROTATE_TO_GOAL
     machine.step(STANDING, 0.1)
     assert (law.starts, law.resumes, machine.attempt) == (2, 1, 2)

@@ -19,11 +19,11 @@ def test_more_than_a_radian_at_once_is_a_jump(turned, said):
     heading.on_imu(ImuSample(1.0, 3.0, 0.0), 1.0)
     jump = heading.jump_to(ImuSample(1.1, math.remainder(3.0 + turned, WHOLE_TURN), 0.0))
     assert said in jump and bool(said) == bool(jump)
-    assert heading.yaw == 3.0      # it is told before the sample is taken in
+    assert heading.yaw == 3.0      # the line comes before the sample is taken in
 
 
 def test_the_heading_of_a_robot_at_rest_is_better_known_than_by_one_sample():
-    """Yaws of +/-0.01 rad in turns, at rest; then it turns away, and the new yaw counts."""
+    """Yaws of +/-0.01 rad in turns, at rest; then it turns away, and the new yaw is used."""
     heading = AtDoor(Heading())
     for k in range(40):
         heading.on_imu(ImuSample(1.0 + 0.01 * k, 0.01 * (-1) ** k, 0.0), 0.01 * k)

@@ -38,7 +38,7 @@ def test_the_heading_is_beside_the_nodes_own_yaw_and_goal():
     found = figures({'imu': TURN}, curr_yaw=40.0 * TIME % 360.0, goal_yaw=TIME * 0.0 + 440.0, gain='0.1')
     figure, = found.values()
     assert figure.names == ['curr_yaw', 'goal_yaw'] and figure.reference == 'heading by the IMU'
-    # the robot crosses 0 at 9 s, and both lines begin anew there
+    # the robot crosses 0 at 9 s, and both lines begin again there
     for points, (zero,) in (figure.measured, figure.lines[0]):
         assert points[0] == (0.0, 0.0) and points[zero][0] == pytest.approx(9.0, abs=0.051)
         assert np.array(points[:zero]) @ [40.0, -1.0] == pytest.approx(0.0, abs=0.8)

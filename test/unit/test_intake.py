@@ -39,7 +39,7 @@ def test_files_of_one_student_belong_together_and_namesakes_do_not():
         'kim (3)': ['kim_3_14_a.zip'], 'kim (kim.zip)': ['kim.zip'], 'kim (kim)': ['kim']}
 
 
-#: A row of names as nobody should have them.
+#: Names that break rules of file systems or programs.
 NASTY = ['"><script>', "O'Hara; rm -rf ~", 'two\nlines', '\x1b[2Jann', '.._', '...', 'x' * 255,
          '\u202egnp.exe', '\u05d0\u05d1\u05d2', os.fsdecode(b'M\xfcller'), '=cmd|calc!A1',
          'overview', 'ann.marks', ' ', 'a\\b', os.fsdecode(b'\xff' * 255)]
@@ -79,7 +79,7 @@ def files_below(folder):
 
 
 def test_what_is_nobodys_work_is_not_unpacked(tmp_path):
-    """Nor is a link; Windows writes its own separators."""
+    """A link is not unpacked; Windows writes its own separators."""
     path = zipped(tmp_path / 'a.zip', {
         'a/' + NODE: 'x', '__MACOSX/a/._x.py': 'x', 'a/.DS_Store': 'x', 'a/run.bag': 'x',
         'a/.git/config': 'x', 'a/build/x.py': 'x', 'a/builder.py': 'x', 'a\\b\\c.py': 'x'},
@@ -117,7 +117,7 @@ def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
 
 
 def test_what_is_no_zip_file_is_refused(tmp_path):
-    """Nor is one that lies of its sizes."""
+    """The last of them has false sizes."""
     data = zipped(tmp_path / 'a.zip', {'a.txt': 'x' * 5000}).read_bytes()
     liar = data.replace((5000).to_bytes(4, 'little'), (50).to_bytes(4, 'little'))
     for data in (b'', b'no zip file', b'PK\x03\x04 cut off', liar):
@@ -223,7 +223,7 @@ def test_what_canvas_numbers_was_handed_in_again_and_the_highest_number_counts(t
 
 
 def test_files_of_one_name_never_become_one_without_a_word(tmp_path):
-    """Of two folders of one student; of zip files whose endings alone differ."""
+    """The copy of two folders of one student, and of zip files that differ only in their endings."""
     for number, folder in enumerate(('Ann_1_assignsubmission_file_', 'Ann_1_assignsubmission_onlinetext_')):
         (tmp_path / 'in' / folder).mkdir(parents=True)
         (tmp_path / 'in' / folder / 'n.py').write_text(str(number))

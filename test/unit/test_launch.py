@@ -173,7 +173,7 @@ def test_a_namespace_reaches_the_frames_and_the_recording(namespace, words, monk
         assert subprocess.run(['grep', '-qxE', recorded[3]], input=other.encode()).returncode == 1
     parameters = loaded('robot', 'robot:=x').params.items()
     parameter, = [value for key, value in parameters if key.endswith('/tf_prefix')]
-    assert parameter.value == namespace    # also if it is empty: the board asks for it
+    assert parameter.value == namespace    # the board needs it, even if it is empty
 
 
 def test_what_rviz_draws_is_published_and_what_it_sends_is_heard():

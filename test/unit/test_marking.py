@@ -1,4 +1,4 @@
-"""Verdicts on observations that are made up, so that what really happened is known."""
+"""Verdicts on observations that are made up, so the true events are known."""
 import csv
 import io
 import math
@@ -40,7 +40,7 @@ def stimulus(name, begin=0.0, end=2.0, **more):
 
 
 def observation(lab='turn', **parts):
-    """Of a node that ran all the time."""
+    """The observation of a node that ran all the time."""
     return Observation(lab, 'lab2/node.py', runs=[Run(0.0, ready=0.5)], **parts)
 
 
@@ -308,7 +308,7 @@ def test_the_table_of_marks():
 
 
 def test_marks_do_not_depend_on_what_a_node_holds(monkeypatch):
-    """A link that fails costs nothing, and the instructor is told."""
+    """A link that fails costs nothing, and the instructor reads why."""
     monkeypatch.setattr(marks, 'first_broken', lambda *_: [][0])
     seen = turned(45.0)
     seen.run = made()

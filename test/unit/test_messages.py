@@ -54,8 +54,8 @@ def test_senders_whose_clocks_differ_by_less_than_a_tenth_of_a_second_share_one(
 
 @pytest.mark.parametrize('share, passed_on', [(52, True), (48, False)])
 def test_most_stamps_must_be_passed_on(share, passed_on):
-    """They come 0.3 s late, and the others have stamps that are 0.033 s newer. The rounding of a
-    stamp of today in a float is no difference."""
+    """They come 0.3 s late, and the others have stamps that are 0.033 s newer. A stamp of today that is rounded in a
+    float is the same."""
     robot = RecordedClock.of(SENT, SENT + AHEAD)
     stamp = SENT + AHEAD + np.where(np.arange(100) < share, 2e-7, 0.033)
     time = times_on_recorders_clock(SENT + 0.3, stamp, robot)
@@ -72,7 +72,7 @@ def test_a_quarter_of_the_messages_must_come_in_time(every, by_stamp):
 
 @pytest.mark.parametrize('number, by_stamp', [(10, True), (11, False)])
 def test_a_clock_that_is_off_for_more_than_a_tenth_of_the_messages_was_set(number, by_stamp):
-    """Off by 0.6 s: too little at first, too much at last."""
+    """The clock is 0.6 s off: behind at first, ahead at the end."""
     first, last = np.arange(100) < number, np.arange(100) >= 100 - number
     for off in -0.6 * first, 0.6 * last:
         time = times_on_recorders_clock(SENT, SENT + AHEAD + off, None)
@@ -81,7 +81,7 @@ def test_a_clock_that_is_off_for_more_than_a_tenth_of_the_messages_was_set(numbe
 
 @pytest.mark.parametrize('late, time', [(9.5, 4.9), (10.5, 5.0)])
 def test_a_stamp_that_is_ten_seconds_old_says_nothing(late, time):
-    """Else it counts, but time does not run back."""
+    """Else it is used, but time does not run back."""
     stamp = SENT - np.where(np.arange(100) == 50, late, 0.0)
     assert times_on_recorders_clock(SENT, stamp, None)[50] == pytest.approx(time)
 

@@ -133,12 +133,12 @@ def test_each_measurement_moves_what_is_known_by_a_share():
 
 # The node's own turns show how late the samples of a robot are ------------------------------------
 
-#: Robots whose samples are as old as those of the firmware on a fast host.
+#: Robots whose samples are as old as the firmware's on a fast host.
 PROMPT = [{}, {'wheel_mismatch': 0.03, 'slip': 0.05}, {'motor_lag': 0.15, 'imu_noise_deg': 0.1}]
 
 
 @pytest.mark.parametrize('delay, expected', [
-    (0.03, LEAST_SAMPLE_DELAY),               # that of the way of a command
+    (0.03, LEAST_SAMPLE_DELAY),               # the delay of a command's way
     (0.06, LEAST_SAMPLE_DELAY),
     (0.107, 0.107 - 0.5 / 30.0 - 0.008),      # which is 8 ms and half a control period
     (0.3, 0.15)])                             # clipped
@@ -154,7 +154,7 @@ def test_the_age_of_a_sample_is_no_delay_of_the_commands_nor_is_it_counted_again
 
 
 class OtherNode:
-    """Commands one rate of turn again and again; the navigator hears it."""
+    """Commands one rate of turn again and again; the navigator gets it."""
 
     def __init__(self, navigator):
         self._navigator = navigator
@@ -173,7 +173,7 @@ class OtherNode:
 
 def reset_in_a_spin(robot_config, rate=1.0, after=None):
     """Angle by which the pose is off after a reset while another node spins the robot at `rate`.
-    The navigator has driven to the goal `after` before."""
+    Before this the navigator has driven to the goal `after`."""
     rng = random.Random(robot_config.seed)
     robot, model, response = Simulator(robot_config), robot_model(robot_config.model), Response()
     navigator = MoveToGoalCore(PreciseLaw(DriveConfig(), model, response), response=response)

@@ -33,7 +33,7 @@ def lost():
     (-0.5, 0.0, 0.0, 0.25),           # left is counter-clockwise
     (0.0, 0.5, 0.25, 0.0),            # up is forward
     (0.1, -1.0, -0.5, 0.0),           # straight back, although not quite in the middle
-    (1.7, -3.0, -0.5, -0.5),          # beyond the edge of the screen is its edge
+    (1.7, -3.0, -0.5, -0.5),          # a place beyond the edge of the screen is the edge
 ])
 def test_mouse(x, y, linear, angular):
     twist = mouse_twist(x, y)

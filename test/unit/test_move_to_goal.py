@@ -171,7 +171,7 @@ def test_a_reset_wants_every_sample_of_the_imu():
 
 
 def test_what_may_have_been_said_during_a_short_sleep_sets_nothing_in_motion():
-    """A cancel, or a stop, may have been said after it: each topic has a thread of its own."""
+    """A cancel, or a stop, may have been sent after it: each topic has a thread of its own."""
     robot = driving()
     robot.control(False)
     robot.now += 1.5
@@ -300,7 +300,7 @@ def test_a_client_hears_of_the_beginning_and_of_one_end():
 @pytest.mark.parametrize('moved, told', [
     ((Pose2(), 1.0), 1), ((Pose2(1.3, 2.0, 1.8), 2.5), 0), ((Pose2(1.3, 2.0, -1.2), -0.5), 0)])
 def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(moved, told):
-    """B, a drive by stick in which a sensor jumps for this node, A."""
+    """B, then a drive by stick, in which a sensor jumps for this node, then A."""
     robot = driving()
     robot.control(False)
     robot.run(0.2)
@@ -324,7 +324,7 @@ def test_somebody_must_look_at_the_clock_while_it_drives_and_only_then():
 
 @pytest.mark.parametrize('in_odom', [False, True])
 def test_a_place_that_is_far_away_is_a_mistake(in_odom):
-    """Of a pose in odom, the place in local counts."""
+    """A pose in odom is used as a place in local."""
     robot = driving()
     edge, far = Pose2(70.0, -100.0), Pose2(-71.0, 100.5)
     if in_odom:
@@ -404,7 +404,7 @@ def test_a_repeated_goal_does_not_drive_on_after_a_failure_nor_renew_the_wait_fo
 
 
 def test_poses_in_odom_are_converted_by_the_frame_that_the_reset_before_them_made():
-    """`reset_pose`, and at once `set_pose` in odom: where the robot stands, and 1 m ahead."""
+    """`reset_pose` at the robot's place, and at once `set_pose` in odom, 1 m ahead."""
     robot = Robot()
     robot.run(0.1)
     first, second = robot.reset(Pose2(5.0, 5.0, math.pi / 2.0)), robot.reset(robot.odom_pose, True)

@@ -1,5 +1,5 @@
-"""Movements that are found in the commands alone: a turn, a drive, or driven by hand. The drives of
-nodes that say nothing of themselves follow from them, from the sensors and from resets."""
+"""Movements that are found in the commands alone: a turn, a drive, or driven by hand. Nodes that publish no state:
+their drives are found by commands, sensors and resets."""
 import math
 from dataclasses import replace
 
@@ -25,8 +25,7 @@ def kinds(segments, **parts):
 
 
 def arc(degrees):
-    """A turn, then both speeds at once: a law that steers a little, or an arc. Its first 0.3 s do
-    not count."""
+    """A turn, then both speeds at once: a law that steers a little, or an arc. Its first 0.3 s are ignored."""
     first = turn(2.0, 90.0)
     return [first, (first[1], first[1] + 4.3, 0.2, math.radians(degrees) / 4.0)]
 
@@ -42,7 +41,7 @@ def arc(degrees):
     (('mouse_info',), [turn(2.0, 90.0, 0.5)], Kind.BY_HAND),
     (('mouse_info',), [turn(2.0, 90.0, 0.51)], Kind.TURN),
     ((), [turn(2.0, 90.0, 0.5)], Kind.TURN), (('mouse_info',), DRIVE, Kind.BY_HAND),
-    # a pad that never gave control drives
+    # a pad without control drives
     (('joy',), DRIVE, Kind.BY_HAND), (('joy',), DRIVE[:1], Kind.BY_HAND)])
 def test_the_kind_of_a_movement(devices, segments, kind):
     assert kinds(segments, devices=devices) == [kind]
@@ -71,7 +70,7 @@ def test_a_change_of_control_and_a_reset_begin_another_movement(parts, kinds_now
 
 @pytest.mark.parametrize('cut, kind', [(3.3, Kind.DRIVE), (6.0, Kind.BY_HAND)])
 def test_a_turn_alone_with_control_is_by_hand_unless_it_was_cut_off(cut, kind):
-    """By a reset, shortly after its last command."""
+    """A reset ends it, shortly after its last command."""
     assert kinds([turn(2.0, 90.0, 1.5)], control=values([0.5], [1.0]),
                  resets=resets((cut, 0.0, 0.0, 0.0))) == [kind]
 
@@ -106,7 +105,7 @@ def test_no_commands_no_movements():
 # Runs that are completed -----------------------------------------------------------------------
 
 START, OFFSET = (1.0, -0.5, 2.8), 2.45
-#: A turn to the left, 0.8 m, and back by 133 deg, so that the robot faces 2 deg at last.
+#: A turn to the left, 0.8 m, and a turn back by 133 deg, so that the robot faces 2 deg at the end.
 BACK = drive(2.0, 135.0, 0.8, -133.0)
 END = 0.8 * math.cos(math.radians(135.0)), 0.8 * math.sin(math.radians(135.0))
 

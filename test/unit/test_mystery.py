@@ -55,7 +55,7 @@ def gaps(moments):
 
 
 def usual(times):
-    """The median of those above a second, since the last one may be cut off; 0 without any [s]."""
+    """The median of the silences above a second, since the last one may be cut off; 0 if there are none [s]."""
     long = [time for time in times if time > 1.0]
     return statistics.median(long[:-1] or long or [0.0])
 
@@ -65,7 +65,7 @@ def content(sample):
 
 
 def symptoms(seen):
-    """(fault, value, limit): what a student measures step by step, without the settings."""
+    """(fault, value, limit) that a student measures step by step, without the settings."""
     samples = [sample for _, sample in seen]
     imu, odom = imu_of(samples), odom_of(samples)
     # 1. The streams: rostopic delay, rostopic hz, repeated samples.
@@ -152,7 +152,7 @@ def test_no_fault_is_given_beside_the_hidden_one(given):
     assert 'wheel' not in str(problem.value) and '7.7' not in str(problem.value)
 
 
-# ----- the verdict on an answer; of the KEPT ones -----
+# ----- the verdict on an answer -----
 
 RIGHT, WRONG, SIGN = 'Right', 'The fault is right, its value is not', 'the sign is not'
 

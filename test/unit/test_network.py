@@ -10,7 +10,7 @@ import pytest
 from tb3_labs.simulation.network import Interruptions, Link
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-SPARSE = [float(k) for k in range(20000)]           # nothing waits for what was before it [s]
+SPARSE = [float(k) for k in range(20000)]           # no message waits for an earlier one [s]
 DENSE = [k / 1000.0 for k in range(600000)]         # ten minutes [s]
 STALLING = SimulatorConfig(stalls_per_min=20.0, longest_stall=0.3)
 
@@ -29,7 +29,7 @@ def carry(link, moments, until=math.inf):
 
 @functools.lru_cache(maxsize=1)
 def stalling_arrivals():
-    """What becomes of ten minutes of messages on a link that stalls, for the tests that look at it."""
+    """The arrivals of ten minutes of messages on a link that stalls, for several tests."""
     return carry(link_of(STALLING), DENSE)
 
 

@@ -68,12 +68,12 @@ class Process(subprocess.Popen):
 
 
 def ignores_ctrl_c():
-    """As a shell does before it starts a background job of a script."""
+    """A shell does this before it starts a background job of a script."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def heeds_hangups():
-    """As without the nohup under which the tests may run."""
+    """The tests may run under nohup: this undoes it."""
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
@@ -210,8 +210,7 @@ def test_a_subscriber_that_hangs_holds_up_no_other_and_hears_the_last_message_la
 
 
 def test_an_answer_without_a_publisher_does_not_hide_one_of_its_topic_that_was_told_before():
-    """The private part of rospy that is changed: no publisher is overlooked that registers with a
-    subscriber."""
+    """The changed private part of rospy overlooks no publisher that registers together with a subscriber."""
     manager = RegManager(None)
     hear_all_publishers(manager)
     one, two = ['http://robot:1/'], ['http://robot:2/', 'http://robot:3/']
@@ -224,7 +223,7 @@ def test_an_answer_without_a_publisher_does_not_hide_one_of_its_topic_that_was_t
 
 
 def test_a_connection_that_is_no_node_holds_up_no_other():
-    """As a browser, a scanner of ports, or a master that calls a node which had this port."""
+    """A browser, a scanner of ports, or a master that calls an earlier node does this."""
     server = TCPServer(lambda connection, _: connection.sendall(connection.recv(100)))
     answer_side_by_side(server)
     connect = functools.partial(socket.create_connection, ('localhost', server.port))

@@ -113,7 +113,7 @@ ZERO, HERE, THERE = (0.0, 0.0, 0.0), (2.0, 1.0, 0.5), (2.0, -1.0, 2.5)
 
 
 @pytest.mark.parametrize('before, after, gap, how, outcome, words', [
-    # what a robot can do in a silence: stand where it began, or near there, or drive at full speed
+    # in a silence a robot can stand at its place, or near it, or drive at full speed
     (ZERO, ZERO, 3.0, {}, None, ''), ((0.01, 0.0, 0.03), (0.01, 0.0, 0.031), 3.0, {}, None, ''),
     *[((1.0, 0.0, 0.0), (1.0 + 0.26 * gap, 0.0, min(2.84 * gap, 3.0)), gap, {}, None, '')
       for gap in (0.03, 0.5, 3.0)],
@@ -135,7 +135,7 @@ ZERO, HERE, THERE = (0.0, 0.0, 0.0), (2.0, 1.0, 0.5), (2.0, -1.0, 2.5)
       for rate in (1.0, -1.0)],
     (HERE, ZERO, 0.6, {'rate': 1.0, 'turned': 0.7}, POSE_LOST, 'zero')])
 def test_two_messages_show_a_jump_or_none(before, after, gap, how, outcome, words):
-    """A pose is kept, but for the turn of the IMU; from there the robot drives on."""
+    """The place is kept, with the heading of the IMU; from there the robot drives on."""
     turned, arrived = how.get('turned', 0.0), 10.0 + how.get('arrived', gap)
     imu = ImuSample(0.0, 1.0, how.get('rate', 0.0))
     imu_after, steady = imu._replace(yaw=1.0 + turned), Steady()
@@ -166,7 +166,7 @@ def test_a_robot_at_the_origin_may_turn_through_zero():
 
 @pytest.mark.parametrize('speed, turn', [(0.2, 0.0), (0.2, 1.2), (0.0, 0.0)])
 def test_the_robots_own_reset_at_rest_leaves_the_local_pose(speed, turn):
-    """Driven, told to reset itself, driven on. Of the IMU's 1.8 deg nothing is left. Where the
+    """Driven, told to reset itself, driven on. The IMU's 1.8 deg are gone. Where the
     odometry began, only the IMU's turn shows the reset."""
     heard = Heard(start_x=speed, start_yaw_deg=200.0 * speed, imu_offset_deg=-105.5)
     heard.run(0.2)
@@ -186,7 +186,7 @@ def test_the_robots_own_reset_at_rest_leaves_the_local_pose(speed, turn):
 
 @pytest.mark.parametrize('heard_before', [30, 1])
 def test_the_odometry_that_comes_before_the_imu_after_a_silence_waits_for_it(heard_before):
-    """As the firmware sends them: by 4 ms; also where the robot has only just been connected."""
+    """The firmware's stamps may go back by 4 ms, also just after the robot was connected."""
     localizer, turn = AtDoor.localizer(), 0.033
 
     def hear(now, x, odom_yaw, imu_yaw):

@@ -82,7 +82,7 @@ def test_a_token_of_any_letters_is_compared_and_raises_nothing(token):
 def test_the_token_does_not_open_for_another_name_or_site():
     access = Access(token=TOKEN)
     assert refusal('evil.com', None, TOKEN, access) and refusal(HOST, 'null', TOKEN, access)
-    # DNS rebinding: Host and Origin agree, and both are the other site's
+    # DNS rebinding: Host and Origin agree, but name the attacker's site
     assert refusal('evil.com:8080', 'http://evil.com:8080', TOKEN, access)
 
 

@@ -23,7 +23,7 @@ def view():
 
 
 def picture(view, now=100.0):
-    """As the page reads it: through JSON, which has no NaN."""
+    """The picture that the page reads: through JSON, which has no NaN."""
     return json.loads(json.dumps(view.picture(now), allow_nan=False))
 
 
@@ -88,7 +88,7 @@ def test_move_to_goal_drives_with_control_and_on_its_way(view, has_control, stat
     ([0.0, 0.1], 0.0, True), ([-0.0, 0.0], 0.0, False)])
 def test_a_command_that_is_no_standstill_drives_a_robot_for_half_a_second(
         view, command, age, drives):
-    """As its firmware has it: it stops after 0.5 s without a command."""
+    """Its firmware stops it after 0.5 s without a command."""
     view.hear_command('/pad', *command, 100.0)
     shown = picture(view, 100.0 + age)
     assert (shown['driver'], shown['command']) == (('/pad', command) if drives else ('', None))
@@ -117,8 +117,8 @@ def test_the_holder_is_who_has_control_else_who_drives_else_who_is_said_to_hold(
 # -- frames
 
 def test_the_true_pose_is_shown_in_odom(view):
-    """The axis x of odom points along y of the world. From (1, 2) to (1, 5) there are 3 m along it;
-    and to face -x of the world is to face +y of odom."""
+    """The axis x of odom points along y of the world. (1, 5) is 3 m from (1, 2) along it; a robot that faces -x of the
+    world faces +y of odom."""
     view.hear('truth', (Pose2(1.0, 5.0, math.pi), 50.0), 99.0)
     assert picture(view)['truth'] is None        # where odom lies is not known
     view.hear('origin', Pose2(1.0, 2.0, HALF_PI), 99.0)
@@ -209,7 +209,7 @@ def test_a_long_trail_keeps_its_beginning_and_end_and_every_other_point_between(
     assert len(driven(5000)) <= 1000 and driven(5000)[-1] == (4999.0, 0.0)
 
 
-# -- whatever a node of a student says: these topics have no check, and JSON has no NaN
+# -- whatever a student's node publishes: these topics have no check, and JSON has no NaN
 
 @pytest.mark.parametrize('kind', ['imu', 'odom'])
 def test_the_age_is_the_time_since_the_last_message(view, kind):

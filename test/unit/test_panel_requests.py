@@ -12,7 +12,7 @@ from tb3_labs.panel.requests import Held, Pad, Request, Viewer, read_request
 
 PAD = {'forward': 0.4, 'left': -0.1, 'a': False, 'y': False, 'hold': True}
 GOAL = {'x': 1.0, 'y': -0.5, 'yaw_deg': 90}
-#: By type: the fields of a valid message, and its value.
+#: {type: the fields of a valid message, and its value}
 VALID = {
     'turn': ({'degrees': -90}, -90.0),
     'goal': (GOAL, TypedPose(1.0, -0.5, 90.0)), 'reset': (GOAL, TypedPose(1.0, -0.5, 90.0)),

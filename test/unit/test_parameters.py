@@ -42,7 +42,7 @@ def test_a_value_in_place_of_a_nodes_parameters_is_refused(given, monkeypatch):
 
 @every_node
 def test_a_launch_file_starts_a_node_with_what_it_takes_by_itself(node):
-    """The defaults of arguments, the pad's and the YAML file's: each parameter once, of its type."""
+    """The defaults of arguments, of the pad and of the YAML file: each parameter stands once, with its type."""
     given = {arg.get('name'): yaml.safe_load(arg.get('default'))
              for arg in node.launch.findall('arg') if arg.get('name') in node.arguments}
     assert given.pop('model', None) in (None, '$(optenv TURTLEBOT3_MODEL burger)')

@@ -1,4 +1,4 @@
-"""A person gives a permission; all else only keeps it alive, and a stop stays a stop."""
+"""Only a person gives a permission; renewals only keep it, and a stop stays a stop."""
 import pytest
 
 from tb3_labs.supervision.events import Age, Connection, Event, NewsDesk, Origins
@@ -22,7 +22,7 @@ class Senders:
         self.permission.told(Event(word, self.now, sender, age, renews))
 
     def say(self, sender, word):
-        """A word of a hand, or of a pad, whose name begins with 'pad'."""
+        """A True or False of a person, or of a pad, whose name begins with 'pad'."""
         renews = sender.startswith('pad')
         self.hear(sender, word, renews=renews)
         if renews:
@@ -44,7 +44,7 @@ class Senders:
         return might
 
     def at_once(self, times, sender='pad'):
-        """A pad says True so often in no time, as after a stall of the network."""
+        """A pad sends True so often in no time, as after a stall of the network."""
         for _ in range(times):
             self.hear(sender, True, renews=True)
 
@@ -195,7 +195,7 @@ def test_what_was_taken_before_this_node_lived_is_no_stop():
 @pytest.mark.parametrize('stands, age', [
     (False, Age.REPEATED), (False, Age.LATCHED), (False, Age.OLD), (True, Age.LATCHED), (True, Age.OLD)])
 def test_a_doubtful_true_gives_nothing_and_a_doubtful_false_stops(senders, stands, age):
-    """It may be old, or the first message of a sender that was connected all the time."""
+    """The message may be old, or the first of a sender that was connected all the time."""
     if stands:
         senders.say('hand', True)
     senders.hear('student', True, age)
@@ -260,7 +260,7 @@ def test_a_message_with_the_stamp_of_the_one_before_is_that_message(stamp, clock
     assert origins.age_of(HERE._replace(since=150.0, latches=True), 151.0, stamp, 10.0) is Age.LATCHED
 
 
-# A process that did not run: noticed at the next look at the clock, and once ----------------------
+# A process that slept: this is noticed when it next reads the clock, and once ----------------------
 
 @pytest.mark.parametrize('gap, slept', [(0.0, 0.0), (1.0, 0.0), (1.25, 1.25), (3600.0, 3600.0),
                                         (-50.0, 0.0)])

@@ -19,7 +19,7 @@ from tb3_labs.marking.intake.sandbox import (
     ADDRESS_SPACE, HOME, LARGEST_FILE, OWN_FOLDERS, ROOM, TASKS, USERS, NoSandbox, Sandbox)
 
 needs_sandboxes = pytest.mark.skipif(bool(MISSING), reason=MISSING)
-#: A program tells what it sees; its arguments: a folder of its own, and places that are not.
+#: A program prints what it sees; its arguments: a folder of its own, and places that are not.
 LOOKS = '''
 import importlib.util, json, os, resource, signal, socket, sys
 own, *others = sys.argv[1:]

@@ -1,7 +1,7 @@
 """The simulated robot does what the robot's own firmware did: the same commands, the same figures.
 
-The figures are those of eight recordings of turtlebot3_core 1.2.6 on a simulated body, behind a
-fast computer and behind a slow one. Times count from a moment before the first command. A command
+The figures come from eight recordings of turtlebot3_core 1.2.6 on a simulated body, behind a
+fast computer and behind a slow one. Times start a moment before the first command. A command
 waits up to 33 ms for the board's tick, in the recording and here: 7 mm, or 2 deg.
 """
 import math

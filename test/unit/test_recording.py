@@ -1,4 +1,4 @@
-"""The bag of a trial: it holds what was done and seen, and nobody who writes into it waits for it."""
+"""The bag of a trial: it holds what was done and seen, and writers never wait for it."""
 import errno
 import math
 import random
@@ -69,7 +69,7 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
             recording.event('end', facts={'moved': True, 'rested': False}, died=False)
             output.add('and this comes after it')
             output.flush()
-            recording.event('begin', name='r')      # it has no end: the trial was broken off
+            recording.event('begin', name='r')      # it has no end: the trial was interrupted
     for name, process in ('/controller', 'a'), ('/other', 'b'), ('/controller', 'a'):
         recording.event('sender', name=name, process=process)
     recording.event('odd', text='nan m/s and 0 rad/s')
@@ -167,7 +167,7 @@ def test_a_full_bag_takes_only_what_a_node_is_judged_by(tmp_path, monkeypatch):
 
 
 def test_a_recording_that_a_full_disk_cut_off_is_none(tmp_path, monkeypatch):
-    """By its first part a node would have lost points."""
+    """Its first part alone would have cost the node points."""
     write = rosbag.Bag.write
 
     def full(bag, topic, *arguments, **options):

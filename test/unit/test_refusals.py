@@ -1,4 +1,4 @@
-"""What the tools say to typos and bad values: one line, with the reason and what is valid, at once."""
+"""What the tools print about typos and bad values: one line, with the reason and what is valid, at once."""
 import os
 import runpy
 import signal
@@ -16,7 +16,7 @@ AT_ONCE = 2.0       # [s]
 MARK = ['.', '--lab', 'turn', '-o', '../marks']
 GAMEPAD = ['.', '--lab', 'gamepad', '-o', '../marks']
 YAW, METRES = 'a number from -360 to 360 deg', 'a number from -100 to 100 m'
-#: (script, what is typed, words of the answer). Of argparse's own refusals only the words that are ours.
+#: (script, what is typed, words of the answer). Only the words of this package in argparse's own refusals.
 CASES = [
     ('mark.py', [], ('SUBMISSIONS, --lab, -o', '; --help tells more')),
     ('mark.py', ['.', '--lab', 'trun', '-o', 'x'], ('--lab', 'trun', 'gamepad', '; is turn meant?')),

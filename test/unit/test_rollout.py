@@ -123,7 +123,7 @@ def test_what_the_sensors_cannot_know_is_all_that_is_missed(fault, lost_share, d
 @pytest.mark.parametrize('network', ['good', 'busy', 'bad'])
 @pytest.mark.parametrize('crosses', [False, True])
 def test_drives_over_a_network_arrive_and_are_never_said_to_have_arrived_falsely(network, crosses):
-    """Also with an IMU that crosses +/-180 deg on the way, where one displacement is reversed."""
+    """The same with an IMU that crosses +/-180 deg on the way, where one displacement is reversed."""
     for seed in range(4):
         offset = 45.0 if crosses else 100.0          # the goal lies at 135 deg
         d = drive(LAB_GOAL, SimulatorConfig(imu_offset_deg=offset, seed=seed, **NETWORKS[network]))

@@ -13,7 +13,7 @@ from tb3_labs.report.run_data import ImuSamples, Poses, yaw_offset
 
 
 def test_an_offset_that_grows_has_its_mean_spread_and_drift():
-    """From 170 deg to 190: the mean is half a turn, the spread that of a uniform distribution."""
+    """From 170 deg to 190: the mean is half a turn, the spread a uniform distribution's."""
     yaw = wrap_all(np.radians(170.0 + 2.0 * TIME))
     offset = yaw_offset(made(imu=ImuSamples(TIME, TIME, yaw, ZERO)))
     assert abs(math.degrees(offset.mean)) == pytest.approx(180.0)
@@ -47,7 +47,7 @@ def test_an_imu_of_another_time_has_no_offset():
     assert np.isnan(yaw_offset(made(imu=ImuSamples(TIME + 100.0, TIME + 100.0, ZERO, ZERO)))).all()
 
 
-# Poses as arrays do what Pose2 does ---------------------------------------------------------------
+# Poses as arrays give the results of Pose2 ---------------------------------------------------------------
 
 A = [Pose2(1.0, -2.0, 0.5), Pose2(0.3, 4.0, 3.0), Pose2(-1.0, 0.0, -2.8)]
 B = [Pose2(0.1, 0.2, 1.0), Pose2(-3.0, 1.0, 0.7), Pose2(2.0, 2.0, -0.9)]

@@ -17,7 +17,7 @@ SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offse
 
 
 def filled(messages):
-    """A SampleBuffer that heard these messages."""
+    """A SampleBuffer with these messages."""
     history = AtDoor(SampleBuffer())
     for arrival, sample in messages:
         history.add(sample, arrival)
@@ -25,7 +25,7 @@ def filled(messages):
 
 
 def pairs_of(history, messages):
-    """[(odometry sample, IMU yaw)] of a history that is asked after each message."""
+    """[(odometry sample, IMU yaw)] of a history that is read after each message."""
     pairs = []
     for arrival, sample in messages:
         history.add(sample, arrival)
@@ -49,7 +49,7 @@ def instant_at(history, now):
 
 
 def assert_instant(instant, robot, now, ahead=None, seconds=1e-6, radians=1e-6):
-    """Both readings are those of the instant's stamp, which is `now` on the sender's clock."""
+    """Both readings belong to the instant's stamp, which is `now` on the sender's clock."""
     stamp, (odom_T_base, imu_yaw) = instant
     time = stamp - (robot.clock_ahead if ahead is None else ahead)
     assert abs(time - now) <= seconds
@@ -129,7 +129,7 @@ def without_imu(silent, end=8.0):
 
 @pytest.mark.parametrize('silent', [0.2, 0.35, 0.5, 0.9])
 def test_the_odometry_bridges_a_gap_of_the_imu(silent):
-    """Of IMU samples that came together a node reads only the latest."""
+    """If IMU samples come together, a node reads only the latest."""
     assert_right(pairs_of(AtDoor(SampleBuffer()), without_imu(silent)), SPINNING)
     history, now = filled(without_imu(silent, 2.0 + silent + 0.1)), 2.0 + 0.4 * silent
     assert_instant(instant_at(history, now), SPINNING, now, radians=1e-5)
@@ -260,7 +260,7 @@ def test_a_silence_of_a_second_is_no_new_clock_and_a_step_or_a_longer_silence_is
 @pytest.mark.parametrize('late', [0.0, 0.5, 1.9])
 def test_a_message_is_late_by_what_is_not_usual(late):
     lateness = Lateness()
-    lateness.of(49.9, 1001.4)       # not by the first one, but by the fastest
+    lateness.of(49.9, 1001.4)       # the fastest message decides, not the first one
     for k in range(100):
         assert lateness.of(50.0 + 0.05 * k, 1000.0 + 0.05 * k) == pytest.approx(0.0)
     assert lateness.of(55.0, 1005.0 + late) == pytest.approx(late)

@@ -1,4 +1,4 @@
-"""The lab sheets hold every number that is graded; what their figures show, and those of teaching.md."""
+"""The lab sheets hold every number that is graded; what their figures and teaching.md's show."""
 import math
 import re
 import sys
@@ -38,7 +38,7 @@ def test_every_part_of_a_check_is_named(lab):
     assert 'these parts alone: {}"'.format(', '.join(parts)) in check
 
 
-#: Names, commands and sentences of the handouts that a reader looks for, and that have to be somewhere.
+#: Names, commands and sentences of the handouts that a reader will look for in the sheets.
 HANDOUTS = '''Lab6: IMU|Lab 2|Lab7: Transformation|Master|ICM-20648|OpenCR 1.0|middle of the robot|magnetic|170
     Test the IMU|enable_statistics|echoed|makes computing easier|squaternion|raise your hand|controller.py|lab1|`= 0`
     Update this line|Resources/Lab Template|Gradescope|Lab 2 channel|GitHub|roscore must have ended|jupyter-lab
@@ -69,8 +69,8 @@ def test_the_open_todos_that_the_sheets_show_are_those_of_the_skeletons():
 
 
 def asked_in_steps(sheet):
-    """The places of a sheet, as '1.2', whose steps ask something; the section Questions, code, and
-    what helps after an *If ...* are left out."""
+    """The places of a sheet, such as '1.2', whose steps have a question; the section Questions, code, and help after an
+    *If ...* are left out."""
     text = re.sub(r' *```.*?\n *```', '', re.sub(
         r'\n#+ Questions\n.*?(?=\n##? |\Z)', '', sheet, flags=re.DOTALL), flags=re.DOTALL)
     places, section, step = [], '', ''
@@ -104,9 +104,9 @@ ENDS = {title.split('\n')[0]: way for title, way in make_wrong_figures.DRIVES}
 def test_the_example_of_the_figures_is_that_of_the_sheet():
     sheet = (ROOT / 'doc' / 'transformation_lab.md').read_text(encoding='utf-8')
     B, here = make_figures.A_T_B, make_figures.A_T_ROBOT
-    assert 'said ({:g}, {:g}) and {:.2f} degrees'.format(B.x, B.y, math.degrees(B.yaw)) in ' '.join(
+    assert 'showed ({:g}, {:g}) and {:.2f} degrees'.format(B.x, B.y, math.degrees(B.yaw)) in ' '.join(
         sheet.split())
-    assert 'says ({:g}, {:g}) and {:.2f} degrees'.format(
+    assert 'shows ({:g}, {:g}) and {:.2f} degrees'.format(
         here.x, here.y, math.degrees(here.yaw)) in ' '.join(sheet.split())
 
 

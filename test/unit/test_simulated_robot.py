@@ -108,7 +108,7 @@ def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     switch(robot, network_cut=False)      # the latest one, sent 5.1 s ago, arrives now
     robot.step(1 / 30)
     assert robot.true_velocity[0] == pytest.approx(0.2, abs=MOTOR_STEP)
-    robot.step(0.49 - 1 / 30)        # the timeout counts from the arrival
+    robot.step(0.49 - 1 / 30)        # the timeout starts at the arrival
     assert robot.true_velocity[0] > 0.19
     robot.step(0.01 + 1 / 30)
     assert robot.true_velocity == (0.0, 0.0)
@@ -144,7 +144,7 @@ def test_dropouts_silence_both_sensors_and_what_is_no_fault_leaves_them_alone():
 
 
 def test_without_battery_the_odometry_repeats_its_last_step_and_the_wheels_stand():
-    """As the firmware does, also after a reset. The speeds in joint_states go on, too."""
+    """The firmware does so, also after a reset. The speeds in joint_states go on, too."""
     robot = Simulator(STIFF)
     before, wheels = odom_of(drive(robot, 1.0, 0.2, 0.0))[-1], robot.sensors.odometer
     angles, speeds = wheels.wheel_angles, wheels.wheel_speeds

@@ -37,7 +37,7 @@ IDENTIFIERS = {
                 'def send_set_pose_request(self, x, y, theta)',
                 'def reset_pose_done_callback(self'],
 }
-#: The first line that a student replaces: of a TODO, or one that TODO 5 of move2goal names.
+#: The first line that a student replaces: a TODO's, or a line that TODO 5 of move2goal names.
 BEGIN = re.compile(r' *# TODO (\d+)\b|.* - self\.(x|y|yaw)\b')
 #: A TODO has this besides its comment.
 PLACEHOLDER = re.compile(r'rospy\.logwarn_once\(|return\b|(self\.)?\w+ = (0\.0|None)$|'

@@ -1,4 +1,4 @@
-"""A node that wakes from a sleep: what moves the robot, or its frame, does not count; a stop does.
+"""A node that wakes from a sleep: what moves the robot, or its frame, is ignored; a stop does.
 
 Each topic has a thread of its own: the sensors may be heard before a request that is older.
 """
@@ -176,7 +176,7 @@ class Page(Bench):
             self.tell(str(problem))
 
 
-#: What is held: nobody is told that it must be let go first.
+#: What is held: no line says that it must be let go first.
 HANDS = [partial(Turner.mouse, active=True, y=1.0), partial(Pad.hold, forward=1.0)]
 #: What moves the robot, or its frame.
 GIVES = [
@@ -202,7 +202,7 @@ STOPS = [
 @pytest.mark.parametrize('kind, act', GIVES)
 def test_what_moves_the_robot_or_its_frame_does_not_count_as_the_node_wakes(
         kind, act, slept_for, counts):
-    """Asked for anew, it does."""
+    """If a person asks again, the robot moves."""
     bench = kind()
     assert bench.wakes_with(act, slept_for) is counts
     assert (WHILE_ASLEEP in bench.told) is not (counts or act in HANDS)

@@ -88,7 +88,7 @@ def test_a_message_of_theirs_is_made_and_filled(described, theirs):
 
 
 def test_a_service_of_theirs_is_made(described, theirs):
-    """Its request declares the origin, its response says success; nothing is read."""
+    """Its request declares the origin, its response reports success; nothing is read."""
     types = Types(described)
     assert types.service('lab2/Same') is types.service('tb3_labs/SetInitialPose') is SetInitialPose
     kind = types.service('lab2/Set')

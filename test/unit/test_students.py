@@ -134,7 +134,7 @@ def test_its_readme_is_its_own_and_no_link_is_dead(archive, folder):
 
 
 def test_it_has_no_leftovers_and_no_file_names_a_page_that_is_missing(archive, folder):
-    """Of the tests only what starts a check; of programs, none whose own files are not there."""
+    """It has only those tests that start a check, and no program without its own files."""
     assert [path for path in archive if path.startswith(('test/', '.ci', 'CHANGELOG'))
             or path == 'scripts/test.sh'] == ['test/.run_test.py']
     for path, text in archive.items():

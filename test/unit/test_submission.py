@@ -1,4 +1,4 @@
-"""What students hand in, as real ones keep it: which node is found, how it is repaired, what is built;
+"""Submissions with the faults of real ones: which node is found, how it is repaired, what is built;
 resets are filled and read."""
 import math
 import os
@@ -49,7 +49,7 @@ def hand_in(folder, files):
 
 
 def prepared(tmp_path, files, lab=TURN):
-    """(how it starts; what was read, with all remarks), in this process; NotJudged if it is not."""
+    """(how it starts; what was read, with all remarks), in this process; may raise NotJudged."""
     folder = files if not isinstance(files, dict) else hand_in(tmp_path / 'bob', files)
     reading = _read({str(folder): ''}, str(tmp_path / 'ws' / COPY), lab, '', '')
     return prepare(reading, tmp_path / 'ws', os.environ), reading
@@ -135,7 +135,7 @@ def test_a_node_is_found_repaired_and_built(tmp_path, name):
         assert ready.types['msg']['lab2/MouseController']['sum'] == MouseController._md5sum
 
 
-#: Of a package's CMakeLists.txt: the lines that decide how catkin starts a node, and finds its modules.
+#: The lines of a package's CMakeLists.txt that decide how catkin starts a node, and finds its modules.
 SETUP, INSTALLS = 'catkin_python_setup()\n', 'catkin_install_python(PROGRAMS {} DESTINATION {})\n'
 BIN = '${CATKIN_PACKAGE_BIN_DESTINATION}'
 NAMED = INSTALLS.format('src/turtlebot_controller.py', BIN)
@@ -289,10 +289,10 @@ def repository(folder, lab, texts):
     (TURN, {'lab1/*': IMU_TOO, 'lab2/src/controller.py': IMU_TOO}, 'lab2/src/controller.py', 'in the package lab2'),
     (TURN, {'lab2/src/*': '', 'lab2/src/first.py': IMU_TOO}, 'lab2/src/*', 'the usual name'),
     (TURN, {'lab2/scripts/*': MOUSE_ONLY, 'lab2/src/*': IMU_TOO}, 'lab2/src/*', 'it listens to imu'),
-    # a package that is called nearly so goes before any other, but lab20 is no lab2
+    # a package that is called nearly so goes before any other, but lab20 is not lab2
     (TURN, {'lab2_final/*': IMU_TOO, 'a/*': IMU_TOO}, 'lab2_final/*', 'in the package lab2'),
     (TURN, {'lab20/*': IMU_TOO, 'a/*': IMU_TOO}, 'a/*', 'it comes first (there is no package lab2)'),
-    # a helper of lab2 is not the node of lab2; the node's class and name tell it, too
+    # a helper of lab2 is not the node of lab2; the node's class and name show it, too
     (TURN, {'lab1/*': MOUSE_ONLY, 'lab2/helper.py': 'x = 1'}, 'lab1/*', ''),
     (TURN, {'lab2/src/node.py': MOUSE_ONLY}, 'lab2/src/node.py',
      'There is no *; judged was lab2/src/node.py, which has the class Controller and is the node controller.'),
@@ -311,7 +311,7 @@ def test_package_then_name_then_signs(tmp_path, lab, texts, expected, said):
 
 
 def test_a_path_chooses_one_of_two_files_that_are_alike_and_the_advice_is_true(tmp_path):
-    """As Moodle has them if one was handed in again under another name; and one in no folder."""
+    """Moodle's files if a student handed in again under another name; and one in no folder."""
     files = {'my work.unpacked/lab2/src/*': IMU_TOO, 'work.unpacked/lab2/src/*': IMU_TOO + '\n',
              '*': IMU_TOO, 'src/*': IMU_TOO + ' '}
     folder = repository(tmp_path, TURN, files)
@@ -361,7 +361,7 @@ def test_what_listens_can_be_the_node(tmp_path):
 
 
 def test_package_and_name_overrule(tmp_path):
-    """The package's name in package.xml counts, not only that of its folder."""
+    """The package's name in package.xml is used, not only its folder's."""
     folder = repository(tmp_path, TURN, {
         'one/*': IMU_TOO, 'one/package.xml': manifest('lab1'), 'lab2/mine.py': ''})
     assert find_node(folder, TURN, package='lab1').path == 'one/turtlebot_controller.py'

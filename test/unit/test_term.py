@@ -55,7 +55,7 @@ def write(folder, student, seen, digest='digest', **more):
 
 @pytest.fixture
 def written(tmp_path):
-    """(The folder of a class, its notes): a good node, a wrong one of an odd student, a crash, and a
+    """(The folder of a class, its notes): a good node, a wrong node of a student with an odd name, a crash, and a
     submission that could not be judged."""
     folder = folder_of(tmp_path)
     bobby, crash = turned(81.0), observation()
@@ -76,7 +76,7 @@ def test_a_students_page_has_what_the_student_may_see_as_text(written):
     assert page.tags.count('script') == 2       # the timeline's data, and its program
     assert '<xx>=Bobby' in page.words and 'xx' not in page.tags
     assert 'that>' not in page.words and 'content="width=device-width' in text
-    crash = Strict((written[0] / 'Cy.html').read_text(encoding='utf-8')).words      # told once in each table
+    crash = Strict((written[0] / 'Cy.html').read_text(encoding='utf-8')).words      # once in each table
     assert crash.count('it ended at once: ') == 1 and crash.count('this could not be tried') > 9
     unjudged = Strict((written[0] / 'Di.html').read_text(encoding='utf-8')).words
     assert 'Not judged.' in unjudged and unjudged.count('It lacks cv2.') == 1
@@ -141,7 +141,7 @@ def test_marks_are_not_written_through_a_link(tmp_path):
 # -- what a person writes into the table
 
 def test_what_a_person_wrote_stays():
-    """As a spreadsheet writes it, with a column and a row of one's own."""
+    """A spreadsheet's version of the table, with a column and a row of one's own."""
     ann, bo = marks_of('Ann', turned(90.0)), marks_of('Bo', turned(10.0))
     rows, text = rows_of(Table().renewed([ann, bo])), io.StringIO()
     writer = csv.DictWriter(text, list(rows['Ann']) + ['note'], delimiter=';')
@@ -164,8 +164,8 @@ def test_what_a_person_wrote_stays():
     ({'points': '28', 'decided': '29'}, Decision(29.0)),
     ({'points': '7.0'}, None), ({'points': '7,0'}, None), ({'points': ''}, None)])
 def test_what_a_person_decides_stays_and_is_shown(tmp_path, cells, decision):
-    """In the columns of its own, or over the marker's cells, as people do it; also if a spreadsheet
-    writes the same number otherwise. The node itself earned 7 points."""
+    """A person decides in the columns for it, or in the marker's cells, also if a spreadsheet writes the same number in
+    another form. The node itself earned 7 points."""
     changed = dict(TABLE, turn={name: 7.0 * (name == 'starts') if name != 'extra' else {
         each: 0.0 for each in points} for name, points in TABLE['turn'].items()})
     folder = folder_of(tmp_path, changed)
@@ -290,7 +290,7 @@ def test_what_has_not_changed_is_kept(tmp_path):
 
 
 def test_the_file_that_a_person_chose_for_a_student_stays_chosen(tmp_path):
-    """A plain run afterwards does not judge the other one; a new choice, or a new submission, does."""
+    """A plain run afterwards keeps the choice; a new choice, or a new submission, is judged."""
     write(folder_of(tmp_path, name='lab2/src/n.py'), 'Ann', turned(90.0))
     assert folder_of(tmp_path, name='').kept('Ann', 'digest')
     assert folder_of(tmp_path, name='').kept('Ann', 'other digest') is None
@@ -403,8 +403,8 @@ ODD = os.fsdecode(b'M\xfcller')
 
 
 def test_one_odd_submission_does_not_end_the_class(tmp_path):
-    """A name that is not UTF-8, problems in the marking, odd remarks, a trial that cannot be judged, a
-    zip file that was cut off: what is not judged is no zero."""
+    """A name that is not UTF-8, problems in the marking, odd remarks, a trial that cannot be judged, a zip file that
+    was cut off: a submission that is not judged gets no zero."""
     with zipfile.ZipFile(str(tmp_path / 'whole.zip'), 'w') as archive:
         archive.writestr('lab2/turtlebot_controller.py', 'x' * 5000)
     (tmp_path / 'in').mkdir()

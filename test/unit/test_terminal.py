@@ -102,7 +102,7 @@ def assert_both(own, words, errors):
 @needs_setup
 @pytest.mark.parametrize('order', ['{own} {setup}', '{setup} {own}'])
 def test_on_noetic_own_packages_are_found_in_any_order(tmp_path, order):
-    """There the hooks lie in /opt/ros/noetic, for which a folder stands, and not in /etc."""
+    """The hooks are in /opt/ros/noetic there, not in /etc; a folder stands for it."""
     noetic = workspace(tmp_path / 'noetic')
     (noetic / '.catkin').write_text('')
     hook = noetic / 'etc' / 'catkin' / 'profile.d' / '1.ros_package_path.sh'
@@ -158,7 +158,7 @@ def test_what_is_wrong_with_a_workspace_is_one_line(tmp_path):
 
 @pytest.mark.parametrize('call', ['. {}', 'sh {}'])
 def test_another_shell_is_refused_in_one_line(tmp_path, call):
-    """dash cannot read what follows; a bash that is called sh can."""
+    """dash cannot read the rest of the file; a bash that is called sh can."""
     if not os.path.realpath('/bin/sh').endswith('dash'):
         pytest.skip('sh is not dash')
     words, errors = shell(tmp_path, 'sh -c "{}"; echo $?'.format(call.format(SETUP)))

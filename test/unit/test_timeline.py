@@ -164,7 +164,7 @@ def test_neither_a_log_line_nor_a_state_can_end_the_data(page):
     assert json.loads(inside)['goals'][0][1] == LINE
 
 
-#: Presses a key, or moves the slider, and notes what is seen.
+#: Presses a key, or moves the slider, and records the page's state.
 WATCH = '''<a href="#t=6">Watch it</a><pre id="seen"></pre><script>
 const seen = [];
 const note = () => seen.push(['clock', 'now-state', 'now-pose', 'now-error', 'now-mark'].map(

@@ -101,7 +101,7 @@ def test_a_right_node_is_not_accused():
 
 
 class Continuous(Node):
-    """It counts on over whole turns, and wraps the error alone."""
+    """It goes on over whole turns, and wraps the error alone."""
 
     def heading(self, yaw):
         return self.curr_yaw + math.remainder(yaw - self.curr_yaw, 360.0)

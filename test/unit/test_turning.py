@@ -47,7 +47,7 @@ def test_precise_turns_end_where_they_should(start, degrees, motor_lag):
 @pytest.mark.parametrize('mismatch', [-0.06, 0.06])
 @pytest.mark.parametrize('noise, rate', [(0.0, 200.0), (0.05, 118.0)])
 def test_robots_of_any_kind_end_where_they_should(lag, mismatch, noise, rate):
-    """Motors, wheels and IMU are other ones than those of the default robot."""
+    """Motors, wheels and IMU differ from the default robot's."""
     robot = SimulatorConfig(
         motor_lag=lag, wheel_mismatch=mismatch, imu_noise_deg=noise, imu_rate=rate,
         sensor_latency=0.02, command_latency=0.02, start_yaw_deg=170.0)
@@ -124,7 +124,7 @@ def test_a_sample_that_is_looked_at_again_and_again_ends_no_turn():
 
 
 def test_a_mean_is_of_one_rest_and_one_goal():
-    """The goal is moved by 3 standard deviations of a sample: no noise, and no rest any more."""
+    """The goal moves by 3 standard deviations of a sample, which is not noise: the robot does not rest any more."""
     for move in ('extend', 'aim'):
         turn, _ = resting_turn(5, noise=0.1)
         getattr(turn, move)(0.3)

@@ -65,7 +65,7 @@ def test_an_angle_that_was_said_was_asked_for(said, asked):
 
 
 def test_a_turn_that_goes_too_far_and_comes_back():
-    """By 100 degrees, then 8 back."""
+    """A turn by 100 degrees, then by 8 back."""
     first = turn(3.0, 100.0)
     found = one([first, turn(first[1] + 0.3, -8.0, 0.5)])
     assert math.degrees(found.error) == pytest.approx(2.0, abs=0.15)

@@ -28,10 +28,10 @@ def numbers(sheet, *words):
 
 
 def test_a_place_and_a_heading_in_the_local_frame():
-    x, y, theta, cos, sin = numbers('transformation_lab.md', 'the odometry said (#, #) and # degrees, '
+    x, y, theta, cos, sin = numbers('transformation_lab.md', 'the odometry showed (#, #) and # degrees, '
                                     'whose cosine is # and whose sine is #.')
     here_x, here_y, heading = numbers('transformation_lab.md',
-                                      'Now the odometry says (#, #) and # degrees.')
+                                      'Now the odometry shows (#, #) and # degrees.')
     local_x, local_y, local = numbers('transformation_lab.md',
                                       'So the robot is at (#, #) in B, and faces # degrees.')
     # a rotation of the plane is a multiplication by a complex number of length 1

@@ -70,7 +70,7 @@ class Approach:
         self.start()
 
     def start(self) -> None:
-        """Begin anew with a robot that stands."""
+        """Begin again with a robot that stands."""
         self._now = 0.0                     # since the start [s]
         self._measured_at = -math.inf       # the latest sample
         #: The way that would remain if the robot were told to stop now.

@@ -2,9 +2,9 @@
 
 *Rhythm*: a step reads the latest samples and gives one command. The robot takes a new command once
 in each of its control periods (turtlebot3.CONTROL_RATE). So a law asks for one step in each period
-(its ``period``), and `Pace` says when that step is due; a command that stays as it is holds for two
-periods. Between two steps no sample of the IMU needs to be read: the one that is read then is at
-most one period of the IMU old.
+(its ``period``), and `Pace` says when that step is due; a command that does not change holds for
+two periods. No sample of the IMU is needed between two steps: at a step the latest is at most one
+IMU period old.
 
 *Dead time*: a robot obeys late. A command is under way for the *delay*, and the motors follow with
 a first-order *lag*. A controller that brakes by the measured position alone overshoots by the
@@ -18,7 +18,7 @@ The middle term is the coasting of a first-order motor: the integral of v exp(-t
 
 Units: seconds; metres or radians for ways, per second for speeds. Both directions are treated
 alike. Edge cases of a Pace: a clock that goes back makes a step due; the first step, and the first
-after a pause, counts as one period long.
+after a pause, is treated as one period long.
 Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
 (1957), 217-219.
 """
@@ -40,7 +40,7 @@ STANDARD_ERRORS = 2.0
 CONTRADICTION = 4.0
 #: Commands are remembered for this long [s]. It exceeds every delay and every age of a sample.
 COMMAND_MEMORY = 1.4
-#: The least lag [s]; a smaller one counts as this, since time is divided by the lag.
+#: The least lag [s]; a smaller one is treated as this, since time is divided by the lag.
 LEAST_LAG = 1e-6
 
 
@@ -68,7 +68,7 @@ def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
 
 
 class Pace:
-    """Steps of `period` [s] on average. The steps after a late one come no faster."""
+    """Steps of `period` [s] on average. After a late step the next ones come at the usual pace."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -102,11 +102,11 @@ class Pace:
         self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
 
     def prolong(self) -> None:
-        """The robot goes on with its command: the next step is due a period later."""
+        """The robot keeps its present command: the next step is due a period later."""
         self._next += self._period
 
     def pause(self) -> None:
-        """The robot stands, or another node drives it: the next step counts as the first."""
+        """The robot stands, or another node drives it: the next step is treated as the first."""
         self._last = None
 
 
@@ -189,7 +189,7 @@ def way_at_rest(remaining: float, motor_speed: float, history: CommandHistory, d
 
 class Estimate:
     """An estimate of a number by samples: their mean, unless the number changes. Then later samples
-    count more."""
+    have more weight."""
 
     def __init__(self) -> None:
         #: The estimate; 0 before the first sample.

@@ -47,7 +47,7 @@ class PreciseLaw:
     LOOK_AHEAD = 0.20             # [m]
     #: While it drives at full speed and steers less than this, every second step is left out.
     CALM = 0.05                   # [rad/s]
-    #: A robot that is slower than this counts as standing.
+    #: A robot that is slower stands.
     REST_SPEED = 0.01             # [m/s]
 
     def __init__(self, config: DriveConfig, model: RobotModel,
@@ -78,7 +78,7 @@ class PreciseLaw:
         """Returns the state in which an interrupted drive goes on.
 
         If the robot still faces along its line, it drives on. If only the last turn remained, it
-        makes this turn. Otherwise the drive begins anew from here.
+        makes this turn. Otherwise the drive begins again from here.
         """
         along = wrap(self._line + math.pi) if self._reverse else self._line
         off = difference(along, pose.yaw)

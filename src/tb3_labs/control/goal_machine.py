@@ -61,7 +61,7 @@ class GoalMachine:
         self.restart()
 
     def restart(self) -> None:
-        """Begin the drive to the goal anew, as after a reset, unless it was cancelled."""
+        """Begin the drive to the goal again, as after a reset, unless it was cancelled."""
         if self.goal is not None and not self.cancelled:
             self.failure = ''
             self.begun = self._interrupted = False

@@ -1,4 +1,4 @@
-"""A drive to a goal as others see it: settings, four states, texts of `goal_state`, lines to users.
+"""A drive to a goal from outside: settings, four states, texts of `goal_state`, lines to users.
 
 The states are those that the Transformation lab lists:
 
@@ -57,7 +57,7 @@ WAITING_FOR_CONTROL = WAITING + ' for control'
 
 
 def to_go(distance: float, angle_deg: float) -> str:
-    """The remaining way of a drive in words [m, deg]; the angle is that of the turn at the end."""
+    """The remaining way of a drive in words [m, deg]; the angle is for the turn at the end."""
     return '{:.3f} m to go, {:.1f} deg off the final heading'.format(distance, abs(angle_deg))
 
 
@@ -111,21 +111,21 @@ def errors(pose: Pose2, goal: Pose2) -> Tuple[float, float]:
 
 
 def is_stopped(goal_state: str) -> bool:
-    """Does this text say that a drive is interrupted for a moment?"""
+    """Is this the text of a drive that is interrupted for a moment?"""
     return goal_state.startswith(STOPPED)
 
 
 def is_over(goal_state: str) -> bool:
-    """Does this text say that a drive is over?"""
+    """Is this the text of a drive that is over?"""
     return goal_state == GoalState.GOAL_REACHED.name or goal_state.startswith(GAVE_UP)
 
 
 class Announcer:
-    """Finds what is new in the status of a drive, and tells the user of it."""
+    """Finds what is new in the status of a drive, and makes lines for the user."""
 
     def __init__(self, news: NewsDesk) -> None:
         self._news = news
-        self._said: Tuple = ()         # the state that was told last
+        self._said: Tuple = ()         # the state of the last line
         self._begun = 0                # the attempt that began last
         self._begun_at = 0.0           # the time at which it began
         self._progress_at = 0.0
@@ -135,7 +135,7 @@ class Announcer:
         return abs(now - self._progress_at) >= PROGRESS_PERIOD
 
     def look(self, status: DriveStatus, motion: Optional[Motion], now: float) -> bool:
-        """Returns True if the status is new. A drive's progress is told once a second, too."""
+        """Returns True if the status is new. A drive's progress is one line a second, too."""
         said = (status.attempt, status.goal, status.words)
         if not status.words or said == self._said:
             if self.is_due(now):

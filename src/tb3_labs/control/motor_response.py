@@ -9,7 +9,7 @@ distance of the wheels differs from robot to robot. A robot that started from re
 
 with the travel U that was commanded until then, and the speed v. Each sample of a robot that speeds
 up, or is at steady speed, is one such equation. They are solved by least squares. The approach
-begins with the values of earlier approaches: the larger their doubt, the less they count.
+begins with the values of earlier approaches: the larger their doubt, the smaller their weight.
 
 At steady speed the equation shows only the sum of delay and lag. So a *look at the start* comes
 first. From rest, with the command u, a first-order motor has
@@ -18,8 +18,8 @@ w = x / (gain u) of one sample,
 
     lag = w / (-log(1 - r) - r)         delay = t - w - lag r
 
-The delay is that of the round trip, to the robot and back, since a robot sets its clock by the same
-slow link: late samples look fresh by their stamps. The time that a command needs is known from
+The delay is the round trip's, to the robot and back, since a robot sets its clock by the same slow
+link: late samples look fresh by their stamps. The time that a command needs is known from
 measurements (`COMMAND_TIME`). The rest of the delay is taken as the *sample delay*. It is too large
 if commands need longer than that.
 
@@ -45,10 +45,10 @@ FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 #: Time from a command to the moment at which the motors of a real robot begin to follow it [s]:
 #: half a control period, and 8 ms for the link (firmware 1.2.6, on a fast and on a slow host).
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
-#: A single command needs up to this much less or more, also on a busy computer [s]. A
+#: The delay of a single command differs by up to this, also on a busy computer [s]. A
 #: smaller excess of the delay does not show a sample delay.
 COMMAND_SPREAD = 0.025
-#: The least sample delay: that of the firmware on a fast host [s].
+#: The least sample delay, of the firmware on a fast host [s].
 LEAST_SAMPLE_DELAY = 0.0135
 #: The largest sample delay [s].
 MAX_SAMPLE_DELAY = 0.15
@@ -71,10 +71,10 @@ SLOW_LEARNING = 0.01
 STEADY = 0.08
 #: The command of a robot that cruises was the same for this long [s].
 STEADY_TIME = 0.12
-#: Samples count if the command has at least this share of the fastest speed: at a low speed an
+#: Samples are used if the command has at least this share of the fastest speed: at a low speed an
 #: error of the travel weighs more.
 CRUISING = 0.5
-#: Samples count until this time after the start [s].
+#: Samples are used until this time after the start [s].
 LEARNING_TIME = 1.5
 #: A robot that is faster than this has begun to move [rad/s or m/s].
 ONSET = 0.03
@@ -82,9 +82,9 @@ ONSET = 0.03
 SPEEDING_UP = 0.1, 1.5
 #: A sample of this age, or a silence of this length, shows that the network stalls [s].
 LONGEST_AGE = 0.1
-#: A first command slower than this says too little about the motors [rad/s].
+#: A first command slower than this shows too little of the motors [rad/s].
 TELLING = 0.2
-#: If the motors have more than this share of the command at the first look, their lag counts as 0.
+#: If the motors have more than this share of the command at the first look, their lag is 0.
 PROMPT_SHARE = 0.98
 
 
@@ -122,10 +122,10 @@ class Response:
 
 def look_at_start(time: float, first: float, travelled: float,
                   speed: float) -> Optional[Tuple[float, float]]:
-    """(delay, lag) [s] from one sample of a robot that speeds up; None if it says too little.
+    """(delay, lag) [s] from one sample of a robot that speeds up; None if it shows too little.
 
     `time` [s] counts from the first command, which was not changed since; `first` is the steady
-    speed of this command; `travelled` and `speed` are those of the sample. `speed` must be the
+    speed of this command; `travelled` and `speed` come from the sample. `speed` must be the
     speed at this moment, not a mean over a period.
     """
     if abs(first) < TELLING or not 0.0 < speed * first:
@@ -138,7 +138,7 @@ def look_at_start(time: float, first: float, travelled: float,
 
 
 class Identification:
-    """Delay, lag and gain during one approach, beginning with those of earlier approaches."""
+    """Delay, lag and gain during one approach, beginning with the values of earlier approaches."""
 
     def __init__(self, response: Response, speed_is_prompt: bool) -> None:
         """`response`: the known values, which this approach improves;

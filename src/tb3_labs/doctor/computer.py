@@ -105,7 +105,7 @@ class Address:
 
     @property
     def told(self) -> str:
-        """The address or name that others are told."""
+        """The address or name that this computer tells others."""
         return self.ros_hostname or self.ros_ip or self.hostname
 
     @property

@@ -26,7 +26,7 @@ PROBLEMS = {
     'silent': 'does not answer as a ROS program'}
 #: The sensors of a robot: each is a topic.
 SENSORS = 'imu', 'odom', 'joint_states'
-#: The topics for which other nodes than the robot's wait, and those of the labs.
+#: The topics for which other nodes than the robot's wait, and the labs' topics.
 SENT = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 TOPICS = (*SENSORS, *SENT, 'heading', 'reset')
 #: How much a name is like the right one: possibly, surely. A line names at most so many nodes.
@@ -49,7 +49,7 @@ class Peer:
         self.name, self.port = (found.group(1), int(found.group(2))) if found else ('', 0)
 
     def ask(self, method, *arguments):
-        """Returns the reply; None if there is none, then `problem` tells why."""
+        """Returns the reply; None if there is none, then `problem` has the reason."""
         self.address = resolved(self.name)
         if not self.address:
             self.problem = 'unresolved' if self.name else 'malformed'
@@ -146,8 +146,8 @@ class RobotGraph:
 
 
 def likeness(word: str, name: str) -> float:
-    """Returns how much a word is like a name, from 0 to 1; imu_data and wheel_odom are, too. A word
-    with another beginning is another word: return is not turn."""
+    """Returns how much a word is like a name, from 0 to 1; imu_data and wheel_odom are, too. Words
+    with different beginnings are not alike: return is not turn."""
     return max((word[:1] == name[0]) * difflib.SequenceMatcher(None, word, name).ratio(),
                LIKE * (name in SENSORS) * bool(re.search('(?<![a-z])' + name, word)))
 
@@ -190,7 +190,7 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
                             for node in side[topic]):
             right, like = graph.right_name(topic, node, names)
             least = VERY_LIKE if subject == 'Senders' and right in side else LIKE
-            # a node that uses the right name, too, knows it
+            # a node that also uses the right name is not mistaken
             if like >= least and right in other and node not in [
                     *graph.robot_nodes, *other[right], *side.get(right, [])]:
                 found.append(words.format(node, topic, right, min(
@@ -203,7 +203,7 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
 # The way there ----------------------------------------------------------------------------------
 
 def judge_nodes(peers: Mapping[str, Peer]) -> Line:
-    """Do the robot's nodes answer at the addresses that they told the master? {node: Peer}"""
+    """Do the robot's nodes answer at the addresses that they gave the master? {node: Peer}"""
     tell = 'on the robot: export ROS_IP=ITS_ADDRESS, then start it again'
     for node, peer in sorted(peers.items()):
         if not peer.problem:

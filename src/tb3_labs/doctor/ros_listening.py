@@ -44,7 +44,7 @@ class Heard(NamedTuple):
 
 def examine_messages(graph, address, round_trip, is_wall_time):
     """Yields the lines on the robot of a RobotGraph. `round_trip`: least time of a question to it
-    [s]; `is_wall_time`: its stamps are those of a real clock. `address` as in :func:`listen`."""
+    [s]; `is_wall_time`: its stamps come from a real clock. `address` as in :func:`listen`."""
     heard, ended = listen(graph.namespace, address)
     # a robot takes no other message: see examination
     yield judge_drivers(Counter(each.sender for each in heard if each.topic == 'cmd_vel'

@@ -20,7 +20,7 @@ CLOCK_WRONG = 1.0
 BOARD_AHEAD = 0.25
 #: More drift than this disturbs a lab [deg/min].
 DRIFTS = 2.0
-#: A node can do without this share of a sensor's messages.
+#: A node still works without this share of a sensor's messages.
 FEW_REFUSED = 0.05
 #: The wheels stand if they turn by less than this while the doctor listens [rad].
 WHEELS_STAND = 0.005
@@ -33,7 +33,7 @@ def judge_drivers(sent: Mapping[str, int]) -> Line:
                      .format(' and '.join('{} ({:.0f}/s)'.format(node, count / HEARING_TIME)
                                           for node, count in sorted(sent.items()))),
                      'stop all but one of them')
-    # several nodes may be registered to drive: those of the labs give way to each other
+    # several nodes may be registered to drive: the labs' nodes give way to each other
     return ok('Drivers', '{} drives the robot'.format(*sent) if sent else
               'no node drives the robot now; if it jerks, call the doctor at that time')
 
@@ -61,7 +61,7 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
 
 
 def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
-    """Do the nodes of the labs refuse messages of a sensor? Then the line on that; else `line`.
+    """Do the nodes of the labs refuse messages of a sensor? Then a line says so; else `line`.
     `reasons`: one for each refused message, of `count` messages."""
     if not reasons:
         return line
@@ -73,8 +73,8 @@ def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
 
 def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
     """Is the robot's clock the same as this computer's? `least_delay`: least arrival (on our clock)
-    minus stamp (on the robot's). `round_trip`: time for one question to the robot; the fastest
-    message took at most this long."""
+    minus stamp (on the robot's). `round_trip`: time of a question to the robot and its answer; the
+    fastest message took at most this long."""
     offset, exact = 0.5 * round_trip - least_delay, max(0.5 * round_trip, 0.001)
     if abs(offset) <= max(CLOCK_OFF, exact):
         return ok('Clock', "the robot's clock is right within {:.3g} s".format(
@@ -104,7 +104,7 @@ def judge_wheels(topic: str, sender: str) -> Line:
 
 
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
-    """Does the gyro agree with the wheels? `problem` and `remedy` are those of a GyroWatch."""
+    """Does the gyro agree with the wheels? `problem` and `remedy` come from a GyroWatch."""
     if problem:
         return fault('Gyro', problem, remedy)
     if not is_compared:
@@ -133,6 +133,6 @@ def drift_of(imu: Sequence[Tuple[float, float]],
         return None
     middle = mean(stamp for stamp, _ in imu)
     turns = [(stamp - middle, math.remainder(yaw - imu[0][1], 2.0 * math.pi)) for stamp, yaw in imu]
-    # samples of less than 2 s count as if they were of 2 s: noise is not drift
+    # samples of less than 2 s are treated as if they were of 2 s: noise is not drift
     spread = max(sum(time * time for time, _ in turns), len(turns) / 3.0)
     return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)

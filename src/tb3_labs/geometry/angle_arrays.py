@@ -20,6 +20,6 @@ def wrap_all(angles: Union[float, Sequence[float], np.ndarray]) -> np.ndarray:
 
 
 def difference_degrees(target: float, start: float) -> float:
-    """The turn from `start` to `target` the short way round, in (-180, 180] [deg]."""
+    """The shortest turn from `start` to `target`, in (-180, 180] [deg]."""
     turn = math.remainder(target - start, 360.0)
     return 180.0 if turn <= -180.0 else turn

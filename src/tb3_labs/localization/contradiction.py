@@ -1,20 +1,20 @@
 """Does the gyro contradict the wheels, or the IMU's orientation its gyro?
 
-A board that calibrates its gyro while the robot turns takes that turn for rest. Afterwards the
-gyro of a robot at rest shows the opposite turn, and in motion it is wrong by the same rate. A robot
-that is carried looks the same, since its wheels rest. So each rate of the gyro is compared with the
-rates at which the wheels turned the robot a little earlier and later. The turn that delay, slip and
-uneven wheels do not explain is added up.
+A board that calibrates its gyro while the robot turns sets this rate of turn as zero. Afterwards
+the gyro of a robot at rest shows the opposite turn, and in motion it is wrong by the same rate. A
+robot that is carried looks the same, since its wheels rest. So each rate of the gyro is compared
+with the rates at which the wheels turned the robot a little earlier and later. The turn that delay,
+slip and uneven wheels do not explain is added up.
 
 Times are the samples' stamps, so delays of the network do not matter. Cases:
 
 * Without stamps, or without samples of the wheels, no contradiction is found.
 * supervision.lost_or_stalled finds wheels that turn although the robot stands.
 * supervision.lost_or_stalled finds a gyro that repeats one reading.
-* After a silence the comparison begins anew. A contradiction is over when gyro and wheels agreed
+* After a silence the comparison begins again. A contradiction is over when gyro and wheels agreed
   for `AGREED`, with the wheels at rest.
 * No motion begins before they were compared for as long, at rest. In a silence of more than
-  freshness.RESUME_TIME a board may have calibrated its gyro anew. Wheels that cannot be compared
+  freshness.RESUME_TIME a board may have calibrated its gyro again. Wheels that cannot be compared
   are not awaited.
 * In motion, an error of the gyro is not found if slip or uneven wheels may explain it: 5.5 % of
   the turn, and 7.5 deg/s at full speed.
@@ -44,8 +44,8 @@ SLIP = 0.055
 UNEVEN = 0.033
 #: A sound gyro drifts by up to this [rad/s].
 DRIFT = 0.02
-#: A gyro that agreed with resting wheels counts as calibrated until the next silence, in which it
-#: may be calibrated anew. With a calibrated gyro, wheels may slip by this share, as on a carpet.
+#: A gyro that agreed with resting wheels is calibrated until the next silence, in which it may be
+#: calibrated again. With a calibrated gyro, wheels may slip by this share, as on a carpet.
 WORST_SLIP = 0.45
 #: With a calibrated gyro, wheels may be uneven by this share, as when one is worn.
 WORST_UNEVEN = 0.1
@@ -205,7 +205,7 @@ class GyroWatch:
         return not self._sends_wheels or max(self._rested_for, self._alone_for) >= AGREED
 
     def _begin(self) -> None:
-        """Begin to compare anew: no sample until now counts."""
+        """Begin to compare again, without the samples until now."""
         self._imu = self._wheels = None
         self._readings.clear()
         self._turns.clear()

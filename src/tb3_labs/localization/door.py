@@ -1,7 +1,7 @@
 """The door of samples: each sample of a sensor is timed here, once; and the noise of an IMU.
 
-`Door.hear` measures the silence before a sample and reads the sender's clock; a :class:`Heard`
-carries all that later rooms ask. SensorWatch looks at the same sources while nothing is heard.
+`Door.hear` measures the silence before a sample and reads the sender's clock; a :class:`Heard` has
+all values that later rooms need. SensorWatch looks at the same sources while nothing is heard.
 
 Header stamps show intervals well, but come from the robot's clock, which may be a second off, step,
 or stand at zero. Arrivals are on the receiver's clock, but a network delays messages. So samples
@@ -49,7 +49,7 @@ class Heard(NamedTuple):
     time: float           # of the measurement [s, sender's clock; or by arrival]
     epoch: int            # of the sender's clock: times of different epochs cannot be compared
     measured_at: float    # [s, receiver's clock], as if the fastest message needed no time
-    silence: float        # of its source before it, by arrivals [s]; infinite before the first
+    silence: float        # the silence before it, by arrivals [s]; infinite for the first
     all_silent: float     # the same of all sources of its door
     by_stamps: float      # time since its source's sample before, by their stamps [s]; 0: none
 

@@ -1,4 +1,4 @@
-"""The local frame: the pose of the robot, counted from the pose that was last declared.
+"""The local frame: the pose of the robot, relative to the pose that was last declared.
 
 Theory of the lab: A is the odometry's frame ``odom``, B the frame ``local``. A place p_A is, in B,
 ``p_B = R(theta)^-1 (p_A - t)``, where (t, theta) is the pose of B in A.
@@ -9,7 +9,7 @@ yaw, both of one instant:
 * The place comes from the odometry. So the *odometry's* yaw of that instant gives the direction
   of B in A. The IMU's yaw would be wrong: its zero direction differs from the odometry's by some
   constant, and every displacement would be turned by that constant.
-* The heading comes from the IMU, counted from the IMU's yaw of that instant.
+* The heading comes from the IMU, relative to the IMU's yaw of that instant.
 
 Units: metres, radians. Source: the Transformation lab's handout, corrected for declared poses that
 are not zero, and for an IMU and an odometry that disagree.

@@ -1,10 +1,10 @@
-"""Follows the robot in a local frame that can be declared anew at any moment.
+"""Follows the robot in a local frame that can be declared again at any moment.
 
 IMU and odometry arrive in any order, each at its own rate. A *fix* is the robot's pose at the
 instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* uses the
 values of both sensors, interpolated to the moment of the request, once both sent a later sample. So
-it heals whatever was believed before. In a spin, an error of the samples' age is an error of the
-reset. If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
+it corrects any earlier error. In a spin, an error of the samples' age is an error of the reset. If
+the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
 (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unseen, the pose is lost:
 there is no local frame until a reset declares one.
 
@@ -80,7 +80,7 @@ class Localizer:
     """Computes poses in the local frame from samples."""
 
     def __init__(self, clock: SenderClock) -> None:
-        """`clock`: that of the Door of the samples, by which an instant is found in them."""
+        """`clock`: the Door's clock, which finds the samples of an instant."""
         self._clock = clock
         #: The LocalFrame in force; None before the first samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None
@@ -96,7 +96,7 @@ class Localizer:
         self._resets: List[Reset] = []    # in the order of their requests, until they are taken
         self._imu: Optional[Heard] = None           # the latest sample of each sensor
         self._odometry: Optional[Heard] = None
-        self._awaits_imu = True    # a silence of both sensors has ended, but not yet the IMU's
+        self._awaits_imu = True    # a silence of both sensors: the odometry is back, the IMU is not
 
     def on_imu(self, heard: Heard) -> None:
         """Take in a sample of the IMU."""

@@ -38,7 +38,7 @@ SLACK = 0.05
 SLACK_TURN = 0.3
 #: A rate of turn beyond this is the firmware's spike [rad/s].
 SPIKE = 10.0
-#: An odometry that was just set to zero has a place of exactly zero, and a yaw below this [rad].
+#: An odometry after a reset has a place of exactly zero, and a yaw below this [rad].
 ZERO_YAW = 0.01
 #: If the place was this near to zero before, a place of zero does not show a reset [m].
 ZERO_PLACE = 0.001
@@ -51,7 +51,7 @@ NEAR_ZERO_YAW = 0.1
 RESTING_TURN = 0.1
 #: If the IMU turns farther than this in a silence, it was calibrated [rad].
 CALIBRATION_TURN = 0.005
-#: A robot that turns comes to rest within this time of its last message [s].
+#: A turning robot comes to rest within this time after its last message [s].
 STOPPING_TIME = 0.5
 #: The odometry contradicts the wheels if it runs on for this long while they stand [s].
 CONTRADICTS = 0.5
@@ -87,7 +87,7 @@ class _Gap:
 
     @property
     def seconds(self) -> float:
-        """By stamps or by arrivals: the longer of both, up to LONGEST_SILENCE [s]."""
+        """The longer silence of stamps and arrivals, up to LONGEST_SILENCE [s]."""
         return min(max(self._by_stamps, self._by_arrival, 0.0), LONGEST_SILENCE)
 
     @property
@@ -217,7 +217,7 @@ class _Span:
         self.begin, self.end = math.inf, -math.inf
 
     def look(self, is_true: bool, stamp: float) -> None:
-        """Take in a sample. A clock that goes back begins anew."""
+        """Take in a sample. A clock that goes back begins again."""
         if not (is_true and self.begin <= stamp):
             self.begin = stamp
         self.end = stamp

@@ -35,7 +35,7 @@ class Track:
         self._samples: Deque[Tuple[float, Any]] = deque()    # (time, value)
 
     def add(self, time: float, value: Any) -> None:
-        """Append a value, whose `time` is not before that of the last value. A second value at the
+        """Append a value, whose `time` is not before the last value's. A second value at the
         same time replaces the first."""
         if time == self.newest:
             self._samples.pop()

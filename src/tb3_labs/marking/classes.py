@@ -34,8 +34,7 @@ class MarkedClass:
     """A class whose submissions are marked."""
 
     def __init__(self, marker: Marker, anew: bool, tell_problem: Callable[[str], None]) -> None:
-        """`anew`: try all submissions again, also those that were marked and
-        have not changed."""
+        """`anew`: repeat all trials, also of submissions that were marked and have not changed."""
         self._marker, self._folder, self._anew = marker, marker.folder, anew
         self._tell_problem = tell_problem
         self._failed, self._unchanged = False, 0
@@ -130,8 +129,8 @@ def in_words(marks: Marks) -> str:
 def mark_class(given, tell_problem, interrupted):
     """Mark a class as the arguments of mark.py say. Returns the exit status.
 
-    ``tell_problem(words)`` is told why something was not done. `interrupted`: an Event; once it is
-    set, all that runs is ended.
+    ``tell_problem(words)`` gets the reason why something was not done. `interrupted`: an Event;
+    once it is set, all that runs is ended.
     """
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work, ExitStack() as stack:
         stack.enter_context(_environment(ros_alone(Path(work) / 'ros', os.environ)))
@@ -154,7 +153,7 @@ def mark_class(given, tell_problem, interrupted):
 
 @contextmanager
 def _environment(made):
-    """This environment, and no other one, in a ``with`` block."""
+    """Only this environment in a ``with`` block."""
     before = dict(os.environ)
     os.environ.clear()
     os.environ.update(made)

@@ -9,7 +9,7 @@ class NodeNames(NamedTuple):
     """The names by which the node of a lab is found."""
 
     packages: Tuple[str, ...]   # usual names of the student's package
-    files: Tuple[str, ...]      # usual names of the node's file, that of this package first
+    files: Tuple[str, ...]      # usual names of the node's file, first the name in this package
     class_name: str             # the handout's name of the class
     node_name: str              # the handout's name of the node
     sensors: Tuple[str, ...]    # topics that a node needs; it is ready if it listens to the first

@@ -172,7 +172,7 @@ def ros_alone(own: Path, caller: Mapping[str, str]) -> Dict[str, str]:
     """An environment with ROS's own prefix, and `own`, a new prefix that has this package alone.
 
     It is made, not filtered: a workspace of the `caller` may hold this package together with an
-    instructor's nodes and messages, which must not stand in for those of a submission.
+    instructor's nodes and messages, which must not replace a submission's.
     """
     prefixes, modules = (caller.get(name, '').split(':') for name in (PREFIXES, MODULES))
     for place, folders in (('share', [rospkg.RosPack().get_path(OWN_PACKAGE)]),

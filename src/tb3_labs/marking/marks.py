@@ -7,8 +7,8 @@ names of labs, the second level the names of criteria. `extra` has the criteria 
       left: 3
       extra: {within_1_deg: 0}
 
-Marks are a function of what was handed in, of the recorded trial, of these points, and of what a
-person has decided: see `judged`.
+Marks are a function of the submission, of the recorded trial, of these points, and of a person's
+decisions: see `judged`.
 """
 import math
 from dataclasses import dataclass, field, replace

@@ -6,7 +6,7 @@
     logs/                        STUDENT.bag (the trial), STUDENT.marks.json, output
 
 A trial is kept as long as another one would be the same (trial_key.py). Verdicts, points and
-sentences are made anew from its bag in each run.
+sentences are made again from its bag in each run.
 """
 import fcntl
 import hashlib
@@ -27,7 +27,7 @@ from tb3_labs.report.page.document import safe
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD, BAG = (
     'marks.csv', 'overview.html', 'results.json', '.marks.json', '.bag')
-#: The parts of Marks that a record keeps: what is not in the bag of the trial.
+#: The parts of Marks that a record keeps, since the trial's bag does not have them.
 HANDED_IN = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged', 'seconds',
              'places')
 
@@ -46,7 +46,7 @@ class MarksFolder:
         #: Two trials of a submission that agree in all this end alike.
         self._key = {'lab': lab, 'parts': sorted(parts), 'options': options,
                      'version': version(lab)}
-        #: Student -> record; student -> Marks that have their page in this run.
+        #: Student -> record; student -> Marks whose page this run has written.
         self._records: Dict[str, Dict[str, Any]] = {}
         self._shown: Dict[str, Marks] = {}
         for file in sorted(self.logs.glob('*' + RECORD)):
@@ -78,7 +78,7 @@ class MarksFolder:
         return None if marks.unjudged else marks    # its bag is gone, or cannot be read
 
     def judged(self, handed_in: Marks) -> Marks:
-        """The Marks by the bag of the trial, and by what a person has decided."""
+        """The Marks, computed from the trial's bag and a person's decisions."""
         seen = None
         if not handed_in.unjudged:
             try:
@@ -93,7 +93,7 @@ class MarksFolder:
     def write(self, handed_in: Marks, submission: str) -> Marks:
         """Keep what was handed in, and write page and results of its Marks, which are returned.
 
-        `submission`: its digest; '' if it is to be tried again in the next run.
+        `submission`: its digest; '' if the next run must try it again.
         """
         record = self._records[handed_in.student] = {
             'key': dict(self._key, submission=submission),
@@ -118,7 +118,7 @@ class MarksFolder:
                 renewed.append(student)
             record.update(worth=self.worth, cells=cells)
             all_marks.append(marks)
-        # the table first: a record without it would take the old cells for a person's
+        # the table first: without it the old cells would look like a person's
         write_output(self._path / TABLE, self._table.renewed(all_marks))
         for record in self._records.values():
             self._write(record)

@@ -21,7 +21,7 @@ from tb3_labs.report.page.document import safe
 #: The first columns; the columns of a person's decision.
 FIRST = STUDENT, POINTS, OF = ['student', 'points', 'of']
 WATCHED = DECIDED, POINTS, REASON, REMARKS = 'decided', 'points', 'reason', 'remarks'
-#: A spreadsheet has no longer cell; what a person wrote may be longer.
+#: No cell of a spreadsheet is longer; a person's own text may be.
 LONGEST_CELL = 32767
 csv.field_size_limit(2 ** 31 - 1)
 
@@ -50,7 +50,7 @@ class Table:
                                      for place in places] for row in rows]
 
     def decisions(self, written: Mapping[str, Mapping[str, str]]) -> Dict[str, Decision]:
-        """What a person has decided: name in the table -> Decision. `written`: what the marker
+        """A person's decisions: name in the table -> Decision. `written`: what the marker
         wrote into the cells WATCHED of each name.
 
         ``ValueError`` with name and cell if it is not a number of points.
@@ -59,7 +59,7 @@ class Table:
         for row in self._rows:
             cells, before = dict(zip(self._heads, row)), written.get(row[0], {})
             edited = [name for name in before if not _is_same(cells.get(name, ''), before[name])]
-            # what was written last counts
+            # what was written last is used
             points, why = (next((name for name in (own, other) if name in edited), own)
                            for own, other in ((DECIDED, POINTS), (REASON, REMARKS)))
             if (cells.get(points) or cells.get(why)) and row[0] not in found:
@@ -68,8 +68,8 @@ class Table:
         return found
 
     def renewed(self, all_marks: Sequence[Marks]) -> str:
-        """The table with these marks. A person's columns stay, and others' rows, also if several
-        have one name."""
+        """The table with these marks. A person's columns stay, and the rows of other students, also
+        if several have one name."""
         heads = list(cells_of(all_marks[0]))
         places = [self._heads.index(head) if head in self._heads else -1 for head in heads]
         added = [place for place in range(self._width) if place not in places]
@@ -112,7 +112,7 @@ def _points(number: float) -> str:
 
 
 def _is_same(cell: str, written: str) -> bool:
-    """Does a cell still hold what was written? A spreadsheet may write 14 as 14.0 or 14,0."""
+    """Does a cell still hold the written value? A spreadsheet may write 14 as 14.0 or 14,0."""
     try:
         return float(cell.replace(',', '.')) == float(written)
     except ValueError:

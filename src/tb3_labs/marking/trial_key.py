@@ -1,7 +1,7 @@
 """What decides a trial besides the submission: with the same, another trial would end alike.
 
 It is what is done to a node, the robot, and the programs that try a node. Criteria, points and
-sentences are not among it: they are made anew from the recording.
+sentences are not among it: they are made again from the recording.
 """
 import ast
 import hashlib

@@ -3,8 +3,8 @@ core, which knows neither ROS nor a clock, and its ROS side in a file `ros_*.py`
 
 How every core is used (:class:`tb3_labs.ros.gate.Gate` does so):
 
-* *In*: ``on_<what>(...)`` takes in a sample, a message or a request, and answers nothing. What a
-  person may have caused comes as an events.Event.
+* *In*: ``on_<what>(...)`` takes in a sample, a message or a request, and answers nothing. A message
+  that a person may have caused comes as an events.Event.
 * *Out*: ``tick(now)`` looks at the clock and decides. It returns one events.Output: the command,
   and all that is to be done once. Call it after each message, and ten times a second; while an
   Output is `watched`, call it more often, since messages may stop. For the time of

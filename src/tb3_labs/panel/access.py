@@ -1,8 +1,8 @@
 """Where is the page offered, and which browser may connect? Pages of other sites are refused.
 Which page may drive is decided by :mod:`tb3_labs.supervision.page_grip`.
 
-A browser sends requests for any page that it shows, so the address 127.0.0.1 alone does not keep
-pages of other sites out. Three things are checked:
+A browser sends requests for any page that it shows, so the address 127.0.0.1 alone does not exclude
+pages of other sites. Three things are checked:
 
 * *Host*, the name under which the browser reached this node. A site may let its own name lead to
   127.0.0.1 (DNS rebinding); *Host* still has that name.
@@ -42,7 +42,7 @@ class Access:
     """Checks requests by the names of this node and its token ('': no token is needed)."""
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
-        """`names`: names and addresses of this computer, beside those of the loopback."""
+        """`names`: names and addresses of this computer, beside the loopback's."""
         # as a Host header writes them: an IPv6 address stands in brackets
         self._names = {('[{}]' if ':' in name else '{}').format(name.lower())
                        for name in ('localhost', LOOPBACK, '::1', *names)}
@@ -62,7 +62,7 @@ class Access:
                 name, ', '.join(sorted(self._names)))
         if origin is not None and origin.lower() not in ('http://' + host, 'https://' + host):
             return 'requests of pages of other sites ({}) are refused'.format(origin)
-        # hmac takes no text but ASCII; a browser may send any
+        # hmac takes only ASCII text; a browser may send any text
         if token is not None and not hmac.compare_digest(*(
                 word.encode(errors='surrogatepass') for word in (token, self._token))):
             return 'the token is missing or wrong: use the whole address that the panel printed'

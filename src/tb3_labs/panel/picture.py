@@ -51,13 +51,13 @@ DECLARED = re.compile(r'Local pose set to x=([-+.\de]+), y=([-+.\de]+), yaw=([-+
 #: Truth and odometry that are farther apart in time than this are not compared [s].
 SAME_PICTURE = 0.3
 #: Ages below this are shown as 0 [s]: streams are read only a few times a second, so a small age
-#: says nothing about the robot.
+#: shows nothing about the robot.
 READ_WITHIN = 0.3
 #: A robot that is slower than this stands, by its odometry [m/s] or [rad/s].
 STANDS_BELOW = 0.02
 
-#: A page shows the variables of so many nodes, so many of each, of a name or a text so many
-#: characters, until the node has been silent for so long [s].
+#: A page shows the variables of so many nodes, so many of each, so many characters of a text, until
+#: the node is silent for so long [s].
 MOST_NODES, MOST_VARIABLES, LONGEST_TEXT, STALE = 4, 40, 200, 2.0
 
 Point = Tuple[float, float]

@@ -99,11 +99,11 @@ class Viewer:
         self._send(json.dumps(dict(values, type=kind), allow_nan=False))
 
     def answer(self, request: Optional[Request], fulfilled: bool, text: str) -> None:
-        """Answer `request` in words; `request` is None if it could not be read."""
+        """Answer `request` by a text; `request` is None if it could not be read."""
         if request is not None and request.id is not None:
             self.send('answer', id=request.id, ok=fulfilled, text=text)
         elif not fulfilled:
-            # what is held on the page does not count: the person must let go
+            # what is held on the page is ignored: the person must let go
             self.send('refused', text=text)
 
 
@@ -127,7 +127,7 @@ def read_request(text: Union[str, bytes]) -> Request:
         return Request(kind, READERS[kind](message), _count(message, 'id'),
                        _count(message, 'stops'), sent_at)
     except ValueError:
-        if kind == 'stop':      # it counts, whatever stands beside it
+        if kind == 'stop':      # it is used, whatever stands beside it
             return Request(kind)
         raise
 
@@ -161,7 +161,7 @@ def _held(message: Dict) -> Held:
         _flag(message, 'first'))
 
 
-#: By type: the reader of a message's value.
+#: {type: the reader of a message's value}
 READERS: Dict[str, Callable[[Dict], Any]] = {
     'joy': _held, 'goal': _pose, 'reset': _pose, 'stop': lambda message: None,
     'turn': lambda message: _number(message, 'degrees', MOST_DEGREES, 'deg')}

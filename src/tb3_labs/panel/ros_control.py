@@ -79,7 +79,7 @@ class PanelRobot:
         return self._ACTIONS[request.kind](self, page, request)
 
     def _hold(self, page, request):
-        """A page says what is held on it now."""
+        """A page sends what is held on it now."""
         held = request.value
         if not (held.pad or held.mouse):
             if self.grip.let_go(page):
@@ -203,7 +203,7 @@ class PanelRobot:
     def _send_pad(self, pad, lateness=0.0):
         """Publish a `joy` as the package joy does; `lateness`: the delay of the page [s]."""
         if self.watch.hears_another_pad:
-            return    # the sticks of both would count as one pad's
+            return    # the sticks of both would be treated as one pad's
         axes, buttons = pad.as_joy(self._pad_config)
         message = Joy(axes=axes, buttons=buttons)
         message.header.stamp = rospy.Time.from_sec(max(0.0, rospy.get_time() - lateness))

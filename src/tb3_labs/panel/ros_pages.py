@@ -130,7 +130,7 @@ class Pages:
             answer = self._robot.carry_out(page, request)
         except ValueError as problem:
             page.answer(request, False, str(problem))
-        except Exception as problem:    # it is this page's alone: the others keep their STOP
+        except Exception as problem:    # only this page fails: the other pages keep their STOP
             rospy.logerr('a page asked for what cannot be done (%s): %s', problem, text)
             self._robot.gone(page)
             page.answer(request, False, 'this cannot be done: {}'.format(problem))

@@ -20,14 +20,14 @@ from tb3_labs.ros.node import guarded
 
 #: The style and the program need no token; the page itself and its socket do.
 PUBLIC = ('.css', '.js', '.svg')
-#: The page: HTML, style and program, as they are.
+#: The files of the page: HTML, style and program.
 PAGE_FILES = Path(__file__).resolve().parent / 'page'
 #: The names of the files that draw a robot, as a regular expression.
 DRAWN = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir() if path.suffix in PUBLIC)
-#: Each page is asked once in this time whether it is there [s].
+#: Each page is pinged once in this time [s].
 PING_PERIOD = 1.0
 #: A page that does not answer for this long is dropped [s]: a laptop was suspended, or a network
-#: holds up all messages. A page that runs again connects anew, and sees the present picture.
+#: holds up all messages. A page that runs again connects again, and sees the present picture.
 PONG_WITHIN = 3.0
 #: A connection without a whole request for this long is closed [s].
 REQUEST_WITHIN = 10.0

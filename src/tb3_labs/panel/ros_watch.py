@@ -78,7 +78,7 @@ class Watch:
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
 
     def ask(self, question):
-        """Returns ``question(view)``, which may write into the view; any thread may call it."""
+        """Returns ``question(view)``, which may change the view; any thread may call this."""
         with self._lock:
             return question(self._view)
 

@@ -2,8 +2,8 @@
 
 Each sample has two times, both in seconds since the recording's start. `arrival` is its arrival at
 the recorder. `time` is its stamp, converted from the sender's clock (on a real robot up to a second
-off) to the recorder's: its intervals are as even as those of the stamps, and times of two topics
-can be compared. If a message has no stamp, both times are its arrival.
+off) to the recorder's: its intervals are as even as the stamps', and times of two topics can be
+compared. If a message has no stamp, both times are its arrival.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi] as the sender sent them.
 Edge cases: a topic that was not recorded has samples of length 0; an invalid quaternion (see
@@ -255,7 +255,7 @@ class RunData:
     devices: Tuple[str, ...] = ()                              # recorded ones of joy, mouse_info
     senders: Tuple[str, ...] = ()                              # of the commands; (): unknown
     sent: Values = field(default_factory=Values.none)          # index in senders of each command
-    starts: Tuple[float, ...] = ()                             # of the node [s]; (): unknown
+    starts: Tuple[float, ...] = ()                             # times of the node [s]; (): unknown
     letters: Values = field(default_factory=Values.none)       # typed: 1 for l, -1 for r, 0
     events: States = field(default_factory=States.none)        # of a trial, by the marker
     printed: States = field(default_factory=States.none)       # by the node of a trial
@@ -270,7 +270,7 @@ Result = TypeVar('Result')
 
 
 def once(find: Callable[[RunData], Result]) -> Callable[[RunData], Result]:
-    """Makes a function of a run that finds its result once: a page asks for it again and again."""
+    """Makes a function of a run that computes its result only once: a page calls it often."""
     @functools.wraps(find)
     def found(run: RunData) -> Result:
         known = vars(run).setdefault('_found', {})

@@ -21,7 +21,7 @@ FASTEST_SPIKE = 7e3
 FASTEST_GYRO = 35.0
 #: A wheel has turned no farther than this [rad]: its encoder counts 2^31 steps.
 FARTHEST_WHEEL = 3.5e6
-#: ROS cannot send a later stamp [s]: that of the year 2106.
+#: ROS cannot send a later stamp [s]; this one is in the year 2106.
 LAST_STAMP = 2.0 ** 32 - 2.0
 #: A robot at rest has at most this forward speed in its samples [m/s].
 REST_LINEAR = 0.005
@@ -79,7 +79,7 @@ def bounded(name: str, value: float, bound: float, unit: str) -> float:
 
 
 def is_slow(linear: float, angular: float) -> bool:
-    """Are these speeds [m/s, rad/s] those of a robot at rest?"""
+    """Is a robot with these speeds [m/s, rad/s] at rest?"""
     return abs(linear) <= REST_LINEAR and abs(angular) <= REST_ANGULAR
 
 

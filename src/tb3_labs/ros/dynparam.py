@@ -68,7 +68,7 @@ def settings_of(node):
 def value_of(text, kind):
     """Returns the typed text as a `kind`, or else as another type, which the node refuses."""
     if kind is float:
-        return number_or_text(text)    # to YAML 1e-3 is a text, and 400 digits are no float
+        return number_or_text(text)    # YAML reads 1e-3 as a text, and 400 digits are not a float
     try:
         value = text if kind is str else yaml.safe_load(text)
     except (yaml.YAMLError, ValueError):    # of an integer with 5000 digits

@@ -8,7 +8,7 @@ that ended it), and when its clock stands still. Once a second a driving node pu
 Locks are taken in this order, each only before those below it:
     1  locks of the parts that call a node back: the hooks of its end, dynamic settings,
        diagnostics, actionlib. A node that calls these parts holds no lock.
-    2  the lock of the node, that of its Gate, which guards its core and its commands
+    2  the lock of the node, its Gate's, which guards its core and its commands
     3  locks of rospy's topics, and of its log
 A thread that holds a node's lock does not wait for a service, a message or a subscriber.
 """
@@ -28,7 +28,7 @@ from tb3_labs.ros.rospy_internals import is_wall_time, write_at_once
 from tb3_labs.supervision.freshness import Freshness
 
 #: A smaller speed turns no motor [m/s], [rad/s]: their steps are eight times as large. The firmware
-#: takes a number such as 1e-40 for full speed.
+#: reads a number such as 1e-40 as full speed.
 LEAST_SPEED = 1e-4
 #: A clock that does not change for this long stands still [s].
 STANDSTILL = 0.3
@@ -66,8 +66,8 @@ class Gate:
 
     def take_in(self, method, *arguments):
         """Hand over what was heard by ``method(*arguments)`` of the core, and let it decide.
-        Returns the Output. A clock is read in `method`: a time that was read before the lock was
-        taken may be older than one that the core knows already."""
+        Returns the Output. `method` reads the clock: a time from before the lock was taken may be
+        older than a time that the core knows already."""
         with self._lock:
             method(*arguments)
             output = self._decide()
@@ -81,7 +81,7 @@ class Gate:
 
     def ask(self, method, *arguments):
         """Returns the answer of ``method(*arguments)`` of the core. Nothing is decided: it is a
-        question, or a sample that only checks others."""
+        question, or a sample that only checks other samples."""
         with self._lock:
             return method(*arguments)
 
@@ -173,8 +173,8 @@ class CmdVel:
 
 
 class Watchdog:
-    """Calls `check()`, guarded, in a thread of its own, while no message comes; with a simulated
-    clock `note_clock(runs)`, too: does it run?
+    """Calls `check()`, under the lock, in a separate thread, while no message comes; and
+    `note_clock(runs)`, if the clock is simulated.
 
     The thread begins with the first call of :meth:`keep`. A rospy.Timer would stop with the
     simulated clock, just when the check is needed.
@@ -191,7 +191,7 @@ class Watchdog:
         """`awake`: must the node be checked often? The caller holds the node's lock."""
         if not self._thread.ident:
             self._thread.start()
-        if awake is not self._awake.is_set():    # a look costs less than setting it again
+        if awake is not self._awake.is_set():    # reading it costs less than setting it again
             (self._awake.set if awake else self._awake.clear)()
 
     def feed(self):

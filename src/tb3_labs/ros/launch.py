@@ -20,10 +20,10 @@ PACKAGE = 'tb3_labs'
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
 #: An argument may choose one of several files. Then its doc names them: params/pad_*.yaml.
 CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
-#: The doc of an argument that takes a file of parameters, and a line in it that YAML reads as none.
+#: The doc of an argument that takes a file of parameters, and a line that YAML reads as empty.
 OWN_FILE = 'a YAML file of your own'
 NO_VALUE = re.compile(r'^(\w+):[ \t]*(?:#.*)?(?:\n(?![ \t]+\S)|\Z)', re.MULTILINE)
-#: A colon without a blank after it, as in {slip:0.1}: YAML takes it for a part of the name.
+#: A colon without a blank after it, as in {slip:0.1}: YAML makes it a part of the name.
 NO_BLANK = re.compile(r':(?!\s)')
 #: An argument takes numbers if its default is one, or a group of parameters.
 NUMBERS = re.compile(r'-?[\d.]+|\{\}')

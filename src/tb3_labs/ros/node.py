@@ -1,13 +1,13 @@
 """Start, signals, failure and end of every node of this package.
 
-A ``ValueError`` at the start, such as that of an invalid parameter, ends the node with one fatal
+A ``ValueError`` at the start, such as an invalid parameter's, ends the node with one fatal
 line and exit status 1; its roslaunch ends, too. An exception inside a callback ends the node as
 well: rospy alone would print a traceback and let the robot drive on with its last command. The
 shutdown hook of :mod:`tb3_labs.ros.gate` sends the last zero velocity.
 
 rospy's own signal handlers interrupt the main thread at any point to shut down, and hang if it
-holds one of rospy's locks. Here a signal is an exception in the main thread: first it leaves its
-calls and their locks, then the node shuts down. Ctrl+Z ends a node, too: as a process that is
+holds one of rospy's locks. Here a signal is an exception in the main thread, which first leaves its
+calls and their locks; then the node shuts down. Ctrl+Z ends a node, too: as a process that is
 stopped it could not stop its robot.
 """
 import functools
@@ -75,8 +75,8 @@ def run(name, make_node, interface=None):
 
 
 def leave(status=0):
-    """End this process when the hooks of its shutdown are done. By rospy alone the end takes 0.6 s
-    longer, and computes for most of that time."""
+    """End this process when the hooks of its shutdown are done. rospy's own end takes 0.6 s longer,
+    and computes for most of that time."""
     deadline = time.monotonic() + LONGEST_END
     while not rospy.is_shutdown() and time.monotonic() < deadline:
         time.sleep(END_LOOK)
@@ -104,7 +104,7 @@ def guarded(callback):
 
 def end(failure=''):
     """Begin to end this node; if there is a `failure`, with one fatal line and exit status 1. It
-    does not wait, also if another thread, whose hooks wait, has begun."""
+    does not wait, even if another thread has begun, whose hooks wait."""
     _end_has_begun.set()
     if failure:
         _failures.append(failure)
@@ -144,7 +144,7 @@ class Interrupted(BaseException):
 
 def take_signals():
     """The first signal of END_SIGNALS now raises Interrupted in the main thread; also SIGINT in a
-    script's background job, whose shell lets it be ignored. Only nohup's SIGHUP stays so."""
+    script's background job, which ignores it at first. Only nohup's SIGHUP stays ignored."""
     for number in END_SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)

@@ -11,8 +11,8 @@ from tb3_labs.robot.turtlebot3 import model_called
 
 def read_config(*kinds, of=None, typed=()):
     """Returns an instance of each configuration class in `kinds`, from the node's ``~`` parameters,
-    and of settings that are none, `typed`: {name: value}. Raises ``ValueError`` for the first that
-    is unknown or not valid. `of`: another node to read instead; unknown ones are ignored."""
+    and of settings that are not parameters, `typed`: {name: value}. Raises ``ValueError`` for the
+    first that is unknown or invalid. `of`: another node, whose unknown ones are ignored."""
     given = rospy.get_param(of or '~', {})
     if not isinstance(given, dict):
         raise ValueError('parameter {} = {!r} is not valid: the name of the node holds its '

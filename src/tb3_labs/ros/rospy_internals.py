@@ -1,8 +1,8 @@
 """The private parts of rospy that the nodes read or change, each behind one function.
 
-They are those of rospy 1.15.15 (Debian 12). Each docstring names the part, what would hurt without
-it, and the test that fails if the part changes. If it names no test, an AttributeError shows the
-change: a node does not start, or ends at once.
+They exist in rospy 1.15.15 (Debian 12). Each docstring names the part, what would hurt without
+it, and the test that fails if the part changes. A part without a test: an AttributeError shows the
+change, since a node does not start, or ends at once.
 """
 import socket
 import threading
@@ -27,15 +27,15 @@ def connection_of(message):
 
 def sender_of(header):
     """The name of the sender with this header of a connection; '' without one. It may be a
-    stranger's text, so it is short, and without effect on a terminal."""
+    stranger's text, so it is cut, and cleaned of terminal codes."""
     return ''.join(letter for letter in header.get('callerid', '') if letter.isprintable())[:100]
 
 
 def note_connections():
-    """Let the header of each connection tell since when it exists ('connected_at', on
+    """Add to the header of each connection since when it exists ('connected_at', on
     clocks.steady_time) and to which process ('process'); to be called before a node subscribes.
 
-    Only this shows whether a sender may be repeating what it said before, or is a new process: a
+    Only this shows whether a sender may be repeating what it sent before, or is a new process: a
     repeated True would drive the robot after a restart (TCPROSTransport's `_validate_header` and
     `endpoint_id`; test/ros/starts.test).
     """
@@ -53,8 +53,8 @@ def log_without_the_master():
     """Let a log line ask the master nothing; to be called after init_node().
 
     rospy asks it with each line for a parameter that nobody sets: without an answer a thread waits.
-    To set it would make the master call all nodes that ever asked, also those that ended, at ports
-    that may be another's by now (the cache of parameters; test/ros/network.test).
+    If it were set, the master would call all nodes that have read it, also dead ones, whose ports
+    may belong to other nodes (the cache of parameters; test/ros/network.test).
     """
     get_param_server_cache().set('/rosout_disable_topics_generation', False)
 
@@ -62,7 +62,7 @@ def log_without_the_master():
 def answer_side_by_side(server=None):
     """Answer each connection to this node in a thread of its own; to be called after init_node().
 
-    rospy answers one after the other. A client that is no node (a browser; a master that calls a
+    rospy answers them in turn. A client that is not a node (a browser; a master that calls a
     node which had this port before) held up all others for ever, and the seventh that waited was
     tried again after 1 s (`_tcpros_server`, its `inbound_handler`; test/unit/test_node.py).
     """
@@ -84,7 +84,7 @@ def answer_side_by_side(server=None):
 
 
 def is_wall_time():
-    """Is ROS time the computer's time, and not that of a simulated /clock?"""
+    """Is ROS time the computer's time, and not a simulated /clock?"""
     return rospy.rostime.is_wallclock()
 
 
@@ -107,7 +107,7 @@ def hear_all_publishers(manager=None):
     comes last, and drops the other: the two never connect, and a stop is not heard (1 of 1200 pairs
     that registered within 4 ms, on a busy computer). Here lists that wait are joined. A publisher
     that has ended refuses the connection, which is harmless (RegManager's `updates` and
-    `publisher_update`; test/unit/test_node.py). This node is not in them if it hears others alone.
+    `publisher_update`; test/unit/test_node.py). This node is not in them if it only subscribes.
     """
     manager = manager or next(each for each in get_registration_listeners().listeners
                               if isinstance(each, RegManager))

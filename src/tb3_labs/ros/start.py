@@ -9,7 +9,7 @@ A missing package of Python is one line, too. The build runs this file to say so
 import signal
 import sys
 
-# `&` in a script ignores SIGINT; a node ends by it all the same, as rospy's own nodes do
+# `&` in a script ignores SIGINT; a node ends by it nevertheless, as rospy's own nodes do
 if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_IGN):
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 try:

@@ -1,9 +1,9 @@
-"""How a node listens: only the latest sample counts, but every event.
+"""How a node listens: it uses only the latest sample, but each event.
 
-A permission, a turn or a goal is an event: a person sends it at one moment. Events count in their
-order, each once, and only if they are new. A latched topic repeats an event without that person: to
-each node that starts, and after each new connection. A subscriber that keeps only the latest
-message loses events: a node reads delayed messages all at once.
+A permission, a turn or a goal is an event: a person sends it at one moment. Events are used in
+their order, each once, and only if they are new. A latched topic repeats an event without that
+person: to each node that starts, and after each new connection. A subscriber that keeps only the
+latest message loses events: a node reads delayed messages all at once.
 """
 import threading
 import time
@@ -25,7 +25,7 @@ FIRST_REMINDER, NEXT_REMINDER = 2.0, 10.0
 
 
 class Complaints:
-    """Warnings of one kind: one in COMPLAINT_PERIOD, whatever each says. rospy's own throttle would
+    """At most one warning of a kind in COMPLAINT_PERIOD, with any text. rospy's own throttle would
     count all topics together, and stops with a simulated clock."""
 
     def __init__(self):
@@ -39,8 +39,8 @@ class Complaints:
 
 
 def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_for=None):
-    """Returns a guarded subscriber. Of several messages that come at once it gets the latest
-    `queue_size`; with None it gets all. The others are dropped, and not even deserialised.
+    """Returns a guarded subscriber. If several messages come at once, it gets the latest
+    `queue_size`; with None it gets all. Older messages are dropped, and not even deserialised.
 
     `read` turns the message into the argument of `callback`. If it raises ``ValueError``, the
     message is dropped with one warning a second, and counted by `source`, a freshness.Freshness.
@@ -82,7 +82,7 @@ def subscribe_events(topic, kind, callback, read=lambda message: message.data, s
 
 
 def ages(topic):
-    """Returns a function that tells the events.Age of each message of a topic, once."""
+    """Returns a function that gives the events.Age of each message of a topic, once."""
     origins = Origins(publishers_of(rospy.resolve_name(topic)), steady_time())
     return lambda message: origins.age_of(
         way_of(message), steady_time(), _stamp_of(message), ros_time())

@@ -62,7 +62,7 @@ class Drivetrain:
         self._settle()
 
     def _settle(self) -> None:
-        """Compute what stays constant until speeds or goals change."""
+        """Compute the values that are constant until speeds or goals change."""
         left_excess = self._left_speed - self._left_goal
         right_excess = self._right_speed - self._right_goal
         self._steady = not self._lag or (
@@ -244,8 +244,8 @@ class Body:
         self.motion_changed()
 
     def wheel_angles_at(self, moment: float) -> Tuple[float, float]:
-        """Returns the (left, right) angle of the motors [rad] at `moment` [s]. Ask in order of
-        time."""
+        """Returns the (left, right) angle of the motors [rad] at `moment` [s]. Call it in the order
+        of time."""
         past = self._past
         while len(past) > 1 and past[1][0] <= moment:
             past.popleft()

@@ -6,16 +6,16 @@ Its faults are copied, because the labs have to work with them:
 - Linear and angular speed are clipped one by one, then each wheel again. So a fast curve becomes
   slower and wider.
 - Motors take whole steps of speed, cut towards zero, and not more than `motor_steps`.
-- rosserial takes infinity for 1, and NaN for 1.5.
+- rosserial reads infinity as 1, and NaN as 1.5.
 - The heading of the odometry is the IMU's: ``dyaw = theta - theta_last`` is *not* wrapped. Each
   time the IMU crosses +/-180 deg, one sample's displacement points backwards and its
   twist.angular has a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw itself
   stays correct.
-- The newest command counts for half a second from the moment at which it is read.
+- The newest command is used for half a second from the moment at which it is read.
 - On `reset` the board first calibrates its gyro, and does nothing else meanwhile: the motors keep
-  their speed, and commands and further resets wait in their order. The gyro takes the mean rate of
-  turn for its bias. Then `reset` sets the odometry's pose to zero, but not the IMU's yaw. From then
-  on they differ. The next odometry adds the turn that the IMU saw during the calibration.
+  their speed, and commands and further resets wait in their order. The gyro's bias becomes the mean
+  rate of turn. Then `reset` sets the odometry's pose to zero, but not the IMU's yaw. From then on
+  they differ. The next odometry adds the turn that the IMU saw during the calibration.
 - If the servos do not answer, the odometry repeats its last step for ever, while the angles of the
   wheels stand.
 
@@ -73,7 +73,7 @@ class Odometer:
     def __init__(self, model: RobotModel, pose: Pose2, imu_yaw: float) -> None:
         self._radius = model.wheel_radius
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
-        #: Yaw of the IMU from which the next update counts the turn [rad].
+        #: Yaw of the IMU from which the next update measures the turn [rad].
         self.theta_last = imu_yaw
         self._ticks: Tuple[int, int] = (0, 0)
         self._zero = self._step = self._ticks
@@ -138,8 +138,8 @@ class Board:
         return (self._yaw_before - yaw) / self._pause if self._pause else 0.0
 
     def read(self, arrivals: Sequence[Arrival]) -> bool:
-        """Read the messages that have arrived. Returns whether a reset is next; the messages behind
-        it wait."""
+        """Read the messages that have arrived. Is a reset next? If so, the messages behind it
+        wait."""
         self._waiting.extend(arrivals)
         while self._waiting and not self.is_busy:
             arrival, message = self._waiting.popleft()

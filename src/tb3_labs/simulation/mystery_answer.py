@@ -1,6 +1,6 @@
 """Is an answer to a mystery robot right: the fault, and its value?
 
-Units: each fault's value has a unit of its own. Edge cases: a wrong fault in an answer tells
+Units: each fault's value has a unit of its own. Edge cases: a wrong fault in an answer shows
 nothing about the right one; an angle may be off by whole turns; an answer without a value is not
 complete, so it is not right.
 """
@@ -16,7 +16,7 @@ ROUNDING = 1e-9
 
 
 class Meaning(NamedTuple):
-    """What an answer says of a kind of fault."""
+    """The form of an answer about a kind of fault."""
 
     unit: str           # of the value
     tolerance: float    # a value this near is right
@@ -85,7 +85,7 @@ def _words(name: str) -> Tuple[str, ...]:
 
 
 def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, str]:
-    """Returns (is the answer right?, the words for the student). Raises ``ValueError`` if the
+    """Returns (is the answer right?, the text for the student). Raises ``ValueError`` if the
     number, the fault or the value is not valid."""
     hidden, truth, _ = draw(number)
     meaning, named = MEANINGS[hidden.name], fault_called(name)

@@ -5,7 +5,7 @@ A number from 1 to LAST_NUMBER always gives the same robot. In each block of num
 ``random.Random(text).random()`` is used, since Python promises its sequence for all versions.
 
 Nothing here is secret: a reader of this file can compute the answer, and so can a patient user of
-`mystery.py --answer`. The exercise asks for the measurement that proves it.
+`mystery.py --answer`. The exercise asks for a measurement that proves the fault.
 
 Units: each fault's value has a unit of its own; times are in seconds since the robot's start.
 """
@@ -40,8 +40,8 @@ class Fault:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-#: All kinds of faults, by the names of the answers. If another kind were added, each
-#: number would mean another robot.
+#: All kinds of faults, by the names of the answers. A further kind would change the robot of each
+#: number.
 FAULT_KINDS = (
     Fault('imu offset', (20.0, 160.0), True, 0, 'imu_offset_deg'),
     Fault('imu drift', (10.0, 60.0), True, 0, 'imu_drift_deg_per_min'),

@@ -1,7 +1,7 @@
 """A simulated robot on the topics of a real one, and its time: real, or its own on /clock.
 
 Messages are filled as the firmware fills them. Source: ROBOTIS OpenCR firmware 1.2.6
-(turtlebot3_sensor.cpp for the covariances; it leaves those of the odometry at zero).
+(turtlebot3_sensor.cpp for the covariances; it leaves the odometry's at zero).
 """
 import itertools
 import math
@@ -32,11 +32,11 @@ TRUTH_EVERY = 4        # steps between two messages of the ground truth
 #: If the computer pauses for up to this time, the robot catches up [s].
 CATCH_UP = 0.5
 #: If the robot publishes /clock, it catches up after a pause of up to this time [s, wall clock]. On
-#: /clock the pause is `speed` times as long, and passes at once: after a longer one a node would
-#: find its sensors silent.
+#: /clock the pause is `speed` times as long, in one step: after a longer one a node would see its
+#: sensors silent.
 CATCH_UP_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
-#: The board lies askew by these angles, which were recorded [rad].
+#: The board is tilted by these angles, which were recorded [rad].
 ROLL, PITCH = math.radians(0.7), math.radians(0.4)
 
 
@@ -55,9 +55,9 @@ UPWARDS = (-GRAVITY * math.sin(PITCH), GRAVITY * math.sin(ROLL) * math.cos(PITCH
 class FakeRobot:
     """One Simulator and its topics.
 
-    A robot with a `hidden` fault (mystery_robot.HiddenFault) takes its settings from there. It has
-    no /tf_static and no ground truth, since both would show the fault. If the environment names a
-    TRUTH_PIPE, the truth goes there, and there is no ground truth on a topic.
+    A robot with a `hidden` fault (mystery_robot.HiddenFault) gets its settings from the fault. It
+    has no /tf_static and no ground truth, since both would show the fault. If the environment names
+    a TRUTH_PIPE, the truth goes there, and there is no ground truth on a topic.
     """
 
     def __init__(self, settings, hidden=None):
@@ -75,7 +75,7 @@ class FakeRobot:
             rospy.Subscriber(topic, kind, guarded(callback), queue_size=1, tcp_nodelay=True)
 
     def configure(self, settings):
-        """Use other settings from now on, except those of the start."""
+        """Use other settings from now on, except the settings of the start."""
         with self._lock:
             self._robot.configure(settings)
 
@@ -153,7 +153,7 @@ class TruthPipe:
         self._path, self._pipe = path, -1
 
     def is_heard(self):
-        """Does anybody read? While nobody does, this looks for the pipe anew."""
+        """Does anybody read? While nobody does, this looks for the pipe again."""
         if self._pipe < 0:
             with suppress(OSError):     # there is no reader yet
                 self._pipe = os.open(self._path, os.O_WRONLY | os.O_NONBLOCK)
@@ -186,7 +186,7 @@ class SensorTopics:
     def send(self, burst, epoch, wheels):
         """Publish the samples of a `burst`, which arrive at one moment, by one write for each
         topic; joint states together with the odometry. `epoch` is the robot's time 0 [s], `wheels`
-        those of the simulator's sensors, of which the older ones are taken away."""
+        the simulator's wheel samples, of which the older ones are taken away."""
         imu = [sample for sample in burst if isinstance(sample, ImuSample)]
         odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]
         link, odom, base, body = (self.frames[name] for name in (

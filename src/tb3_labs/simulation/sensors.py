@@ -21,7 +21,7 @@ DROPOUT = (0.3, 4.3)
 #: After a stall at most this number of samples of a sensor is sent, the latest ones: real queues
 #: and buffers are finite, too. The number is enough for an IMU at 200 Hz in the longest stall.
 MOST_HELD = 2000
-#: Of the left and the right wheel.
+#: Values for the left and the right wheel.
 Pair = Tuple[float, float]
 #: Time from one time sync of the serial node to the next [s].
 SYNC_PERIOD = 5.0
@@ -48,7 +48,7 @@ class Rhythm:
         return due
 
     def take_until(self, end: float) -> List[float]:
-        """Take all moments before `end` [s]; one at `end` itself stays due."""
+        """Take all moments before `end` [s]; a moment at `end` itself stays due."""
         moments, due, count = [], self.due, self._count
         while due < end:
             moments.append(due)

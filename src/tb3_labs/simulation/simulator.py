@@ -88,8 +88,8 @@ class Simulator:
             link.configure(config, self.now)
 
     def command(self, linear: float, angular: float) -> None:
-        """Send a command now: forward speed [m/s], rate of turn [rad/s]. The firmware takes
-        a number that is not finite for another one."""
+        """Send a command now: forward speed [m/s], rate of turn [rad/s]. The firmware reads NaN or
+        infinity as another number."""
         self._command_link.send(((linear, angular),), (self.now,))
 
     def reset(self) -> None:
@@ -105,8 +105,8 @@ class Simulator:
         return [sample for burst in self.step_in_bursts(dt) for sample in burst]
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
-        """As :meth:`step`, but samples that arrive at the same moment, for instance after a stall,
-        are together in one list."""
+        """:meth:`step`, but samples that arrive at the same moment, for instance after a stall, are
+        in one list."""
         self._pass(dt)
         sent = self.sensors.take()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])

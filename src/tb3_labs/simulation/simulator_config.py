@@ -87,7 +87,7 @@ class SimulatorConfig(Config):
 
 #: Settings of the start; the other settings may change while the robot runs.
 STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
-#: The faults; a change of one starts all of them anew.
+#: The faults; a change of one starts all of them again.
 FAULTS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'dropouts_per_min')
 
 #: {name of a computer that the robot's board is connected to: the settings for it}. Measured with

@@ -1,19 +1,19 @@
 """May the robot move, and who drives it? A stop stays a stop:
 
-1. *A stop counts*, whoever sends it. Only a grant is ever doubted (`permission`).
-2. *Old words give nothing*: repeated, late, latched (`events`); nor does a node that woke
-   (`freshness`). This holds for whatever moves the robot, or its frame: a reset, too.
+1. *A stop is obeyed*, whoever sends it. Only a grant may be ignored (`permission`).
+2. *Old messages give nothing*: repeated, late, latched (`events`), or read by a node that woke
+   (`freshness`). This holds for all that moves the robot, or its frame: a reset, too.
 3. *A new grant* is a False, then a True, of one sender after any stop or lapse (`permission`).
 4. *It needs its robot*: without fresh sensors a grant, a goal or a turn is void
    (`lost_or_stalled`).
-5. *A stop reaches hands*: sticks (`holder`) and mouse (nodes/controller) count again once they
-   were in their middle, a page once it is gripped anew (`page_grip`).
+5. *A stop reaches hands*: sticks (`holder`) and mouse (nodes/controller) drive again once they were
+   in their middle, a page once a person grips it again (`page_grip`).
 6. *A cancel* ends the goal that it means, and a goal that is repeated stays ended
    (`goal_requests`).
-7. *Used is used up*: a permission is typed for one start, and no parameter (nodes/move_to_goal).
+7. *Used is used up*: a permission is typed for one start, not a parameter (nodes/move_to_goal).
 
 `driver` and `holder` have the tables of who drives and who holds the robot. `freshness` shows the
 age of what was heard. `lost_or_stalled` finds sensors that are lost (also in a stall of the
-network) or frozen, and a robot that does not obey. `update(...)` tells a watch what happened; only
+network) or frozen, and a robot that does not obey. `update(...)` gives a watch what happened; only
 this changes it. `problem()` returns the reason to stop, or ''.
 """

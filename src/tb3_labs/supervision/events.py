@@ -1,7 +1,7 @@
 """Messages that a person may have caused: a True, a False, a turn. Each becomes one Event. A core
 answers to messages and the clock by an Output, with News for the person.
 
-Only a request that moves the robot, or its frame, is ever doubted. A stop counts at any age.
+Only a request that moves the robot, or its frame, may be ignored. A stop is obeyed at any age.
 
 A message is doubtful if it may repeat one from before this node could hear its sender: if it is the
 first on a connection to a sender that was there before, or was heard before. A latched message is
@@ -43,7 +43,7 @@ class Age(Enum):
 
 @dataclass(frozen=True)
 class Event(Generic[What]):
-    """A message: what was said, when it arrived [s], and by whom."""
+    """A message: its content, when it arrived [s], and its sender."""
 
     what: What
     at: float
@@ -75,8 +75,8 @@ class Origins:
         self._stamps: Dict[str, Tuple[float, float]] = {}    # the same: (stamp, clock)
 
     def age_of(self, way: Connection, now: float, stamp: float = 0.0, clock: float = 0.0) -> Age:
-        """The Age of a message that has arrived `way` now; `stamp`: its own, or 0; `clock`: that of
-        stamps. A driver that hangs repeats its stamp."""
+        """The Age of a message that has arrived `way` now; `stamp`: its own, or 0; `clock`: the
+        clock of stamps. A driver that hangs repeats its stamp."""
         before, stamped = self._latest.get(way.sender), self._stamps.get(way.sender)
         self._latest[way.sender] = way
         self._stamps[way.sender] = stamp, clock
@@ -86,10 +86,10 @@ class Origins:
         if before is None and way.sender not in self._present:
             return Age.NEW
         is_restarted = before is not None and before.process != way.process
-        if is_restarted and way.renews:    # it says nothing before a person acts
+        if is_restarted and way.renews:    # it sends nothing before a person acts
             return Age.RESTARTED
         if way.latches and before is None and now - self._begun_at < LATCHED_WITHIN:
-            return Age.OLD    # if it had said nothing before, its first message would come later
+            return Age.OLD    # if it had sent nothing before, its first message would come later
         if way.latches and not way.renews:
             return Age.LATCHED
         if now - way.since < REPEATS_WITHIN:

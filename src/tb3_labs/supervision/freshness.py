@@ -9,8 +9,8 @@ The table below has every limit of a silence, a delay, a lapse or a sleep in the
 reason. `Freshness` alone measures a silence: up to the next message, or to a look at the clock.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: a source that was never heard has an
-infinite age. If the clock goes back, the last message counts as just received; otherwise it would
-count as fresh for too long.
+infinite age. If the clock goes back, the last message is treated as just received; otherwise it
+would be treated as fresh for too long.
 """
 import math
 from collections import deque
@@ -24,7 +24,7 @@ SENSOR_TIMEOUT = 0.22
 #: slow network and slow motors delay the motion by less.
 FROZEN_TIME = 0.6
 #: A motion goes on by itself after a silence of the sensors up to this long. A grant, a goal or a
-#: turn that is asked for in a silence is void if the silence goes on for longer than this.
+#: turn in a silence is void if the silence lasts for longer than this.
 RESUME_TIME = 2.0
 #: The same limit for a robot that was never heard: its board needs up to 14 s to start.
 ROBOT_START = 20.0
@@ -34,16 +34,16 @@ RESET_SILENCE = 1.0
 PAD_TIMEOUT = 0.25
 #: An active mouse that is silent for longer than this is lost.
 MOUSE_TIMEOUT = 0.2
-#: The displacement that is allowed grows with the silence; after a longer one it may be any.
+#: The displacement that is allowed grows with the silence; after a longer one all is allowed.
 LONGEST_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
 
-#: Of the gyro: the rate between them is unknown.
+#: Gyro samples: the rate between them is unknown.
 GYRO_GAP = 0.15
-#: Of the wheels: the motion between them is unknown.
+#: Wheel samples: the motion between them is unknown.
 WHEEL_GAP = 0.3
-#: Of moving wheels: only the mean rate is known; samples were lost, as on a busy computer.
+#: Samples of moving wheels: only the mean rate is known; samples were lost, as on a busy computer.
 MEAN_ONLY = 0.08
 
 # -- the sender's clock
@@ -60,19 +60,19 @@ MAX_OFF = 1.0
 MAX_BEHIND = 0.5
 #: The least delay is taken over the messages of this time.
 WINDOW = 5.0
-#: A sender counts as heard for this long before each of its messages.
+#: A sender is treated as heard for this long before each of its messages.
 HEARD_BEFORE = 0.1
 
 # -- a person's permission
 
 #: Time from one renewal of a permission to the next.
 RENEWAL = 0.1
-#: A grant holds after a renewal that comes later than this. Earlier renewals may have been delayed
-#: and arrived together with it; they do not show that the sender is alive.
+#: If a renewal comes later than this after the grant, the grant holds. Earlier renewals may have
+#: been delayed and arrived together with it; they do not show that the sender is alive.
 CONFIRMATION = 0.04
 #: A grant whose renewals stop is suspended after this silence.
 LAPSE = 0.5
-#: A grant expires after this silence. A True that was delayed for longer does not count.
+#: A grant expires after this silence. A True that was delayed for longer is ignored.
 LONGEST_LAPSE = 2.0
 #: After this silence a sender of goals or turns has paused: it may ask for the same again.
 SENDER_PAUSE = 2.0
@@ -129,7 +129,7 @@ class SleepWatch:
     def __init__(self) -> None:
         #: Length of the sleep that the last update found [s]; 0 if it found none.
         self.slept_for = 0.0
-        #: True if messages heard now may be as old as a sleep. Then only a stop counts.
+        #: True if messages heard now may be as old as a sleep. Then only a stop is obeyed.
         self.is_waking = False
         #: The end of the last sleep [s].
         self.woke_at = -math.inf
@@ -145,11 +145,11 @@ class SleepWatch:
 
     @property
     def doubt(self) -> str:
-        """Why a request that moves the robot, or its frame, does not count now; '' if it does."""
+        """The reason why a request that moves the robot, or its frame, is ignored now; or ''."""
         return 'it may have been asked for while this node did not run' if self.is_waking else ''
 
     def start(self, now: float) -> None:
-        """Begin to look now; the time before does not count."""
+        """Begin to look now; the time before is ignored."""
         self.slept_for, self.is_waking, self.woke_at = 0.0, False, -math.inf
         self._looks.heard(now)
 
@@ -161,7 +161,7 @@ class SleepWatch:
 class Lateness:
     """The delay of a single message beyond the usual delay of its sender. The usual delay is the
     least one of the last `WINDOW` seconds in which the sender was heard. Messages that were held up
-    in a silence count as late. If the sender's clock was set, or runs faster, its new time is
+    in a silence are treated as late. If the sender's clock was set, or runs faster, its new time is
     believed after `WINDOW` seconds.
     """
 
@@ -188,7 +188,7 @@ class Least:
         self.value: Optional[float] = None
 
     def add(self, time: float, value: float) -> None:
-        """Take in a value. A `time` before an earlier value's counts as that value's time."""
+        """Take in a value. A `time` before the latest one is treated as the latest one."""
         candidates = self._candidates
         while candidates and candidates[-1][1] >= value:
             candidates.pop()

@@ -1,12 +1,12 @@
-"""Does a goal count, and which goal does a cancel end?
+"""Is a goal accepted, and which goal does a cancel end?
 
 Each goal replaces the goal before it, whoever sent it. A sender *repeats* a goal when it sends the
 goal again within `SENDER_PAUSE`, unchanged but for its stamp. The rules:
 
 * A cancel ends the goal that it names, or each goal up to its stamp, or every goal.
 * A goal that its sender had sent twice or more when a cancel ended it stays ended, until the sender
-  changes it, or pauses. A goal that a person sends once again counts at once.
-* The same holds when the drive to a repeated goal was given up: a repetition is not a new wish.
+  changes it, or pauses. A goal that a person sends once again is accepted at once.
+* The same holds when the drive to a repeated goal was given up: a repetition is not a new request.
 * A repetition during the drive to this goal changes nothing, nor the wait for sensors.
 
 Units: seconds on a clock that never stands still and never goes back (`now`). Edge cases: a sender
@@ -28,8 +28,8 @@ class GoalRequest(NamedTuple):
 
     goal: Any             # a pose and its frame; equal for goals that are unchanged
     sender: str = ''
-    name: str = ''        # that of its GoalID; '' if it has none
-    stamp: int = 0        # that of its GoalID [ns, sender's clock]; 0 if it has none
+    name: str = ''        # the GoalID's name; '' if it has none
+    stamp: int = 0        # the GoalID's stamp [ns, sender's clock]; 0 if it has none
     client: Any = None    # it gets the GoalAnswers
 
     def is_meant(self, name: str, stamp: int) -> bool:

@@ -1,9 +1,9 @@
 """Does a pad hold the robot, or move_to_goal? A table gives the holder after an event.
 
 A `gamepad` holds the robot itself, or hands it to move_to_goal. An event that is not in the table
-changes nothing. A node that stops holding the robot sends one zero, and is silent. A pad tells
-move_to_goal by ControlMessages whether it may drive. Sources: the course's gamepad lab, and the
-failures of nodes without such a rule.
+changes nothing. A node that stops holding the robot sends one zero, and is silent. A pad sends
+ControlMessages to move_to_goal: may it drive? Sources: the course's gamepad lab, and the failures
+of nodes without such a rule.
 """
 import math
 from enum import Enum
@@ -24,16 +24,16 @@ class HolderEvent(Enum):
     """An event that may change the holder.
 
     READY: the pad is heard and its sticks are at rest (or its hold button was pressed again). So a
-    stick that is already pushed does not drive at once. LOST gives the robot to nobody,
-    since its operator has no stop button any more.
+    stick that is already pushed does not drive at once. In LOST nobody may drive, since the
+    operator has no stop button any more.
     """
 
     READY = 'pad ready'
     RELINQUISH = 'relinquish'    # this button was pressed
     REGAIN = 'regain'            # this button was pressed
-    GRANTED = 'granted'          # control was given by others: at a terminal, by another pad
-    TAKEN = 'taken'              # control was taken by others, or by move_to_goal itself
-    STOPPED = 'stopped'          # another node said False while a stick was pushed
+    GRANTED = 'granted'          # control was given elsewhere: at a terminal, by another pad
+    TAKEN = 'taken'              # control was taken elsewhere, or by move_to_goal itself
+    STOPPED = 'stopped'          # another node sent False while a stick was pushed
     LOST = 'pad lost'
 
 
@@ -54,13 +54,13 @@ HOLDERS = {
 
 class ControlMessages:
     """The messages of one pad for `ctrl_relinq`: True gives the robot to move_to_goal, False takes
-    it. A pad that has just started says nothing: no person has pressed anything."""
+    it. A pad that has just started sends nothing: no person has pressed anything."""
 
     def __init__(self) -> None:
         #: Does move_to_goal have control by this pad? Then the pad must renew its permission.
         self.grants = False
         self._waiting: List[bool] = []
-        #: Time of the last True to which move_to_goal has not answered [s].
+        #: Time of the last True without an answer of move_to_goal [s].
         self.given_at = -math.inf
         self._said_at = -math.inf       # time of the last message, or renewal
         #: Time at which control was taken from move_to_goal, by anyone [s].
@@ -72,7 +72,7 @@ class ControlMessages:
         return messages
 
     def renews(self, now: float) -> bool:
-        """Is a renewal due? It counts as said then."""
+        """Is a renewal due? If so, it is assumed to be sent."""
         is_due = self.grants and now - self._said_at >= RENEWAL
         if is_due:
             self._said_at = now

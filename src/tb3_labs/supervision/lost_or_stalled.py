@@ -2,8 +2,8 @@
 
 A sensor is lost if it is silent, and frozen if it repeats one reading. The arrivals of the messages
 show a silence; their stamps do not. The readings of a working sensor always change while the robot
-moves; those of a driver that hangs do not. A robot is stalled if it is told to move and gets no
-nearer to its goal; it has settled when its samples show it at rest.
+moves; a driver that hangs repeats its last reading. A robot is stalled if it is told to move and
+gets no nearer to its goal; it has settled when its samples show it at rest.
 
 Units: metres or radians for the remaining way, per second for speeds; seconds on one clock (`now`).
 """
@@ -20,14 +20,14 @@ UNCHECKED = 'gyro and wheels are not compared yet: the robot must rest for a sec
 SURELY_DRIVES = 0.02
 #: If the robot is told to turn faster than this, the readings must show a motion [rad/s].
 SURELY_TURNS = 0.1
-#: The robot counts as stalled when it got no nearer for this long while it was told to move [s].
+#: The robot is stalled if it got no nearer for this long while it was told to move [s].
 STALL_TIME = 1.3
 #: The robot got nearer if the remaining way is less by at least this much [m or rad].
 STALL_STEP = 0.004
 #: A drive waits for the robot to settle for at most this long, the sum of all its rests [s].
 LONGEST_REST = 4.0
-#: The goal counts as missed when the remaining way grows again by this much, half a second at full
-#: speed [m or rad]. A short stall of the network makes the robot overshoot by less.
+#: The goal is missed when the remaining way grows again by this much, half a second at full speed
+#: [m or rad]. A short stall of the network makes the robot overshoot by less.
 AWAY_LIMIT = 0.8
 #: A robot that is faster than this moves [m/s or rad/s].
 MOVING = 0.005
@@ -83,7 +83,7 @@ class Sensor(Freshness):
 
 
 class SensorWatch:
-    """Finds silent sensors of a motion, and those frozen at their last :meth:`Sensor.look`."""
+    """Finds silent sensors of a motion, and sensors frozen at the last :meth:`Sensor.look`."""
 
     def __init__(self, *sources: Sensor) -> None:
         self._sources = sources
@@ -91,7 +91,7 @@ class SensorWatch:
         self.sight = Sight.SILENT
         #: The reason why the robot stands; '' while all sensors are fresh.
         self.hold_reason = ''
-        #: Length of the last silence [s]. It begins anew when a motion is asked for.
+        #: Length of the last silence [s]. It begins again when a motion is asked for.
         self.silent_for = 0.0
         self._patience = ROBOT_START    # longest time that a motion waits for the sensors [s]
         self._since = math.nan          # beginning of the silence; NaN: the next update
@@ -144,7 +144,7 @@ class SensorWatch:
     def problem(self, now: float, with_age: bool = False) -> str:
         """The lost sensors, in words; '' while all sensors are fresh.
 
-        If one is lost, others that are silent for half their timeout count as lost, too.
+        If one sensor is lost, each that is silent for half its timeout is lost, too.
         """
         if self.are_fresh(now):
             return ''
@@ -206,7 +206,7 @@ class StallWatch:
 class Settling:
     """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion?
 
-    Their times of measurement decide: a sample that is read again may be old.
+    They are ordered by the times of measurement: a sample that is read again may be old.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Which page drives the robot? The one that gripped first, until it lets go or is lost.
+"""Which page drives the robot? The page that gripped first drives, until it lets go or is lost.
 
 A page is a pad in a browser. Several may be open, but the node `gamepad` hears one pad. Here the
 stops are counted: STOP on any page, a False on `ctrl_relinq`, a cancel, the loss of the page that
@@ -29,8 +29,8 @@ class Grip:
         self._sleep.start(now)
 
     def check(self, known_stops: Optional[int], now: float, lateness: float, most: float) -> None:
-        """Raises ``ValueError`` if the robot was stopped since a person acted, who knew
-        `known_stops`, or if this is older than `most` [s], or may be."""
+        """Raises ``ValueError`` if the robot was stopped after a person's act with `known_stops`,
+        or if the act is older than `most` [s], or may be."""
         self._sleep.update(now)
         if known_stops != self.stops:
             raise ValueError('the robot was stopped meanwhile: let go, and ask again')
@@ -44,9 +44,9 @@ class Grip:
              is_first: bool) -> bool:
         """A person holds something on `page`. Raises ``ValueError`` if this page may not drive.
 
-        `lateness`: the delay of the message [s]. If it is more than `PAD_TIMEOUT`, the message
-        does not count (False): a page whose messages are late is as silent as one that sends none.
-        `is_first`: it is the first message since the person gripped something. Without it, the
+        `lateness`: the delay of the message [s]. If it is more than `PAD_TIMEOUT`, the message is
+        ignored (False): a page whose messages are late is as silent as one that sends none.
+        `is_first`: is it the first message since the person gripped something? Without it, the
         robot would begin to move later than the person expects.
         """
         if lateness > PAD_TIMEOUT:
@@ -68,7 +68,7 @@ class Grip:
         return drove
 
     def stop(self) -> None:
-        """The robot is stopped, by anybody: nobody drives until a person acts anew."""
+        """Somebody stopped the robot: nobody drives until a person acts again."""
         self.stops += 1
         self.page = None
 

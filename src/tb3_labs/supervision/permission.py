@@ -1,7 +1,7 @@
 """May move_to_goal drive? A person gives the permission, once; all else only keeps it alive.
 
-Several senders give and take it by True and False. The rule, after ISO 13850 (a stop holds until
-a person gives the machine anew):
+Several senders give and take it by True and False. The rule, after ISO 13850 (a stop holds until a
+person releases the machine again):
 
 * A sender *gives* by its first True, and by each True that follows a False of its own. The robot
   may be driven while a grant holds.
@@ -12,13 +12,13 @@ a person gives the machine anew):
 * A grant needs its robot. It is void if the sensors that a drive needs are not there within
   `RESUME_TIME` (or `ROBOT_START`, while they were never there).
 * If this process did not run for longer than `LONGEST_LAPSE`, all grants have expired. A True that
-  it hears while it wakes from a sleep does not count: it may be older than a stop.
+  it hears while it wakes from a sleep is ignored: it may be older than a stop.
 * A stop is never doubted, only a grant. A doubtful True (:mod:`tb3_labs.supervision.events`) gives
   nothing, until a False and then a True follow. A latched False that is older than this node does
   not take the permission that was given at the start.
-* A True does not count if it was sent more than `LONGEST_LAPSE` ago, before another sender's False,
-  or before this node started or woke. If renewals of a sender that renews arrive faster than one in
-  each `RENEWAL`, its True was delayed.
+* A True is ignored if it was sent more than `LONGEST_LAPSE` ago, before another sender's False, or
+  before this node started or woke. If the renewals of a sender arrive faster than one in each
+  `RENEWAL`, its True was delayed.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 :meth:`Permission.update` is to be called ten times a second.
@@ -59,7 +59,7 @@ class _Grant:
         return self._source.age(now) if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
-        """Does the grant hold? Not if its sender is silent, or has not renewed it yet."""
+        """Does the grant hold? False if its sender is silent, or has not renewed it yet."""
         return not self._renews or (
             self._source.is_fresh(now) and self._heard_for >= CONFIRMATION)
 
@@ -76,15 +76,15 @@ class Permission:
         self._grants: Dict[str, _Grant] = {'': _Grant(math.nan, False)} if granted else {}
         self._said: Dict[str, bool] = {}
         self._stops: Dict[str, float] = {}
-        self._refused: Set[str] = set()    # senders that were told that their True did not count
+        self._refused: Set[str] = set()    # senders whose ignored True has had its line
         self._now = math.nan           # the time of the last update
-        self._began_at = math.nan      # that of the first one, or of the end of a long sleep
+        self._began_at = math.nan      # time of the first update, or of the end of a long sleep
         self.sleep = SleepWatch()
         self._tell = tell
 
     @property
     def granted(self) -> bool:
-        """May the robot be driven? As of the last :meth:`update`."""
+        """May the robot be driven? The value at the last :meth:`update`."""
         return any(grant.holds(self._now) for grant in self._grants.values())
 
     @property
@@ -140,7 +140,7 @@ class Permission:
                          'True, gives control again')
 
     def _refuse(self, sender: str, text: str) -> None:
-        """Tell once that a True does not count, since a sender repeats it ten times a second."""
+        """Log once that a True is ignored, since a sender repeats it ten times a second."""
         if sender not in self._refused:
             self._refused.add(sender)
             self._tell(text.format(sender), True)

@@ -4,7 +4,7 @@
 Each TODO says what belongs there. Write it, and delete the lines below it that say that the TODO is
 open. The node starts with open TODOs, too, and names those that it meets.
 
-The numbers of axes and buttons are those of the course's pad. `rostopic echo /joy` shows yours.
+The numbers of axes and buttons belong to the course's pad. `rostopic echo /joy` shows yours.
 
 Subscribes
     joy            sensor_msgs/Joy
@@ -79,7 +79,7 @@ class Gamepad:
         future.add_done_callback(self.reset_pose_done_callback)
 
     def call_async(self, request):
-        # rospy has no such method: a thread calls, and a Future tells the answer, as in ROS 2
+        # rospy has no such method: a thread calls, and a Future has the answer, as in ROS 2
         future = Future()
 
         def call():

@@ -1,1 +1,1 @@
-"""What was handed in becomes a workspace in which its node can run."""
+"""A submission becomes a workspace in which its node can run."""

@@ -35,13 +35,13 @@ MADE = re.compile(r'(^|/)(build|devel|install|logs|\.?venv)(/|$)', re.IGNORECASE
 OTHERS = {b'7z\xbc\xaf': 'a 7z file', b'Rar!': 'a rar file', b'\x1f\x8b': 'a gz file',
           b'BZh': 'a bz2 file', b'\xfd7zXZ': 'an xz file', b'<': 'a page of the web',
           b'': 'no zip file'}
-#: Endings of a package's own files: the budget is for these first.
+#: Endings of a package's own files, which are unpacked first.
 OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
 #: Archives that are not unpacked; a zip file if it lies in another one.
 OTHER_ARCHIVES = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 #: Errors of one entry of a zip file; the others may be read.
 OF_AN_ENTRY = zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, zlib.error
-#: Why a file is left out; so much of its place is said.
+#: Why a file is left out; a line quotes so much of its place.
 TWICE, LINK = 'the zip file has it twice, and the last one counts', 'each is a link'
 NO_NAME, LONGEST_SAID = 'no file here can have that name', 200
 DAMAGED = 'the zip file is damaged there, or has a password'
@@ -53,10 +53,10 @@ def is_zip(name: str) -> bool:
 
 
 def sort_out(folder: Path, skipped: Pattern[str] = MADE) -> Tuple[List[Path], List[Path]]:
-    """(Files, others) below a folder, without those of NEVER, and those that are `skipped`.
+    """(Files, others) below a folder, without NEVER and the files that are `skipped`.
 
-    The others are links, devices, folders that are too deep, and what cannot be read. A file that
-    has a second name outside of the folder (a hard link) counts as a link: it may be another
+    `others`: links, devices, folders that are too deep, and unreadable files. A file that
+    has a second name outside of the folder (a hard link) is treated as a link: it may be another
     person's.
     """
     found: Dict[Path, os.stat_result] = {}
@@ -88,7 +88,7 @@ class Budget:
     def __init__(self, submissions: int = 1) -> None:
         self._times = submissions
         self._files, self._bytes = submissions * MOST_FILES, submissions * MOST_BYTES
-        #: A sentence once a file had no room; else ''.
+        #: A sentence if a file had no room; else ''.
         self.exceeded = ''
 
     def take(self, size: int) -> bool:
@@ -124,7 +124,7 @@ def unpack(path: Path, folder: Path, budget: Budget, skipped: Pattern[str] = MAD
                     left[LINK].append(place)
                 else:
                     left[TWICE] += [place] * (place in wanted and not place.endswith('/'))
-                    wanted[place] = info        # the last one counts, for every program
+                    wanted[place] = info        # every program uses the last one
             folder.mkdir(parents=True, exist_ok=True)
             for place, info in sorted(wanted.items(), key=lambda item: turn(
                     item[0], item[1].file_size)):
@@ -148,7 +148,7 @@ def unpack(path: Path, folder: Path, budget: Budget, skipped: Pattern[str] = MAD
 
 
 def _kind(path):
-    """What is wrong with a file that is called a zip file, a clause."""
+    """The fault of a file that is called a zip file, a clause."""
     with open(str(path), 'rb') as file:
         data = file.read(512)
     if not data or data.startswith(b'PK'):

@@ -1,6 +1,6 @@
-"""What a build by catkin makes of a package: the relay of a node, and the modules of a setup.py.
+"""The files that a build by catkin makes: the relay of a node, and the modules of a setup.py.
 
-CMake is not run. Its few lines that decide this are read.
+CMake is not run. Only the few lines that decide this are read.
 """
 import fnmatch
 import os

@@ -22,7 +22,7 @@ from genpy.generator import MsgGenerator, SrvGenerator
 #: An example has at most this many bytes.
 LONGEST_EXAMPLE = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
-#: The types of the fields that another program may fill in, and their bytes; of a header the stamp.
+#: The types of the fields that another program may fill in, and their bytes; a header's stamp.
 FORMS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
          'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 
@@ -68,7 +68,7 @@ def describe(search, definitions):
 def example_of(kind):
     """The example of a class of messages or services: its checksum; of a message the bytes of a new
     one, and name, type and place of each field (None if FORMS lacks its type); of a service the
-    bytes of a request with the pose (0, 0, 0), and of a response that tells success."""
+    bytes of a request with the pose (0, 0, 0), and of a response that reports success."""
     if not hasattr(kind, '_request_class'):
         data = _bytes_of(kind())
         return {'sum': kind._md5sum, 'data': data.hex(), 'fields': [

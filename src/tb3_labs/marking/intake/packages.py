@@ -27,7 +27,7 @@ INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
 LISTENS_TO = 'listens to '
-#: Candidates that agree in so many ranks are alike.
+#: Candidates with this many equal ranks are alike.
 ALIKE = 4
 #: In the relays that a build makes, which lead to files of the student's machine.
 CATKINS = b'generated from catkin/cmake/template'
@@ -99,7 +99,7 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
         common = set(place.parents) & set(node.parents)
         return (-len(common), is_aside(str(place.relative_to(folder))), len(place.parts),
                 str(place))
-    # the nearest comes last, and takes the place of the others
+    # the nearest comes last, and replaces the earlier ones
     named = [(name_in(place / MANIFEST)[0] or place.name, place)
              for place in sorted(places, key=near, reverse=True)]
     return {name: place for name, place in named if is_name(name)}
@@ -143,8 +143,8 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
     """The file below `folder` that is the node of a lab.
 
     A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
-    of class and node. Only files of `package` and called `name` count, if these are given; `name`
-    may be a path, as it is printed. ``NotJudged`` if no file is left.
+    of class and node. If `package` or `name` is given, only such files are taken; `name` may be a
+    path, in the printed form. ``NotJudged`` if no file is left.
     """
     packages = (package,) if package else lab.packages
     names = (os.path.basename(name),) if name else lab.files
@@ -248,7 +248,7 @@ def _remarks(found, packages, names):
 
 
 def shortened(names: Sequence[str], most: int = 6) -> str:
-    """The names in one line: at most so many, and the number of the others."""
+    """The names in one line: at most so many, and how many are left out."""
     more = len(names) - most
     return ', '.join(names[:most]) + ' and {} more'.format(more) * (more > 0)
 

@@ -95,7 +95,7 @@ def _call(failure: str, function: Callable[..., Any], *arguments: Any) -> Any:
     return result
 
 
-# -- in the process of its own
+# -- in the limited process
 
 def _unpack_class(path, folder):
     budget = Budget(CLASS)
@@ -196,15 +196,15 @@ class Needs(NamedTuple):
     """The needs of a node besides the system's modules."""
 
     packages: List[str]     # names
-    given: List[str]        # packages that were not handed in, whose GIVEN the node imports
+    given: List[str]        # missing packages of which the node imports a GIVEN file
     unused: List[str]       # modules that are not found, and not used, with dots
     lacking: List[str]      # modules that are not found, up to their first dot
-    slips: List[Tuple[str, str]]    # such modules, and those of which they are slips of a key
+    slips: List[Tuple[str, str]]    # such modules, and the modules that were probably meant
 
 
 def _needs_of(node, packages):
     """The Needs of a node; `packages`: name -> folder of all packages of the submission. The
-    imports of the modules beside the node count too."""
+    imports of the modules beside the node are read, too."""
     needed, programs, own = [], [node], []
     made = {folder.name: name for name, package in packages.items()
             for folder in modules_of(package, name)}
@@ -238,7 +238,7 @@ def _needs_of(node, packages):
 
 
 def _slips(missing):
-    """{name: module} of the names that are a slip of the key for a module's."""
+    """{name: module} of the names that are misspelt names of modules."""
     known = {each.name for each in pkgutil.iter_modules(sys.path)}.union(sys.builtin_module_names)
     return {name: near for name in missing for near in sorted(known)
             if len(near) > 3 and is_slip(name, near)}

@@ -6,8 +6,8 @@ sandbox       the submission's program, the node, has its own processes, its own
               sees only the parts of the system that it needs, read-only. Its processes, memory and
               disk are limited.
 
-For an ordinary user a sandbox is a user namespace. For root it is not: its program becomes a user
-that owns nothing, because Linux does not count the processes of root.
+For an ordinary user a sandbox is a user namespace. Root's program becomes a user that owns nothing,
+because Linux does not count the processes of root.
 """
 import functools
 import inspect
@@ -44,7 +44,7 @@ ROOM = 100 * 10 ** 6
 #: Limits: the largest file [bytes], the address space of one process [bytes], the number of threads
 #: and processes together. (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
 LARGEST_FILE, ADDRESS_SPACE, TASKS = 50 * 10 ** 6, 6 * 10 ** 9, 500
-#: Master, robot, check and node start with these limits of each process.
+#: Limits of each process of master, robot, check and node.
 LIMITED = ['prlimit', '--as={}'.format(ADDRESS_SPACE), '--fsize={}'.format(LARGEST_FILE)]
 #: Users that own nothing, for root's sandboxes; systemd has these for the same purpose.
 USERS = range(61184, 65519)
@@ -186,9 +186,9 @@ def _own_package():
 
 
 def _with_parents(places):
-    """bubblewrap's options for these places, each after those in which it lies: Python may be in
-    a hidden folder, and a hidden folder in one of ROS. The folders above a place come before it,
-    since bubblewrap itself would make some of them so that only root may enter."""
+    """bubblewrap's options for these places, each after its parents: Python may be in a hidden
+    folder, and a hidden folder in one of ROS. The folders above a place come before it, since
+    bubblewrap itself would make some of them so that only root may enter."""
     words, made = [], {Path('/')}
     for place in sorted(places, key=lambda place: len(Path(place[-1]).parts)):
         for folder in reversed(Path(place[-1]).parents):

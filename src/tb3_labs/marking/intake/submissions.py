@@ -1,4 +1,4 @@
-"""The submissions as they come: folders and zip files, as learning platforms hand them out.
+"""The submissions of a class: folders and zip files of learning platforms.
 
 Moodle: ``Ann Miller_12345_assignsubmission_file_`` (a folder), or the same with a file's name
 behind it. Canvas: ``millerann_12345_67890_lab2.zip``, with ``_LATE`` after the name of a late one,
@@ -77,9 +77,9 @@ def read_name(name: str, is_folder: bool) -> HandedIn:
 def by_student(names: Dict[str, HandedIn]) -> Dict[str, List[str]]:
     """Returns the names of each student; `names`: name of a file or folder -> its parts.
 
-    Several files of one student belong together. Two students of the same name are told apart by
-    their numbers, or, without a number, by the whole names of their files. Each key is a valid
-    name of a file.
+    Several files of one student belong together. Two students of the same name differ by their
+    numbers, or, without a number, by the whole names of their files. Each key is a valid name of a
+    file.
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, said in names.items():
@@ -98,8 +98,8 @@ def by_student(names: Dict[str, HandedIn]) -> Dict[str, List[str]]:
 
 def chosen(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
     """The students that are wanted; letters of another case, or a Mac's u with two dots for one
-    letter, will do for a name that only one has. ``ValueError`` for an unknown name, with the names
-    that are similar."""
+    letter, are accepted for a name that only one has. ``ValueError`` for an unknown name, with the
+    names that are similar."""
     def folded(text: str) -> str:
         return unicodedata.normalize('NFC', text).casefold()
     students, found = list(students), []
@@ -208,7 +208,7 @@ def _upload(name):
 
 
 def submissions_in(folder: Path, tell: Callable[[str], None]) -> List[Submission]:
-    """The Submissions in a folder, sorted by name; ``tell(line)`` is told which files are left out.
+    """The Submissions in a folder, sorted by name; ``tell(line)`` gets the files that are left out.
 
     ``ValueError`` or ``OSError`` if there is nothing to mark.
     """
@@ -242,7 +242,7 @@ def without_wrapping(folder: Path) -> Path:
 
 
 def _files_in(folder, remarks, skipped):
-    """The (path, place in the copy) of each file to copy below a folder; others are said."""
+    """The (path, place in the copy) of each file to copy; remarks name the other files."""
     files, others = sort_out(folder, skipped)
     large = [path for path in files if path.stat().st_size > LARGEST and not is_zip(path.name)]
     for why, left in (

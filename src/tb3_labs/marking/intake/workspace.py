@@ -3,7 +3,7 @@
 Some faults come from Windows or from the way of a file to the marking machine: no exec bit, line
 endings, a byte order mark. They are repaired in the copy. A name that a command line or a package
 cannot have is replaced; an empty module stands in for one that the node imports without use, and
-that this machine lacks. A remark tells each of these.
+that this machine lacks. A remark names each of these.
 
 A Python node needs nothing else of a build: messages, services, and the modules of a setup.py.
 catkin is not run. A CMakeLists.txt often needs packages that the marking machine does not have, and
@@ -70,7 +70,7 @@ class Launch(NamedTuple):
     """The start of a node: `prefix`, then its own command."""
 
     prefix: Sequence[str] = ALWAYS + NoSandbox().command([])
-    environment: Optional[Dict[str, str]] = None            # None: that of this process
+    environment: Optional[Dict[str, str]] = None            # None: the environment of this process
     types: Optional[Dict[str, Any]] = None      # of the student; see describe.py
     isolated: bool = False
     program: str = ''           # the path of the node; '': rosrun finds it
@@ -172,7 +172,7 @@ def _repair(node, remarks, look_at, relayed):
         said.append('is empty')
     elif b'\0' in code:
         said.append('is not text in UTF-8: save it as UTF-8')
-    elif relayed:       # neither its first line nor its exec bit counts
+    elif relayed:       # its first line and its exec bit do not matter
         pass
     elif not code.startswith(b'#!'):
         said.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')

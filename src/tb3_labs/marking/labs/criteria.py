@@ -2,7 +2,7 @@
 
 The function `judge` of a criterion looks at an Observation. It returns '' if the criterion is met,
 else one clause about the behaviour that was seen. Students read this clause together with `meaning`
-(the requirement) and `where` (a place in a lab sheet). None of the three tells the solution.
+(the requirement) and `where` (a place in a lab sheet). None of the three contains the solution.
 """
 from dataclasses import dataclass, field
 from enum import Enum
@@ -64,7 +64,7 @@ class Criterion:
     also: str = ''           # another part in which it is tried
 
     def is_tried(self, parts: Sequence[str]) -> bool:
-        """Is it judged if these parts are tried, or all if there are none?"""
+        """Is it judged if these parts (none: all) are tried?"""
         return not parts or {self.part, self.also or self.part} <= set(parts)
 
     @property
@@ -102,7 +102,7 @@ class Verdict:
         points = 'extra' if self.criterion.extra and not self.worth else '{:g} of {:g}'.format(
             self.points, self.worth)
         words = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
-        outcome = self.outcome.value.upper()    # capitals are seen among many lines
+        outcome = self.outcome.value.upper()    # capitals, which one finds among many lines
         if self.outcome is Outcome.MET or self.criterion.extra:
             outcome = 'not yet' if self.outcome is Outcome.MISSED else self.outcome.value
         return '  {:11}  {:8}  {}'.format(outcome, points, words)
@@ -120,7 +120,7 @@ class Look(Observation):
         return super().during(name, may_die)
 
     def fastest(self, commands: np.ndarray, column: int) -> float:
-        """The greatest speed of a column of commands, either way; its stimulus is looked at."""
+        """The greatest speed of a column of commands; `moment`: its stimulus's begin."""
         at, speed = max(zip(commands[:, 0], np.abs(commands[:, column])), key=lambda row: row[1])
         self.moment = max(each.begin for each in self.stimuli if each.begin <= at)
         return float(speed)
@@ -218,7 +218,7 @@ def stops_robot(seen: Observation) -> str:
 
 
 def says(seen: Observation, words: str) -> str:
-    """'' if these words were printed at Ctrl+C, else a clause."""
+    """'' if this text was printed at Ctrl+C, else a clause."""
     scene = seen.during(CTRL_C[0], may_die=True)
     return '' if words in scene.printed else '"{}" was not printed at Ctrl+C'.format(words)
 
@@ -227,7 +227,7 @@ def says(seen: Observation, words: str) -> str:
 
 #: The part in which something falls silent.
 LOST = 'lost'
-#: A robot stops by itself half a second after its last command. That is no stop of its node.
+#: A robot stops by itself half a second after its last command. That is not a stop of its node.
 NO_ZERO = 'it sent no zero velocity after {}: the robot went on until its own timeout'
 
 
@@ -265,8 +265,8 @@ ROUNDING = 0.005
 
 def steers(seen: Observation, name: str, linear: Bounds = NOTHING, angular: Bounds = NOTHING,
            of_moving: bool = False) -> str:
-    """'' if the latest command of the stimulus `name`, or the latest one that is not zero
-    (`of_moving`), is within the bounds [m/s], [rad/s], both ends allowed, else a clause."""
+    """'' if the latest command of the stimulus `name`, or the latest that is not zero
+    (`of_moving`), is within the bounds [m/s], [rad/s], ends included; else a clause."""
     scene = seen.during(name)
     commands = scene.moving if of_moving else scene.commands
     if not len(commands) or not commands[-1, 1:].any():
@@ -285,5 +285,5 @@ def steers(seen: Observation, name: str, linear: Bounds = NOTHING, angular: Boun
 
 
 def times(factor: float, bounds: Bounds) -> Bounds:
-    """The bounds times `factor`; if it is negative, to the other side."""
+    """The bounds times `factor`; a negative one mirrors them."""
     return min(factor * bounds[0], factor * bounds[1]), max(factor * bounds[0], factor * bounds[1])

@@ -24,8 +24,8 @@ LET_GO = 'sticks let go'
 #: The places of the sticks: stimulus -> (left stick up, right stick left), each -1 to 1.
 PLACES = {UP: (1.0, 0.0), DOWN: (-1.0, 0.0), TO_LEFT: (0.0, 1.0), TO_RIGHT: (0.0, -1.0),
           BOTH: (0.5, -0.5), LET_GO: (0.0, 0.0)}
-#: The stimulus of the axes that have no function. No criterion is about it: it shows what a node
-#: follows.
+#: The stimulus of the axes that have no function. No criterion judges it: it shows which axis a
+#: node follows.
 OTHER_AXES = 'other axes'
 #: The stimuli of the buttons.
 HAND_OVER, UP_HANDED_OVER, TAKE_BACK, UP_TAKEN_BACK = (

@@ -46,7 +46,7 @@ def _standing(seen):
         raise NotSeen('no line "Current heading is ... degrees." was printed: {}'.format(
             'it printed {} at its start, and then none'.format(before) if before else
             unprinted(scenes[-1])))
-    for scene in map(seen.during, STANDS):      # as far as the first that is told
+    for scene in map(seen.during, STANDS):      # up to the first that is printed
         yield scene.facts[HEADING_DEG], headings(scene.printed)
 
 

@@ -84,7 +84,7 @@ def _place(seen: Observation, name: str, tolerance: float = DISTANCE + MORE_DIST
 
 
 def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE) -> str:
-    """As _place, of the heading there; `tolerance` in [deg]."""
+    """The same for the heading there; `tolerance` in [deg]."""
     scene = _driven(seen, name)
     if not scene.facts[RESTED]:
         return _unended(scene)

@@ -47,7 +47,7 @@ class HeldPad(Repeater):
         self._show()
 
     def others(self, seconds=0.3):
-        """Push each axis without a function for this time [s]: a node may follow one of them."""
+        """Push each axis without a function this long [s]: a node may follow one of them."""
         used = self.numbers.linear_axis, self.numbers.angular_axis
         for number in sorted(set(range(AXES)) - set(used)):
             self._axes[number] = 1.0
@@ -142,7 +142,7 @@ def _hand_over(stage, pad):
 
 
 def no_service(stage):
-    """Y while nobody offers a reset, and a stick right after it."""
+    """Press Y while nobody offers a reset, and push a stick right after it."""
     stage.node.start()
     with HeldPad(stage.option) as pad, stage.stimulus(asked.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
@@ -199,7 +199,7 @@ class ResetServices:
     any type, and answer with success. `calls`: (name, request) of each; Empty for one of an unknown
     type.
 
-    The client's checksum tells the type. Of a type that the student made, the fields are not read.
+    The client's checksum shows the type. The fields of a student's own type are not read.
     A gamepad's call of its own service type fails if rospy no longer compares a client's checksum
     with `_md5sum`, or no longer passes on the header and the bytes of an AnyMsg.
     launch/checks/check_gamepad.test and test/ros/mark.test show it.

@@ -1,6 +1,6 @@
 """The scripts for a node of the Transformation lab, and the reset that it offers.
 
-The type of the reset is that of the handout, ResetPose of this package, one of std_srvs, or a
+The type of the reset is the handout's, ResetPose of this package, one of std_srvs, or a
 student's own: of this only a request with the pose (0, 0, 0) is known.
 """
 import math
@@ -28,8 +28,8 @@ ARRIVAL = 1.5
 DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
 OFFERS_NONE = 'it offers no service whose name has "reset" or "pose" in it'
 
-#: The reset's usual names by the handouts, likeliest first. Any other name with one of WORDS in it
-#: comes after them.
+#: The reset's usual names by the handouts, likeliest first. Then come other names with one of WORDS
+#: in them.
 NAMES = ('reset_pose', 'reset', asked.SET_POSE, 'reset_local_pose', 'set_local_pose')
 WORDS = ('reset', 'pose')
 
@@ -45,7 +45,7 @@ def fields_of(message):
 
 
 def fill_pose(message, pose):
-    """Fill a Pose2 into a request like that of SetInitialPose, which has a geometry_msgs/Pose, or
+    """Fill a Pose2 into a request like SetInitialPose's, which has a geometry_msgs/Pose, or
     into one of ResetPose. Returns True if there is a place for it."""
     for _, kind, value in fields_of(message):
         if kind == 'geometry_msgs/Pose':
@@ -58,8 +58,8 @@ def fill_pose(message, pose):
 
 
 class ResetCaller:
-    """The reset service of the node of a Graph; `found` is its name, '' if there is none; `astray`
-    is '' if one is called SET_POSE, else that name."""
+    """The reset service of the node of a Graph; `found`: its name, or ''; `astray`: its name if it
+    is not SET_POSE, or ''."""
 
     def __init__(self, graph):
         bases = {name: name.rsplit('/', 1)[-1].lower() for name in graph.of_node(OFFERS)}
@@ -99,7 +99,7 @@ class Control:
     def __init__(self, stage):
         self._stage = stage
         self._control = rospy.Publisher(CTRL_RELINQ, Bool, queue_size=1, latch=True)
-        # a node may take a first True for an old permission: it hears False before
+        # a node may ignore a first True as old: it gets a False before
         self.give(False)
 
     def give(self, given):
@@ -126,7 +126,7 @@ class Control:
     def start_driving(self):
         """Have the node drive. Returns the same values as Stage.set_in_motion().
 
-        A node that runs and can be reset drives again after a reset. Any other is started anew.
+        A node that runs and can be reset drives again after a reset. Any other is started again.
         """
         return self._stage.set_in_motion(self._is_ready, lambda: self.give(True), asked.REACTION)
 
@@ -183,7 +183,7 @@ def _reset(stage, name, caller, pose, seconds=asked.TAKES_EFFECT, straight=True)
 
 
 def _reset_in_drive(stage, control, caller):
-    """The frame is reset at the goal, the robot turned to the new goal; in the way there the frame
+    """The frame is reset at the goal, the robot turned to the new goal; on the way there the frame
     is reset again."""
     control.give(False)
     caller.call(Pose2())

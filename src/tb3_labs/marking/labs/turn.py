@@ -27,8 +27,8 @@ LEFT, RIGHT = 'l', 'r'
 
 
 class WatchedTurn(NamedTuple):
-    """One turn: the letter that is typed, the angle it asks for, the heading where it begins, the
-    share of the wheels' travel that is lost."""
+    """One turn: the typed letter, its angle, the heading at its begin, and the lost share of the
+    wheels' travel."""
 
     typed: str
     asked_deg: float
@@ -197,7 +197,7 @@ def _drives_in_turn(seen: Observation) -> str:
 
 def upward(seen: Observation) -> float:
     """The sign of the speed that a mouse at the upper edge shall give: 1.0. If the submission's own
-    mouse client is not known, which may count down, the sign is that of the first such speed."""
+    mouse client is not known, which may count down, the first such speed sets the sign."""
     speeds = [speed for name in (MOUSE_UP, AFTER_TURN, IN_TURN) if seen.has(name)
               for speed in seen.during(name, may_die=True).moving[:, LINEAR] if speed]
     return -1.0 if not seen.mouse_up and speeds and speeds[0] < 0.0 else 1.0

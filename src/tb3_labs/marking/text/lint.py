@@ -1,8 +1,8 @@
 """Faults of a node that its text shows before it runs: a line without effect, a name that nothing
 defines, a function that nothing uses.
 
-A right node may have some of them, so they are told only with lost points. A file that is not valid
-Python has none: Python itself reports it.
+A right node may have some of them, so only a node that loses points gets them. A file that is not
+valid Python has none: Python itself reports it.
 """
 import ast
 import json
@@ -25,9 +25,9 @@ print(json.dumps([faults(text), assigned(text)]))
 '''
 #: At most so many variables, and lines of one, are kept.
 MOST_NAMES, MOST_LINES = 200, 6
-#: At most so many faults are told; so much of a name and of a line is quoted [characters].
+#: At most so many faults are listed; so much of a name and of a line is quoted [characters].
 MOST, QUOTED = 4, 60
-#: By these a program may define and use what its text does not name.
+#: A program may use these to define names that its text does not have.
 DYNAMIC = {'exec', 'eval', 'globals', 'locals', 'vars', 'getattr', 'setattr', '__dict__'}
 FUNCTIONS = ast.FunctionDef, ast.AsyncFunctionDef
 
@@ -48,7 +48,7 @@ def read(path: Path) -> Tuple[List[str], Dict[str, List[int]]]:
 
 
 def assigned(text: bytes) -> Dict[str, List[int]]:
-    """The lines that assign each variable, `self.NAME` or `NAME`; of fields `FIELD.x`, too."""
+    """The lines that assign each variable, `self.NAME` or `NAME`; also a field's `FIELD.x`."""
     lines: Dict[str, List[int]] = {}
     try:
         nodes = list(ast.walk(ast.parse(text)))
@@ -89,7 +89,7 @@ def _without_effect(tree: ast.Module, lines: List[str]) -> Iterator[Fault]:
 
 
 def _always_true(tree: ast.Module) -> Iterator[Fault]:
-    """As in ``if letter == 'l' or 'left':``."""
+    """For instance ``if letter == 'l' or 'left':``."""
     for node in ast.walk(tree):
         test = getattr(node, 'test', None)
         if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.Or) and any(
@@ -99,8 +99,8 @@ def _always_true(tree: ast.Module) -> Iterator[Fault]:
 
 
 def _misspelt(tree: ast.Module) -> Iterator[Fault]:
-    """An attribute that is assigned and never read, and a text that is assigned and never compared,
-    beside a near one that is."""
+    """An attribute that is assigned and never read, or a text that is assigned and never compared,
+    if a similar one is read or compared."""
     assigned: Dict[str, int] = {}
     read, compared = set(), set()
     for node in ast.walk(tree):
@@ -151,8 +151,8 @@ def _of_pyflakes(tree: ast.Module) -> Iterator[Fault]:
 
 
 def _unused(tree: ast.Module) -> Iterator[Fault]:
-    """The functions and classes that are not named outside of their own text. A method may be one
-    that a base class calls, and a decorator may keep what it gets."""
+    """The functions and classes that are not named outside of their own text. A base class may call
+    a method, and a decorator may keep its function."""
     used = Counter(_names(tree))
     if DYNAMIC & set(used):
         return

@@ -1,4 +1,4 @@
-"""What the text of a submission's programs shows, and no trial of its node: the sign of y in its
+"""What only the text of a submission's programs shows, not its trial: the sign of y in its
 own mouse client, and an angle in the place of a number of a quaternion.
 
 The text is a stranger's. So this is a program, too: it reads within limits, and prints what
@@ -14,7 +14,7 @@ from typing import Any, Dict, Iterable, List, Optional
 
 #: The most that it may use: memory [bytes], processor time [s]; the largest file [bytes].
 LIMITS, LARGEST = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0'], 200000
-#: The names of y, and those of the pixel of a mouse, whose y counts down.
+#: The names of y, and the names of a mouse's pixel, whose y counts down.
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
 PIXEL = re.compile('pos|event|mo[vt]|scroll|click')
 #: These functions grow with their arguments.
@@ -35,7 +35,7 @@ def text_of(paths: Iterable[str]) -> Dict[str, Any]:
 
 
 def look(texts: Iterable[bytes]) -> Dict[str, Any]:
-    """As `text_of`, of these texts."""
+    """The same for these texts."""
     downs, remarks = set(), []
     for text in texts:
         try:
@@ -102,7 +102,7 @@ def _sent(nodes: List[ast.AST]) -> List[Optional[int]]:
 
 
 def _pixel(node: Any) -> Optional[int]:
-    """1 if an expression is the place of a mouse, as its library gives it; else None."""
+    """1 if an expression is a mouse's place by its library; else None."""
     return int(bool(PIXEL.search(_last(node.func if isinstance(node, ast.Call) else node)))) or None
 
 

@@ -1,4 +1,4 @@
-"""What was seen of a node that did not do what was asked: in words, from its observation alone.
+"""Sentences on a node that did not do its task, from its observation alone.
 
 A sentence names the first of these that explains it: an exception since the node's start; commands
 that are not numbers; a topic that nobody hears, or of another type; no command at all, or zeros.
@@ -15,7 +15,7 @@ from tb3_labs.watch.turn_links import wrong_field
 
 #: The type of cmd_vel.
 TWIST = 'geometry_msgs/Twist'
-#: A node gets up to three Ctrl+C, since the last message that rospy publishes may be lost.
+#: A node gets up to three Ctrl+C, since rospy may lose a node's last message.
 CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
 #: Without a command a robot turns by less than this [deg].
 STILL_DEG = 3.0
@@ -34,7 +34,7 @@ def remarks_on(seen: Observation) -> List[str]:
 
 
 def faults_in(seen: Observation, said: str) -> List[str]:
-    """The faults that its text shows, without an undefined name that the verdicts `said`."""
+    """The faults that its text shows, without an undefined name that the verdicts (`said`) name."""
     return [fault for fault in seen.faults if not any(
         name in said for name in UNDEFINED.findall(fault))]
 
@@ -52,7 +52,7 @@ def tracebacks_before_the_end(seen: Observation) -> List[str]:
 
 
 def untold(remarks: List[str], said: str) -> List[str]:
-    """The remarks without those on an exception that the verdicts' sentences `said` quote."""
+    """The remarks, without the exceptions that the verdicts' sentences (`said`) quote."""
     return [remark for remark in remarks if not any(
         error in said for error in QUOTED.findall(remark))]
 
@@ -110,7 +110,7 @@ def _silence(scene, run):
 
 
 def other_topics(run: Run, topic: str) -> str:
-    """A clause on the topics that a node publishes; '' if `topic` is one, or none is known."""
+    """A clause on the topics that a node publishes; '' if it has `topic`, or none is known."""
     return '' if not run.publishes or '/' + topic in run.publishes else \
         'it does not publish {}, but {}'.format(topic, ' and '.join(sorted(run.publishes)))
 
@@ -121,7 +121,7 @@ def _printed(scene):
 
 
 def unprinted(scene: Scene) -> str:
-    """A clause on the reason why a node did not print what was asked in this scene."""
+    """A clause on the reason why a node did not print its line in this scene."""
     run = scene.run
     errors = errors_in(scene.seen, run)
     if errors:

@@ -3,8 +3,8 @@
 All of it comes from the bag of the trial (:mod:`tb3_labs.marking.trial.ros_recording`).
 
 Units: seconds since the recording began, m/s, rad/s, metres, radians. The yaw of the true poses
-is continuous over whole turns. The commands are those of the node that is judged; those of the
-marker are left out.
+is continuous over whole turns. The commands come from the node that is judged; the marker's
+commands are left out.
 """
 import json
 import math
@@ -30,8 +30,8 @@ TRUTH, EVENTS, PRINTED = 'ground_truth', 'trial', 'printed'
 #: The node's own variables; see tb3_labs.watch.
 VARIABLES = 'variables'
 
-#: Keys of `facts` that several labs use. MOVED: did the node command a movement after it was asked
-#: to? RESTED: did the robot come to rest? WAS_MOVING: did the robot move when the stimulus began?
+#: Keys of `facts` that several labs use. MOVED: did the node command a movement after its stimulus?
+#: RESTED: did the robot come to rest? WAS_MOVING: did the robot move when the stimulus began?
 MOVED, RESTED, WAS_MOVING = 'moved', 'rested', 'was_moving'
 #: Key of the facts of a turn: the angle that was asked for [deg].
 ASKED_DEG = 'asked_deg'
@@ -46,7 +46,7 @@ HELD_UP = 0.15
 #: characters.
 MOST_FINDINGS, LONGEST = 20, 2000
 NOT_FINITE = 'commands that are not finite numbers'
-#: Of the output of a run so many characters are kept, of its beginning and of its end.
+#: So many characters of a run's output are kept, from its beginning and from its end.
 KEPT = 20000
 
 
@@ -55,7 +55,7 @@ class NotSeen(Exception):
 
 
 class NotOffered(NotSeen):
-    """The node does not offer what a criterion judges."""
+    """The node does not have the topic or service that a criterion judges."""
 
 
 class NotTried(NotSeen):
@@ -205,7 +205,7 @@ class Observation:
         raise NotTried(self.why_missing())
 
     def why_missing(self) -> str:
-        """Why a stimulus is missing: the node ended, was never ready, or the time was up."""
+        """Why a stimulus is missing: the node ended, was never ready, or the time was over."""
         if not self.runs:
             return 'it was never started'
         run = self.runs[-1]

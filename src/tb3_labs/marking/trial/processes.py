@@ -32,9 +32,9 @@ class Program:
     """Runs ``command`` (a list of words) in a process group and a pseudo-terminal of its own, as if
     a person had started it.
 
-    Output and errors are one text; its beginning and its end are kept. `environment`: None for that
-    of this process. `ends`: where its output is read, its own input and output, in place of a
-    terminal. ``on_text(text)`` is called with each part of the output.
+    Output and errors are one text; its beginning and its end are kept. `environment`: None for this
+    process's. `ends`: where its output is read, its own input and output, in place of a terminal.
+    ``on_text(text)`` is called with each part of the output.
     """
 
     def __init__(self, command, environment=None, ends=None, on_text=lambda text: None):
@@ -237,7 +237,7 @@ def _below(pid):
 
 
 def _memory(pid):
-    """The memory of a process, without files [bytes]; shared pages count in full."""
+    """The memory of a process, without files [bytes]; with all shared pages."""
     try:
         _, resident, shared, *_ = Path('/proc/{}/statm'.format(pid)).read_text().split()
     except OSError:
@@ -246,7 +246,7 @@ def _memory(pid):
 
 
 def _own_memory(pid):
-    """The memory of a process [bytes]; of shared pages only its part counts. Slower."""
+    """The memory of a process [bytes]; with its part of shared pages. Slower."""
     try:
         with open('/proc/{}/smaps_rollup'.format(pid)) as file:
             return 1024 * next(int(line.split()[1]) for line in file if line.startswith('Pss:'))

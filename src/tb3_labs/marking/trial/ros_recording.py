@@ -7,7 +7,7 @@ can hear), and
     trial     std_msgs/String, an event in JSON: {"kind": ..., facts}; kinds in observation.py
     printed   std_msgs/String, the output of the node as it came
 
-A thread of its own writes the bag, so nobody who takes a time waits for a disk.
+A separate thread writes the bag, so a message that gets its time never waits for a disk.
 """
 import json
 import math
@@ -44,10 +44,10 @@ MOST_COMMANDS, MOST_ODD, MOST_LINES, MOST_EVENTS, MOST_MESSAGES = 40000, 1000, 1
 LINE_LENGTH, LARGEST = 300, 10000
 #: Equal commands that come sooner after each other than this are one [s].
 SAME_COMMAND = 0.04
-#: Of an output at most this many characters are recorded in a second, its last ones; a tenth of it
+#: At most this many characters of an output are recorded in a second, the last ones; a tenth of it
 #: if the bag is full.
 PRINTED_A_SECOND = 20000
-#: A bag is full from this size on [bytes]. Then it takes only what a node is judged by.
+#: A bag is full from this size on [bytes]. Then it takes only the judged topics.
 FULL, JUDGED = 3 * 10 ** 6, {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL}
 #: A recording that is cut off loses at most so many bytes, before they are packed.
 CHUNK = 2 ** 17
@@ -86,8 +86,8 @@ class Recording:
         return self.add(EVENTS, String(json.dumps(dict(facts, kind=kind))), at)
 
     def close(self):
-        """Write what is left, and close the bag. If it could not be written, there is none: a node
-        would lose points by a part of it; `problem` says why."""
+        """Write what is left, and close the bag. If it could not be written, it is removed, since a
+        part of it would cost the node points; `problem` says why."""
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()
@@ -170,7 +170,7 @@ class Recorder:
     def _read_truth(self, path):
         os.mkfifo(path, 0o600)
         with open(path, 'rb') as pipe:
-            os.remove(path)     # the robot has it: nobody else can open it
+            os.remove(path)     # the robot has opened it: nobody else can
             for line in pipe:
                 at, (x, y, yaw) = self.now, map(float, line.split())
                 with self._lock:

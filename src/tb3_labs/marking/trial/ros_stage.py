@@ -75,7 +75,7 @@ class Stage:
 
     @lru_cache(maxsize=None)
     def text(self, *packages):
-        """What the text of the submission shows, else that of these packages; see program_text."""
+        """What the text of the submission shows, or of these packages; see program_text."""
         known = rospkg.RosPack()
         folders = [known.get_path(name) for name in {self._name.split('/')[0], *packages}
                    if name != OWN_PACKAGE and name in known.list()]
@@ -125,7 +125,7 @@ class Stage:
             if self.moves_after(act, reaction):
                 time.sleep(WELL_UNDER_WAY)
                 return self.node.alive
-            self.node.stop()        # an earlier stimulus may have upset it: start it anew
+            self.node.stop()        # an earlier stimulus may have upset it: start it again
         self.node.start()
         return False
 
@@ -226,7 +226,7 @@ def end_with_the_marker(recording):
 def try_out(lab, package, executable, parts, path, option, tell):
     """Start a node, try `parts` of its lab, [] for all of them, and record it.
 
-    The other arguments are those of Stage.
+    Stage explains the other arguments.
     """
     stage = Stage(lab, package, executable, path, option, tell)
     end_with_the_marker(stage.recording)
@@ -240,7 +240,7 @@ def try_out(lab, package, executable, parts, path, option, tell):
                 with suppress(NotOffered, NotTried):    # the rest of the part cannot be tried
                     act(stage)
     except Exception as problem:
-        # an untried stimulus must not look like a failure of the node
+        # a stimulus that was not tried must not look like a failure of the node
         stage.recording.event('broken', text='{}: {}'.format(
             type(problem).__name__, problem)[:LONGEST])
         raise

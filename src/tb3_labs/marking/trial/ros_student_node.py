@@ -169,7 +169,7 @@ class StudentNode:
 
 
 class Graph:
-    """Asks the master for nodes, and for the student's node."""
+    """Asks the master which nodes run, and whether the student's node does."""
 
     def __init__(self, types):
         """`types`: the Types of the node's messages and services."""
@@ -209,7 +209,7 @@ class Graph:
 
     def topics(self):
         """The topics to which the student's node listens, and {topic: type} of those that it
-        publishes; without those of each node."""
+        publishes; without the topics that each node has."""
         kinds = dict(self._master.getTopicTypes())
         return [sorted(self.of_node(LISTENS) - OF_EACH), {
             topic: kinds.get(topic, '') for topic in sorted(self.of_node(PUBLISHES) - OF_EACH)}]

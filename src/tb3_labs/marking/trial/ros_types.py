@@ -20,7 +20,7 @@ KNOWN_SERVICES = 'tb3_labs', 'std_srvs'
 
 
 class Types:
-    """Knows the types that this process can import, and those of which a sandbox made examples."""
+    """Knows the types that this process can import, or of which a sandbox made examples."""
 
     def __init__(self, described: Optional[Dict[str, Any]] = None) -> None:
         """`described`: the answer of workspace.build; None: the student defined no types."""
@@ -52,7 +52,7 @@ class Types:
 
 
 class Example(genpy.Message):
-    """A message as bytes: at first those of the example of its type."""
+    """A message as bytes: at first the bytes of the example of its type."""
 
     fields: List[List[Any]] = []    # name, type and place of each
 

@@ -45,7 +45,7 @@ class ControllerCore:
         self._repetitions = Repetitions()        # of turns
         self._refused_at = -math.inf             # time of the last line about a refused turn
         self._mouse_is_new = False               # True: a command is due
-        self._mouse_told = False                 # was its user told how to use a lost mouse?
+        self._mouse_told = False                 # has its user had the line on a lost mouse?
         self._news = NewsDesk()
 
     # -- what comes in
@@ -91,8 +91,8 @@ class ControllerCore:
                             'use it')
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
-        """Turn by an angle [deg], as another node asks, see :meth:`ask`; not if it only repeats
-        what it asked before this node could hear it, or before a stop."""
+        """Turn by an angle [deg], as another node asks, see :meth:`ask`; but not if the node only
+        repeats a request from before its connection, or before a stop."""
         self._update(turn.at)
         doubts = self._repetitions.count(turn, self._sleep.is_waking)
         if not doubts:
@@ -109,7 +109,7 @@ class ControllerCore:
         self._try(turn, now)
 
     def _try(self, turn: 'Event[float]', now: float) -> None:
-        """A refusal is one line; those of a node that repeats itself are one in a second."""
+        """A refusal is one line; a node that repeats itself gets one line a second."""
         try:
             self.ask(turn.what, now)
         except ValueError as refusal:

@@ -51,7 +51,7 @@ class _Sender:
         return self.says_active and not self._is_lost
 
     def heard(self, message: 'Event[MouseState]', rests: bool) -> None:
-        """A message arrived; `rests`: it asks for zero."""
+        """A message arrived; `rests`: does it ask for zero?"""
         active, now, stamp = message.what.active, message.at, message.sent_at
         if self.source.count and not self.says_active and now - self._back_at >= WAKING:
             self._is_lost = False    # it was inactive until now
@@ -74,12 +74,12 @@ class _Sender:
 class Mouse:
     """Knows whether the mouse is active, and the velocity that it asks for.
 
-    A mouse counts as lost at first, when it falls silent while it is active, and when this process
-    slept. It then stays inactive until it is in the middle of the screen, or is deactivated.
-    Messages that the network delayed, that came together after a silence, or that repeat a stamp,
-    do not end the loss. A deactivation always counts as a stop.
+    A mouse is treated as lost at first, when it falls silent while it is active, and when this
+    process slept. It then stays inactive until it is in the middle of the screen, or is
+    deactivated. Messages that the network delayed, that came together after a silence, or that
+    repeat a stamp, do not end the loss. A deactivation is always a stop.
 
-    Several mice may be heard; each is lost, and comes back, by itself. If one is lost or
+    Several mice may be connected; each is lost, and comes back, by itself. If one is lost or
     deactivated, all others are lost, too: they may have been activated before that. The active
     mouse that was heard last drives.
     """
@@ -125,8 +125,8 @@ class Mouse:
 def mouse_twist(x: float, y: float) -> Twist2:
     """The velocity that a mouse at (x, y) asks for.
 
-    Each direction has its own dead zone, the closed interval +/-MOUSE_DEAD_ZONE. Outside of it
-    the position counts from the middle. A position beyond the screen's edge counts as at the edge.
+    Each direction has its own dead zone, the closed interval +/-MOUSE_DEAD_ZONE. Outside of it the
+    position is measured from the middle. A position beyond the screen's edge is moved to the edge.
     """
     return Twist2(_scaled(y), _scaled(-x))
 

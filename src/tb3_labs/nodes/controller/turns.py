@@ -2,7 +2,7 @@
 :class:`tb3_labs.control.approach.PreciseTurn`. Who drives: a turn or the mouse? What only repeats?
 
 Units: radians, counter-clockwise positive. A turn is asked for as an angle, not as a heading: 180
-and -180 are different turns, and 360 is a full turn. The handout's law cannot tell them apart.
+and -180 are different turns, and 360 is a full turn. The handout's law cannot distinguish them.
 """
 import math
 from dataclasses import dataclass
@@ -113,7 +113,7 @@ class AskedTurn:
         self.asked = asked
         self.goal = yaw + carried + asked
         self.stall = StallWatch()
-        #: The remaining angle at the end, as the law computed it from many samples: one sample is
+        #: The remaining angle at the end, which the law computed from many samples: one sample is
         #: less exact.
         self.left_at_end = 0.0
         self._start = yaw
@@ -160,9 +160,9 @@ class DriverEvent(Enum):
     MOUSE_RELEASED = 'mouse released'     # once, when it is deactivated or lost
 
 
-#: {(driver, event): driver after it}. An event that is not here changes nothing: a turn that is
-#: asked for during a turn moves its goal, and is refused while the mouse drives. Sources: the
-#: course's mouse lab, and the failures of nodes without such a rule.
+#: {(driver, event): driver after it}. An event that is not here changes nothing. A turn during a
+#: turn moves the goal, and a turn is refused while the mouse drives. Sources: the course's mouse
+#: lab, and the failures of nodes without such a rule.
 DRIVERS = {
     (Driver.NOBODY, DriverEvent.TURN_ASKED): Driver.TURN,
     (Driver.NOBODY, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
@@ -182,8 +182,8 @@ class Repetitions:
         self._requests: Dict[str, _Request] = {}    # by sender
 
     def count(self, event: Event, is_waking: bool = False) -> int:
-        """The number of doubtful requests up to this one; 0 if it counts. `is_waking`: it may be
-        older than a sleep of this process, and so may be what goes on with it."""
+        """The number of doubtful requests up to this one; 0 if it is accepted. `is_waking`: it may
+        be older than a sleep of this process, and so may its repetitions."""
         last = self._requests.get(event.sender)
         if last is None or last.what != event.what or not last.source.is_fresh(event.at):
             last = self._requests[event.sender] = _Request(event.what)
@@ -196,13 +196,13 @@ class Repetitions:
         return last.doubts
 
     def stop(self) -> None:
-        """A stop: what is being repeated, twice or more, counts no longer."""
+        """A stop: a request that is being repeated, twice or more, is ignored from now on."""
         for last in self._requests.values():
             last.is_doubted = last.is_doubted or last.is_repeated
 
 
 class _Request:
-    """The last request of one sender, as long as it is not changed, and without a pause."""
+    """The last request of one sender, until it changes, or pauses."""
 
     def __init__(self, what: object) -> None:
         self.what, self.source = what, Freshness('turn', SENDER_PAUSE)

@@ -1,12 +1,12 @@
 """All that `gamepad` decides: who holds the robot, and its command; see :mod:`tb3_labs.nodes`.
 
-Every press of a button counts, also if several messages arrive together: the messages for
+Every press of a button is used, also if several messages arrive together: the messages for
 `ctrl_relinq` are collected in order (GamepadCore.messages). B always sends False, for any holder of
 the robot. A sends True, and Y asks for a reset, unless the press may be old.
 
 A silent pad is lost if the robot depends on it: while a stick is off its middle, and while
 move_to_goal drives by its permission. joy_node sends only changes unless its autorepeat_rate is
-set. Without that rate, a stick that is held still looks like a lost pad, and both stop the robot.
+set. Without that rate a stick that is held still looks like a lost pad, so the robot stops.
 
 Units: seconds on a clock that never stands still and never goes back (`now`), m/s, rad/s.
 """
@@ -24,7 +24,7 @@ from tb3_labs.supervision.holder import HOLDERS, ControlMessages, Holder, Holder
 CROSSING = 0.3
 #: After taking the robot back the pad waits until move_to_goal has stopped [s].
 HAND_BACK = 0.15
-#: If the sticks do not come to rest for this long, and so do not drive, the operator is told [s].
+#: If the sticks do not come to rest for this long, and so do not drive, a line says so [s].
 RESTLESS = 3.0
 
 
@@ -34,7 +34,7 @@ class PadOutput(Output):
 
     #: The holder of the robot, if it has changed.
     holder: Optional[Holder] = None
-    #: To be said on `ctrl_relinq`, in this order; `renews`: then True once more.
+    #: To be published on `ctrl_relinq`, in this order; `renews`: then True once more.
     words: Sequence[bool] = ()
     renews: bool = False
     #: Was the reset button pressed?
@@ -99,8 +99,8 @@ class GamepadCore:
             self._happens(HolderEvent.TAKEN, now)
 
     def on_word(self, word: 'Event[bool]') -> None:
-        """Another node says True or False. Its False takes the control that this pad gave, or stops
-        held sticks. Control that others gave is over when move_to_goal says so."""
+        """Another node sent True or False. Its False takes the control that this pad gave, or stops
+        held sticks. Control that other nodes gave is over when move_to_goal says so."""
         if not word.what:
             self._on_taken(word.at)
 
@@ -133,7 +133,7 @@ class GamepadCore:
                          asks_reset=asks_reset)
 
     def _look_at_rest(self, now: float) -> None:
-        """A pad at rest is ready once it was heard for a while. Another stick is named."""
+        """A pad at rest is ready once it has sent messages for a while. Another stick is named."""
         state, config = self._pad.state, self._config
         if self.holder is not Holder.NOBODY or state is None or config.has_hold:
             self._restless_since = math.inf
@@ -179,8 +179,8 @@ class GamepadCore:
         return self._pad.is_current(now) and not self._sleep.doubt
 
     def _counts(self, button: str, longest: float, now: float) -> bool:
-        """Does a press count that moves the robot, or its frame? Not if it is older than `longest`
-        [s], or may be; then the operator is told."""
+        """Is a press accepted that moves the robot, or its frame? False, with a line, if it is
+        older than `longest` [s], or may be."""
         lateness, doubt = self._pad.lateness, self._sleep.doubt
         if not doubt and not self._pad.tells_lateness(now):
             doubt = 'it was pressed the moment the pad was first heard'
@@ -222,7 +222,7 @@ class GamepadCore:
             'autorepeat_rate 20, as gamepad.launch does')
         self._news.tell('{}: robot stopped; {} to drive again{}'.format(
             self.joy.silence_with_age(now).capitalize(), self._again, hint), warning=True)
-        self._pad.state = None      # the last one no longer counts
+        self._pad.state = None      # the last one is void now
         self._is_new = True
         self.messages.stop(now)
         self._happens(HolderEvent.LOST, now)

@@ -1,6 +1,6 @@
-"""One pad: its settings, and the messages that are heard from it.
+"""One pad: its settings and its messages.
 
-The default numbers of axes and buttons are those of the course's gamepad lab.
+The default numbers of axes and buttons come from the course's gamepad lab.
 
 Units: axes from -1 to 1, forward and left positive (as joy_node sends them). Seconds on a clock
 that never stands still and never goes back (`now`); `stamp` is on the sender's clock.
@@ -12,7 +12,7 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 from tb3_labs.config import Config, setting
 from tb3_labs.supervision.freshness import PAD_TIMEOUT, Freshness, Lateness
 
-#: The lateness of a message is known after a pad has been heard for this long [s].
+#: The lateness of a message is known this long after a pad's first message [s].
 LATENESS_SHOWS = 0.3
 #: The highest index of an axis or button. No pad has as many.
 MOST = 31
@@ -80,7 +80,7 @@ class PadListener:
 
     def hear(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
         """Take in the state in a message, sent at `stamp` (0: unknown); `hangs`: it comes again. A
-        button that is down in the first one counts as pressed now only if it is a stop."""
+        button that is down in the first one is treated as pressed now only if it is a stop."""
         self.repeats = self.repeats or self._last is not None and state.sent == self._last.sent
         self._last = state
         self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0

@@ -17,7 +17,7 @@ from tb3_labs.ros.topics import RENEWS, say_what_is_awaited, subscribe_events
 
 
 class GamepadNode:
-    """Hears the pad, and what others say about control; drives, gives and takes control."""
+    """Hears the pad, and other nodes' True and False; drives, gives and takes control."""
 
     def __init__(self):
         model, config = read_model(), read_config(PadConfig)
@@ -28,7 +28,7 @@ class GamepadNode:
         self._gate = Gate(lambda: self._core.tick(steady_time()), self._say, self._carry_out)
         rospy.on_shutdown(lambda: self._gate.take_in(lambda: self._core.on_leave(steady_time())))
         self._gate.look()
-        # every message is read: a press counts even if many messages arrive at once
+        # every message is read: a press is seen even if many messages arrive at once
         subscribe_events(
             'joy', Joy, lambda joy: self._gate.take_in(self._core.on_joy, joy),
             lambda joy: read_pad(joy.axes, joy.buttons, config), self._core.joy)
@@ -41,8 +41,8 @@ class GamepadNode:
                             'has none)? The page of web:=true is a pad, too')
 
     def _say(self, output):
-        """A listener may take the first message on a connection for a latched one. A stop must
-        count there, too, so it is said twice."""
+        """A listener may take the first message on a connection for a latched one. A stop must be
+        obeyed there, too, so it is sent twice."""
         for word in output.words:
             for _ in range(1 if word else 2):
                 self._control.publish(word)

@@ -28,9 +28,9 @@ from tb3_labs.supervision.goal_requests import (
 from tb3_labs.supervision.lost_or_stalled import SURELY_DRIVES, SURELY_TURNS, SensorWatch, Sight
 from tb3_labs.supervision.permission import Permission
 
-#: Another node that commands a motion for longer than this while this one drives fights it [s].
+#: If another node commands a motion for longer than this while this node drives, both fight [s].
 RIVAL = 0.3
-#: A reading that is repeated for no longer than this is that of the last sample [s].
+#: A reading that is repeated for no longer than this is the last sample's [s].
 SHORT_REPETITION = 0.05
 
 
@@ -86,7 +86,7 @@ class MoveToGoalCore:
         self._news = NewsDesk()
         self._permission = Permission(has_control, self._news.tell)
         self._requests = GoalRequests(GoalRequest(None, stamp=1), self._permission.sleep)
-        #: May this node drive? As of the last tick.
+        #: May this node drive? The value at the last tick.
         self.has_control = has_control
         self._grants = 0                   # number of grants at the last update
         self._pace = Pace(law.period)
@@ -122,8 +122,8 @@ class MoveToGoalCore:
         self._encoders.on_wheels(sample)
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Another node commands the robot, which may move now. It is told of if it does so while
-        this node drives; a command that crosses a grant is not worth a line."""
+        """Another node commands the robot, which may move now. A line warns of it only while this
+        node drives; a command that crosses a grant needs no line."""
         if not (linear or angular):
             return
         self._localizer.driven_at = now
@@ -135,7 +135,7 @@ class MoveToGoalCore:
                             'stops this one)'.format(sender or 'another program'), warning=True)
 
     def set_law(self, law: PreciseLaw) -> None:
-        """Drive by another law from now on; a present drive begins anew."""
+        """Drive by another law from now on; a present drive begins again."""
         self._machine.law = law
         self._pace = Pace(law.period)
         if self._machine.active:
@@ -147,7 +147,7 @@ class MoveToGoalCore:
         self._begin_anew()
 
     def on_goal(self, request: GoalRequest, now: float) -> None:
-        """Drive to the AskedPose of a goal, unless it repeats the present one, or must not count;
+        """Drive to the AskedPose of a goal, unless it repeats the present one, or must be ignored;
         `now` as in permission.Permission."""
         self.on_repetition(request, now)
         requests, machine, doubt = self._requests, self._machine, self._permission.sleep.doubt
@@ -201,7 +201,7 @@ class MoveToGoalCore:
         self._permission.told(word)
 
     def _update_control(self, now: float) -> None:
-        """Does the permission still hold? Also before a goal; `now` as in permission.Permission."""
+        """Does the permission still hold? `now`: of a clock that never goes back [s]."""
         permission, machine = self._permission, self._machine
         permission.update(now)
         before, self.has_control = self.has_control, permission.granted
@@ -220,7 +220,7 @@ class MoveToGoalCore:
 
     def tick(self, now: float, steady: float) -> DriveOutput:
         """What is to be done now; to be called after each sample of the IMU and each request, and
-        while there is none; `steady`: as `now` in permission.Permission."""
+        while there is none; `steady`: the time of a clock that never goes back [s]."""
         self._update_control(steady)
         # at the law's own rate, and whenever a sensor is lost
         is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
@@ -334,7 +334,7 @@ class MoveToGoalCore:
             self._machine.give_up(self._sensors.frozen())
 
     def _pause(self) -> None:
-        """The robot stands, or another node drives it: the next command counts as the first."""
+        """The robot stands, or another node drives it: the next command is treated as the first."""
         self._pace.pause()
         self._sensors.pause()
         self._sent = Twist2()
@@ -345,7 +345,7 @@ class MoveToGoalCore:
         self._sensors.ask()
 
     def _look_at_localizer(self) -> None:
-        """Give up a drive in which a sensor jumped; begin it anew after a reset."""
+        """Give up a drive in which a sensor jumped; begin it again after a reset."""
         for jump in self._localizer.take_jumps():
             if jump.outcome:
                 self._news.tell('{}: {}'.format(jump.text[0].upper() + jump.text[1:], jump.outcome),

@@ -51,8 +51,8 @@ _permissions = [False]    # the last one was typed last
 
 
 def take_permission():
-    """Take `_has_control:=VALUE` out of this process's words, before init_node(): rospy would make
-    a parameter of it, which outlives node and launch. A later start would find it, and drive."""
+    """Take `_has_control:=VALUE` out of this process's arguments, before init_node(): rospy would
+    make a parameter of it, which outlives node and launch. A later start would then drive."""
     for word in [word for word in sys.argv if word.startswith('_has_control:=')]:
         sys.argv.remove(word)
         value = word.partition(':=')[2]
@@ -105,7 +105,7 @@ class MoveToGoalNode:
         subscribe('odom', Odometry,
                   lambda sample: gate.ask(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, core.odometry, queue_size=None)
-        core.begin_control(steady_time())    # a slow start does not count as a sleep
+        core.begin_control(steady_time())    # a slow start is not a sleep
         Diagnostics(self._model.name, lambda: gate.ask(self._diagnose))
         say_what_is_awaited({'imu': lambda: core.imu.count, 'odom': lambda: core.odometry.count})
 

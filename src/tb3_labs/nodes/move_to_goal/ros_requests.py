@@ -43,15 +43,15 @@ class GoalServer(ActionServer):
     The answers of the core come back by :meth:`answer`, which no lock waits for.
 
     actionlib (1.14.0) takes a goal whose GoalID it knows for the same goal for 5 s, then for a new
-    one. It takes a repeated latched goal for a new one, and does not cancel an ended goal that is
-    driven to again after a reset. So each message comes here first (test/ros/stops.test).
+    one. It accepts a repeated latched goal as a new one, and does not cancel an ended goal to which
+    the robot drives again after a reset. So each message comes here first (test/ros/stops.test).
     """
 
     def __init__(self, gate, core):
         super().__init__('move2goal', MoveBaseAction, self._keep, auto_start=False)
         self._gate, self._core = gate, core
         self._new = None        # actionlib's handle of the goal that has just arrived
-        self._present = None    # the same of the goal that is driven to
+        self._present = None    # the same for the present goal
         self._complaints = Complaints()
         self._hear_goal = guarded(only_news('move2goal/goal', self._on_goal))
 
@@ -95,7 +95,7 @@ class GoalServer(ActionServer):
         self._hear_goal(goal)
 
     def internal_cancel_callback(self, goal_id):
-        """actionlib's own subscriber calls this. Every cancel counts, also an old one."""
+        """actionlib's own subscriber calls this. Every cancel is obeyed, also an old one."""
         guarded(self._on_cancel)(goal_id)
 
     def _on_simple_goal(self, message):

@@ -1,6 +1,6 @@
 // The controls of the page: what a person asks for, and why a control makes no sense now.
 //
-// The panel decides what is carried out. A control is disabled here so that its title tells the
+// The panel decides what is carried out. A control is disabled here so that its title shows the
 // reason. STOP and B are never disabled.
 
 import {degrees, radians} from './drawing.js';
@@ -18,14 +18,14 @@ const ABSENT = {
 const HEADING_FROM = 14;      // [px] a shorter drag gives no heading
 const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);   // degrees
 const HANDS = ['pad', 'mouse'];      // two ways to drive by hand
-/** By reason: the elements that it disables. */
+/** {reason: the elements that it disables} */
 const CONTROLS = {
   turn: [...TURNS.keys()], goal: ['goal'], reset: ['reset'], mouse: ['mouse-pad'],
   pad: ['button-a', 'button-y', 'stick-left', 'stick-right'],
 };
 
 export class Controls {
-  /** `seen`: {control, picture}, as the page has them now; `redraw()` draws anew. */
+  /** `seen`: {control, picture}, as the page has them now; `redraw()` draws again. */
   constructor({link, pad, map, seen, redraw}) {
     Object.assign(this, {_link: link, _pad: pad, _seen: seen, _redraw: redraw});
     this._mapInput = new PoseInput(map, {
@@ -44,7 +44,7 @@ export class Controls {
     this._connect();
   }
 
-  /** Disable what makes no sense now, and tell why. */
+  /** Disable what makes no sense now, and show why. */
   show() {
     const {picture} = this._seen, reasons = this._reasons();
     const drag = picture && !picture.frame ? 'the frame local is not known yet' : '';
@@ -70,7 +70,7 @@ export class Controls {
     say('The page was hidden: it drives again when something is gripped anew.', true);
   }
 
-  /** By control: the reason why it makes no sense now, or ''. */
+  /** {control: the reason why it makes no sense now, or ''} */
   _reasons() {
     const {picture} = this._seen, can = picture?.can || {};
     const unknown = !this._link.connected ? 'not connected' : !picture ? 'no data yet' : '';
@@ -108,7 +108,7 @@ export class Controls {
     return true;
   }
 
-  /** All that was held must be gripped anew. */
+  /** All that was held must be gripped again. */
   _dropped() {
     for (const letGo of this._letGo) letGo();
     this._keys.release();

@@ -16,7 +16,7 @@ const OFF_MIDDLE = 0.12;      // a stick further from its middle than this is to
 const BUTTONS = {a: 0, b: 1, y: 3, hold: 5};    // of the layout "standard"
 const DRIVING = ['a', 'y'];   // B is a stop, and counts at any time
 
-/** A stick that moves along one axis, 'forward' or 'left'. It counts from where it was gripped.
+/** A stick that moves along one axis, 'forward' or 'left'. It starts where it was gripped.
  *  Returns a function that lets it go. */
 export function stick(element, axis, pad) {
   const knob = element.querySelector('.knob'), up = axis === 'forward';
@@ -76,7 +76,7 @@ export function padButton(element, name, pad) {
 }
 
 /** Calls back when a pointer grips the element, moves, and lets go in any way.
- *  Returns a function that ends the hold: the pointer must then press anew. */
+ *  Returns a function that ends the hold: the pointer must then press again. */
 function onHold(element, grip, move, letGo) {
   let pointer = null;
   element.addEventListener('pointerdown', (event) => {
@@ -105,7 +105,7 @@ function onHold(element, grip, move, letGo) {
 // -- the keyboard
 
 /** Shortcuts, and the arrows as sticks at half deflection while they are held. In index.html each
- *  button has its key, and its tooltip tells it. */
+ *  button has its key, and its tooltip shows it. */
 export class Keys {
   /** `stop()`: false if there is nothing to stop; `driving()`: may the arrows drive now? */
   constructor(pad, {stop, driving}) {
@@ -119,7 +119,7 @@ export class Keys {
     addEventListener('blur', () => this.release());
   }
 
-  /** The arrows are let go; a key that is still down must be pressed anew. */
+  /** The arrows are let go; a key that is still down must be pressed again. */
   release() {
     this._arrows.clear();
     this._pad.release('keys');
@@ -188,14 +188,14 @@ export class RealGamepad {
     this._driving = driving;
     this._show = show;
     this._timer = 0;
-    // False: sticks and buttons must all be let go once before anything but B counts.
+    // False: sticks and buttons must all be let go once before anything but B is sent.
     this._armed = false;
     this._was = {};
     addEventListener('gamepadconnected', () => this._look());
     addEventListener('gamepaddisconnected', () => this._look());
   }
 
-  /** Nothing but B counts until everything was let go once. */
+  /** Nothing but B is sent until everything was let go once. */
   disarm() {
     this._armed = false;
     this._was = {};

@@ -1,4 +1,4 @@
-// The socket to the node `panel`: it connects, connects anew, and matches answers to requests.
+// The socket to the node `panel`: it connects, connects again, and matches answers to requests.
 
 const RETRY = 1000;        // [ms] between two attempts to connect
 const SILENT = 4000;       // [ms] without any message: the connection counts as broken

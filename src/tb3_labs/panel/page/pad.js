@@ -3,7 +3,7 @@
 // The node `gamepad` decides what the sticks and A do; the panel (page_grip.py) decides which page
 // drives. A grip begins with sticks at rest, until that node is ready. If the robot is stopped, or
 // the pad is not ready for a while, everything must be let go and gripped again: the robot must not
-// start at a moment that nobody expects.
+// start at an unexpected moment.
 
 const PERIOD = 100;           // [ms] between two messages
 const READY_WITHIN = 1000;    // [ms] a grip of a pad that is not ready for this long is dropped
@@ -14,7 +14,7 @@ const STOPPED_WITHIN = 2500;  // [ms] a stop without an answer for this long is 
 export const clamp = (value) => Math.max(-1, Math.min(1, value));
 
 export class Pad {
-  /** Set `onstop` (B is pressed) and `ondrop` (nothing that is held counts any more). */
+  /** Set `onstop` (B is pressed) and `ondrop` (all that is held is ignored from now on). */
   constructor(link, say) {
     this._link = link;
     this._say = say;
@@ -79,7 +79,7 @@ export class Pad {
     return answer;
   }
 
-  /** Let go of everything: it must be gripped anew. Returns whether anything was held. */
+  /** Let go of everything: it must be gripped again. Returns whether anything was held. */
   drop() {
     const held = this._timer !== 0;
     this._grips.clear();
@@ -103,7 +103,7 @@ export class Pad {
     if (picture.has_control === false && now - this._gaveAt > SETTLE) this._gaveAt = -Infinity;
   }
 
-  /** What is held does not count, for this reason. */
+  /** What is held is ignored, for this reason. */
   refuse(reason) {
     if (this.drop()) this._say(`${reason}: let go, and grip again.`, true);
   }
@@ -145,7 +145,7 @@ export class Pad {
     const isHeard = performance.now() - this._since >= HEARD;
     const pad = {forward: 0, left: 0, a: false, y: false, hold: false};
     for (const grip of this._grips.values()) {
-      // The hold button comes later: it does not count if it is down when the pad is first heard.
+      // The hold button comes later: it is ignored if it is down when the pad is first heard.
       pad.hold = pad.hold || (grip.hold && isHeard);
       if (this._isOpen) { pad.forward += grip.forward; pad.left += grip.left; }
     }

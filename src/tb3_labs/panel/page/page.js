@@ -70,7 +70,7 @@ export function announce(state) {
 
 export function showBanner(connected) {
   document.body.dataset.connected = connected ? 'yes' : 'no';
-  // Written anew, so that a screen reader tells it.
+  // Written again, so that a screen reader reads it.
   $('banner').textContent = connected ? '' : 'not connected: nothing can be stopped from here';
 }
 
@@ -179,7 +179,7 @@ export function showInside(nodes) {
   nodes.flatMap(({values}) => values).forEach(([, text], i) => setText(shown[i], shortened(text)));
 }
 
-/** A number with three digits after its point; any other text as it is. */
+/** A number with three digits after its point; any other text unchanged. */
 function shortened(text) {
   return /^-?\d+\.\d+(e-?\d+)?$/.test(text) ? String(Number(Number(text).toFixed(3))) : text;
 }

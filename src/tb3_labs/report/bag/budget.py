@@ -6,7 +6,7 @@ in a larger piece than the limits below. So memory and time are bounded, whateve
 import time
 from typing import Dict
 
-#: The most of each that one reading takes, and its longest time of the processor [s]. An hour of
+#: The most of each in one reading, and its longest processor time [s]. An hour of
 #: record.launch has 1.4 million records, and takes 20 s. MiB are read or unpacked.
 MOST_READ = {'records': 2000000, 'connections': 20000, 'samples': 1500000, 'MiB': 1024}
 MOST_TIME = 30.0
@@ -24,7 +24,7 @@ LONGEST_EVENT = 200000
 
 
 class TooLarge(Exception):
-    """The budget is used up; the message says what there is too much of, with the limit."""
+    """The budget is used up; the message names what is too much, and the limit."""
 
 
 class Budget:

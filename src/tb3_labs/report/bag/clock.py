@@ -2,8 +2,8 @@
 
 A clock may be set while it is recorded, such as by NTP: the recorder's, a sender's, or both if they
 share one. The messages are known in the order in which they were recorded; so a clock that was set
-back shows. One that was set forward looks like a silence of all topics, and is told from it by the
-stamps of a sender with another clock, or since no silence is longer than LONGEST_OUTAGE.
+back shows. One that was set forward looks like a silence of all topics. It differs by the stamps of
+a sender with another clock, or since no silence is longer than LONGEST_OUTAGE.
 
 Units: seconds since the recording's start on the recorder's clock.
 """
@@ -17,7 +17,7 @@ import numpy as np
 SET_BACK = 0.05
 #: In a longer silence of all topics the clock was set, or the computer slept [s].
 LONGEST_OUTAGE = 3600.0
-#: A sender's lag is looked at this long before and after a silence [s], of at most MOST_OUTAGES.
+#: A sender's lag is compared this long before and after a silence [s], for at most MOST_OUTAGES.
 LAG_LOOK, MOST_OUTAGES = 5.0, 100
 #: A recording whose clock was set more often has no times.
 MOST_SET = 20
@@ -61,7 +61,7 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     this clock, so that their stamps stay comparable to the microsecond. Messages come late while
     the recorder is busy, and early while its simulated clock stands still: their stamps count. If
     all messages before some moment, or all after it, are not in time, the sender's clock was set:
-    their arrivals count.
+    their arrivals are used.
     """
     if not len(stamp):
         return arrival
@@ -110,8 +110,8 @@ def one_clock(collectors: Dict[str, Any]) -> Tuple[float, List[str]]:
 
 
 def _set_back(arrival: np.ndarray, topic: np.ndarray) -> Optional[int]:
-    """Returns the index of the first message after the clock was first set back, or None. Two
-    topics may lie one behind the other; only within a topic the arrivals rise."""
+    """Returns the index of the first message after the clock was first set back, or None. A file
+    may hold one topic behind another: only the arrivals of one topic must be in order."""
     by_topic = np.argsort(topic, kind='stable')
     is_back = (np.diff(arrival[by_topic]) < -SET_BACK) & (np.diff(topic[by_topic]) == 0)
     if not is_back.any():
@@ -139,7 +139,7 @@ def _set_forward(arrival: np.ndarray, number: np.ndarray,
 
 def _lag_change(sensor: Any, number: int, last: float, first: float) -> float:
     """Returns by how much the arrivals of a sensor came later than its stamps say, after the
-    message with this number. Those that waited in a queue come late, too: the quickest count."""
+    message with this number. Those that waited in a queue come late, too: the quickest decide."""
     at, lag = np.array(sensor.arrival), np.array(sensor.arrival) - np.array(sensor.stamp)
     is_later = np.array(sensor.number) >= number
     before = lag[~is_later & (at > last - LAG_LOOK)]

@@ -1,7 +1,7 @@
 """The messages of a recording: which topics it has, and how messages become samples.
 
 The Transformation lab asks for a line ``Local pose set to x=..., y=..., yaw=...`` at each reset.
-The handout prints the yaw in radians; other nodes print degrees. A yaw counts as degrees if
+The handout prints the yaw in radians; other nodes print degrees. A yaw is treated as degrees if
 ``deg`` or a degree sign follows, or if its number is more than a whole turn in radians.
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
@@ -40,7 +40,7 @@ LARGEST = 1e5
 
 
 def declared_by(line: str) -> Optional[Pose2]:
-    """Returns the declared pose of the robot in ``local``; None if it tells no valid reset."""
+    """Returns the declared pose of the robot in ``local``; None if it is not a valid reset."""
     found = RESET_LINE.search(line[:LONGEST_RESET])
     if found is None:
         return None
@@ -52,7 +52,7 @@ def declared_by(line: str) -> Optional[Pose2]:
 
 
 def resets_in(log: LogLines) -> Poses:
-    """Returns the poses that were declared by resets, as the log lines tell them."""
+    """Returns the poses that were declared by resets, as the log lines have them."""
     said = [(k, pose) for k, pose in enumerate(map(declared_by, log.texts))
             if pose is not None][:MOST_RESETS]
     lines = log.take([k for k, _ in said])
@@ -131,7 +131,7 @@ class Collector:
             self.bad += 1
 
     def keep(self, row, arrival, stamp, number=0):
-        """Append one sample, if its numbers are those of a robot, or if there are not too many
+        """Append one sample, if its numbers are possible for a robot, or if there are not too many
         words. Raises TooLarge."""
         self._limits.take('samples')
         if self._has_words:
@@ -162,7 +162,7 @@ class Collector:
 
 
 def samples_of(collectors):
-    """Returns {field of RunData: Samples} of all collectors, and the resets that a log tells of."""
+    """Returns {field of RunData: Samples} of all collectors, and the resets that a log shows."""
     odometry = collectors['odometry']
     clock = RecordedClock.of(np.array(odometry.arrival), np.array(odometry.stamp))
     samples = {part: collector.samples(clock) for part, collector in collectors.items()}
@@ -183,7 +183,7 @@ def _filled(numbers, length):
 
 
 def _finite(speed):
-    """A speed that no wheel follows; one that is not finite is no reason to leave out a command."""
+    """The speed [m/s] or [rad/s], clipped: a command with an infinite speed is kept."""
     return max(-LARGEST / 2.0, min(LARGEST / 2.0, speed))
 
 

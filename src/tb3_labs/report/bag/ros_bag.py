@@ -48,7 +48,7 @@ NAMED_TOPICS = 5
 def read_run(path, namespace=None, tell=lambda line: None):
     """Returns the RunData of the bag file `path`; `namespace` chooses one robot of several.
 
-    ``tell(line)`` is told what is not read. Raises BagProblem.
+    ``tell(line)`` gets a line on what is not read. Raises BagProblem.
     """
     try:
         with open_bag(path) as file:
@@ -183,7 +183,7 @@ def choose_topics(types, namespace):
         topics['frames'] = '/tf'
     if types.get('/rosout', ('',))[0] is Log:
         topics['log'] = '/rosout'
-        topics.pop('resets', None)        # the answer to a reset says more than the request
+        topics.pop('resets', None)        # the answer to a reset has more than the request
     return topics
 
 

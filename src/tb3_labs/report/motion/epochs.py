@@ -23,8 +23,8 @@ from tb3_labs.report.run_data import Poses, RunData, once
 
 #: The first pose in a new frame comes at most this long before or after the line of its reset [s].
 NEAR_RESET = 0.3
-#: A jump by this angle counts as much as one by a metre [rad]. A jump that is a second farther from
-#: the line counts less by AWAY [m]: a reset may declare the pose that the robot has.
+#: A jump by this angle has the weight of a jump by a metre [rad]. A jump that is a second farther
+#: from the line has less weight by AWAY [m]: a reset may declare the pose that the robot has.
 LEVER, AWAY = 1.0, 0.05
 #: A new frame begins midway between the last message of the old frame and the first message of the
 #: new one, but at most this long before that first message [s].

@@ -17,7 +17,7 @@ The commands do not name their sender. Other topics decide, if they were recorde
 * With `joy` and without `ctrl_relinq`, the pad never gave control: all movements are by hand.
 * With `mouse_info`, no movement is a drive, and a turn must be faster than the mouse can command.
 
-Without these topics, a person who turns, drives straight on and turns by keys counts as a drive.
+Without these topics, turns and a straight line that a person drives by keys look like a drive.
 
 If a node publishes only `cmd_vel`, `completed` adds what the package's own nodes would have
 published: the states of a drive and its goal, by the movements; the robot's pose in ``local``, and
@@ -60,13 +60,13 @@ SHORTEST_PART = 0.4
 MOST_MOVEMENTS = 1000
 #: A command that is slower than this is zero [m/s], [rad/s].
 NO_SPEED = 1e-3
-#: On a straight line the heading stays within KEPT of its first value [rad]. The heading counts
+#: On a straight line the heading stays within KEPT of its first value [rad]. The heading is read
 #: from STRAIGHT_AFTER after the line's start [s]: the turn before the line is over then.
 KEPT = math.radians(20.0)
 STRAIGHT_AFTER = 0.3
 #: A drive moves the robot at least this far [m].
 SHORTEST_DRIVE = 0.1
-#: The fastest turn that the mouse commands, by the course's mouse lab [rad/s].
+#: The fastest turn that the course's mouse lab commands [rad/s].
 FASTEST_BY_MOUSE = 0.5
 #: The goal of the lab: x, y [m], heading [rad].
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
@@ -103,7 +103,7 @@ def moving(commands: Commands) -> np.ndarray:
 
 def programs(run: RunData, begin: float, end: float) -> List[str]:
     """The programs that commanded the robot from `begin` to `end` [s], without those by which a
-    person drives; [] if the recording does not tell."""
+    person drives; [] if the recording does not show it."""
     names = {run.senders[int(k)] for k in run.sent.between(begin, end).value}
     return sorted(TERMINAL if '/rostopic_' in name else name for name in names if not (
         PERSONS.search(name) or name == '?'))
@@ -153,7 +153,7 @@ def cuts(run: RunData) -> np.ndarray:
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarray) -> Movement:
     """Returns the Movement of the commands with the indices `moves`. `ends`: time at which each
-    command ends [s]. A movement that ends near one of `cuts` [s] did not end by itself."""
+    command ends [s]. If a movement ends near one of `cuts` [s], the cut ended it."""
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
     forward = turns_again = end
@@ -178,7 +178,7 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarra
 
 
 def has_control(run: RunData, time: float) -> bool:
-    """Did a node have control at this time [s]? Before the first message, its opposite holds."""
+    """Did a node have control at this time [s]? Before the first message it was the opposite."""
     if not len(run.control):
         return False
     heard = int(np.searchsorted(run.control.time, time, side='right'))

@@ -1,7 +1,7 @@
 """The turns of the IMU lab in a recorded run: by how much the robot turned, from rest to rest.
 
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
-rests before and after it. Topic `turn` tells the angle that was asked for. Without a message on
+rests before and after it. Topic `turn` has the requested angle. Without a message on
 `turn`, the nearest of +/-90 and 180 degrees is taken, since the lab asks for these; a movement by
 less than `LEAST_TURN` or more than `MOST_TURN` is then not a turn.
 
@@ -24,9 +24,9 @@ AT_REST, REST_LOOK = 0.03, 0.15
 #: A robot comes to rest within REST_WAIT [s] after the last command. Its heading at rest is the
 #: mean over REST_MEAN [s]; this time begins REST_LOOK [s] after it came to rest.
 REST_WAIT, REST_MEAN = 2.0, 0.3
-#: The recorder may miss a new node's first commands: a rest is looked for this long before [s].
+#: The recorder may miss a new node's first commands: a rest may be this long before [s].
 MISSED = 1.0
-#: A smaller turn than LEAST_TURN was not asked for [rad]; a larger one than MOST_TURN is a spin.
+#: Nobody asked for a turn smaller than LEAST_TURN [rad]; one larger than MOST_TURN is a spin.
 LEAST_TURN = math.radians(45.0)
 MOST_TURN = math.radians(225.0)
 #: At most this many turns follow each other at once.
@@ -44,7 +44,7 @@ class TurnReport:
     begin: float
     end: float                        # the robot rests
     asked: float
-    was_said: bool                    # by topic `turn`; else it is the nearest of +/-90 and 180 deg
+    was_said: bool                    # known by topic `turn`; else the nearest of +/-90 and 180 deg
     turned: float                     # by the IMU
     true: float                       # by the ground truth
     peak_rate: float                  # [rad/s], by the gyro
@@ -135,7 +135,7 @@ def _turn(run: RunData, begin: float, end: float, until: float,
 
 
 def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
-    """Does the robot rest from `begin` to `end`? Without a sample it is not known to rest."""
+    """Does the robot rest from `begin` to `end`? Without a sample nobody knows if it rests."""
     rates = imu.between(begin, end).yaw_rate
     return len(rates) > 0 and bool(abs(rates.mean()) < AT_REST)
 

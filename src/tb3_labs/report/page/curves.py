@@ -1,7 +1,7 @@
 """The curves of a timeline over time, and the line of its marks, as HTML.
 
 Each curve is an SVG picture in the units of its data: seconds to the right, values downwards with
-the opposite sign. So the timeline's program shows another stretch by another view of it.
+the opposite sign. So the timeline's program only changes the view to show another stretch.
 """
 import math
 from html import escape
@@ -16,7 +16,7 @@ KINDS, ROW = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost'), 8
 STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
 ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
 GRID_LINES = 4
-#: Points (time, value), and the indices of those at which the line begins anew.
+#: Points (time, value), and the indices of those at which the line begins again.
 Line = Tuple[List[Tuple[float, float]], List[int]]
 NO_LINE: Line = ([], [])
 #: The classes of the lines of variables in a figure.
@@ -30,7 +30,7 @@ MARK = ('<a class="{kind}" href="#t={begin}" title="{title}" tabindex="-1"'
 
 
 class Figure(NamedTuple):
-    """The lines of variables of a node, and of the `reference` beside them, in words; '': none.
+    """The lines of a node's variables; `reference`: the name of the line beside them, or ''.
     `levels`: the texts of the heights 0, 1, 2, ... of a line; []: it has numbers."""
 
     names: List[str]
@@ -64,7 +64,7 @@ def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray) -> np.ndar
 
 
 def mark_line(data: Dict[str, Any]) -> Iterator[str]:
-    """The HTML of each mark on the line: a row for each kind of mark that the run has."""
+    """The HTML of each mark on the line: a row for each kind of mark in the run."""
     kinds, duration = {each['kind'] for each in data['marks']}, data['duration']
     rows = [kind for kind in KINDS if kind in kinds]
     for each in data['marks']:

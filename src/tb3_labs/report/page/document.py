@@ -97,7 +97,7 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[s
 
 
 def safe(text: str) -> str:
-    """Returns the text of a cell, with a "'" in front of each formula that a spreadsheet would see.
+    """Returns the text of a cell, with a "'" in front if a spreadsheet would read it as a formula.
 
     Source: "CSV Injection", https://owasp.org/www-community/attacks/CSV_Injection.
     """

@@ -119,7 +119,7 @@ def _part(title: str, columns: Sequence[tables.Column], reports: Sequence[Any], 
 
 
 def nothing_driven(run: RunData) -> str:
-    """Returns the sentence that tells why no drives are listed."""
+    """Returns the reason why no drives are listed, a sentence."""
     words = NOTHING.format(
         NO_DRIVE if len(run.states) or moving(run.commands).any() else
         ONLY_ZEROS.format(len(run.commands)) if len(run.commands) else NO_COMMANDS,

@@ -1,8 +1,8 @@
 """The variables of nodes on a run's timeline: lines beside what they should be, states, texts.
 
-A variable whose values are numbers is a line over time, thinned. All else (a state, a truth value)
-is a line of steps between its few texts. At the moment that the timeline shows, each variable has
-its text, the constant ones too. Units: seconds since the recording's start, and those of the node.
+A variable whose values are numbers is a line over time, thinned. Any other one (a state, a truth
+value) is a line of steps between its few texts. At the moment that the timeline shows, each
+variable has its text, the constant ones too. Units: seconds since the start; the node's.
 """
 import math
 from typing import Any, Callable, List, NamedTuple, Tuple
@@ -22,7 +22,7 @@ MOST_RADIANS = 7.0
 
 
 class Reference(NamedTuple):
-    """What variables of these names should be: words, and times and values of a run."""
+    """The right values of variables with these names: a text, and times and values of a run."""
 
     names: Tuple[str, ...]
     words: str
@@ -51,7 +51,7 @@ REFERENCES = (
     Reference(('initial_global_yaw',), 'yaw by the IMU', _of('imu', 'yaw')),
     Reference(('initial_odom_yaw',), 'yaw in odom', _of('odometry', 'yaw')))
 TRUTH = ('False', 'True')
-#: The handouts' other variables, which are drawn before those of other names.
+#: The handouts' other variables, which are drawn before the student's own names.
 HANDOUT = ('turning', 'state', 'has_control')
 
 
@@ -153,7 +153,7 @@ def _beside(run: RunData, reference: Reference, group: List[Variable]) -> Figure
 
 def line(time: np.ndarray, values: np.ndarray, turn: float = math.inf) -> Line:
     """The line of these values, without those that are NaN, broken at gaps of time and where an
-    angle begins anew, with `turn` a whole turn."""
+    angle begins again, with `turn` a whole turn."""
     known = ~np.isnan(values)
     if not known.any():
         return NO_LINE

@@ -1,6 +1,6 @@
-"""What a node itself shows of its mistake: its exceptions, its open TODOs, its first broken link.
+"""The signs of a mistake in the node itself: its exceptions, its open TODOs, its first broken link.
 
-The link is told by hints, each folded, and the next one within it. So a teacher can hand out the
+The link is shown by hints, each folded, and the next one within it. So a teacher can hand out the
 page of a run, and the student still has to find the mistake.
 """
 import re
@@ -16,14 +16,14 @@ RAISED, LINE_NUMBER = ('Traceback (most recent call last)', 'bad callback'), re.
     r'^ *File ".*", line (\d+)', re.MULTILINE)
 #: A page shows this many different exceptions, and of each this many characters.
 MOST_ERRORS, LONGEST_ERROR = 5, 300
-#: The skeletons' nodes name each TODO that they meet.
+#: The skeletons' nodes print the name of each TODO that they reach.
 OPEN_TODO = re.compile(r'TODO \d+ is open')
 SAID = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
 FOLDED = '<details><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
 
 
 def said_by_node(run: RunData) -> str:
-    """HTML of what the node itself told of its faults: exceptions, each once, and open TODOs."""
+    """HTML of the faults that the node itself printed: exceptions, each once, and open TODOs."""
     log = run.log
     errors: Dict[str, List[float]] = {}
     for time, text in zip(log.time, log.texts):

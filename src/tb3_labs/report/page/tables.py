@@ -1,6 +1,6 @@
 """The tables of a report: as HTML for its page, and as CSV for spreadsheets and scripts.
 
-Units: metres, degrees, seconds; the heads and names of the columns tell which. An unknown value
+Units: metres, degrees, seconds; the heads and names of the columns say which. An unknown value
 is a dash on the page, and an empty cell in a CSV file.
 """
 import csv
@@ -92,8 +92,8 @@ def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> st
 
 def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],
                   drives: Sequence[DriveReport]) -> None:
-    """Write turns.csv and drives.csv, a row for each report. `name`: of the run, in each row, since
-    a spreadsheet may hold the rows of several runs."""
+    """Write turns.csv and drives.csv, a row for each report. `name` of the run stands in each row,
+    since a spreadsheet may hold the rows of several runs."""
     for word, columns, reports in (('turn', (*TURN_COLUMNS, ASKED_BY), turns),
                                    ('drive', DRIVE_COLUMNS, drives)):
         write_table(folder / (word + 's.csv'), [

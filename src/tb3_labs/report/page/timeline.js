@@ -269,7 +269,7 @@ class Timeline {
 /** The time of a link to a moment, or of the page's own address. */
 function timeOf({hash}) { return Number(hash.slice(3)) || 0; }
 
-/** An angle [degrees] in words, wrapped to +-180. */
+/** The text of an angle [degrees], wrapped to +-180. */
 function wrapped(angle) { return `${degrees(wrap(radians(angle))).toFixed(1)}\u00b0`; }
 
 readColours();

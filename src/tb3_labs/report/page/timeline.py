@@ -47,7 +47,7 @@ Mark = Dict[str, Any]
 def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
           breaks: Sequence[int] = ()) -> Dict[str, Any]:
     """Returns the track of `columns`; its 'breaks' are the indices at which a new stretch begins.
-    `breaks`: indices of samples at which one begins without a gap before it."""
+    `breaks`: indices of samples at which a new stretch begins without a gap."""
     if not len(time):
         return {'time': [], 'columns': [[] for _ in units], 'breaks': []}
     values = np.column_stack(columns)
@@ -74,7 +74,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
     return {
         'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
         'odom': _poses(odometry), 'local': _poses(local, local_resets),
-        # in each epoch the truth is matched to its first pose in local
+        # in each epoch the truth begins at the first pose in local
         'truth': _poses(Poses.joined([run.ground_truth.between(epoch.begin, epoch.end).seen_from(
             epoch.odom_T_local @ epoch.local_T_world)
             for epoch in frames if epoch.local_T_world is not None])),
