@@ -187,8 +187,12 @@ def _begun(given, work, tell_problem, stack):
     if given.only:
         names = chosen([submission.student for submission in found], given.only)
         found = [submission for submission in found if submission.student in names]
+    if given.container and sandbox_problem():
+        tell('{}: this container, which is thrown away, is the sandbox.'.format(sandbox_problem()))
+        given.unprotected = True
     if given.unprotected:
         tell(UNPROTECTED)
+        work.chmod(0o711)       # an OtherUser reads ROS's prefix in it
     elif sandbox_problem():
         raise ValueError("nothing was started, since the submissions' programs cannot be kept in "
                          'sandboxes here ({}); --unprotected marks without them: {}'.format(
