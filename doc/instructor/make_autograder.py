@@ -8,7 +8,6 @@ options, and the students' archive of the last commit, which has no solution.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import pathlib
-import shlex
 import subprocess
 import sys
 import zipfile
@@ -30,7 +29,7 @@ def make(path, options):
         ['git', 'archive', '--format=zip', '--prefix=tb3_labs/', 'HEAD', '--',
          *STUDENTS.read_text(encoding='utf-8').split()], cwd=str(ROOT)))
     with zipfile.ZipFile(str(path), 'a') as file:
-        for name, text in (('options', ' '.join(map(shlex.quote, options)) + '\n'), *(
+        for name, text in (('options', '\n'.join(options) + '\n'), *(
                 (each.name, each.read_text(encoding='utf-8')) for each in TEMPLATES.iterdir())):
             info = zipfile.ZipInfo(name)
             info.external_attr = 0o100755 << 16
