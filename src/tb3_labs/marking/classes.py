@@ -190,13 +190,14 @@ def _begun(given, work, tell_problem, stack):
     if given.container and sandbox_problem():
         tell('{}: this container, which is thrown away, is the sandbox.'.format(sandbox_problem()))
         given.unprotected = True
-    if given.unprotected:
+    elif given.unprotected:
         tell(UNPROTECTED)
-        work.chmod(0o711)       # an OtherUser reads ROS's prefix in it
     elif sandbox_problem():
         raise ValueError("nothing was started, since the submissions' programs cannot be kept in "
                          'sandboxes here ({}); --unprotected marks without them: {}'.format(
                              sandbox_problem(), UNPROTECTED))
+    if given.unprotected:
+        work.chmod(0o711)       # an OtherUser reads ROS's prefix in it
     options = Options(given.package, given.type, option, not given.unprotected)
     stack.enter_context(alone_in(given.folder))
     folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),
