@@ -47,7 +47,7 @@ def checked(text):
 
 @pytest.mark.parametrize('handed, seen, score, words', [
     ({}, turned(90.0), None, ['what the node printed last', 'node: lab2/node.py.']),
-    ({}, turned(70.0), None, ['20 degrees short of the goal']),
+    ({}, turned(70.0), None, ['short of the goal, where 10 are allowed; see doc/imu_lab.md']),
     ({'unjudged': 'It lacks cv2.'}, None, 0.0, ['not judged.', 'it lacks cv2.']),
     ({'unjudged': '<script>alert(1)</script>'}, None, 0.0, ['<script>alert(1)</script>', 'a "remark", <b>.'])])
 def test_each_submission_has_results_with_the_sentences_of_its_page(tmp_path, handed, seen, score, words):
