@@ -52,6 +52,8 @@ def parse(words):
                             '{}'.format(lab, option.help, option.default))
     parser.add_argument('--jobs', type=whole_number(16), default=1, metavar='N',
                         help='submissions at a time; each needs about one processor core')
+    parser.add_argument('--container', action='store_true', help='use sandboxes if they work; else '
+                        'mark without: in a container that is thrown away')
     parser.add_argument('--unprotected', action='store_true', help='mark without sandboxes: the '
                         "submissions' programs can read and delete your files")
     return parser.parse_args(words)

@@ -51,7 +51,7 @@ def test_a_ros_of_its_own_writes_below_its_folder_alone(tmp_path):
 @pytest.fixture
 def family():
     """A process with two children, and an identity; nothing of it is left."""
-    started = subprocess.Popen(['sh', '-c', 'sleep 60 & sleep 60 & wait'],
+    started = subprocess.Popen(['sh', '-c', 'sleep 60 & sleep 60 & wait'], start_new_session=True,
                                env=dict(os.environ, **{IDENTITY: 'of a test'}))
     deadline = time.monotonic() + 100.0
     while len(processes._below(started.pid)) < 2 and time.monotonic() < deadline:

@@ -107,10 +107,10 @@ def test_the_table_and_results_as_gradescope_reads_them(written):
     assert {unjudged[name] for name in ('points', 'starts', 'left', 'extra_within_1_deg')} == {''}
     assert {crash[name] for name in ('points', 'starts', 'left')} == {'0'}
     results = {name: written[0] / 'gradescope' / name / 'results.json' for name in rows}
-    assert not results['Di'].exists()
+    assert json.loads(results['Di'].read_text())['tests'] == []
     found = json.loads(results['<xx>=Bobby'].read_text())
-    assert (found['visibility'], found['stdout_visibility']) == ('after_published', 'hidden')
-    assert all(test['visibility'] == 'after_published' for test in found['tests'])
+    assert (found['visibility'], found['stdout_visibility']) == ('visible', 'hidden')
+    assert all(test['visibility'] == 'visible' for test in found['tests'])
     assert [test['number'] for test in found['tests']] == [str(1 + k) for k in range(len(found['tests']))]
     assert found['score'] == pytest.approx(sum(test['score'] for test in found['tests']), abs=0.01)
     assert found['execution_time'] == 41 and 'A "remark"' in found['output']

@@ -186,12 +186,17 @@ def _begun(given, work, tell_problem, stack):
     if given.only:
         names = chosen([submission.student for submission in found], given.only)
         found = [submission for submission in found if submission.student in names]
-    if given.unprotected:
+    if given.container and sandbox_problem():
+        tell('{}: this container, which is thrown away, is the sandbox.'.format(sandbox_problem()))
+        given.unprotected = True
+    elif given.unprotected:
         tell(UNPROTECTED)
     elif sandbox_problem():
         raise ValueError("nothing was started, since the submissions' programs cannot be kept in "
                          'sandboxes here ({}); --unprotected marks without them: {}'.format(
                              sandbox_problem(), UNPROTECTED))
+    if given.unprotected:
+        work.chmod(0o711)       # an OtherUser reads ROS's prefix in it
     options = Options(given.package, given.type, option, not given.unprotected)
     stack.enter_context(alone_in(given.folder))
     folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),

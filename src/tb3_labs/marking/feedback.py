@@ -2,8 +2,9 @@
 
 A page needs no other file: it is the report of the recorded trial, with the verdicts on top.
 
-Gradescope reads results.json. In it each test has a score; the whole score is their sum. Nothing is
-shown before the instructor publishes the grades.
+Gradescope reads results.json. In it each test has a score; the whole score is their sum. Its student
+sees all of it as soon as the marking has ended. A submission that was not judged has the score 0 and
+the reason there, since Gradescope would take a missing file for a fault of the autograder.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import re
@@ -17,7 +18,8 @@ import rospkg
 
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
 from tb3_labs.marking.marks import NOT_JUDGED, Marks
-from tb3_labs.marking.shown_run import shown
+from tb3_labs.marking.shown_run import mistake, shown
+from tb3_labs.report.page import mistake as mistake_page
 from tb3_labs.report.page.document import Markup, document, table
 
 #: A page shows the last SHOWN_LINES lines of each run, each with at most LINE_LENGTH characters.
@@ -31,8 +33,10 @@ SEEN, WHY, REMARKS = 'what was seen, and where to look', 'why no points', 'remar
 #: A place in a lab sheet, as criteria and hints name it: sheet, heading, step.
 PLACE = re.compile(r'doc/(\w+\.md), "([^"]*)"(?:, step (\d+))?')
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
-#: When a student sees the tests in Gradescope.
-VISIBILITY = 'after_published'
+#: When a student sees the tests in Gradescope: also 'after_due_date', 'after_published', 'hidden'.
+VISIBILITY = 'visible'
+#: A link to a moment of the timeline, which Gradescope does not show.
+WATCH = re.compile(' <a href="#t=[^>]*>Watch it</a>')
 
 STUDENTS = '''
 td.words { min-width: 20em; }
@@ -53,11 +57,8 @@ tr { break-inside: avoid; } td details, td summary { margin: 0; font-weight: nor
 
 def feedback(marks: Marks, lab: str) -> str:
     """A student's page, HTML; `lab`: its title."""
-    points, places = '{:g} of {:g} points.'.format(marks.points, marks.worth), Places()
-    parts = ['<p><b>{}</b> {}</p>'.format(points if marks.is_known else 'Not judged.', escape(
-        'Node: {}.'.format(marks.node) if marks.node else ''))]
-    parts += ['<p>{}</p>'.format(places.linked(text)) for text in decided(marks) + marks.sentences]
-    run = shown(marks, places.linked)
+    places = Places()
+    parts, run = _head(marks, places), shown(marks, places.linked)
     if not marks.unjudged:
         parts.append(_verdicts(marks.graded, bool(run), places))
         if marks.extra:
@@ -65,6 +66,13 @@ def feedback(marks: Marks, lab: str) -> str:
     if marks.observation is not None:
         parts += [run] + _printed(marks.observation)
     return document('{}: {}'.format(lab, marks.student), parts + places.parts, STUDENTS)
+
+
+def _head(marks, places):
+    points = '{:g} of {:g} points.'.format(marks.points, marks.worth)
+    return ['<p><b>{}</b> {}</p>'.format(points if marks.is_known else 'Not judged.', escape(
+        'Node: {}.'.format(marks.node) if marks.node else ''))] + [
+            '<p>{}</p>'.format(places.linked(text)) for text in decided(marks) + marks.sentences]
 
 
 def decided(marks: Marks) -> List[str]:
@@ -178,12 +186,17 @@ def _folded(sentences):
 # -- Gradescope
 
 def results(marks: Marks) -> Dict[str, Any]:
-    """Returns the object for json.dump()."""
+    """Returns the object for json.dump(): a test for each criterion, and the rest of the page."""
+    places = Places()
+    parts = _head(marks, places) + [
+        WATCH.sub('', mistake_page.section(marks.link, mistake(marks), places.linked))]
+    if marks.observation is not None:
+        parts += _printed(marks.observation)
     return {
-        'score': round(float(marks.points), 2),
+        'score': round(float(marks.points), 2) if marks.is_known else 0.0,
         'execution_time': int(round(marks.seconds)),
-        'output': '\n'.join(['Node: {}.'.format(marks.node)] * bool(marks.node) + decided(
-            marks) + marks.sentences),
+        'output': '\n'.join(parts + places.parts),
+        'output_format': 'html',
         'visibility': VISIBILITY,
         'stdout_visibility': 'hidden',
         'tests': [{
@@ -194,6 +207,6 @@ def results(marks: Marks) -> Dict[str, Any]:
             'status': 'passed' if verdict.outcome is Outcome.MET else 'failed',
             'output': verdict.sentence,
             'visibility': VISIBILITY,
-        } for number, verdict in enumerate(marks.graded + marks.extra, 1)],
+        } for number, verdict in enumerate(marks.graded + marks.extra, 1) if marks.is_known],
         'extra_data': {'student': marks.student},
     }

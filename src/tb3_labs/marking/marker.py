@@ -23,7 +23,7 @@ from tb3_labs.command_line import write_output
 from tb3_labs.marking.intake.packages import NotJudged
 from tb3_labs.marking.intake.reading import Reading, read
 from tb3_labs.marking.intake.sandbox import (
-    IDENTITY, MODULES, OWN_PACKAGE, PREFIXES, NoSandbox, Sandbox)
+    IDENTITY, MODULES, OWN_PACKAGE, PREFIXES, NoSandbox, OtherUser, Sandbox)
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.workspace import COPY, VARIABLE, elsewhere, prepare
 from tb3_labs.marking.lab_names import NODES
@@ -100,7 +100,8 @@ class Marker:
         marks.places = ['{}/ws/{}'.format(work, place) for place in (
             '{}/{}/'.format(COPY, reading.package), COPY + '/', '')]     # of no use to a student
         log, record = self.folder.logs / (marks.student + '.log'), work / 'trial.bag'
-        sandbox = Sandbox([work / 'ws', work / 'etc']) if self._options.sandbox else NoSandbox()
+        sandbox = Sandbox([work / 'ws', work / 'etc']) if self._options.sandbox else (
+            NoSandbox() if os.geteuid() else OtherUser())
         own = environment_in(work, dict(os.environ, **{IDENTITY: identity}))
         launch = prepare(reading, work / 'ws', own, sandbox)
         marks.node = '{}/{}'.format(launch.package, os.path.basename(launch.program))

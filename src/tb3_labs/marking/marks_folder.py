@@ -181,10 +181,7 @@ class MarksFolder:
             page = feedback(marks, title)
         write_output(self._path / (marks.student + '.html'), page)
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
-        if marks.is_known:
-            write_output(folder / RESULTS, json.dumps(results(marks), indent=1))
-        elif (folder / RESULTS).exists():
-            (folder / RESULTS).unlink()     # of an earlier try: no longer true
+        write_output(folder / RESULTS, json.dumps(results(marks), indent=1))
         marks.observation = None        # the observations of a class need hundreds of MB
         self._shown[marks.student] = marks
         return marks

@@ -101,6 +101,32 @@ class NoSandbox:
         """Make the program's user the owner of a folder of copies; without a sandbox do nothing."""
 
 
+class OtherUser(NoSandbox):
+    """The protection of root without sandboxes, as in a container: a program is a user that owns
+    nothing, so it can neither write the marks nor signal the marker."""
+
+    def __init__(self) -> None:
+        self.user = random.choice(USERS)
+
+    def own_network(self, command: List[str]) -> List[str]:
+        # the program cannot read what the check writes
+        return ['sh', '-c', 'umask 077; exec "$@"', 'sh'] + super().own_network(command)
+
+    def command(self, command: List[str]) -> List[str]:
+        return ['setpriv', '--reuid={}'.format(self.user), '--regid={}'.format(self.user),
+                '--clear-groups', '--no-new-privs', '--pdeathsig', 'KILL'] + LIMITED + [
+                    '--nproc={}'.format(TASKS)] + command
+
+    def environment(self, environment: Mapping[str, str]) -> Dict[str, str]:
+        home = environment['TMPDIR'] + '/ws'
+        return dict(environment, HOME=home, TMPDIR=home, ROS_HOME=home + '/.ros',
+                    ROS_LOG_DIR=home + '/.ros/log')
+
+    def hand_over(self, folder: Path) -> None:
+        _give(folder, self.user)
+        folder.parent.chmod(0o711)
+
+
 class Sandbox(NoSandbox):
     """Makes commands that run in a sandbox. All of them run as the same user."""
 
@@ -143,8 +169,12 @@ class Sandbox(NoSandbox):
 
     def hand_over(self, folder: Path) -> None:
         if self.user is not None:
-            for path in [folder] + list(Path(folder).rglob('*')):
-                os.chown(str(path), self.user, self.user, follow_symlinks=False)
+            _give(folder, self.user)
+
+
+def _give(folder, user):
+    for path in [folder] + list(Path(folder).rglob('*')):
+        os.chown(str(path), user, user, follow_symlinks=False)
 
 
 def _system():

@@ -193,11 +193,11 @@ def _kill(pid):
 # -- the resources
 
 class ResourceWatch:
-    """Watches a sandbox until `over` is set; kills its programs if they use too much."""
+    """Watches a program until `over` is set; kills its group if it uses too much."""
 
     def __init__(self, pid: int, own_folders: Iterable[str], others: int) -> None:
-        """`pid`: the outermost process of the sandbox; `own_folders`: the sandbox's own folders,
-        as its programs see them; `others`: the first of the processes that its programs can fill,
+        """`pid`: the leader of the group, the outermost process of a sandbox; `own_folders`: the
+        sandbox's own folders, as its programs see them; `others`: the first of the processes that its programs can fill,
         master, robot and check."""
         self._pid, self._own, self._others = pid, own_folders, others
         self.over = threading.Event()
@@ -209,7 +209,8 @@ class ResourceWatch:
         while not self.over.wait(LOOK_PERIOD_OF_LIMITS):
             self.exceeded = self._excess()
             if self.exceeded:
-                _kill(self._pid)      # the sandbox ends with it
+                with suppress(ProcessLookupError):      # it has ended already
+                    os.killpg(self._pid, signal.SIGKILL)    # the sandbox ends with it
                 return
 
     def _excess(self):

@@ -79,8 +79,9 @@ class StudentNode:
         environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # each has its own
         self._process = Program([*self._launch.prefix, *self._what, *arguments], environment,
                                 on_text=self._output.add)
-        if self._launch.isolated:
-            self._watch = ResourceWatch(self._process.pid, OWN_FOLDERS, os.getppid())
+        if self._launch.program:        # of a submission
+            self._watch = ResourceWatch(
+                self._process.pid, OWN_FOLDERS if self._launch.isolated else (), os.getppid())
         if not self._is_ready_in_time(needed, known):
             self.stop()
             raise NotTried

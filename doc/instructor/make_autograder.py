@@ -1,0 +1,42 @@
+#!/usr/bin/env python3
+"""Makes the zip file that Gradescope's page "Configure Autograder" takes.
+
+    python3 doc/instructor/make_autograder.py turn.zip --lab turn
+
+Behind the name of the file come options of mark.py. The zip file has setup.sh, run_autograder, these
+options, and the students' archive of the last commit, which has no solution.
+Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
+"""
+import pathlib
+import subprocess
+import sys
+import zipfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / 'scripts'))
+
+from mark import parse    # noqa: E402 (the path is set before)
+
+TEMPLATES = ROOT / 'doc' / 'instructor' / 'gradescope'
+STUDENTS = ROOT / 'doc' / 'instructor' / 'students.txt'
+
+
+def make(path, options):
+    """Write the zip file; it ends with mark.py's words if one of these words is no option of it."""
+    if parse(['.', '-o', '.', *options]).points:
+        sys.exit('the points come from launch/checks/points.yaml: edit and commit that file')
+    path.write_bytes(subprocess.check_output(
+        ['git', 'archive', '--format=zip', '--prefix=tb3_labs/', 'HEAD', '--',
+         *STUDENTS.read_text(encoding='utf-8').split()], cwd=str(ROOT)))
+    with zipfile.ZipFile(str(path), 'a') as file:
+        for name, text in (('options', '\n'.join(options) + '\n'), *(
+                (each.name, each.read_text(encoding='utf-8')) for each in TEMPLATES.iterdir())):
+            info = zipfile.ZipInfo(name)
+            info.external_attr = 0o100755 << 16
+            file.writestr(info, text)
+
+
+if __name__ == '__main__':
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    make(pathlib.Path(sys.argv[1]), sys.argv[2:])

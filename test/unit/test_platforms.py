@@ -1,0 +1,187 @@
+"""Gradescope and GitHub Classroom: the zip file, results.json, and the steps of the workflow, without a robot."""
+import base64
+import json
+import os
+import subprocess
+import sys
+import zipfile
+
+import pytest
+import yaml
+
+pytest.importorskip('rosbag', reason='rosbag cannot be imported')
+
+from students_archive import EXCLUDE, LIST, MISSING, ROOT
+from test_marking import Strict, turned
+from test_term import folder_of, write
+from tb3_labs.marking.intake.sandbox import LARGEST_FILE, TASKS, USERS, OtherUser
+from tb3_labs.marking.lab_names import NODES
+
+MAKE = ROOT / 'doc' / 'instructor' / 'make_autograder.py'
+RUN = ROOT / 'doc' / 'instructor' / 'gradescope' / 'run_autograder'
+FLOW = yaml.safe_load((ROOT / 'doc' / 'instructor' / 'classroom.yml').read_text(encoding='utf-8'))
+JOB, = FLOW['jobs'].values()
+#: https://gradescope-autograders.readthedocs.io/en/latest/specs/: fields of the file and of a test, with their types.
+FORMATS, SEEN = ('text', 'html', 'simple_format', 'md', 'ansi'), ('hidden', 'after_due_date', 'after_published', 'visible')
+NUMBER = (int, float)
+FILE = {'score': NUMBER, 'execution_time': NUMBER, 'output': str, 'output_format': FORMATS, 'test_output_format': FORMATS,
+        'test_name_format': FORMATS, 'visibility': SEEN, 'stdout_visibility': SEEN, 'extra_data': dict, 'tests': list,
+        'leaderboard': list}
+TEST = {'score': NUMBER, 'max_score': NUMBER, 'status': ('passed', 'failed'), 'name': str, 'name_format': FORMATS,
+        'number': str, 'output': str, 'output_format': FORMATS, 'tags': list, 'visibility': SEEN, 'extra_data': dict}
+
+
+def checked(text):
+    """The object of a results.json, if Gradescope takes it."""
+    found = json.loads(text)
+    for fields, given in [(FILE, found)] + [(TEST, test) for test in found['tests']]:
+        for name, value in given.items():
+            kind = fields[name]
+            assert value in kind if isinstance(kind[0] if isinstance(kind, tuple) else kind, str) else isinstance(
+                value, kind), (name, value)
+    assert isinstance(found['score'], NUMBER)       # required without tests
+    return found
+
+
+# -- results.json
+
+@pytest.mark.parametrize('handed, seen, score, words', [
+    ({}, turned(90.0), None, ['what the node printed last', 'node: lab2/node.py.']),
+    ({}, turned(70.0), None, ['short of the goal, where 10 are allowed; see doc/imu_lab.md']),
+    ({'unjudged': 'It lacks cv2.'}, None, 0.0, ['not judged.', 'it lacks cv2.']),
+    ({'unjudged': '<script>alert(1)</script>'}, None, 0.0, ['<script>alert(1)</script>', 'a "remark", <b>.'])])
+def test_each_submission_has_results_with_the_sentences_of_its_page(tmp_path, handed, seen, score, words):
+    folder = folder_of(tmp_path)
+    marks = write(folder, 'submission', seen, **handed)
+    found = checked((tmp_path / 'gradescope' / 'submission' / 'results.json').read_text())
+    said = Strict('<html><body>{}</body></html>'.format(found['output']))
+    text = ' '.join([said.words, *(test['output'] for test in found['tests'])]).lower()
+    assert [word for word in words if word not in text] == []
+    assert found['output_format'] == 'html' and '<script' not in found['output'] and '#t=' not in found['output']
+    assert found['score'] == (marks.points if score is None else score)
+    assert bool(found['tests']) is marks.is_known
+
+
+# -- Gradescope
+
+@pytest.mark.skipif(bool(MISSING), reason=MISSING)
+def test_the_zip_file_has_what_gradescope_starts_and_no_solution(tmp_path):
+    def make(*options):
+        return subprocess.run([sys.executable, str(MAKE), str(tmp_path / 'a.zip'), *options], cwd=str(tmp_path),
+                              stderr=subprocess.PIPE, universal_newlines=True)
+    assert make('--lab', 'gamepad', '--pad', 'xbox').returncode == 0
+    with zipfile.ZipFile(str(tmp_path / 'a.zip')) as file:
+        modes = {info.filename: info.external_attr >> 16 for info in file.infolist()}
+        assert file.read('options').decode().split('\n') == ['--lab', 'gamepad', '--pad', 'xbox', '']
+        assert file.read('run_autograder') == RUN.read_bytes()
+    assert all(modes[name] & 0o111 for name in ('setup.sh', 'run_autograder', 'tb3_labs/scripts/mark.py'))
+    left_out = ['tb3_labs/' + line[len(EXCLUDE):] for line in LIST.read_text().split()[1:]]
+    assert [name for name in modes if name.rstrip('/') in left_out or name.startswith(tuple(
+        path + '/' for path in left_out))] == []
+    for wrong in (['--lab', 'trun'], ['--lab', 'turn', '--prats', 'x'], [], ['--lab', 'turn', '--points', 'my.yaml']):
+        done = make(*wrong)
+        assert done.returncode != 0 and done.stderr and 'Traceback' not in done.stderr
+
+
+def stubbed(folder, rosrun):
+    """The environment of a machine with a set-up that does nothing, and this rosrun, a shell script."""
+    for path, text in (('tb3_labs/scripts/setup.sh', ':\n'), ('bin/rosrun', '#!/bin/sh\n' + rosrun)):
+        (folder / path).parent.mkdir(parents=True)
+        (folder / path).write_text(text)
+        (folder / path).chmod(0o755)
+    return dict(os.environ, PATH='{}:{}'.format(folder / 'bin', os.environ['PATH']), TMPDIR=str(folder))
+
+
+@pytest.mark.parametrize('rosrun, score', [
+    ('echo "$*" >"$TMPDIR/words"; for o; do case $last in -o) m=$o;; esac; last=$o; done; '
+     'mkdir -p "$m/gradescope/submission"; echo \'{"score": 7, "tests": []}\' >"$m/gradescope/submission/results.json"', 7),
+    ('exit 2', 0), ('sleep 60', 0), ('kill -KILL $PPID', 0)])
+def test_results_are_there_whatever_happens(tmp_path, rosrun, score):
+    """Also if the marking never ends. What a submission wrote before does not count."""
+    place = tmp_path / 'autograder'
+    for name in ('submission', 'results'):
+        (place / name).mkdir(parents=True)
+        (place / name / 'results.json').write_text('{"score": 1000, "tests": []}')
+    environment = stubbed(place / 'source', rosrun)
+    (place / 'source' / 'options').write_text('--lab\nturn\n')
+    text = RUN.read_text().replace('/autograder', str(place)).replace(' 540 ', ' 1 ')
+    subprocess.run(['bash', '-c', text], env=environment, timeout=100.0)
+    found = checked((place / 'results' / 'results.json').read_text())
+    assert found['score'] == score and bool(found.get('output')) is not bool(score)
+    if score:
+        words = (place / 'source' / 'words').read_text().split()
+        assert words[:5] == ['tb3_labs', 'mark.py', str(place), '--only', 'submission']
+        assert words[-2:] == ['--lab', 'turn'] and '--container' in words
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason='root alone can become another user')
+def test_a_program_of_root_is_another_user_without_a_sandbox(tmp_path):
+    """It has its own folder, and nothing beside it."""
+    tmp_path.chmod(0o711)
+    for above in list(tmp_path.parents)[:2]:        # pytest's own folders
+        above.chmod(0o711)
+    (tmp_path / 'ws').mkdir()
+    (tmp_path / 'marks').write_text('7')
+    (tmp_path / 'marks').chmod(0o600)
+    user = OtherUser()
+    user.hand_over(tmp_path / 'ws')
+    said = subprocess.check_output(user.own_network(user.command([
+        'sh', '-c', 'id -u; id -G; ulimit -f; ulimit -u 2>/dev/null || ulimit -p; touch ~/own && echo own; '
+        'kill -0 $0 || echo kept; cat "$1" || echo hidden; touch "$1" || echo written not',
+        str(os.getpid()), str(tmp_path / 'marks')])), env=user.environment(dict(os.environ, TMPDIR=str(tmp_path))),
+        stderr=subprocess.DEVNULL, universal_newlines=True).split('\n')
+    assert int(said[0]) in USERS and said[:4] == [said[0], said[0], str(LARGEST_FILE // 512), str(TASKS)]
+    assert said[4:] == ['own', 'kept', 'hidden', 'written not', '']
+
+
+# -- GitHub Classroom
+
+def mark(folder, labs, made):
+    """Run the step that marks, as GitHub does; `made`: lab -> results.json. Returns (status, output, result)."""
+    step, = [step for step in JOB['steps'] if step.get('id') == 'marks']
+    for lab, found in made.items():
+        place = folder / 'made' / lab / 'gradescope' / 'submission'
+        place.mkdir(parents=True)
+        (place / 'results.json').write_text(json.dumps(found))
+    environment = stubbed(folder, 'mkdir -p marks; cp -r "made/$7" marks/; exit 1')
+    done = subprocess.run(
+        ['bash', '-e', '-c', step['run']], cwd=str(folder), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        universal_newlines=True, env=dict(environment, LABS=labs, RUNNER_TEMP=str(folder), GITHUB_WORKSPACE=str(folder),
+                                          GITHUB_OUTPUT=str(folder / 'output')))
+    output = folder / 'output'
+    name, _, value = output.read_text().rstrip().partition('=') if output.exists() else ('result', '', '')
+    assert name == 'result'
+    return done.returncode, done.stdout, value and json.loads(base64.b64decode(value).decode())
+
+
+def case(name, score, worth):
+    return {'name': name, 'score': score, 'max_score': worth, 'status': 'passed' if score else 'failed', 'output': 'so'}
+
+
+def test_the_workflow_sums_the_points_of_all_labs_and_tells_what_was_not_judged(tmp_path):
+    """As Classroom's reporter does, from the scores of the tests."""
+    status, said, result = mark(tmp_path, 'imu turn gamepad', {
+        'imu': {'tests': [case('a', 2.5, 2.5), case('beyond', 0, 0)], 'output': ''},
+        'turn': {'tests': [case('b', 0, 4)], 'output': ''},
+        'gamepad': {'tests': [], 'output': '<p>It lacks\n<b>cv2</b> &amp; more.</p>'}})
+    assert (status, result['max_score'], result['status']) == (0, 6.5, 'fail')
+    assert [(test['name'], test['score'], test['status']) for test in result['tests']] == [
+        ('imu: a', 2.5, 'pass'), ('turn: b', 0, 'fail')]
+    assert 'failed  0 of 4  b  so\n' in said and '::warning::gamepad: It lacks cv2 & more.\n' in said
+
+
+def test_a_workflow_that_finds_nothing_fails_with_a_line(tmp_path):
+    status, said, result = mark(tmp_path, 'imu turn', {'imu': {'tests': [], 'output': 'No node.'}})
+    assert status == 1 and result == ''
+    assert said.endswith('::error::no node of these labs was found: imu turn\n')
+    assert '::warning::turn: Not marked.' in said
+
+
+def test_the_workflow_knows_all_labs_and_the_reporter_its_step():
+    packages = {package for lab in NODES.values() for package in lab.packages}
+    assert {'**/{}/**'.format(name) for name in packages} == set(FLOW['on']['push']['paths'])
+    assert set(FLOW['env']['LABS'].split()) == set(NODES)
+    reporter = JOB['steps'][-1]
+    runner, = reporter['with'].values()
+    assert reporter['env'] == {runner.upper() + '_RESULTS': '${{ steps.%s.outputs.result }}' % runner}
+    assert list(FLOW['jobs']) == ['run-autograding-tests']
