@@ -9,7 +9,7 @@ import numpy as np
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.watch.chain import Broken, Inside, stays
 from tb3_labs.watch.drive_pose import (
-    APART, LATE, MOST, SOON, USED, frames, in_degrees)
+    APART, LATE, MOST, SOON, USED, frames, unit_of)
 from tb3_labs.watch.turn_links import other_fields, short
 
 #: The handout's law: the states and their tolerances [rad], [m], the gain of each rotation [1/s],
@@ -108,7 +108,7 @@ def own_pose(inside: Inside, time: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         inside.find, USED) if each is not None)
     (_, goal_x, _), (_, goal_y, _), _ = goals(inside)
     return (complex(goal_x, goal_y) - x - 1j * y,
-            np.radians(yaw) if inside.known(in_degrees) else yaw)
+            yaw * unit_of(inside.find('local_yaw')))
 
 
 def parts(inside: Inside) -> List[Part]:
@@ -138,7 +138,7 @@ def parts(inside: Inside) -> List[Part]:
 
 def left_of(inside: Inside, state: str, away: np.ndarray, yaw: np.ndarray) -> np.ndarray:
     """What is left of a state by own numbers: a heading error [rad], or a distance [m]."""
-    goal = goals(inside)[2][1] * (np.pi / 180.0 if inside.known(in_degrees) else 1.0)
+    goal = goals(inside)[2][1] * unit_of(inside.find('local_yaw'))
     return np.abs(away) if state == STATES[1] else np.abs(wrap_all(
         (np.angle(away) if state == STATES[0] else goal) - yaw))
 
