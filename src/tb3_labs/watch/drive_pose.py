@@ -115,7 +115,8 @@ def places(inside: Inside) -> Iterator[Wrong]:
 #: What a node may make of a reading, for its local yaw and for a reference: (words, how often it
 #: has the reading, the one at the reset, the one at the reset before).
 SINCE = ((' since the reset', 1, 1, 0), (' since the reset before', 1, 0, 1),
-         (', not from the reset on', 1, 0, 0))
+         (', not from the reset on', 1, 0, 0),
+         (', minus the radians at the reset', 1, np.pi / 180.0, 0))
 AT = ((' at the reset', 0, -1, 0), (' at the reset before', 0, 0, -1), ('', 1, 0, 0))
 
 
@@ -205,10 +206,9 @@ def wrong_variable(inside: Inside, frame: Frame, name: str) -> Optional[Broken]:
     value = compared(name, series.value * (unit_of(series) if is_local else 1.0))
     part = steered(inside, Series(name, series.time, series.text, value).between(
         frame.begin + LATE, frame.end))
-    known = np.isfinite(part.value) | ((part.text == 'None') & (not is_local))
     candidates = table(inside, name)
     rights = [each for _, each in islice(candidates, 1 if is_local else 2)]
-    if known.sum() < FEW or followed(part, rights, MOST):
+    if np.isfinite(part.value).sum() < FEW or followed(part, rights, MOST):
         return None
     right, stays = rights[0], len(set(part.text)) == 1
     some = part.take(np.linspace(0, len(part.time) - 1, 15).astype(int))
