@@ -32,7 +32,9 @@ def given(inside: Inside) -> List[Tuple[float, float, float]]:
 def wrong_control(inside: Inside) -> Optional[Broken]:
     """Does has_control follow ctrl_relinq?"""
     series = inside.find('has_control')
-    for begin, end, value in given(inside) if series else ():
+    for begin, end, value in given(inside):
+        if series is None:
+            return None
         part = series.between(begin + LATE, end)
         if (np.abs(part.value - value) == 1.0).sum() > max(4, len(part.value) / 2):
             return Broken('{:.1f} s after a {} on ctrl_relinq {} was {}'.format(
@@ -44,7 +46,9 @@ def wrong_control(inside: Inside) -> Optional[Broken]:
 def state_kept(inside: Inside) -> Optional[Broken]:
     """Is the state set back by a reset?"""
     series = inside.find('state')
-    for frame in inside.known(frames) if series else ():
+    for frame in inside.known(frames):
+        if series is None:
+            return None
         part = series.between(frame.begin + LATE, frame.end)
         if frame.is_reset and len(part.text) and (
                 series.text_at(frame.begin - SOON) == part.text[0] in STATES[1:]) and (
@@ -78,16 +82,18 @@ class Pose(NamedTuple):
         """What is left of a state: a heading error [rad], or a distance [m]."""
         if state == STATES[1]:
             return np.abs(self.away)
-        return np.abs(wrap_all((np.angle(self.away) if state == STATES[0] else self.goal) - self.yaw))
+        target = np.angle(self.away) if state == STATES[0] else self.goal
+        return np.abs(wrap_all(target - self.yaw))
 
 
 def own_pose(inside: Inside, time: np.ndarray) -> Pose:
     """The Pose at each time."""
-    own = {name: inside.find(name) for name in (*USED, *GOAL)}
     yaw, x, y, goal_x, goal_y, goal = (
-        np.full(len(time), GOAL.get(name, np.nan)) if series is None or not np.isfinite(series.value).any()
-        else np.interp(time, series.time, series.value) for name, series in own.items())
-    unit = unit_of(own['local_yaw']) if own['local_yaw'] else 1.0
+        np.full(len(time), GOAL.get(name, np.nan)) if series is None else
+        np.interp(time, series.time, series.value)
+        for name in (*USED, *GOAL) for series in [inside.find(name)])
+    series = inside.find('local_yaw')
+    unit = 1.0 if series is None else unit_of(series)
     return Pose(goal_x - x + 1j * (goal_y - y), yaw * unit, goal * unit)
 
 
@@ -115,14 +121,16 @@ def parts(inside: Inside) -> List[Part]:
     edges = np.unique([*series.changes, *cuts, *gaps, inside.run.duration])
     for begin, end in zip(edges[:-1], edges[1:]):
         part = steered(inside, series.between(begin, end), 0.0)
-        if not len(part.time) or np.isnan(own_pose(inside, part.time).left(STATES[0])).any():
+        pose = own_pose(inside, part.time)
+        if not len(part.time) or np.isnan(pose.left(STATES[0])).all():
             continue
         is_change = end in series.changes and end not in gaps and (
             np.abs(np.subtract(cuts, end)) > SOON).all()
         at = (sent.arrival > part.time[0] - SOON / 2.0) & (sent.arrival <= part.time[-1])
         found.append(Part(
             str(part.text[-1]), part.time[0], part.time[-1],
-            series.text_at(end) if is_change else '', sent.arrival[at], sent.linear[at], sent.angular[at],
+            series.text_at(end) if is_change else '',
+            sent.arrival[at], sent.linear[at], sent.angular[at],
             own_pose(inside, sent.arrival[at])))
     return found
 

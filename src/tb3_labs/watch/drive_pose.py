@@ -6,7 +6,7 @@ x + iy: a rotation is a product. Angles are compared on the unit circle, so in a
 """
 import re
 from itertools import islice, product
-from typing import Any, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Any, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -210,22 +210,28 @@ def wrong_variable(inside: Inside, frame: Frame, name: str) -> Optional[Broken]:
     rights = [each for _, each in islice(candidates, 1 if is_local else 2)]
     if np.isfinite(part.value).sum() < FEW or followed(part, rights, MOST):
         return None
-    right, stays = rights[0], len(set(part.text)) == 1
-    some = part.take(np.linspace(0, len(part.time) - 1, 15).astype(int))
-    moves = np.nanmax(np.abs(part.value - part.value[0]), initial=0.0) > 2.0 * APART
-    found = [(wrong, each.words) for wrong, each in candidates if moves >= is_local
-             and followed(some, [each], 0.6) and followed(part, [each], MOST)]
-    said = list(dict.fromkeys(words for wrong, words in found if wrong == min(found)[0]))[:2]
-    late = np.sort(ages(part, right._replace(scale=1.0), 60.0))[int(MOST * (len(part.time) - 1))]
-    words = 'followed ' + ', or '.join(said)
-    if stays and (not said or frame.is_reset and (
+    right, moved = rights[0], np.nanmax(np.abs(part.value - part.value[0]), initial=0.0)
+    words = other_words(part, right, candidates if moved > 2.0 * APART or not is_local else ())
+    if len(set(part.text)) == 1 and (is_local or frame.is_reset and (
             series.text_at(frame.begin - SOON) == part.text[0])):
-        words = 'stayed ' + short(part.text[-1])
-    elif not said:
-        words = 'came up to {:.1f} s late'.format(late) if late < np.inf else 'did not follow it'
+        words = 'stayed ' + short(part.text[0])
+    elif not is_local and 'followed' not in words:
+        return None         # it has another meaning here
     should = right.value[np.searchsorted(right.time, part.time).clip(1) - 1]
     worst = int(np.argmax(np.nan_to_num(np.abs(part.value - should), nan=-1.0)))
     return Broken('{}{} {}; it should be {}: it was {} when this was {:.3g}'.format(
         frame.words, series.name, words, right.words, short(part.text[worst]),
         np.angle(should[worst]) if 'yaw' in name else should[worst]),
         float(part.time[worst]), series.name)
+
+
+def other_words(part: Series, right: Quantity, candidates: Iterable[Wrong]) -> str:
+    """What a variable does, if it does not follow the right quantity."""
+    some = part.take(np.linspace(0, len(part.time) - 1, 15).astype(int))
+    found = [(wrong, each.words) for wrong, each in candidates
+             if followed(some, [each], 0.6) and followed(part, [each], MOST)]
+    if found:
+        said = dict.fromkeys(words for wrong, words in found if wrong == min(found)[0])
+        return 'followed ' + ', or '.join(list(said)[:2])
+    late = np.sort(ages(part, right._replace(scale=1.0), 60.0))[int(MOST * (len(part.time) - 1))]
+    return 'came up to {:.1f} s late'.format(late) if late < np.inf else 'did not follow it'
