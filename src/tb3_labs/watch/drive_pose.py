@@ -56,11 +56,10 @@ def frames(inside: Inside) -> List[Frame]:
         run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw) if at > times[0]])
     found = []
     for begin, end in zip(begins, [each[0] for each in begins[1:]] + [run.duration + 1.0]):
-        x, y, theta, yaw = (column[min(np.searchsorted(samples.arrival, begin[0]), len(column) - 1)]
-                            for samples, column in (
-                                (run.odometry, run.odometry.x), (run.odometry, run.odometry.y),
-                                (run.odometry, run.odometry.yaw), (run.imu, run.imu.yaw)))
-        found.append(Frame(begin[0], end, *begin[1:], complex(x, y), theta, yaw))
+        odometry, imu = (samples.take(min(np.searchsorted(
+            samples.arrival, begin[0]), len(samples) - 1)) for samples in (run.odometry, run.imu))
+        found.append(Frame(begin[0], end, *begin[1:], complex(odometry.x, odometry.y),
+                           odometry.yaw, imu.yaw))
     if not run.starts:      # the node was started before the recording, perhaps: its own references
         x, y, theta, yaw = (np.nan if each is None else each.value[0] for each in map(inside.find, (
             'initial_global_x', 'initial_global_y', 'initial_odom_yaw', 'initial_global_yaw')))
