@@ -158,7 +158,8 @@ def table(inside: Inside, name: str) -> Iterator[Wrong]:
         for more, (words, now, of_this, of_before), (kept, share) in combined(
                 SINCE if is_local else AT,
                 (('', is_local), (', without the declared pose', is_local - 1))):
-            value = now * each.value - of_this * first - of_before * old + share * declared
+            value = now * each.value - of_this * first + share * declared
+            value = value - of_before * old if of_before else value
             yield wrong + more, Quantity(
                 each.words + words + kept, each.time, compared(name, value), APART / SAME)
 
