@@ -21,42 +21,40 @@ WRONG = {
         [('        self.initial_global_x = None\n        self.initial_global_y = None\n'
           '        self.initial_global_yaw = None\n        self.state',
           '        self.initial_global_yaw = None\n        self.state')],
-        r'after the reset at \d+ s initial_global_x stayed 0; it should be -0\.4\d+ \(odometry\)',
+        r'after the reset at \d+ s initial_global_x stayed 0; .* when this was -0\.4\d+',
         'initial_global_x'),
     'yaw of the reset before': (
         [('        self.initial_global_yaw = None\n        self.state', '        self.state')],
-        r'initial_global_yaw stayed 0\.3; it should be 2\.\d+ \(IMU\)', 'initial_global_yaw'),
+        r'initial_global_yaw stayed 0\.3; .* when this was 2\.\d+', 'initial_global_yaw'),
     'theta not kept': (
         [('        dx = global_x -', '        self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z)'
           '.to_euler()[2]\n        dx = global_x -')],
-        r'initial_odom_yaw went on changing', 'initial_odom_yaw'),
-    'no odometry': ([("Subscriber('odom'", "Subscriber('odometry'")],
-                    r'initial_global_x stayed None; it should be 0 ', 'initial_global_x'),
+        r'initial_odom_yaw followed the yaw of the odometry; it should be the yaw of the odometry at the',
+        'initial_odom_yaw'),
     'not rotated': ([(X, 'self.local_x = dx'), (Y, 'self.local_y = dy')],
-                    r'local_x followed the displacement since the reset, not rotated; it should be',
+                    r'local_x followed the displacement since the reset, not rotated[;,]',
                     'local_x'),
     'no inverse': ([(X, X.replace('+', '-')), (Y, Y.replace('-sin', 'sin'))],
-                   r'followed the displacement since the reset, rotated by R in place of its inverse;',
+                   r'followed the displacement since the reset, rotated by plus the yaw at the reset[;,]',
                    'local_x'),
     'not displaced': ([('dx = global_x - self.initial_global_x', 'dx = global_x'),
                        ('dy = global_y - self.initial_global_y', 'dy = global_y')],
-                      r'followed the position in the odometry, not displaced, rotated', 'local_x'),
-    'y': ([(Y, Y.replace('-sin', 'sin'))], r'local_y', 'local_y'),
+                      r'the place in the odometry, not displaced, rotated', 'local_x'),
     'sign of the yaw': ([('(global_yaw - self.initial_global_yaw)',
                           '(self.initial_global_yaw - global_yaw)')],
-                        r'local_yaw followed the yaw, mirrored since the reset;', 'local_yaw'),
+                        r'local_yaw followed the yaw, mirrored since the reset[;,]', 'local_yaw'),
     'degrees': ([('self.normalize_angle(global_yaw', 'self.normalize_angle(math.degrees(global_yaw)')],
                 r'local_yaw followed the yaw in degrees', 'local_yaw'),
     'reset at the goal alone': (
         [('        pose = request', "        if self.state != 'GOAL_REACHED':\n            return\n"
           '        pose = request')],
-        r'yaw stayed 2.1\d+; .* The state was MOVE_FORWARD then; after the reset at \d+ s, in GOAL_REACHED, it was r',
+        r'initial_global_yaw stayed 2.1\d+; .* when this was -1.7',
         'initial_global_yaw'),
     'odometry by the IMU': ([('self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]',
                               'self.initial_odom_yaw = self.initial_global_yaw')],
-                            r'initial_odom_yaw became 0.3, as the yaw in radians', 'initial_odom_yaw'),
+                            r'initial_odom_yaw followed the yaw at the reset', 'initial_odom_yaw'),
     'order': ([('global_yaw = Quaternion(q.w, q.x, q.y, q.z)', 'global_yaw = Quaternion(q.x, q.y, q.z, q.w)')],
-              r'initial_global_yaw became 3.142, as the yaw of the quaternion read in the order x, y, z, w',
+              r'initial_global_yaw followed the yaw of the quaternion read in the order x, y, z, w',
               'initial_global_yaw'),
     'control': ([('self.has_control = relinq_msg.data', 'self.has_control = not relinq_msg.data')],
                 r'after a False on ctrl_relinq has_control was True', 'has_control'),
@@ -70,17 +68,12 @@ WRONG = {
     'atan2': ([('atan2(dy, dx)', 'atan2(dx, dy)')],
               r'in ROTATE_TO_GOAL angular.z was 0.3 x \(atan2\(dx, dy\) - local_yaw\); .* 0.3 x \(atan2\(dy, dx\)',
               'angular.z'),
-    'bearing': ([('atan2(dy, dx) - self.local_yaw', 'atan2(dy, dx)')], r'0.3 x \(atan2\(dy, dx\) - 0\);',
-                'angular.z'),
-    'sign': ([('0.3 * yaw_error', '-0.3 * yaw_error')], r'angular.z was -0.3 x \(', 'angular.z'),
     'not normalized': ([('return math.atan2(math.sin(angle), math.cos(angle))', 'return angle')],
                        r'- local_yaw, not normalized\);', 'angular.z'),
     'other field': ([('cmd.angular.z = 0.3', 'cmd.angular.x = 0.3')],
-                    r'in ROTATE_TO_GOAL angular.z stayed 0 for an error of \+2.36 rad', 'angular.z'),
+                    r'in ROTATE_TO_GOAL angular.z was \+0.00 for an error of \+2.36 rad', 'angular.z'),
     'too fast': ([('cmd.linear.x = 0.15', 'cmd.linear.x = 0.5')], r'linear.x was 0.50, by the handout it is 0.15',
                  'linear.x'),
-    'stays': ([("                self.state = 'MOVE_FORWARD'\n", '                pass\n')],
-              r'state stayed ROTATE_TO_GOAL at a heading error of 0.05 rad', 'state'),
     'misspelt': ([("= 'MOVE_FORWARD'\n", "= 'MOVE_FOWARD'\n")], r'state became MOVE_FOWARD, which is none of',
                  'state'),
     'tolerance': ([('distance > 0.15', 'distance > 0.5')],
@@ -89,7 +82,7 @@ WRONG = {
     'never arrives': ([('if distance > 0.15:', 'if True:')],
                       r'state stayed MOVE_FORWARD at a distance of 0.1', 'state'),
     'skipped': ([("self.state = 'ROTATE_TO_FINAL'\n", "self.state = 'GOAL_REACHED'\n")],
-                r'from MOVE_FORWARD to GOAL_REACHED at 2.\d+ from the end of ROTATE_TO_FINAL', 'state'),
+                r'from MOVE_FORWARD to GOAL_REACHED at a heading error of 2.\d+ rad', 'state'),
     'no abs': ([('error) > 0.05:\n                cmd.angular.z = 0.5', 'error) > 5.0:\n                '
                  'cmd.angular.z = 0.5')],
                r'from ROTATE_TO_FINAL to GOAL_REACHED at a heading error of 2.\d+ rad', 'state'),
@@ -148,7 +141,7 @@ def changed(run, name, value_at):
 
 def test_a_place_that_comes_late():
     run = played()
-    x = places(Inside(run))[0]
+    _, x = next(places(Inside(run)))
     late = changed(run, 'local_x', lambda time: x.value.real[
         (np.searchsorted(x.time, time - 2.0) - 1).clip(0)])
     assert 'local_x came up to 2.0 s late' in broken(late).words
@@ -164,7 +157,7 @@ def test_a_place_is_identified_as_what_it_follows_or_as_one_that_is_equal_on_thi
         RUNS[robot] = played(pose=robot[0], offset=robot[1])
     run, rows = RUNS[robot], RUNS[robot].variables
     run = replace(run, variables=rows.take([not name.startswith('initial') for name in rows.name]))
-    table = places(Inside(run))
+    table = [each for _, each in places(Inside(run))]
     quantity = table[k]
     for name, value in (('local_x', quantity.value.real), ('local_y', quantity.value.imag)):
         run = changed(run, name, lambda time: value[

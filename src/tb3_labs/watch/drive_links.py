@@ -9,7 +9,7 @@ import numpy as np
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.watch.chain import Broken, Inside, stays
 from tb3_labs.watch.drive_pose import (
-    APART, LATE, MOST, SOON, USED, frames, in_degrees)
+    APART, LATE, MOST, SOON, USED, frames, steered, unit_of)
 from tb3_labs.watch.turn_links import other_fields, short
 
 #: The handout's law: the states and their tolerances [rad], [m], the gain of each rotation [1/s],
@@ -36,7 +36,7 @@ def wrong_control(inside: Inside) -> Optional[Broken]:
         if series is None:
             return None
         part = series.between(begin + LATE, end)
-        if np.mean(np.append(np.abs(part.value - value) == 1.0, [0.0] * 4)) > 0.5:
+        if (np.abs(part.value - value) == 1.0).sum() > max(4, len(part.value) / 2):
             return Broken('{:.1f} s after a {} on ctrl_relinq {} was {}'.format(
                 part.time[-1] - begin, bool(value), series.name, part.text[-1]),
                 float(part.time[0]), series.name)
@@ -52,38 +52,54 @@ def state_kept(inside: Inside) -> Optional[Broken]:
         part = series.between(frame.begin + LATE, frame.end)
         if frame.is_reset and len(part.text) and (
                 series.text_at(frame.begin - SOON) == part.text[0] in STATES[1:]) and (
-                not has_pose(inside) or left_of(inside, STATES[0], *own_pose(
-                    inside, part.time[:1])) > TOLERANCES[STATES[0]] + APART):
+                own_pose(inside, part.time[:1]).left(STATES[0]) > TOLERANCES[STATES[0]] + APART):
             return Broken('{}{} stayed {}; it should be {}'.format(
                 frame.words, series.name, part.text[0], STATES[0]), frame.begin, series.name)
     return None
 
 
-def goals(inside: Inside) -> List[Tuple[str, float, float]]:
-    """(name, own number, asked number) of x, y [m] and yaw of the goal."""
-    asked = dict(GOAL)
-    for each in inside.run.goals.take(slice(0, 1)).points:
-        asked.update(zip(GOAL, [*each, inside.run.goals.yaw[0]]))
-    own = {name: inside.find(name) for name in GOAL}
-    return [(name, asked[name] if each is None or not np.isfinite(each.value[-1])
-             else float(each.value[-1]), asked[name]) for name, each in own.items()]
-
-
 def wrong_goal(inside: Inside) -> Optional[Broken]:
     """Is the own goal the one that was asked for? A yaw may be in degrees."""
-    for name, own, asked in goals(inside) if len(inside.run.goals) else []:
+    goals = inside.run.goals
+    for name, asked in zip(GOAL, (goals.x, goals.y, goals.yaw)) if len(goals) else ():
         series = inside.find(name)
-        if series is not None and stays(series) and min(abs(own - asked), abs(
-                own - (np.degrees(asked) if 'yaw' in name else asked))) > 1e-3:
+        rights = [asked[0], np.degrees(asked[0]) if 'yaw' in name else asked[0]]
+        if series is not None and stays(series) and np.abs(series.value[-1] - rights).min() > 1e-3:
             return Broken('{} is {}; it should be {:g}'.format(
-                series.name, short(series.text[-1]), asked), float(series.time[0]), series.name)
+                series.name, short(series.text[-1]), asked[0]), float(series.time[0]), series.name)
     return None
 
 
+class Pose(NamedTuple):
+    """By the node's own variables at some times: the vector to the goal (complex), the yaw and the
+    yaw of the goal [rad]; NaN without the handout's variables."""
+
+    away: np.ndarray
+    yaw: np.ndarray
+    goal: np.ndarray
+
+    def left(self, state: str) -> np.ndarray:
+        """What is left of a state: a heading error [rad], or a distance [m]."""
+        if state == STATES[1]:
+            return np.abs(self.away)
+        target = np.angle(self.away) if state == STATES[0] else self.goal
+        return np.abs(wrap_all(target - self.yaw))
+
+
+def own_pose(inside: Inside, time: np.ndarray) -> Pose:
+    """The Pose at each time."""
+    yaw, x, y, goal_x, goal_y, goal = (
+        np.full(len(time), GOAL.get(name, np.nan)) if series is None else
+        np.interp(time, series.time, series.value)
+        for name in (*USED, *GOAL) for series in [inside.find(name)])
+    series = inside.find('local_yaw')
+    unit = 1.0 if series is None else unit_of(series)
+    return Pose(goal_x - x + 1j * (goal_y - y), yaw * unit, goal * unit)
+
+
 class Part(NamedTuple):
-    """The time in one state: its begin and end [s], the state after it, '' if control or the frame
-    ended. Of each command its time, linear.x, angular.z, the own vector to the goal (complex), the
-    own yaw."""
+    """The time in one state with control: the first and the last reading in it [s], the state after
+    it, '' if it is not known. Of each command its time, linear.x, angular.z, the own Pose."""
 
     state: str
     begin: float
@@ -92,90 +108,67 @@ class Part(NamedTuple):
     time: np.ndarray
     linear: np.ndarray
     angular: np.ndarray
-    away: np.ndarray
-    yaw: np.ndarray
-
-
-def has_pose(inside: Inside) -> bool:
-    """Does the node have the handout's variables for its pose?"""
-    return all(each is not None and bool(np.isfinite(each.value).any())
-               for each in map(inside.find, USED))
-
-
-def own_pose(inside: Inside, time: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """(vector to the goal, yaw [rad]) by the node's own variables at each time."""
-    yaw, x, y = (np.interp(time, each.time, each.value) for each in map(
-        inside.find, USED) if each is not None)
-    (_, goal_x, _), (_, goal_y, _), _ = goals(inside)
-    return (complex(goal_x, goal_y) - x - 1j * y,
-            np.radians(yaw) if inside.known(in_degrees) else yaw)
+    pose: Pose
 
 
 def parts(inside: Inside) -> List[Part]:
-    """The Parts of a run with control, in their order; [] without the handout's variables."""
+    """The Parts of a run, in their order; [] without the handout's variables."""
     series, found, sent = inside.find('state'), [], inside.run.commands
-    if series is None or not set(series.text) & set(STATES) or not has_pose(inside):
+    if series is None or not set(series.text) & set(STATES):
         return []
-    control = inside.run.control
-    cuts = [each.begin for each in inside.known(frames)] + list(control.arrival)
-    edges = np.unique([*series.changes, *cuts, inside.run.duration])
+    cuts = [*(each.begin for each in inside.known(frames)), *inside.run.control.arrival]
+    gaps = series.time[1:][np.diff(series.time) > 4.0 * SOON]
+    edges = np.unique([*series.changes, *cuts, *gaps, inside.run.duration])
     for begin, end in zip(edges[:-1], edges[1:]):
-        part = series.between(begin, end)
-        before = np.searchsorted(control.arrival, begin + 0.01) - 1
-        if len(part.text) and (not len(control) or before >= 0 and control.value[before]):
-            read = part.time[np.searchsorted(part.time, sent.arrival).clip(0, len(part.time) - 1)]
-            at = (sent.arrival > begin) & (sent.arrival < end - SOON) & (
-                np.abs(read - sent.arrival) < 2.0 * SOON)
-            begin = max(begin, part.time[0] - SOON)
-            is_change = end in series.changes and end - part.time[-1] < 2.0 * SOON and np.abs(
-                np.subtract(cuts, end)).min() > SOON
-            found.append(Part(
-                str(part.text[-1]), begin, part.time[-1], series.text_at(end) if is_change else '',
-                sent.arrival[at], sent.linear[at], sent.angular[at],
-                *own_pose(inside, sent.arrival[at])))
+        part = steered(inside, series.between(begin, end), 0.0)
+        pose = own_pose(inside, part.time)
+        if not len(part.time) or np.isnan(pose.left(STATES[0])).all():
+            continue
+        is_change = end in series.changes and end not in gaps and (
+            np.abs(np.subtract(cuts, end)) > SOON).all()
+        at = (sent.arrival > part.time[0] - SOON / 2.0) & (sent.arrival <= part.time[-1])
+        found.append(Part(
+            str(part.text[-1]), part.time[0], part.time[-1],
+            series.text_at(end) if is_change else '',
+            sent.arrival[at], sent.linear[at], sent.angular[at],
+            own_pose(inside, sent.arrival[at])))
     return found
 
 
-def left_of(inside: Inside, state: str, away: np.ndarray, yaw: np.ndarray) -> np.ndarray:
-    """What is left of a state by own numbers: a heading error [rad], or a distance [m]."""
-    goal = goals(inside)[2][1] * (np.pi / 180.0 if inside.known(in_degrees) else 1.0)
-    return np.abs(away) if state == STATES[1] else np.abs(wrap_all(
-        (np.angle(away) if state == STATES[0] else goal) - yaw))
-
-
-def forms(inside: Inside, part: Part) -> Iterator[Tuple[str, np.ndarray]]:
+def forms(part: Part, inside: Inside) -> Iterator[Tuple[str, np.ndarray]]:
     """(words, angle) of what a node may take for the heading error; the first is right."""
-    dx, dy = part.away.real, part.away.imag
-    none, (goal_x, goal_y, goal_yaw) = 0.0 * dx, (own for _, own, _ in goals(inside))
-    targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', none + goal_yaw)]
+    dx, dy = part.pose.away.real, part.pose.away.imag
+    targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', part.pose.goal)]
     targets = targets[::1 if part.state == STATES[0] else -1] + [
         ('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan2(-dy, -dx)', np.arctan2(-dy, -dx)),
-        ('atan2(goal_y, goal_x)', none + np.arctan2(goal_y, goal_x)),
-        ('atan(dy / dx)', np.arctan(dy / dx)), ('0', none)]
+        ('atan(dy / dx)', np.arctan(dy / dx)), ('0', 0.0 * dx)]
     heard = [('the yaw of the ' + name, samples.yaw[(np.searchsorted(
         samples.arrival, part.time) - 1).clip(0)]) for name, samples in (
             ('IMU', inside.run.imu), ('odometry', inside.run.odometry))]
-    own = [('local_yaw', part.yaw), *heard, ('0', none), ('-local_yaw', -part.yaw),
-           ('local_yaw in degrees', np.degrees(part.yaw))]
-    for (target, angle), (heading, yaw) in product(targets, own):
-        for more, value in (('', wrap_all(angle - yaw)), (', not normalized', angle - yaw)):
+    yaw = part.pose.yaw
+    own = [('local_yaw', yaw), *heard, ('0', 0.0 * yaw), ('-local_yaw', -yaw),
+           ('local_yaw in degrees', np.degrees(yaw))]
+    for (target, angle), (heading, turned) in product(targets, own):
+        for more, value in (('', wrap_all(angle - turned)), (', not normalized', angle - turned)):
             yield '{} - {}{}'.format(target, heading, more), value
 
 
 def law(inside: Inside, part: Part) -> Tuple[str, float]:
-    """(words, gain) of the heading error that the commands of a rotation follow; '': of none."""
-    gain = GAINS[part.state]
-    for is_own, (words, value) in product((False, True), list(forms(inside, part))):
-        inner = (part.angular != 0.0) & ((np.abs(value) < 3.0) | ('not' in words))
+    """(words, gain) of the heading error that the commands of a rotation follow, if possible
+    with the handout's gain; '': of none."""
+    asked, found = GAINS[part.state], [('', GAINS[part.state])]
+    for words, value in forms(part, inside):
+        inner = (part.angular != 0.0) & ((np.abs(value) < 3.0) | ('not' in words)) & (value != 0.0)
         command, value = part.angular[inner], value[inner]      # where it jumps, both are right
-        if len(value) < 5 or is_own and np.ptp(command) < 0.1:
+        if len(value) < 5:
             continue
-        free = float(np.median(command / np.where(value == 0.0, np.inf, value)))
-        for factor in [free] if is_own else [gain, -gain]:
-            if np.mean(np.abs(command - factor * value) < 0.01 + 0.03 * np.abs(
-                    factor * value)) >= MOST:
-                return words, factor
-    return '', gain
+        gain = float(np.median(command / value))
+        gain = np.copysign(asked, gain) if abs(abs(gain) / asked - 1.0) < 0.05 else gain
+        if np.ptp(command) < 0.1 and abs(gain) != asked:
+            continue        # any angle is a constant times a constant
+        if np.mean(np.abs(command - gain * value) < 0.01 + 0.03 * np.abs(gain * value)) >= MOST:
+            found.append((words, gain))
+    return min(found[1:] or found, key=lambda each: abs(each[1]) != asked)
 
 
 def wrong_law(inside: Inside) -> Optional[Broken]:
@@ -189,29 +182,25 @@ def wrong_command(inside: Inside, part: Part) -> Optional[Broken]:
     """Is a command of a state wrong?"""
     if part.state not in TOLERANCES or part.end - part.begin < 1.0:
         return None
-    said, moment, name = 'in {} angular.z '.format(part.state), part.begin, 'angular.z'
+    name = 'linear.x' if part.state == STATES[1] else 'angular.z'
+    said = 'in {} {} was '.format(part.state, name)
     if not len(part.time):
-        sent = inside.run.commands.arrival
-        return None if ((sent > moment) & (sent < part.end)).any() else Broken(
-            'in {} no command came for {:.1f} s'.format(part.state, part.end - moment), moment)
+        return Broken('in {} no command came for {:.1f} s'.format(
+            part.state, part.end - part.begin), part.begin)
     if part.state == STATES[1]:
         speed = float(np.median(part.linear))
         return None if 0.0 < speed <= FASTEST + 0.01 else Broken(
-            'in {} linear.x was {:.2f}, by the handout it is {:g}{}'.format(
-                part.state, speed, SPEED, '' if speed else inside.known(other_fields)),
-            moment, 'linear.x')
-    (words, gain), (right, left) = law(inside, part), next(forms(inside, part))
-    clear = (np.abs(left) > 2.0 * TOLERANCES[part.state]) & (np.abs(left) < 3.0)
-    wrong = np.flatnonzero(clear & (part.angular * left < 0.0))
-    if clear.sum() > 3 and not part.angular.any():
-        return Broken(said + 'stayed 0 for an error of {:+.2f} rad{}'.format(
-            left[-1], inside.known(other_fields)), moment, name)
+            said + '{:.2f}, by the handout it is {:g}{}'.format(
+                speed, SPEED, '' if speed else inside.known(other_fields)), part.begin, name)
+    (words, gain), (right, left) = law(inside, part), next(forms(part, inside))
     if words and (words != right or gain < 0.0):
-        return Broken(said + 'was {:.2g} x ({}); by the handout it is {:g} x ({})'.format(
-            gain, words, GAINS[part.state], right), moment, name)
-    return None if len(wrong) < 3 else Broken(
-        said + 'was {:+.2f} for an error of {:+.2f} rad'.format(
-            part.angular[wrong[0]], left[wrong[0]]), part.time[wrong[0]], name)
+        return Broken(said + '{:.2g} x ({}); by the handout it is {:g} x ({})'.format(
+            gain, words, GAINS[part.state], right), part.begin, name)
+    wrong = np.flatnonzero((np.abs(left) > 2.0 * TOLERANCES[part.state]) & (np.abs(left) < 3.0) & (
+        part.angular * left < (0.0 if part.angular.any() else 1e-9)))
+    return None if len(wrong) < 3 else Broken(said + '{:+.2f} for an error of {:+.2f} rad{}'.format(
+        part.angular[wrong[0]], left[wrong[0]], '' if part.angular.any()
+        else inside.known(other_fields)), part.time[wrong[0]], name)
 
 
 def wrong_end(inside: Inside, part: Part) -> Optional[Broken]:
@@ -220,27 +209,29 @@ def wrong_end(inside: Inside, part: Part) -> Optional[Broken]:
         return None if part.state in STATES else Broken(
             'state became {}, which is none of {}'.format(part.state, ', '.join(STATES)),
             part.begin, 'state')
-    at = np.append(np.arange(part.begin + SOON, part.end, 0.05), part.end)
+    at = np.append(np.arange(part.begin, part.end, 0.05), part.end)
     pose = own_pose(inside, at)
-    left, tolerance = left_of(inside, part.state, *pose), TOLERANCES[part.state]
-    after = STATES[STATES.index(part.state) + 1]
-    what = 'a {} of {{:.2f}} {}; {:g} is the tolerance'.format(*(
-        ('distance', 'm') if part.state == STATES[1] else ('heading error', 'rad')), tolerance)
+    passed = STATES[STATES.index(part.state):STATES.index(part.after)] \
+        if part.after in STATES else ()
+    for state in passed:
+        if pose.left(state)[-1] > TOLERANCES[state] + APART:
+            return Broken('state went from {} to {} at {}'.format(
+                part.state, part.after, left_words(state, pose.left(state)[-1])), part.end, 'state')
+    left, tolerance = pose.left(part.state), TOLERANCES[part.state]
     near = np.flatnonzero(left < tolerance)
-    skipped = left_of(inside, after, *pose)[-1] if after in TOLERANCES else 0.0
-    if part.after == STATES[3] and skipped > TOLERANCES.get(after, 0.0) + APART:
-        return Broken(
-            'state went from {} to {} at {:.2f} from the end of {}, which was skipped'.format(
-                part.state, part.after, skipped, after), part.end, 'state')
-    if part.after and left[-1] > tolerance + APART:
-        return Broken('state went from {} to {} at {}'.format(
-            part.state, part.after, what.format(left[-1])), part.end, 'state')
     if not part.after and len(near) and part.end - at[near[0]] > 1.0 and (
             left[near[0]:].max() > tolerance + APART
             or not part.angular[part.time > at[near[0]] + LATE].any()):
-        return Broken('state stayed {} at {}'.format(part.state, what.format(left[near[-1]])),
-                      float(at[near[-1]]), 'state')
+        return Broken('state stayed {} at {}'.format(
+            part.state, left_words(part.state, left[near[-1]])), float(at[near[-1]]), 'state')
     return None
+
+
+def left_words(state: str, left: float) -> str:
+    """Words on what is left of a state."""
+    return 'a {} of {:.2f} {}; {:g} is the tolerance'.format(*(
+        ('distance', left, 'm') if state == STATES[1] else ('heading error', left, 'rad')),
+        TOLERANCES[state])
 
 
 def not_silent(inside: Inside) -> Optional[Broken]:

@@ -1,16 +1,17 @@
-"""The local pose of the Transformation lab: what a node's references and its local_x, local_y and
-local_yaw should be, and what they follow instead.
+"""The local pose of the Transformation lab: what local_x, local_y, local_yaw and their references
+should be, and what they follow instead.
 
 A local frame begins at each start of the node and at each reset. Places are complex numbers here,
 x + iy: a rotation is a product. Angles are compared on the unit circle, so in any range.
 """
-from itertools import product
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
+import re
+from itertools import islice, product
+from typing import Any, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
 from tb3_labs.watch.chain import Broken, Inside
-from tb3_labs.watch.quantities import SAME, Quantity, ages, followed, headings
+from tb3_labs.watch.quantities import SAME, Quantity, ages, followed
 from tb3_labs.watch.turn_links import short
 from tb3_labs.watch.variables import Series
 
@@ -26,243 +27,211 @@ USED = {'local_yaw': ('initial_global_yaw',), 'local_x': ('initial_global_x', 'i
 
 
 class Frame(NamedTuple):
-    """A local frame: its begin and end [s], the pose that was declared, the odometry's place and
-    yaw and the IMU's yaw at its begin, whether a reset began it. Or the arrays of these."""
+    """A local frame: its begin and end [s], the pose that was declared, whether a reset began it,
+    the odometry's place and yaw and the IMU's yaw at its begin. Or the arrays of these."""
 
     begin: Any
     end: Any
     declared: Any
     turned: Any
+    is_reset: Any
     place: Any
     theta: Any
     yaw: Any
-    is_reset: Any
 
     @property
     def words(self) -> str:
         return 'after the reset at {:.0f} s '.format(self.begin) if self.is_reset else ''
 
-    @property
-    def references(self) -> Dict[str, Tuple[float, float]]:
-        """The references at its begin: (as heard, without the declared pose)."""
-        theta = self.theta - self.turned
-        place = self.place - self.declared * np.exp(1j * theta)
-        return {'initial_global_yaw': (self.yaw, self.yaw - self.turned),
-                'initial_global_x': (self.place.real, place.real),
-                'initial_global_y': (self.place.imag, place.imag),
-                'initial_odom_yaw': (self.theta, theta)}
-
 
 def frames(inside: Inside) -> List[Frame]:
     """The frames of a run, in their order."""
-    if not inside.variables:
+    run = inside.run
+    if not inside.variables or not len(run.odometry) or not len(run.imu):
         return []
-    run, times = inside.run, next(iter(inside.variables.values())).time
+    times = next(iter(inside.variables.values())).time
     begins = [(min(times[min(int(np.searchsorted(times, start)), len(times) - 1)], start + RESTS),
                0j, 0.0, False) for start in run.starts or times[:1]]
     begins = sorted(begins + [(at, complex(x, y), yaw, True) for at, x, y, yaw in zip(
         run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw) if at > times[0]])
     found = []
-    for (begin, place, turned, is_reset), end in zip(
-            begins, [each[0] for each in begins[1:]] + [run.duration + 1.0]):
-        odometry, imu = (samples.take([min(int(np.searchsorted(
-            samples.arrival, begin)), len(samples) - 1)]) for samples in (run.odometry, run.imu))
-        found.append(Frame(begin, end, place, turned, complex(
-            odometry.x[0], odometry.y[0]), odometry.yaw[0], imu.yaw[0], is_reset))
+    for begin, end in zip(begins, [each[0] for each in begins[1:]] + [run.duration + 1.0]):
+        odometry, imu = (samples.take(min(np.searchsorted(
+            samples.arrival, begin[0]), len(samples) - 1)) for samples in (run.odometry, run.imu))
+        found.append(Frame(begin[0], end, *begin[1:], complex(odometry.x, odometry.y),
+                           odometry.yaw, imu.yaw))
     if not run.starts:      # the node was started before the recording, perhaps: its own references
-        own = {name: inside.find(name) for name in found[0].references}
-        yaw, x, y, theta = (np.nan if each is None else each.value[0] for each in own.values())
+        x, y, theta, yaw = (np.nan if each is None else each.value[0] for each in map(inside.find, (
+            'initial_global_x', 'initial_global_y', 'initial_odom_yaw', 'initial_global_yaw')))
         found[0] = found[0]._replace(place=complex(x, y), theta=theta, yaw=yaw)
     return found
 
 
-def of_samples(inside: Inside, time: np.ndarray) -> Tuple[Frame, Frame]:
-    """The frame of each sample and the one before, each as a Frame of arrays."""
+def around(inside: Inside, time: np.ndarray) -> Tuple[Frame, Frame]:
+    """The frame of each time and the one before, each as a Frame of arrays."""
     known = inside.known(frames)
     this = np.searchsorted([each.begin for each in known], time, 'right').clip(1) - 1
-    before = this - np.array([each.is_reset and k > 0 for k, each in enumerate(known)])[this]
-    return (Frame(*(np.array(column)[this] for column in zip(*known))),
-            Frame(*(np.array(column)[before] for column in zip(*known))))
+    columns = [np.array(column) for column in zip(*known)]
+    return (Frame(*(column[this] for column in columns)),
+            Frame(*(column[(this - 1).clip(0)] for column in columns)))
 
 
-def places(inside: Inside) -> List[Quantity]:
+#: A quantity, and how many mistakes it has.
+Wrong = Tuple[int, Quantity]
+
+
+def combined(*options: Any) -> Iterator[Tuple[Any, ...]]:
+    """(how many are not the first option, one of each) of all combinations."""
+    for chosen in product(*options):
+        yield (sum(one is not each[0] for one, each in zip(chosen, options)), *chosen)
+
+
+def places(inside: Inside) -> Iterator[Wrong]:
     """What a node may take for its local place, complex; the first is right."""
     samples = inside.run.odometry
-    this, before = of_samples(inside, samples.arrival)
+    this, before = around(inside, samples.arrival)
     here, now, theta = samples.x + 1j * samples.y, samples.yaw, this.theta - this.turned
     forms = (('', lambda z: z), ('with x and y swapped, ', lambda z: z.imag + 1j * z.real),
              ('with the other sign, ', lambda z: -z))
     bases = (('the displacement since the reset', here - this.place),
              ('the displacement since the reset before', here - before.place),
-             ('the position in the odometry, not displaced', here))
-    turns = (('rotated into the local frame', -theta), ('not rotated', 0.0 * theta),
-             ('rotated by R in place of its inverse', theta),
-             ('rotated by the yaw of the IMU', this.turned - this.yaw),
-             ('rotated by the yaw of the IMU, R in place of its inverse', this.yaw - this.turned),
-             ('rotated by the present yaw', -now), ('rotated by R with the present yaw', now),
-             ('rotated by the present local yaw', theta - now),
-             ('rotated by the yaw of the reset before', before.turned - before.theta),
-             ('rotated without the declared yaw', -this.theta),
-             ('rotated with the angle in degrees', -np.degrees(theta)))
+             ('the place in the odometry, not displaced', here))
+    turns = (('rotated by {} the yaw at the reset', theta), ('not rotated', 0.0 * theta),
+             ('rotated by {} the yaw of the IMU', this.yaw - this.turned),
+             ('rotated by {} the present yaw', now),
+             ('rotated by {} the present local yaw', now - theta),
+             ('rotated by {} the yaw at the reset before', before.theta - before.turned),
+             ('rotated by {} the yaw without the declared one', this.theta),
+             ('rotated by {} degrees', np.degrees(theta)))
     kept = (('', this.declared), (', without the declared place', 0.0))
-    return [Quantity('{}{}, {}{}'.format(form[0], base[0], turn[0], more[0]), samples.arrival,
-                     form[1](base[1] * np.exp(1j * turn[1]) + more[1]), APART / SAME)
-            for more, form, base, turn in product(kept, forms, bases, turns)]
+    for wrong, more, form, base, (words, turn), (side, sign) in combined(
+            kept, forms, bases, turns, (('minus', -1.0), ('plus', 1.0))):
+        yield wrong, Quantity(
+            '{}{}, {}{}'.format(form[0], base[0], words.format(side), more[0]), samples.arrival,
+            form[1](base[1] * np.exp(sign * 1j * turn) + more[1]), APART / SAME)
 
 
-def yaws(inside: Inside, part: Series) -> Iterator[Quantity]:
-    """What a node may take for its local yaw while `part` was read, on the unit circle."""
-    run, reference = inside.run, inside.find('initial_global_yaw')
-    half, none = run.odometry.yaw / 2.0, 0.0 * run.odometry.yaw
-    for of, at, quaternion in (
-            ('', run.imu.arrival, (run.imu.w, run.imu.x, run.imu.y, run.imu.z)),
-            (' of the odometry', run.odometry.arrival, (np.cos(half), none, none, np.sin(half)))):
-        some = slice(*np.searchsorted(at, (part.time[0] - 1.0, part.time[-1] + SOON)))
-        this, before = of_samples(inside, at[some])
-        first, old = (np.searchsorted(at, each.begin).clip(0, len(at) - 1)
-                      for each in (this, before))
-        own = 0.0 if reference is None else reference.value[(np.searchsorted(
-            reference.time, at[some], 'right') - 1).clip(0)]
-        for each in headings(at, quaternion, of):
-            if 'its number' in each.words or (
-                    'from -180' not in each.words if each.per_degree else of):
-                continue        # equal on the circle, or nothing that the odometry has
-            unit = 180.0 / np.pi if ' in degrees' in each.words else 1.0
-            for (said, base), (more, turned) in product((
-                    (' since the reset', each.value[first]), (', not from the reset on', 0.0),
-                    (' since the reset before', each.value[old]),
-                    (', minus initial_global_yaw', own)),
-                    (('', this.turned), (', without the declared yaw', 0.0))):
-                words = each.words.replace(', from -180 to 180', '').replace(' in radians', '')
-                yield Quantity(words + said + more, at[some], np.exp(
-                    1j * (each.value[some] - base + turned * unit)), APART / SAME)
+#: What a node may make of a reading, for its local yaw and for a reference: (words, how often it
+#: has the reading, the one at the reset, the one at the reset before).
+SINCE = ((' since the reset', 1, 1, 0), (' since the reset before', 1, 0, 1),
+         (', not from the reset on', 1, 0, 0),
+         (', minus the radians at the reset', 1, np.pi / 180.0, 0))
+AT = ((' at the reset', 0, -1, 0), (' at the reset before', 0, 0, -1), ('', 1, 0, 0))
 
 
-def rights(inside: Inside) -> Dict[str, Quantity]:
-    """The right local pose; its yaw on the circle."""
-    samples, place = inside.run.imu, inside.known(places)[0]
-    this, _ = of_samples(inside, samples.arrival)
-    yaw = np.exp(1j * (samples.yaw - this.yaw + this.turned))
-    return {'local_yaw': Quantity('the yaw of the IMU since the reset', samples.arrival, yaw,
-                                  APART / SAME),
-            'local_x': place._replace(value=place.value.real),
-            'local_y': place._replace(value=place.value.imag)}
+def readings(inside: Inside, name: str) -> Iterator[Tuple[int, Frame, Quantity, Any, Any]]:
+    """(mistakes, frame of each sample, what a node may read for a yaw or a reference, this at the
+    begin of the frame, and of the frame before); the first is right."""
+    run, of = inside.run, ('IMU', 'yaw') if name in ('local_yaw', 'initial_global_yaw') else (
+        'odometry', 'theta' if 'yaw' in name else 'place')
+    samples = run.imu if of[0] == 'IMU' else run.odometry
+    this, before = around(inside, samples.arrival)
+    yield 0, this, Quantity(
+        'the {} of the {}'.format('yaw' if 'yaw' in name else 'place', of[0]), samples.arrival,
+        samples.yaw if 'yaw' in name else samples.x + 1j * samples.y, 0.0), getattr(
+            this, of[1]), getattr(before, of[1])
+    for table in (inside.imu, inside.odometry) if 'yaw' in name else ():
+        this, before = around(inside, table[0].time)
+        first, old = (np.searchsorted(table[0].time, frame.begin).clip(0, len(this.begin) - 1)
+                      for frame in (this, before))
+        for each in table:
+            # the other ranges are equal on the circle
+            if 'from -180' in each.words or not each.per_degree:
+                words = re.sub(',? in radians|, from -180 to 180', '', each.words)
+                yield (1 + ('yaw' not in words) + ('odometry' in words)
+                       + words.replace('x, y, z, w', '').count(','),
+                       this, each._replace(words=words), each.value[first], each.value[old])
 
 
-def steered(inside: Inside, series: Series, begin: float, end: float) -> Series:
-    """The part of a variable in [begin, end) in which the node has had control for LATE; without
+def table(inside: Inside, name: str) -> Iterator[Wrong]:
+    """What a variable of the pose or a reference may follow, as it is compared; the first is right,
+    and the second one of a reference, too."""
+    if name in ('local_x', 'local_y'):
+        for wrong, each in places(inside):
+            yield wrong, each._replace(value=compared(name, each.value))
+        return
+    is_local = name in USED
+    for wrong, this, each, first, old in readings(inside, name):
+        declared = this.turned * (180.0 / np.pi if ' in degrees' in each.words else 1.0)
+        if 'yaw' not in name:
+            declared = this.declared * np.exp(1j * (this.theta - this.turned))
+        for more, (words, now, of_this, of_before), (kept, share) in combined(
+                SINCE if is_local else AT,
+                (('', is_local), (', without the declared pose', is_local - 1))):
+            value = now * each.value - of_this * first + share * declared
+            value = value - of_before * old if of_before else value
+            yield wrong + more, Quantity(
+                each.words + words + kept, each.time, compared(name, value), APART / SAME)
+
+
+def compared(name: str, value: np.ndarray) -> np.ndarray:
+    """Numbers as they are compared: of a yaw on the unit circle, of a place its x or y."""
+    if 'yaw' in name:
+        return np.exp(1j * value)
+    return np.imag(value) if name.endswith('y') and np.iscomplexobj(value) else np.real(value)
+
+
+def unit_of(series: Series) -> float:
+    """The unit of a yaw's numbers [rad]: numbers beyond a turn are degrees."""
+    return np.pi / 180.0 if np.nanmax(np.abs(series.value), initial=0.0) > 7.0 else 1.0
+
+
+def steered(inside: Inside, part: Series, late: float = LATE) -> Series:
+    """The part of a variable in which the node has had control for this time [s]; without
     ctrl_relinq all of it."""
-    control, part = inside.run.control, series.between(begin + LATE, end)
+    control = inside.run.control
     if not len(control):
         return part
-    now, before = (np.searchsorted(control.arrival, part.time - late, 'right') - 1
-                   for late in (0.0, LATE))
-    return part.take((now >= 0) & (now == before) & (control.value[now] == 1.0))
-
-
-def compared(series: Optional[Series], name: str) -> List[Series]:
-    """A variable as it is compared: that of a yaw on the circle, in radians and in degrees."""
-    return [] if series is None else [series] if name != 'local_yaw' else [
-        Series(series.name, series.time, series.text, np.exp(
-            1j * unit * np.where(np.isfinite(series.value), series.value, np.nan)))
-        for unit in (1.0, np.pi / 180.0)]
-
-
-def in_degrees(inside: Inside) -> bool:
-    """Is the own local_yaw in degrees?"""
-    right = [inside.known(rights)['local_yaw']]
-    return [bool(followed(each, right, MOST)) for each in compared(
-        inside.find('local_yaw'), 'local_yaw')] == [False, True]
+    now, before = (np.searchsorted(control.arrival, part.time - each, 'right') - 1
+                   for each in (0.0, late))
+    return part.take((before >= 0) & (control.value[now] == 1.0) & (control.value[before] == 1.0))
 
 
 def wrong_pose(inside: Inside) -> Optional[Broken]:
     """Is the local pose that of the sensors, since the reset, in the local frame? If not, is its
     reference that of the reset?"""
-    for frame, (name, references) in product(inside.known(frames), USED.items()):
-        series = inside.find(name)
-        if series is None or not np.isfinite(series.value).any():
-            continue
-        part, right = steered(inside, series, frame.begin, frame.end), inside.known(rights)[name]
-        same = compared(part, name)
-        if np.isnan([frame.place, frame.theta, frame.yaw]).any():
-            continue        # its references are unknown
-        is_wrong = np.isfinite(part.value).sum() >= FEW and not any(
-            followed(each, [right], MOST) for each in same)
-        found = [each for each in (wrong_reference(inside, frame, each, is_wrong)
-                                   for each in references) if each]
-        if found or is_wrong:
-            wrong = found[0] if found else wrong_belief(inside, frame, part, same[0], right)
-            earlier = [each for each in inside.known(frames) if each.is_reset and each.begin <
-                       frame.begin and len(steered(inside, series, *each[:2]).time) >= FEW]
-            state = inside.find('state')
-            then, now = ('' if state is None else state.text_at(each.begin - SOON)
-                         for each in ((earlier or [frame])[0], frame))
-            if then != now:
-                wrong = wrong._replace(
-                    words='{}. The state was {} then; after the reset at {:.0f} s, in {}, it was '
-                    'right'.format(wrong.words, now, earlier[0].begin, then))
-            return wrong
+    for frame, name in product(inside.known(frames), USED):
+        wrong = wrong_variable(inside, frame, name)
+        if wrong is not None:
+            return next(filter(None, (wrong_variable(inside, frame, each)
+                                      for each in USED[name])), wrong)
     return None
 
 
-def wrong_reference(inside: Inside, frame: Frame, name: str, is_used: bool) -> Optional[Broken]:
-    """Is a reference set at the begin of a frame, and then kept? `is_used`: the pose is wrong."""
-    series = inside.find(name)
-    part = series and steered(inside, series, frame.begin, frame.end)
-    if series is None or part is None or len(part.time) < FEW:
+def wrong_variable(inside: Inside, frame: Frame, name: str) -> Optional[Broken]:
+    """What a variable follows in a frame, if it is not what it should follow."""
+    series, is_local = inside.find(name), name in USED
+    if series is None or np.isnan([frame.place, frame.theta, frame.yaw]).any():
+        return None         # it is unknown
+    value = compared(name, series.value * (unit_of(series) if is_local else 1.0))
+    part = steered(inside, Series(name, series.time, series.text, value).between(
+        frame.begin + LATE, frame.end))
+    candidates = table(inside, name)
+    rights = [each for _, each in islice(candidates, 1 if is_local else 2)]
+    if np.isfinite(part.value).sum() < FEW or followed(part, rights, MOST):
         return None
-    asked, words = frame.references[name], 'became ' + short(part.text[-1])
-    before = ([each for each in inside.known(frames) if each.begin < frame.begin]
-              or [frame])[-1].references[name]
-    if set(part.text) == {'None'}:
-        words = 'stayed None'
-    elif not is_used or min(np.median(np.abs(
-            np.exp(1j * part.value) - np.exp(1j * each) if 'yaw' in name else part.value - each))
-            for each in asked) <= APART:
-        return None
-    elif len(set(part.text)) > 5:
-        words = 'went on changing, and ' + words
-    elif abs(asked[0] - before[0]) > APART and series.text_at(frame.begin - SOON) == part.text[-1]:
-        words = words.replace('became', 'stayed')
-    else:
-        value = part.value[-1] + asked[0] - asked[1]
-        same = [each.words for each in (inside.imu + inside.odometry if 'yaw' in name else [])
-                if np.abs(each.value[slice(*np.searchsorted(each.time, (
-                    frame.begin - 5.0, frame.begin + LATE)))] - value).min(
-                        initial=np.inf) < 1e-6 * each.scale]
-        if not same:
-            return None
-        words += ', as ' + min(same, key=lambda each: ('yaw' not in each) + (
-            'order' in each and 'x, y, z, w' not in each))
-    return Broken('{}{} {}; it should be {:.3g} ({})'.format(
-        frame.words, series.name, words, asked[0], 'IMU' if name == 'initial_global_yaw' else
-        'odometry'), float(part.time[0]), series.name)
+    right, moved = rights[0], np.nanmax(np.abs(part.value - part.value[0]), initial=0.0)
+    words = other_words(part, right, candidates if moved > 2.0 * APART or not is_local else ())
+    if len(set(part.text)) == 1 and (is_local or frame.is_reset and (
+            series.text_at(frame.begin - SOON) == part.text[0])):
+        words = 'stayed ' + short(part.text[0])
+    elif not is_local and 'followed' not in words:
+        return None         # it has another meaning here
+    should = right.value[np.searchsorted(right.time, part.time).clip(1) - 1]
+    worst = int(np.argmax(np.nan_to_num(np.abs(part.value - should), nan=-1.0)))
+    return Broken('{}{} {}; it should be {}: it was {} when this was {:.3g}'.format(
+        frame.words, series.name, words, right.words, short(part.text[worst]),
+        np.angle(should[worst]) if 'yaw' in name else should[worst]),
+        float(part.time[worst]), series.name)
 
 
-def wrong_belief(inside: Inside, frame: Frame, part: Series, same: Series,
-                 right: Quantity) -> Broken:
-    """What a variable of the local pose follows in a frame in which it is not right; `same`: the
-    variable as it is compared."""
-    samples, is_yaw = np.searchsorted(right.time, part.time).clip(1) - 1, same is not part
-    worst = int(np.nanargmax(np.abs(same.value - right.value[samples])))
-    should = right.value[samples[worst]]
-    whole = steered(inside, inside.variables[part.name], -np.inf, np.inf)
-    table = yaws(inside, whole) if is_yaw else (each._replace(
-        value=each.value.imag if part.name.endswith('y') else each.value.real)
-        for each in inside.known(places))
-    some = same.take(np.linspace(0, len(same.time) - 1, 15).astype(int))
-    is_kept = any(inside.find(each) is None for each in frame.references)
-    found = [each for each in (table if np.ptp(part.value) > 2.0 * APART else ())
-             if (is_kept or 'reset before' not in each.words)
-             and followed(some, [each], 0.6) and followed(same, [each], MOST) and followed(
-                 compared(whole, 'local_yaw')[0] if is_yaw else whole, [each], 0.4)]
-    mistakes = [each.words.replace('x, y, z, w', '').count(',') + (
-        is_yaw and ('yaw' not in each.words) + ('odometry' in each.words)) for each in found]
-    said = [each.words for each, count in zip(found, mistakes) if count == min(mistakes)]
-    late = np.sort(ages(same, right._replace(scale=1.0), 60.0))[int(MOST * (len(same.time) - 1))]
-    words = 'stayed ' + short(part.text[-1]) if len(set(part.text)) == 1 else \
-        'followed ' + ', or '.join(dict.fromkeys(said[:2])) if said else \
-        'came up to {:.1f} s late'.format(late) if late < np.inf else 'did not follow it'
-    return Broken('{}{} {}; it should be {}: it was {:.3g} when this was {:.3g}'.format(
-        frame.words, part.name, words, right.words, part.value[worst],
-        np.angle(should) if is_yaw else should), float(part.time[worst]), part.name)
+def other_words(part: Series, right: Quantity, candidates: Iterable[Wrong]) -> str:
+    """What a variable does, if it does not follow the right quantity."""
+    some = part.take(np.linspace(0, len(part.time) - 1, 15).astype(int))
+    found = [(wrong, each.words) for wrong, each in candidates
+             if followed(some, [each], 0.6) and followed(part, [each], MOST)]
+    if found:
+        said = dict.fromkeys(words for wrong, words in found if wrong == min(found)[0])
+        return 'followed ' + ', or '.join(list(said)[:2])
+    late = np.sort(ages(part, right._replace(scale=1.0), 60.0))[int(MOST * (len(part.time) - 1))]
+    return 'came up to {:.1f} s late'.format(late) if late < np.inf else 'did not follow it'
