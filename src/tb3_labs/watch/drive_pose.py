@@ -228,10 +228,11 @@ def wrong_variable(inside: Inside, frame: Frame, name: str) -> Optional[Broken]:
 def other_words(part: Series, right: Quantity, candidates: Iterable[Wrong]) -> str:
     """What a variable does, if it does not follow the right quantity."""
     some = part.take(np.linspace(0, len(part.time) - 1, 15).astype(int))
-    found = [(wrong, each.words) for wrong, each in candidates
-             if followed(some, [each], 0.6) and followed(part, [each], MOST)]
+    mistakes = {id(each): (wrong, each) for wrong, each in candidates}
+    found = followed(part, followed(some, [each for _, each in mistakes.values()], 0.6), MOST)
     if found:
-        said = dict.fromkeys(words for wrong, words in found if wrong == min(found)[0])
+        fewest = min(mistakes[id(each)][0] for each in found)
+        said = dict.fromkeys(each.words for each in found if mistakes[id(each)][0] == fewest)
         return 'followed ' + ', or '.join(list(said)[:2])
     late = np.sort(ages(part, right._replace(scale=1.0), 60.0))[int(MOST * (len(part.time) - 1))]
     return 'came up to {:.1f} s late'.format(late) if late < np.inf else 'did not follow it'
