@@ -22,10 +22,10 @@ RUN = ROOT / 'doc' / 'instructor' / 'gradescope' / 'run_autograder'
 FLOW = yaml.safe_load((ROOT / 'doc' / 'instructor' / 'classroom.yml').read_text(encoding='utf-8'))
 JOB, = FLOW['jobs'].values()
 #: https://gradescope-autograders.readthedocs.io/en/latest/specs/: fields of the file and of a test, with their types.
-FORMATS, SEEN = ('text', 'html', 'simple_format', 'md', 'ansi'), ('hidden', 'after_due_date', 'after_published', 'visible')
-NUMBER = (int, float)
-FILE = {'score': NUMBER, 'execution_time': NUMBER, 'output': str, 'output_format': FORMATS, 'test_output_format': FORMATS,
-        'test_name_format': FORMATS, 'visibility': SEEN, 'stdout_visibility': SEEN, 'extra_data': dict, 'tests': list,
+FORMATS = ('text', 'html', 'simple_format', 'md', 'ansi')
+SEEN, NUMBER = ('hidden', 'after_due_date', 'after_published', 'visible'), (int, float)
+FILE = {'score': NUMBER, 'execution_time': NUMBER, 'output': str, 'output_format': FORMATS,
+        'test_output_format': FORMATS, 'test_name_format': FORMATS, 'visibility': SEEN, 'stdout_visibility': SEEN, 'extra_data': dict, 'tests': list,
         'leaderboard': list}
 TEST = {'score': NUMBER, 'max_score': NUMBER, 'status': ('passed', 'failed'), 'name': str, 'name_format': FORMATS,
         'number': str, 'output': str, 'output_format': FORMATS, 'tags': list, 'visibility': SEEN, 'extra_data': dict}
@@ -94,7 +94,7 @@ def stubbed(folder, rosrun):
 
 @pytest.mark.parametrize('rosrun, score', [
     ('echo "$*" >"$TMPDIR/words"; for o; do case $last in -o) m=$o;; esac; last=$o; done; '
-     'mkdir -p "$m/gradescope/submission"; echo \'{"score": 7, "tests": []}\' >"$m/gradescope/submission/results.json"', 7),
+     'm=$m/gradescope/submission; mkdir -p "$m"; echo \'{"score": 7, "tests": []}\' >"$m/results.json"', 7),
     ('exit 2', 0), ('sleep 60', 0), ('kill -KILL $PPID', 0)])
 def test_results_are_there_whatever_happens(tmp_path, rosrun, score):
     """Also if the marking never ends. What a submission wrote before does not count."""
