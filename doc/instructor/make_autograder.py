@@ -3,8 +3,8 @@
 
     python3 doc/instructor/make_autograder.py turn.zip --lab turn
 
-Behind the name of the file come options of mark.py. The zip file has setup.sh, run_autograder, these
-options, and the students' archive of the last commit, which has no solution.
+Behind the name of the file come options of mark.py. The zip file has setup.sh, run_autograder,
+these options, and the students' archive of the last commit, which has no solution.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import pathlib

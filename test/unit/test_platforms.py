@@ -22,11 +22,11 @@ RUN = ROOT / 'doc' / 'instructor' / 'gradescope' / 'run_autograder'
 FLOW = yaml.safe_load((ROOT / 'doc' / 'instructor' / 'classroom.yml').read_text(encoding='utf-8'))
 JOB, = FLOW['jobs'].values()
 #: https://gradescope-autograders.readthedocs.io/en/latest/specs/: fields of the file and of a test, with their types.
-FORMATS, SEEN = ('text', 'html', 'simple_format', 'md', 'ansi'), ('hidden', 'after_due_date', 'after_published', 'visible')
-NUMBER = (int, float)
-FILE = {'score': NUMBER, 'execution_time': NUMBER, 'output': str, 'output_format': FORMATS, 'test_output_format': FORMATS,
-        'test_name_format': FORMATS, 'visibility': SEEN, 'stdout_visibility': SEEN, 'extra_data': dict, 'tests': list,
-        'leaderboard': list}
+FORMATS = ('text', 'html', 'simple_format', 'md', 'ansi')
+SEEN, NUMBER = ('hidden', 'after_due_date', 'after_published', 'visible'), (int, float)
+FILE = {'score': NUMBER, 'execution_time': NUMBER, 'output': str, 'output_format': FORMATS,
+        'test_output_format': FORMATS, 'test_name_format': FORMATS, 'visibility': SEEN, 'stdout_visibility': SEEN,
+        'extra_data': dict, 'tests': list, 'leaderboard': list}
 TEST = {'score': NUMBER, 'max_score': NUMBER, 'status': ('passed', 'failed'), 'name': str, 'name_format': FORMATS,
         'number': str, 'output': str, 'output_format': FORMATS, 'tags': list, 'visibility': SEEN, 'extra_data': dict}
 
@@ -94,7 +94,7 @@ def stubbed(folder, rosrun):
 
 @pytest.mark.parametrize('rosrun, score', [
     ('echo "$*" >"$TMPDIR/words"; for o; do case $last in -o) m=$o;; esac; last=$o; done; '
-     'mkdir -p "$m/gradescope/submission"; echo \'{"score": 7, "tests": []}\' >"$m/gradescope/submission/results.json"', 7),
+     'm=$m/gradescope/submission; mkdir -p "$m"; echo \'{"score": 7, "tests": []}\' >"$m/results.json"', 7),
     ('exit 2', 0), ('sleep 60', 0), ('kill -KILL $PPID', 0)])
 def test_results_are_there_whatever_happens(tmp_path, rosrun, score):
     """Also if the marking never ends. What a submission wrote before does not count."""
@@ -136,14 +136,18 @@ def test_a_program_of_root_is_another_user_without_a_sandbox(tmp_path):
 
 # -- GitHub Classroom
 
-def mark(folder, labs, made):
-    """Run the step that marks, as GitHub does; `made`: lab -> results.json. Returns (status, output, result)."""
+def mark(folder, labs, made, *nodes):
+    """Run the step that marks, as GitHub does; `made`: lab -> results.json, `nodes`: the repository's. Returns
+    (status, output, result)."""
     step, = [step for step in JOB['steps'] if step.get('id') == 'marks']
+    for node in nodes:
+        (folder / 'submission' / node).parent.mkdir(parents=True, exist_ok=True)
+        (folder / 'submission' / node).touch()
     for lab, found in made.items():
         place = folder / 'made' / lab / 'gradescope' / 'submission'
         place.mkdir(parents=True)
         (place / 'results.json').write_text(json.dumps(found))
-    environment = stubbed(folder, 'mkdir -p marks; cp -r "made/$7" marks/; exit 1')
+    environment = stubbed(folder, 'mkdir -p marks; cp -r "made/$7" marks/; exit 1')    # as without a node
     done = subprocess.run(
         ['bash', '-e', '-c', step['run']], cwd=str(folder), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         universal_newlines=True, env=dict(environment, LABS=labs, RUNNER_TEMP=str(folder), GITHUB_WORKSPACE=str(folder),
@@ -160,18 +164,21 @@ def case(name, score, worth):
 
 def test_the_workflow_sums_the_points_of_all_labs_and_tells_what_was_not_judged(tmp_path):
     """As Classroom's reporter does, from the scores of the tests."""
-    status, said, result = mark(tmp_path, 'imu turn gamepad', {
+    status, said, result = mark(tmp_path, 'imu turn move2goal gamepad', {
         'imu': {'tests': [case('a', 2.5, 2.5), case('beyond', 0, 0)], 'output': ''},
         'turn': {'tests': [case('b', 0, 4)], 'output': ''},
-        'gamepad': {'tests': [], 'output': '<p>It lacks\n<b>cv2</b> &amp; more.</p>'}})
+        'gamepad': {'tests': [], 'output': '<p>It lacks\n<b>cv2</b> &amp; more.</p>'}},
+        'course/ice6/src/my.py', 'lab2/turtlebot_controller.py', 'lab7/src/gamepad.py', 'lab7/src/lib/other.py')
     assert (status, result['max_score'], result['status']) == (0, 6.5, 'fail')
     assert [(test['name'], test['score'], test['status']) for test in result['tests']] == [
         ('imu: a', 2.5, 'pass'), ('turn: b', 0, 'fail')]
     assert 'failed  0 of 4  b  so\n' in said and '::warning::gamepad: It lacks cv2 & more.\n' in said
+    assert '::notice::move2goal: this repository has no package lab7_tf\n' in said
 
 
 def test_a_workflow_that_finds_nothing_fails_with_a_line(tmp_path):
-    status, said, result = mark(tmp_path, 'imu turn', {'imu': {'tests': [], 'output': 'No node.'}})
+    made = {'imu': {'tests': [], 'output': 'No node.'}}
+    status, said, result = mark(tmp_path, 'imu turn', made, 'ice6/a.py', 'lab2/a.py')
     assert status == 1 and result == ''
     assert said.endswith('::error::no node of these labs was found: imu turn\n')
     assert '::warning::turn: Not marked.' in said

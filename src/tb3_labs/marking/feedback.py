@@ -2,9 +2,9 @@
 
 A page needs no other file: it is the report of the recorded trial, with the verdicts on top.
 
-Gradescope reads results.json. In it each test has a score; the whole score is their sum. Its student
-sees all of it as soon as the marking has ended. A submission that was not judged has the score 0 and
-the reason there, since Gradescope would take a missing file for a fault of the autograder.
+Gradescope reads results.json. In it each test has a score; the whole score is their sum. The
+student sees all of it as soon as the marking has ended. A submission that was not judged has the
+score 0 and the reason there: Gradescope takes a missing file for a fault of the autograder.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import re

@@ -197,8 +197,8 @@ class ResourceWatch:
 
     def __init__(self, pid: int, own_folders: Iterable[str], others: int) -> None:
         """`pid`: the leader of the group, the outermost process of a sandbox; `own_folders`: the
-        sandbox's own folders, as its programs see them; `others`: the first of the processes that its programs can fill,
-        master, robot and check."""
+        sandbox's own folders, as its programs see them; `others`: the first of the processes that
+        its programs can fill, master, robot and check."""
         self._pid, self._own, self._others = pid, own_folders, others
         self.over = threading.Event()
         #: The limit that was exceeded, a clause; '' if none was.
