@@ -223,7 +223,7 @@ class GamepadTest(WithThumb, DriveCase):
         self.thumb.press(Y)
         student.wait_for('Pose reset successfully.')
         self.seen.wait_for('local_pose', lambda pose: abs(pose.x) < 0.01 and abs(pose.y) < 0.01)
-        self.thumb.press(B)      # else its first True could be one that an earlier process repeats
+        self.thumb.press(B)      # otherwise its first True could be a repetition by an earlier process
         self.let_it_drive()
         self.assert_stopped(self.thumb.press(B), 0.2)
         self.assertEqual(student.end(), 0)

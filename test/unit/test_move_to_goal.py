@@ -283,7 +283,7 @@ def test_a_client_hears_of_the_beginning_and_of_one_end():
     robot.run(0.5)
     assert robot.heard == [(Outcome.REACHED, 'Goal reached!')]
     robot.heard.clear()
-    robot.reset(Pose2(1.0))            # the ended goal is driven to again: its client has its end
+    robot.reset(Pose2(1.0))            # the robot drives to the ended goal again: its client has had its end
     robot.run(0.5)
     assert robot.status.active and robot.cancel('home') and robot.answers() == []
     robot.ask(Pose2(3.0))

@@ -373,7 +373,7 @@ def test_package_and_name_overrule(tmp_path):
 @pytest.mark.parametrize('node, source', [
     ('lab2/scripts/n.py', 'lab2'), ('scripts/n.py', '.'), ('lab2/n.py', 'lab2'), ('lab7/deep/src/n.py', 'lab7')])
 def test_the_folder_of_a_node_is_copied(tmp_path, node, source):
-    """lab7 alone has a package.xml. The submission may itself be called as a folder of nodes."""
+    """lab7 alone has a package.xml. The submission itself may have the name of a folder of nodes."""
     folder = hand_in(tmp_path / 'src', {'lab7/package.xml': manifest('lab7')})
     assert source_of(folder / node, folder) == folder / source
 

@@ -101,7 +101,7 @@ def test_a_precise_turn_brakes_with_a_quarter_of_what_it_speeds_up_with():
 
 
 def resting_turn(steps, noise=0.0, dt=0.035, age=0.0, left=0.0):
-    """A precise turn by next to nothing, of a robot that rests; and was it finished at each step?
+    """A very small precise turn of a robot at rest; and at each step: was it finished?
     """
     turn = PreciseTurn(1.5, 45.0, 0.01, Response(0.0, 0.0))
     turn.start(0.0, left)

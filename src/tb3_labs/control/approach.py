@@ -42,8 +42,8 @@ class ApproachConfig:
     #: If the predicted rest is this near to zero, the command is a stop. Otherwise the robot
     #: would swing about zero at the lowest speed.
     close_enough: float
-    #: A robot that was already told to stop is left alone this near to zero, or within
-    #: `close_enough`, if that is larger.
+    #: A robot that was told to stop gets no command this near to zero, or within `close_enough`, if
+    #: that is larger.
     leave_alone: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0

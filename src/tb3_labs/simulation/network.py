@@ -2,9 +2,9 @@
 
 A link is one direction and behaves as TCP does: messages are not lost, and stay in their
 order. A message arrives after its `delay` and a random `jitter`, which is drawn for each message. A
-message that comes during a stall waits for the end of the stall. A cut is a stall that lasts until
-it is switched off. Messages of the same moment arrive together. The links of both directions have
-the same stalls.
+message that comes during a stall waits for the end of the stall. A cut is a stall until the setting
+is switched off. Messages of the same moment arrive together. The links of both directions have the
+same stalls.
 
 Stalls begin at random (a Poisson process). A stall does not begin within another one, so a stall is
 not longer than `longest_stall`. Everything random comes from the seed, by separate generators, and

@@ -34,7 +34,7 @@ class Track {
 
   before(time) { return lastBefore(this.time, time); }
 
-  /** The numbers at a time; in a break those before it; null before the first. */
+  /** The numbers at a time; in a break the last ones before it; null before the first. */
   at(time) {
     const i = this.before(time);
     if (i < 0) return null;
