@@ -138,7 +138,7 @@ class FaultsTest(DriveCase):
         self.wait_for_state('gave up: no imu for 2.')      # the silence is too long for the drive to go on
         self.control.publish(False)
         self.seen.forget('cmd_vel')
-        self.control.publish(True)        # nor does a robot that comes later move
+        self.control.publish(True)        # a robot that comes later does not move, either
         self.wait_for_line(MOVER, 'Control from {} is gone: no imu'.format(rospy.get_name()))
         self.set(imu_silent=False)
         self.let_pass(1.0)

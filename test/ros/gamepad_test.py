@@ -30,7 +30,7 @@ class GamepadTest(WithThumb, DriveCase):
         cls.watch_data(String, 'control_holder')
         cls.watch_data(Bool, 'ctrl_relinq')
         cls.thumb = Thumb()
-        # the pad second: a node doubts what it hears first of a pad that was there before
+        # the pad second: a node doubts the first message of a pad that was there before
         cls.mover = Node(*MOVER)
         cls.wait_for_state('waiting for control', seconds=STARTING)
         cls.pad = Node('gamepad.py')

@@ -84,7 +84,7 @@ def history_of(commands, extra=0.0):
 
 def test_travel_under_way_is_the_sum_of_the_commands_within_the_delay():
     history = history_of([0.1, 0.2, 0.3], extra=PERIOD)
-    # at 0.06 s: the two latest are under way as a whole, and the last 10 ms of the first
+    # at 0.06 s the two latest commands, and the last 10 ms of the first, are under way
     assert history.travel_under_way(0.05) == pytest.approx(0.02 * 0.3 + 0.02 * 0.2 + 0.01 * 0.1)
     assert history.travel_under_way(0.0) == 0.0
     assert history.travel_under_way(10.0) == pytest.approx(0.012)

@@ -117,7 +117,7 @@ def test_a_reset_by_next_to_nothing_is_one(run):
     run = declared(run, 0.2, Pose2(0.0, 0.0004, 0.0))
     assert [0.2, RESET] == resets(run)
     first, _ = drives(run, BURGER)
-    # where it stood at 0.2 s is 0.4 mm to the left now, as is where it truly ends
+    # its place at 0.2 s is 0.4 mm to the left now, and so is its true end
     assert first.true[0] == pytest.approx(abs(1.0 - TRUE_END - 0.0004j), abs=1e-6)
 
 

@@ -331,7 +331,7 @@ def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
 @pytest.mark.parametrize('by_hand, allowed, stays', [
     (False, False, False), (False, True, True), (True, False, True)])
 def test_a_pad_lost_while_move_to_goal_drives(by_hand, allowed, stays):
-    """What somebody else gave is not taken by a pad that is not there."""
+    """A pad that is lost does not take control that somebody else gave."""
     pad = Pad(PadConfig(drive_without_pad=allowed))
     pad.controller.on_has_control(Event(True, pad.now)) if by_hand else pad.press(A)
     pad.said()
@@ -351,7 +351,7 @@ def test_hold_to_drive():
     assert pad.run(0.5, pressed=())[-1] is None
     pad.run(0.2, pressed=(HOLD,))
     pad.run(0.5, plugged=False)
-    assert set(pad.run(0.5, plugged=True)) == {None}          # held since before the loss
+    assert set(pad.run(0.5, plugged=True)) == {None}          # the button was held before the loss, too
     pad.run(0.2, pressed=())
     assert pad.run(0.2, pressed=(HOLD,))[-1] == pytest.approx(BURGER_FULL)
 

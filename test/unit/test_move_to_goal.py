@@ -345,7 +345,7 @@ def test_a_goal_that_is_repeated_stays_cancelled_until_its_sender_pauses_or_chan
     robot, goal, sent = driving(), Pose2(3.0, 1.0), []
 
     def repeat(seconds, **goal_id):
-        """Every 0.5 s; returns True if the robot drove."""
+        """Send the goal every 0.5 s; returns True if the robot drove."""
         drove = False
         for _ in range(round(2 * seconds)):
             if robot.ask(goal, 'program', **goal_id)[-1] != (Outcome.REJECTED, STAYS_ENDED):

@@ -143,7 +143,7 @@ LISTED = 'file(GLOB nodes src/*.py) # all\nForeach(node ${nodes})\n' + INSTALLS.
 EACH = INSTALLS.format('"${PROJECT_SOURCE_DIR}/src/${name}.py"', 'lib/lab2')
 BRACKETS = '#[=[\n' + NAMED + ']=] #[[' + NAMED + ']]'
 NOT_NAMED = '# ' + NAMED + INSTALLS.format('src/other.py', BIN) + INSTALLS.format('${others}', BIN)
-#: Modules of its own: messages that the node's folder hides; beside the node; in a package of another name.
+#: Its Python modules: messages that the node's folder hides; beside the node; in another package.
 LAWS_IN, BESIDE, TOOLS = 'lab2.msg lab2.laws', 'helper', 'tools'
 
 

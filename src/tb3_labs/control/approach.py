@@ -181,7 +181,7 @@ class PreciseTurn:
 
     period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
-    #: With a noisy IMU the turn waits at rest for more samples, at most this long [s].
+    #: With a noisy IMU the turn waits at rest for more samples, but at most this long [s].
     LONGEST_LOOK = 0.6
 
     def __init__(self, fastest: float, acceleration: float, tolerance: float,

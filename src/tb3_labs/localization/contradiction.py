@@ -147,7 +147,7 @@ class GyroWatch:
         #: Has any reading been compared?
         self.has_compared = False
         self._sends_wheels = False
-        self._rested_for = 0.0       # time of all that was compared at rest [s]
+        self._rested_for = 0.0       # the time of all comparisons at rest [s]
         self._alone_for = 0.0        # time of the gyro since anything was compared [s]
         self._orientation = OrientationWatch()
         self._contradicts = False

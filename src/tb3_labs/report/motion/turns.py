@@ -48,7 +48,7 @@ class TurnReport:
     turned: float                     # by the IMU
     true: float                       # by the ground truth
     peak_rate: float                  # [rad/s], by the gyro
-    overshoot: float                  # largest angle beyond the asked one on the way
+    overshoot: float                  # largest angle beyond the asked angle during the turn
 
     @property
     def time(self) -> float:

@@ -97,7 +97,7 @@ class Timeline {
     this.go(location.hash.startsWith('#t=') ? timeOf(location) : first);
   }
 
-  /** The map shows the whole way, and so stands still while the run plays. */
+  /** The map shows the whole path, so it does not move while the run plays. */
   _showAll() {
     const {now} = this;
     this.go(this.run.duration);
