@@ -185,7 +185,7 @@ build() {
   touch "$ws/CATKIN_IGNORE"    # a clone inside another workspace: catkin shall not look in here
   if ! (
     if [ -n "$ros" ]; then set +u; source "$ros/setup.bash"; fi
-    # The file has values: for commands, each roslaunch would start Python twice.
+    # The file has values: with commands each roslaunch would start Python twice.
     cat >"$ws/etc/roscore.xml" <<XML
 <launch>
   <group ns="/">

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Starts a Python node that shows its variables while it runs; a word before its usual start.
+"""Starts a Python node that shows its variables while it runs; type it before the usual command.
 
     rosrun tb3_labs watch.py rosrun lab2 turtlebot_controller.py
     rostopic echo /variables

@@ -137,7 +137,7 @@ TURNS = [
 
 
 def draw_turns(shown):
-    """Turns side by side: the heading, counted on over whole turns, over time."""
+    """Turns side by side: the heading over time, continuous over whole turns."""
     figure = new_figure(2.55 * len(shown), 2.8)
     for axes, (title, turned, goal) in zip(figure.subplots(1, len(shown)), shown):
         axes.axhspan(goal - 10.0, goal + 10.0, facecolor='#d3e8d3', linewidth=0.0)

@@ -89,7 +89,7 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
             file.write(content)
         os.replace(str(part), str(path))
     finally:
-        part.unlink(missing_ok=True)    # it is still there if anything failed
+        part.unlink(missing_ok=True)    # it is there only after a failure
 
 
 def reason(problem: BaseException) -> str:

@@ -5,7 +5,7 @@ from typing import Any, Callable, List
 
 
 class SafeStream:
-    """A stream whose text is lost once its terminal is closed, its disk full, or its reader gone.
+    """A stream that drops its text if its terminal is closed, its disk full, or its reader gone.
     Otherwise a line would end a node before its last zero, or cost a student's marks."""
 
     def __init__(self, stream: Any) -> None:

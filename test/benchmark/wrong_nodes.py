@@ -106,7 +106,7 @@ def told(seen, lab):
 
 
 def reported(seen):
-    """What the report of the recording says; it does not know the letters."""
+    """The report's sentence on the recording, which does not have the letters."""
     from tb3_labs.report.page import mistake
     from tb3_labs.report.run_data import Values
     run = seen.run

@@ -49,8 +49,8 @@ window.makeTestPad = (axes, pressed) => {
   if (isNew) dispatchEvent(new Event('gamepadconnected'));
 };
 """
-#: `window.longestSilence` is the longest time between two messages of hands [s], of those that came
-#: without a pause of a second, since the page was loaded or it was set to 0.
+#: `window.longestSilence` is the longest time of less than a second between two messages of hands [s], since the page
+#: was loaded, or since it was set to 0.
 SILENCE_METER = """
 window.longestSilence = 0;
 let lastJoy = 0;

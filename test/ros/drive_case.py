@@ -23,8 +23,7 @@ class DriveCase(NodeCase):
         cls.reset = rospy.ServiceProxy('reset_pose', ResetPose)
 
     def declare(self, pose=Pose2()):
-        """The answer of a reset to `pose`; again while a busy machine delays the sensors, and it is
-        refused."""
+        """The answer of a reset to `pose`; repeated while it is refused, since a busy machine delays the sensors."""
         answers = []
 
         def is_declared():

@@ -45,7 +45,7 @@ class FakeRobotTest(unittest.TestCase):
         """Send one command; the robot is faster than `speed` [m/s] for a moment, then at rest."""
         before = len(self.heard['odom'])
         self.commands.publish(command)
-        # the motion ends by itself after half a second, in which a busy machine may not look
+        # the motion ends by itself after half a second, in which a busy machine may miss it
         self.wait('motion', lambda: any(message.twist.twist.linear.x > speed
                                         for message in self.heard['odom'][before:]))
         self.wait_for_rest()

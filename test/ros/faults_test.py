@@ -27,7 +27,7 @@ FAULTLESS = dict(imu_silent=False, odom_silent=False, gyro_bias_deg=0.0, battery
 
 
 class FaultsTest(DriveCase):
-    """Methods share the robot, and the nodes that the one before left running."""
+    """Methods share the robot, and the nodes that an earlier method started."""
 
     @classmethod
     def setUpClass(cls):
@@ -135,10 +135,10 @@ class FaultsTest(DriveCase):
             self.wait_for_speed(0.2, 5.0)     # it goes on by itself
         self.set(imu_silent=True)
         self.wait_for_state('stopped')
-        self.wait_for_state('gave up: no imu for 2.')      # it is too long to go on
+        self.wait_for_state('gave up: no imu for 2.')      # the silence is too long for the drive to go on
         self.control.publish(False)
         self.seen.forget('cmd_vel')
-        self.control.publish(True)        # nor does a robot that comes later move
+        self.control.publish(True)        # a robot that comes later does not move, either
         self.wait_for_line(MOVER, 'Control from {} is gone: no imu'.format(rospy.get_name()))
         self.set(imu_silent=False)
         self.let_pass(1.0)

@@ -30,7 +30,7 @@ class GamepadTest(WithThumb, DriveCase):
         cls.watch_data(String, 'control_holder')
         cls.watch_data(Bool, 'ctrl_relinq')
         cls.thumb = Thumb()
-        # the pad second: a node doubts what it hears first of a pad that was there before
+        # the pad second: a node doubts the first message of a pad that was there before
         cls.mover = Node(*MOVER)
         cls.wait_for_state('waiting for control', seconds=STARTING)
         cls.pad = Node('gamepad.py')
@@ -223,7 +223,7 @@ class GamepadTest(WithThumb, DriveCase):
         self.thumb.press(Y)
         student.wait_for('Pose reset successfully.')
         self.seen.wait_for('local_pose', lambda pose: abs(pose.x) < 0.01 and abs(pose.y) < 0.01)
-        self.thumb.press(B)      # else its first True could be one that an earlier process repeats
+        self.thumb.press(B)      # otherwise its first True could be a repetition by an earlier process
         self.let_it_drive()
         self.assert_stopped(self.thumb.press(B), 0.2)
         self.assertEqual(student.end(), 0)

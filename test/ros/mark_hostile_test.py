@@ -192,7 +192,7 @@ class HostileTest(unittest.TestCase):
         self.assertIn('poses: [] -1', self.printed)     # -1: the robot refused
 
     def test_it_earns_what_its_node_does_and_no_more(self):
-        # the forks at its end may cost the orderly end; nothing else counts for it or against it
+        # the forks at its end may cost the points of the orderly end; all other points are fixed
         self.assertRegex(self.done.stdout, r'mallory: \d+ of \d+ points')
         points, full = re.findall(r'mallory: (\d+) of (\d+) points', self.done.stdout)[0]
         self.assertIn(int(full) - int(points), (0, 1))

@@ -72,8 +72,8 @@ class Case(NamedTuple):
     lost: set
 
 
-#: Number of mark.py that run at a time. With more robots the machine holds them up, and mark.py tries
-#: each submission twice.
+#: Number of mark.py that run at a time. With more robots the machine is too slow, and mark.py tries each submission
+#: twice.
 AT_A_TIME = 3
 NO_WRAP = ('return 360 + yaw if yaw < 0 else yaw', 'return yaw')
 UNFILLED = None

@@ -67,7 +67,7 @@ class Scenes(DriveCase):
 
     def go_back_to(self, x):
         """Send this goal until it is reached: after a long cut, TCP waits for seconds before it sends again, separately
-        in each direction. Then the sensors are back, and the commands not yet."""
+        in each direction. Then the sensors' messages arrive again, but the commands do not yet."""
         outcome = ''
         for _ in range(3):
             self.seen.forget('goal_state')

@@ -29,7 +29,7 @@ needs_setup = unittest.skipUnless(
 
 
 class _Result(xmlrunner._XMLTestResult):
-    """rosunit's, with the reason of each skipped test, and of a class that could not be set up."""
+    """rosunit's class, with the reason of each skipped test, and of a class whose set-up failed."""
 
     def addError(self, test, err):
         super().addError(test, err)
@@ -58,9 +58,9 @@ LOAD = 2.0
 class Hiccups:
     """The delays of this machine, measured by a thread of its own.
 
-    A limit on the reaction of a node holds only while the machine lets the node run. `since(start)`
-    is the time in which it did not, about: an idle thread was woken late, or more than LOAD
-    processes wanted each core. It is added to the limit: a few milliseconds on a quiet machine.
+    A limit on the reaction of a node holds only while the machine lets the node run. `since(start)` is about the time
+    in which it did not let it run: an idle thread was late, or more than LOAD processes wanted each core. It is added
+    to the limit: a few milliseconds on a quiet machine.
     """
 
     PERIOD = 0.01

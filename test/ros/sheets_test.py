@@ -83,7 +83,7 @@ class Student:
         (home / 'tb3_labs').symlink_to(REPOSITORY)
         self._environment = {
             'HOME': str(home), 'PATH': '/usr/bin:/bin', 'ROSCONSOLE_FORMAT': '${message}',
-            # make shall not wait for a quiet machine, as by catkin_make's own -l2
+            # make must not wait for a quiet machine, as it does by catkin_make's -l2
             'TERM': 'dumb', 'ROS_PARALLEL_JOBS': '-j2',
             'ROS_LANG_DISABLE': 'gencpp:geneus:genlisp:gennodejs',
             'ROS_MASTER_URI': 'http://localhost:{}'.format(free_port()),

@@ -52,8 +52,8 @@ class SoakTest(DriveCase):
         return here.distance_to(goal), abs(math.degrees(difference(here.yaw, goal.yaw)))
 
     def turn(self, angle):
-        """The true error of a turn [deg]. It is asked for again if it was refused or given up, since
-        a pause of a busy computer, four times as long for the robot, made the sensors silent."""
+        """The true error of a turn [deg]. A refused or aborted one is repeated: a pause of a busy computer, four times
+        as long for the robot, made the sensors silent."""
         line = ''
         while not line.startswith('Turned'):
             start = self.rest().yaw

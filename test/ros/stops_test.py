@@ -37,7 +37,7 @@ PROMPT = 0.25
 PATIENCE = 0.5
 #: After a sleep of this length a process does not go on by itself [s].
 TOO_LONG = 2.2
-#: Time from its waking to the last command that it had begun to send before [s].
+#: Longest time from a wake-up to a command that was begun before the sleep [s].
 UNDER_WAY = 0.1
 
 
@@ -102,7 +102,7 @@ class StopsTest(WithThumb, DriveCase):
         self.thumb.press(A)
 
     def is_stopped(self, since, within=PROMPT):
-        """For a while no command moves the robot later than `within` after `since`."""
+        """For a while no command moves the robot, except within `within` after `since`."""
         self.let_pass(PATIENCE)
         late = [at - since for at, command in self.seen.all('cmd_vel', since + within)
                 if command != ZERO and at - since > within + self.hiccups.since(since, at)]
@@ -316,7 +316,7 @@ class StopsTest(WithThumb, DriveCase):
         self.stands_after_sleep(controller)
 
     def test_a_reset_that_a_node_finds_when_it_wakes_is_refused(self):
-        """It would be accepted where the robot is then."""
+        """It would be accepted for the robot's place of that time."""
         node, answers = self.move_to_goal(), []
         self.declare()
         for _ in range(3):

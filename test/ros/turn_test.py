@@ -111,7 +111,7 @@ class TurnTest(NodeCase):
             node.type(text)
             node.wait_for('Turned', times=reports + 1)
             self.rest()
-            # each turn corrects the error that the one before left
+            # each turn corrects the error of the turn before
             self.assertLess(abs(math.remainder(self.turned_since(start) - total, 360.0)), 0.5)
             said = float(re.findall(r'Turned (-?[\d.]+) degrees', node.text)[-1])
             self.assertLess(abs(math.remainder(said - self.turned_since(before), 360.0)), 0.2)

@@ -30,8 +30,8 @@ from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.supervision.freshness import Freshness
 from tb3_labs.supervision.permission import _Grant
 
-#: Of a state, these times are nevertheless if they are longer ago than this; the second also while no message is under
-#: way that may be older.
+#: Times of a state that are longer ago than this make no difference; the second limit holds only while no older message
+#: may be under way.
 AGES = {'_back_at': 0.35, 'given_at': 0.35, '_heard_since': 0.35,
         '_since': 20.3, 'awaits': 20.3}
 QUIET_AGES = dict(AGES, _stops=0.2, _stopped_at=0.2, _began_at=0.2, stopped_at=0.2,
@@ -166,7 +166,7 @@ def walk(kind, seed, length=30):
     found, world, chance = Searched(), kind(), random.Random(seed)
     story, deeds = [], sorted({method for _, method, *_ in kind.EVENTS})
     while len(story) < length:
-        deed = chance.choice(deeds)    # else most events would be waits and sleeps
+        deed = chance.choice(deeds)    # otherwise most events would be waits and sleeps
         event, method, *details = chance.choice([each for each in kind.EVENTS if each[1] == deed])
         world.drives = False
         try:

@@ -64,7 +64,7 @@ class GoalOracle:
         self.cancelled_at = at
 
     def goal(self, now, at):
-        """A goal that was sent at `at` is to be driven to."""
+        """The robot must now drive to a goal that was sent at `at`."""
         if (self.cancelled_at is None or at > self.cancelled_at - SAME_TIME) and now - at <= OVER:
             self.cancelled_at = None
             self.ask(now, 'goal')

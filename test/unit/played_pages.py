@@ -109,7 +109,7 @@ class Panel(Process):
 
 
 class Page:
-    """A page, as pad.js sends what a person holds on it."""
+    """A page: pad.js sends the controls that a person holds on it."""
 
     def __init__(self, name):
         self.name, self.hidden, self.stops = name, False, None    # None: nothing is held

@@ -11,7 +11,7 @@ from tb3_labs.supervision.events import LATCHED_WITHIN
 
 #: Stories begin at this time; so only the numbers above half of it are times.
 BEGIN = 1e5
-#: Times longer ago than this are nevertheless.
+#: Times longer ago than this make no difference.
 LONG_AGO = 2.3
 #: Just below and above each limit: 0.04 (confirmation), 0.2 to 0.3 (pad, mouse, waking, crossing),
 #: 0.5 (lapse), 2.0 (longest lapse).

@@ -38,7 +38,7 @@ def recorded(path, seen, **more):
 
 
 def _additions(recording, seen, log):
-    """(time [s], a function that records one thing) of all that is in an Observation."""
+    """(time [s], a function that records one value) for all values of an Observation."""
     def event(at, kind, **facts):
         return at, lambda: recording.event(kind, BEGIN + at, **facts)
 

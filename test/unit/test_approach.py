@@ -71,7 +71,7 @@ def test_comes_to_rest_in_time_although_it_knows_the_robot_badly(wrong, lag, los
     learned = Response(wrong.delay, wrong.lag)
     left, _, time, _ = approach_to(1.57, 0.04, lag, learned=learned, prompt=prompt, lost=lost)
     assert abs(left) <= 0.006
-    assert time < 1.57 / 1.5 + lost * TICK + 1.45      # sooner than a stall is suspected
+    assert time < 1.57 / 1.5 + lost * TICK + 1.45      # before the robot is treated as stalled
 
 
 def test_acceleration_is_bounded_and_a_dt_of_zero_changes_nothing():

@@ -57,7 +57,7 @@ def test_a_command_that_stays_is_prolonged_by_one_period():
 
 
 def test_steps_after_the_first_are_rather_early_than_late():
-    """Looks at 200 Hz, out of step with the steps: never more than 2 ms late."""
+    """The clock is read at 200 Hz, not in phase with the steps: they are at most 2 ms late."""
     pace, begun, taken = Pace(1.0 / 30.0), None, 0
     for look in range(1000):
         now = 2.0 + 0.005 * look
@@ -84,7 +84,7 @@ def history_of(commands, extra=0.0):
 
 def test_travel_under_way_is_the_sum_of_the_commands_within_the_delay():
     history = history_of([0.1, 0.2, 0.3], extra=PERIOD)
-    # at 0.06 s: the two latest are under way as a whole, and the last 10 ms of the first
+    # at 0.06 s the two latest commands, and the last 10 ms of the first, are under way
     assert history.travel_under_way(0.05) == pytest.approx(0.02 * 0.3 + 0.02 * 0.2 + 0.01 * 0.1)
     assert history.travel_under_way(0.0) == 0.0
     assert history.travel_under_way(10.0) == pytest.approx(0.012)

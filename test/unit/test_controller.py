@@ -133,7 +133,7 @@ def test_each_turn_is_announced_and_begins_from_standing(desk):
 def test_what_the_law_knows_to_be_left_is_reported_and_made_up_for(desk):
     desk.ask()
     desk.run(0.2)
-    desk.yaw = 0.8                       # one sample says something else
+    desk.yaw = 0.8                       # one sample has another yaw
     desk.finish(math.radians(2.0))
     assert desk.told('2.00 degrees short of')
     desk.run(1.0)
@@ -236,7 +236,7 @@ def test_another_law_does_not_begin_a_turn_that_is_over(desk):
 
 @pytest.mark.parametrize('good, bad', [
     (None, (math.nan, math.inf, 40000.0)),
-    (36000.0, (90.0,))])     # nor is a goal moved farther away
+    (36000.0, (90.0,))])     # and the goal is not moved farther away
 def test_what_is_no_turn_is_refused(good, bad):
     desk = Desk(make_turn(TurnConfig(), BURGER))
     if good:

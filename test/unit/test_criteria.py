@@ -54,7 +54,7 @@ def turn(degrees, rate=1.5, forward=0.0, moved=True, rested=True, **more):
 
 
 def drive(x=-0.61, y=0.61, degrees=0.0, linear=0.2, angular=0.0, moved=True, rested=True):
-    """To a pose in local, which is world moved by (1, 0)."""
+    """A drive to a pose in local, which is world moved by (1, 0)."""
     way = [(0.0, -1.0, 0.0, 0.0), (2.0, -2.0, 1.0, 1.0), (5.0, x - 1.0, y, math.radians(degrees))]
     return scene((0.1, linear, angular), (5.0, 0.0, 0.0), truth=way, moved=moved, rested=rested,
                  goal=[-0.61, 0.61, 0.0], local_T_world=[1.0, 0.0, 0.0])

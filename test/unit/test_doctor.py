@@ -242,7 +242,7 @@ def test_a_node_that_listens_to_a_wrong_name(namespace, heard, words):
         [[namespace + 'imu', [CORE]]], [[heard, ['/lab1']]], []])))
     if words:
         check(*lines, WARNING, words)
-    else:    # published, not of a sensor, of another robot, of a sensor that is silent itself
+    else:    # a topic that is published, of no sensor, of another robot, of a sensor that is silent
         assert lines == []
 
 
@@ -329,7 +329,7 @@ def test_the_nodes_around_a_robot():
     assert graph.robot_nodes == [CORE]
 
 
-# ----- the looks themselves, at a robot of this process
+# ----- the examinations themselves, of a robot of this process
 
 @pytest.fixture
 def robot():

@@ -57,7 +57,7 @@ def test_the_true_error_is_seen_from_where_local_truly_stands():
 
 
 def test_the_least_time_counts_from_where_it_begins():
-    """At 0.5 s the robot is at x = 0; the goal is 1 m off, and turned to by 90 deg at 1.5 rad/s."""
+    """At 0.5 s the robot is at x = 0; the goal is 1 m away, after a turn by 90 deg at 1.5 rad/s."""
     drive = drive_of(made(goals=goals([0.5], [1.0], 0.0, math.pi / 2.0)))
     least = 1.0 / BURGER.max_linear + math.pi / 2.0 / 1.5
     assert drive.least_time == pytest.approx(least, rel=0.01)

@@ -84,7 +84,7 @@ def test_a_precise_drive_brakes_with_a_fifth_of_what_it_speeds_up_with():
     assert astuple(driving_approach(config)) == pytest.approx(astuple(expected))
 
 
-# -- what a lost line, another sign or a limit not kept would do
+# -- the effect of a lost line, another sign or an exceeded limit
 
 SLOWLY = dict(angular_acceleration=3.0, linear_acceleration=0.6, allow_reverse=True)
 EITHER_WAY = [(Pose2(3.0, 0.0, 0.0), 1.0), (Pose2(-3.0, 0.0, 0.0), -1.0)]
@@ -151,7 +151,7 @@ def test_a_drive_that_begins_anew_turns_to_the_goal_from_where_it_is():
                                            (-0.0006, False)])
 def test_a_robot_arrives_where_it_would_come_to_rest(left, arrived):
     """At 0.1 m/s it coasts on for 0.1 exp(-(1 / 30) / 0.05) 0.05 = 2.6 mm. A predicted rest from
-    0.5 mm ahead to 3 mm (0.3 of the tolerance) beyond the goal is one; farther, it has slipped."""
+    0.5 mm ahead to 3 mm (0.3 of the tolerance) beyond the goal is a rest; a robot that is farther has slipped."""
     goal = Pose2(1.0, 0.0, 0.0)
     law = begun(goal)
     step = law.move_forward(at(1.0 - left, 0.0, 0.0, 0.1), goal, law.period)

@@ -117,7 +117,7 @@ def test_a_reset_by_next_to_nothing_is_one(run):
     run = declared(run, 0.2, Pose2(0.0, 0.0004, 0.0))
     assert [0.2, RESET] == resets(run)
     first, _ = drives(run, BURGER)
-    # where it stood at 0.2 s is 0.4 mm to the left now, as is where it truly ends
+    # its place at 0.2 s is 0.4 mm to the left now, and so is its true end
     assert first.true[0] == pytest.approx(abs(1.0 - TRUE_END - 0.0004j), abs=1e-6)
 
 
@@ -217,7 +217,7 @@ def test_a_new_frame_is_in_force_from_halfway_to_its_first_message():
 @pytest.mark.parametrize('begin, end, number', [
     (7.88, 9.0, 1), (7.87, 9.0, 0), (7.9, 8.0, 0), (7.97, 8.03, 1)])
 def test_a_drive_belongs_to_the_reset_that_began_it(begin, end, number):
-    """The reset at 7.975 s began a drive of at most 0.1 s before, unless it is nearer its end."""
+    """The reset at 7.975 s began a drive from up to 0.1 s before, unless the drive's end is nearer."""
     in_order = epochs(shifted(0.5))
     assert epoch_of(in_order, begin, end) is in_order[number]
 

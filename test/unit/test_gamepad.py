@@ -202,7 +202,7 @@ def test_an_a_that_the_network_held_up_for_long_does_not_count(stamped, late, co
     assert words == [True] * (counts * (1 + round(late / 0.1)))
     assert warned(stamped, 'press it again') is not counts
     hear(stamped, 101.06 + late, 8.06, B)
-    assert stamped.take('words') == [False]       # a stop is never too late
+    assert stamped.take('words') == [False]       # a stop is never too old
 
 
 @pytest.mark.parametrize('late, counts', [(0.9, True), (1.1, False)])
@@ -216,7 +216,7 @@ def test_a_y_that_the_network_held_up_would_declare_another_place(stamped, late,
 
 @pytest.mark.parametrize('ring', [2, 10])
 def test_a_driver_that_repeats_several_messages_is_a_pad_that_is_lost(stamped, ring):
-    """None of them has the stamp of the one before it: it drove for as long as they came."""
+    """Each has another stamp than the message before: the pad drove while they came."""
     commands = []
     for tick in range(200):
         now = 101.05 + 0.05 * tick
@@ -331,7 +331,7 @@ def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
 @pytest.mark.parametrize('by_hand, allowed, stays', [
     (False, False, False), (False, True, True), (True, False, True)])
 def test_a_pad_lost_while_move_to_goal_drives(by_hand, allowed, stays):
-    """What somebody else gave is not taken by a pad that is not there."""
+    """A pad that is lost does not take control that somebody else gave."""
     pad = Pad(PadConfig(drive_without_pad=allowed))
     pad.controller.on_has_control(Event(True, pad.now)) if by_hand else pad.press(A)
     pad.said()
@@ -351,7 +351,7 @@ def test_hold_to_drive():
     assert pad.run(0.5, pressed=())[-1] is None
     pad.run(0.2, pressed=(HOLD,))
     pad.run(0.5, plugged=False)
-    assert set(pad.run(0.5, plugged=True)) == {None}          # held since before the loss
+    assert set(pad.run(0.5, plugged=True)) == {None}          # the button was held before the loss, too
     pad.run(0.2, pressed=())
     assert pad.run(0.2, pressed=(HOLD,))[-1] == pytest.approx(BURGER_FULL)
 

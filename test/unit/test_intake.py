@@ -102,7 +102,7 @@ def test_paths_that_lead_out_are_refused(tmp_path, name):
 
 
 def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
-    """Sixty bombs of 90 kB each, and a file that is nothing but holes."""
+    """Sixty zip bombs of 90 kB each, and a sparse file of zeros."""
     monkeypatch.setattr(archives, 'MOST_BYTES', 100000)
     bomb = zipped(tmp_path / 'bomb.zip', {'a.txt': '0' * 90000}).read_bytes()
     (tmp_path / 'in').mkdir()

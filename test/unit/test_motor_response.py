@@ -173,7 +173,7 @@ class OtherNode:
 
 def reset_in_a_spin(robot_config, rate=1.0, after=None):
     """Angle by which the pose is off after a reset while another node spins the robot at `rate`.
-    Before this the navigator has driven to the goal `after`."""
+    The navigator has driven to the goal `after` before this test."""
     rng = random.Random(robot_config.seed)
     robot, model, response = Simulator(robot_config), robot_model(robot_config.model), Response()
     navigator = MoveToGoalCore(PreciseLaw(DriveConfig(), model, response), response=response)

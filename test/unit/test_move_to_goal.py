@@ -283,7 +283,7 @@ def test_a_client_hears_of_the_beginning_and_of_one_end():
     robot.run(0.5)
     assert robot.heard == [(Outcome.REACHED, 'Goal reached!')]
     robot.heard.clear()
-    robot.reset(Pose2(1.0))            # the ended goal is driven to again: its client has its end
+    robot.reset(Pose2(1.0))            # the robot drives to the ended goal again: its client has had its end
     robot.run(0.5)
     assert robot.status.active and robot.cancel('home') and robot.answers() == []
     robot.ask(Pose2(3.0))
@@ -345,7 +345,7 @@ def test_a_goal_that_is_repeated_stays_cancelled_until_its_sender_pauses_or_chan
     robot, goal, sent = driving(), Pose2(3.0, 1.0), []
 
     def repeat(seconds, **goal_id):
-        """Every 0.5 s; returns True if the robot drove."""
+        """Send the goal every 0.5 s; returns True if the robot drove."""
         drove = False
         for _ in range(round(2 * seconds)):
             if robot.ask(goal, 'program', **goal_id)[-1] != (Outcome.REJECTED, STAYS_ENDED):

@@ -25,7 +25,7 @@ def kinds(segments, **parts):
 
 
 def arc(degrees):
-    """A turn, then both speeds at once: a law that steers a little, or an arc. Its first 0.3 s are ignored."""
+    """A turn, then both speeds at once, by a law that steers a little, or in an arc. Its first 0.3 s are ignored."""
     first = turn(2.0, 90.0)
     return [first, (first[1], first[1] + 4.3, 0.2, math.radians(degrees) / 4.0)]
 

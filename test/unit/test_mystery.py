@@ -132,7 +132,7 @@ def test_values_fill_their_range_and_no_guess_is_right_for_a_third_of_it(kind):
 
 
 def test_a_fault_comes_and_goes_or_is_always_there():
-    hidden = HiddenFault(2, SimulatorConfig())      # silent imu, 3.5 s, after 12 s without
+    hidden = HiddenFault(2, SimulatorConfig())      # a silence of the imu of 3.5 s, after 12 s without one
     silent = [hidden.settings_at(0.5 * step).imu_silent for step in range(63)]
     assert silent == ([False] * 24 + [True] * 7) * 2 + [False]
     for number in range(1, 500):

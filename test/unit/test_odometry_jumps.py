@@ -166,8 +166,8 @@ def test_a_robot_at_the_origin_may_turn_through_zero():
 
 @pytest.mark.parametrize('speed, turn', [(0.2, 0.0), (0.2, 1.2), (0.0, 0.0)])
 def test_the_robots_own_reset_at_rest_leaves_the_local_pose(speed, turn):
-    """Driven, told to reset itself, driven on. The IMU's 1.8 deg are gone. Where the
-    odometry began, only the IMU's turn shows the reset."""
+    """Driven, told to reset itself, driven on. The IMU's 1.8 deg are gone. At the odometry's origin only the IMU's turn
+    shows the reset."""
     heard = Heard(start_x=speed, start_yaw_deg=200.0 * speed, imu_offset_deg=-105.5)
     heard.run(0.2)
     heard.run(2.0, speed, turn)

@@ -1,4 +1,4 @@
-"""A page of another site, or of a name that was led here, gets nothing."""
+"""A page of another site, or of a foreign name with this address, gets nothing."""
 import re
 
 import pytest

@@ -224,7 +224,7 @@ HERE = Connection('/a', 'http://a:1', since=100.0)
 
 @pytest.mark.parametrize('present, way, now, age', [
     ([], HERE, 100.1, Age.NEW),                              # rostopic pub -1
-    (['/a'], HERE, 101.9, Age.REPEATED),                     # rostopic pub -r 5, since before
+    (['/a'], HERE, 101.9, Age.REPEATED),                     # rostopic pub -r 5, which runs from before the start
     (['/a'], HERE, 102.1, Age.NEW),                          # a person types
     (['/a'], HERE._replace(since=150.0), 151.9, Age.REPEATED),     # connected late
     (['/a'], HERE._replace(renews=True, latches=True), 100.4, Age.REPEATED),
@@ -268,7 +268,7 @@ def test_a_gap_beyond_the_limit_is_a_sleep_that_is_found_once(gap, slept):
     watch = SleepWatch()
     watch.update(10.0)
     assert watch.slept_for == 0.0 and watch.in_words() == ''
-    watch.start(100.0)          # nobody needed to look before the start
+    watch.start(100.0)          # no clock was needed before the start
     assert watch.slept_for == 0.0 and not watch.is_waking
     watch.update(100.0 + gap)
     assert watch.slept_for == slept and watch.is_waking is bool(slept)

@@ -73,8 +73,8 @@ def test_only_what_has_the_identity_is_ended(family):
 
 
 class Bomb:
-    """Stands in for the module os on a computer with a full table of processes: whenever one is killed
-    or stopped, one of those that run starts another one, if there is room."""
+    """Stands in for the module os on a computer with a full table of processes: if a process is killed or stopped, a
+    running one starts another, if there is room."""
 
     ROOM = 60
 

@@ -75,7 +75,7 @@ class Bench:
         return self.has_moved
 
     def wakes_with(self, act, slept_for):
-        """The same, if it is the first that is heard after a sleep, but for the sensors."""
+        """The same, if it is the first message after a sleep, apart from the sensors'."""
         self.now += slept_for
         self.live()
         return self.moves_by(act)

@@ -15,7 +15,7 @@ NODES = ['scripts/turtlebot_controller.py', 'scripts/move2goal_tf.py', 'scripts/
 PLAIN = ['scripts/imu_sub.py'] + [path.replace('/', '/plain_') for path in NODES]
 SOLUTIONS = NODES + ['src/tb3_labs/nodes/{}/ros_node.py'.format(room)
                      for room in ('controller', 'gamepad', 'move_to_goal')]
-#: Long lines of the solutions that stand in any program.
+#: Long lines of the solutions that any program may have.
 IDIOMS = {'rospy.on_shutdown(self._close)', 'self._lock = threading.Lock()',
           'self._changed.notify_all()', 'except ValueError as problem:',
           'except rospy.ROSException:', "rospy.logwarn('%s', problem)",

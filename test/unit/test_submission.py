@@ -143,7 +143,7 @@ LISTED = 'file(GLOB nodes src/*.py) # all\nForeach(node ${nodes})\n' + INSTALLS.
 EACH = INSTALLS.format('"${PROJECT_SOURCE_DIR}/src/${name}.py"', 'lib/lab2')
 BRACKETS = '#[=[\n' + NAMED + ']=] #[[' + NAMED + ']]'
 NOT_NAMED = '# ' + NAMED + INSTALLS.format('src/other.py', BIN) + INSTALLS.format('${others}', BIN)
-#: Modules of its own: messages that the node's folder hides; beside the node; in a package of another name.
+#: Its Python modules: messages that the node's folder hides; beside the node; in another package.
 LAWS_IN, BESIDE, TOOLS = 'lab2.msg lab2.laws', 'helper', 'tools'
 
 
@@ -373,7 +373,7 @@ def test_package_and_name_overrule(tmp_path):
 @pytest.mark.parametrize('node, source', [
     ('lab2/scripts/n.py', 'lab2'), ('scripts/n.py', '.'), ('lab2/n.py', 'lab2'), ('lab7/deep/src/n.py', 'lab7')])
 def test_the_folder_of_a_node_is_copied(tmp_path, node, source):
-    """lab7 alone has a package.xml. The submission may itself be called as a folder of nodes."""
+    """lab7 alone has a package.xml. The submission itself may have the name of a folder of nodes."""
     folder = hand_in(tmp_path / 'src', {'lab7/package.xml': manifest('lab7')})
     assert source_of(folder / node, folder) == folder / source
 

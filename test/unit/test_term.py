@@ -244,7 +244,7 @@ def test_columns_and_rows_of_a_person_stay_wherever_they_are_also_if_their_headi
     own = [['mean', '20'], ['mean', '21'], ['', 'late:'], ['Ann', 'again'], ['long'] * 60]
     table = [head[:4] + ['note', 'note', ''] + head[4:], row[:4] + ['a', 'b', 'c'] + row[4:], *own]
     text = '\n'.join(map(','.join, table))
-    for _ in range(2):      # what was written stays, too
+    for _ in range(2):      # a person's cells stay, too
         text = Table(text).renewed([ann])
         heads, renewed, *others = csv.reader(io.StringIO(text))
         assert heads[:len(head) + 3] == head + ['note', 'note', '']

@@ -101,7 +101,7 @@ def test_a_precise_turn_brakes_with_a_quarter_of_what_it_speeds_up_with():
 
 
 def resting_turn(steps, noise=0.0, dt=0.035, age=0.0, left=0.0):
-    """A precise turn by next to nothing, of a robot that rests; and was it finished at each step?
+    """A very small precise turn of a robot at rest; and at each step: was it finished?
     """
     turn = PreciseTurn(1.5, 45.0, 0.01, Response(0.0, 0.0))
     turn.start(0.0, left)
@@ -111,7 +111,7 @@ def resting_turn(steps, noise=0.0, dt=0.035, age=0.0, left=0.0):
 @pytest.mark.parametrize('noise, left, looks', [
     (0.0, 0.0, 2),         # at rest for 0.03 s
     (0.0051, 0.0, 9),      # 2 x 0.0051 / sqrt(9) is less than 0.35 of the tolerance of 0.01 rad
-    (0.02, 0.0, 19),       # never known so well: 0.6 s of samples must do,
+    (0.02, 0.0, 19),       # the yaw is never known so well: 0.6 s of samples must be enough,
     (0.03, 0.012, 19)])    # and what is not known is added to the tolerance
 def test_a_turn_ends_as_soon_as_its_rest_is_known_well_enough(noise, left, looks):
     _, finished = resting_turn(looks, noise, left=left)

@@ -55,8 +55,8 @@ def test_a_turn_that_a_node_made_wrongly_is_listed_but_not_a_persons(sender, dev
 
 @pytest.mark.parametrize('said, asked', [
     ([(2.9, 30.0)], 30.0),                    # a small turn
-    ([(2.9, 20.0), (3.1, 10.0)], 30.0),       # asked for in two parts
-    ([(0.9, 90.0), (2.9, 30.0)], 30.0)])      # the first one was not done
+    ([(2.9, 20.0), (3.1, 10.0)], 30.0),       # the turn was typed in two parts
+    ([(0.9, 90.0), (2.9, 30.0)], 30.0)])      # the robot did not make the first turn
 def test_an_angle_that_was_said_was_asked_for(said, asked):
     times, angles = zip(*said)
     found = one([turn(3.0, 31.0)], asked=values(times, np.radians(angles)))

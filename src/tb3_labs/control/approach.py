@@ -42,8 +42,8 @@ class ApproachConfig:
     #: If the predicted rest is this near to zero, the command is a stop. Otherwise the robot
     #: would swing about zero at the lowest speed.
     close_enough: float
-    #: A robot that was already told to stop is left alone this near to zero, or within
-    #: `close_enough`, if that is larger.
+    #: A robot that was told to stop gets no command this near to zero, or within `close_enough`, if
+    #: that is larger.
     leave_alone: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
@@ -181,7 +181,7 @@ class PreciseTurn:
 
     period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
-    #: With a noisy IMU the turn waits at rest for more samples, at most this long [s].
+    #: With a noisy IMU the turn waits at rest for more samples, but at most this long [s].
     LONGEST_LOOK = 0.6
 
     def __init__(self, fastest: float, acceleration: float, tolerance: float,

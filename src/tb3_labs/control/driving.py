@@ -45,7 +45,7 @@ class PreciseLaw:
     #: The robot steers towards a point of the line this far ahead. A larger distance is calmer, a
     #: smaller one keeps nearer to the line.
     LOOK_AHEAD = 0.20             # [m]
-    #: While it drives at full speed and steers less than this, every second step is left out.
+    #: At full speed, with less steering than this, every second step is left out.
     CALM = 0.05                   # [rad/s]
     #: A robot that is slower stands.
     REST_SPEED = 0.01             # [m/s]

@@ -156,7 +156,7 @@ class Identification:
 
     def begin(self, speed: float) -> None:
         """The first command is given now, to a robot with this measured `speed`. Only a start from
-        rest shows delay and lag: other motion was commanded before this approach."""
+        rest shows delay and lag: earlier commands caused any other motion."""
         self._from_rest = abs(speed) <= ONSET
 
     def look(self, history: CommandHistory, travelled: float, speed: float,

@@ -98,7 +98,7 @@ class Address:
     ros_ip: str = ''
     ros_hostname: str = ''
     hostname: str = ''             # the computer's own name
-    resolved: str = ''             # the address of the told name, as looked up here
+    resolved: str = ''             # the address of that name, as looked up here
     own: Tuple[str, ...] = ()      # all addresses but the loopback
     way_out: str = ''              # the address from which packets go to the master
     master_here: bool = True       # does the master run on this computer?

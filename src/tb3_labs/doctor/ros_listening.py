@@ -46,7 +46,7 @@ def examine_messages(graph, address, round_trip, is_wall_time):
     """Yields the lines on the robot of a RobotGraph. `round_trip`: least time of a question to it
     [s]; `is_wall_time`: its stamps come from a real clock. `address` as in :func:`listen`."""
     heard, ended = listen(graph.namespace, address)
-    # a robot takes no other message: see examination
+    # a robot accepts no other message type: see examination
     yield judge_drivers(Counter(each.sender for each in heard if each.topic == 'cmd_vel'
                                 and each.kind in ('', COMMAND)))
     watch, encoders, samples, refused = compared(heard, graph.namespace + 'reset')

@@ -16,7 +16,7 @@ HEARING_TIME = 5.0
 #: CLOCK_WRONG, nothing that uses stamps works [s].
 CLOCK_OFF = 0.1
 CLOCK_WRONG = 1.0
-#: A loaded computer of the robot sets the clock of its board ahead by up to this [s].
+#: If the robot's computer is busy, its board's clock is ahead by up to this [s].
 BOARD_AHEAD = 0.25
 #: More drift than this disturbs a lab [deg/min].
 DRIFTS = 2.0

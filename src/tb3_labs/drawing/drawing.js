@@ -1,5 +1,5 @@
-// Drawing on a canvas: the part of the plane that it shows, lines and figures, the grid, and names
-// that cover no other.
+// Drawing on a canvas: the visible part of the plane, lines and figures, the grid, and names that
+// do not overlap.
 //
 // Sizes are in pixels, angles counter-clockwise. Poses are [x m, y m, yaw rad].
 

@@ -162,7 +162,7 @@ export class RobotMap {
 
   _frame(c, labels, name, [px, py, yaw]) {
     const colour = colours[name];
-    // The axes of local are longer and thinner: both are seen where the frames coincide.
+    // The axes of local are longer and thinner: both are visible where the frames coincide.
     const factor = name === 'local' ? 1.35 : 1;
     const [least, most] = AXIS_PIXELS;
     const length = factor * Math.max(least, Math.min(most, AXIS * this.view.scale));

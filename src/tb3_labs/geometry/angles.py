@@ -24,7 +24,7 @@ MAX_TILT = math.radians(45.0)
 
 def clamp(value: float, low: float, high: float) -> float:
     """`value` clipped to [low, high]; NaN stays NaN."""
-    return max(min(value, high), low)    # in this order NaN stays NaN
+    return max(min(value, high), low)    # with this order of arguments NaN stays NaN
 
 
 def wrap(angle: float) -> float:

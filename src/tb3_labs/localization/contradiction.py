@@ -13,9 +13,9 @@ Times are the samples' stamps, so delays of the network do not matter. Cases:
 * supervision.lost_or_stalled finds a gyro that repeats one reading.
 * After a silence the comparison begins again. A contradiction is over when gyro and wheels agreed
   for `AGREED`, with the wheels at rest.
-* No motion begins before they were compared for as long, at rest. In a silence of more than
-  freshness.RESUME_TIME a board may have calibrated its gyro again. Wheels that cannot be compared
-  are not awaited.
+* No motion begins before gyro and wheels were compared for this time, at rest. In a silence of more
+  than freshness.RESUME_TIME a board may have calibrated its gyro again. Wheels that cannot be
+  compared are not awaited.
 * In motion, an error of the gyro is not found if slip or uneven wheels may explain it: 5.5 % of
   the turn, and 7.5 deg/s at full speed.
 
@@ -40,7 +40,7 @@ LAG = 0.13
 LEAD = 0.04
 #: Wheels slip: a sound gyro differs from them by up to this share of the turn.
 SLIP = 0.055
-#: Wheels are uneven: a sound gyro differs by up to this share of a turn by the faster wheel alone.
+#: Uneven wheels: a turn by the faster wheel alone differs from a sound gyro by up to this share.
 UNEVEN = 0.033
 #: A sound gyro drifts by up to this [rad/s].
 DRIFT = 0.02
@@ -147,7 +147,7 @@ class GyroWatch:
         #: Has any reading been compared?
         self.has_compared = False
         self._sends_wheels = False
-        self._rested_for = 0.0       # time of all that was compared at rest [s]
+        self._rested_for = 0.0       # the time of all comparisons at rest [s]
         self._alone_for = 0.0        # time of the gyro since anything was compared [s]
         self._orientation = OrientationWatch()
         self._contradicts = False

@@ -27,8 +27,8 @@ from tb3_labs.robot.samples import Motion, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.freshness import RESET_SILENCE
 
-#: Motion is extrapolated from the latest samples for two control periods at most [s]. In this time
-#: a command takes effect and is measured; the later motion is not known.
+#: Motion is extrapolated from the latest samples for two control periods at most [s]. Within this
+#: time the effect of a command is measured; the later motion is not known.
 MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 

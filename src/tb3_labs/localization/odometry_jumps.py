@@ -81,7 +81,7 @@ class _Gap:
         self._by_stamps = self._by_arrival = 0.0
 
     def add(self, heard: Heard) -> None:
-        """The next message has passed the door."""
+        """Add the times of the next message."""
         self._by_stamps += heard.by_stamps
         self._by_arrival += heard.silence
 
@@ -92,7 +92,7 @@ class _Gap:
 
     @property
     def silence(self) -> float:
-        """Its silence [s]. Neither delayed messages nor a clock that is set lengthen it."""
+        """Its silence [s]. Delayed messages, or a clock that is set, do not lengthen it."""
         return min(self._by_stamps, self._by_arrival) if self._by_stamps > 0.0 else self._by_arrival
 
 

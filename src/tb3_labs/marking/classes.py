@@ -138,7 +138,7 @@ def mark_class(given, tell_problem, interrupted):
             marker, found = _begun(given, Path(work), tell_problem, stack)
             marker.interrupted = interrupted
             failed = MarkedClass(marker, bool(given.only), tell_problem).mark_all(found, given.jobs)
-            with ThreadPoolExecutor(1) as pool:     # an interruption waits for its end
+            with ThreadPoolExecutor(1) as pool:     # an interruption comes after its end
                 page, notes = pool.submit(
                     marker.folder.write_overview, given.unprotected).result()
         except (OSError, ValueError, NotJudged) as problem:

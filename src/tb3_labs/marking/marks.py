@@ -171,7 +171,7 @@ def read_trial(path: Any, places: Sequence[str] = ()) -> Observation:
 
 def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mapping[str, float],
            parts: Sequence[str] = ()) -> Marks:
-    """The Marks of what was handed in, by its trial; None: there was none. `worth`: criterion ->
+    """The Marks of a submission by its trial; None: there was no trial. `worth`: criterion ->
     points; `parts` of the lab that were tried: [] for all."""
     marks = replace(handed_in, observation=seen)
     seen = seen or Observation(lab, marks.node)
@@ -202,7 +202,7 @@ def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mappi
 
 def _broken_link(seen: Observation, verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, Broken]]:
     """The first broken link in the parts of the lab that lost points; None if it is not known. An
-    exception is the mistake itself; so is a sensor's topic that nobody publishes."""
+    exception, or a sensor's topic that nobody publishes, is the mistake itself."""
     if seen.run is None or seen.deaf or seen.odd or tracebacks_before_the_end(seen):
         return None
     missed = {verdict.criterion.part for verdict in verdicts

@@ -1,4 +1,4 @@
-"""Everything that was heard from one robot, as the picture that a page draws.
+"""All messages of one robot become the picture that a page draws.
 
 A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was heard:
 

@@ -5,7 +5,7 @@ the messages of dynamic_reconfigure.
 
 dynamic_reconfigure 1.7.3 (Debian 12) has a Python server of its own. It is not used because of
 measured defects (test/ros/parameters_test.py shows that LiveSettings has none):
-- It clips an invalid value to the nearest bound without a word, before its callback could refuse.
+- It silently clips an invalid value to the nearest bound, before its callback could refuse.
 - It writes each change to the parameter server: a later start begins with old faults.
 - Its import asks rosdep, which prints a line in every terminal if rosdep was not initialised.
 """

@@ -118,7 +118,7 @@ def _shut_down(failure):
 
 
 def _last_words(failure=''):
-    """The last hook; after the last zero, since a terminal that takes no text holds it up."""
+    """The last hook, after the last zero, since a blocked terminal delays it."""
     if failure:
         rospy.logfatal('%s', failure)
     time.sleep(LAST_WORDS)

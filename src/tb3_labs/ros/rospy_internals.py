@@ -52,9 +52,9 @@ def note_connections():
 def log_without_the_master():
     """Let a log line ask the master nothing; to be called after init_node().
 
-    rospy asks it with each line for a parameter that nobody sets: without an answer a thread waits.
-    If it were set, the master would call all nodes that have read it, also dead ones, whose ports
-    may belong to other nodes (the cache of parameters; test/ros/network.test).
+    rospy asks the master at each log line for a parameter that nobody sets: without an answer a
+    thread waits. If it were set, the master would call all nodes that have read it, also dead ones,
+    whose ports may belong to other nodes (the cache of parameters; test/ros/network.test).
     """
     get_param_server_cache().set('/rosout_disable_topics_generation', False)
 

@@ -2,7 +2,7 @@
 
 A number from 1 to LAST_NUMBER always gives the same robot. In each block of numbers (1 to 11, 12 to
 22, ...) each of the FAULT_KINDS occurs once, in a random order, and neighbours differ. Only
-``random.Random(text).random()`` is used, since Python promises its sequence for all versions.
+``random.Random(text).random()`` is used, since Python guarantees its sequence for all versions.
 
 Nothing here is secret: a reader of this file can compute the answer, and so can a patient user of
 `mystery.py --answer`. The exercise asks for a measurement that proves the fault.

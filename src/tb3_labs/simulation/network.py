@@ -2,18 +2,18 @@
 
 A link is one direction and behaves as TCP does: messages are not lost, and stay in their
 order. A message arrives after its `delay` and a random `jitter`, which is drawn for each message. A
-message that comes during a stall waits for the end of the stall. A cut is a stall that lasts until
-it is switched off. Messages of the same moment arrive together. The links of both directions have
-the same stalls.
+message that comes during a stall waits for the end of the stall. A cut is a stall until the setting
+is switched off. Messages of the same moment arrive together. The links of both directions have the
+same stalls.
 
 Stalls begin at random (a Poisson process). A stall does not begin within another one, so a stall is
 not longer than `longest_stall`. Everything random comes from the seed, by separate generators, and
 does not depend on how often :meth:`Link.take` is called.
 
 Units: seconds. Edge cases: a message due at the very end of a stall is not delayed by it; a change
-of delay or jitter does not change messages under way; a change of the stalls ends the present one.
-If messages follow each other faster than the jitter, they wait for one another, and their mean
-delay is more than delay and jitter together.
+of delay or jitter does not change messages under way; a change of the stalls ends the present
+stall. If messages follow each other faster than the jitter, they wait for one another, and their
+mean delay is more than delay and jitter together.
 Source: recordings of real TurtleBot3s over a WLAN (stalls of 0.1 to 0.4 s, then everything at
 once). The jitter's tail: 802.11 draws a new back-off, and tries again, for each frame (Malone,
 Leith and Dangerfield, "Inferring queue state by measuring delay in a WiFi network").

@@ -6,7 +6,7 @@ suspended. Only the clock shows a sleep: the process looks at the clock repeated
 between two looks is a sleep (:class:`SleepWatch`).
 
 The table below has every limit of a silence, a delay, a lapse or a sleep in the package, with its
-reason. `Freshness` alone measures a silence: up to the next message, or to a look at the clock.
+reason. Only `Freshness` measures a silence: until the next message, or until the clock is read.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: a source that was never heard has an
 infinite age. If the clock goes back, the last message is treated as just received; otherwise it
@@ -129,7 +129,7 @@ class SleepWatch:
     def __init__(self) -> None:
         #: Length of the sleep that the last update found [s]; 0 if it found none.
         self.slept_for = 0.0
-        #: True if messages heard now may be as old as a sleep. Then only a stop is obeyed.
+        #: True if arriving messages may be as old as a sleep. Then only a stop is obeyed.
         self.is_waking = False
         #: The end of the last sleep [s].
         self.woke_at = -math.inf

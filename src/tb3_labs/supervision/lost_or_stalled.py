@@ -174,7 +174,7 @@ class StallWatch:
     def resume(self) -> None:
         """The robot stood while its sensors were silent: its remaining way may have grown.
 
-        The time for which it got no nearer is kept: a bad network would hide a stalled robot.
+        The time without progress is kept: otherwise a bad network would hide a stalled robot.
         """
         self._least = None
 

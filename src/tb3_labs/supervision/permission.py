@@ -175,5 +175,5 @@ class Permission:
     def _end(self, sender: str, reason: str) -> None:
         self._tell('Control from {} is gone: {}. False, then True, gives it again'.format(
             sender or 'the start', reason), True)
-        self._refused.add(sender)    # so its next True is not worth a line
+        self._refused.add(sender)    # so its next True needs no line
         del self._grants[sender]

@@ -33,7 +33,7 @@ ALIKE = 4
 CATKINS = b'generated from catkin/cmake/template'
 #: A larger file is not a program [bytes].
 LARGEST_PROGRAM = 1000000
-#: A hidden folder, or one whose name has one of these words, holds what was put aside.
+#: A hidden folder, or a folder with one of these words in its name, has files that were put aside.
 ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
                    r'archived?|deleted)(?![a-z])', re.IGNORECASE)
 

@@ -262,7 +262,7 @@ def _described(request, environment, sandbox):
 @lru_cache(maxsize=None)
 def system_messages() -> Dict[str, List[str]]:
     """Returns name -> folders of its messages, for all ROS packages of this machine; cached."""
-    # A RosPack changes while it is asked: each thread that comes first has its own.
+    # A RosPack changes during a query, so the threads that have no result yet make their own.
     ros = rospkg.RosPack()
     folders = {name: os.path.join(ros.get_path(name), MESSAGES) for name in ros.list()}
     return {name: [folder] for name, folder in folders.items() if os.path.isdir(folder)}

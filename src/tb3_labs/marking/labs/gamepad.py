@@ -35,7 +35,7 @@ PAD_SILENT = 'pad silent'
 #: Keys of the buttons' facts. RELINQUISHED (A, B): the latest value on ctrl_relinq, None if there
 #: was none. LATCHED (A): did a late subscriber hear it? CALLS (Y): the number of calls. ORIGIN (Y):
 #: did each call declare (0, 0, 0)? UNIT (Y): was the quaternion of each call of length 1? NAME (Y):
-#: the service that was called, another one than SET_POSE only if that was not called.
+#: the called service; if SET_POSE was called, SET_POSE.
 RELINQUISHED, LATCHED = 'relinquished', 'heard late'
 CALLS, ORIGIN, UNIT, NAME = 'calls', 'origin', 'unit', 'name'
 

@@ -1,4 +1,4 @@
-"""A trial as its criteria look at it: what was done to a node, and what the node did meanwhile.
+"""A trial for its criteria: what was done to a node, and what the node did meanwhile.
 
 All of it comes from the bag of the trial (:mod:`tb3_labs.marking.trial.ros_recording`).
 
@@ -94,7 +94,7 @@ class Run:
     status: Optional[int] = None    # exit status, if it ended by itself; -N: by signal N
 
     def ending(self, file: str = '') -> str:
-        """A clause on its end; `file`: the node's."""
+        """A clause on its end; `file`: the node's file."""
         errors = exceptions(self.printed, file)
         if errors:
             return counted(errors[-1:])[0]

@@ -47,7 +47,7 @@ SAME_COMMAND = 0.04
 #: At most this many characters of an output are recorded in a second, the last ones; a tenth of it
 #: if the bag is full.
 PRINTED_A_SECOND = 20000
-#: A bag is full from this size on [bytes]. Then it takes only the judged topics.
+#: A bag is full from this size on [bytes]. Then only the judged topics are recorded.
 FULL, JUDGED = 3 * 10 ** 6, {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL}
 #: A recording that is cut off loses at most so many bytes, before they are packed.
 CHUNK = 2 ** 17

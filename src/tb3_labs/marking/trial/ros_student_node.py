@@ -200,8 +200,8 @@ class Graph:
         return {topic for topic, names in groups if self.names.intersection(names)}
 
     def unheard(self, needed):
-        """The topics to which the student's node listens, though nobody publishes them, if it does
-        not listen to all topics that it needs; else []."""
+        """If the student's node does not listen to all topics that it needs: the topics without a
+        publisher to which it listens; else []."""
         listens = self.of_node(LISTENS)
         published = {topic for registered in self.nodes().values()
                      for role, topic in registered if role == PUBLISHES}

@@ -29,7 +29,7 @@ TURN_KEYS = {'l': 90.0, 'r': -90.0, 'b': 180.0}
 
 
 def degrees_of(text: str) -> float:
-    """The turn that `text` asks for [deg]: a key, or a number; else ``ValueError``."""
+    """The turn for a `text` [deg]: a key, or a number; else ``ValueError``."""
     try:
         return TURN_KEYS[text] if text in TURN_KEYS else float(text)
     except ValueError:

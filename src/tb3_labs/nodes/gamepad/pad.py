@@ -75,7 +75,7 @@ class PadListener:
         self._heard_since = math.inf     # from then on the lateness of messages is learned
         self._last: Optional[PadState] = None
         self._newest = -math.inf         # stamp
-        #: Of the last message: the state before it, its delay [s]; did it come after a loss?
+        #: About the last message: the state before it, its delay [s]; did it come after a loss?
         self.before, self.lateness, self.came_after_loss = PadState(), 0.0, False
 
     def hear(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:

@@ -246,7 +246,7 @@ class MoveToGoalCore:
                 dt = self._pace.step(now)
                 self._look_at_readings(now)
                 command = self._machine.step(motion, dt)
-                # a reading that is repeated is looked at in each period: its sensor may be frozen
+                # in each period a repeated reading is checked: its sensor may be frozen
                 if self._machine.steady and max(
                         self.imu.repeated_for, self.odometry.repeated_for) <= SHORT_REPETITION:
                     self._pace.prolong()
@@ -340,7 +340,7 @@ class MoveToGoalCore:
         self._sent = Twist2()
 
     def _begin_anew(self) -> None:
-        """A motion was asked for, which begins from standing."""
+        """A person or node asked for a motion, which begins from standing."""
         self._pause()
         self._sensors.ask()
 

@@ -96,7 +96,7 @@ readColours();
 showBanner(link.connected);
 redraw();
 
-// For tests, and for the browser's console.
+// Tests, and a person at the browser's console, use it.
 window.panel = {
   get latest() { return seen.picture; },
   /** Client coordinates of a point in the frame local; null while that frame is unknown. */

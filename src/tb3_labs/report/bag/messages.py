@@ -89,7 +89,7 @@ def make_collectors(parts, prefix, limits):
              *_filled(message.buttons, PadSamples.BUTTONS))]),
         'mouse': (MouseSamples, lambda message: [
             (message.header, message.xPos, message.yPos, float(message.status.data))]),
-        'sent': (Values, None),    # by the connections, not by the messages
+        'sent': (Values, None),    # by the connections' definitions, not by the messages
         'frames': (Poses, lambda message: (
             (each.header, each.transform.translation.x, each.transform.translation.y,
              _yaw(each.transform.rotation)) for each in message.transforms

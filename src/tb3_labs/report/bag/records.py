@@ -24,7 +24,7 @@ BAG_VERSION = b'#ROSBAG V2'
 MESSAGE, FILE, CHUNK, CONNECTION = 2, 3, 5, 7
 LENGTH, LONG, TIME = struct.Struct('<I'), struct.Struct('<Q'), struct.Struct('<II')
 CONVERT = 'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
-#: First bytes of files that are taken for bags: (what it is, what to do).
+#: First bytes of other files that users take for bags: (the kind of file, the remedy).
 OTHERS = (
     (b'#ROSBAG V1', 'a bag of version 1',
      'convert it where it was recorded: rosbag fix {} run.bag'),

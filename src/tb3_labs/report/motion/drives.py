@@ -134,7 +134,7 @@ def _goes_on(frames: Sequence[Epoch], span: Span, following: Span) -> bool:
     """Does `following` belong to the same drive as `span`?"""
     if following.state != FIRST:
         return following.state in DRIVING or is_stopped(following.state)
-    # the robot stopped outside its tolerance, or was interrupted, and begins the same goal again
+    # the robot stopped outside its tolerance, or was interrupted, and drives to the same goal again
     return (span.state == LAST or is_stopped(span.state)) and span.goal == following.goal and (
         epoch_of(frames, span.begin, span.end)
         is epoch_of(frames, following.begin, following.end))

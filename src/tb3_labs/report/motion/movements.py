@@ -141,7 +141,7 @@ def movements(run: RunData) -> List[Movement]:
 
 def cuts(run: RunData) -> np.ndarray:
     """The times of resets, and of changes of control, in order [s]: they end a movement. A True
-    does not if it came within PAUSE after the movement's begin: the node heard it first."""
+    within PAUSE after the movement's begin does not: the node received it first."""
     changes = np.flatnonzero(np.diff(run.control.value)) + 1
     times, given = run.control.time[changes], run.control.value[changes] == 1.0
     moves = run.commands.time[moving(run.commands)]

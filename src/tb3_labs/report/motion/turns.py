@@ -48,7 +48,7 @@ class TurnReport:
     turned: float                     # by the IMU
     true: float                       # by the ground truth
     peak_rate: float                  # [rad/s], by the gyro
-    overshoot: float                  # largest angle beyond the asked one on the way
+    overshoot: float                  # largest angle beyond the asked angle during the turn
 
     @property
     def time(self) -> float:
@@ -91,8 +91,8 @@ def turns(run: RunData) -> List[TurnReport]:
 def _parts(run: RunData, movement: Movement, until: float) -> List[Tuple[float, float, float]]:
     """The turns within one movement, as (first command, last command's end, next command).
 
-    Between two turns that are asked for quickly one after the other, the robot rests, and it turns
-    far in each of them. A correction of one turn is not a turn by itself.
+    Between two turns in quick succession the robot rests, and it turns far in each of them. A
+    correction of one turn is not a turn by itself.
     """
     commands = run.commands.between(movement.begin, movement.end)
     turning = np.abs(commands.angular) > NO_SPEED

@@ -46,7 +46,7 @@ MOST_DRAWN = 40
 MOST_NAMES = 12
 #: Width and height of a letter in a frame's name, as a part of a panel's width.
 LETTER, LINE = 0.028, 0.05
-#: The frames and paths of later resets have no names: the panel has no room for more.
+#: The frames and paths of later resets have no names, since the figure has no room.
 MOST_NAMED = 6
 
 

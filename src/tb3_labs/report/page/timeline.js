@@ -34,7 +34,7 @@ class Track {
 
   before(time) { return lastBefore(this.time, time); }
 
-  /** The numbers at a time; in a break those before it; null before the first. */
+  /** The numbers at a time; in a break the last ones before it; null before the first. */
   at(time) {
     const i = this.before(time);
     if (i < 0) return null;
@@ -97,7 +97,7 @@ class Timeline {
     this.go(location.hash.startsWith('#t=') ? timeOf(location) : first);
   }
 
-  /** The map shows the whole way, and so stands still while the run plays. */
+  /** The map shows the whole path, so it does not move while the run plays. */
   _showAll() {
     const {now} = this;
     this.go(this.run.duration);

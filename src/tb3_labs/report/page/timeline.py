@@ -36,7 +36,7 @@ BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
 #: Times and values are rounded to this many digits, which changes them by up to TIMELINE_ROUNDING.
 DIGITS, TIMELINE_ROUNDING = 3, 0.0005
 #: A page has at most this many points of a track, marks, and lines of a log, each of at most
-#: LONGEST_TEXT characters: of more, the first and the last ones are shown.
+#: LONGEST_TEXT characters: if there are more, the page shows the first and the last ones.
 MOST_POINTS, MOST_MARKS, MOST_LINES, LONGEST_TEXT = 50000, 500, 2000, 1000
 #: rosbag's own node. Its log lines, the topics that it records, are left out.
 RECORDER = 'record'
