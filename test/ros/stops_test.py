@@ -32,8 +32,8 @@ from thumb import A, B, Thumb, WithThumb
 
 #: Time from a stop to the last command that moves the robot [s].
 PROMPT = 0.25
-#: A robot that stood for this long after an event was not set in motion by it [s]: a process that
-#: wakes hears waiting messages within permission.WAKING, 0.3 s.
+#: An event did not set a robot in motion that stands this long after it [s]: a process that wakes reads waiting
+#: messages within 0.3 s (permission.WAKING).
 PATIENCE = 0.5
 #: After a sleep of this length a process does not go on by itself [s].
 TOO_LONG = 2.2

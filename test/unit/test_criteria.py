@@ -522,7 +522,7 @@ MOVED = 'pass'
 
 
 @pytest.mark.parametrize('sent, moved, up', [
-    # of a screen of 1080 pixels, which count from its upper edge: 1 is up
+    # pixels of a screen of 1080, from its upper edge: 1 is up
     ('self.y', 'self.y = (540 - y) / 540', 1), ('self.y', 'self.y = y / (self.height / 2) - 1', -1),
     ('-self.y', 'self.y = 2.0 * y / self.height - 1.0', 1), ('self.y', 'self.y = -(y - 540) / float(540)', 1),
     ('self.y', 'y -= 540; self.y = y / -540', 1), ('self.y', 'y *= -1; self.y = max(-1, min(1, y / 540 + 1))', 1),

@@ -252,7 +252,7 @@ def test_a_driver_that_hangs_is_a_pad_that_is_lost(stamped, clock_runs):
     repeat(0.1, A, Y)
     assert not stamped.take('asks_reset') and True not in stamped.take('words')
     repeat(0.1, B)
-    assert stamped.take('words') == [False]        # a stop counts all the same
+    assert stamped.take('words') == [False]        # a stop is obeyed
 
 
 @pytest.mark.parametrize('stop', ['lost', 'taken', 'B'])
@@ -377,7 +377,7 @@ def test_an_a_that_waited_while_this_node_slept_does_not_count():
     pad.press(A)
     assert True not in pad.said() and warned(pad.controller, 'while this node did not run')
     pad.press(B)
-    assert pad.said() == [False]                # a stop counts all the same
+    assert pad.said() == [False]                # a stop is obeyed
     pad.run(0.5)
     pad.press(A)
     assert True in pad.said()

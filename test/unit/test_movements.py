@@ -37,7 +37,7 @@ def arc(degrees):
     ((), drive(2.0, 90.0, 0.09, 90.0), Kind.BY_HAND),
     ((), drive(2.0, 90.0, 0.11, 90.0), Kind.DRIVE),
     ((), arc(19.0), Kind.DRIVE), ((), arc(21.0), Kind.BY_HAND),
-    # beside a mouse a turn is faster than any by the mouse, and nothing is a drive
+    # if a mouse is there, only a turn faster than the mouse's is a turn, and nothing is a drive
     (('mouse_info',), [turn(2.0, 90.0, 0.5)], Kind.BY_HAND),
     (('mouse_info',), [turn(2.0, 90.0, 0.51)], Kind.TURN),
     ((), [turn(2.0, 90.0, 0.5)], Kind.TURN), (('mouse_info',), DRIVE, Kind.BY_HAND),

@@ -187,7 +187,7 @@ TIMES = np.arange(0.0, 12.0, 0.01)
 
 
 def orientation(knots):
-    """An IMU's quaternion, level but for 0.7 and -0.4 degrees, that turns from knot to knot [rad]."""
+    """The quaternion of an IMU, tilted by 0.7 and -0.4 degrees, that turns from knot to knot [rad]."""
     yaw = np.interp(TIMES, np.linspace(0.0, TIMES[-1], len(knots)), knots)
     roll, pitch = math.radians(0.7), math.radians(-0.4)
     cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)

@@ -136,5 +136,5 @@ def test_the_commands_of_the_proportional_law():
     error, asked, sent = numbers('imu_lab.md', 'an error of # degrees asks for # rad/s: the command '
                                  'is #.')
     assert asked == pytest.approx(gain * error) and sent == fastest < asked
-    error, asked, sent = numbers('imu_lab.md', 'An error of # degrees asks for #: so it is #.')
+    error, asked, sent = numbers('imu_lab.md', 'An error of # degrees asks for #: the command is #.')
     assert asked == pytest.approx(gain * error) and sent == asked

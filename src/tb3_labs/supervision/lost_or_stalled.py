@@ -103,8 +103,8 @@ class SensorWatch:
 
     def update(self, now: float, is_checked: bool = True) -> None:
         """To be called repeatedly, also at each step while the robot is being driven. `is_checked`:
-        False until gyro and wheels were compared. A motion waits for the sensors, and then for the
-        same time for this comparison.
+        False until gyro and wheels were compared. A motion waits for the sensors, then as long
+        again for this comparison.
         """
         oldest, are_fresh = 0.0, True
         for source in self._sources:
