@@ -2,6 +2,7 @@
 import base64
 import json
 import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -14,6 +15,7 @@ pytest.importorskip('rosbag', reason='rosbag cannot be imported')
 from students_archive import EXCLUDE, LIST, MISSING, ROOT
 from test_marking import Strict, turned
 from test_term import folder_of, write
+from tb3_labs.marking.intake import sandbox
 from tb3_labs.marking.intake.sandbox import LARGEST_FILE, TASKS, USERS, OtherUser
 from tb3_labs.marking.lab_names import NODES
 
@@ -132,6 +134,20 @@ def test_a_program_of_root_is_another_user_without_a_sandbox(tmp_path):
         stderr=subprocess.DEVNULL, universal_newlines=True).split('\n')
     assert int(said[0]) in USERS and said[:4] == [said[0], said[0], str(LARGEST_FILE // 512), str(TASKS)]
     assert said[4:] == ['own', 'kept', 'hidden', 'written not', '']
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason='root alone can become another user')
+def test_a_package_that_the_other_user_cannot_read_is_no_reason_for_no_points(tmp_path, monkeypatch):
+    for above in [tmp_path, *tmp_path.parents][:3]:
+        above.chmod(0o711)
+    (tmp_path / 'lib').mkdir()
+    first, *others = [path for path in os.environ['PYTHONPATH'].split(':') if os.path.isdir(path + '/tb3_labs')]
+    (tmp_path / 'lib' / 'tb3_labs').symlink_to(first + '/tb3_labs')
+    monkeypatch.setenv('PYTHONPATH', ':'.join([str(tmp_path / 'lib')] + [
+        path for path in os.environ['PYTHONPATH'].split(':') if path not in (first, *others)]))
+    assert sandbox.problem.__wrapped__(False) == ''
+    (tmp_path / 'lib').chmod(0o700)
+    assert re.match('another user cannot run them [(].*tb3_labs', sandbox.problem.__wrapped__(False))
 
 
 # -- GitHub Classroom

@@ -197,6 +197,9 @@ def _begun(given, work, tell_problem, stack):
                              sandbox_problem(), UNPROTECTED))
     if given.unprotected:
         work.chmod(0o711)       # an OtherUser reads ROS's prefix in it
+        if os.geteuid() == 0 and sandbox_problem(False):
+            raise ValueError('nothing was started: {}; this package must lie where every user can '
+                             'read it, not in /root'.format(sandbox_problem(False)))
     options = Options(given.package, given.type, option, not given.unprotected)
     stack.enter_context(alone_in(given.folder))
     folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),

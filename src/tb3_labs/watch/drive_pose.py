@@ -173,7 +173,7 @@ def compared(name: str, value: np.ndarray) -> np.ndarray:
 
 def unit_of(series: Series) -> float:
     """The unit of a yaw's numbers [rad]: numbers beyond a turn are degrees."""
-    return np.pi / 180.0 if np.nanmax(np.abs(series.value), initial=0.0) > 7.0 else 1.0
+    return np.pi / 180.0 if np.nan_to_num(np.abs(series.value)).max(initial=0.0) > 7.0 else 1.0
 
 
 def steered(inside: Inside, part: Series, late: float = LATE) -> Series:
@@ -210,7 +210,8 @@ def wrong_variable(inside: Inside, frame: Frame, name: str) -> Optional[Broken]:
     rights = [each for _, each in islice(candidates, 1 if is_local else 2)]
     if np.isfinite(part.value).sum() < FEW or followed(part, rights, MOST):
         return None
-    right, moved = rights[0], np.nanmax(np.abs(part.value - part.value[0]), initial=0.0)
+    right, moved = rights[0], np.nan_to_num(np.abs(
+        part.value - part.value[0])).max(initial=0.0)
     words = other_words(part, right, candidates if moved > 2.0 * APART or not is_local else ())
     if len(set(part.text)) == 1 and (is_local or frame.is_reset and (
             series.text_at(frame.begin - SOON) == part.text[0])):

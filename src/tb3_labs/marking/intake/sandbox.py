@@ -62,10 +62,10 @@ SANDBOX_START = 20.0
 READ_ONLY, READ_ONLY_TRY, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
 
 
-@functools.lru_cache(maxsize=1)
-def problem() -> str:
-    """Tries a sandbox: why it does not work here, a clause; '' if it works."""
-    sandbox = Sandbox([])
+@functools.lru_cache(maxsize=2)
+def problem(is_sandbox: bool = True) -> str:
+    """Tries a sandbox, or another user: why it does not work here, a clause; '' if it works."""
+    sandbox = Sandbox([]) if is_sandbox else OtherUser()
     command = sandbox.own_network(sandbox.command(
         ['python3', '-c', 'import {}.msg'.format(OWN_PACKAGE)]))
     try:
@@ -77,7 +77,8 @@ def problem() -> str:
     except subprocess.TimeoutExpired:
         return 'bubblewrap hangs'
     words = done.stderr.strip().splitlines() or ['exit status {}'.format(done.returncode)]
-    return '' if done.returncode == 0 else 'bubblewrap fails ({})'.format(words[-1])
+    return '' if done.returncode == 0 else '{} ({})'.format(
+        'bubblewrap fails' if is_sandbox else 'another user cannot run them', words[-1])
 
 
 class NoSandbox:
@@ -118,7 +119,7 @@ class OtherUser(NoSandbox):
                     '--nproc={}'.format(TASKS)] + command
 
     def environment(self, environment: Mapping[str, str]) -> Dict[str, str]:
-        home = environment['TMPDIR'] + '/ws'
+        home = environment.get('TMPDIR', '/tmp') + '/ws'
         return dict(environment, HOME=home, TMPDIR=home, ROS_HOME=home + '/.ros',
                     ROS_LOG_DIR=home + '/.ros/log')
 

@@ -84,13 +84,13 @@ class Node:
         self._is_own, self._objects, self._pause, self._next = {Node: False}, [], 0.25, 0.0
 
     def is_own(self, kind):
-        """Is this a class of the script, or of a module of its package?"""
+        """Is this a class of the script, or of a module beside it or in src of its package?"""
         if kind not in self._is_own:
             name = module_of(kind)
             path = getattr(sys.modules.get(name), '__file__', None)
             folder = os.path.dirname(os.path.abspath(path)) if path else ''
             self._is_own[kind] = name == '__main__' or name.split('.')[0] != 'tb3_labs' and (
-                folder == self._folder or folder.startswith(self._package + '/'))
+                folder == self._folder or (folder + '/').startswith(self._package + '/src/'))
         return self._is_own[kind]
 
     def is_object(self, value):
@@ -151,14 +151,14 @@ class Node:
 
     def _texts(self, name, value, known, depth=0):
         """[(name, text)] of a simple value, or of the parts of another one."""
-        kind = type(value)
+        kind, module = type(value), module_of(type(value))
         if kind in SIMPLE or kind is int and value.bit_length() <= 3 * LONGEST:
             yield name, repr(value)
         elif kind is str:
             yield name, sendable(value)
         elif issubclass(kind, Enum):
             yield name, sendable(str(vars(value).get('_name_')))
-        elif (module := module_of(kind)) == 'numpy':
+        elif module == 'numpy':
             if kind.__name__ == 'ndarray':
                 if 0 < value.size <= MOST_NUMBERS and value.dtype.kind in 'bif':
                     yield from self._texts(name, value.ravel().tolist(), known)
