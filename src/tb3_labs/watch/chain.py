@@ -16,6 +16,8 @@ from tb3_labs.watch.variables import Series, find, variables_of
 
 #: A belief that changes less often is late [s].
 SELDOM = 0.3
+#: A heading that is off by less than this many times what is the same is still the heading.
+COARSE = 30.0
 
 
 class Broken(NamedTuple):
@@ -141,7 +143,10 @@ def belief(series: Series,
     `quantities`, in any range)."""
     right, name = quantities[0], series.name
     found = followed(series, quantities)
-    usable = [each for each in found if is_heading(each, right)]
+    usable = [each for each in found if is_heading(each, right)] or followed(
+        # the samples of a busy machine come late, or not at all
+        series, [each._replace(scale=COARSE * each.scale) for each in quantities
+                 if is_heading(each, right)] if not found else [])
     if usable:
         return usable[0], None
     asked = 'it should be ' + right.words
