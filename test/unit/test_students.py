@@ -71,7 +71,7 @@ def test_the_solutions_are_left_out_and_what_students_need_is_there(archive, fol
     assert {'launch/fake_robot.launch', 'launch/checks/check_turn.test', 'scripts/lab_report.py',
             'scripts/mark.py', 'scripts/setup.sh', 'msg/MouseController.msg',
             'srv/ResetPose.srv', 'doc/imu_lab.md', 'CMakeLists.txt', 'LICENSE', '.gitignore',
-            'src/tb3_labs/geometry/se2.py', 'README.md', 'doc/report.png'} <= set(archive)
+            'src/tb3_labs/geometry/se2.py', 'README.md', 'doc/panel.png'} <= set(archive)
     assert os.access(str(folder / 'scripts' / 'setup.sh'), os.X_OK)
 
 
