@@ -222,4 +222,4 @@ def test_the_heading_in_any_range_can_be_used_and_no_other():
 
 def test_a_private_variable_of_an_object_is_found_by_its_name():
     series = Series('Controller._curr_yaw', TIMES, TIMES, TIMES)
-    assert find({'a': series, series.name: series}, 'goal_yaw', 'curr_yaw') is series
+    assert find({'a': series, series.name: series}, 'curr_yaw') is series

@@ -18,8 +18,8 @@ import rospkg
 
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
 from tb3_labs.marking.marks import NOT_JUDGED, Marks
-from tb3_labs.marking.shown_run import mistake, shown
-from tb3_labs.report.page import mistake as mistake_page
+from tb3_labs.marking.shown_run import mistake_of, shown
+from tb3_labs.report.page import mistake
 from tb3_labs.report.page.document import Markup, document, table
 
 #: A page shows the last SHOWN_LINES lines of each run, each with at most LINE_LENGTH characters.
@@ -189,7 +189,7 @@ def results(marks: Marks) -> Dict[str, Any]:
     """Returns the object for json.dump(): a test for each criterion, and the rest of the page."""
     places = Places()
     parts = _head(marks, places) + [
-        WATCH.sub('', mistake_page.section(marks.link, mistake(marks), places.linked))]
+        WATCH.sub('', mistake.section(marks.link, mistake_of(marks), places.linked))]
     if marks.observation is not None:
         parts += _printed(marks.observation)
     return {

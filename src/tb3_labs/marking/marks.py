@@ -26,7 +26,7 @@ from tb3_labs.marking.trial.evidence import (
     faults_in, remarks_on, tracebacks_before_the_end, untold)
 from tb3_labs.marking.trial.observation import LONGEST, Observation, observed
 from tb3_labs.report.bag.ros_bag import read_run
-from tb3_labs.watch import labs as inside
+from tb3_labs.watch import labs
 from tb3_labs.watch.chain import Broken, Inside, Link, first_broken
 
 #: At most this many remarks and as many findings are written for one student.
@@ -186,7 +186,7 @@ def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mappi
         if not marks.is_full:
             marks.link = _broken_link(seen, marks.graded)
         elif seen.run is not None:
-            marks.remarks += inside.remarks(seen.run, lab)
+            marks.remarks += labs.remarks(seen.run, lab)
     except Exception as problem:        # a node's variables may hold anything
         marks.findings = marks.findings + ['The marker could not look inside the node ({}: {}).'
                                            .format(type(problem).__name__, problem)]
@@ -207,7 +207,7 @@ def _broken_link(seen: Observation, verdicts: Sequence[Verdict]) -> Optional[Tup
         return None
     missed = {verdict.criterion.part for verdict in verdicts
               if verdict.outcome is not Outcome.MET}
-    return first_broken(Inside(seen.run), inside.CHAINS[seen.lab], missed)
+    return first_broken(Inside(seen.run), labs.CHAINS[seen.lab], missed)
 
 
 def _cleaned(sentences: Sequence[str]) -> List[str]:

@@ -9,7 +9,7 @@ from tb3_labs.marking.labs.criteria import Outcome
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, Observation, samples_of)
-from tb3_labs.report.page import mistake as mistake_page
+from tb3_labs.report.page import mistake
 from tb3_labs.report.page.timeline import mark, section, timeline
 from tb3_labs.report.run_data import Poses, RunData, Values
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
@@ -22,15 +22,15 @@ def shown(marks: Marks, linked: Callable[[str], str] = escape) -> str:
         return ''
     return '\n'.join([
         section(moments(as_run(marks.observation), marks)),
-        mistake_page.section(marks.link, mistake(marks), linked)])
+        mistake.section(marks.link, mistake_of(marks), linked)])
 
 
 def hint_in_a_line(marks: Marks) -> str:
     """The mistake of a node that lost points, and where it is explained; '' if it is unknown."""
-    return '{} See {}.'.format(mistake(marks), marks.link[0].place) if marks.link else ''
+    return '{} See {}.'.format(mistake_of(marks), marks.link[0].place) if marks.link else ''
 
 
-def mistake(marks: Marks) -> str:
+def mistake_of(marks: Marks) -> str:
     """The first broken link as a sentence, with the lines of the node's file."""
     return sentence(marks.link[1], marks.observation.assigned) if (
         marks.link and marks.observation) else ''

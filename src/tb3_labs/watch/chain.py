@@ -36,8 +36,11 @@ class Inside:
 
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
         self.run, self.variables = run, variables_of(run, node)
-        self.find = lambda *names: find(self.variables, *names)
         self.known = lru_cache(maxsize=None)(lambda function: function(self))
+
+    def find(self, name: str) -> Optional[Series]:
+        """The first variable that has this name; None if there is none."""
+        return find(self.variables, name)
 
     @cached_property
     def imu(self) -> List[Quantity]:

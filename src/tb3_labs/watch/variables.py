@@ -70,7 +70,6 @@ def bare(name: str) -> str:
     return name.rpartition('.')[2].strip('_').lower()
 
 
-def find(variables: Dict[str, Series], *names: str) -> Optional[Series]:
-    """The first variable that has one of these names; None if there is none."""
-    return next((series for wanted in names for name, series in variables.items()
-                 if bare(name) == wanted), None)
+def find(variables: Dict[str, Series], wanted: str) -> Optional[Series]:
+    """The first variable that has this name; None if there is none."""
+    return next((series for name, series in variables.items() if bare(name) == wanted), None)
