@@ -31,7 +31,6 @@ import rosunit
 
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of, read_points, read_trial
-from tb3_labs.marking.shown_run import hint_in_a_line
 from tb3_labs.marking.trial.ros_stage import try_out
 from tb3_labs.marking.intake.packages import package_folder
 from tb3_labs.marking.intake.workspace import Launch
@@ -206,9 +205,9 @@ def main():
         return report([Check('test_runs', 'nothing was judged: {}'.format(problem))])
     if of_a_class():
         return report([])
-    hint = hint_in_a_line(marks)
-    for line in lines_of(marks.graded) + marks.remarks + [hint] * bool(hint) + [total(marks)]:
-        tell(line)
+    for line in [*lines_of(marks.graded), *marks.remarks, marks.hint, total(marks)]:
+        if line:
+            tell(line)
     extra = lines_of(marks.extra)
     for line in ['Beyond the handout:'] * bool(extra) + extra:
         tell(line)

@@ -97,11 +97,10 @@ def told(seen, lab):
     """(points lost, what the check says first, what the report says)"""
     from tb3_labs.marking.labs.criteria import Outcome
     from tb3_labs.marking.marks import Marks, judged, points_of, read_points
-    from tb3_labs.marking.shown_run import hint_in_a_line
     marks = judged(Marks(''), seen, lab, points_of(lab, read_points(None)), PARTS[lab].split(','))
     missed = [verdict.sentence for verdict in marks.graded if verdict.outcome is not Outcome.MET]
     lost = marks.worth - marks.points
-    said = missed[:1] + [hint_in_a_line(marks)] if lost else marks.remarks
+    said = missed[:1] + [marks.hint] if lost else marks.remarks
     return lost, ' '.join(filter(None, said)), reported(seen) if lost else ''
 
 

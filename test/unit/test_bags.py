@@ -30,7 +30,7 @@ from tb3_labs.report.bag.budget import LONGEST_LINE
 from tb3_labs.report.bag.ros_bag import BagProblem, read_run
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import completed
-from tb3_labs.report.page import timeline
+from tb3_labs.report.page.moments import moments
 from tb3_labs.ros.conversions import to_pose_stamped, to_twist
 
 
@@ -147,11 +147,11 @@ def test_a_program_that_drove_is_named_and_its_square_is_split_where_it_turns(tm
             bag.write('/cmd_vel', to_twist(0.0 if turns else 0.2, 0.5 if turns else 0.0),
                       rospy.Time.from_sec(BEGIN + time), connection_header=sent_by('/testsuite'))
     run = completed(read_run(path))
-    found = [each for each in timeline.marks(run, [], []) if each['kind'] == 'hand']
+    found = [each for each in moments(run, [], []) if each['kind'] == 'hand']
     assert [each['begin'] for each in found] == pytest.approx(list(range(1, 9)), abs=0.1)
     assert all(each['text'].startswith('driven by /testsuite: ') for each in found)
     by_hand = replace(run, senders=('/teleop_twist_keyboard',))
-    assert timeline.marks(by_hand, [], [])[0]['text'].startswith('by hand: ')
+    assert moments(by_hand, [], [])[0]['text'].startswith('by hand: ')
 
 
 # A clock that was set -----------------------------------------------------------------------------

@@ -20,10 +20,9 @@ from tb3_labs.marking.labs import imu, move2goal, turn
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import archives, sandbox, submissions
 from tb3_labs.marking.labs.criteria import TOOK, Criterion, Place, judge
-from tb3_labs.marking.feedback import feedback
+from tb3_labs.marking.student_page import as_run, student_page, timeline_of
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of
-from tb3_labs.marking.shown_run import moments, as_run
-from tb3_labs.marking.table import Table
+from tb3_labs.marking.class_table import Table
 from tb3_labs.marking.trial.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.trial.processes import BoundedText
 from tb3_labs.marking.labs.gamepad import pad_called, pad_in_words
@@ -235,12 +234,12 @@ def test_a_criterion_that_is_not_met_leads_to_its_moment():
     seen = turned(81.0)
     seen.stimuli[0].begin = 0.4
     marks = marks_of('Bobby', seen)
-    lost = [mark for mark in moments(as_run(marks.observation), marks)['marks']
+    lost = [mark for mark in timeline_of(as_run(marks.observation), marks)['marks']
             if mark['kind'] == 'lost']
     assert lost and all(mark['begin'] == pytest.approx(0.4, abs=0.01) for mark in lost)
-    assert '<a href="#t=0.4">Watch it</a>' in feedback(marks, 'IMU lab')
+    assert '<a href="#t=0.4">Watch it</a>' in student_page(marks, 'IMU lab')
     marks.observation = None        # nothing was recorded
-    assert 'Watch it' not in feedback(marks, 'IMU lab')
+    assert 'Watch it' not in student_page(marks, 'IMU lab')
 
 
 def numbers(track):
@@ -254,7 +253,7 @@ def test_the_timeline_of_a_mark_shows_heading_commands_stimuli_and_starts():
     seen.stimuli.append(stimulus('x', 1.0, 1.5))
     seen.runs.append(Run(1.5))
     seen = marks_of('', seen).observation
-    data = moments(as_run(seen), Marks('', observation=seen))
+    data = timeline_of(as_run(seen), Marks('', observation=seen))
     time, heading = numbers(data['heading'])
     true = np.array(seen.truth)
     assert np.interp(true[:, 0], time, heading) == pytest.approx(np.degrees(true[:, 3]), abs=0.2)
@@ -278,7 +277,7 @@ def test_the_drives_of_a_mark_are_in_their_local_frames():
                  stimulus('second', 1.6, 1.9, facts={'goal': [4.0, 5.0, 0.0],
                                                      'local_T_world': frames[1]})])
     seen = marks_of('', seen).observation
-    data = moments(as_run(seen), Marks('', observation=seen))
+    data = timeline_of(as_run(seen), Marks('', observation=seen))
     time, x, y, yaw = numbers(data['local'])
     assert time == pytest.approx([0.0, 0.2, 0.4, 1.6, 1.8])
     assert x == pytest.approx([0.0, 0.1, 0.2, 0.0, 0.2], abs=0.002)

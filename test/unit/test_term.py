@@ -29,7 +29,7 @@ from tb3_labs.marking.marks_folder import MarksFolder, alone_in
 from tb3_labs.marking.classes import MarkedClass
 from tb3_labs.marking.marker import Marker
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
-from tb3_labs.marking.table import Table
+from tb3_labs.marking.class_table import Table
 from tb3_labs.report.page.document import safe
 
 FULL = sum(points_of('turn', TABLE).values()) - sum(
@@ -317,7 +317,7 @@ def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
         marked_once(tmp_path / 'marks')
     names = {path.name for path in trial_key.decisive_files('turn')}
     assert {'simulator.py', 'ros_stage.py'} < names
-    assert not {'criteria.py', 'feedback.py', 'graph.py'} & names
+    assert not {'criteria.py', 'student_page.py', 'graph.py'} & names
     values = {name.split()[1]: value for name, value in trial_key.decisive_values().items()}
     assert values['LOST_AFTER'] == criteria.LOST_AFTER and 'l across 180' in values['EACH_TURN']
     assert not {'TOLERANCE', 'CRITERIA', 'HDG_TOL'} & set(values)

@@ -15,6 +15,7 @@ pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.page import timeline
+from tb3_labs.report.page.moments import moments
 from tb3_labs.report.run_data import Commands, ImuSamples, LogLines, Values
 from tb3_labs.robot.turtlebot3 import robot_model
 
@@ -28,7 +29,7 @@ def decoded(track):
 
 
 def data_of(run):
-    return timeline.timeline(run, BURGER, timeline.marks(run, [], drives(run, BURGER)))
+    return timeline.timeline(run, BURGER, moments(run, [], drives(run, BURGER)))
 
 
 # Tracks -------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ from tb3_labs.marking.trial.evidence import (
 from tb3_labs.marking.trial.observation import LONGEST, Observation, observed
 from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.watch import labs
-from tb3_labs.watch.chain import Broken, Inside, Link, first_broken
+from tb3_labs.watch.chain import Broken, Inside, Link, first_broken, sentence
 
 #: At most this many remarks and as many findings are written for one student.
 MOST_SENTENCES = 100
@@ -129,9 +129,29 @@ class Marks:
         return self.observation.unfair if self.observation and not self.is_full else ''
 
     @property
+    def mistake(self) -> str:
+        """The first broken link as a sentence, with the lines of the node's file; or ''."""
+        return sentence(self.link[1], self.observation.assigned) if (
+            self.link and self.observation) else ''
+
+    @property
+    def hint(self) -> str:
+        """The mistake, and the place in a sheet that explains it, or ''."""
+        return '{} See {}.'.format(self.mistake, self.link[0].place) if self.link else ''
+
+    @property
     def sentences(self) -> List[str]:
         """The reason why it was not judged, and all remarks."""
         return list(filter(None, [self.unjudged])) + self.remarks
+
+    @property
+    def decided(self) -> List[str]:
+        """The sentence on a person's decision, in a list; [] if there is none."""
+        if self.decision is None:
+            return []
+        gave = 'A person gave these points; the marker gave {:g}.'.format(
+            sum(verdict.points for verdict in self.verdicts)) if self.is_decided else ''
+        return [' '.join(filter(None, [gave, self.decision.reason]))]
 
     @property
     def why_none(self) -> str:

@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 from tb3_labs.command_line import output_folder, printable, reason, write_output
-from tb3_labs.marking.feedback import feedback, overview, results
+from tb3_labs.marking.class_table import POINTS, WATCHED, Table, cells_of, overview
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.marks import LABS, Marks, judged, read_trial
-from tb3_labs.marking.table import POINTS, WATCHED, Table, cells_of
+from tb3_labs.marking.student_page import results, student_page
 from tb3_labs.marking.trial_key import version
 from tb3_labs.report.page.document import safe
 
@@ -174,11 +174,11 @@ class MarksFolder:
                 self.bag(handed_in.student))
         try:
             marks = self.judged(handed_in)
-            page = feedback(marks, title)
+            page = student_page(marks, title)
         except Exception as problem:    # any error: the other pages are still written
             marks = self.judged(replace(handed_in, unjudged='The marking of it failed: {} ({}).'
                                         .format(reason(problem), type(problem).__name__)))
-            page = feedback(marks, title)
+            page = student_page(marks, title)
         write_output(self._path / (marks.student + '.html'), page)
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
         write_output(folder / RESULTS, json.dumps(results(marks), indent=1))

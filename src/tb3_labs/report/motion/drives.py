@@ -15,34 +15,22 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState, is_stopped, turned
-from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.epochs import Epoch, epoch_of, epochs
+from tb3_labs.report.motion.goals import Span, spans
 from tb3_labs.report.motion.movements import STRAIGHT_AFTER
-from tb3_labs.report.run_data import GAP, Poses, RunData, once
+from tb3_labs.report.run_data import GAP, Poses, RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: The errors of a drive are measured at rest, at most this long after its end [s].
 SETTLE_TIME = 1.0
-#: A goal belongs to a state if their messages arrived within this time [s].
-SAME_MOMENT = 0.5
 #: Fastest turn in the least possible time of a drive [rad/s]: the package's own limit.
 MAX_ANGULAR = DriveConfig().max_angular
 #: An unknown (distance, angle).
 UNKNOWN = math.nan, math.nan
 
 FIRST, STRAIGHT, LAST = DRIVING
-
-
-@dataclass(frozen=True)
-class Span:
-    """goal_state was `state` from `begin` to `end`; `goal` is in local, None if unknown."""
-
-    state: str
-    begin: float
-    end: float
-    goal: Optional[Pose2]
 
 
 @dataclass(frozen=True)
@@ -69,52 +57,6 @@ class DriveReport:
     def time_to_least(self) -> float:
         """The time as a multiple of the least possible one."""
         return self.time / self.least_time if self.least_time else math.nan
-
-
-@once
-def spans(run: RunData) -> List[Span]:
-    """Returns the states of move_to_goal as Spans, in order.
-
-    A state begins at the stamp of the goal that was sent with it, or else at its arrival.
-    """
-    begins: List[float] = []
-    goals: List[Optional[Pose2]] = []
-    for arrival, own in zip(run.states.arrival, _goals_of_states(run)):
-        begin = float(arrival) if own is None else min(float(arrival), float(run.goals.time[own]))
-        begins.append(max(begins[-1:] + [begin]))
-        before = int(np.searchsorted(run.goals.arrival, arrival, side='right')) - 1
-        goal = before if own is None else own
-        goals.append(run.goals.pose(goal) if goal >= 0 else None)
-    ends = begins[1:] + [max(begins[-1:] + [run.duration])]
-    return [Span(*span) for span in zip(run.states.words, begins, ends, goals)]
-
-
-def _goals_of_states(run: RunData) -> List[Optional[int]]:
-    """Returns for each state the index of the goal that was sent together with it, or None.
-
-    Each pair is sent in the same order; several may arrive at once if the recorder was busy.
-    """
-    goals, following = run.goals.arrival, 0
-    indices: List[Optional[int]] = []
-    for arrival in run.states.arrival:
-        following += int(np.searchsorted(goals[following:], arrival - SAME_MOMENT))
-        is_near = following < len(goals) and goals[following] < arrival + SAME_MOMENT
-        indices.append(following if is_near else None)
-        following += is_near
-    return indices
-
-
-@once
-def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns (time, distance [m], angle [rad]) from the robot to the goal in force, by
-    local_pose."""
-    local, goals = run.local_pose, [(s.begin, s.goal) for s in spans(run) if s.goal is not None]
-    poses = local.take(local.time >= (goals[0][0] if goals else math.inf))
-    if not len(poses):
-        return np.empty(0), np.empty(0), np.empty(0)
-    number = np.searchsorted([begin for begin, _ in goals], poses.time, side='right') - 1
-    x, y, yaw = np.array([(goal.x, goal.y, goal.yaw) for _, goal in goals])[number].T
-    return poses.time, np.hypot(x - poses.x, y - poses.y), wrap_all(yaw - poses.yaw)
 
 
 def drives(run: RunData, model: RobotModel) -> List[DriveReport]:

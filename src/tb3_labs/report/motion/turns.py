@@ -15,7 +15,7 @@ from typing import List, Optional, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.report.motion.drives import spans
+from tb3_labs.report.motion.goals import spans
 from tb3_labs.report.motion.movements import NO_SPEED, TERMINAL, Kind, Movement, movements, programs
 from tb3_labs.report.run_data import ImuSamples, RunData, once
 

@@ -14,12 +14,14 @@ import numpy as np
 
 from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.report.motion.drives import drives, goal_errors, spans
+from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.epochs import epochs
+from tb3_labs.report.motion.goals import goal_errors, spans
 from tb3_labs.report.motion.movements import FASTEST_BY_MOUSE, PAUSE, moving
 from tb3_labs.report.motion.turns import TurnReport, turns
 from tb3_labs.report.page import figures, mistake, tables, timeline
 from tb3_labs.report.page.document import degrees, document, number
+from tb3_labs.report.page.moments import moments
 from tb3_labs.report.run_data import Poses, RunData, yaw_offset
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
@@ -76,7 +78,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
         *('<p>{}</p>'.format(escape(text)) for text in [
             *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]),
         mistake.said_by_node(run), timeline.section(timeline.timeline(
-            run, model, timeline.marks(run, turned, driven))), *mistake.sections(run),
+            run, model, moments(run, turned, driven))), *mistake.sections(run),
         _part('Turns', tables.TURN_COLUMNS, turned, _rule_of_turns(run, turned)) * bool(turned),
         angles, _part('Drives', tables.REACHED_COLUMNS, driven, _rule_of_drives(run) if (
             driven) else nothing_driven(run)) * bool(driven or not turned), ways,

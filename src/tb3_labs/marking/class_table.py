@@ -1,4 +1,6 @@
-"""The table of a class, marks.csv: the marker's columns, and those that a person fills in.
+"""The table of a class, marks.csv, and the page with the same, overview.html.
+
+The table has the marker's columns, and those that a person fills in.
 
 Columns: student, points, of (full marks), the points for each criterion, node, remarks, id (of the
 student on the learning platform), late, decided, reason; then the columns that a person has added.
@@ -12,11 +14,14 @@ has written over the marker's own are taken for both.
 import csv
 import io
 import math
+from html import escape
 from typing import Dict, Mapping, Optional, Sequence
+from urllib.parse import quote
 
 from tb3_labs.marking.labs.criteria import Outcome
-from tb3_labs.marking.marks import Decision, Marks
-from tb3_labs.report.page.document import safe
+from tb3_labs.marking.marks import NOT_JUDGED, Decision, Marks
+from tb3_labs.marking.student_page import symbol
+from tb3_labs.report.page.document import Markup, document, safe, table
 
 #: The first columns; the columns of a person's decision.
 FIRST = STUDENT, POINTS, OF = ['student', 'points', 'of']
@@ -130,3 +135,49 @@ def _number(student: str, name: str, cell: str) -> Optional[float]:
         raise ValueError('{}: {} = {!r} is not valid: a number of at least 0, or nothing'.format(
             student, name, cell[:40]))
     return number
+
+
+# -- the page of all students
+
+#: The heading of a wide column, which has sentences.
+WHY = 'why no points'
+#: A column for each criterion: their names are upright, the page is in landscape.
+WIDE = '''
+@page { size: A4 landscape; }
+body { max-width: 269mm; }
+th, td { padding: 1px 2px; text-align: center; }
+td:first-child { min-width: 7em; overflow-wrap: anywhere; } td:nth-child(2) { white-space: nowrap; }
+td.words { min-width: 9em; overflow-wrap: anywhere; }
+td:nth-child(3):not(:empty) { min-width: 24em; }
+tr { break-inside: avoid; } td details, td summary { margin: 0; font-weight: normal; }
+.upright { writing-mode: vertical-rl; transform: rotate(180deg); white-space: nowrap; }'''
+
+
+def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
+    """The page of all students, HTML; `lab`: its title; `notes`: for the instructor alone."""
+    some = all_marks[0]
+    heads = ['student', 'points', WHY] + [Markup('<span class="upright">{}</span>'.format(
+        escape(v.criterion.name.replace('_', ' ')))) for v in some.graded + some.extra] + [REMARKS]
+    rows = [[Markup('<a href="{}">{}</a>'.format(quote(marks.student + '.html'),
+                                                 escape(marks.student))),
+             '{:g} / {:g}'.format(marks.points, marks.worth) if marks.is_known else NOT_JUDGED,
+             marks.why_none]
+            + ['' if marks.unjudged else symbol(verdict) for verdict in marks.graded + marks.extra]
+            + [_folded(marks.decided + marks.remarks)]
+            for marks in all_marks]
+    look = ['<h2>For the instructor alone</h2>'] * bool(notes) + [
+        '<p>{}</p>'.format(escape(note)) for note in notes]
+    totals = sorted(marks.points for marks in all_marks if marks.is_known)
+    summary = '{} submission{}{}. {}The last {} criteria are beyond the handout.'.format(
+        len(all_marks), '' if len(all_marks) == 1 else 's',
+        '' if len(totals) == len(all_marks) else ', {} {}'.format(
+            len(all_marks) - len(totals), NOT_JUDGED),
+        'Median {:g} of {:g} points. '.format(totals[len(totals) // 2], some.worth)
+        if totals else '', len(some.extra))
+    return document('{}: overview'.format(lab), look + [
+        '<p>{}</p>'.format(escape(summary)), table(heads, rows, words=(WHY, REMARKS))], WIDE)
+
+
+def _folded(sentences):
+    return Markup('<details><summary>{}</summary>{}</details>'.format(
+        len(sentences), escape(' '.join(sentences)))) if sentences else ''

@@ -1,26 +1,31 @@
-"""Feedback: a page and a results.json for each student, and an overview of the class.
+"""The page of one student, and the results.json with the same for Gradescope.
 
-A page needs no other file: it is the report of the recorded trial, with the verdicts on top.
+The page needs no other file: it is the report of the recorded trial, with the verdicts on top.
 
 Gradescope reads results.json. In it each test has a score; the whole score is their sum. The
 student sees all of it as soon as the marking has ended. A submission that was not judged has the
 score 0 and the reason there: Gradescope takes a missing file for a fault of the autograder.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
+import math
 import re
 from dataclasses import replace
 from html import escape, unescape
 from pathlib import Path
-from typing import Any, Dict, List, Sequence
-from urllib.parse import quote
+from typing import Any, Dict, List
 
 import rospkg
 
-from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
-from tb3_labs.marking.marks import NOT_JUDGED, Marks
-from tb3_labs.marking.shown_run import mistake_of, shown
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, Verdict
+from tb3_labs.marking.marks import Marks
+from tb3_labs.marking.trial.observation import (
+    GOAL_POSE, LOCAL_T_WORLD, Observation, samples_of)
 from tb3_labs.report.page import mistake
 from tb3_labs.report.page.document import Markup, document, table
+from tb3_labs.report.page.timeline import mark, section, timeline
+from tb3_labs.report.run_data import Poses, RunData
+from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
 #: A page shows the last SHOWN_LINES lines of each run, each with at most LINE_LENGTH characters.
 SHOWN_LINES, LINE_LENGTH = 15, 300
@@ -28,8 +33,8 @@ SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
            Outcome.NOT_OFFERED: '\N{EN DASH}'}
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
 
-#: Headings of the wide columns, which have sentences.
-SEEN, WHY, REMARKS = 'what was seen, and where to look', 'why no points', 'remarks'
+#: The heading of the wide column, which has sentences.
+SEEN = 'what was seen, and where to look'
 #: A place in a lab sheet, as criteria and hints name it: sheet, heading, step.
 PLACE = re.compile(r'doc/(\w+\.md), "([^"]*)"(?:, step (\d+))?')
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
@@ -43,28 +48,22 @@ td.words { min-width: 20em; }
 pre { font-size: 8pt; background: #f3f3f3; padding: 4px; white-space: pre-wrap;
       overflow-wrap: anywhere; }
 '''
-#: An overview has a column for each criterion: their names are upright, the page is in landscape.
-WIDE = '''
-@page { size: A4 landscape; }
-body { max-width: 269mm; }
-th, td { padding: 1px 2px; text-align: center; }
-td:first-child { min-width: 7em; overflow-wrap: anywhere; } td:nth-child(2) { white-space: nowrap; }
-td.words { min-width: 9em; overflow-wrap: anywhere; }
-td:nth-child(3):not(:empty) { min-width: 24em; }
-tr { break-inside: avoid; } td details, td summary { margin: 0; font-weight: normal; }
-.upright { writing-mode: vertical-rl; transform: rotate(180deg); white-space: nowrap; }'''
 
 
-def feedback(marks: Marks, lab: str) -> str:
+def student_page(marks: Marks, lab: str) -> str:
     """A student's page, HTML; `lab`: its title."""
     places = Places()
-    parts, run = _head(marks, places), shown(marks, places.linked)
+    parts, seen = _head(marks, places), marks.observation
+    has_timeline = seen is not None and bool(seen.truth)
     if not marks.unjudged:
-        parts.append(_verdicts(marks.graded, bool(run), places))
+        parts.append(_verdicts(marks.graded, has_timeline, places))
         if marks.extra:
-            parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra, bool(run), places)]
-    if marks.observation is not None:
-        parts += [run] + _printed(marks.observation)
+            parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra, has_timeline, places)]
+    if seen is not None:
+        if has_timeline:
+            parts += [section(timeline_of(as_run(seen), marks)),
+                      mistake.section(marks.link, marks.mistake, places.linked)]
+        parts += _printed(seen)
     return document('{}: {}'.format(lab, marks.student), parts + places.parts, STUDENTS)
 
 
@@ -72,16 +71,7 @@ def _head(marks, places):
     points = '{:g} of {:g} points.'.format(marks.points, marks.worth)
     return ['<p><b>{}</b> {}</p>'.format(points if marks.is_known else 'Not judged.', escape(
         'Node: {}.'.format(marks.node) if marks.node else ''))] + [
-            '<p>{}</p>'.format(places.linked(text)) for text in decided(marks) + marks.sentences]
-
-
-def decided(marks: Marks) -> List[str]:
-    """The sentence on a person's decision, in a list; [] if there is none."""
-    if marks.decision is None:
-        return []
-    gave = 'A person gave these points; the marker gave {:g}.'.format(
-        sum(verdict.points for verdict in marks.verdicts)) if marks.is_decided else ''
-    return [' '.join(filter(None, [gave, marks.decision.reason]))]
+            '<p>{}</p>'.format(places.linked(text)) for text in [*marks.decided, *marks.sentences]]
 
 
 class Places:
@@ -123,6 +113,42 @@ def _text_at(sheet: str, heading: str, step: str) -> str:
     return text.strip()
 
 
+def timeline_of(run: RunData, marks: Marks) -> Dict[str, Any]:
+    """The timeline's data of a run, the observation of these marks: the robot, the commands, the
+    stimuli of the node, and the moments of criteria that were not met."""
+    seen = marks.observation or Observation('', '')
+    moments = [mark('drive' if GOAL_POSE in stimulus.facts else 'hand', stimulus.begin,
+                    stimulus.name, stimulus.end) for stimulus in seen.stimuli]
+    moments += [mark('hand', begin, "the check's own movement of the robot", end)
+                for begin, end in seen.own_moves]
+    moments += [mark('start', start.begin, 'the node is started') for start in seen.runs]
+    moments += [mark('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
+                for verdict in marks.verdicts
+                if verdict.outcome is Outcome.MISSED and verdict.moment is not None]
+    return timeline(run, MODELS[DEFAULT_MODEL], moments)
+
+
+def as_run(seen: Observation) -> RunData:
+    """Returns the recording of a trial as the timeline takes it. Its poses in ``local`` are the
+    true ones; its resets are the poses at which a drive began; its states are the names of the
+    stimuli."""
+    run = seen.run
+    if run is None:
+        raise ValueError('there is no recording')
+    true = run.ground_truth
+    drives = [stimulus for stimulus in seen.stimuli if GOAL_POSE in stimulus.facts]
+    frames = [Pose2(*drive.facts[LOCAL_T_WORLD]) for drive in drives]
+    ends = [drive.begin for drive in drives[1:]] + [math.inf]
+    resets = [(drive.begin, frame @ true.at(drive.begin))
+              for drive, frame in zip(drives, frames)]
+    return replace(
+        run, name=seen.node, local_pose=Poses.joined(
+            [true.between(drive.begin, end).seen_from(frame)
+             for drive, end, frame in zip(drives, ends, frames)]) if drives else true,
+        resets=samples_of(Poses, [[at, pose.x, pose.y, pose.yaw] for at, pose in resets]),
+        frames=Poses.none())
+
+
 def _verdicts(verdicts, has_timeline, places):
     rows, above = [], set()
     for v in verdicts:
@@ -130,12 +156,13 @@ def _verdicts(verdicts, has_timeline, places):
         above |= {v.seen} - {'', NOT_TRIED}
         if has_timeline and v.moment is not None and v.outcome is Outcome.MISSED:
             sentence = Markup('{} <a href="#t={:.1f}">Watch it</a>'.format(sentence, v.moment))
-        rows.append([v.criterion.meaning, _mark(v), '{:g} / {:g}'.format(
+        rows.append([v.criterion.meaning, symbol(v), '{:g} / {:g}'.format(
             v.points, v.worth) if v.worth else '', sentence])
     return table(['what is asked', '', 'points', SEEN], rows, words=(SEEN,), is_plain=True)
 
 
-def _mark(verdict):
+def symbol(verdict: Verdict) -> Markup:
+    """The outcome of a verdict as a coloured sign, HTML."""
     outcome = verdict.outcome
     if verdict.criterion.extra and outcome is Outcome.MISSED:
         outcome = Outcome.NOT_OFFERED       # what nobody asked for is not wrong
@@ -153,43 +180,13 @@ def _printed(observation):
     return parts
 
 
-def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
-    """The page of all students, HTML; `lab`: its title; `notes`: for the instructor alone."""
-    some = all_marks[0]
-    heads = ['student', 'points', WHY] + [Markup('<span class="upright">{}</span>'.format(
-        escape(v.criterion.name.replace('_', ' ')))) for v in some.graded + some.extra] + [REMARKS]
-    rows = [[Markup('<a href="{}">{}</a>'.format(quote(marks.student + '.html'),
-                                                 escape(marks.student))),
-             '{:g} / {:g}'.format(marks.points, marks.worth) if marks.is_known else NOT_JUDGED,
-             marks.why_none]
-            + ['' if marks.unjudged else _mark(verdict) for verdict in marks.graded + marks.extra]
-            + [_folded(decided(marks) + marks.remarks)]
-            for marks in all_marks]
-    look = ['<h2>For the instructor alone</h2>'] * bool(notes) + [
-        '<p>{}</p>'.format(escape(note)) for note in notes]
-    totals = sorted(marks.points for marks in all_marks if marks.is_known)
-    summary = '{} submission{}{}. {}The last {} criteria are beyond the handout.'.format(
-        len(all_marks), '' if len(all_marks) == 1 else 's',
-        '' if len(totals) == len(all_marks) else ', {} {}'.format(
-            len(all_marks) - len(totals), NOT_JUDGED),
-        'Median {:g} of {:g} points. '.format(totals[len(totals) // 2], some.worth)
-        if totals else '', len(some.extra))
-    return document('{}: overview'.format(lab), look + [
-        '<p>{}</p>'.format(escape(summary)), table(heads, rows, words=(WHY, REMARKS))], WIDE)
-
-
-def _folded(sentences):
-    return Markup('<details><summary>{}</summary>{}</details>'.format(
-        len(sentences), escape(' '.join(sentences)))) if sentences else ''
-
-
 # -- Gradescope
 
 def results(marks: Marks) -> Dict[str, Any]:
     """Returns the object for json.dump(): a test for each criterion, and the rest of the page."""
     places = Places()
     parts = _head(marks, places) + [
-        WATCH.sub('', mistake.section(marks.link, mistake_of(marks), places.linked))]
+        WATCH.sub('', mistake.section(marks.link, marks.mistake, places.linked))]
     if marks.observation is not None:
         parts += _printed(marks.observation)
     return {
