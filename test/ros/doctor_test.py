@@ -90,7 +90,7 @@ class Doctors:
         return program
 
     def _watch(self, program):
-        wait_until(lambda: program.printed[1] or program.status is not None, STARTING)
+        wait_until(lambda: program.lines or program.status is not None, STARTING)
         begun = time.time()
         try:
             status = program.wait(STARTING)

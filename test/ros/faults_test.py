@@ -50,7 +50,7 @@ class FaultsTest(DriveCase):
         self.set(**FAULTLESS)
         self.control.publish(False)
         self.rest()
-        self.printed = {name: node.printed[0] for name, node in self.nodes.items()}
+        self.printed = {name: len(node.text) for name, node in self.nodes.items()}
 
     # -- parts of the tests
 
@@ -69,8 +69,8 @@ class FaultsTest(DriveCase):
 
     def wait_for_line(self, executable, words):
         """Wait until a node has printed `words` in this test."""
-        self.seen.wait_until(lambda: words in self.nodes[executable].text_since(
-            self.printed[executable]), what=words)
+        self.seen.wait_until(lambda: words in self.nodes[executable].text[
+            self.printed[executable]:], what=words)
 
     def drive(self, goal=Pose2(2.0, 0.0, 0.0)):
         """A drive straight ahead, in full motion; `begin` is its first true pose."""

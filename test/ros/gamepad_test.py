@@ -49,7 +49,7 @@ class GamepadTest(WithThumb, DriveCase):
         self.thumb.press(B)
         self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad', STARTING)
         self.rest()
-        self.printed, _ = self.pad.printed
+        self.printed = len(self.pad.text)
 
     def start_pad(self):
         """A new gamepad node, which holds the robot."""
@@ -66,7 +66,7 @@ class GamepadTest(WithThumb, DriveCase):
 
     def said(self, words):
         """The number of times the gamepad node printed `words` in this test."""
-        return self.pad.text_since(self.printed).count(words)
+        return self.pad.text[self.printed:].count(words)
 
     def press_y(self):
         words = 'Pose reset successfully.'

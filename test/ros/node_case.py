@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 import xmlrpc.client
 from bisect import bisect_left
@@ -70,14 +71,20 @@ class Program(processes.Program):
 
     def __init__(self, command, terminal=False, typed='', environment=None, clean=False):
         environment = dict({} if clean else os.environ, **environment or {})
+        self._changed, self.text = threading.Condition(), ''
         if terminal:
-            super().__init__(command, environment)
+            super().__init__(command, environment, self._keep)
             return
         source, printed = os.pipe()
         with tempfile.TemporaryFile() as file:
             file.write(typed.encode())
             file.seek(0)
-            super().__init__(command, environment, (source, file, printed))
+            super().__init__(command, environment, self._keep, (source, file, printed))
+
+    def _keep(self, text):
+        with self._changed:
+            self.text += text
+            self._changed.notify_all()
 
     @property
     def lines(self):
@@ -88,9 +95,9 @@ class Program(processes.Program):
         """Wait until `words` were printed `times` times. RuntimeError with the output if this takes
         longer than `seconds`."""
         with self._changed:
-            if not self._changed.wait_for(lambda: str(self._text).count(words) >= times, seconds):
+            if not self._changed.wait_for(lambda: self.text.count(words) >= times, seconds):
                 raise RuntimeError('waited {:.0f} s in vain for {!r}; printed: {}'.format(
-                    seconds, words, self._text))
+                    seconds, words, self.text))
 
     def end(self, number=signal.SIGINT, seconds=10.0):
         """Send a signal, and wait for the end. Returns the exit status; RuntimeError if the program

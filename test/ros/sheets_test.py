@@ -126,7 +126,7 @@ class Student:
 
     def _look(self):
         """A `then` sees only the text that the terminals print from now on."""
-        self._seen = {name: program.printed[0] for name, program in self._terminals.items()}
+        self._seen = {name: len(program.text) for name, program in self._terminals.items()}
 
     def _run(self, step, patience):
         """Run a command to its end; again if it asks a node that does not answer yet."""
@@ -164,9 +164,9 @@ class Student:
     def _wait_for_output(self, name, output, seconds):
         """Wait until the terminal has printed `output` since the last _look."""
         pattern, program, give_up = promised(output), self._terminals[name], time.monotonic() + seconds
-        while not pattern.search(plain(program.text_since(self._seen.get(name, 0)))):
+        while not pattern.search(plain(program.text[self._seen.get(name, 0):])):
             assert time.monotonic() < give_up, 'not within {} s: {}; printed:\n{}'.format(
-                seconds, output, program.text_since(self._seen.get(name, 0)))
+                seconds, output, program.text[self._seen.get(name, 0):])
             assert program.status is None, 'ended; printed:\n' + program.text
             time.sleep(0.05)
 

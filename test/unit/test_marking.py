@@ -24,7 +24,6 @@ from tb3_labs.marking.student_page import as_run, student_page, timeline_of
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of
 from tb3_labs.marking.class_table import Table
 from tb3_labs.marking.trial.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
-from tb3_labs.marking.trial.processes import BoundedText
 from tb3_labs.marking.labs.gamepad import pad_called, pad_in_words
 from tb3_labs.marking.labs.ros_gamepad import AXES, PAD_BUTTONS_SENT
 from tb3_labs.marking.trial.ros_stage import SCRIPTS, Stage, changed
@@ -176,21 +175,7 @@ def test_an_unknown_pad_is_one_line_with_the_valid_ones(name):
         pad_called(name)
 
 
-# -- text, files, pages
-
-@pytest.mark.parametrize('pieces', [['a' * 5] * 3, ['b' * 50], ['c'] * 45, ['ab\n' * 9] * 9])
-def test_bounded_text_keeps_head_and_tail(pieces):
-    text, whole = BoundedText(kept=10), ''
-    for piece in pieces:
-        before = len(whole)
-        text.append(piece)
-        whole += piece
-        assert text.length == len(whole) and text.lines == whole.count('\n')
-        assert whole.endswith(text.since(before)[-10:])
-        assert len(str(text)) < 100
-        assert str(text) == whole or (
-            str(text).startswith(whole[:10]) and str(text).endswith(whole[-10:]))
-
+# -- files, pages
 
 def handed_in(student, **more):
     return Marks(student, 'lab2/node.py', remarks=['A "remark", <b>.'], **more)

@@ -20,7 +20,8 @@ from tb3_labs.marking.intake.catkin import modules_of
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.lab_names import NODES
 from tb3_labs.marking.intake.packages import NotJudged, find_node, is_aside, source_of
-from tb3_labs.marking.intake.reading import _read, imports_of, is_slip, read
+from tb3_labs.marking.intake.packages import is_slip
+from tb3_labs.marking.intake.reading import _read, imports_of, read
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
 from tb3_labs.marking import marker

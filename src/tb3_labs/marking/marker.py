@@ -3,7 +3,6 @@
 Each submission has its own master, simulated robot, home and log folder, and a time limit. At the
 end none of its processes is left, whatever the submission did.
 """
-import json
 import os
 import re
 import shutil
@@ -25,7 +24,7 @@ from tb3_labs.marking.intake.reading import Reading, read
 from tb3_labs.marking.intake.sandbox import (
     IDENTITY, MODULES, OWN_PACKAGE, PREFIXES, NoSandbox, OtherUser, Sandbox)
 from tb3_labs.marking.intake.submissions import Submission
-from tb3_labs.marking.intake.workspace import COPY, VARIABLE, elsewhere, prepare
+from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare
 from tb3_labs.marking.lab_names import NODES
 from tb3_labs.marking.marks import LABS, Marks, read_trial
 from tb3_labs.marking.marks_folder import MarksFolder
@@ -109,8 +108,7 @@ class Marker:
             marks.remarks.append(self._option.in_words(self._options.option))
         sandbox.hand_over(work / 'ws')
         # the node alone gets the environment of the student's workspace: modules of the submission
-        (work / 'launch.json').write_text(json.dumps(launch))
-        own[VARIABLE] = str(work / 'launch.json')
+        own.update(launch.written(work / 'launch.json'))
         write_output(log, '')       # a new file, never through a link
         with open(str(log), 'w') as file:
             in_time = self._check(marks.node, sandbox, record, own, file)

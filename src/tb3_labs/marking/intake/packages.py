@@ -12,6 +12,7 @@ import re
 import shlex
 import xml.etree.ElementTree as ElementTree
 from functools import lru_cache
+from os.path import commonprefix
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
@@ -41,6 +42,16 @@ ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|tras
 def is_name(text: str) -> bool:
     """Does ROS allow this as the name of a package, a type or a field, and Python too?"""
     return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
+
+
+def is_slip(name: str, near: str) -> bool:
+    """Is a name another one but for a letter, or for two that changed places? Another number is
+    another module (cv, cv2)."""
+    same = sum(len(commonprefix(pair)) for pair in ([name, near], [name[::-1], near[::-1]]))
+    longest = max(len(name), len(near))
+    return (name[0] == near[0] and abs(len(name) - len(near)) < 2
+            and re.sub(r'\d', '', name) != re.sub(r'\d', '', near)
+            and same >= longest - 1 - (sorted(name) == sorted(near)))
 
 
 def files_in(folder: Path) -> List[Path]:

@@ -12,15 +12,14 @@ import subprocess
 import sys
 from contextlib import suppress
 from importlib.machinery import PathFinder
-from os.path import commonprefix
 from pathlib import Path
 from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Set, Tuple
 
 from tb3_labs.marking.intake.archives import CLASS, NEVER, Budget, unpack
 from tb3_labs.marking.intake.catkin import modules_of
 from tb3_labs.marking.intake.packages import (
-    MANIFEST, Choice, NotJudged, digest, find_node, interface_files, is_name, name_in, packages_in,
-    source_of)
+    MANIFEST, Choice, NotJudged, digest, find_node, interface_files, is_name, is_slip, name_in,
+    packages_in, source_of)
 from tb3_labs.marking.intake.submissions import Submission, lay_out
 from tb3_labs.marking.lab_names import NodeNames
 
@@ -242,16 +241,6 @@ def _slips(missing):
     known = {each.name for each in pkgutil.iter_modules(sys.path)}.union(sys.builtin_module_names)
     return {name: near for name in missing for near in sorted(known)
             if len(near) > 3 and is_slip(name, near)}
-
-
-def is_slip(name: str, near: str) -> bool:
-    """Is a name another one but for a letter, or for two that changed places? Another number is
-    another module (cv, cv2)."""
-    same = sum(len(commonprefix(pair)) for pair in ([name, near], [name[::-1], near[::-1]]))
-    longest = max(len(name), len(near))
-    return (name[0] == near[0] and abs(len(name) - len(near)) < 2
-            and re.sub(r'\d', '', name) != re.sub(r'\d', '', near)
-            and same >= longest - 1 - (sorted(name) == sorted(near)))
 
 
 def _types_used(package):

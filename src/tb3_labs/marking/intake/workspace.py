@@ -20,13 +20,14 @@ import sys
 import tempfile
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence
+from typing import Any, Dict, List, Mapping, Optional
 
 import rospkg
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.catkin import (
     RELAY, RELAYED_MODULE, has_relay, modules_of)
+from tb3_labs.marking.intake.launch import ALWAYS, Launch
 from tb3_labs.marking.intake.packages import (
     ACTIONS, MANIFEST, MESSAGES, NAME, SERVICES, interface_files, is_name)
 from tb3_labs.marking.intake.reading import GIVEN, Reading
@@ -58,32 +59,6 @@ ELSEWHERE = re.compile(
     r"""'(\w+)(?:\.[\w.]*)?'.*|AttributeError: 'Thread' object .* 'isAlive')$""", re.MULTILINE)
 #: The folder of a workspace that has the copy of the submission.
 COPY = 'src'
-#: The environment variable with the path of a file that holds a Launch. mark.py writes the file;
-#: another process, the check, reads it and starts the node.
-VARIABLE = 'TB3_LABS_LAUNCH'
-#: The node dies with the process that tries it out. If the processor is busy, the robot comes
-#: before the node.
-ALWAYS = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
-
-
-class Launch(NamedTuple):
-    """The start of a node: `prefix`, then its own command."""
-
-    prefix: Sequence[str] = ALWAYS + NoSandbox().command([])
-    environment: Optional[Dict[str, str]] = None            # None: the environment of this process
-    types: Optional[Dict[str, Any]] = None      # of the student; see describe.py
-    isolated: bool = False
-    program: str = ''           # the path of the node; '': rosrun finds it
-    package: str = ''           # its name
-    copy: str = ''              # the folder of the submission
-    text: str = ''              # the path of the node's file in it
-
-    @classmethod
-    def given(cls) -> 'Launch':
-        """The Launch that mark.py wrote; without mark.py, one without a sandbox."""
-        if VARIABLE not in os.environ:
-            return cls()
-        return cls(*json.loads(Path(os.environ[VARIABLE]).read_text()))
 
 
 def prepare(reading: Reading, workspace: Path, environment: Mapping[str, str],

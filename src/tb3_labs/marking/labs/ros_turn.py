@@ -40,9 +40,8 @@ def exercise(stage):
         stage.robot.face(degrees - offset)
         heading = (stage.recorder.heading_deg + offset) % 360.0
         with stage.stimulus(name, {asked_imu.HEADING_DEG: heading}):
-            characters, _ = node.printed
-            wait_until(lambda: not node.alive or len(asked_imu.headings(
-                node.text_since(characters))) > 2, asked_imu.READING)   # at up to 200 a second
+            wait_until(lambda: not node.alive or len(asked_imu.headings(node.printed)) > 2,
+                       asked_imu.READING)      # at up to 200 a second
     stage.ctrl_c()
 
 

@@ -14,7 +14,7 @@ from typing import Any, Dict, Iterable, Iterator, List, Tuple
 
 from pyflakes import checker, messages
 
-from tb3_labs.marking.intake.reading import is_slip
+from tb3_labs.marking.intake.packages import is_slip
 from tb3_labs.marking.text.program_text import LARGEST, LIMITS
 
 PROGRAM = '''import json, sys

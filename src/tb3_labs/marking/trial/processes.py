@@ -32,12 +32,11 @@ class Program:
     """Runs ``command`` (a list of words) in a process group and a pseudo-terminal of its own, as if
     a person had started it.
 
-    Output and errors are one text; its beginning and its end are kept. `environment`: None for this
-    process's. `ends`: where its output is read, its own input and output, in place of a terminal.
-    ``on_text(text)`` is called with each part of the output.
+    ``on_text(text)`` is called with each part of its output and errors. `ends`: where its output is
+    read, its own input and output, in place of a terminal.
     """
 
-    def __init__(self, command, environment=None, ends=None, on_text=lambda text: None):
+    def __init__(self, command, environment, on_text, ends=None):
         self._on_text = on_text
         if ends is None:
             source, theirs = pty.openpty()
@@ -46,12 +45,9 @@ class Program:
         self._process = subprocess.Popen(
             command, stdin=typed, stdout=printed, stderr=printed,
             # otherwise text that is printed to a pipe is seen only at the end
-            env=dict(os.environ if environment is None else environment, PYTHONUNBUFFERED='1',
-                     PYTHON_COLORS='0'),
+            env=dict(environment, PYTHONUNBUFFERED='1', PYTHON_COLORS='0'),
             start_new_session=True)
         os.close(printed)
-        self._changed = threading.Condition()    # guards the text
-        self._text = BoundedText()
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -61,31 +57,10 @@ class Program:
                 chunk = os.read(self._source, 65536)
             except OSError:    # the other side of a pseudo-terminal is closed
                 chunk = b''
-            text = chunk.decode(errors='replace').replace('\r\n', '\n')
-            self._on_text(text)
-            with self._changed:
-                self._text.append(text)
-                self._changed.notify_all()
+            self._on_text(chunk.decode(errors='replace').replace('\r\n', '\n'))
             if not chunk:
                 return
             time.sleep(len(chunk) / 1e6)    # a long output does not load the computer
-
-    @property
-    def text(self):
-        """Everything printed so far."""
-        with self._changed:
-            return str(self._text)
-
-    @property
-    def printed(self):
-        """(number of characters, number of lines) printed so far."""
-        with self._changed:
-            return self._text.length, self._text.lines
-
-    def text_since(self, characters):
-        """The text printed after the first `characters`, as far as it is kept."""
-        with self._changed:
-            return self._text.since(characters)
 
     @property
     def pid(self):
@@ -110,37 +85,6 @@ class Program:
         """End it at once (SIGKILL)."""
         self.send(signal.SIGKILL)
         self._process.wait()
-
-
-class BoundedText:
-    """The beginning and the end of an output, which may be endless: `kept` characters of each."""
-
-    def __init__(self, kept=100000):
-        self._kept, self._head, self._tail = kept, '', ''
-        #: Numbers of characters and of line ends so far, also of dropped ones.
-        self.length = self.lines = 0
-
-    def append(self, text):
-        """Add `text` at the end."""
-        self.length += len(text)
-        self.lines += text.count('\n')
-        room = self._kept - len(self._head)
-        self._head += text[:room]
-        self._tail += text[room:]
-        if len(self._tail) > 2 * self._kept:    # not at each call: it copies the text
-            self._tail = self._tail[-self._kept:]
-
-    def __str__(self):
-        dropped = self.length - len(self._head) - len(self._tail)
-        if not dropped:
-            return self._head + self._tail
-        return '{}\n... {} characters are left out here ...\n{}'.format(
-            self._head, dropped, self._tail)
-
-    def since(self, length):
-        """The text after the first `length` characters, as far as it is kept."""
-        tail_begins = self.length - len(self._tail)
-        return self._head[length:] + self._tail[max(0, length - tail_begins):]
 
 
 # -- the end

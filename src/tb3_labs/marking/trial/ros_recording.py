@@ -111,10 +111,13 @@ class Output:
     def __init__(self, recording):
         self._recording, self._guard = recording, threading.Lock()
         self._text, self._left_out, self._lines, self._free_at = '', 0, 0, 0.0
+        #: The last of what was printed since the latest `flush`.
+        self.last = ''
 
     def add(self, text):
         """Take in what was printed; more than PRINTED_A_SECOND waits, and may be left out."""
         with self._guard:
+            self.last = (self.last + text)[-PRINTED_A_SECOND:]
             self._text += text
             excess = len(self._text) - self._most
             if excess > 0:
@@ -132,6 +135,7 @@ class Output:
         """Record what waits: an event comes, which is later than all that was printed so far."""
         with self._guard:
             self._hand_over()
+            self.last = ''
 
     def _hand_over(self):
         if self._text:

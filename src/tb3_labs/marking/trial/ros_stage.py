@@ -17,7 +17,7 @@ from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.marking.intake.sandbox import OWN_PACKAGE
-from tb3_labs.marking.intake.workspace import Launch
+from tb3_labs.marking.intake.launch import Launch
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, TOOK
 from tb3_labs.marking.trial.evidence import CTRL_C

@@ -23,7 +23,7 @@ from tb3_labs.marking.trial.processes import Program, ResourceWatch
 from tb3_labs.marking.trial.ros_recording import ROBOT, Output
 from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.intake.sandbox import OWN_FOLDERS
-from tb3_labs.marking.intake.workspace import Launch
+from tb3_labs.marking.intake.launch import Launch
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.watch.start import watched
 
@@ -78,7 +78,7 @@ class StudentNode:
         environment = dict(self._launch.environment or watched(os.environ))
         environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # each has its own
         self._process = Program([*self._launch.prefix, *self._what, *arguments], environment,
-                                on_text=self._output.add)
+                                self._output.add)
         if self._launch.program:        # of a submission
             self._watch = ResourceWatch(
                 self._process.pid, OWN_FOLDERS if self._launch.isolated else (), os.getppid())
@@ -138,12 +138,8 @@ class StudentNode:
 
     @property
     def printed(self):
-        """The length of the process's output so far: (characters, lines)."""
-        return self._process.printed
-
-    def text_since(self, characters):
-        """Returns the output after its first `characters`, as far as it is kept."""
-        return self._process.text_since(characters)
+        """The last output since it was recorded by `flush`, as when a stimulus begins."""
+        return self._output.last
 
     def flush(self):
         """Record the output so far."""

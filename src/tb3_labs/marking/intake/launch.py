@@ -1,0 +1,39 @@
+"""The start of a submission's node, as the intake prepares it and the trial carries it out."""
+import json
+import os
+from pathlib import Path
+from typing import Any, Dict, NamedTuple, Optional, Sequence
+
+from tb3_labs.marking.intake.sandbox import NoSandbox
+
+#: The environment variable with the path of a file that holds a Launch.
+VARIABLE = 'TB3_LABS_LAUNCH'
+#: The node dies with the process that tries it out. If the processor is busy, the robot comes
+#: before the node.
+ALWAYS = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
+
+
+class Launch(NamedTuple):
+    """The start of a node: `prefix`, then its own command. mark.py writes it into a file; another
+    process, the check, reads it and starts the node."""
+
+    prefix: Sequence[str] = ALWAYS + NoSandbox().command([])
+    environment: Optional[Dict[str, str]] = None            # None: the environment of this process
+    types: Optional[Dict[str, Any]] = None      # of the student; see describe.py
+    isolated: bool = False
+    program: str = ''           # the path of the node; '': rosrun finds it
+    package: str = ''           # its name
+    copy: str = ''              # the folder of the submission
+    text: str = ''              # the path of the node's file in it
+
+    @classmethod
+    def given(cls) -> 'Launch':
+        """The Launch that mark.py wrote; without mark.py, one without a sandbox."""
+        if VARIABLE not in os.environ:
+            return cls()
+        return cls(*json.loads(Path(os.environ[VARIABLE]).read_text()))
+
+    def written(self, path: Path) -> Dict[str, str]:
+        """Write it into a file; the variable by which a process finds it."""
+        path.write_text(json.dumps(self))
+        return {VARIABLE: str(path)}
