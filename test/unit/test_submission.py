@@ -361,6 +361,15 @@ def test_what_listens_can_be_the_node(tmp_path):
         find_node(workspace.Path('/nowhere'), TURN)
 
 
+def test_the_node_of_another_lab_is_not_judged(tmp_path):
+    """It listens to the same topic; by its own lab's name it is known, unless it has this lab's class."""
+    listens = "rospy.Subscriber('imu', Imu, f)"
+    with pytest.raises(NotJudged, match=r'There is no turtlebot_controller\.py, .*ice6/src/imu_sub\.py'):
+        find_node(repository(tmp_path, TURN, {'ice6/src/imu_sub.py': listens}), TURN)
+    mine = repository(tmp_path, TURN, {'ice6/src/imu_sub.py': listens + '\nclass Controller:\n'})
+    assert find_node(mine, TURN).path == 'ice6/src/imu_sub.py'
+
+
 def test_package_and_name_overrule(tmp_path):
     """The package's name in package.xml is used, not only its folder's."""
     folder = repository(tmp_path, TURN, {

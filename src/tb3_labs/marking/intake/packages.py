@@ -16,7 +16,7 @@ from os.path import commonprefix
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from tb3_labs.marking.lab_names import NodeNames
+from tb3_labs.marking.lab_names import NODES, NodeNames
 
 #: A name of a package, a type or a field that ROS allows. `\\w` would allow more letters.
 NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
@@ -153,9 +153,10 @@ class _Candidate(NamedTuple):
 def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -> Choice:
     """The file below `folder` that is the node of a lab.
 
-    A file can be the node if it has a usual name, or listens to the lab's topic, or has the names
-    of class and node. If `package` or `name` is given, only such files are taken; `name` may be a
-    path, in the printed form. ``NotJudged`` if no file is left.
+    A file can be the node if it has a usual name, or listens to the lab's topic and has not the
+    usual name of another lab's node, or has the names of class and node. If `package` or `name` is
+    given, only such files are taken; `name` may be a path, in the printed form. ``NotJudged`` if no
+    file is left.
     """
     packages = (package,) if package else lab.packages
     names = (os.path.basename(name),) if name else lab.files
@@ -238,8 +239,10 @@ def _signs(lab, text):
 
 def _can_be_the_node(candidate, names, name):
     said = candidate.said
-    return candidate.name < len(names) or not name and (
-        len(said) >= 2 or any(clause.startswith(LISTENS_TO) for clause in said))
+    # a node of another lab may listen to the same topic
+    is_other = any(os.path.basename(candidate.path) in other.files for other in NODES.values())
+    return candidate.name < len(names) or not name and (len(said) >= 2 or not is_other and any(
+        clause.startswith(LISTENS_TO) for clause in said))
 
 
 def _remarks(found, packages, names):
