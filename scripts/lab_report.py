@@ -11,6 +11,7 @@ from pathlib import Path
 
 from tb3_labs.command_line import Parser, number_or_text, printable, whole_number
 from tb3_labs.geometry.se2 import TypedPose
+from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 from tb3_labs.terminal import run_tool
 
@@ -28,7 +29,8 @@ def parse(words):
                         help='where to write; default: RUN_report beside the bag')
     parser.add_argument('--goal', nargs=3, type=number_or_text, metavar=('X', 'Y', 'YAW_DEG'),
                         help='goal in the local frame [m, m, deg] of drives whose goal was not '
-                        "recorded; default: the lab's, -0.61 0.61 0")
+                        "recorded; default: the lab's, {:g} {:g} {:g}".format(
+                            GOAL_X, GOAL_Y, GOAL_YAW_DEG))
     parser.add_argument('--ns', metavar='ROBOT', help='namespace of the robot, / for none')
     parser.add_argument('--model', choices=sorted(MODELS), default=DEFAULT_MODEL,
                         help='the robot with these limits; default: %(default)s')

@@ -20,6 +20,10 @@ from matplotlib.patches import Arc, Circle, Ellipse, FancyBboxPatch
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.handout import (
+    ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, HDG_TOL, K_HDG,
+    MAX_ANG_Z, MIN_ANG_Z)
+from tb3_labs.report.motion.movements import LAB_GOAL
 from tb3_labs.report.page.figures import BLUE, GREEN, GREY, ORANGE
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -29,7 +33,7 @@ DOC = ROOT / 'doc'
 A_T_B = Pose2(2.0, 1.0, math.atan2(0.8, 0.6))
 A_T_ROBOT = Pose2(1.0, 3.0, A_T_B.yaw + math.pi / 2.0)
 #: The lab's goal in local, and the distance at which the lab's own law stops [m].
-GOAL, NEAR = Pose2(-0.61, 0.61, 0.0), 0.15
+GOAL, NEAR = LAB_GOAL, DISTANCE_TOLERANCE
 #: Yaw of the IMU minus yaw of the odometry, of a real Burger [deg].
 OFFSET_DEG = -34.6
 #: Time between two commands of the lab's law [s].
@@ -158,11 +162,12 @@ def drive():
     while states:
         linear = angular = 0.0
         if states[0] == 'MOVE_FORWARD':
-            linear, is_over = 0.15, pose.distance_to(GOAL) <= NEAR
+            linear, is_over = DRIVE_SPEED, pose.distance_to(GOAL) <= NEAR
         else:
             final = states[0] == 'ROTATE_TO_FINAL'
             error = difference(GOAL.yaw if final else pose.bearing_to(GOAL), pose.yaw)
-            angular, is_over = (0.5 if final else 0.3) * error, abs(error) <= 0.05
+            angular = (GAIN_TO_FINAL if final else GAIN_TO_GOAL) * error
+            is_over = abs(error) <= ANGLE_TOLERANCE
         if is_over:
             del states[0]
         else:
@@ -288,15 +293,15 @@ def error_on_the_circle():
     angle(left, Pose2(), -10.0, 80.0, 0.45, '+90', GREEN)
     angle(left, Pose2(), 80.0, 350.0, 0.3, '-270', ORANGE)
     error = np.linspace(-40.0, 40.0, 1601)
-    error[np.abs(error) < 10.0] = np.nan
-    command = np.sign(error) * np.clip(0.1 * np.abs(error), 0.5, 1.5)
+    error[np.abs(error) < HDG_TOL] = np.nan
+    command = np.sign(error) * np.clip(K_HDG * np.abs(error), MIN_ANG_Z, MAX_ANG_Z)
     right.plot(error, command, color=BLUE)
-    right.plot([-10.0, 10.0], [0.0, 0.0], color=BLUE, linewidth=3.0)
-    right.axvspan(-10.0, 10.0, facecolor='#d3e8d3', linewidth=0.0)
+    right.plot([-HDG_TOL, HDG_TOL], [0.0, 0.0], color=BLUE, linewidth=3.0)
+    right.axvspan(-HDG_TOL, HDG_TOL, facecolor='#d3e8d3', linewidth=0.0)
     right.text(0.0, 1.3, 'HDG_TOL\nstop', ha='center', va='center', fontsize=9, color=GREEN)
     right.grid(color='#e4e4e4', linewidth=0.6)
     right.set(xlabel='heading error [deg]', ylabel='angular.z [rad/s]', ylim=(-1.8, 1.85))
-    for height, name in ((1.5, 'MAX_ANG_Z'), (-1.5, '-MAX_ANG_Z')):
+    for height, name in ((MAX_ANG_Z, 'MAX_ANG_Z'), (-MAX_ANG_Z, '-MAX_ANG_Z')):
         right.axhline(height, color=GREY, linewidth=0.8, linestyle=':')
         right.text(39.0, height + 0.08, name, fontsize=8, color=GREY, ha='right')
     return figure

@@ -13,6 +13,9 @@ from make_figures import DOC, GOAL, NEAR, mark_goal, new_figure, plain, robot, w
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.handout import (
+    ANGLE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, HDG_TOL, K_HDG, MAX_ANG_Z, MIN_ANG_Z,
+    TURN_DEG)
 from tb3_labs.report.page.figures import BLUE, GREY, ORANGE
 
 #: Time between two commands, and a picture's longest drive and turn [s].
@@ -54,15 +57,16 @@ def drive(believes, declared):
         linear = angular = 0.0
         if state == 'ROTATE_TO_GOAL':
             error = wrap(math.atan2(GOAL.y - here.y, GOAL.x - here.x) - here.yaw)
-            angular, state = 0.3 * error, state if abs(error) > 0.05 else 'MOVE_FORWARD'
+            angular = GAIN_TO_GOAL * error
+            state = state if abs(error) > ANGLE_TOLERANCE else 'MOVE_FORWARD'
         elif state == 'MOVE_FORWARD':
-            linear = 0.15
+            linear = DRIVE_SPEED
             if math.hypot(here.x - GOAL.x, here.y - GOAL.y) < NEAR:
                 state = 'ROTATE_TO_FINAL'
         else:
             error = wrap(GOAL.yaw - here.yaw)
-            angular = 0.5 * error
-            if abs(error) < 0.05:
+            angular = GAIN_TO_FINAL * error
+            if abs(error) < ANGLE_TOLERANCE:
                 break
         odom = odom @ Pose2(linear * TICK, 0.0, angular * TICK)
         if true[-1].distance_to(declared) > FAR:
@@ -111,18 +115,18 @@ def wrong_drives():
 
 def turn(start, side, wrapped=True, clamped=True):
     """The heading over time [s], [deg] of a turn from `start` [deg]; `side`: 1 left, -1 right."""
-    goal = start + side * 90.0
+    goal = start + side * TURN_DEG
     heading, turned = start, [start]
     for _ in range(int(LONGEST_TURN / TICK)):
         error = goal - heading % 360.0
         error = difference_degrees(error, 0.0) if wrapped else error
-        command = 0.1 * error
+        command = K_HDG * error
         if command > 0.0:
-            command = min(max(command, 0.5), 1.5)
+            command = min(max(command, MIN_ANG_Z), MAX_ANG_Z)
         elif clamped:
-            command = max(min(command, -0.5), -1.5)
+            command = max(min(command, -MIN_ANG_Z), -MAX_ANG_Z)
         command = max(-FASTEST_TURN, min(command, FASTEST_TURN))
-        if abs(error) < 10.0:
+        if abs(error) < HDG_TOL:
             command = 0.0
         heading += math.degrees(command) * TICK
         turned.append(heading)
@@ -140,7 +144,7 @@ def draw_turns(shown):
     """Turns side by side: the heading over time, continuous over whole turns."""
     figure = new_figure(2.55 * len(shown), 2.8)
     for axes, (title, turned, goal) in zip(figure.subplots(1, len(shown)), shown):
-        axes.axhspan(goal - 10.0, goal + 10.0, facecolor='#d3e8d3', linewidth=0.0)
+        axes.axhspan(goal - HDG_TOL, goal + HDG_TOL, facecolor='#d3e8d3', linewidth=0.0)
         axes.plot([k * TICK for k in range(len(turned))], turned, color=BLUE)
         axes.set_title(title, fontsize=9)
         axes.tick_params(labelsize=7)

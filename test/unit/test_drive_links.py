@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from played_drive import played
+from tb3_labs.handout import MAX_SPEED
 from tb3_labs.marking.trial.observation import Observation, Run, Stimulus, with_stimuli
 from tb3_labs.report.run_data import Variables
 from tb3_labs.watch.chain import Inside, first_broken
 from tb3_labs.watch.labs import CHAINS
 from tb3_labs.watch.drive_pose import APART, places, wrong_pose
-from tb3_labs.watch.drive_links import FASTEST
 from tb3_labs.watch.quantities import RECENT
 
 X, Y = 'self.local_x = cos * dx + sin * dy', 'self.local_y = -sin * dx + cos * dy'
@@ -176,7 +176,7 @@ def test_a_place_is_identified_as_what_it_follows_or_as_one_that_is_equal_on_thi
     for words in named.group(1).split(', or ') if named else []:
         other = next(each for each in table if each.words == words)
         apart = np.abs(axis(other.value - quantity.value))[other.time > 0.0]
-        assert np.quantile(apart, 0.2) < APART + FASTEST * RECENT, (found.words, quantity.words)
+        assert np.quantile(apart, 0.2) < APART + MAX_SPEED * RECENT, (found.words, quantity.words)
 
 
 def test_a_trial_has_its_resets_by_its_calls_and_after_one_that_failed_the_frame_is_unknown():

@@ -14,7 +14,7 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SOURCES = ROOT / 'src' / 'tb3_labs'
 #: The notions, from the ground up; a room imports only from lower floors, and from itself.
-NOTIONS = [{'terminal'}, {'config', 'command_line', 'drawing'}, {'geometry'}, {'robot', 'supervision'},
+NOTIONS = [{'handout'}, {'terminal'}, {'config', 'command_line', 'drawing'}, {'geometry'}, {'robot', 'supervision'},
            {'localization', 'control', 'watch'}, {'nodes'}]
 #: The parts that a tool takes from other tools. Each holds all of one tool, its ROS in files named ros_*.py.
 TOOLS = {'simulation': set(), 'report': {'simulation'}, 'marking': {'report'},

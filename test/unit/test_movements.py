@@ -9,8 +9,6 @@ from made_run import drive, driven, goals, made, resets, turn, values
 from recorded_run import BURGER, odometry_jumps
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.labs.move2goal import GOAL
-from tb3_labs.nodes.move_to_goal.core import MoveToGoalConfig
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.epochs import epochs
 from tb3_labs.report.motion.movements import LAB_GOAL, CAME_TO_REST, CONTROL_GONE, Kind, completed, movements
@@ -116,10 +114,6 @@ def run_of(segments=BACK, **parts):
 
 def drives_of(run):
     return drives(run, BURGER)
-
-
-def test_the_labs_goal_is_one_in_all_rooms():
-    assert LAB_GOAL == MoveToGoalConfig().goal == Pose2(*GOAL)
 
 
 def test_a_drive_by_numbers():

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple, Optional, Tuple
 
+from tb3_labs import handout
 from tb3_labs.config import Config, setting
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
@@ -43,10 +44,10 @@ class DriveConfig(Config):
 class GoalState(Enum):
     """The state of a drive."""
 
-    ROTATE_TO_GOAL = 'ROTATE_TO_GOAL'
-    MOVE_FORWARD = 'MOVE_FORWARD'
-    ROTATE_TO_FINAL = 'ROTATE_TO_FINAL'
-    GOAL_REACHED = 'GOAL_REACHED'
+    ROTATE_TO_GOAL = handout.ROTATE_TO_GOAL
+    MOVE_FORWARD = handout.MOVE_FORWARD
+    ROTATE_TO_FINAL = handout.ROTATE_TO_FINAL
+    GOAL_REACHED = handout.GOAL_REACHED
 
 
 #: Names of the states in which the robot drives, in order.
@@ -150,8 +151,8 @@ class Announcer:
         if status.failure:
             self._news.tell('Goal ({}) given up: {}'.format(status.goal, status.failure), True)
         elif not status.active:
-            self._news.tell('Goal reached! {:.3f} m and {:.1f} deg off, after {:.1f} s'.format(
-                *status.left(motion), now - self._begun_at))
+            self._news.tell('{}! {:.3f} m and {:.1f} deg off, after {:.1f} s'.format(
+                handout.SAYS_REACHED, *status.left(motion), now - self._begun_at))
         elif status.words in DRIVING:
             if begins:
                 self._news.tell('Goal ({}): {}'.format(status.goal, to_go(*status.left(motion))))

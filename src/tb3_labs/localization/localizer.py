@@ -19,6 +19,7 @@ from typing import List, Optional
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.handout import SAYS_POSE_SET
 from tb3_labs.localization.door import Heard, SenderClock, YawNoise
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFilter
@@ -68,7 +69,7 @@ class Reset:
     @property
     def answer(self) -> str:
         """Its outcome in words, once it is over."""
-        return self.problem or 'Local pose set to {}{}'.format(self.declared, self.hint)
+        return self.problem or '{} to {}{}'.format(SAYS_POSE_SET, self.declared, self.hint)
 
     def give_up(self) -> None:
         """The caller waits no longer: the old frame stays."""

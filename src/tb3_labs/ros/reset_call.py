@@ -8,6 +8,7 @@ import math
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 
+from tb3_labs.handout import SET_POSE
 from tb3_labs.srv import ResetPose, SetInitialPose
 
 #: The covariance in the handout. The service was AMCL's at first, and AMCL requires a covariance.
@@ -27,7 +28,7 @@ def call_reset(x, y, yaw_deg):
 
 
 def _call_as_in_the_handout(x, y, yaw_deg):
-    service, message = rospy.resolve_name('set_pose'), PoseWithCovarianceStamped()
+    service, message = rospy.resolve_name(SET_POSE), PoseWithCovarianceStamped()
     message.header.frame_id, message.header.stamp = 'map', rospy.Time.now()
     message.pose.covariance, pose = COVARIANCE, message.pose.pose
     pose.position.x, pose.position.y, half = x, y, math.radians(yaw_deg) / 2.0

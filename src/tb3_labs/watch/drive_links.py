@@ -7,17 +7,18 @@ from typing import Iterator, List, NamedTuple, Optional, Tuple
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.handout import (
+    ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_X, GOAL_Y,
+    GOAL_YAW_DEG, MAX_SPEED, STATES)
 from tb3_labs.watch.chain import Broken, Inside, stays
 from tb3_labs.watch.drive_pose import (
     APART, LATE, MOST, SOON, USED, frames, steered, unit_of)
 from tb3_labs.watch.turn_links import other_fields, short
 
-#: The handout's law: the states and their tolerances [rad], [m], the gain of each rotation [1/s],
-#: the speed and the robot's limit [m/s], the goal [m], [rad].
-STATES = ('ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED')
-TOLERANCES = {STATES[0]: 0.05, STATES[1]: 0.15, STATES[2]: 0.05}
-GAINS, SPEED, FASTEST = {STATES[0]: 0.3, STATES[2]: 0.5}, 0.15, 0.22
-GOAL = {'goal_x': -0.61, 'goal_y': 0.61, 'goal_yaw': 0.0}
+#: The tolerance of each state [rad], [m]; the gain of each rotation [1/s]; the goal [m], [rad].
+TOLERANCES = dict(zip(STATES, (ANGLE_TOLERANCE, DISTANCE_TOLERANCE, ANGLE_TOLERANCE)))
+GAINS = {STATES[0]: GAIN_TO_GOAL, STATES[2]: GAIN_TO_FINAL}
+GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians(GOAL_YAW_DEG))}
 #: A longer pause between commands is a mistake [s].
 PAUSE = 0.45
 
@@ -189,9 +190,9 @@ def wrong_command(inside: Inside, part: Part) -> Optional[Broken]:
             part.state, part.end - part.begin), part.begin)
     if part.state == STATES[1]:
         speed = float(np.median(part.linear))
-        return None if 0.0 < speed <= FASTEST + 0.01 else Broken(
+        return None if 0.0 < speed <= MAX_SPEED + 0.01 else Broken(
             said + '{:.2f}, by the handout it is {:g}{}'.format(
-                speed, SPEED, '' if speed else inside.known(other_fields)), part.begin, name)
+                speed, DRIVE_SPEED, '' if speed else inside.known(other_fields)), part.begin, name)
     (words, gain), (right, left) = law(inside, part), next(forms(part, inside))
     if words and (words != right or gain < 0.0):
         return Broken(said + '{:.2g} x ({}); by the handout it is {:g} x ({})'.format(
@@ -266,7 +267,7 @@ def slow_law(inside: Inside) -> Optional[Broken]:
         if pause > PAUSE:
             return Broken('commands came every {:.1f} s; the handout has ten a second'.format(
                 pause), part.begin)
-        asked = GAINS.get(part.state, SPEED)
+        asked = GAINS.get(part.state, DRIVE_SPEED)
         own = law(inside, part)[1] if part.state in GAINS else float(np.median(part.linear))
         if abs(own - asked) > 0.05 * asked:
             return Broken('in {} {} {:.2g}, by the handout it is {:g}'.format(

@@ -10,6 +10,8 @@ from typing import List, Optional
 
 import numpy as np
 
+from tb3_labs.handout import (
+    ANGULAR_AXIS, LINEAR_AXIS, MAX_SPEED, MAX_TURN, MOUSE_DEAD_ZONE, MOUSE_FULL, SAYS_HEADING)
 from tb3_labs.watch.chain import Broken, Inside, belief, example, stays
 from tb3_labs.watch.inputs import ANSWERED, Device, events_of, law, link_of, stimulus, unanswered
 from tb3_labs.watch.quantities import Quantity, delay, followed
@@ -17,8 +19,8 @@ from tb3_labs.watch.variables import Series
 
 # -- the gamepad
 
-#: The fields of a command; the handout's speeds of a full stick [m/s], [rad/s], and its axes.
-FIELDS, FACTORS, AXES = ('linear.x', 'angular.z'), (0.22, 2.84), (1, 3)
+#: The fields of a command.
+FIELDS = ('linear.x', 'angular.z')
 #: The stimuli that show a pad's axes.
 STICKS = 'left stick up', 'right stick left'
 
@@ -26,7 +28,8 @@ STICKS = 'left stick up', 'right stick left'
 def axes(inside: Inside) -> List[int]:
     """The axes that drive and turn on the pad that the check played, or those of the handout."""
     heard, found = inside.run.pad, []
-    for begin, usual in zip([stimulus(inside, stick) for stick in STICKS], AXES):
+    for begin, usual in zip([stimulus(inside, stick) for stick in STICKS],
+                            (LINEAR_AXIS, ANGULAR_AXIS)):
         moved = np.abs(heard.between(begin - 0.01, begin + 0.2).axes).sum(axis=0)
         found.append(int(np.argmax(moved)) if moved.any() else usual)
     return found
@@ -45,7 +48,7 @@ def stick_laws(inside: Inside) -> List[Optional[Broken]]:
     forms = [Quantity(name, pad.time, value, 1.0) for name, value in zip(pad.names, pad.value.T)]
     found = [law(inside, pad, inside.run.commands, name,
                  [forms[axis], *forms], factor)
-             for name, factor, axis in zip(FIELDS, FACTORS, inside.known(axes))]
+             for name, factor, axis in zip(FIELDS, (MAX_SPEED, MAX_TURN), inside.known(axes))]
     return [each and each._replace(is_weak=each.is_weak or stimulus(inside, STICKS[0]) == np.inf)
             for each in found]
 
@@ -87,8 +90,8 @@ PAD_LINKS = link_of(stick_laws, weak=False), wrong_control, link_of(stick_laws, 
 
 #: `turning` is known within READ [s]. The part of mixed commands at which zero begins or ends.
 READ, MIXED = 0.15, 0.3
-#: The handout's factor [m/s], [rad/s], and its dead zone. No turn comes before the stimulus BESIDE.
-HALF, DEAD, BESIDE = 0.5, 0.25, 'l beside the mouse'
+#: No turn comes before this stimulus.
+BESIDE = 'l beside the mouse'
 
 
 def mouse(inside: Inside) -> Device:
@@ -111,7 +114,7 @@ def mouse_laws(inside: Inside) -> List[Optional[Broken]]:
     """The Broken of each field that follows the mouse."""
     commands, heard = inside.run.commands, inside.run.mouse
     commands = commands.take(turning(inside, commands.arrival) == 0.0)
-    x, y = np.abs(heard.x) > DEAD, np.abs(heard.y) > DEAD
+    x, y = np.abs(heard.x) > MOUSE_DEAD_ZONE, np.abs(heard.y) > MOUSE_DEAD_ZONE
     forms = {axis: [Quantity(axis + zone + active, heard.arrival, place * is_far * is_on, 1.0)
                     for (zone, is_far), (active, is_on) in product(
                         ((' outside of the dead zone', far), ('', 1.0),
@@ -121,7 +124,8 @@ def mouse_laws(inside: Inside) -> List[Optional[Broken]]:
     straight, back, turn = (
         law(inside, mouse(inside), commands, FIELDS[axis == 'x'], forms[axis] + other, factor)
         for axis, other, factor in (
-            ('y', forms['x'], HALF), ('y', forms['x'], -HALF), ('x', forms['y'], -HALF)))
+            ('y', forms['x'], MOUSE_FULL), ('y', forms['x'], -MOUSE_FULL),
+            ('x', forms['y'], -MOUSE_FULL)))
     is_up = any(event.get('up') for _, event in events_of(inside, 'mouse client'))
     # the y of a client that is not known may count down
     return [straight if is_up or back else None, turn]
@@ -131,7 +135,7 @@ def mouse_ignored(inside: Inside) -> Optional[Broken]:
     """Does the mouse give commands, and a zero in its middle and when it is deactivated?"""
     return unanswered(
         inside.run.commands, mouse(inside),
-        lambda row: not row[2] and np.abs(row[:2]).max() > DEAD,
+        lambda row: not row[2] and np.abs(row[:2]).max() > MOUSE_DEAD_ZONE,
         lambda begin, end: turning(inside, np.arange(begin - READ, end, READ)).any())
 
 
@@ -152,7 +156,7 @@ MOUSE_LINKS = (link_of(mouse_laws, weak=False), mouse_ignored, mouse_in_turn,
 
 # -- the IMU exercise
 
-HEADING_LINE = re.compile(r'Current heading is (-?[\d.]*\d(?:e[-+]?\d+)?) degrees')
+HEADING_LINE = re.compile(SAYS_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 
 
 def printed(inside: Inside) -> Series:

@@ -4,13 +4,11 @@ from typing import Any, List, Optional, Sequence, Tuple
 
 import numpy as np
 
+from tb3_labs.handout import HDG_TOL, K_HDG, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.chain import Broken, Inside, belief, is_heading
 from tb3_labs.watch.quantities import Quantity, followed
 from tb3_labs.watch.variables import Series, number
 
-#: The handout's constants: gain [rad/s for each degree], tolerance [deg], fastest turn [rad/s]; the
-#: angle of a letter [deg].
-K_HDG, HDG_TOL, MAX_ANG_Z, ASKED = 0.1, 10.0, 1.5, 90.0
 #: A letter is read within ANSWERED [s]. The variables are read every READ [s].
 ANSWERED, READ = 3.0, 0.06
 #: An angle is right within NEAR [deg]; an error is clear from CLEAR to 180 - CLEAR [deg].
@@ -108,7 +106,7 @@ def turns(inside: Inside) -> List[Turn]:
             read = float(changes[0]) if len(changes) else begin + READ
         chosen = (sent.arrival > max(begin, read - 2.0 * READ)) & (sent.arrival < end)
         time = sent.arrival[chosen]
-        aim = np.full(len(time), own + side * ASKED * used.per_degree) if goal is None else (
+        aim = np.full(len(time), own + side * TURN_DEG * used.per_degree) if goal is None else (
             np.array([goal.at(max(at, read) + READ) for at in time]))
         now = used.value[(np.searchsorted(used.time, time) - 1).clip(0)]
         found.append(Turn(
@@ -134,7 +132,7 @@ def wrong_goal(inside: Inside) -> Optional[Broken]:
     for turn in inside.known(turns):
         if turning is not None and turning.at(turn.begin) == 1.0:
             continue        # the letter is not read yet
-        off = (number(turn.after) - turn.own) / unit - ASKED * np.array(
+        off = (number(turn.after) - turn.own) / unit - TURN_DEG * np.array(
             [turn.side] if turn.side else [1, -1])
         if (np.abs(off - 360.0 * np.round(off / 360.0)) <= NEAR).any():
             right = right or turn
@@ -147,8 +145,8 @@ def wrong_goal(inside: Inside) -> Optional[Broken]:
         words = 'after {}, with {} {:.4g}, {} {} {}; it should be {}'.format(
             turn.letter, series.name, turn.own, goal.name,
             'stayed' if turn.before == turn.after else 'became', short(turn.after),
-            '{:.4g}'.format((turn.own + turn.side * ASKED * unit) % (360.0 * unit)) if turn.side
-            else '{:g} more or less'.format(ASKED * unit))
+            '{:.4g}'.format((turn.own + turn.side * TURN_DEG * unit) % (360.0 * unit)) if turn.side
+            else '{:g} more or less'.format(TURN_DEG * unit))
         begun = max([at for at in inside.run.starts if at < turn.begin], default=turn.begin)
         printed = inside.run.printed.arrival
         if unit < 0.5:

@@ -6,12 +6,12 @@ from typing import Dict
 import rospkg
 import yaml
 
+from tb3_labs.handout import CTRL_RELINQ, MAX_SPEED, MAX_TURN, SAYS_RESET, SET_POSE
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, ANY, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, THUMB, Criterion, Place,
     ends_cleanly, not_stopped, starts, steers, stops_robot, stops_when_lost, times, within)
-from tb3_labs.marking.labs.move2goal import SET_POSE
 from tb3_labs.marking.trial.evidence import other_topics
-from tb3_labs.marking.trial.observation import CTRL_RELINQ, NotSeen, Observation
+from tb3_labs.marking.trial.observation import NotSeen, Observation
 from tb3_labs.marking.trial.printed import last_words
 
 #: The parts of the lab.
@@ -39,10 +39,8 @@ PAD_SILENT = 'pad silent'
 RELINQUISHED, LATCHED = 'relinquished', 'heard late'
 CALLS, ORIGIN, UNIT, NAME = 'calls', 'origin', 'unit', 'name'
 
-#: FULL_SPEED [m/s] and FULL_TURN [rad/s] are the gamepad lab's. FORWARD and TURN_RANGE: the least
-#: and the greatest command of a full stick.
-FULL_SPEED, FULL_TURN = 0.22, 2.84
-FORWARD, TURN_RANGE = (0.15, FULL_SPEED + ROUNDING), (1.5, FULL_TURN + ROUNDING)
+#: The least and the greatest command of a full stick [m/s], [rad/s].
+FORWARD, TURN_RANGE = (0.15, MAX_SPEED + ROUNDING), (1.5, MAX_TURN + ROUNDING)
 #: The least and the greatest command of a half stick, as a part of the full stick's command.
 HALF = (0.25, 0.75)
 #: A node obeys a stick within this time if it is not blocked [s]. Waiting for a service takes 1 s.
@@ -53,7 +51,6 @@ HELD, SAYS, RESET_TIME = 0.8, 1.0, 2.5
 #: The limits of full sticks, in words.
 STICK_LIMITS = '{:g} to {:g} {} within {:g} s, and at most {:g} of the other speed; half way, ' \
     'beside the other stick, {:g} to {:g} of full'
-SUCCESS = 'Pose reset successfully'
 #: The pad that is played if none is named.
 HANDOUT = 'handout'
 #: The step that names the mistakes of a reset.
@@ -155,8 +152,8 @@ def _says_why_not(seen: Observation) -> str:
     scene = seen.during(RESET_WITHOUT_SERVICE)
     if scene.exceptions:
         return 'after Y without a reset service there was a traceback'
-    if SUCCESS.lower() in scene.printed.lower():
-        return 'after Y without a reset service it said "{}"'.format(SUCCESS)
+    if SAYS_RESET.lower() in scene.printed.lower():
+        return 'after Y without a reset service it said "{}"'.format(SAYS_RESET)
     return '' if scene.printed.strip() else \
         'after Y without a reset service nothing was printed within {:.1f} s{}'.format(
             scene.end - scene.begin, '' if len(scene.moving) else
@@ -171,10 +168,10 @@ def _once(seen: Observation) -> str:
 CRITERIA = [
     Criterion('starts', STICKS, 'runs and listens to joy', THUMB, starts, limits=IN_TIME),
     Criterion('drives', STICKS, 'left stick drives forward and back, at most {:g} m/s'.format(
-        FULL_SPEED), THUMB, _drives, limits=STICK_LIMITS.format(
+        MAX_SPEED), THUMB, _drives, limits=STICK_LIMITS.format(
             *FORWARD, 'm/s', HELD, NEAR, *HALF)),
     Criterion('turns', STICKS, 'right stick turns left and right, at most {:g} rad/s'.format(
-        FULL_TURN), THUMB, _turns, limits=STICK_LIMITS.format(
+        MAX_TURN), THUMB, _turns, limits=STICK_LIMITS.format(
             *TURN_RANGE, 'rad/s', HELD, NEAR, *HALF)),
     Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', THUMB, _lets_go,
               limits='zero velocity ' + STOPS_AT_ONCE),
@@ -186,9 +183,11 @@ CRITERIA = [
               THUMB, _regains, limits='within {:g} s; the stick within {:g} s'.format(SAYS, HELD)),
     Criterion('resets', BUTTONS, 'Y calls /{} with (0, 0, 0)'.format(SET_POSE), Y_STEP, _resets,
               limits=within(RESET_TIME) + ', by a quaternion of length 1'),
-    Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SUCCESS), Y_STEP,
-              lambda seen: '' if SUCCESS.lower() in seen.during(RESET_BUTTON).printed.lower() else
-              '"{}." was not printed after Y'.format(SUCCESS), limits=within(RESET_TIME)),
+    Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SAYS_RESET), Y_STEP,
+              lambda seen: '' if SAYS_RESET.lower() in seen.during(
+                  RESET_BUTTON).printed.lower() else
+              '"{}." was not printed after Y'.format(SAYS_RESET),
+              limits=within(RESET_TIME)),
     ends_cleanly(BUTTONS, THUMB),
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', THUMB,
               _says_why_not, limits=within(RESET_TIME)),

@@ -3,6 +3,7 @@ import re
 from typing import List
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
+from tb3_labs.handout import IMU_GOODBYE, SAYS_HEADING
 from tb3_labs.marking.labs.criteria import (
     CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME, Criterion, Place, ends_cleanly, says,
     starts)
@@ -22,7 +23,6 @@ AFTERWARDS, NEXT = 57.0, 0.9
 #: Key of a fact: the IMU's heading where the robot stands [deg].
 HEADING_DEG = 'heading_deg'
 
-IMU_GOODBYE = 'Shutting down the IMU subscriber'
 #: A printed heading is right if it is at most this far from the IMU's [deg].
 HEADING_TOLERANCE = 1.0
 #: The handout's code prints a heading after its last line if a sample comes before its flag is set.
@@ -35,7 +35,7 @@ LISTENING, EXERCISE, IMU_AT_CTRL_C = (
 def headings(text: str) -> List[float]:
     """Returns the headings in a node's output [deg]."""
     return [float(number) for number in re.findall(
-        r'Current heading is (-?\d+(?:\.\d+)?) degrees', text)]
+        SAYS_HEADING.format(r'(-?\d+(?:\.\d+)?)'), text)]
 
 
 def _standing(seen):
@@ -43,7 +43,8 @@ def _standing(seen):
     scenes = [seen.during(name) for name in STANDS]
     if not any(headings(scene.printed) for scene in scenes):
         before = len(headings(scenes[0].run.printed))
-        raise NotSeen('no line "Current heading is ... degrees." was printed: {}'.format(
+        raise NotSeen('no line "{}." was printed: {}'.format(
+            SAYS_HEADING.format('...'),
             'it printed {} at its start, and then none'.format(before) if before else
             unprinted(scenes[-1])))
     for scene in map(seen.during, STANDS):      # up to the first that is printed
@@ -91,8 +92,8 @@ def _survives_nonsense(seen: Observation) -> str:
 
 CRITERIA = [
     Criterion('starts', HEADING, 'runs and listens to imu', LISTENING, starts, limits=IN_TIME),
-    Criterion('prints_heading', HEADING, 'prints "Current heading is ... degrees."', EXERCISE,
-              _prints_heading, limits='within {:g} s at each heading'.format(READING)),
+    Criterion('prints_heading', HEADING, 'prints "{}."'.format(SAYS_HEADING.format('...')),
+              EXERCISE, _prints_heading, limits='within {:g} s at each heading'.format(READING)),
     Criterion('heading_right', HEADING, 'prints the heading of the IMU', EXERCISE,
               lambda seen: _first_wrong(
                   seen, lambda *pair: abs(difference_degrees(*pair)) > HEADING_TOLERANCE,

@@ -8,13 +8,16 @@ import numpy as np
 
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.handout import (
+    ANGLE_TOLERANCE, CTRL_RELINQ, DISTANCE_TOLERANCE, GOAL_X, GOAL_Y, GOAL_YAW_DEG, MAX_SPEED,
+    MAX_TURN, SAYS_POSE_SET, SAYS_REACHED, SET_POSE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STATES, STOPS_AT_ONCE,
     TRANSFORMATION_SHEET, Criterion, Look, Place, ends_cleanly, not_stopped, starts,
     stops_robot, stops_when_lost)
 from tb3_labs.marking.trial.evidence import idle
 from tb3_labs.marking.trial.observation import (
-    CTRL_RELINQ, GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
+    GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
 
 #: The parts of the lab.
 DRIVE, RESET, CONTROL, DECLARED, OFFSET = 'drive', 'reset', 'control', 'declared', 'offset'
@@ -29,10 +32,8 @@ ODOMETRY_SILENT = 'odometry silent'
 #: Keys of a reset's facts: the reason why the reset failed, '' if it succeeded; the service, if it
 #: is not SET_POSE, which the sheet types and the gamepad calls; did the node drive straight to the
 #: goal, where the robot had been turned to it before?
-PROBLEM, NAME, STRAIGHT, SET_POSE = 'problem', 'name', 'straight', 'set_pose'
+PROBLEM, NAME, STRAIGHT = 'problem', 'name', 'straight'
 
-#: The robot's limits by its data sheet [m/s], [rad/s].
-FASTEST, FASTEST_TURN = 0.22, 2.84
 #: The node is watched for this time before it has control, and at the goal [s].
 WATCHED = 1.5
 #: The node must be silent from this time after its arrival [s].
@@ -44,14 +45,12 @@ TURNED = 100.0
 #: A reset in a drive comes where the robot faces its goal. Within IN_DRIVE [s] a node then turns to
 #: the goal of the new frame, by more than ANEW [deg].
 IN_DRIVE, ANEW = 3.0, 20.0
-REACHED = re.compile(r'goal reached', re.IGNORECASE)
+REACHED = re.compile(SAYS_REACHED, re.IGNORECASE)
 
-#: The handout's goal: x, y [m], heading [rad]. Edit it for another goal of a class.
-GOAL = (-0.61, 0.61, 0.0)
-#: DISTANCE [m], ANGLE_RAD [rad] and ANGLE [deg] are the lab's tolerances. A robot may go on by
-#: MORE_DISTANCE [m] and MORE_ANGLE [deg] after it was stopped.
-DISTANCE, ANGLE_RAD = 0.15, 0.05
-ANGLE = math.degrees(ANGLE_RAD)
+#: The goal as a fact of a drive: x, y [m], heading [rad].
+GOAL = (GOAL_X, GOAL_Y, math.radians(GOAL_YAW_DEG))
+ANGLE = math.degrees(ANGLE_TOLERANCE)
+#: A robot may go on by this after it was stopped [m], [deg].
 MORE_DISTANCE, MORE_ANGLE = 0.02, 2.0
 #: The tolerances of the criterion beyond the handout [m], [deg].
 EXACT_DISTANCE, EXACT_ANGLE = 0.02, 1.0
@@ -60,12 +59,12 @@ REACTION, DRIVE_TIME = 4.0, 50.0
 #: A drive goes at most this far from its start [m].
 ASTRAY = 3.0
 #: The goal's heading, and the limits of place and heading, in words.
-FACES = 'faces {:g} degrees'.format(math.degrees(GOAL[2]))
+FACES = 'faces {:g} degrees'.format(GOAL_YAW_DEG)
 PLACE_LIMITS = 'within {:g} m, and {:g} for stopping; begun within {:g} s, over within {:g} s, ' \
     'never {:g} m away'.format(
-        DISTANCE, MORE_DISTANCE, REACTION, DRIVE_TIME, ASTRAY)
+        DISTANCE_TOLERANCE, MORE_DISTANCE, REACTION, DRIVE_TIME, ASTRAY)
 HEADING_LIMITS = 'within {:g} rad ({:.1f} degrees), and {:g} degrees for stopping'.format(
-    ANGLE_RAD, ANGLE, MORE_ANGLE)
+    ANGLE_TOLERANCE, ANGLE, MORE_ANGLE)
 
 AT_RESET, ANALYSIS = (
     Place(TRANSFORMATION_SHEET, heading) for heading in ('3. The reset', '6. Analysis'))
@@ -74,7 +73,8 @@ TURNED_STEP = Place(TRANSFORMATION_SHEET, '3. The reset', 2)
 TWO_ZEROS = Place(TRANSFORMATION_SHEET, '1. The local pose', 4)
 
 
-def _place(seen: Observation, name: str, tolerance: float = DISTANCE + MORE_DISTANCE) -> str:
+def _place(seen: Observation, name: str,
+           tolerance: float = DISTANCE_TOLERANCE + MORE_DISTANCE) -> str:
     """'' if the drive `name` ended at most `tolerance` [m] from the goal, else what was seen."""
     scene = _driven(seen, name)
     away = _end_of(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
@@ -118,7 +118,7 @@ def _end_of(scene: Scene) -> Pose2:
 
 def _says_reached(seen: Observation) -> str:
     number = len(REACHED.findall(seen.during(FIRST_DRIVE).printed + seen.during(AT_GOAL).printed))
-    return '' if number == 1 else '"Goal reached!" was printed {} times'.format(number)
+    return '' if number == 1 else '"{}!" was printed {} times'.format(SAYS_REACHED, number)
 
 
 def _silent_at_goal(seen: Observation) -> str:
@@ -138,9 +138,9 @@ def _within_limits(seen: Look) -> str:
     if not len(commands):
         return 'it commanded nothing'
     turn, forward = seen.fastest(commands, ANGULAR), np.abs(commands[:, LINEAR]).max()
-    if forward > FASTEST + ROUNDING:
+    if forward > MAX_SPEED + ROUNDING:
         seen.fastest(commands, LINEAR)
-    return '' if forward <= FASTEST + ROUNDING and turn <= FASTEST_TURN + ROUNDING else \
+    return '' if forward <= MAX_SPEED + ROUNDING and turn <= MAX_TURN + ROUNDING else \
         'it commanded up to {:.2f} m/s and {:.1f} rad/s'.format(forward, turn)
 
 
@@ -198,24 +198,24 @@ CRITERIA = [
     Criterion('starts', DRIVE, 'runs and listens to odom', STATES, starts, limits=IN_TIME),
     Criterion('waits', DRIVE, 'does not move before it has control', STATES,
               _waits, limits='for {:g} s, and after a reset'.format(WATCHED)),
-    Criterion('goal_place', DRIVE, 'drives to ({:g}, {:g})'.format(*GOAL), STATES,
+    Criterion('goal_place', DRIVE, 'drives to ({:g}, {:g})'.format(GOAL_X, GOAL_Y), STATES,
               partial(_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
     Criterion('goal_heading', DRIVE, FACES + ' there', STATES,
               partial(_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
-    Criterion('says_reached', DRIVE, 'says "Goal reached!" once', STATES, _says_reached),
+    Criterion('says_reached', DRIVE, 'says "{}!" once'.format(SAYS_REACHED), STATES, _says_reached),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', STATES,
               _silent_at_goal, limits='a zero velocity, then nothing from {:g} s after its arrival '
               'on'.format(LAST_WORD)),
     Criterion('within_limits', DRIVE, "keeps the robot's limits, {:g} m/s and {:g} rad/s".format(
-        FASTEST, FASTEST_TURN), STATES, _within_limits,
+        MAX_SPEED, MAX_TURN), STATES, _within_limits,
               limits='and {:g} for rounding'.format(ROUNDING)),
     Criterion('resets', RESET, 'a service /{} resets the local frame, also in a drive'.format(
         SET_POSE), AT_RESET, _resets, limits='answers within {:g} s; in a drive it turns by {:g} '
               'degrees within {:g} s'.format(ANSWER_TIME, ANEW, IN_DRIVE)),
-    Criterion('says_reset', RESET, 'says "Local pose set to x=..., y=..., yaw=..."', AT_RESET,
-              lambda seen: '' if 'local pose set' in seen.during(
+    Criterion('says_reset', RESET, 'says "{} to x=..., y=..., yaw=..."'.format(SAYS_POSE_SET),
+              AT_RESET, lambda seen: '' if SAYS_POSE_SET.lower() in seen.during(
                   RESET_TO_ORIGIN).printed.lower() else
-              'no line "Local pose set to x=..., y=..., yaw=..." was printed',
+              'no line "{} to x=..., y=..., yaw=..." was printed'.format(SAYS_POSE_SET),
               limits='within {:g} s after the answer'.format(TAKES_EFFECT)),
     Criterion('second_place', RESET, 'does the same task after a turn by {:g} degrees and a '
               'reset'.format(TURNED), TURNED_STEP,

@@ -14,9 +14,10 @@ from rospy.msg import AnyMsg
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, Empty
 
+from tb3_labs.handout import CTRL_RELINQ, JOY, SET_POSE
 from tb3_labs.marking.labs import gamepad as asked
 from tb3_labs.marking.labs.criteria import LOST
-from tb3_labs.marking.trial.observation import CTRL_RELINQ, JOY, LONGEST
+from tb3_labs.marking.trial.observation import LONGEST
 from tb3_labs.marking.labs.ros_move2goal import NAMES, fields_of
 from tb3_labs.marking.trial.ros_robot import UNDER_WAY, Repeater
 from tb3_labs.ros.clocks import wait_until
@@ -92,7 +93,7 @@ def buttons(stage):
         with HeldPad(stage.option) as pad:
             _hand_over(stage, pad)
             with stage.stimulus(asked.RESET_BUTTON) as record:
-                for names in ((asked.SET_POSE,), NAMES):    # then a wrong name is seen
+                for names in ((SET_POSE,), NAMES):    # then a wrong name is seen
                     if calls:
                         break
                     services.offer(names)

@@ -11,10 +11,11 @@ import rospy
 from std_msgs.msg import Bool, Empty
 
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.handout import CTRL_RELINQ, SET_POSE
 from tb3_labs.marking.labs import move2goal as asked
 from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.trial.observation import (
-    CTRL_RELINQ, GOAL_POSE, LOCAL_T_WORLD, LONGEST, MOVED, RESTED, WAS_MOVING)
+    GOAL_POSE, LOCAL_T_WORLD, LONGEST, MOVED, RESTED, WAS_MOVING)
 from tb3_labs.marking.trial.observation import RESET as ROBOTS_RESET
 from tb3_labs.marking.trial.ros_robot import ODOM_SWITCH, RESTS, WELL_UNDER_WAY
 from tb3_labs.marking.trial.ros_student_node import OFFERS
@@ -30,7 +31,7 @@ OFFERS_NONE = 'it offers no service whose name has "reset" or "pose" in it'
 
 #: The reset's usual names by the handouts, likeliest first. Then come other names with one of WORDS
 #: in them.
-NAMES = ('reset_pose', 'reset', asked.SET_POSE, 'reset_local_pose', 'set_local_pose')
+NAMES = ('reset_pose', 'reset', SET_POSE, 'reset_local_pose', 'set_local_pose')
 WORDS = ('reset', 'pose')
 
 
@@ -66,7 +67,7 @@ class ResetCaller:
         likely = sorted(name for name, base in bases.items() if any(word in base for word in WORDS))
         usual = [name for wanted in NAMES for name in likely if bases[name] == wanted]
         self.found = (usual + likely + [''])[0]
-        self.astray = '' if rospy.resolve_name(asked.SET_POSE) in bases else self.found
+        self.astray = '' if rospy.resolve_name(SET_POSE) in bases else self.found
         self._kind = graph.service(self.found) if self.found else None
         #: Can its request declare any pose?
         self.takes_pose = self._kind is not None and fill_pose(self._kind._request_class(), Pose2())

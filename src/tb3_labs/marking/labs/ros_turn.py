@@ -10,11 +10,12 @@ from std_msgs.msg import Bool as BoolMessage
 from std_msgs.msg import Header
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
+from tb3_labs.handout import LEFT, MOUSE_INFO
 from tb3_labs.marking.labs import imu as asked_imu
 from tb3_labs.marking.labs import turn as asked
 from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.trial.observation import (
-    ASKED_DEG, MOUSE_INFO, MOVED, RESTED, WAS_MOVING, NotOffered)
+    ASKED_DEG, MOVED, RESTED, WAS_MOVING, NotOffered)
 from tb3_labs.marking.trial.ros_robot import IMU_SWITCH, WELL_UNDER_WAY, Repeater
 from tb3_labs.marking.trial.ros_student_node import LISTENS
 from tb3_labs.msg import MouseController
@@ -196,11 +197,11 @@ def both(stage):
         stage.node.start()
     with mouse_of(stage, asked.BESIDE_TURNS) as hand:
         hand.at(0.0, 0.0, seconds=0.3)
-        _try_turn(stage, asked.TURN_BESIDE, asked.LEFT)
+        _try_turn(stage, asked.TURN_BESIDE, LEFT)
         stage.watch(asked.AFTER_TURN, asked.MOUSE_HELD, lambda: hand.at(0.0, 1.0))
         hand.at(0.0, 0.0)
         wait_until(stage.recorder.rests, 2.0)
-        moving = stage.moves_after(lambda: stage.node.type(asked.LEFT), asked.TURN_REACTION)
+        moving = stage.moves_after(lambda: stage.node.type(LEFT), asked.TURN_REACTION)
         time.sleep(WELL_UNDER_WAY)
         with stage.stimulus(asked.IN_TURN, {WAS_MOVING: moving}) as record:
             hand.at(0.0, 1.0)
@@ -214,7 +215,7 @@ def _is_idle(stage):
 
 
 def _in_a_turn(stage):
-    return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.node.type(asked.LEFT),
+    return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.node.type(LEFT),
                                asked.TURN_REACTION)
 
 

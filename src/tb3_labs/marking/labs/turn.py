@@ -5,6 +5,8 @@ from typing import Iterable, List, NamedTuple, Sequence
 
 import numpy as np
 
+from tb3_labs.handout import (
+    CONTROLLER_GOODBYE, HDG_TOL, LEFT, MAX_ANG_Z, MOUSE_DEAD_ZONE, MOUSE_FULL, RIGHT, TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, NO_ZERO, ROUNDING,
     STOPS_AT_ONCE, TURN_LAB, Criterion, Look, Place, ends_cleanly, not_stopped, says, starts,
@@ -16,14 +18,10 @@ from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotSee
 TURNS, MOUSE, BOTH, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
 #: The stimuli: the IMU stops sending during a turn, and the mouse.
 IMU_SILENT, MOUSE_SILENT = 'IMU silent', 'mouse silent'
-GOODBYE = 'Controller exiting. Halting robot.'
 
 #: START also names the mistakes of the heading.
 AT_MOUSE, START, LAW, TO_RIGHT, AT_CTRL_C = (
     Place(IMU_SHEET, TURN_LAB, step) for step in (2, 4, 5, 6, 7))
-
-#: The letters that a person types.
-LEFT, RIGHT = 'l', 'r'
 
 
 class WatchedTurn(NamedTuple):
@@ -40,22 +38,20 @@ class WatchedTurn(NamedTuple):
 SLIPPERY = 0.3
 #: stimulus -> WatchedTurn
 EACH_TURN = {
-    LEFT: WatchedTurn(LEFT, 90.0, 40.0),
-    'l across 180': WatchedTurn(LEFT, 90.0, 130.0),
-    'r across 180': WatchedTurn(RIGHT, -90.0, 220.0, SLIPPERY),
-    RIGHT: WatchedTurn(RIGHT, -90.0, 130.0, SLIPPERY),
-    'r across 0': WatchedTurn(RIGHT, -90.0, 40.0, SLIPPERY),
-    'l across 0': WatchedTurn(LEFT, 90.0, -50.0, SLIPPERY),
+    LEFT: WatchedTurn(LEFT, TURN_DEG, 40.0),
+    'l across 180': WatchedTurn(LEFT, TURN_DEG, 130.0),
+    'r across 180': WatchedTurn(RIGHT, -TURN_DEG, 220.0, SLIPPERY),
+    RIGHT: WatchedTurn(RIGHT, -TURN_DEG, 130.0, SLIPPERY),
+    'r across 0': WatchedTurn(RIGHT, -TURN_DEG, 40.0, SLIPPERY),
+    'l across 0': WatchedTurn(LEFT, TURN_DEG, -50.0, SLIPPERY),
 }
 #: The turns during which the heading jumps.
 ACROSS = [name for name in EACH_TURN if 'across' in name]
 #: The stimulus of an invalid input; TYPED_NONSENSE is this input.
 NONSENSE = 'nonsense'
 TYPED_NONSENSE = 'x'
-#: TOLERANCE is the handout's. A robot may go on by AFTER_STOP after it was stopped [deg].
-TOLERANCE, AFTER_STOP = 10.0, 1.0
-#: The handout's fastest turn [rad/s].
-MAX_ANG_Z = 1.5
+#: A robot may go on by this angle after it was stopped [deg].
+AFTER_STOP = 1.0
 #: A turn begins within TURN_REACTION after the letter was typed, and is over within TURN_TIME [s].
 TURN_REACTION, TURN_TIME = 3.0, 8.0
 #: A person waits for an answer for ANSWER [s], and finds it among at most LEGIBLE lines.
@@ -74,11 +70,10 @@ MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.
 NO_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your mouse ' \
     'client counts y down; none was found.'
 COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
-#: The full speed, at the edge of the screen [m/s], [rad/s].
-FULL = 0.5
-AT_EDGE = (FULL - NEAR, FULL + NEAR)
+#: The speeds at the edge of the screen [m/s], [rad/s].
+AT_EDGE = (MOUSE_FULL - NEAR, MOUSE_FULL + NEAR)
 #: The speeds at 0.6 of the way: a wide range, since the mouse lab does not fix the dead zone.
-AT_HALF = (0.2 * FULL, 0.8 * FULL)
+AT_HALF = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
 #: The mouse is held at a place for MOUSE_HELD; moved in a turn, it must drive within AT_LAST [s].
 MOUSE_HELD, AT_LAST = 0.8, 4.0
 #: The limits of the mouse, and of the turns, in words.
@@ -86,12 +81,12 @@ DRIVES = 'within {:g} s: {:.2f} to {:.2f} at the edge, the other speed at most {
     'to {:.2f} at ({:g}, {:g})'.format(
         MOUSE_HELD, *AT_EDGE, NEAR, *AT_HALF, *MOUSE_PLACES[HALF_WAY])
 TURN_LIMITS = 'within {:g} degrees, and {:g} for stopping; begun within {:g} s, over within ' \
-    '{:g} s, by a zero velocity'.format(TOLERANCE, AFTER_STOP, TURN_REACTION, TURN_TIME)
+    '{:g} s, by a zero velocity'.format(HDG_TOL, AFTER_STOP, TURN_REACTION, TURN_TIME)
 AS_LEFT = 'as left'
 ON_A_CARPET = 'as left, also if the wheels slip by {:.0%}'.format(SLIPPERY)
 
 
-def turned(seen: Observation, name: str, tolerance: float = TOLERANCE + AFTER_STOP) -> str:
+def turned(seen: Observation, name: str, tolerance: float = HDG_TOL + AFTER_STOP) -> str:
     """'' if the robot did a turn, the stimulus `name`, within `tolerance` [deg], else a clause."""
     scene, turn = seen.during(name), EACH_TURN.get(name, EACH_TURN[LEFT])
     after = 'after {}{}'.format(turn.typed, ' ({})'.format(name[2:]) if name in ACROSS else '')
@@ -111,7 +106,7 @@ def turned(seen: Observation, name: str, tolerance: float = TOLERANCE + AFTER_ST
     return '{}: {:.1f} degrees {} the goal, where {:g} are allowed'.format(
         missed, abs(seen_deg - turn.asked_deg),
         'short of' if abs(seen_deg) < abs(turn.asked_deg) else 'beyond',
-        min(tolerance, TOLERANCE))
+        min(tolerance, HDG_TOL))
 
 
 def _degrees(seen_deg):
@@ -228,10 +223,10 @@ def remarks_on_turns(seen: Observation, parts: Sequence[str] = ()) -> List[str]:
 
 CRITERIA = [
     Criterion('starts', TURNS, 'runs and listens to imu', START, starts, limits=IN_TIME),
-    Criterion('left', TURNS, 'l turns 90 degrees left', LAW, partial(turned, name=LEFT),
-              limits=TURN_LIMITS),
-    Criterion('right', TURNS, 'r turns 90 degrees right', TO_RIGHT, partial(turned, name=RIGHT),
-              limits=ON_A_CARPET),
+    Criterion('left', TURNS, 'l turns {:g} degrees left'.format(TURN_DEG), LAW,
+              partial(turned, name=LEFT), limits=TURN_LIMITS),
+    Criterion('right', TURNS, 'r turns {:g} degrees right'.format(TURN_DEG), TO_RIGHT,
+              partial(turned, name=RIGHT), limits=ON_A_CARPET),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees', LAW,
               lambda seen: _turned_each(seen, ACROSS), limits=ON_A_CARPET),
     Criterion('clamped', TURNS, 'turns no faster than {:g} rad/s'.format(MAX_ANG_Z), LAW,
@@ -242,9 +237,10 @@ CRITERIA = [
               'ones', TO_RIGHT, _answers_nonsense, limits='within {:g} s, in at most {} lines; '
               'the robot rests'.format(ANSWER, LEGIBLE)),
     Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
-              'edge'.format(FULL), AT_MOUSE, _mouse_drives, limits=DRIVES),
-    Criterion('mouse_dead_zone', MOUSE, 'a mouse within 0.25 of the middle moves nothing',
-              AT_MOUSE, _has_dead_zone, limits='zero velocity at ({:g}, {:g}) within {:g} s'.format(
+              'edge'.format(MOUSE_FULL), AT_MOUSE, _mouse_drives, limits=DRIVES),
+    Criterion('mouse_dead_zone', MOUSE, 'a mouse within {:g} of the middle moves nothing'.format(
+        MOUSE_DEAD_ZONE), AT_MOUSE, _has_dead_zone,
+              limits='zero velocity at ({:g}, {:g}) within {:g} s'.format(
                   *MOUSE_PLACES[NEAR_MIDDLE], AT_ONCE)),
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
               AT_MOUSE, _can_be_off, limits='zero velocity ' + STOPS_AT_ONCE),
@@ -257,8 +253,8 @@ CRITERIA = [
               AT_MOUSE, _drives_in_turn, limits=within(AT_LAST)),
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', AT_CTRL_C,
               stops_robot, limits=STOPS_AT_ONCE),
-    Criterion('says_goodbye', SHUTDOWN, 'at Ctrl+C says "{}"'.format(GOODBYE), AT_CTRL_C,
-              partial(says, words=GOODBYE)),
+    Criterion('says_goodbye', SHUTDOWN, 'at Ctrl+C says "{}"'.format(CONTROLLER_GOODBYE), AT_CTRL_C,
+              partial(says, words=CONTROLLER_GOODBYE)),
     ends_cleanly(SHUTDOWN, AT_CTRL_C),
     Criterion('within_1_deg', TURNS, 'all turns are within {:g} degree'.format(EXACT), IMU_EXTRAS,
               lambda seen: _turned_each(seen, EACH_TURN, EXACT), extra=True),

@@ -9,7 +9,8 @@ from typing import Dict, List
 
 import numpy as np
 
-from tb3_labs.marking.trial.observation import CMD_VEL, Observation, Run, Scene
+from tb3_labs.handout import CMD_VEL
+from tb3_labs.marking.trial.observation import Observation, Run, Scene
 from tb3_labs.marking.trial.printed import counted, exceptions, last_words
 from tb3_labs.watch.turn_links import wrong_field
 

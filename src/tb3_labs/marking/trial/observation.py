@@ -13,17 +13,11 @@ from typing import Any, Dict, List, Optional, Sequence, Type
 
 import numpy as np
 
+from tb3_labs.handout import CMD_VEL
 from tb3_labs.marking.trial.printed import COLOUR, counted, exceptions, last_words
 from tb3_labs.report.run_data import Kind, Poses, RunData, States, Values
 
-#: The topics that the labs are about, as the handouts call them; all names are relative.
-IMU_TOPIC = 'imu'
-ODOM = 'odom'
-JOY = 'joy'
-MOUSE_INFO = 'mouse_info'
-CTRL_RELINQ = 'ctrl_relinq'
-CMD_VEL = 'cmd_vel'
-#: The robot's own reset.
+#: The robot's own reset; all names of topics are relative.
 RESET = 'reset'
 #: The true pose of the simulated robot; the events of a trial; the output of its node.
 TRUTH, EVENTS, PRINTED = 'ground_truth', 'trial', 'printed'

@@ -29,8 +29,8 @@ from std_msgs.msg import Bool, Header, String
 
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.trial.observation import (
-    CMD_VEL, CTRL_RELINQ, EVENTS, IMU_TOPIC, JOY, ODOM, PRINTED, TRUTH, VARIABLES)
+from tb3_labs.handout import CMD_VEL, CTRL_RELINQ, IMU_TOPIC, JOY, ODOM
+from tb3_labs.marking.trial.observation import EVENTS, PRINTED, TRUTH, VARIABLES
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
 from tb3_labs.ros.rospy_internals import connection_of, note_connections, sender_of

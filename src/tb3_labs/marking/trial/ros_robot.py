@@ -7,7 +7,7 @@ import rospy
 from geometry_msgs.msg import Twist
 
 from tb3_labs.geometry.angles import clamp, difference
-from tb3_labs.marking.trial.observation import CMD_VEL
+from tb3_labs.handout import CMD_VEL
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_twist
 

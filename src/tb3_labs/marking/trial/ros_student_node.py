@@ -16,9 +16,9 @@ import rosnode
 import rospy
 import rosservice
 
+from tb3_labs.handout import CTRL_RELINQ, JOY, MOUSE_INFO
 from tb3_labs.marking.labs.criteria import START_TIME
-from tb3_labs.marking.trial.observation import (
-    CTRL_RELINQ, JOY, MOUSE_INFO, VARIABLES, NotTried)
+from tb3_labs.marking.trial.observation import VARIABLES, NotTried
 from tb3_labs.marking.trial.processes import Program, ResourceWatch
 from tb3_labs.marking.trial.ros_recording import ROBOT, Output
 from tb3_labs.marking.trial.ros_types import Types

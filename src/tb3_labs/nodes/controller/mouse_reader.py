@@ -9,14 +9,10 @@ from collections import defaultdict
 from typing import DefaultDict, NamedTuple
 
 from tb3_labs.geometry.angles import clamp
+from tb3_labs.handout import MOUSE_DEAD_ZONE, MOUSE_FULL
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import Age, Event
 from tb3_labs.supervision.freshness import MOUSE_TIMEOUT, WAKING, Freshness, Lateness
-
-#: Within this distance of the middle of the screen, in each direction, the mouse asks for zero.
-MOUSE_DEAD_ZONE = 0.25
-#: The edge of the screen asks for this [m/s], [rad/s]; the robot clips it to its own limit.
-MOUSE_FULL = 0.5
 
 
 class MouseState(NamedTuple):

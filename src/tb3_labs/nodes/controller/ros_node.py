@@ -10,6 +10,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
 from tb3_labs.control.motor_response import Response
+from tb3_labs.handout import CONTROLLER_GOODBYE
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.core import ControllerCore
@@ -38,7 +39,7 @@ class ControllerNode:
             self._model, rospy.resolve_name('reset')))
         self._robot_wait = time.monotonic() + ROBOT_WAIT
         self._gate = gate = Gate(lambda: core.tick(ros_time(), steady_time()))
-        rospy.on_shutdown(lambda: rospy.loginfo('Controller exiting. Halting robot.'))
+        rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
         self._sends_wheels = subscribe_wheels(lambda sample: gate.ask(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, core.imu, idle_for=core.idle_for)
         # every message is read: scrolling up stops at once, even if later messages came with it

@@ -14,6 +14,7 @@ from tb3_labs.control.approach import PreciseTurn
 from tb3_labs.control.commands import Estimate
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import continuous
+from tb3_labs.handout import LEFT, MAX_ANG_Z, RIGHT, TURN_DEG
 from tb3_labs.localization.door import Heard, YawNoise
 from tb3_labs.robot.samples import ImuSample, heading_jump
 from tb3_labs.robot.turtlebot3 import RobotModel
@@ -25,7 +26,7 @@ from tb3_labs.supervision.lost_or_stalled import StallWatch
 STEADY_DOUBT = math.radians(0.02)
 
 #: Turns by the keys of the keyboard [deg].
-TURN_KEYS = {'l': 90.0, 'r': -90.0, 'b': 180.0}
+TURN_KEYS = {LEFT: TURN_DEG, RIGHT: -TURN_DEG, 'b': 180.0}
 
 
 def degrees_of(text: str) -> float:
@@ -42,8 +43,8 @@ def degrees_of(text: str) -> float:
 class TurnConfig(Config):
     """Settings of a turn."""
 
-    max_ang_z: float = setting(1.5, "fastest turn; the robot's own limit holds as well", 'rad/s',
-                               low=0.1, high=5.0)
+    max_ang_z: float = setting(MAX_ANG_Z, "fastest turn; the robot's own limit holds as well",
+                               'rad/s', low=0.1, high=5.0)
     tolerance_deg: float = setting(0.12, 'the goal is reached within this angle', 'deg',
                                    low=0.1, high=45.0)
     angular_acceleration: float = setting(45.0, 'speeding up; a quarter of it for braking',

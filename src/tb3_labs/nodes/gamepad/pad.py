@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from typing import NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs.config import Config, setting
+from tb3_labs.handout import (
+    ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_TURN)
 from tb3_labs.supervision.freshness import PAD_TIMEOUT, Freshness, Lateness
 
 #: The lateness of a message is known this long after a pad's first message [s].
@@ -22,17 +24,19 @@ MOST = 31
 class PadConfig(Config):
     """The functions of axes and buttons. Indices count from 0, as in sensor_msgs/Joy."""
 
-    linear_axis: int = setting(1, 'axis that drives, forward positive', low=0, high=MOST)
-    angular_axis: int = setting(3, 'axis that turns, left positive', low=0, high=MOST)
-    relinquish_button: int = setting(0, 'gives the robot to move_to_goal: A', low=0, high=MOST)
-    regain_button: int = setting(1, 'takes it back: B', low=0, high=MOST)
-    reset_button: int = setting(2, 'declares the robot to be at (0, 0, 0): Y', low=0, high=MOST)
+    linear_axis: int = setting(LINEAR_AXIS, 'axis that drives, forward positive', low=0, high=MOST)
+    angular_axis: int = setting(ANGULAR_AXIS, 'axis that turns, left positive', low=0, high=MOST)
+    relinquish_button: int = setting(BUTTON_A, 'gives the robot to move_to_goal: A', low=0,
+                                     high=MOST)
+    regain_button: int = setting(BUTTON_B, 'takes it back: B', low=0, high=MOST)
+    reset_button: int = setting(BUTTON_Y, 'declares the robot to be at (0, 0, 0): Y', low=0,
+                                high=MOST)
     hold_button: int = setting(-1, 'drives only while it is held; -1: none', low=-1, high=MOST)
     dead_zone: float = setting(0.08, 'sticks nearer to their middle are at rest', low=0.0, high=0.9)
     linear_scale: float = setting(0.26, "full stick; the robot's own limit holds as well", 'm/s',
                                   low=0.01, high=1.0)
-    angular_scale: float = setting(2.84, "full stick; the robot's own limit holds as well", 'rad/s',
-                                   low=0.05, high=5.0)
+    angular_scale: float = setting(MAX_TURN, "full stick; the robot's own limit holds as well",
+                                   'rad/s', low=0.05, high=5.0)
     drive_without_pad: bool = setting(False, 'move_to_goal may drive on when the pad is lost')
 
     @property

@@ -5,6 +5,7 @@ import rospy
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
+from tb3_labs.handout import SAYS_RESET
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.ros.clocks import steady_time
@@ -63,6 +64,6 @@ class GamepadNode:
 def _reset():
     try:
         call_reset(0.0, 0.0, 0.0)
-        rospy.loginfo('Pose reset successfully.')
+        rospy.loginfo(SAYS_RESET + '.')
     except ValueError as problem:
         rospy.logwarn('Pose not reset: %s', problem)

@@ -16,6 +16,7 @@ from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.control.goal_state import Announcer, DriveStatus
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose
+from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, SAYS_REACHED
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.door import Door
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
@@ -38,11 +39,11 @@ SHORT_REPETITION = 0.05
 class MoveToGoalConfig(Config):
     """The settings that `move_to_goal` begins with."""
 
-    goal_x: float = setting(-0.61, 'first goal, in the local frame', 'm',
+    goal_x: float = setting(float(GOAL_X), 'first goal, in the local frame', 'm',
                             -MAX_DISTANCE, MAX_DISTANCE)
-    goal_y: float = setting(0.61, 'first goal, in the local frame', 'm',
+    goal_y: float = setting(float(GOAL_Y), 'first goal, in the local frame', 'm',
                             -MAX_DISTANCE, MAX_DISTANCE)
-    goal_yaw_deg: float = setting(0.0, 'heading at the first goal', 'deg',
+    goal_yaw_deg: float = setting(float(GOAL_YAW_DEG), 'heading at the first goal', 'deg',
                                   -MAX_YAW_DEG, MAX_YAW_DEG)
     has_control: bool = setting(False, 'may drive from the start; typed, not in a file')
 
@@ -267,7 +268,7 @@ class MoveToGoalCore:
             self._requests.give_up(now)
         self._requests.end(Outcome.CANCELED if machine.cancelled else
                            Outcome.GIVEN_UP if machine.failure else Outcome.REACHED,
-                           machine.failure or 'Goal reached!')
+                           machine.failure or SAYS_REACHED + '!')
 
     def _new_status(self, now: float) -> Optional[DriveStatus]:
         """The status, if it is new; while the robot drives, only a change of these makes it new."""

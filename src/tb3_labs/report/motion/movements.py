@@ -39,7 +39,8 @@ import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.geometry.se2 import Pose2, TypedPose
+from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
 from tb3_labs.localization.door import Door
 from tb3_labs.localization.odometry_jumps import POSE_LOST, JumpFilter
 from tb3_labs.report.motion.epochs import robot_in_odom
@@ -66,10 +67,7 @@ KEPT = math.radians(20.0)
 STRAIGHT_AFTER = 0.3
 #: A drive moves the robot at least this far [m].
 SHORTEST_DRIVE = 0.1
-#: The fastest turn that the course's mouse lab commands [rad/s].
-FASTEST_BY_MOUSE = 0.5
-#: The goal of the lab: x, y [m], heading [rad].
-LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
+LAB_GOAL = TypedPose(GOAL_X, GOAL_Y, GOAL_YAW_DEG).pose
 #: States after a drive: the drive ended by itself, or control was taken from the node.
 CAME_TO_REST, CONTROL_GONE = 'came to rest', 'control was taken'
 #: A drive ended because control was taken, if both are within this time [s].
@@ -172,7 +170,7 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarra
         if has_turn and 'mouse_info' not in run.devices and _is_line(run, forward, turns_again):
             kind = Kind.DRIVE
     elif 'mouse_info' not in run.devices or (
-            np.abs(run.commands.angular[moves]).max() > FASTEST_BY_MOUSE + NO_SPEED):
+            np.abs(run.commands.angular[moves]).max() > MOUSE_FULL + NO_SPEED):
         kind = Kind.TURN
     return Movement(kind, begin, forward, turns_again, end)
 

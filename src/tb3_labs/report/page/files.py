@@ -14,10 +14,11 @@ import numpy as np
 
 from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.handout import MOUSE_FULL
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.epochs import epochs
 from tb3_labs.report.motion.goals import goal_errors, spans
-from tb3_labs.report.motion.movements import FASTEST_BY_MOUSE, PAUSE, moving
+from tb3_labs.report.motion.movements import PAUSE, moving
 from tb3_labs.report.motion.turns import TurnReport, turns
 from tb3_labs.report.page import figures, mistake, tables, timeline
 from tb3_labs.report.page.document import degrees, document, number
@@ -47,7 +48,7 @@ PAD_ALONE = ('A gamepad (joy) was recorded, but it never gave control (ctrl_reli
              'count as by hand.')
 WITH_MOUSE = ('Turns are found by the commands. A turn begins and ends at rest, without forward '
               'speed, and is faster than any by the mouse ({:g} rad/s). All other movements are '
-              'by hand, or by another program.'.format(FASTEST_BY_MOUSE))
+              'by hand, or by another program.'.format(MOUSE_FULL))
 BY_SHAPE = ('Turns and drives are found by the commands. A turn begins and ends at rest, without '
             'forward speed. A drive is a turn, a straight line and a turn, with pauses under '
             '{:g} s. All other movements are by hand, or by another program.'.format(PAUSE))
