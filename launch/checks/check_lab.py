@@ -85,7 +85,7 @@ def whose(package, executable):
     """Words on the file that is judged; ``ValueError`` if rosrun cannot start it."""
     if of_a_class():
         return ''
-    hint = '. For yours: pkg:=PACKAGE type:=FILE' * (package == OWN_PACKAGE)
+    hint = '. For yours: pkg:=PACKAGE type:=FILE' if package == OWN_PACKAGE else ''
     try:
         place = place_of(package, executable)
     except ValueError as problem:
@@ -160,11 +160,11 @@ class Check(unittest.TestCase):
 
 def checks_of(marks, strict):
     """A Check for each criterion, and the total."""
-    checks = [Check('test_' + verdict.criterion.label, verdict.line.strip() * (
-        verdict.outcome is not Outcome.MET)) for verdict in marks.verdicts
-        if strict or not verdict.criterion.extra or verdict.outcome is Outcome.MET]
-    missed = any(verdict.outcome is not Outcome.MET for verdict in marks.graded)
-    return checks + [Check('test_total', total(marks) * missed)]
+    checks = [Check('test_' + verdict.criterion.label,
+                    '' if verdict.outcome is Outcome.MET else verdict.line.strip())
+              for verdict in marks.verdicts
+              if strict or not verdict.criterion.extra or verdict.outcome is Outcome.MET]
+    return checks + [Check('test_total', '' if marks.is_full else total(marks))]
 
 
 def lines_of(verdicts):
@@ -208,8 +208,9 @@ def main():
     for line in [*lines_of(marks.graded), *marks.remarks, marks.hint, total(marks)]:
         if line:
             tell(line)
-    extra = lines_of(marks.extra)
-    for line in ['Beyond the handout:'] * bool(extra) + extra:
+    if marks.extra:
+        tell('Beyond the handout:')
+    for line in lines_of(marks.extra):
         tell(line)
     return report(checks_of(marks, rospy.get_param('~strict')))
 

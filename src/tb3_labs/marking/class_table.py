@@ -165,8 +165,8 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
             + ['' if marks.unjudged else symbol(verdict) for verdict in marks.graded + marks.extra]
             + [_folded(marks.decided + marks.remarks)]
             for marks in all_marks]
-    look = ['<h2>For the instructor alone</h2>'] * bool(notes) + [
-        '<p>{}</p>'.format(escape(note)) for note in notes]
+    own = ['<h2>For the instructor alone</h2>'] if notes else []
+    own += ['<p>{}</p>'.format(escape(note)) for note in notes]
     totals = sorted(marks.points for marks in all_marks if marks.is_known)
     summary = '{} submission{}{}. {}The last {} criteria are beyond the handout.'.format(
         len(all_marks), '' if len(all_marks) == 1 else 's',
@@ -174,7 +174,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
             len(all_marks) - len(totals), NOT_JUDGED),
         'Median {:g} of {:g} points. '.format(totals[len(totals) // 2], some.worth)
         if totals else '', len(some.extra))
-    return document('{}: overview'.format(lab), look + [
+    return document('{}: overview'.format(lab), own + [
         '<p>{}</p>'.format(escape(summary)), table(heads, rows, words=(WHY, REMARKS))], WIDE)
 
 

@@ -122,11 +122,13 @@ class MarksFolder:
         write_output(self._path / TABLE, self._table.renewed(all_marks))
         for record in self._records.values():
             self._write(record)
-        notes = [UNPROTECTED] * unprotected + [
-            'With other points than before: {}.'.format(', '.join(renewed))] * bool(renewed) + [
-            'To look at: {}: {}'.format(marks.student, finding)
-            for marks in all_marks for finding in marks.findings] + [
-            '{} has a decision on {}, of whom there are no marks.'.format(TABLE, printable(name))
+        notes = [UNPROTECTED] if unprotected else []
+        if renewed:
+            notes.append('With other points than before: {}.'.format(', '.join(renewed)))
+        notes += ['To look at: {}: {}'.format(marks.student, finding)
+                  for marks in all_marks for finding in marks.findings]
+        notes += ['{} has a decision on {}, of whom there are no marks.'.format(
+            TABLE, printable(name))
             for name in self._decisions if name not in map(safe, self._records)]
         write_output(self._path / OVERVIEW, overview(all_marks, LABS[self.lab].title, notes))
         return self._path / OVERVIEW, notes

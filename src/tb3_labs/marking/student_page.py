@@ -197,7 +197,8 @@ def results(marks: Marks) -> Dict[str, Any]:
         'visibility': VISIBILITY,
         'stdout_visibility': 'hidden',
         'tests': [{
-            'name': 'Beyond the handout: ' * verdict.criterion.extra + verdict.criterion.meaning,
+            'name': '{}{}'.format('Beyond the handout: ' if verdict.criterion.extra else '',
+                                  verdict.criterion.meaning),
             'number': str(number),
             'score': verdict.points,
             'max_score': 0.0 if verdict.criterion.extra else verdict.worth,

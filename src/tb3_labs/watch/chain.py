@@ -107,7 +107,7 @@ def sentence(found: Broken, assigned: Mapping[str, Sequence[int]] = {}) -> str:
     it."""
     lines = assigned.get(found.variable, assigned.get(found.variable.rpartition('.')[2], ()))
     place = '' if not lines else ' ({} is assigned in line{} {})'.format(
-        found.variable, 's' * (len(lines) > 1), ', '.join(map(str, lines[:5])))
+        found.variable, 's' if len(lines) > 1 else '', ', '.join(map(str, lines[:5])))
     # a variable stays as it is written
     is_name = '_' in found.words.split()[0] or found.words.split()[0] == found.variable
     first = found.words[:1] if is_name else found.words[:1].upper()

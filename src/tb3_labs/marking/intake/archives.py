@@ -123,7 +123,8 @@ def unpack(path: Path, folder: Path, budget: Budget, skipped: Pattern[str] = MAD
                 elif stat.S_ISLNK(info.external_attr >> 16):
                     left[LINK].append(place)
                 else:
-                    left[TWICE] += [place] * (place in wanted and not place.endswith('/'))
+                    if place in wanted and not place.endswith('/'):
+                        left[TWICE].append(place)
                     wanted[place] = info        # every program uses the last one
             folder.mkdir(parents=True, exist_ok=True)
             for place, info in sorted(wanted.items(), key=lambda item: turn(
@@ -131,9 +132,9 @@ def unpack(path: Path, folder: Path, budget: Budget, skipped: Pattern[str] = MAD
                 if budget.take(info.file_size):
                     try:
                         with archive.open(info) as source:
-                            left[NO_NAME] += [place] * (not write(
-                                None if place.endswith('/') else source, folder / place,
-                                info.external_attr >> 16 & 0o100))
+                            if not write(None if place.endswith('/') else source,
+                                         folder / place, info.external_attr >> 16 & 0o100):
+                                left[NO_NAME].append(place)
                     except OF_AN_ENTRY:
                         left[DAMAGED].append(place)
                         with suppress(OSError):
@@ -177,9 +178,8 @@ def _place(info):
 
 def left_out(why: str, left: Iterable[object]) -> List[str]:
     """A remark that these files were left out, if there are any."""
-    places = sorted(map(str, left))
-    return ['Left out, because {}: {}.'.format(why, shortened(
-        [printable(place[:LONGEST_SAID]) for place in places], 3))] * bool(places)
+    places = [printable(place[:LONGEST_SAID]) for place in sorted(map(str, left))]
+    return ['Left out, because {}: {}.'.format(why, shortened(places, 3))] if places else []
 
 
 def turn(place: str, size: int) -> Tuple[bool, bool, int, int, str]:

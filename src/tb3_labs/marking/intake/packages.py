@@ -176,12 +176,14 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
             _there_is(sorted(each.path for each in programs),
                       [str(path.relative_to(folder)) for path in handed_in])))
     alike = [each for each in found if each[:ALIKE] == found[0][:ALIKE]]
-    differ = len({each.text for each in alike}) > 1
-    other = './' * ('/' not in alike[-1].path) + alike[-1].path
-    return Choice(found[0].path, _remarks(found, packages, names), [
-        'Judged was {}. It is as likely the node as {}, and they differ: --type {} chooses another '
-        "one, with --only and the student's name.".format(found[0].path, shortened(
-            [each.path for each in alike[1:]]), shlex.quote(other))] * differ)
+    look_at = []
+    if len({each.text for each in alike}) > 1:
+        other = alike[-1].path if '/' in alike[-1].path else './' + alike[-1].path
+        look_at = ['Judged was {}. It is as likely the node as {}, and they differ: --type {} '
+                   "chooses another one, with --only and the student's name.".format(
+                       found[0].path, shortened([each.path for each in alike[1:]]),
+                       shlex.quote(other))]
+    return Choice(found[0].path, _remarks(found, packages, names), look_at)
 
 
 def is_aside(path: str) -> bool:
@@ -263,8 +265,8 @@ def _remarks(found, packages, names):
 
 def shortened(names: Sequence[str], most: int = 6) -> str:
     """The names in one line: at most so many, and how many are left out."""
-    more = len(names) - most
-    return ', '.join(names[:most]) + ' and {} more'.format(more) * (more > 0)
+    more = ' and {} more'.format(len(names) - most) if len(names) > most else ''
+    return ', '.join(names[:most]) + more
 
 
 def _there_is(programs, handed_in):

@@ -160,8 +160,8 @@ def _lay_out(handed_in, folder, has_node, skipped):
         source = files[place][0]
         if budget.take(source.stat().st_size):
             with open(str(source), 'rb') as file:
-                lost += [place] * (not write(
-                    file, folder / place, os.access(str(source), os.X_OK)))
+                if not write(file, folder / place, os.access(str(source), os.X_OK)):
+                    lost.append(place)
     remarks += left_out(NO_NAME, lost)
     if zips and has_node():
         remarks += left_out('it is a zip file beside the node', zips)
@@ -172,7 +172,7 @@ def _lay_out(handed_in, folder, has_node, skipped):
               if path.suffix.lower() in OTHER_ARCHIVES]
     unread += ['{} was not unpacked: only zip files are, and none in others.'.format(
         printable(name)) for name in others[:1]]
-    return remarks, unread + [budget.exceeded] * bool(budget.exceeded)
+    return remarks, unread + ([budget.exceeded] if budget.exceeded else [])
 
 
 def _unpack(zips, folder, budget, skipped, said):

@@ -279,9 +279,11 @@ def steers(seen: Observation, name: str, linear: Bounds = NOTHING, angular: Boun
     asked = [form.format(*bounds) for bounds, form in (
         (linear, '{:.2f} to {:.2f} m/s'), (angular, '{:.2f} to {:.2f} rad/s'))
         if bounds not in (NOTHING, ANY)]
-    return 'with the {} it commanded {}, where {} were asked for'.format(
-        name, '{:.2f} m/s and {:.2f} rad/s'.format(*commands[-1, 1:]), ' and '.join(
-            asked + ['nothing else'] * (NOTHING in (linear, angular))))
+    if NOTHING in (linear, angular):
+        asked.append('nothing else')
+    linear_speed, angular_speed = commands[-1, 1:]
+    return 'with the {} it commanded {:.2f} m/s and {:.2f} rad/s, where {} were asked for'.format(
+        name, linear_speed, angular_speed, ' and '.join(asked))
 
 
 def times(factor: float, bounds: Bounds) -> Bounds:

@@ -146,8 +146,9 @@ def _within_limits(seen: Look) -> str:
 
 def _reset(seen: Observation, name: str = RESET_TO_ORIGIN) -> str:
     problem = seen.during(name).facts[PROBLEM]
-    return problem and 'the reset failed: {}{}'.format(
-        problem, ' (does its callback return a response?)' * ('returned None' in problem))
+    if 'returned None' in problem:
+        problem += ' (does its callback return a response?)'
+    return problem and 'the reset failed: ' + problem
 
 
 def _resets(seen: Observation) -> str:

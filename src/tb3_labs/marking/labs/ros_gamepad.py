@@ -106,8 +106,8 @@ def buttons(stage):
                                      asked.UNIT: all(map(is_unit, requests))})
             stage.remark('{} See {}.'.format(said, asked.Y_STEP)
                          for said in stage.text()['remarks'])
-            stage.remark(['The covariance of its reset is all zeros: TODO 4 is open.'] * (
-                not all(map(has_covariance, requests))))
+            if not all(map(has_covariance, requests)):
+                stage.remark(['The covariance of its reset is all zeros: TODO 4 is open.'])
             stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
 
 

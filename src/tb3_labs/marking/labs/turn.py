@@ -99,8 +99,8 @@ def turned(seen: Observation, name: str, tolerance: float = HDG_TOL + AFTER_STOP
             after, _degrees(seen_deg), TURN_TIME)
     if abs(seen_deg - turn.asked_deg) <= tolerance:
         return NO_ZERO.format('its turn ' + after) if scene.commands[-1:, 1:].any() else ''
-    missed = '{} it turned {}, then stopped'.format(
-        after + ', where the wheels slip,' * bool(turn.slip), _degrees(seen_deg))
+    missed = '{}{} it turned {}, then stopped'.format(
+        after, ', where the wheels slip,' if turn.slip else '', _degrees(seen_deg))
     if seen_deg * turn.asked_deg <= 0.0:
         return missed
     return '{}: {:.1f} degrees {} the goal, where {:g} are allowed'.format(
@@ -215,10 +215,15 @@ def remarks_on_turns(seen: Observation, parts: Sequence[str] = ()) -> List[str]:
     """Sentences on mistakes that cost nothing."""
     printed = [seen.during(name, may_die=True).printed.splitlines()[1:]
                for name in (LEFT, NONSENSE) if seen.has(name)]
-    prompts_alone = len(printed) > 1 and len(printed[1]) == 1 and printed[0][-1:] == printed[1]
-    return ['After "{}" it printed its prompt alone, and no error. See {}.'.format(
-        TYPED_NONSENSE, TO_RIGHT)] * prompts_alone + [
-            NO_CLIENT] * (upward(seen) < 0.0) + [COUNTS_DOWN] * (seen.mouse_up < 0)
+    remarks = []
+    if len(printed) > 1 and len(printed[1]) == 1 and printed[0][-1:] == printed[1]:
+        remarks.append('After "{}" it printed its prompt alone, and no error. See {}.'.format(
+            TYPED_NONSENSE, TO_RIGHT))
+    if upward(seen) < 0.0:
+        remarks.append(NO_CLIENT)
+    if seen.mouse_up < 0:
+        remarks.append(COUNTS_DOWN)
+    return remarks
 
 
 CRITERIA = [

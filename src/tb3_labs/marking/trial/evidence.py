@@ -30,8 +30,8 @@ UNDEFINED = re.compile(r"name '\w+' is not defined")
 
 def remarks_on(seen: Observation) -> List[str]:
     """The sentences for the student that belong to no criterion."""
-    return (seen.remarks + ['Note that {}.'.format(seen.deaf)] * bool(seen.deaf)
-            + tracebacks_before_the_end(seen) + seen.gaps)
+    deaf = ['Note that {}.'.format(seen.deaf)] if seen.deaf else []
+    return seen.remarks + deaf + tracebacks_before_the_end(seen) + seen.gaps
 
 
 def faults_in(seen: Observation, said: str) -> List[str]:

@@ -45,8 +45,8 @@ def _place(piece, file):
     own = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file] or [
         frame for frame in frames if not frame[0].startswith(('/usr/', '/opt/', '<frozen'))]
     if not own:
-        return ' (was a callback given as self.f(), not as self.f?)' * (
-            "'NoneType' object is not callable" in piece)      # rospy calls what it was given
+        return ' (was a callback given as self.f(), not as self.f?)' if (
+            "'NoneType' object is not callable" in piece) else ''    # rospy calls what it was given
     _, line, function = own[-1]
     return ' (line {}{})'.format(line, ', in ' + function if function.isidentifier() else '')
 

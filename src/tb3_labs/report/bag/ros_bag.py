@@ -95,9 +95,10 @@ def _read(bag, path, namespace, tell):
     except BagProblem as problem:
         raise _missing(problem, bag.problem, types) from None
     if others:
-        tell('{}: not read, since these types are not installed here, or not as they are in '
-             'the bag: {}'.format(path, ', '.join(others[:NAMED_TOPICS] + ['{} more'.format(
-                 len(others) - NAMED_TOPICS)] * (len(others) > NAMED_TOPICS))))
+        more = len(others) - NAMED_TOPICS
+        tell('{}: not read, since these types are not installed here, or not as they are in the '
+             'bag: {}{}'.format(path, ', '.join(others[:NAMED_TOPICS]),
+                                ', {} more'.format(more) if more > 0 else ''))
     prefix = parent(topics['odometry'])
     limits = Budget()
     collectors = make_collectors([*topics, 'sent'], prefix, limits)
@@ -110,7 +111,7 @@ def _read(bag, path, namespace, tell):
             raise _missing('not one good message on {} (bad quaternions?)'.format(topics[part]),
                            problem, types)
     duration, set_at = one_clock(collectors)
-    notes = ['{}: the report ends at {:.1f} s'.format(problem, duration)] * bool(problem)
+    notes = ['{}: the report ends at {:.1f} s'.format(problem, duration)] if problem else []
     notes += set_at + [
         '{} has more than {} messages: the later ones are left out'.format(
             topic, len(collectors[part].arrival))

@@ -127,7 +127,7 @@ def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[
     values = [value for _, (points, _) in lines for _, value in points]
     if not values:
         return ''
-    low, high = min(values + [0.0] * (name == 'distance')), max(values)
+    low, high = min(values + ([0.0] if name == 'distance' else [])), max(values)
     margin = max(0.06 * (high - low), (least - (high - low)) / 2.0) or 1.0
     low, high = low - margin, high + margin
     step = 1.0 if levels else next(

@@ -74,18 +74,23 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
     has_path = run.odometry.length >= SHORTEST_PATH
     angles = write_figure(figures.turns(run, turn), angles_png)
     ways = write_figure(figures.paths(run, driven) if has_path else None, ways_png)
-    files += [angles_png] * bool(angles) + [ways_png] * bool(ways)
-    write_output(files[0], document('Run report: ' + name, [
-        *('<p>{}</p>'.format(escape(text)) for text in [
-            *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]),
-        mistake.said_by_node(run), timeline.section(timeline.timeline(
-            run, model, moments(run, turned, driven))), *mistake.sections(run),
-        _part('Turns', tables.TURN_COLUMNS, turned, _rule_of_turns(run, turned)) * bool(turned),
-        angles, _part('Drives', tables.REACHED_COLUMNS, driven, _rule_of_drives(run) if (
-            driven) else nothing_driven(run)) * bool(driven or not turned), ways,
-        '<div class="next"></div>' * bool(driven), _part(
-            'Along the way', tables.ALONG, driven, tables.NOTE) * bool(driven),
-        '<p>Beside this page: {}.</p>'.format(', '.join(path.name for path in files[1:]))]))
+    files += [path for path, figure in ((angles_png, angles), (ways_png, ways)) if figure]
+    parts = ['<p>{}</p>'.format(escape(text)) for text in [
+        *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]]
+    parts += [mistake.said_by_node(run), timeline.section(timeline.timeline(
+        run, model, moments(run, turned, driven))), *mistake.sections(run)]
+    if turned:
+        parts.append(_part('Turns', tables.TURN_COLUMNS, turned, _rule_of_turns(run, turned)))
+    parts.append(angles)
+    if driven or not turned:
+        parts.append(_part('Drives', tables.REACHED_COLUMNS, driven,
+                           _rule_of_drives(run) if driven else nothing_driven(run)))
+    parts.append(ways)
+    if driven:
+        parts += ['<div class="next"></div>',
+                  _part('Along the way', tables.ALONG, driven, tables.NOTE)]
+    parts.append('<p>Beside this page: {}.</p>'.format(', '.join(path.name for path in files[1:])))
+    write_output(files[0], document('Run report: ' + name, parts))
     return files
 
 
