@@ -52,7 +52,8 @@ def number(text: str) -> float:
 
 
 def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
-    """Returns {name: Series} of a node, by default of the one with the most variables."""
+    """Returns {name: Series} of a node, by default of the one with the most variables, in the order
+    in which they came."""
     rows = run.variables
     if not len(rows):
         return {}
@@ -61,8 +62,9 @@ def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
     values = np.array([number(text) for text in rows.value])
     order = np.argsort(rows.name, kind='stable')
     found, begins = np.unique(rows.name[order].astype(str), return_index=True)
+    parts = sorted(zip(found, np.split(order, begins[1:])), key=lambda each: each[1][0])
     return {str(name): Series(str(name), rows.arrival[part], rows.value[part], values[part])
-            for name, part in zip(found, np.split(order, begins[1:]))}
+            for name, part in parts}
 
 
 def bare(name: str) -> str:

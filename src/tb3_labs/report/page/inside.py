@@ -5,12 +5,14 @@ value) is a line of steps between its few texts. At the moment that the timeline
 variable has its text, the constant ones too. Units: seconds since the start; the node's.
 """
 import math
+from dataclasses import replace
 from typing import Any, Callable, List, NamedTuple, Tuple
 
 import numpy as np
 
 from tb3_labs.report.page.curves import NO_LINE, Figure, Line, thinned
 from tb3_labs.report.run_data import GAP, Poses, RunData, once
+from tb3_labs.watch.variables import Series, variables_of
 
 #: A page has at most this many figures of variables, variables, points or changes of one,
 #: different texts of a figure, and characters of a name or a text.
@@ -55,53 +57,35 @@ TRUTH = ('False', 'True')
 HANDOUT = ('turning', 'state', 'has_control')
 
 
-class Variable(NamedTuple):
-    """One variable of a node."""
-
-    name: str
-    time: np.ndarray
-    texts: np.ndarray
-    numbers: np.ndarray     # NaN where it is not a number
-    is_number: bool         # by most of its values
-
-    @property
-    def changes(self) -> np.ndarray:
-        """The indices of the first value, and of each one that differs from the one before."""
-        last, new = (np.where(np.isnan(self.numbers[part]), self.texts[part], self.numbers[part])
-                     for part in (slice(None, -1), slice(1, None)))
-        return np.flatnonzero(np.append(True, new != last))
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
-
-
 def nodes(run: RunData) -> List[str]:
     """The names of the nodes of the variables."""
-    return list(dict.fromkeys(node[:LONGEST] for node, _ in _names(run)))
-
-
-def _names(run: RunData) -> List[Tuple[str, str]]:
-    shown = run.variables
-    return list(dict.fromkeys(zip(shown.node, shown.name)))[:MOST_VARIABLES]
+    return list(dict.fromkeys(node[:LONGEST] for node in run.variables.node))
 
 
 @once
-def variables(run: RunData) -> List[Variable]:
+def variables(run: RunData) -> List[Series]:
     """The variables of a run, in their order; with two nodes the names have the node's."""
-    shown, found, is_alone = run.variables, [], len(nodes(run)) == 1
-    for node, name in _names(run):
-        own = shown.take((shown.node == node) & (shown.name == name))
-        words = np.array([text[:LONGEST] for text in own.value], dtype=object)
-        numbers = np.array([_number(text) for text in words])
-        found.append(Variable(
-            (name if is_alone else '{}: {}'.format(node.strip('/'), name))[:LONGEST], own.time,
-            words, np.where(np.isfinite(numbers), numbers, np.nan),
-            2 * np.isnan(numbers).sum() < len(numbers)))
-    return found
+    found, owners = [], list(dict.fromkeys(run.variables.node))
+    for node in owners:
+        name = '{1}' if len(owners) == 1 else '{}: {}'
+        found += [replace(
+            series, name=name.format(node.strip('/'), series.name)[:LONGEST],
+            text=np.array([text[:LONGEST] for text in series.text], dtype=object),
+            # a truth value is a text here
+            value=np.where(np.isin(series.text.astype(str), TRUTH) | ~np.isfinite(series.value),
+                           np.nan, series.value)) for series in variables_of(run, node).values()]
+    return found[:MOST_VARIABLES]
+
+
+def is_number(variable: Series) -> bool:
+    """Are most of its values numbers?"""
+    return bool(2 * np.isnan(variable.value).sum() < len(variable.value))
+
+
+def changes(variable: Series) -> np.ndarray:
+    """The indices of the first value, and of each one that differs from the one before."""
+    values = np.where(np.isnan(variable.value), variable.text, variable.value)
+    return np.flatnonzero(np.append(True, values[1:] != values[:-1]))
 
 
 def texts(run: RunData) -> List[List[Any]]:
@@ -109,10 +93,11 @@ def texts(run: RunData) -> List[List[Any]]:
     from then on. If it changes too often, some are left out."""
     rows = []
     for each in variables(run):
-        changes = each.changes[::1 + len(each.changes) // MOST_POINTS]
-        rows.append([each.name, np.round(each.time[changes], 3).tolist(), [
+        some = changes(each)
+        some = some[::1 + len(some) // MOST_POINTS]
+        rows.append([each.name, np.round(each.time[some], 3).tolist(), [
             '{:.5g}'.format(number) if '.' in text and not math.isnan(number) else text
-            for text, number in zip(each.texts[changes], each.numbers[changes])]])
+            for text, number in zip(each.text[some], each.value[some])]])
     return rows
 
 
@@ -121,34 +106,34 @@ def figures(run: RunData) -> List[Figure]:
     left = {each.name: each for each in variables(run)}
     found = []
     for reference in REFERENCES:
-        group = [left[name] for name in reference.names if name in left and left[name].is_number]
+        group = [left[name] for name in reference.names if name in left and is_number(left[name])]
         if group and group[0].name == reference.names[0] and any(
-                len(each.changes) > 1 for each in group):
+                len(changes(each)) > 1 for each in group):
             for each in group:
                 del left[each.name]
             found.append(_beside(run, reference, group))
     for each in sorted(left.values(), key=lambda each: (
             HANDOUT.index(each.name) if each.name in HANDOUT else len(HANDOUT))):
-        words = list(dict.fromkeys(each.texts))
-        levels = [] if each.is_number else sorted(words) if words[0] in TRUTH else words[::-1]
-        if len(each.changes) > 1 and len(levels) <= MOST_LEVELS:
+        words = list(dict.fromkeys(each.text))
+        levels = [] if is_number(each) else sorted(words) if words[0] in TRUTH else words[::-1]
+        if len(changes(each)) > 1 and len(levels) <= MOST_LEVELS:
             found.append(Figure([each.name], '', NO_LINE, [
-                _steps(each, levels) if levels else line(each.time, each.numbers)], levels))
+                _steps(each, levels) if levels else line(each.time, each.value)], levels))
     return found[:MOST_FIGURES]
 
 
-def _beside(run: RunData, reference: Reference, group: List[Variable]) -> Figure:
+def _beside(run: RunData, reference: Reference, group: List[Series]) -> Figure:
     time, values = reference.of(run)
     is_angle, turn = reference.words.startswith(('heading', 'yaw')), 360.0
     if reference.words.startswith('yaw'):       # as a node in Python has it
-        if any(np.nanmax(np.abs(each.numbers)) > MOST_RADIANS for each in group):
+        if any(np.nanmax(np.abs(each.value)) > MOST_RADIANS for each in group):
             values = np.degrees(values)
         else:
             turn = 2.0 * math.pi
     turn = turn if is_angle else math.inf
     return Figure([each.name for each in group], reference.words if len(time) else '',
                   line(time, values, turn),
-                  [line(each.time, each.numbers, turn) for each in group], [])
+                  [line(each.time, each.value, turn) for each in group], [])
 
 
 def line(time: np.ndarray, values: np.ndarray, turn: float = math.inf) -> Line:
@@ -172,10 +157,10 @@ def line(time: np.ndarray, values: np.ndarray, turn: float = math.inf) -> Line:
     return points, [int(np.searchsorted(kept, k)) for k in breaks]
 
 
-def _steps(variable: Variable, levels: List[str]) -> Line:
+def _steps(variable: Series, levels: List[str]) -> Line:
     """The line of a variable between its texts, each of which is a level."""
-    heights = np.array([float(levels.index(text)) for text in variable.texts])
-    begins = np.union1d(variable.changes, np.flatnonzero(np.diff(variable.time) > GAP) + 1)
+    heights = np.array([float(levels.index(text)) for text in variable.text])
+    begins = np.union1d(changes(variable), np.flatnonzero(np.diff(variable.time) > GAP) + 1)
     points: List[Tuple[float, float]] = []
     breaks = []
     for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MOST_POINTS]:
