@@ -114,7 +114,7 @@ def reported(seen):
 
 
 def main():
-    from tb3_labs.marking.marks import read_trial
+    from tb3_labs.marking.trial.from_bag import read_trial
     parser = argparse.ArgumentParser(description='How many mistakes are named?')
     parser.add_argument('words', nargs='*', help='only nodes with one of these words in lab or name')
     parser.add_argument('--jobs', type=int, default=2, help='nodes at a time (2)')

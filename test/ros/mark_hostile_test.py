@@ -16,7 +16,7 @@ from pathlib import Path
 
 import rospkg
 
-from tb3_labs.marking.marks import read_trial
+from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox
 

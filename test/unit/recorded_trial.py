@@ -10,7 +10,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Header, String
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.marks import read_trial
+from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.observation import LONGEST
 from tb3_labs.marking.trial.ros_recording import Recording
 from tb3_labs.report.bag.messages import LEVELS

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from played_drive import played
 from tb3_labs.handout import MAX_SPEED
-from tb3_labs.marking.trial.observation import Observation, Run, Stimulus, with_stimuli
+from tb3_labs.marking.trial.from_bag import with_stimuli
+from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
 from tb3_labs.report.run_data import Variables
 from tb3_labs.watch.chain import Inside, first_broken
 from tb3_labs.watch.labs import CHAINS

@@ -15,8 +15,8 @@ from sensor_msgs.msg import Imu, Joy
 from std_msgs.msg import Header, String
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.marks import Marks, judged, points_of, read_points, read_trial
-from tb3_labs.marking.trial.observation import KEPT
+from tb3_labs.marking.marks import Marks, judged, points_of, read_points
+from tb3_labs.marking.trial.from_bag import KEPT, read_trial
 from tb3_labs.marking.trial import ros_recording
 from tb3_labs.marking.trial.ros_recording import CHUNK, PRINTED_A_SECOND, Output, Recording
 from tb3_labs.ros.conversions import to_pose_stamped, to_quaternion, to_twist

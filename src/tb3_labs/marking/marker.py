@@ -26,8 +26,9 @@ from tb3_labs.marking.intake.sandbox import (
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare
 from tb3_labs.marking.lab_names import NODES
-from tb3_labs.marking.marks import LABS, Marks, read_trial
+from tb3_labs.marking.marks import LABS, Marks
 from tb3_labs.marking.marks_folder import MarksFolder
+from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.processes import sweep
 
 #: Variables of the caller's terminal that stay for the marking.

@@ -24,8 +24,7 @@ from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.evidence import (
     faults_in, remarks_on, tracebacks_before_the_end, untold)
-from tb3_labs.marking.trial.observation import LONGEST, Observation, observed
-from tb3_labs.report.bag.ros_bag import read_run
+from tb3_labs.marking.trial.observation import LONGEST, Observation
 from tb3_labs.watch import labs
 from tb3_labs.watch.chain import Broken, Inside, Link, first_broken, sentence
 
@@ -181,12 +180,6 @@ class Marks:
     def extra(self) -> List[Verdict]:
         """The verdicts on criteria beyond the handout."""
         return [verdict for verdict in self.verdicts if verdict.criterion.extra]
-
-
-def read_trial(path: Any, places: Sequence[str] = ()) -> Observation:
-    """The Observation in the bag of a trial, without these `places`. ``ValueError`` if it has
-    none."""
-    return observed(read_run(str(path)), places)
 
 
 def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mapping[str, float],

@@ -19,8 +19,9 @@ from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 from tb3_labs.command_line import output_folder, printable, reason, write_output
 from tb3_labs.marking.class_table import POINTS, WATCHED, Table, cells_of, overview
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
-from tb3_labs.marking.marks import LABS, Marks, judged, read_trial
+from tb3_labs.marking.marks import LABS, Marks, judged
 from tb3_labs.marking.student_page import results, student_page
+from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial_key import version
 from tb3_labs.report.page.document import safe
 

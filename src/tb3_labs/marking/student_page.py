@@ -19,8 +19,8 @@ import rospkg
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, Verdict
 from tb3_labs.marking.marks import Marks
-from tb3_labs.marking.trial.observation import (
-    GOAL_POSE, LOCAL_T_WORLD, Observation, samples_of)
+from tb3_labs.marking.trial.from_bag import samples_from_rows
+from tb3_labs.marking.trial.observation import GOAL_POSE, LOCAL_T_WORLD, Observation
 from tb3_labs.report.page import mistake
 from tb3_labs.report.page.document import Markup, document, table
 from tb3_labs.report.page.timeline import mark, section, timeline
@@ -145,7 +145,7 @@ def as_run(seen: Observation) -> RunData:
         run, name=seen.node, local_pose=Poses.joined(
             [true.between(drive.begin, end).seen_from(frame)
              for drive, end, frame in zip(drives, ends, frames)]) if drives else true,
-        resets=samples_of(Poses, [[at, pose.x, pose.y, pose.yaw] for at, pose in resets]),
+        resets=samples_from_rows(Poses, [[at, pose.x, pose.y, pose.yaw] for at, pose in resets]),
         frames=Poses.none())
 
 

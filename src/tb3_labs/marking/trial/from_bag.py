@@ -1,0 +1,145 @@
+"""The Observation in the bag of a trial, which ros_recording.py wrote."""
+import json
+import math
+from dataclasses import replace
+from typing import Any, Dict, Sequence, Type
+
+import numpy as np
+
+from tb3_labs.marking.trial.observation import (
+    ASKED_DEG, GOAL_POSE, MOST_FINDINGS, Observation, Run, Stimulus)
+from tb3_labs.marking.trial.printed import COLOUR
+from tb3_labs.report.bag.ros_bag import read_run
+from tb3_labs.report.run_data import Kind, Poses, RunData, States, Values
+
+#: A node's line about a reset comes within this time of the call [s].
+SAME_RESET = 1.0
+#: So many characters of a run's output are kept, from its beginning and from its end.
+KEPT = 20000
+NOT_FINITE = 'commands that are not finite numbers'
+
+
+def read_trial(path: Any, places: Sequence[str] = ()) -> Observation:
+    """The Observation in the bag of a trial, without these `places`. ``ValueError`` if it has
+    none."""
+    return observed(read_run(str(path)), places)
+
+
+def observed(run: RunData, places: Sequence[str] = ()) -> Observation:
+    """The Observation of a trial; `places`: beginnings of paths on the marking machine, which are
+    left out of all texts. ``ValueError`` if the recording is not of a trial."""
+    def cleaned(text: str) -> str:
+        for place in places:
+            text = text.replace(place, '')
+        return text
+    run = replace(run, log=replace(run.log, texts=np.array(
+        list(map(cleaned, run.log.texts)), dtype=object)))
+    truth = run.ground_truth
+    seen = Observation('', '', run=run, commands=np.column_stack(
+        [run.commands.arrival, run.commands.linear, run.commands.angular]).tolist(),
+        truth=np.column_stack([truth.arrival, truth.x, truth.y, np.unwrap(truth.yaw)]).tolist())
+    texts = [(at, None, words) for at, words in zip(run.printed.arrival, run.printed.words)]
+    events = [(at, json.loads(cleaned(words)), '') for at, words in zip(
+        run.events.arrival, run.events.words)]
+    for at, event, text in sorted(texts + events, key=lambda each: each[0]):
+        if event is None:
+            _printed(seen, text, text.count('\n'))
+        else:
+            _add_event(seen, event.pop('kind'), float(at), event)
+    if not seen.lab:
+        raise ValueError('the recording has no trial')
+    for each in seen.runs:
+        text = each.printed = COLOUR.sub('', cleaned(each.printed))
+        if len(text) > 2 * KEPT:
+            each.printed = '{}\n...\n{}'.format(text[:KEPT], text[-KEPT:])
+    seen.stimuli = [each for each in seen.stimuli if not math.isnan(each.end)]
+    for stimulus in seen.stimuli:
+        stimulus.printed = COLOUR.sub('', cleaned(stimulus.printed))
+    seen.run = with_stimuli(run, seen)
+    return seen
+
+
+def with_stimuli(run: RunData, seen: Observation) -> RunData:
+    """The recording of a trial with what was done to the node: starts, stimuli, letters, goals, and
+    the resets by the node's lines, else by their calls. After a call that failed the node's frame
+    is unknown: until the next start its variables are left out."""
+    declared, known = run.resets, np.ones(len(run.variables), bool)
+    resets = np.column_stack([declared.arrival, declared.x, declared.y, declared.yaw]).tolist()
+    for at, pose, problem in seen.calls:
+        if problem:
+            end = min([start.begin for start in seen.runs if start.begin > at], default=math.inf)
+            known &= (run.variables.arrival < at) | (run.variables.arrival > end)
+        elif not (np.abs(declared.arrival - at) < SAME_RESET).any():
+            resets.append([at, *pose])
+    goals = [[each.begin, *each.facts[GOAL_POSE]] for each in seen.stimuli
+             if GOAL_POSE in each.facts]
+    letters = [row for each in seen.stimuli if ASKED_DEG in each.facts
+               for row in ([each.begin, np.sign(each.facts[ASKED_DEG])], [each.end, 0.0])]
+    return replace(
+        run, resets=samples_from_rows(Poses, sorted(resets)), variables=run.variables.take(known),
+        starts=tuple(start.begin for start in seen.runs),
+        states=samples_from_rows(States, [[each.begin, each.name] for each in seen.stimuli]),
+        goals=samples_from_rows(Poses, goals), letters=samples_from_rows(Values, letters))
+
+
+def samples_from_rows(kind: Type[Kind], rows: Sequence[Sequence[Any]]) -> Kind:
+    """The Samples of these rows: time, and the other columns."""
+    columns = list(zip(*rows))
+    return kind(*(np.array(column, dtype=object if isinstance(column[0], str) else float)
+                  for column in columns[:1] + columns)) if rows else kind.none()
+
+
+def _printed(seen: Observation, text: str, lines: int) -> None:
+    """Add an output of so many lines to the run and the stimulus that are not over."""
+    for each in seen.runs[-1:]:
+        each.printed += text
+    for stimulus in seen.stimuli[-1:]:
+        if math.isnan(stimulus.end):
+            stimulus.printed = (stimulus.printed + text)[-KEPT:]
+            stimulus.lines += lines
+
+
+def _add_event(seen: Observation, kind: str, at: float, facts: Dict[str, Any]) -> None:
+    """Add an event of a trial to its Observation."""
+    if kind == 'trial':
+        seen.lab, seen.node = facts['lab'], facts['node']
+    elif kind == 'begin':
+        seen.stimuli.append(Stimulus(facts['name'], at))
+    elif kind == 'end':
+        vars(seen.stimuli[-1]).update(facts, end=at)
+    elif kind == 'start':
+        seen.runs.append(Run(at, needed=facts['needed']))
+    elif kind == 'ready':
+        seen.runs[-1].ready = at
+    elif kind == 'run':
+        vars(seen.runs[-1]).update(facts)
+    elif kind == 'stop':
+        vars(seen.runs[-1]).update(facts, end=at)
+    elif kind == 'unprinted':
+        _printed(seen, '\n... {} characters are left out here ...\n'.format(facts['characters']),
+                 facts['lines'])
+    elif kind == 'sender':
+        seen.senders.append([facts['name'], facts['process']])
+    elif kind == 'odd':
+        seen.lost[NOT_FINITE] = seen.lost.get(NOT_FINITE, 0) + 1
+        seen.odd.append([at, facts['text']])
+    elif kind == 'left out':
+        seen.lost[facts['what']] = facts['number']
+    elif kind == 'own move':
+        seen.own_moves.append([at - facts['seconds'], at])
+    elif kind == 'not offered':
+        seen.missing.update(dict.fromkeys(facts['names'], facts['reason']))
+    elif kind == 'program':
+        seen.assigned = facts['assigned']
+    elif kind == 'call' and 'pose' in facts:
+        seen.calls.append([at, facts['pose'], facts['problem']])
+    elif kind == 'mouse client':
+        seen.mouse_up = facts['up']
+    elif kind == 'fault':
+        seen.faults.append(facts['text'])
+    elif kind == 'broken':
+        seen.broken = facts['text']
+    elif kind in ('remark', 'finding'):
+        known = seen.remarks if kind == 'remark' else seen.findings
+        if facts['text'] not in known and len(known) < MOST_FINDINGS:
+            known.append(facts['text'])
