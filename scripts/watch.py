@@ -15,7 +15,7 @@ import os
 import sys
 
 from tb3_labs.terminal import run_tool
-from tb3_labs.watch.start import watched
+from tb3_labs.watch import watched
 
 
 def main(command):

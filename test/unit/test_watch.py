@@ -11,7 +11,7 @@ import sys
 
 import pytest
 
-from tb3_labs.watch.start import watched
+from tb3_labs.watch import watched
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 WATCH = [sys.executable, str(ROOT / 'scripts' / 'watch.py')]

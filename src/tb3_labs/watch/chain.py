@@ -166,3 +166,23 @@ def belief(series: Series,
     return None, Broken('{} does not follow {}{}: {}'.format(
         name, right.words, ', but changes only every {:.1f} s while that changes'.format(
             rare) if rare > SELDOM else '', numbers), moment, name)
+
+
+#: The fields of a command that no wheel follows: its name in Twists, and in the message.
+UNUSED = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', 'angular.x'),
+          ('pitching', 'angular.y'))
+
+
+def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED) -> str:
+    """A clause on the first of these fields in which the commands have a speed; '' if none has."""
+    for field, words in fields:
+        speeds = getattr(sent, field, np.empty(0))
+        if speeds.any():
+            return '{} was {:.2g}'.format(words, speeds[np.argmax(np.abs(speeds))])
+    return ''
+
+
+def other_fields(inside: Inside) -> str:
+    """Words on a field of the commands in which there is a speed that was not asked for."""
+    found = wrong_field(inside.run.commands, (*UNUSED, ('linear', 'linear.x')))
+    return found and '; ' + found

@@ -10,10 +10,10 @@ from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_X, GOAL_Y,
     GOAL_YAW_DEG, MAX_SPEED, STATES)
-from tb3_labs.watch.chain import Broken, Inside, stays
+from tb3_labs.watch.chain import Broken, Inside, other_fields, stays
 from tb3_labs.watch.drive_pose import (
     APART, LATE, MOST, SOON, USED, frames, steered, unit_of)
-from tb3_labs.watch.turn_links import other_fields, short
+from tb3_labs.watch.variables import short
 
 #: The tolerance of each state [rad], [m]; the gain of each rotation [1/s]; the goal [m], [rad].
 TOLERANCES = dict(zip(STATES, (ANGLE_TOLERANCE, DISTANCE_TOLERANCE, ANGLE_TOLERANCE)))

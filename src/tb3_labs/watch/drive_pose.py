@@ -12,8 +12,7 @@ import numpy as np
 
 from tb3_labs.watch.chain import Broken, Inside
 from tb3_labs.watch.quantities import SAME, Quantity, ages, followed
-from tb3_labs.watch.turn_links import short
-from tb3_labs.watch.variables import Series
+from tb3_labs.watch.variables import Series, short
 
 #: A pose is right within APART [m], [rad], in the part MOST of at least FEW values.
 APART, MOST, FEW = 0.03, 0.9, 10

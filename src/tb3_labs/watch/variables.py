@@ -51,6 +51,12 @@ def number(text: str) -> float:
         return math.nan
 
 
+def short(text: str) -> str:
+    """A variable's text with few digits."""
+    value = number(text)
+    return text[:40] if np.isnan(value) else '{:.4g}'.format(value)
+
+
 def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
     """Returns {name: Series} of a node, by default of the one with the most variables, in the order
     in which they came."""

@@ -32,7 +32,7 @@ from tb3_labs.marking.intake.packages import (
     ACTIONS, MANIFEST, MESSAGES, NAME, SERVICES, interface_files, is_name)
 from tb3_labs.marking.intake.reading import GIVEN, Reading
 from tb3_labs.marking.intake.sandbox import MODULES, OWN_PACKAGE, NoSandbox
-from tb3_labs.watch.start import PROBE, watched
+from tb3_labs.watch import PROBE, watched
 
 #: The package.xml of a package in the copy if its own name cannot be used.
 SUBSTITUTE = '''<package format="2"><name>{}</name><version>0.0.0</version>

@@ -25,7 +25,7 @@ from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.intake.sandbox import OWN_FOLDERS
 from tb3_labs.marking.intake.launch import Launch
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.watch.start import watched
+from tb3_labs.watch import watched
 
 #: Roles that a node can have at a topic or a service: the place in the master's system state.
 PUBLISHES, LISTENS, OFFERS = 0, 1, 2

@@ -1,0 +1,112 @@
+"""The turns of a run as its node had them: the letter, the goal, each command with its error."""
+from dataclasses import dataclass
+from typing import List, Optional, Tuple
+
+import numpy as np
+
+from tb3_labs.handout import TURN_DEG
+from tb3_labs.watch.chain import Broken, Inside, belief, is_heading
+from tb3_labs.watch.quantities import Quantity, followed
+from tb3_labs.watch.variables import Series
+
+#: A letter is read within ANSWERED [s]. The variables are read every READ [s].
+ANSWERED, READ = 3.0, 0.06
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A letter that was typed, and the turn after it. `side`: 1 for l, -1 for r, 0 if unknown.
+
+    Angles in the node's own unit: `own`, curr_yaw at the letter; `before` and `after`, goal_yaw as
+    a text, '' if there is none. Of each command: its time, angular.z, goal_yaw and curr_yaw then,
+    and their difference [deg], NaN if the goal is not known.
+    """
+
+    begin: float
+    end: float
+    side: int
+    own: float
+    before: str
+    after: str
+    time: np.ndarray
+    command: np.ndarray
+    goal: np.ndarray
+    heading: np.ndarray
+    difference: np.ndarray
+
+    @property
+    def letter(self) -> str:
+        return {1: 'l', -1: 'r'}.get(self.side, 'a letter')
+
+    @property
+    def error(self) -> np.ndarray:
+        """The error of each command by the short way [deg]."""
+        return self.difference - 360.0 * np.round(self.difference / 360.0)
+
+    @property
+    def moving(self) -> np.ndarray:
+        """The indices of the commands that turn."""
+        return np.flatnonzero(self.command)
+
+    def said(self, k: int) -> str:
+        """Words on a command: how its error was wrapped, if it had to be."""
+        words = 'for an error of {:+.0f} degrees'.format(self.error[k])
+        if abs(self.difference[k]) > 180.0:
+            words = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \
+                'degrees:'.format(self.goal[k], self.heading[k], self.difference[k], self.error[k])
+        return '{} the command was {:+.2f} rad/s'.format(words, self.command[k])
+
+
+def heading(inside: Inside) -> Tuple[Optional[Series], Optional[Quantity], Optional[Broken]]:
+    """(the variable for the heading, the quantity that it follows, the Broken if it is wrong)."""
+    quantities = inside.imu
+    series = inside.find('curr_yaw')
+    if series is None:      # another name
+        found = [(each, followed(each, quantities)) for each in inside.variables.values()
+                 if 'goal' not in each.name and np.isfinite(each.value).any()
+                 and np.nanmax(each.value) - np.nanmin(each.value) > 0.5]
+        found.sort(key=lambda each: not (each[1] and is_heading(each[1][0], quantities[0])))
+        series = next((each for each, follows in found if follows), None)
+    return (None, None, None) if series is None else (series, *belief(series, quantities))
+
+
+def letters(inside: Inside) -> List[Tuple[float, float, int]]:
+    """(begin, end, side) of each letter, as it was typed, else as `turning` or `goal_yaw` tell."""
+    typed, turning, goal = inside.run.letters, inside.find('turning'), inside.find('goal_yaw')
+    if len(typed):
+        times, sides = typed.arrival, typed.value
+    elif turning is not None:
+        times = turning.time[1:][np.diff(turning.value) > 0.0] - 2.0 * READ
+        sides = np.zeros(len(times))
+    else:
+        times = goal.changes - 2.0 * READ if goal is not None else np.empty(0)
+        sides = np.zeros(len(times))
+    is_end = (sides == 0.0) & bool(len(typed))
+    return [(float(begin), float(end), int(side)) for begin, end, side, over in zip(
+        times, np.append(times[1:], inside.run.duration), sides, is_end) if not over]
+
+
+def turns(inside: Inside) -> List[Turn]:
+    """The turns of a run. Without goal_yaw their goals are those of the letters."""
+    series, quantity, _ = inside.known(heading)
+    used, goal, sent = quantity or inside.imu[0], inside.find('goal_yaw'), inside.run.commands
+    goal = goal if quantity is not None and goal is not None and len(goal.time) else None
+    found = []
+    for begin, end, side in letters(inside):
+        newest = max(0, int(np.searchsorted(used.time, begin)) - 1)
+        own = series.at(begin) if series is not None and quantity is not None else float(
+            used.value[newest])
+        read = begin
+        if goal is not None:        # it is read when goal_yaw changes, if it does
+            changes = goal.between(begin, min(end, begin + ANSWERED)).changes
+            read = float(changes[0]) if len(changes) else begin + READ
+        chosen = (sent.arrival > max(begin, read - 2.0 * READ)) & (sent.arrival < end)
+        time = sent.arrival[chosen]
+        aim = np.full(len(time), own + side * TURN_DEG * used.per_degree) if goal is None else (
+            np.array([goal.at(max(at, read) + READ) for at in time]))
+        now = used.value[(np.searchsorted(used.time, time) - 1).clip(0)]
+        found.append(Turn(
+            begin, end, side, own, goal.text_at(begin) if goal is not None else '',
+            goal.text_at(read + READ) if goal is not None else '', time, sent.angular[chosen], aim,
+            now, (aim - now) / used.per_degree if side or goal is not None else np.nan * time))
+    return found
