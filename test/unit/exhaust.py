@@ -52,15 +52,17 @@ LISTENED = 40
 
 GAVE = ('A of pad 0',)
 CASTS = {
-    'terminals': Cast(Labs, r'move_to_goal.*|.* says .*|rostopic.*|a goal.*|every goal.*|the pose.*|(0.[345]|1|2).* pass'),
+    'terminals': Cast(Labs, 'move_to_goal.*|.* says .*|rostopic.*|(a|every) goal.*|the pose.*|(0.[345]|1|2).* pass'),
     'goals': Cast(Labs, '.* goal.*|the program.*|the pose.*|.* terminal says.*|(0.31|2.15) s pass',
                   ('a new terminal says True',), 3),
     'a sleep': Cast(Labs, '.* is stopped.* requests.*|.* sent|.* True|the pose.*|2.15 s pass', depth=3),
-    'a pad': Cast(OnePad, '.* pad 0.*|.* is stopped .*|a .* (True|False)|move_to_goal is k.*|.*goal is.*|the pose.*|.* pass'),
-    'a pad that gave': Cast(OnePad, '.* pad 0.*|.* is stopped .*|.* terminal .*|.* pass', GAVE),
+    'a pad': Cast(OnePad, '.* pad 0.*|.* is stopped .*|a .* (True|False)|move_to_goal is k.*|.*goal is.*|the pose.*'
+                  '|(0.06|0.29|0.31|0.52|2.15) s pass'),
+    'a pad that gave': Cast(OnePad, '.* pad 0.*|.* is stopped .*|.* terminal .*'
+                            '|(0.06|0.26|0.29|0.31|0.52|2.15) s pass', GAVE),
     'a late pad': Cast(OnePad, 'the (net|stick).*|[ABY] of.*|(0.31|2.15) s pass', depth=3),
     'restarts': Cast(OnePad, 'move_to_goal is .*d started.*|[AB] of.*|the node.*|2.15 s pass', depth=3),
-    'two pads': Cast(TwoPads, '.* pad [01]|.* (True|False)|.* pass', GAVE),
+    'two pads': Cast(TwoPads, '.* pad [01]|.* (True|False)|(0.29|0.52|2.15) s pass', GAVE),
     'a robot that goes': Cast(GoneRobot, 'the robot.*|move_to_goal is k.*|a .*goal.*|a new.*|[ABY] of.*|.* pass', GAVE),
     'a robot that comes': Cast(LateRobot, 'the robot.*|move_to_goal is k.*|a goal.*|a new.*|[AB] of.*|.* pass',
                                (*GAVE, 'the robot is switched on')),
@@ -71,7 +73,7 @@ CASTS = {
     'a turn': Cast(MouseAndTurns, '.*', ('a turn is asked for',)),
     'two mice': Cast(TwoMice, r'the (mouse|page) .*|.* for (1.1|2.15) s.*|(0.24|0.31|2.15) s pass',
                      ('the mouse is activated', 'the mouse moves to the edge')),
-    'late turns': Cast(LateTurns, 'the robot.*|a turn.*|controller is k.*|.* pass', depth=4),
+    'late turns': Cast(LateTurns, 'the robot.*|a turn.*|controller is k.*|.* pass', ('the robot is switched on',), 3),
 }
 
 

@@ -27,8 +27,8 @@ class Unheard(Wrong):
 
 def sleeping(name, number):
     """A node does not run, for a time below and above each limit."""
-    return [('{} is stopped for {} s, then hears {} first'.format(name, seconds, first), 'sleep', number, seconds, backwards)
-            for seconds in (0.95, 1.1, 1.95, 2.15) for first, backwards in (('requests', False), ('sensors', True))]
+    return [('{} is stopped for {} s, then hears {} first'.format(name, seconds, first), 'sleep', number, seconds,
+             first == 'sensors') for seconds in (0.95, 1.1, 1.95, 2.15) for first in ('requests', 'sensors')]
 
 
 def held_up(name, node, sender, *shorter):
@@ -142,13 +142,15 @@ class Labs(World):
     PADS = 0
     EVENTS = WAITING + sleeping('move_to_goal', 0) + [
         ('a goal is sent', 'goal'), ('a program begins to repeat a goal', 'repeat_goal', True),
-        ('the program ends', 'repeat_goal', False), ('every goal is cancelled', 'cancel'), ('the pose is reset', 'reset'),
+        ('the program ends', 'repeat_goal', False), ('every goal is cancelled', 'cancel'),
+        ('the pose is reset', 'reset'),
         ('move_to_goal is killed and started', 'start_mover', False),
         ('move_to_goal is killed and started with control', 'start_mover', True),
         ('move_to_goal is killed and started, and connects late', 'start_mover', False, 1.95),
         ('move_to_goal is started with control, and connects late', 'start_mover', True, 1.95),
         ('a new terminal says True', 'by_terminal', True, True), ('a terminal says False', 'by_terminal', False, True),
-        ('the same terminal says True', 'by_terminal', True, False), ('rostopic pub -r begins to say True, or ends', 'repeat'),
+        ('the same terminal says True', 'by_terminal', True, False),
+        ('rostopic pub -r begins to say True, or ends', 'repeat'),
         ('the student says True', 'student', True), ('the student says False', 'student', False)]
 
     def __init__(self):
@@ -295,7 +297,8 @@ def of_pad(number):
         ('{} of {}'.format(letter, name), 'press', number, button) for button, letter in enumerate('ABY')] + [
         ('the {} of {} is {}'.format(what, name, value), 'change', number, what, value) for what, value in (
             ('stick', 1.0), ('stick', 0.0), ('plugged', False), ('plugged', True), ('clock', CLOCK - 0.4))] + [
-        ('the node of {} dies'.format(name), 'end_pad', number), ('the node of {} starts'.format(name), 'add_pad', number)]
+        ('the node of {} dies'.format(name), 'end_pad', number),
+        ('the node of {} starts'.format(name), 'add_pad', number)]
 
 
 class OnePad(Labs):
