@@ -55,6 +55,8 @@ CASTS = {
     'terminals': Cast(Labs, 'move_to_goal.*|.* says .*|rostopic.*|(a|every) goal.*|the pose.*|(0.[345]|1|2).* pass'),
     'goals': Cast(Labs, '.* goal.*|the program.*|the pose.*|.* terminal says.*|(0.31|2.15) s pass',
                   ('a new terminal says True',), 3),
+    'a cancelled goal': Cast(Labs, 'every goal.*|a goal is sent|.* for 1.95 s.*|the program ends|2.15 s pass',
+                             ('a new terminal says True', 'a program begins to repeat a goal', '0.26 s pass'), 4),
     'a sleep': Cast(Labs, '.* is stopped.* requests.*|.* sent|.* True|the pose.*|2.15 s pass', depth=3),
     'a pad': Cast(OnePad, '.* pad 0.*|.* is stopped .*|a .* (True|False)|move_to_goal is k.*|.*goal is.*|the pose.*'
                   '|(0.06|0.29|0.31|0.52|2.15) s pass'),

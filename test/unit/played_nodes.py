@@ -96,7 +96,7 @@ class Ahead:
     """A law of drives and of turns that never finishes. (A mouse does not do both at once.)"""
 
     period, distance_tolerance, MAX_ANGLE = TICK, 0.01, 100.0
-    left = 1e4
+    command, left = Twist2(0.1, 0.2), 1e4
 
     def start(self, *_):
         pass
@@ -108,7 +108,7 @@ class Ahead:
 
     def step(self, *_):
         self.left -= 0.1
-        return LawStep(Twist2(0.1, 0.2), self.left, False)
+        return LawStep(self.command, self.left, False)
 
     rotate_to_goal = move_forward = rotate_to_final = step
 

@@ -85,6 +85,8 @@ class Pages(World):
         ('page {} is frozen'.format(page), 'hide', page, True), ('page {} goes on'.format(page), 'hide', page, False),
     ] + held_up('page ' + page, 0, page, 0.15)]
 
+    UNDER_WAY = (0.06, 0.31, 2.15)
+
     def __init__(self):
         super().__init__()
         self.panel, self.pages = Panel(self), {page: Page(page) for page in 'ab'}

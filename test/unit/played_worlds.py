@@ -15,10 +15,9 @@ PERIOD = 0.3
 NOTHING = object()
 
 #: Just below and above each limit: 0.04 (confirmation), 0.2 to 0.3 (pad, mouse, waking, crossing), 0.5 (lapse), 2.0
-#: (longest lapse). While a message is under way, two of them are enough.
+#: (longest lapse).
 WAITING = [('{} s pass'.format(seconds), 'let_pass', seconds)
            for seconds in (0.03, 0.06, 0.24, 0.26, 0.29, 0.31, 0.49, 0.52, 1.95, 2.15)]
-UNDER_WAY = (0.31, 2.15)
 
 
 class Unheard(Wrong):
@@ -40,6 +39,8 @@ class World:
     """Nodes and persons."""
 
     EVENTS = ()
+    #: These waits are enough while a message is under way.
+    UNDER_WAY = (0.31, 2.15)
     #: Is a robot there when the nodes start? Does it send its wheels?
     ROBOT_IS_ON, SENDS_WHEELS = True, False
 
@@ -123,7 +124,7 @@ class World:
         self.nodes[node].held[sender] = self.now + seconds
 
     def let_pass(self, seconds):
-        if seconds not in UNDER_WAY and any(node.waiting or node.held or node.asleep_since for node in self.nodes):
+        if seconds not in self.UNDER_WAY and any(node.waiting or node.held or node.asleep_since for node in self.nodes):
             return NOTHING
         self.wait(seconds)
 
@@ -216,7 +217,8 @@ class Labs(World):
         self.mover.send('goals', 'on_goal', 'person', self.now)
 
     def repeat_goal(self, on):
-        if self.repeats_goal is on:
+        """A program begins, which is heard at once, or ends."""
+        if self.repeats_goal is on or on and self.mover.asleep_since is not None:
             return NOTHING
         self.repeats_goal, self.due_at = on, self.now
         if on:
