@@ -30,8 +30,8 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, String
 
-from tb3_labs.control.goal_state import is_over
-from tb3_labs.nodes.demonstration import BEGUN, STILL_TIME, DemoConfig, DemoDrive, rests, table
+from tb3_labs.control.goal_state import GoalState, is_over
+from tb3_labs.nodes.demonstration import DemoConfig, DemoDrive, table
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import end, guarded, run
@@ -42,6 +42,8 @@ from tb3_labs.srv import ResetPose
 #: Longest wait for a node that starts, and for the end of a drive; for the recorder, which may have
 #: ended because its disk was full; for move_to_goal, before control is given again [s, wall clock].
 LONGEST_WAIT, RECORDER_TIMEOUT, GRANT_PERIOD = 120.0, 15.0, 1.0
+#: The robot rests this long after the end of a drive [s].
+REST = 0.5
 #: A drive may begin so many times, if it is given up before the robot moves.
 TRIES = 10
 #: Topics that a recording needs from its first moment on.
@@ -66,45 +68,50 @@ class Demo:
 
     def __init__(self):
         self._config = read_config(DemoConfig)
-        self._heard = {}        # {topic: (arrival [s], latest value)}
-        self._states = []       # (arrival [s], state) of the goal_state of this drive
+        self._heard = {}        # {topic: [(arrival [s], value)]}
         self._granted = False   # does move_to_goal have control from this node?
         self._taken = False
         # not latched: a latched message could come from an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
-        hear('ctrl_relinq', Bool, self._on_control)
-        hear('goal_state', String, lambda message: self._states.append(
-            (rospy.get_time(), message.data)))
+        self._keep('goal_state', String, lambda message: message.data)
         self._keep('has_control', Bool, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
             self._keep(topic, PoseStamped, lambda message: to_pose2(message.pose))
+        self._listen('ctrl_relinq', Bool, self._on_control)
         threading.Thread(target=guarded(self._run), daemon=True).start()
 
     def _keep(self, topic, kind, read):
+        """Keep the latest value of `topic`; of goal_state, all."""
+        heard = self._heard[topic] = []
+
         def keep(message):
-            self._heard[topic] = rospy.get_time(), read(message)
-        hear(topic, kind, keep)
+            heard.append((rospy.get_time(), read(message)))
+            if topic != 'goal_state':
+                del heard[:-1]
+        self._listen(topic, kind, keep)
+
+    @staticmethod
+    def _listen(topic, kind, callback):
+        rospy.Subscriber(topic, kind, guarded(callback), queue_size=None, tcp_nodelay=True)
 
     def _on_control(self, message):
         if not message.data and connection_of(message)['callerid'] != rospy.get_name():
             self._taken = self._granted
 
     def _run(self):
-        for topic in ('local_pose', 'ground_truth', 'current_goal', 'has_control'):
-            self._latest(topic)
+        for topic in ('local_pose', 'current_goal'):
+            self._first(topic)
         if self._config.record and not wait_until(recorder_hears, RECORDER_TIMEOUT):
             rospy.logwarn('The recorder does not listen: the recording will be incomplete')
-        drives = []
+        drives, problem = [], 'a drive ended outside the tolerance'
         try:
             for number in range(1, self._config.drives + 1):
                 rospy.loginfo('--- Drive %d of %d ---', number, self._config.drives)
-                drives.append(self._drive(number))
+                drives.append(self._drive(number > 1))
             print(table(drives))
-            self._end(all(drive.is_good for drive in drives), 'a drive ended outside the tolerance')
         except Taken:
-            self._end(False, 'Control was taken from the demonstration: it drives no more')
-
-    def _end(self, good, problem):
+            drives, problem = [], 'Control was taken from the demonstration: it drives no more'
+        good = drives and all(drive.is_good for drive in drives)
         if good and 'TB3_LABS_DEMO' in os.environ:
             Path(os.environ['TB3_LABS_DEMO'], 'good').touch()
         if not self._config.stay:
@@ -114,72 +121,52 @@ class Demo:
             rospy.logwarn(problem)
         print(WHAT_NEXT)
 
-    def _drive(self, number):
-        """Let the robot drive once from a new origin. Returns the DemoDrive."""
-        world_T_local = self._rest()
-        begun = self._begin(number > 1 or self._latest('has_control'))
-        ended, state = self._first(is_over)
-        reached = self._rest()
-        return DemoDrive(state, self._latest('current_goal'), self._latest('local_pose', ended),
-                         world_T_local.inverse() @ reached, ended - begun)
-
-    def _begin(self, anew):
-        """Let a drive begin; `anew`: after a reset. Returns the time [s]. If a drive is given up
+    def _drive(self, after_reset):
+        """Let the robot drive once from a new origin. Returns the DemoDrive. If a drive is given up
         before the robot moved (a busy computer's sensors are late), it begins again."""
+        after_reset = after_reset or self._first('has_control')[1]
+        _, world_T_local = self._first('ground_truth', rospy.get_time())
         for attempt in range(TRIES):
-            self._states.clear()
-            if anew or attempt:
-                self._wait(is_reset, 'a reset')
+            self._heard['goal_state'].clear()
+            if after_reset or attempt:
+                self._wait_for('a reset', is_reset)
             self._give_control()
-            begun, state = self._first(lambda state: state == BEGUN or is_over(state))
-            if state == BEGUN:
+            begun, state = self._first('goal_state', found=lambda state: is_over(state) or (
+                state == GoalState.ROTATE_TO_GOAL.name))
+            if not is_over(state):
                 break
-        return begun
+        ended, state = self._first('goal_state', found=is_over)
+        _, reached = self._first('ground_truth', ended + REST)
+        return DemoDrive(state, self._first('current_goal')[1], self._first('local_pose', ended)[1],
+                         world_T_local.inverse() @ reached, ended - begun)
 
     def _give_control(self):
         """Give control until move_to_goal says that it has control. A node that was slow to start
         does not take the first permission, which may be old. A person's stop is not undone."""
         def is_given():
-            if self._taken or self._latest('has_control'):
-                return True
-            self._control.publish(False)
-            self._control.publish(True)
-            return wait_until(lambda: self._latest('has_control'), GRANT_PERIOD)
-        self._wait(is_given, 'move_to_goal to take control')
+            has_control = self._taken or self._first('has_control')[1]
+            if not has_control:
+                self._control.publish(False)
+                self._control.publish(True)
+            return has_control or wait_until(lambda: self._first('has_control')[1], GRANT_PERIOD)
+        self._wait_for('move_to_goal to take control', is_given)
         self._granted = True
 
-    def _first(self, condition):
-        """Wait for the first state that fulfils `condition`. Returns (arrival [s], state). Raises
-        Taken if control is taken before."""
-        def found():
+    def _first(self, topic, since=0.0, found=lambda value: True):
+        """Wait for the first value of `topic` that arrived at `since` [s] or later, and is `found`.
+        Returns (arrival, value)."""
+        def values():
             if self._taken:
                 raise Taken
-            return [entry for entry in list(self._states) if condition(entry[1])]
-        self._wait(found, 'the end of a drive')
-        return found()[0]
+            return [(at, value) for at, value in list(self._heard[topic])
+                    if at >= since and found(value)]
+        self._wait_for(topic, values)
+        return values()[0]
 
-    def _latest(self, topic, since=0.0):
-        """Returns the latest value of `topic`; waits for one that arrives at `since` [s] or later.
-        """
-        self._wait(lambda: topic in self._heard and self._heard[topic][0] >= since, topic)
-        return self._heard[topic][1]
-
-    def _rest(self):
-        """Wait until the robot rests. Returns its true pose."""
-        before, pose = None, self._latest('ground_truth', rospy.get_time())
-        while before is None or not rests(before, pose):
-            before, pose = pose, self._latest('ground_truth', rospy.get_time() + STILL_TIME)
-        return pose
-
-    def _wait(self, condition, what):
+    def _wait_for(self, what, condition):
         if not wait_until(condition, LONGEST_WAIT):
             raise RuntimeError('waited {:.0f} s in vain for {}; states: {}'.format(
-                LONGEST_WAIT, what, [state for _, state in self._states]))
-
-
-def hear(topic, kind, callback):
-    """Call `callback` for each message, in their order."""
-    rospy.Subscriber(topic, kind, guarded(callback), queue_size=None, tcp_nodelay=True)
+                LONGEST_WAIT, what, [state for _, state in self._heard['goal_state']]))
 
 
 def is_reset():

@@ -15,15 +15,15 @@ unset CMAKE_PREFIX_PATH    # nor another workspace's tb3_labs
 
 # The programs inherit TB3_LABS_DEMO, the path of this folder, so each of them is found at the end, whoever started it.
 run=$(mktemp -d)
-patience=12    # tenths of a second: roslaunch waits 15 s for a node that is just starting. A recorder needs time to end.
-if [[ " $* " == *' record:='[Tt]rue* ]]; then patience=100; fi
+patience=1.2    # roslaunch waits 15 s for a node that is just starting. A recorder needs time to end.
+if [[ " $* " == *' record:='[Tt]rue* ]]; then patience=10; fi
 finish() {
-  local job left waited
+  local job left
   trap '' INT TERM HUP
   exec 2>/dev/null    # bash names each process that it ends
   for job in $(jobs -p); do    # roslaunch leads the group; the filter ends at once, and no traceback is shown
     kill -TERM -- "-$job" || true
-    for ((waited = 0; waited < patience; waited++)); do kill -0 "$job" || break; sleep 0.1; done
+    timeout "$patience" tail -s 0.1 --pid="$job" -f /dev/null || true
     kill -KILL -- "-$job" || true
   done
   while left=$(grep -lsxzF "TB3_LABS_DEMO=$run" /proc/[0-9]*/environ | cut -d/ -f3); [ -n "$left" ]; do
@@ -52,13 +52,10 @@ if ! flock -n 9 || timeout 2 bash -c ": <>/dev/tcp/${address%:*}/${address##*:}"
   exit 1
 fi
 
-# Can a window be opened? DISPLAY may be left over from another user or session.
-has_screen() {
-  [ -n "${DISPLAY:-}" ] && timeout 5 python3 2>/dev/null -Ic '
+# A window cannot be opened if DISPLAY is left over from another user or session.
+if [[ " $*" != *' rviz:='* && -n ${DISPLAY:-} ]] && rospack find rviz >/dev/null 2>&1 && timeout 5 python3 2>/dev/null -Ic '
 import ctypes
-raise SystemExit(not ctypes.CDLL("libX11.so.6").XOpenDisplay(None))'
-}
-if [[ " $*" != *' rviz:='* ]] && rospack find rviz >/dev/null 2>&1 && has_screen; then set -- rviz:=true "$@"; fi
+raise SystemExit(not ctypes.CDLL("libX11.so.6").XOpenDisplay(None))'; then set -- rviz:=true "$@"; fi
 
 # The nodes write into a pipe. Without PYTHONUNBUFFERED their lines would come late, and in another order.
 export PYTHONUNBUFFERED=1 ROSCONSOLE_FORMAT=${ROSCONSOLE_FORMAT:-'[${severity}] ${message}'}

@@ -86,30 +86,11 @@ class GoalOracle:
         return ''
 
 
-class PageOracle:
-    """Judges the renewals of control that a page gave: the page must have been heard without a gap
-    since then."""
-
-    def __init__(self):
-        self.heard_at = None         # None: no person has given control since the page was lost
-
-    def gave(self, now):
-        self.heard_at = now
-
-    def hear(self, now, at):
-        """A message that was sent at `at`."""
-        if self.heard_at is not None and now - self.heard_at > LOST:
-            self.heard_at = None
-        elif self.heard_at is not None and now - at <= LOST:
-            self.heard_at = now
-
-    def objection(self):
-        return 'the page was lost since it gave control' if self.heard_at is None else ''
-
-
 class HandOracle:
     """Judges what is driven by hand, a stick or a mouse: it must be there, and have rested since it
     was lost, or since the node slept or started."""
+
+    same_time = SAME_TIME
 
     def __init__(self, now):
         self.heard_at = now          # when the hand's last message was heard, and
@@ -129,7 +110,7 @@ class HandOracle:
         if not pushed and at >= self.lost_at - LOST:
             self.rested_at = at
 
-        if pushed and at < self.stopped_at - SAME_TIME:
+        if pushed and at < self.stopped_at - self.same_time:
             self.lose(now)
 
     def stop(self, now):

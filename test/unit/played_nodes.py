@@ -6,8 +6,8 @@ from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse_reader import MouseState
 from tb3_labs.nodes.gamepad.core import GamepadCore
-from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
+from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.events import Connection, Event, Origins
@@ -33,23 +33,19 @@ class Process:
     """A node. While it sleeps, or its link is cut, the messages of each sender wait in order."""
 
     def __init__(self, world):
-        self.world, self.robot = world, world.robot
-        self.born_at = world.now
+        self.world, self.robot, self.born_at = world, world.robot, world.now
         self.tremble = 1e-6
         self.asleep_since = self.asleep_until = None
         self.backwards = False       # the order in which its threads run when it wakes
         self.stalled = self.waking = False    # it wakes from a short sleep, or from a longer one
-        self.held = {}               # sender: until then its messages are held up
-        self.waiting = {}
+        self.held, self.waiting = {}, {}      # by sender: until then its messages are held up; its messages
         self.is_dead = False
 
     def send(self, sender, method, *details):
-        if self.is_dead:
-            return
-        if self.asleep_since is not None or sender in self.held:
-            self.waiting.setdefault(sender, []).append((method, details))
-        else:
+        if self.asleep_since is None and sender not in self.held and not self.is_dead:
             getattr(self, method)(*details)
+        elif not self.is_dead:
+            self.waiting.setdefault(sender, []).append((method, details))
 
     def deliver(self, senders):
         for sender in senders:
@@ -68,16 +64,14 @@ class Process:
 
     def wake(self):
         """Threads that read different senders run in any order."""
-        slept_for = self.world.now - self.asleep_since
-        self.asleep_since = None
+        slept_for, self.asleep_since = self.world.now - self.asleep_since, None
         self.woke(slept_for)
         self.stalled, self.waking = slept_for <= STALL, slept_for > STALL
         self.deliver(sorted(set(self.waiting) - set(self.held), reverse=self.backwards))
         self.stalled = self.waking = False
 
     def hear_robot(self):
-        """Returns True if IMU and wheels were heard. They tremble, as sensors that are not frozen do.
-        """
+        """Returns True if IMU and wheels were heard. They tremble, as sensors that are not frozen do."""
         robot, now = self.robot, self.world.now
         self.tremble = -self.tremble
         if robot.is_on:
@@ -99,37 +93,24 @@ class Process:
 
 
 class Ahead:
-    """A law that never finishes."""
+    """A law of drives and of turns that never finishes. (A mouse does not do both at once.)"""
 
-    period = TICK
-    distance_tolerance = 0.01
-    command = Twist2(0.1, 0.2)
-
-    def __init__(self):
-        self._left = 1e4
+    period, distance_tolerance, MAX_ANGLE = TICK, 0.01, 100.0
+    command, left = Twist2(0.1, 0.2), 1e4
 
     def start(self, *_):
         pass
 
+    extend = start
+
     def resume(self, state, *_):
         return state
 
-    def rotate_to_goal(self, *_):
-        self._left -= 0.1
-        return LawStep(self.command, self._left, False)
-
-    move_forward = rotate_to_final = rotate_to_goal
-
-
-class Turning(Ahead):
-    """The same for turns."""
-
-    MAX_ANGLE = 100.0
-
-    extend = Ahead.start
-
     def step(self, *_):
-        return self.rotate_to_goal()
+        self.left -= 0.1
+        return LawStep(self.command, self.left, False)
+
+    rotate_to_goal = move_forward = rotate_to_final = step
 
 
 class Still:
@@ -137,31 +118,26 @@ class Still:
 
     has_resets = is_lost = False
     odom_T_local = None
-
-    def __init__(self):
-        self._resets = []
+    resets = ()
 
     def on_imu(self, *_):
         pass
 
-    on_odometry = on_imu
+    on_odometry = take_fix = on_imu
+
+    def take_jumps(self):
+        return ()
 
     def on_reset(self, reset, *_):
         reset.declared = reset.asked.pose
-        self._resets.append(reset)
+        self.resets += (reset,)
+
+    def take_resets(self):
+        resets, self.resets = self.resets, ()
+        return resets
 
     def motion(self, _now):
         return Motion(Pose2(), 0.1, 0.2)
-
-    def take_resets(self):
-        resets, self._resets = self._resets, []
-        return resets
-
-    def take_jumps(self):
-        return []
-
-    def take_fix(self):
-        return None
 
 
 class Sender:
@@ -243,13 +219,10 @@ class Mover(Process):
     def hear_sensors(self):
         now, is_there = self.world.now, self.hear_robot()
         if is_there:
-            self.core.on_odometry(
-                OdometrySample(now, Pose2(self.tremble), 0.1, self.tremble), now)
+            self.core.on_odometry(OdometrySample(now, Pose2(self.tremble), 0.1, self.tremble), now)
         return is_there
 
     def tick(self):
-        if self.asleep_since is not None:
-            return
         core, now = self.core, self.world.now
         if self.connects_at and now >= self.connects_at - 1e-9:
             self.connects_at = 0.0
@@ -271,8 +244,7 @@ class Pad(Process):
         self.name = name
         self.core = GamepadCore(PAD, robot_model('burger'))
         self.oracle = HandOracle(world.now)
-        self.plugged, self.button, self.stick = True, None, 0.0
-        self.clock = CLOCK
+        self.plugged, self.button, self.stick, self.clock = True, None, 0.0, CLOCK
         self.decide(world.now)
 
     def on_joy(self, button, stick, at, stamp):
@@ -287,10 +259,12 @@ class Pad(Process):
         self.core.on_has_control(Event(granted, self.world.now))
         if granted:
             self.oracle.lose(self.world.now)
+        self.decide(self.world.now)
 
     def on_taken(self):
         self.core.on_word(Event(False, self.world.now))
         self.oracle.stop(self.world.now)
+        self.decide(self.world.now)
 
     def woke(self, slept_for):
         if slept_for > STALL:
@@ -303,9 +277,6 @@ class Pad(Process):
                       self.world.now + self.clock)
 
     def tick(self):
-        self.show()
-        if self.is_dead or self.asleep_since is not None:
-            return
         self.decide(self.world.now)
 
     def decide(self, at):
@@ -315,14 +286,11 @@ class Pad(Process):
         if output.asks_reset:
             self.judge_reset(at)
         for word in output.words:
-            self.say_word(word, at)
+            for _ in range(1 if word else 2):    # as GamepadNode does
+                self.world.tell(self.name, word, at)
             at = at if not word else None    # the others of a grant are renewals
         if output.renews:
-            self.say_word(True, None)
-
-    def say_word(self, word, at):
-        for _ in range(1 if word else 2):    # as GamepadNode does
-            self.world.tell(self.name, word, at)
+            self.world.tell(self.name, True, None)
 
 
 class Asked(ControllerCore):
@@ -341,11 +309,10 @@ class Turner(Process):
     def __init__(self, world):
         super().__init__(world)
         self.origins, self.script = Origins(['script'] * world.repeats, world.now), world.now
-        self.core = Asked(Turning())
+        self.core = Asked(Ahead())
         self.core.tick(world.now, world.now)
         self.by_turn = GoalOracle(world.now)
-        self.hands = world.hands
-        self.by_mice = {name: HandOracle(world.now) for name in self.hands}
+        self.by_mice = {name: HandOracle(world.now) for name in world.hands}
 
     def forget_script(self):
         """A new process has a new name."""
@@ -356,13 +323,10 @@ class Turner(Process):
         """A person asks for it, or a script, which began to repeat it at `at`, or before (None)."""
         now = self.world.now
         way = Connection(name, since=self.script if name == 'script' else self.born_at)
-        if name == 'script' and at is not None:
-            self.by_turn.hear(now, 'turn', True, self.at(at))
-            self.by_turn.ask(now, 'goal')
         self.core.accepted = False
         self.core.on_turn(Event(3600.0, now, name, self.origins.age_of(way, now)), now)
-        if name == 'person' and self.core.accepted:
-            self.by_turn.hear(now, 'turn', True, None if self.waking else self.at(at))
+        if at is not None and (name == 'script' or self.core.accepted):
+            self.by_turn.hear(now, 'turn', True, None if self.waking and name == 'person' else self.at(at))
             self.by_turn.ask(now, 'goal')
 
     def on_mouse(self, name, active, y, at):
@@ -384,8 +348,6 @@ class Turner(Process):
             self.by_turn.slept(self.world.now)
 
     def tick(self):
-        if self.asleep_since is not None:
-            return
         core, now = self.core, self.world.now
         self.by_turn.look(now, self.hear_robot())
         command = core.tick(now, now).command

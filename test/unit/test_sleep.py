@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from played_nodes import Turning
+from played_nodes import Ahead
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import AskedPose, Pose2
@@ -119,7 +119,7 @@ class Turner(Bench):
     """controller, with a mouse that is not active."""
 
     def make(self):
-        core = ControllerCore(Turning())
+        core = ControllerCore(Ahead())
         core.on_mouse(self.event(MouseState(False, 0.0, 0.0)))
         return core
 

@@ -177,6 +177,7 @@ class MoveToGoalCore:
 
     def on_cancel(self, now: float, name: str = '', stamp: int = 0) -> None:
         """A person or program cancels goals, see GoalRequest."""
+        self._update_control(now)    # finds a sleep: no sender has paused in it
         if self._requests.cancel(now, name, stamp):
             self._machine.cancel()
             self._pause()
