@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from oracle import COMPARED, OVER, GoalOracle
 from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Sender, Turner, Turning, Wrong
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.events import LATCHED_WITHIN
+from tb3_labs.supervision.freshness import LATCHED_WITHIN
 
 #: Stories begin at this time; so only the numbers above half of it are times.
 BEGIN = 1e5
