@@ -142,8 +142,8 @@ class GamepadCore:
             axes, _ = state.sent
             axis = max(config.linear_axis, config.angular_axis, key=lambda n: abs(axes[n]))
             self._news.tell(f'No stick drives: axis {axis} is at {axes[axis]:.2f}, beyond '
-                            f'dead_zone {config.dead_zone:g}. Let go of it; if it rests there, set a larger '
-                            'dead_zone', warning=True)
+                            f'dead_zone {config.dead_zone:g}. Let go of it; if it rests there, set '
+                            'a larger dead_zone', warning=True)
 
     def _command(self, now: float) -> Twist2:
         self._is_new = False
