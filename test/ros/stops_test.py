@@ -23,8 +23,7 @@ from std_msgs.msg import Bool, Float64, String
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.supervision.events import LATCHED_WITHIN
-from tb3_labs.supervision.freshness import SENDER_PAUSE
+from tb3_labs.supervision.freshness import LATCHED_WITHIN, SENDER_PAUSE
 
 from drive_case import DriveCase
 from node_case import STARTING, ZERO, Program, path_of
@@ -33,7 +32,7 @@ from thumb import A, B, Thumb, WithThumb
 #: Time from a stop to the last command that moves the robot [s].
 PROMPT = 0.25
 #: An event did not set a robot in motion that stands this long after it [s]: a process that wakes reads waiting
-#: messages within 0.3 s (permission.WAKING).
+#: messages within 0.3 s (freshness.WAKING).
 PATIENCE = 0.5
 #: After a sleep of this length a process does not go on by itself [s].
 TOO_LONG = 2.2

@@ -14,7 +14,7 @@ class AtDoor:
     def localizer(cls):
         """A Localizer."""
         ear = cls(None)
-        ear.part = Localizer(ear.clock)
+        ear.part = Localizer(ear.door)
         return ear
 
     def __getattr__(self, name):

@@ -231,7 +231,7 @@ def test_without_wheels_or_stamps_nothing_is_said():
             stampless.on_wheels(WheelSample(0.0, 0.0, 0.0))
     assert deaf.problem() == stampless.problem() == ''
     assert not deaf.has_compared and not stampless.has_compared
-    assert len(deaf._readings) < 200      # the samples of the last 0.6 s
+    assert len(deaf._comparison.readings) < 200      # the samples of the last 0.6 s
 
 
 # -- the orientation and its gyro

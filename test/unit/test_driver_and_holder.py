@@ -2,8 +2,8 @@
 import pytest
 
 from tb3_labs.nodes.controller.turns import DRIVERS, Driver, DriverEvent
-from tb3_labs.supervision.holder import HOLDERS, Holder, HolderEvent
 from tb3_labs.supervision.freshness import PAD_TIMEOUT
+from tb3_labs.supervision.holder import HOLDERS, Holder, HolderEvent
 from tb3_labs.supervision.page_grip import Grip
 
 NOBODY, TURN, MOUSE = Driver.NOBODY, Driver.TURN, Driver.MOUSE

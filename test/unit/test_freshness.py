@@ -1,7 +1,8 @@
 """Is a source alive: never heard, exactly at the timeout, a clock that goes back."""
 import pytest
 
-from tb3_labs.supervision.lost_or_stalled import FROZEN_TIME, Sensor, SensorWatch, Sight
+from tb3_labs.supervision.lost_or_stalled import Sensor, SensorWatch, Sight
+from tb3_labs.supervision.freshness import FROZEN_TIME
 
 
 def heard_at(time, name='imu'):

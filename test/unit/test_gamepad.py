@@ -1,10 +1,11 @@
 """The pad decides who holds the robot. Both nodes together: test_exhaust."""
 import pytest
 
-from tb3_labs.nodes.gamepad.core import HAND_BACK, GamepadCore
-from tb3_labs.nodes.gamepad.pad import PAD_TIMEOUT, PadConfig, read_pad
+from tb3_labs.nodes.gamepad.core import GamepadCore
+from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.events import Age, Event
+from tb3_labs.supervision.freshness import HAND_BACK, PAD_TIMEOUT
 from tb3_labs.supervision.holder import Holder
 
 NOBODY, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL

@@ -6,20 +6,19 @@ import pytest
 
 from at_door import AtDoor
 from tb3_labs.geometry.angles import WHOLE_TURN
-from tb3_labs.localization.door import YawNoise
+from tb3_labs.localization.door import Door, YawNoise
 from tb3_labs.nodes.controller.turns import Heading
-from tb3_labs.robot.samples import ImuSample
+from tb3_labs.robot.samples import ImuSample, heading_jump
 
 
 @pytest.mark.parametrize('turned, said', [
     (0.98, ''), (-0.98, ''), (1.02, '58 degrees'), (-1.02, '58 degrees'), (2.0 * math.pi, '')])
 def test_more_than_a_radian_at_once_is_a_jump(turned, said):
     """A node that does not see it drives on by a heading that is not the robot's."""
-    heading = AtDoor(Heading())
-    heading.on_imu(ImuSample(1.0, 3.0, 0.0), 1.0)
-    jump = heading.jump_to(ImuSample(1.1, math.remainder(3.0 + turned, WHOLE_TURN), 0.0))
+    jump = heading_jump(ImuSample(1.0, 3.0, 0.0),
+                        ImuSample(1.1, math.remainder(3.0 + turned, WHOLE_TURN), 0.0))
     assert said in jump and bool(said) == bool(jump)
-    assert heading.yaw == 3.0      # the line comes before the sample is taken in
+    assert heading_jump(None, ImuSample(1.1, 3.0, 0.0)) == ''
 
 
 def test_the_heading_of_a_robot_at_rest_is_better_known_than_by_one_sample():
@@ -45,17 +44,19 @@ def test_the_heading_at_rest_follows_a_drift():
 @pytest.mark.parametrize('noise_deg', [0.0, 0.005, 0.1, 0.3, 2.0])
 @pytest.mark.parametrize('rate', [0.0, 0.1])
 def test_the_noise_of_an_imu_is_measured_while_it_turns_slowly(noise_deg, rate):
-    chance, noise = random.Random(1), YawNoise()
+    chance, noise, door = random.Random(1), YawNoise(), Door()
     for k in range(400):
         time = 0.03 * k
-        noise.learn(math.remainder(3.0 + rate * time + math.radians(
-            chance.gauss(0.0, noise_deg)), 2.0 * math.pi), rate, 0.03)
+        yaw = 3.0 + rate * time + math.radians(chance.gauss(0.0, noise_deg))
+        noise.learn(door.hear_imu(
+            ImuSample(1.0 + time, math.remainder(yaw, 2.0 * math.pi), rate), time))
     assert math.degrees(noise.deviation) == pytest.approx(noise_deg, rel=0.3, abs=1e-6)
 
 
 @pytest.mark.parametrize('rates', [(0.3, 0.3), (0.0, 0.05)])     # fast, and unevenly slow
 def test_only_a_robot_that_turns_slowly_and_evenly_shows_the_noise(rates):
-    noise = YawNoise()
+    noise, door = YawNoise(), Door()
     for k in range(20):
-        noise.learn(0.02 * (k % 2), rates[k % 2], 0.01)
+        noise.learn(door.hear_imu(
+            ImuSample(1.0 + 0.01 * k, 0.02 * (k % 2), rates[k % 2]), 0.01 * k))
     assert noise.deviation == 0.0

@@ -11,8 +11,8 @@ from tb3_labs.control.commands import CommandHistory
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import (
-    CRUISING, LEARNING, LEARNING_TIME, LEAST_SAMPLE_DELAY, LONGEST_AGE, SPEEDING_UP, Identification,
-    Response, look_at_start)
+    CRUISING, LEARNING, LEARNING_TIME, LEAST_SAMPLE_DELAY, SPEEDING_UP, Identification, Response,
+    look_at_start)
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.localizer import Reset
@@ -21,6 +21,7 @@ from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
 from tb3_labs.supervision.events import Event, Output
+from tb3_labs.supervision.freshness import LONGEST_AGE
 
 PERIOD = 0.02
 

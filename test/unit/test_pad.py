@@ -3,7 +3,8 @@ import math
 
 import pytest
 
-from tb3_labs.nodes.gamepad.pad import LATENESS_SHOWS, PadConfig, PadListener, PadState, read_pad
+from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadState, read_pad
+from tb3_labs.supervision.freshness import LATENESS_SHOWS
 from tb3_labs.supervision.holder import ControlMessages
 
 AXES = [0.0] * 8

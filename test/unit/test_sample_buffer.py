@@ -8,9 +8,9 @@ from at_door import AtDoor
 from known_motion import SteadyRobot, Truth, angle_between, assert_pose, held_back
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.door import Door
-from tb3_labs.localization.sample_buffer import MAX_GAP, SAMPLE_MEMORY, SampleBuffer, Track
+from tb3_labs.localization.sample_buffer import SAMPLE_MEMORY, SampleBuffer, Track
 from tb3_labs.robot.samples import ImuSample, OdometrySample
-from tb3_labs.supervision.freshness import Lateness
+from tb3_labs.supervision.freshness import MAX_GAP, Lateness
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offset=-1.8,
                        clock_ahead=0.775)

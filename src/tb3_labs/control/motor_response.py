@@ -36,6 +36,7 @@ import numpy as np
 from tb3_labs.control.commands import CommandHistory
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
+from tb3_labs.supervision.freshness import LONGEST_AGE
 
 #: Lag of the motors until one was measured [s].
 FIRST_LAG = 0.05
@@ -80,8 +81,6 @@ LEARNING_TIME = 1.5
 ONSET = 0.03
 #: A robot that speeds up has a speed between these shares of the command.
 SPEEDING_UP = 0.1, 1.5
-#: A sample of this age, or a silence of this length, shows that the network stalls [s].
-LONGEST_AGE = 0.1
 #: A first command slower than this shows too little of the motors [rad/s].
 TELLING = 0.2
 #: If the motors have more than this share of the command at the first look, their lag is 0.

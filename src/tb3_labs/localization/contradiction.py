@@ -28,10 +28,9 @@ from typing import Deque, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.localization.door import Heard
-from tb3_labs.robot.samples import ImuSample, WheelSample
+from tb3_labs.robot.samples import WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.supervision.freshness import (
-    GYRO_GAP, MEAN_ONLY, RESUME_TIME, SMALL_STEP, WHEEL_GAP)
+from tb3_labs.supervision.freshness import GYRO_GAP, MEAN_ONLY, RESUME_TIME, SMALL_STEP, WHEEL_GAP
 from tb3_labs.supervision.lost_or_stalled import SURELY_TURNS
 
 #: A turn of the wheels may show in the gyro up to this much later [s].
@@ -88,20 +87,19 @@ class OrientationWatch:
     """
 
     def __init__(self) -> None:
-        self._last: Optional[ImuSample] = None
-        self._begin = self._farthest = 0.0    # yaw, and its largest change since then [rad]
+        self._begin: Optional[float] = None   # yaw [rad]
+        self._farthest = 0.0                  # its largest change since then [rad]
         self._turned = 0.0                    # by the gyro since then [rad]
         self._rested_for = 0.0                # the gyro [s]
         #: Does the orientation stand?
         self.stands = False
 
-    def on_imu(self, sample: ImuSample, seconds: float) -> None:
-        """Take in a sample, `seconds` after the last one."""
-        last, self._last = self._last, sample
-        if last is None:
-            self._begin = sample.yaw
+    def on_imu(self, heard: Heard) -> None:
+        """Take in a sample of the IMU."""
+        (_, yaw, yaw_rate), last, seconds = heard.sample, heard.before, heard.step
+        if last is None or self._begin is None:
+            self._begin = yaw
             return
-        _, yaw, yaw_rate = sample
         rate = 0.5 * (last.yaw_rate + yaw_rate)
         self._rested_for += seconds
         if yaw == last.yaw and yaw_rate == last.yaw_rate:
@@ -138,6 +136,42 @@ class _Reading(NamedTuple):
     is_repeated: bool
 
 
+class _Comparison:
+    """What is known since a silence, or since the robot's clock was set."""
+
+    def __init__(self) -> None:
+        self.wheels: Optional[WheelSample] = None    # the latest
+        self.readings: Deque[_Reading] = deque()     # not compared yet
+        self.turns: Deque[_Turn] = deque()
+        self.is_calibrated = False  # did the gyro agree with resting wheels?
+        self.turned_for = 0.0       # time of its steady turns [s]
+        self.slip = 0.0             # mean slip in these turns
+        self.unexplained = 0.0      # [rad]
+        self.agreed_for = 0.0       # [s]
+
+    def plausible(self, least: float, most: float, one_wheel: float) -> Tuple[float, float, float]:
+        """Returns (least, most, margin) [rad/s]: wheels of these rates may have turned the robot
+        at rates from `least` to `most`, or beyond by up to the margin.
+
+        `one_wheel`: the largest of _Turn.one_wheel [rad/s].
+        """
+        margin = SLIP * max(-least, most) + DRIFT
+        if not self.is_calibrated:
+            return least, most, margin + UNEVEN * one_wheel
+        slips = (self.slip,) if self.turned_for >= SLIP_TIME else (0.0, WORST_SLIP)
+        return (min(least * (1.0 - slip) for slip in slips),
+                max(most * (1.0 - slip) for slip in slips), margin + WORST_UNEVEN * one_wheel)
+
+    def learn_slip(self, reading: _Reading, least: float, most: float) -> None:
+        """Learn the slip: a calibrated gyro shows which share of a steady turn the wheels lose."""
+        if (self.is_calibrated and self.turned_for < SLIP_TIME and least * most > TURNING ** 2
+                and most - least < STEADY_TURN * abs(most)):
+            seconds = reading.end - reading.begin
+            self.turned_for += seconds
+            slip = clamp(1.0 - 2.0 * reading.rate / (least + most), 0.0, WORST_SLIP)
+            self.slip += seconds / self.turned_for * (slip - self.slip)
+
+
 class GyroWatch:
     """Compares the gyro of one robot with its wheels."""
 
@@ -151,15 +185,7 @@ class GyroWatch:
         self._alone_for = 0.0        # time of the gyro since anything was compared [s]
         self._orientation = OrientationWatch()
         self._contradicts = False
-        self._imu: Optional[ImuSample] = None        # the latest
-        self._wheels: Optional[WheelSample] = None
-        self._readings: Deque[_Reading] = deque()    # not compared yet
-        self._turns: Deque[_Turn] = deque()
-        self._is_calibrated = False  # did the gyro agree with resting wheels?
-        self._turned_for = 0.0       # time of its steady turns [s]
-        self._slip = 0.0             # mean slip in these turns
-        self._unexplained = 0.0      # [rad]
-        self._agreed_for = 0.0       # [s]
+        self._comparison = _Comparison()
 
     def on_imu(self, heard: Heard, sends_wheels: bool = False) -> None:
         """Take in a sample of the IMU. `sends_wheels`: does the robot send its wheels, too?"""
@@ -168,30 +194,28 @@ class GyroWatch:
             self._rested_for = self._alone_for = 0.0
         elif self._alone_for < AGREED:
             self._alone_for += heard.silence
-        sample, last = heard.sample, self._imu
-        self._orientation.on_imu(sample, heard.step)
-        if last is not None:
-            if heard.by_stamps < -SMALL_STEP:
-                self._begin()
-            elif 0.0 < heard.by_stamps <= GYRO_GAP:
-                self._readings.append(_Reading(last.stamp, sample.stamp, last.yaw_rate,
-                                               sample[1:] == last[1:]))
-            if self._readings and self._readings[0].end < sample.stamp - WHEEL_MEMORY:
-                self._readings.popleft()    # the wheels are not heard
-        self._imu = sample
+        self._orientation.on_imu(heard)
+        sample, last = heard.sample, heard.before
+        if heard.by_stamps < -SMALL_STEP:
+            self._comparison = _Comparison()
+        readings = self._comparison.readings
+        if 0.0 < heard.by_stamps <= GYRO_GAP:
+            readings.append(_Reading(last.stamp, sample.stamp, last.yaw_rate,
+                                     sample[1:] == last[1:]))
+        if readings and readings[0].end < sample.stamp - WHEEL_MEMORY:
+            readings.popleft()    # the wheels are not heard
 
     def on_wheels(self, sample: WheelSample) -> None:
         """Take in a sample of the wheels."""
         self._sends_wheels = True
-        last, time = self._wheels, sample.stamp
-        if last is not None:
-            if not -SMALL_STEP <= time - last.stamp <= WHEEL_GAP:
-                self._begin()
-            elif time > last.stamp:
-                self._add_turn(last, sample)
-        self._wheels = sample
-        while self._readings and self._readings[0].end + LEAD <= time:
-            self._compare(self._readings.popleft())
+        last, time = self._comparison.wheels, sample.stamp
+        if last is not None and not -SMALL_STEP <= time - last.stamp <= WHEEL_GAP:
+            self._comparison = _Comparison()
+        elif last is not None and time > last.stamp:
+            self._add_turn(last, sample)
+        self._comparison.wheels, readings = sample, self._comparison.readings
+        while readings and readings[0].end + LEAD <= time:
+            self._compare(readings.popleft())
 
     def problem(self) -> str:
         """The contradiction and its remedy, in words; '' if there is none."""
@@ -204,27 +228,20 @@ class GyroWatch:
         """Were gyro and wheels compared at rest, or is there nothing to compare?"""
         return not self._sends_wheels or max(self._rested_for, self._alone_for) >= AGREED
 
-    def _begin(self) -> None:
-        """Begin to compare again, without the samples until now."""
-        self._imu = self._wheels = None
-        self._readings.clear()
-        self._turns.clear()
-        self._is_calibrated, self._turned_for = False, 0.0
-        self._unexplained = self._agreed_for = 0.0
-
     def _add_turn(self, last: WheelSample, sample: WheelSample) -> None:
         begin, end = last.stamp, sample.stamp
         left, right = sample.left - last.left, sample.right - last.right
         per_track = self._model.wheel_radius / self._model.wheel_separation / (end - begin)
-        self._turns.append(_Turn(begin, end, (right - left) * per_track,
-                                 max(abs(left), abs(right)) * per_track))
-        while self._turns[0].end < end - WHEEL_MEMORY:
-            self._turns.popleft()
+        turns = self._comparison.turns
+        turns.append(_Turn(begin, end, (right - left) * per_track,
+                           max(abs(left), abs(right)) * per_track))
+        while turns[0].end < end - WHEEL_MEMORY:
+            turns.popleft()
 
     def _compare(self, reading: _Reading) -> None:
-        first, last = reading.begin - LAG, reading.end + LEAD
+        comparison, first, last = self._comparison, reading.begin - LAG, reading.end + LEAD
         least, most, one_wheel, known_since = math.inf, -math.inf, 0.0, math.inf
-        for begin, end, rate, fastest in self._turns:
+        for begin, end, rate, fastest in comparison.turns:
             if end > first and begin < last:
                 if fastest and end - begin > MEAN_ONLY:
                     return
@@ -233,54 +250,21 @@ class GyroWatch:
         if known_since > first:
             return
         self.has_compared = True
-        self._learn_slip(reading, least, most)
-        least, most, margin = self._plausible(least, most, one_wheel)
+        comparison.learn_slip(reading, least, most)
+        least, most, margin = comparison.plausible(least, most, one_wheel)
         nearest = clamp(reading.rate, least - margin, most + margin)
         stands = abs(reading.rate) < min(STANDING_RATE, abs(nearest))
         excess = 0.0 if stands else reading.rate - nearest
         seconds, rests = reading.end - reading.begin, margin < RESTING_MARGIN
-        self._rested_for += seconds * rests
+        self._rested_for += seconds if rests else 0.0
         if self._alone_for < AGREED:
             self._alone_for = 0.0
-        if not excess:
-            self._agree(seconds, rests)
-        elif not reading.is_repeated:
-            self._agreed_for = 0.0
-            self._unexplained += excess * seconds
-            self._contradicts = self._contradicts or abs(self._unexplained) > UNEXPLAINED
-
-    def _plausible(self, least: float, most: float,
-                   one_wheel: float) -> Tuple[float, float, float]:
-        """Returns (least, most, margin) [rad/s]: wheels of these rates may have turned the robot
-        at rates from `least` to `most`, or beyond by up to the margin.
-
-        `one_wheel`: the largest of _Turn.one_wheel [rad/s].
-        """
-        margin, uneven = SLIP * max(-least, most) + DRIFT, UNEVEN
-        if self._is_calibrated:
-            uneven, least_slip, most_slip = WORST_UNEVEN, 0.0, WORST_SLIP
-            if self._turned_for >= SLIP_TIME:
-                least_slip = most_slip = self._slip
-            least, most = (
-                min(least * (1.0 - least_slip), least * (1.0 - most_slip)),
-                max(most * (1.0 - least_slip), most * (1.0 - most_slip)))
-        return least, most, margin + uneven * one_wheel
-
-    def _learn_slip(self, reading: _Reading, least: float, most: float) -> None:
-        """Learn the slip: a calibrated gyro shows which share of a steady turn the wheels lose."""
-        if (self._is_calibrated and self._turned_for < SLIP_TIME and least * most > TURNING ** 2
-                and most - least < STEADY_TURN * abs(most)):
-            seconds = reading.end - reading.begin
-            self._turned_for += seconds
-            slip = clamp(1.0 - 2.0 * reading.rate / (least + most), 0.0, WORST_SLIP)
-            self._slip += seconds / self._turned_for * (slip - self._slip)
-
-    def _agree(self, seconds: float, rests: bool) -> None:
-        """Gyro and wheels agreed for `seconds`. A contradiction ends only if they agree at rest.
-        """
-        if self._contradicts and not rests:
-            return
-        self._agreed_for += seconds
-        if self._agreed_for >= AGREED:
-            self._unexplained, self._contradicts = 0.0, False
-            self._is_calibrated = self._is_calibrated or rests
+        if excess and not reading.is_repeated:
+            comparison.agreed_for = 0.0
+            comparison.unexplained += excess * seconds
+            self._contradicts = self._contradicts or abs(comparison.unexplained) > UNEXPLAINED
+        elif not excess and (rests or not self._contradicts):    # at rest a contradiction ends
+            comparison.agreed_for += seconds
+            if comparison.agreed_for >= AGREED:
+                comparison.unexplained, self._contradicts = 0.0, False
+                comparison.is_calibrated = comparison.is_calibrated or rests

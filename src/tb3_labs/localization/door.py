@@ -1,7 +1,7 @@
 """The door of samples: each sample of a sensor is timed here, once; and the noise of an IMU.
 
-`Door.hear` measures the silence before a sample and reads the sender's clock; a :class:`Heard` has
-all values that later rooms need. SensorWatch looks at the same sources while nothing is heard.
+A :class:`Door` measures the silence before a sample and reads the sender's clock; a :class:`Heard`
+has all values that later rooms need. The door keeps the latest of each sensor, for all who ask.
 
 Header stamps show intervals well, but come from the robot's clock, which may be a second off, step,
 or stand at zero. Arrivals are on the receiver's clock, but a network delays messages. So samples
@@ -26,15 +26,12 @@ from typing import Any, Dict, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 from tb3_labs.supervision.freshness import (
-    CLOCK_STEP, LONG_SILENCE, MAX_BEHIND, MAX_OFF, SMALL_STEP, Least)
-from tb3_labs.supervision.lost_or_stalled import Sensor
+    CLOCK_STEP, LONG_SILENCE, MAX_BEHIND, MAX_OFF, NOISE_GAP, SMALL_STEP, Least)
 
 #: A stamp that is repeated more often than this does not belong to a clock.
 MAX_REPEATS = 3
 #: Weight of each new sample in the variance of the noise, after the first ones.
 SHARE = 0.02
-#: An IMU whose samples are farther apart than this does not show its noise [s].
-FARTHEST_SAMPLES = 0.1
 #: A robot turns slowly if its rate is below this [rad/s].
 SLOW_TURN = 0.2
 #: A robot turns evenly if its rate changes by less than this between two samples [rad/s].
@@ -45,6 +42,7 @@ class Heard(NamedTuple):
     """A sample, and all times that later rooms ask of it; made by :class:`Door` alone."""
 
     sample: Any           # an ImuSample or OdometrySample
+    before: Any           # the sample of its source before it; None for the first
     arrival: float        # [s, receiver's clock]
     time: float           # of the measurement [s, sender's clock; or by arrival]
     epoch: int            # of the sender's clock: times of different epochs cannot be compared
@@ -68,26 +66,32 @@ class Door:
     """The door of one robot: its IMU, and its odometry if it is heard."""
 
     def __init__(self) -> None:
-        self.imu, self.odometry = Sensor('imu'), Sensor('odom')
         self.clock = SenderClock()
-        self._stamps: Dict[str, float] = {}    # of each source's last sample
+        #: The latest sample of each sensor; None before the first.
+        self.imu: Optional[Heard] = None
+        self.odometry: Optional[Heard] = None
 
     def hear_imu(self, sample: ImuSample, now: float) -> Heard:
         """A sample of the IMU has arrived."""
-        return self._hear(self.imu, sample, sample[1:], now)
+        self.imu = self._hear('imu', self.imu, sample, now)
+        return self.imu
 
     def hear_odometry(self, sample: OdometrySample, now: float) -> Heard:
         """A message of the odometry has arrived."""
-        return self._hear(self.odometry, sample, (sample.pose, sample.linear, sample.angular), now)
+        self.odometry = self._hear('odom', self.odometry, sample, now)
+        return self.odometry
 
-    def _hear(self, source: Sensor, sample: Sample, reading: Any, now: float) -> Heard:
-        all_silent = min(self.imu.age(now), self.odometry.age(now))
-        silence, stamp = source.heard(now, reading), sample.stamp
-        by_stamps = stamp - self._stamps.get(source.name, stamp)
-        self._stamps[source.name] = stamp
-        time = self.clock.time_of(source.name, stamp, now, silence, all_silent)
-        return Heard(sample, now, time, self.clock.epoch, self.clock.measured_at(time, now),
-                     silence, all_silent, by_stamps)
+    def _hear(self, source: str, last: Optional[Heard], sample: Sample, now: float) -> Heard:
+        silence, before = _silence(last, now), last.sample if last else None
+        all_silent = min(_silence(self.imu, now), _silence(self.odometry, now))
+        time = self.clock.time_of(source, sample.stamp, now, silence, all_silent)
+        return Heard(sample, before, now, time, self.clock.epoch,
+                     self.clock.measured_at(time, now), silence, all_silent,
+                     sample.stamp - before.stamp if before else 0.0)
+
+
+def _silence(last: Optional[Heard], now: float) -> float:
+    return max(0.0, now - last.arrival) if last else math.inf
 
 
 class SenderClock:
@@ -178,18 +182,17 @@ class YawNoise:
         #: Standard deviation of one sample's yaw [rad].
         self.deviation = 0.0
         self._count = 0
-        self._before: Optional[Tuple[float, float]] = None    # yaw and rate of the last sample
 
-    def learn(self, yaw: float, rate: float, step: float) -> None:
-        """Take in a sample [rad, rad/s], `step` after the last one [s]."""
-        before, self._before = self._before, (yaw, rate)
-        if before is None or not 0.0 < step < FARTHEST_SAMPLES:
+    def learn(self, heard: Heard) -> None:
+        """Take in a sample of the IMU."""
+        before, (_, yaw, rate), step = heard.before, heard.sample, heard.step
+        if before is None or not 0.0 < step < NOISE_GAP:
             return
-        if abs(rate) > SLOW_TURN or abs(rate - before[1]) > EVEN:
+        if abs(rate) > SLOW_TURN or abs(rate - before.yaw_rate) > EVEN:
             return
-        turned = 0.5 * (before[1] + rate) * step
+        turned = 0.5 * (before.yaw_rate + rate) * step
         # the difference of two samples has twice the variance of one
-        square = 0.5 * (difference(yaw, before[0]) - turned) ** 2
+        square = 0.5 * (difference(yaw, before.yaw) - turned) ** 2
         self._count += 1
         variance = self.deviation ** 2
         self.deviation = math.sqrt(

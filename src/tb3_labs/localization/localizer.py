@@ -20,7 +20,7 @@ from typing import List, Optional
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.handout import SAYS_POSE_SET
-from tb3_labs.localization.door import Heard, SenderClock, YawNoise
+from tb3_labs.localization.door import Door, Heard, YawNoise
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFilter
 from tb3_labs.localization.sample_buffer import SampleBuffer
@@ -80,9 +80,9 @@ class Reset:
 class Localizer:
     """Computes poses in the local frame from samples."""
 
-    def __init__(self, clock: SenderClock) -> None:
-        """`clock`: the Door's clock, which finds the samples of an instant."""
-        self._clock = clock
+    def __init__(self, door: Door) -> None:
+        """`door`: of the samples; its clock finds the samples of an instant."""
+        self._door, self._clock = door, door.clock
         #: The LocalFrame in force; None before the first samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None
         self._frame_number = 0
@@ -95,28 +95,26 @@ class Localizer:
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
         self._resets: List[Reset] = []    # in the order of their requests, until they are taken
-        self._imu: Optional[Heard] = None           # the latest sample of each sensor
-        self._odometry: Optional[Heard] = None
+        self._odometry: Optional[Heard] = None    # the latest message that was used
         self._awaits_imu = True    # a silence of both sensors: the odometry is back, the IMU is not
 
     def on_imu(self, heard: Heard) -> None:
         """Take in a sample of the IMU."""
-        sample = heard.sample
-        jump = heading_jump(self._imu.sample.yaw, sample.yaw) if self._imu else ''
+        jump = heading_jump(heard.before, heard.sample)
         if jump:
             self._jumps.append(Jump(jump))
         self._buffer.add_imu(heard)
-        self._imu, self._awaits_imu = heard, False
-        self._yaw_noise.learn(sample.yaw, sample.yaw_rate, heard.step)
+        self._awaits_imu = False
+        self._yaw_noise.learn(heard)
         self._carry_out_resets()
 
     def on_odometry(self, heard: Heard) -> None:
         """Take in a message of the odometry."""
         self._awaits_imu = self._awaits_imu or heard.all_silent > RESET_SILENCE
-        if self._imu is None or self._awaits_imu:
+        if self._door.imu is None or self._awaits_imu:
             self._jump_filter.skip(heard)
             return
-        shift, jump = self._jump_filter.take(heard, self._imu.sample, self.driven_at)
+        shift, jump = self._jump_filter.take(heard, self._door.imu.sample, self.driven_at)
         if jump is not None:
             self._on_jump(jump)
         if shift is not None:
@@ -180,9 +178,9 @@ class Localizer:
         """The robot's Motion at `now`; None before the first samples, or if the pose is lost. The
         caller checks that the samples are fresh.
         """
-        if self.frame is None or self._imu is None or self._odometry is None:
+        if self.frame is None or self._door.imu is None or self._odometry is None:
             return None
-        imu, imu_age = self._imu.sample, self._imu.age(now)
+        imu, imu_age = self._door.imu.sample, self._door.imu.age(now)
         odometry, odometry_age = self._odometry.sample, self._odometry.age(now)
         extrapolated = imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION)
         heading = self.frame.heading(imu.yaw + extrapolated)

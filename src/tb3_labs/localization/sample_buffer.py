@@ -17,13 +17,10 @@ from tb3_labs.geometry.angles import difference, interpolate_angle, wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.localization.door import Heard
 from tb3_labs.robot.samples import OdometrySample
+from tb3_labs.supervision.freshness import MAX_BRIDGE, MAX_GAP
 
 #: Samples are remembered for this long [s].
 SAMPLE_MEMORY = 1.5
-#: Longest gap in which motion is taken to be uniform [s].
-MAX_GAP = 0.3
-#: Longest gap of the IMU that the odometry bridges: shorter than half a turn of the robot [s].
-MAX_BRIDGE = 1.0
 
 
 class Track:

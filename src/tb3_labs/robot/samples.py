@@ -3,7 +3,7 @@
 Units: seconds, metres, radians. `stamp` is the sender's clock, which may be off by a second.
 """
 import math
-from typing import Any, NamedTuple, Union
+from typing import Any, NamedTuple, Optional, Union
 
 from tb3_labs.geometry.angles import difference
 
@@ -73,8 +73,8 @@ Sample = Union[ImuSample, OdometrySample]
 def bounded(name: str, value: float, bound: float, unit: str) -> float:
     """`value`, which no robot exceeds; ``ValueError`` if it does, or is not finite."""
     if not abs(value) <= bound:    # "not <=" also catches NaN
-        raise ValueError('{} = {:.6g} {} is more than a robot can have ({:g})'.format(
-            name, value, unit, bound))
+        raise ValueError(
+            f'{name} = {value:.6g} {unit} is more than a robot can have ({bound:g})')
     return value
 
 
@@ -83,9 +83,9 @@ def is_slow(linear: float, angular: float) -> bool:
     return abs(linear) <= REST_LINEAR and abs(angular) <= REST_ANGULAR
 
 
-def heading_jump(before: float, after: float) -> str:
-    """The fault that the yaws of two successive samples of the IMU show [rad]; '' if none."""
-    turned = difference(after, before)
+def heading_jump(before: Optional[ImuSample], after: ImuSample) -> str:
+    """The fault that two successive samples of the IMU show; '' if none."""
+    turned = difference(after.yaw, before.yaw) if before else 0.0
     if abs(turned) <= FARTHEST_TURN:
         return ''
-    return "the IMU's heading jumped by {:.0f} degrees".format(abs(math.degrees(turned)))
+    return f"the IMU's heading jumped by {abs(math.degrees(turned)):.0f} degrees"

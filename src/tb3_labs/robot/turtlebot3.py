@@ -89,8 +89,8 @@ def robot_model(name: str, said_by: str = 'model') -> RobotModel:
     try:
         return MODELS[name]
     except (KeyError, TypeError):     # a parameter may be a list
-        raise ValueError('{} = {!r} is not valid: one of {}'.format(
-            said_by, name, ', '.join(MODELS))) from None
+        raise ValueError(
+            f'{said_by} = {name!r} is not valid: one of {", ".join(MODELS)}') from None
 
 
 def model_called(name: str, environment: Mapping[str, str]) -> RobotModel:

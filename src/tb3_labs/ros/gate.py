@@ -2,8 +2,7 @@
 
 When a node that drives stops, for any reason, it publishes exactly one zero and is then silent, so
 that another node may drive. The zero is also sent when the node shuts down (a signal, an exception
-that ended it), and when its clock stands still. Once a second a driving node publishes
-`/diagnostics`, for rqt_robot_monitor and rostopic.
+that ended it), and when its clock stands still.
 
 Locks are taken in this order, each only before those below it:
     1  locks of the parts that call a node back: the hooks of its end, dynamic settings,
@@ -25,20 +24,12 @@ from geometry_msgs.msg import Twist
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import is_wall_time, write_at_once
-from tb3_labs.supervision.freshness import Freshness
+from tb3_labs.ros.topics import DROPPED
+from tb3_labs.supervision.freshness import (
+    CHECK_PERIOD, IDLE_PERIOD, QUIET_TIME, STANDSTILL, Freshness)
 
-#: A smaller speed turns no motor [m/s], [rad/s]: their steps are eight times as large. The firmware
-#: reads a number such as 1e-40 as full speed.
+#: A smaller speed turns no motor [m/s], [rad/s]; the firmware reads 1e-40 as full speed.
 LEAST_SPEED = 1e-4
-#: A clock that does not change for this long stands still [s].
-STANDSTILL = 0.3
-#: While a node may move its robot, it looks at the clock when no message came for this long [s],
-#: half the shortest timeout, ...
-QUIET_TIME = 0.1
-#: ... and then with this period, until the next message [s].
-CHECK_PERIOD = 0.02
-#: A node that does not drive looks at the clock, for a sleep, if no message came for so long [s].
-IDLE_PERIOD = 0.2
 #: Time between two reports [s, wall clock].
 REPORT_PERIOD = 1.0
 
@@ -46,10 +37,9 @@ REPORT_PERIOD = 1.0
 class Gate:
     """Guards a core (:mod:`tb3_labs.nodes`) by one lock, which is taken once for each message.
 
-    The command is sent while the lock is held. So commands and stops leave in the order in which
-    they were decided: no drive that was decided before a stop follows it. The rest of an Output is
-    carried out without the lock, in the same order, by a thread of its own. So a terminal that
-    takes no text, a service, or actionlib holds up neither a message nor a look at the clock.
+    The command is sent while the lock is held: no drive that was decided before a stop follows it.
+    The rest of an Output is carried out without the lock, in the same order, by a thread of its
+    own. So a terminal that takes no text, or actionlib, holds up no message and no stop.
     """
 
     def __init__(self, tick, at_once=None, carry_out=None):
@@ -66,8 +56,8 @@ class Gate:
 
     def take_in(self, method, *arguments):
         """Hand over what was heard by ``method(*arguments)`` of the core, and let it decide.
-        Returns the Output. `method` reads the clock: a time from before the lock was taken may be
-        older than a time that the core knows already."""
+        Returns the Output. `method` reads the clock: an earlier time may be older than one that the
+        core knows already."""
         with self._lock:
             method(*arguments)
             output = self._decide()
@@ -139,7 +129,7 @@ class CmdVel:
         while the clock stands still, are a :meth:`stop`. ``ValueError`` if one is not finite."""
         linear, angular = command
         if not math.isfinite(linear + angular):
-            raise ValueError('command ({}, {}) is not finite'.format(linear, angular))
+            raise ValueError(f'command ({linear}, {angular}) is not finite')
         linear = linear if abs(linear) >= LEAST_SPEED else 0.0
         angular = angular if abs(angular) >= LEAST_SPEED else 0.0
         if linear == angular == 0.0 or not self._clock_runs:
@@ -219,8 +209,8 @@ class Watchdog:
 
 
 class Diagnostics:
-    """Publishes the answer of `report()`, ``(problem or '', {name: value})``, once a second; it is
-    called without a lock."""
+    """Publishes the answer of `report()`, ``(problem, {name: value})``, to `/diagnostics`, once a
+    second. `report` is called without a lock."""
 
     def __init__(self, hardware, report):
         self._report = report
@@ -242,8 +232,8 @@ class Diagnostics:
         return status
 
 
-def values_of(source, now):
-    """Returns {'imu age [s]': '0.004', 'imu dropped': 0} of a freshness.Freshness: its age, and the
-    number of its invalid messages."""
-    return {source.name + ' age [s]': '{:.3f}'.format(source.age(now)),
-            source.name + ' dropped': source.dropped}
+def values_of(topic, source, now):
+    """Returns {'imu age [s]': '0.004', 'imu dropped': 0} of a topic: the age of its Freshness, and
+    the number of its invalid messages."""
+    return {source.name + ' age [s]': f'{source.age(now):.3f}',
+            source.name + ' dropped': DROPPED[topic]}

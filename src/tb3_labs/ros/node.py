@@ -2,13 +2,11 @@
 
 A ``ValueError`` at the start, such as an invalid parameter's, ends the node with one fatal
 line and exit status 1; its roslaunch ends, too. An exception inside a callback ends the node as
-well: rospy alone would print a traceback and let the robot drive on with its last command. The
-shutdown hook of :mod:`tb3_labs.ros.gate` sends the last zero velocity.
+well: rospy alone would let the robot drive on with its last command.
 
-rospy's own signal handlers interrupt the main thread at any point to shut down, and hang if it
-holds one of rospy's locks. Here a signal is an exception in the main thread, which first leaves its
-calls and their locks; then the node shuts down. Ctrl+Z ends a node, too: as a process that is
-stopped it could not stop its robot.
+rospy's own signal handlers hang if the main thread holds one of rospy's locks. Here a signal is an
+exception in the main thread, which first leaves its calls and their locks; then the node shuts
+down. Ctrl+Z ends a node, too: a process that is stopped could not stop its robot.
 """
 import functools
 import os
@@ -50,8 +48,8 @@ def run(name, make_node, interface=None):
     take_signals()
     try:
         if not rosgraph.is_master_online():    # rospy does not wait if parameters are typed
-            print('Waiting for a ROS master at {}: roslaunch starts one, roscore too'.format(
-                rosgraph.get_master_uri()))
+            print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
+                  'roscore too')
             while not rosgraph.is_master_online():
                 pause(LOOK_PERIOD)
         rospy.init_node(name, disable_signals=True)
@@ -97,8 +95,8 @@ def guarded(callback):
             rospy.logdebug('%s', traceback.format_exc())
             # while the node ends, a topic may be closed
             if not (_end_has_begun.is_set() or rospy.is_shutdown()):
-                end('{}: {} ({} line {})'.format(type(problem).__name__, problem,
-                                                 os.path.basename(where.filename), where.lineno))
+                place = f'{os.path.basename(where.filename)} line {where.lineno}'
+                end(f'{type(problem).__name__}: {problem} ({place})')
     return call
 
 
@@ -126,8 +124,9 @@ def _last_words(failure=''):
 
 def roslaunch_of_this():
     """The number of the roslaunch that started this process; 0 if it was another program."""
-    words = Path('/proc/{}/cmdline'.format(os.getppid())).read_text().split('\0')
-    return os.getppid() * ('roslaunch' in map(os.path.basename, words[:2]))    # or python is first
+    words = Path(f'/proc/{os.getppid()}/cmdline').read_text().split('\0')
+    is_roslaunch = 'roslaunch' in map(os.path.basename, words[:2])    # or python is first
+    return os.getppid() if is_roslaunch else 0
 
 
 def end_roslaunch():
@@ -143,8 +142,8 @@ class Interrupted(BaseException):
 
 
 def take_signals():
-    """The first signal of END_SIGNALS now raises Interrupted in the main thread; also SIGINT in a
-    script's background job, which ignores it at first. Only nohup's SIGHUP stays ignored."""
+    """The first signal of END_SIGNALS now raises Interrupted in the main thread, also one that is
+    ignored, as SIGINT in a script's background job; but not nohup's SIGHUP."""
     for number in END_SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)

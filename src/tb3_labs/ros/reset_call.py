@@ -37,4 +37,4 @@ def _call_as_in_the_handout(x, y, yaw_deg):
         rospy.ServiceProxy(service, SetInitialPose)(message)
     except (rospy.ROSException, rospy.ServiceException) as problem:    # also when this node ends
         raise ValueError(str(problem)) from None
-    return '{} was called with x={:.3f}, y={:.3f}, yaw={:.1f} deg'.format(service, x, y, yaw_deg)
+    return f'{service} was called with x={x:.3f}, y={y:.3f}, yaw={yaw_deg:.1f} deg'

@@ -53,8 +53,7 @@ def log_without_the_master():
     """Let a log line ask the master nothing; to be called after init_node().
 
     rospy asks the master at each log line for a parameter that nobody sets: without an answer a
-    thread waits. If it were set, the master would call all nodes that have read it, also dead ones,
-    whose ports may belong to other nodes (the cache of parameters; test/ros/network.test).
+    thread waits (the cache of parameters; test/ros/network.test).
     """
     get_param_server_cache().set('/rosout_disable_topics_generation', False)
 
@@ -103,11 +102,10 @@ def hear_all_publishers(manager=None):
     """Make subscribers find publishers that register just after them; call it after init_node().
 
     The subscriber gets two lists of publishers: the answer to its own registration, without that
-    publisher, and the master's update with it. The update may come first. rospy uses the list that
-    comes last, and drops the other: the two never connect, and a stop is not heard (1 of 1200 pairs
-    that registered within 4 ms, on a busy computer). Here lists that wait are joined. A publisher
-    that has ended refuses the connection, which is harmless (RegManager's `updates` and
-    `publisher_update`; test/unit/test_node.py). This node is not in them if it only subscribes.
+    publisher, and the master's update with it. rospy uses the list that comes last, also if this is
+    the answer: the two never connect, and a stop is not heard (1 of 1200 pairs that registered
+    within 4 ms, on a busy computer). Here lists that wait are joined. A publisher that has ended
+    refuses the connection (RegManager's `updates`, `publisher_update`; test/unit/test_node.py).
     """
     manager = manager or next(each for each in get_registration_listeners().listeners
                               if isinstance(each, RegManager))
@@ -132,8 +130,7 @@ def write_at_once(publisher, most=1):
     """Let ``publish()`` itself write to each subscriber, as far as its buffers are free; else the
     latest `most` messages wait for it.
 
-    rospy's queue has a thread for each subscriber. To wake it costs more than the message, and what
-    is in the queue is lost when the process ends (`impl`, its `add_connection`;
+    What is in rospy's own queue is lost when the process ends (`impl`, its `add_connection`;
     test/unit/test_node.py).
     """
     topic, add = publisher.impl, publisher.impl.add_connection

@@ -1,12 +1,12 @@
 """How a node listens: it uses only the latest sample, but each event.
 
 A permission, a turn or a goal is an event: a person sends it at one moment. Events are used in
-their order, each once, and only if they are new. A latched topic repeats an event without that
-person: to each node that starts, and after each new connection. A subscriber that keeps only the
-latest message loses events: a node reads delayed messages all at once.
+their order, each once, and only if they are new (supervision/events.py). A subscriber that keeps
+only the latest message loses events: a node reads delayed messages all at once.
 """
 import threading
 import time
+from collections import Counter
 
 import rosgraph
 import rospy
@@ -18,6 +18,8 @@ from tb3_labs.supervision.events import Connection, Event, Origins
 
 #: In the header of a sender that renews its permission: if it dies, the permission expires.
 RENEWS = {'renewed': '1'}
+#: {topic: number of its invalid messages, which were dropped}
+DROPPED = Counter()
 #: Time between two warnings of one kind [s, wall clock].
 COMPLAINT_PERIOD = 1.0
 #: Time before the first reminder of what is missing, and between later ones [s, wall clock].
@@ -25,8 +27,8 @@ FIRST_REMINDER, NEXT_REMINDER = 2.0, 10.0
 
 
 class Complaints:
-    """At most one warning of a kind in COMPLAINT_PERIOD, with any text. rospy's own throttle would
-    count all topics together, and stops with a simulated clock."""
+    """At most one warning of a kind in COMPLAINT_PERIOD, with any text. rospy's own throttle stops
+    with a simulated clock."""
 
     def __init__(self):
         self._warned_at = -COMPLAINT_PERIOD
@@ -38,16 +40,15 @@ class Complaints:
             rospy.logwarn(text, *arguments)
 
 
-def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_for=None):
+def subscribe(topic, kind, callback, read=None, queue_size=1, idle_for=None):
     """Returns a guarded subscriber. If several messages come at once, it gets the latest
     `queue_size`; with None it gets all. Older messages are dropped, and not even deserialised.
 
     `read` turns the message into the argument of `callback`. If it raises ``ValueError``, the
-    message is dropped with one warning a second, and counted by `source`, a freshness.Freshness.
+    message is dropped with one warning a second, and counted in `DROPPED`.
 
-    `idle_for(now)` [s], if given, leaves the topic alone for that long after each message, since
-    waking up for each message is the largest cost of a rospy node. With simulated time, whose pace
-    is unknown, every message is read.
+    `idle_for(now)` [s], if given, leaves the topic alone for that long after each message, which
+    saves most of a rospy node's cost. With simulated time every message is read.
     """
     in_rhythm = idle_for is not None and is_wall_time()
     complaints = Complaints()
@@ -57,8 +58,7 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
             value = message if read is None else read(message)
         except ValueError as problem:
             complaints.warn('invalid message on %s dropped: %s', topic, problem)
-            if source is not None:
-                source.dropped += 1
+            DROPPED[topic] += 1
             return
         callback(value)
         if in_rhythm:
@@ -68,7 +68,7 @@ def subscribe(topic, kind, callback, read=None, source=None, queue_size=1, idle_
                             buff_size=65536, tcp_nodelay=True)
 
 
-def subscribe_events(topic, kind, callback, read=lambda message: message.data, source=None):
+def subscribe_events(topic, kind, callback, read=lambda message: message.data):
     """Returns a guarded subscriber whose `callback` gets every message, as `read` reads it, as an
     events.Event; see :func:`subscribe`."""
     to_age = ages(topic)
@@ -78,7 +78,7 @@ def subscribe_events(topic, kind, callback, read=lambda message: message.data, s
         sent = _stamp_of(message) if is_wall_time() else 0.0    # the pace of another is unknown
         return Event(read(message), at, way.sender, to_age(message), way.renews, sent)
 
-    return subscribe(topic, kind, callback, to_event, source, queue_size=None)
+    return subscribe(topic, kind, callback, to_event, queue_size=None)
 
 
 def ages(topic):
@@ -101,14 +101,14 @@ def way_of(message):
 
 def require_master():
     """``ValueError`` if no ROS master answers, or if ROS_MASTER_URI is not an address."""
+    uri = rosgraph.get_master_uri()
     try:
         answers = rosgraph.is_master_online()
     except ValueError:
-        raise ValueError('ROS_MASTER_URI {} is not an address such as http://192.168.0.5:11311'
-                         .format(rosgraph.get_master_uri())) from None
+        raise ValueError(f'ROS_MASTER_URI {uri} is not an address such as '
+                         'http://192.168.0.5:11311') from None
     if not answers:
-        raise ValueError('no ROS master answers at {}: start a launch file first'.format(
-            rosgraph.get_master_uri()))
+        raise ValueError(f'no ROS master answers at {uri}: start a launch file first')
 
 
 def publishers_of(topic):
@@ -127,8 +127,7 @@ def say_what_is_awaited(heard, hint='is the robot running?'):
                        if not was_heard()]
             if rospy.get_time() == 0.0:
                 rospy.logerr('/use_sim_time is true, but nobody publishes /clock: start a '
-                             'simulation, or: rosparam set /use_sim_time false, and start the '
-                             'nodes again')
+                             'simulation, or: rosparam set /use_sim_time false, and start again')
             elif missing:
                 rospy.loginfo('Waiting for %s: %s', ' and '.join(missing), hint)
             else:

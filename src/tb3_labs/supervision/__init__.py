@@ -12,8 +12,7 @@
    (`goal_requests`).
 7. *Used is used up*: a permission is typed for one start, not a parameter (nodes/move_to_goal).
 
-`driver` and `holder` have the tables of who drives and who holds the robot. `freshness` shows the
-age of what was heard. `lost_or_stalled` finds sensors that are lost (also in a stall of the
-network) or frozen, and a robot that does not obey. `update(...)` gives a watch what happened; only
-this changes it. `problem()` returns the reason to stop, or ''.
+`holder` has the table of who holds the robot, nodes/controller/turns.py that of who drives.
+`freshness` measures each silence, and has every limit of one. `lost_or_stalled` finds sensors
+that are lost (also in a stall of the network) or frozen, and a robot that does not obey.
 """

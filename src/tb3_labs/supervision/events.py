@@ -1,12 +1,9 @@
 """Messages that a person may have caused: a True, a False, a turn. Each becomes one Event. A core
 answers to messages and the clock by an Output, with News for the person.
 
-Only a request that moves the robot, or its frame, may be ignored. A stop is obeyed at any age.
-
 A message is doubtful if it may repeat one from before this node could hear its sender: if it is the
 first on a connection to a sender that was there before, or was heard before. A latched message is
-doubtful at any time. Another one is doubtful only for `REPEATS_WITHIN` after the connection: a
-repetition falls into that time, and a person who acts later says something new.
+doubtful at any time, another one only for `REPEATS_WITHIN` after the connection.
 
 Units: seconds on a clock that never stands still and never goes back (`at`).
 """
@@ -16,11 +13,7 @@ from enum import Enum
 from typing import (
     Dict, Generic, Iterable, List, NamedTuple, Optional, Sequence, Tuple, TypeVar)
 
-#: A sender that repeats a message does so within this time [s].
-REPEATS_WITHIN = 2.0
-#: A message that was latched before a node began to listen arrives within this time [s]. If the
-#: connection takes longer, the message may be newer.
-LATCHED_WITHIN = 0.3
+from tb3_labs.supervision.freshness import LATCHED_WITHIN, REPEATS_WITHIN
 
 What = TypeVar('What')
 
@@ -124,7 +117,7 @@ class NewsDesk:
 class Output:
     """All that a core wants done now. A node may add fields of its own."""
 
-    #: The command to send, a turtlebot3.Twist2; zero stops the robot. None: no command is due.
+    #: The command to send, a turtlebot3.Twist2; zero is a stop. None: no command is due.
     command: Optional[Tuple[float, float]] = None
     #: One zero goes before the command, since another driver begins.
     stops_first: bool = False

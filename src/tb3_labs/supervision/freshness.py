@@ -2,11 +2,10 @@
 
 The arrivals of the messages show a silence of their source (:class:`Freshness`), and their stamps
 a delay (:class:`Lateness`). A process sleeps when it is stopped, swapped out, or its computer is
-suspended. Only the clock shows a sleep: the process looks at the clock repeatedly, and a long time
-between two looks is a sleep (:class:`SleepWatch`).
+suspended: a long time between two looks at the clock is a sleep (:class:`SleepWatch`).
 
-The table below has every limit of a silence, a delay, a lapse or a sleep in the package, with its
-reason. Only `Freshness` measures a silence: until the next message, or until the clock is read.
+The table below has every limit of a silence, a delay or a sleep by which a node that drives
+decides, but the robot's own (robot/turtlebot3.py).
 
 Units: seconds on the receiver's clock (`now`). Edge cases: a source that was never heard has an
 infinite age. If the clock goes back, the last message is treated as just received; otherwise it
@@ -23,11 +22,15 @@ SENSOR_TIMEOUT = 0.22
 #: A sensor that repeats itself for longer than this, though the robot is told to move, is frozen. A
 #: slow network and slow motors delay the motion by less.
 FROZEN_TIME = 0.6
+#: A reading that is repeated for no longer than this is the last sample's.
+SHORT_REPETITION = 0.05
 #: A motion goes on by itself after a silence of the sensors up to this long. A grant, a goal or a
 #: turn in a silence is void if the silence lasts for longer than this.
 RESUME_TIME = 2.0
 #: The same limit for a robot that was never heard: its board needs up to 14 s to start.
 ROBOT_START = 20.0
+#: A turn that is typed before the robot is connected waits this long for the robot.
+ROBOT_WAIT = 5.0
 #: While the board resets (firmware: 2.6 s), it is silent for longer than this.
 RESET_SILENCE = 1.0
 #: A pad that is silent for longer than this is lost, or a page that drives.
@@ -45,6 +48,12 @@ GYRO_GAP = 0.15
 WHEEL_GAP = 0.3
 #: Samples of moving wheels: only the mean rate is known; samples were lost, as on a busy computer.
 MEAN_ONLY = 0.08
+#: Samples of one sensor: the motion between them is not interpolated.
+MAX_GAP = 0.3
+#: The odometry bridges a gap of the IMU up to this: it is shorter than half a turn of the robot.
+MAX_BRIDGE = 1.0
+#: Samples of an IMU do not show its noise if they are farther apart than this.
+NOISE_GAP = 0.1
 
 # -- the sender's clock
 
@@ -58,10 +67,25 @@ LONG_SILENCE = 1.5
 MAX_OFF = 1.0
 #: A source whose stamps went back does not have a clock if they catch up later than this.
 MAX_BEHIND = 0.5
+
+# -- a message is late, or repeats an earlier one
+
 #: The least delay is taken over the messages of this time.
 WINDOW = 5.0
 #: A sender is treated as heard for this long before each of its messages.
 HEARD_BEFORE = 0.1
+#: The delay of a pad's messages is known this long after the first one.
+LATENESS_SHOWS = 0.3
+#: A sample of this age, or a silence of this length, shows that the network stalls.
+LONGEST_AGE = 0.1
+#: A sender that repeats a message does so within this time.
+REPEATS_WITHIN = 2.0
+#: A message that was latched before a node began to listen arrives within this time.
+LATCHED_WITHIN = 0.3
+#: A message of move_to_goal this soon after a press of A may be older than the press.
+CROSSING = 0.3
+#: After taking the robot back the pad waits until move_to_goal has stopped.
+HAND_BACK = 0.15
 
 # -- a person's permission
 
@@ -77,14 +101,22 @@ LONGEST_LAPSE = 2.0
 #: After this silence a sender of goals or turns has paused: it may ask for the same again.
 SENDER_PAUSE = 2.0
 
-# -- this process sleeps
+# -- this process sleeps, or its clock stands
 
-#: A longer time between two looks at the clock is a sleep; a busy machine has shorter ones. A reset
-#: that is older than this may mean another place.
+#: A longer time between two looks at the clock is a sleep; a busy machine has shorter ones.
 LONGEST_GAP = 1.0
 #: Messages within this time after a sleep may be as old as the sleep. Their order is not known,
 #: since each topic is read by its own thread.
 WAKING = 0.3
+#: A simulated clock that does not change for this long stands still.
+STANDSTILL = 0.3
+#: While a node may move its robot, it looks at the clock when no message came for this long, half
+#: the shortest timeout, ...
+QUIET_TIME = 0.1
+#: ... and then with this period, until the next message.
+CHECK_PERIOD = 0.02
+#: A node that does not drive looks at the clock, for a sleep, if no message came for so long.
+IDLE_PERIOD = 0.2
 
 
 class Freshness:
@@ -93,8 +125,8 @@ class Freshness:
     def __init__(self, name: str, timeout: float = SENSOR_TIMEOUT) -> None:
         self.name = name
         self.timeout = timeout
-        #: Number of valid messages so far, and of invalid ones, which were dropped.
-        self.count = self.dropped = 0
+        #: Number of valid messages so far.
+        self.count = 0
         self._heard_at: Optional[float] = None
 
     def heard(self, now: float) -> float:
@@ -115,12 +147,12 @@ class Freshness:
     @property
     def silence(self) -> str:
         """The text for a source that is not fresh: 'no imu', or 'no imu yet'."""
-        return 'no {}{}'.format(self.name, ' yet' if self._heard_at is None else '')
+        return f'no {self.name} yet' if self._heard_at is None else f'no {self.name}'
 
     def silence_with_age(self, now: float) -> str:
         """The text of `silence` with its duration: 'no imu for 1.2 s'."""
         age = self.age(now)
-        return self.silence if math.isinf(age) else '{} for {:.1f} s'.format(self.silence, age)
+        return self.silence if math.isinf(age) else f'{self.silence} for {age:.1f} s'
 
 
 class SleepWatch:
@@ -143,26 +175,25 @@ class SleepWatch:
             self.woke_at = now
         self.is_waking = now - self.woke_at < WAKING
 
-    @property
-    def doubt(self) -> str:
-        """The reason why a request that moves the robot, or its frame, is ignored now; or ''."""
-        return 'it may have been asked for while this node did not run' if self.is_waking else ''
-
     def start(self, now: float) -> None:
         """Begin to look now; the time before is ignored."""
         self.slept_for, self.is_waking, self.woke_at = 0.0, False, -math.inf
         self._looks.heard(now)
 
+    @property
+    def doubt(self) -> str:
+        """The reason why a request that moves the robot, or its frame, is ignored now; or ''."""
+        return 'it may have been asked for while this node did not run' if self.is_waking else ''
+
     def in_words(self) -> str:
         """The sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
-        return 'this node did not run for {:.1f} s'.format(self.slept_for) if self.slept_for else ''
+        return f'this node did not run for {self.slept_for:.1f} s' if self.slept_for else ''
 
 
 class Lateness:
     """The delay of a single message beyond the usual delay of its sender. The usual delay is the
-    least one of the last `WINDOW` seconds in which the sender was heard. Messages that were held up
-    in a silence are treated as late. If the sender's clock was set, or runs faster, its new time is
-    believed after `WINDOW` seconds.
+    least one of the last `WINDOW` seconds in which the sender was heard. If the sender's clock was
+    set, or runs faster, its new time is believed after `WINDOW` seconds.
     """
 
     def __init__(self) -> None:

@@ -38,13 +38,13 @@ class GoalRequest(NamedTuple):
 
 
 class Outcome(Enum):
-    """The fate of a goal, by the methods of actionlib's handle of it."""
+    """The fate of a goal."""
 
-    ACCEPTED = 'set_accepted'
-    REJECTED = 'set_rejected'
-    REACHED = 'set_succeeded'
-    GIVEN_UP = 'set_aborted'
-    CANCELED = 'set_canceled'
+    ACCEPTED = 'accepted'
+    REJECTED = 'rejected'
+    REACHED = 'reached'
+    GIVEN_UP = 'given up'
+    CANCELED = 'canceled'
 
 
 class GoalAnswer(NamedTuple):
@@ -101,8 +101,8 @@ class GoalRequests:
         if row is None or row.was_told:
             return ''
         row.was_told = True
-        return 'The goal that {} repeats stays ended: it counts again if it is changed, or after ' \
-               'a pause of {:.0f} s'.format(request.sender or 'a program', SENDER_PAUSE)
+        return (f'The goal that {request.sender or "a program"} repeats stays ended: it counts '
+                f'again if it is changed, or after a pause of {SENDER_PAUSE:.0f} s')
 
     def is_repeated(self, request: GoalRequest) -> bool:
         """Is a goal that was just heard the repetition of the present one?"""

@@ -1,9 +1,8 @@
 """Does a pad hold the robot, or move_to_goal? A table gives the holder after an event.
 
-A `gamepad` holds the robot itself, or hands it to move_to_goal. An event that is not in the table
-changes nothing. A node that stops holding the robot sends one zero, and is silent. A pad sends
-ControlMessages to move_to_goal: may it drive? Sources: the course's gamepad lab, and the failures
-of nodes without such a rule.
+A node that stops holding the robot sends one zero, and is silent. A pad sends ControlMessages to
+move_to_goal: may it drive? Sources: the course's gamepad lab, and the failures of nodes without
+such a rule.
 """
 import math
 from enum import Enum
@@ -23,9 +22,8 @@ class Holder(Enum):
 class HolderEvent(Enum):
     """An event that may change the holder.
 
-    READY: the pad is heard and its sticks are at rest (or its hold button was pressed again). So a
-    stick that is already pushed does not drive at once. In LOST nobody may drive, since the
-    operator has no stop button any more.
+    READY: the pad is heard and its sticks are at rest (or its hold button was pressed again). In
+    LOST nobody may drive, since the operator has no stop button any more.
     """
 
     READY = 'pad ready'
@@ -37,7 +35,7 @@ class HolderEvent(Enum):
     LOST = 'pad lost'
 
 
-#: {(holder, event): holder after it}
+#: {(holder, event): holder after it}. An event that is not here changes nothing.
 HOLDERS = {
     (Holder.NOBODY, HolderEvent.READY): Holder.GAMEPAD,
     (Holder.NOBODY, HolderEvent.RELINQUISH): Holder.MOVE_TO_GOAL,

@@ -12,11 +12,11 @@ from tb3_labs.localization.door import Door
 from tb3_labs.nodes.controller.mouse_reader import Mouse, MouseState
 from tb3_labs.nodes.controller.turns import (
     DRIVERS, AskedTurn, Driver, DriverEvent, Heading, Repetitions)
-from tb3_labs.robot.samples import ImuSample, WheelSample
+from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, NewsDesk, Output
 from tb3_labs.supervision.freshness import RESUME_TIME, SENDER_PAUSE, SleepWatch
-from tb3_labs.supervision.lost_or_stalled import SensorWatch, Sight, StallWatch
+from tb3_labs.supervision.lost_or_stalled import Sensor, SensorWatch, Sight, StallWatch
 
 #: A robot that turns faster than this without commands from here is driven by another node [rad/s].
 DRIVEN_RATE = 0.1
@@ -30,8 +30,7 @@ class ControllerCore:
     """One robot that turns by the IMU and drives by the mouse."""
 
     def __init__(self, law: PreciseTurn, gyro: Optional[GyroWatch] = None) -> None:
-        self._door = Door()
-        self.imu = self._door.imu
+        self._door, self.imu = Door(), Sensor('imu')
         self.driver = self._last_driver = Driver.NOBODY    # now, and at the last tick
         self._law = law
         self._pace = Pace(law.period)
@@ -51,10 +50,11 @@ class ControllerCore:
     # -- what comes in
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
-        jump = self._heading.jump_to(sample)
+        heard = self._door.hear_imu(sample, now)
+        self.imu.heard(now, sample[1:])
+        jump = heading_jump(heard.before, sample)
         if jump and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, jump)
-        heard = self._door.hear_imu(sample, now)
         self._gyro.on_imu(heard, sends_wheels)
         self._heading.on_imu(heard)
         rate = abs(self._heading.rate)
@@ -238,10 +238,10 @@ class ControllerCore:
         return self.driver is Driver.TURN and self._sensors.sight is not Sight.SILENT
 
     def _turn_on(self, now: float) -> Optional[Twist2]:
-        turn, heading = self._turn, self._heading
-        assert turn is not None
+        turn, heading, imu = self._turn, self._heading, self._door.imu
+        assert turn is not None and imu is not None
         dt = self._pace.step(now)
-        step = self._law.step(self._yaw, heading.rate, dt, heading.age(now), heading.noise)
+        step = self._law.step(self._yaw, heading.rate, dt, imu.age(now), heading.noise)
         self.imu.look(True, now)
         problem = self._sensors.frozen() or self._gyro.problem()
         if not problem and not step.finished:

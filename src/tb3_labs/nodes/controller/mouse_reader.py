@@ -6,7 +6,7 @@ Source: the course's mouse lab.
 """
 import math
 from collections import defaultdict
-from typing import DefaultDict, NamedTuple
+from typing import DefaultDict, NamedTuple, Optional
 
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.handout import MOUSE_DEAD_ZONE, MOUSE_FULL
@@ -27,7 +27,7 @@ def to_mouse(message) -> MouseState:
     """The state in a tb3_labs/MouseController; ``ValueError`` for a position that is not finite."""
     x, y = message.xPos, message.yPos
     if not (math.isfinite(x) and math.isfinite(y)):
-        raise ValueError('mouse position ({}, {}) is not finite'.format(x, y))
+        raise ValueError(f'mouse position ({x}, {y}) is not finite')
     return MouseState(message.status.data, x, y)
 
 
@@ -38,50 +38,48 @@ class _Sender:
         self.source = Freshness('mouse', MOUSE_TIMEOUT)
         #: Was its last message active? An active mouse repeats itself.
         self.says_active = False
-        self._is_lost = True
+        self.is_lost = True
         self._back_at = -math.inf    # end of the last silence
         self._lateness = Lateness()
 
     @property
     def active(self) -> bool:
-        return self.says_active and not self._is_lost
+        return self.says_active and not self.is_lost
 
     def heard(self, message: 'Event[MouseState]', rests: bool) -> None:
         """A message arrived; `rests`: does it ask for zero?"""
         active, now, stamp = message.what.active, message.at, message.sent_at
-        if self.source.count and not self.says_active and now - self._back_at >= WAKING:
-            self._is_lost = False    # it was inactive until now
+        is_first = not self.source.count
+        if not (is_first or self.says_active) and now - self._back_at >= WAKING:
+            self.is_lost = False    # it was inactive until now
         if stamp > 0.0 and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
-            self._back_at = now
-            self._is_lost = self._is_lost or active
-        elif not self.source.is_fresh(now) and (
-                self.says_active or not self.source.count and active):
+            self._back_at, self.is_lost = now, self.is_lost or active
+        elif not self.source.is_fresh(now) and (active if is_first else self.says_active):
             self._back_at = now
         if message.age is not Age.SAME:
             self.source.heard(now)
         self.says_active = active
         if rests and now - self._back_at >= WAKING:
-            self._is_lost = False
+            self.is_lost = False
 
     def lose(self, now: float) -> None:
-        self._is_lost, self._back_at = True, now
+        self.is_lost, self._back_at = True, now
 
 
 class Mouse:
-    """Knows whether the mouse is active, and the velocity that it asks for.
+    """Knows whether a mouse is active, and the velocity that it asks for.
 
     A mouse is treated as lost at first, when it falls silent while it is active, and when this
     process slept. It then stays inactive until it is in the middle of the screen, or is
-    deactivated. Messages that the network delayed, that came together after a silence, or that
-    repeat a stamp, do not end the loss. A deactivation is always a stop.
+    deactivated, by a message that is neither delayed nor one of those after a silence. A
+    deactivation is always a stop.
 
-    Several mice may be connected; each is lost, and comes back, by itself. If one is lost or
-    deactivated, all others are lost, too: they may have been activated before that. The active
-    mouse that was heard last drives.
+    Several mice may be connected. If one is lost or deactivated, all others are lost, too: they may
+    have been activated before that. The active mouse that was heard last drives.
     """
 
     def __init__(self) -> None:
-        self.source = Freshness('mouse', MOUSE_TIMEOUT)
+        self.source = Freshness('mouse', MOUSE_TIMEOUT)    # any mouse
         #: The velocity that an active mouse asks for; zero in the middle of the screen.
         self.twist = Twist2()
         self._senders: DefaultDict[str, _Sender] = defaultdict(_Sender)
@@ -100,9 +98,7 @@ class Mouse:
         self.source.heard(now)
         sender.heard(message, not active or twist == Twist2())
         if deactivated or was_active and not sender.active:
-            for other in self._senders.values():
-                if other is not sender:
-                    other.lose(now)
+            self.lose(now, but=sender)
         if sender.active:
             self.twist = twist
         return deactivated
@@ -112,22 +108,19 @@ class Mouse:
         return next((sender.source.silence_with_age(now) for sender in self._senders.values()
                      if sender.active and not sender.source.is_fresh(now)), '')
 
-    def lose(self, now: float) -> None:
+    def lose(self, now: float, but: Optional[_Sender] = None) -> None:
         """Every mouse is lost: one that is not active may have been activated since."""
         for sender in self._senders.values():
-            sender.lose(now)
+            if sender is not but:
+                sender.lose(now)
 
 
 def mouse_twist(x: float, y: float) -> Twist2:
     """The velocity that a mouse at (x, y) asks for.
 
     Each direction has its own dead zone, the closed interval +/-MOUSE_DEAD_ZONE. Outside of it the
-    position is measured from the middle. A position beyond the screen's edge is moved to the edge.
+    position is measured from the middle; beyond the screen's edge it is at the edge.
     """
-    return Twist2(_scaled(y), _scaled(-x))
-
-
-def _scaled(position: float) -> float:
-    if abs(position) <= MOUSE_DEAD_ZONE:
-        return 0.0
-    return MOUSE_FULL * clamp(position, -1.0, 1.0)
+    linear, angular = (0.0 if abs(position) <= MOUSE_DEAD_ZONE
+                       else MOUSE_FULL * clamp(position, -1.0, 1.0) for position in (y, -x))
+    return Twist2(linear, angular)

@@ -24,9 +24,7 @@ from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import say_what_is_awaited, subscribe, subscribe_events
 from tb3_labs.supervision.events import Event
-
-#: A turn that is asked for before the robot is connected waits this long for the robot [s].
-ROBOT_WAIT = 5.0
+from tb3_labs.supervision.freshness import ROBOT_WAIT
 
 
 class ControllerNode:
@@ -41,11 +39,10 @@ class ControllerNode:
         self._gate = gate = Gate(lambda: core.tick(ros_time(), steady_time()))
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
         self._sends_wheels = subscribe_wheels(lambda sample: gate.ask(core.on_wheels, sample))
-        subscribe('imu', Imu, self._on_imu, to_imu_sample, core.imu, idle_for=core.idle_for)
+        subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
         # every message is read: scrolling up stops at once, even if later messages came with it
         subscribe_events('mouse_info', MouseController,
-                         lambda mouse: gate.take_in(core.on_mouse, mouse),
-                         to_mouse, core.mouse.source)
+                         lambda mouse: gate.take_in(core.on_mouse, mouse), to_mouse)
         subscribe_events('turn', Float64, self._on_turn)
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
@@ -92,7 +89,8 @@ class ControllerNode:
     def _diagnose(self):
         core, now = self._core, ros_time()
         return core.problem(now), dict(
-            values_of(core.imu, now), **values_of(core.mouse.source, steady_time()),
+            values_of('imu', core.imu, now),
+            **values_of('mouse_info', core.mouse.source, steady_time()),
             driver=core.driver.value, mouse='active' if core.mouse.active else 'not active')
 
 

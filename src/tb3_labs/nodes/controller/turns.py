@@ -16,7 +16,6 @@ from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.handout import LEFT, MAX_ANG_Z, RIGHT, TURN_DEG
 from tb3_labs.localization.door import Heard, YawNoise
-from tb3_labs.robot.samples import ImuSample, heading_jump
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.freshness import SENDER_PAUSE, Freshness
@@ -60,37 +59,28 @@ def make_turn(config: TurnConfig, model: RobotModel,
 
 class Heading:
     """The heading of a robot by its IMU alone: in the IMU's own frame, whose zero direction is
-    arbitrary [rad]. `now` is on the receiver's clock."""
+    arbitrary [rad]."""
 
     def __init__(self) -> None:
         #: The yaw, continuous over whole turns [rad]; None before the first sample.
         self.yaw: Optional[float] = None
         #: Rate of turn [rad/s].
         self.rate = 0.0
-        self._heard: Optional[Heard] = None    # the latest sample
         self._noise = YawNoise()
         self._steady = Estimate()
 
-    def jump_to(self, sample: ImuSample) -> str:
-        """The fault of the IMU that `sample`, the next one, shows; '' if none."""
-        return '' if self.yaw is None else heading_jump(self.yaw, sample.yaw)
-
     def on_imu(self, heard: Heard) -> None:
         """Take in a sample of the IMU."""
-        sample, self._heard = heard.sample, heard
+        sample = heard.sample
         self.yaw = sample.yaw if self.yaw is None else continuous(sample.yaw, self.yaw)
         self.rate = sample.yaw_rate
-        self._noise.learn(sample.yaw, sample.yaw_rate, heard.step)
+        self._noise.learn(heard)
         if self.noise:
             self._steady.shift(0.0, STEADY_DOUBT + abs(self.rate * heard.step))
             self._steady.add(self.yaw, self.noise)
         else:    # the noise is not known yet
             self._steady = Estimate()
             self._steady.shift(self.yaw)
-
-    def age(self, now: float) -> float:
-        """Time since the latest sample was measured [s]; infinite before the first."""
-        return math.inf if self._heard is None else self._heard.age(now)
 
     @property
     def steady_yaw(self) -> float:

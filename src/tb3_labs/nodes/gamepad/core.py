@@ -1,12 +1,11 @@
 """All that `gamepad` decides: who holds the robot, and its command; see :mod:`tb3_labs.nodes`.
 
-Every press of a button is used, also if several messages arrive together: the messages for
-`ctrl_relinq` are collected in order (GamepadCore.messages). B always sends False, for any holder of
-the robot. A sends True, and Y asks for a reset, unless the press may be old.
+Every press of a button is used, also if several messages arrive together. B always sends False,
+for any holder of the robot. A sends True, and Y asks for a reset, unless the press may be old.
 
 A silent pad is lost if the robot depends on it: while a stick is off its middle, and while
-move_to_goal drives by its permission. joy_node sends only changes unless its autorepeat_rate is
-set. Without that rate a stick that is held still looks like a lost pad, so the robot stops.
+move_to_goal drives by its permission. A stick that is held still looks like a lost pad, unless
+joy_node repeats its messages (autorepeat_rate).
 
 Units: seconds on a clock that never stands still and never goes back (`now`), m/s, rad/s.
 """
@@ -17,13 +16,10 @@ from typing import Optional, Sequence
 from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadState
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 from tb3_labs.supervision.events import Age, Event, NewsDesk, Output
-from tb3_labs.supervision.freshness import LONGEST_GAP, LONGEST_LAPSE, SleepWatch
+from tb3_labs.supervision.freshness import (
+    CROSSING, HAND_BACK, LONGEST_GAP, LONGEST_LAPSE, SleepWatch)
 from tb3_labs.supervision.holder import HOLDERS, ControlMessages, Holder, HolderEvent
 
-#: A message of move_to_goal this soon after a press of A may be older than the press [s].
-CROSSING = 0.3
-#: After taking the robot back the pad waits until move_to_goal has stopped [s].
-HAND_BACK = 0.15
 #: If the sticks do not come to rest for this long, and so do not drive, a line says so [s].
 RESTLESS = 3.0
 
@@ -100,7 +96,7 @@ class GamepadCore:
 
     def on_word(self, word: 'Event[bool]') -> None:
         """Another node sent True or False. Its False takes the control that this pad gave, or stops
-        held sticks. Control that other nodes gave is over when move_to_goal says so."""
+        held sticks."""
         if not word.what:
             self._on_taken(word.at)
 
@@ -128,9 +124,9 @@ class GamepadCore:
         watched = self.messages.grants or self._drives() or (
             self._pad.state is not None and self.holder is Holder.NOBODY)
         asks_reset, self._told_holder, self._asks_reset = self._asks_reset, self.holder, False
-        return PadOutput(command, news=self._news.take(), watched=watched, holder=holder,
-                         words=self.messages.take(), renews=self.messages.renews(now),
-                         asks_reset=asks_reset)
+        return PadOutput(
+            command, news=self._news.take(), watched=watched, holder=holder, asks_reset=asks_reset,
+            words=self.messages.take(), renews=self.messages.renews(now))
 
     def _look_at_rest(self, now: float) -> None:
         """A pad at rest is ready once it has sent messages for a while. Another stick is named."""
@@ -145,9 +141,9 @@ class GamepadCore:
             self._restless_since = math.nan    # it was named
             axes, _ = state.sent
             axis = max(config.linear_axis, config.angular_axis, key=lambda n: abs(axes[n]))
-            self._news.tell('No stick drives: axis {} is at {:.2f}, beyond dead_zone {:g}. Let go '
-                            'of it; if it rests there, set a larger dead_zone'.format(
-                                axis, axes[axis], config.dead_zone), warning=True)
+            self._news.tell(f'No stick drives: axis {axis} is at {axes[axis]:.2f}, beyond '
+                            f'dead_zone {config.dead_zone:g}. Let go of it; if it rests there, set '
+                            'a larger dead_zone', warning=True)
 
     def _command(self, now: float) -> Twist2:
         self._is_new = False
@@ -165,29 +161,27 @@ class GamepadCore:
                 and not state.at_rest and (state.hold or not self._config.has_hold))
 
     def _look_at_clock(self, now: float) -> None:
-        """After a sleep of this process the pad must be ready again; after a long one take back the
-        permission that it gave."""
+        """After a sleep the pad must be ready again; a long one takes its permission back."""
         self._sleep.update(now)
         if self.messages.grants and self._sleep.slept_for > LONGEST_LAPSE:
-            self._news.tell('This node did not run for {:.1f} s: press A to let move_to_goal drive '
-                            'again'.format(self._sleep.slept_for), warning=True)
+            self._news.tell(f'{self._sleep.in_words()}: press A to let move_to_goal drive again',
+                            warning=True)
             self._on_taken(now)
         elif self._sleep.slept_for and self.holder is Holder.GAMEPAD:
             self._happens(HolderEvent.LOST, now)
 
     def _is_current(self, now: float) -> bool:
-        return self._pad.is_current(now) and not self._sleep.doubt
+        return self._pad.is_current(now) and not self._sleep.is_waking
 
     def _counts(self, button: str, longest: float, now: float) -> bool:
-        """Is a press accepted that moves the robot, or its frame? False, with a line, if it is
-        older than `longest` [s], or may be."""
+        """Is a press accepted? False, with a line, if it is older than `longest` [s], or may be."""
         lateness, doubt = self._pad.lateness, self._sleep.doubt
         if not doubt and not self._pad.tells_lateness(now):
             doubt = 'it was pressed the moment the pad was first heard'
         elif not doubt and (lateness > longest or now - lateness < self.messages.stopped_at):
-            doubt = 'it was pressed {:.1f} s ago, or before something took control'.format(lateness)
+            doubt = f'it was pressed {lateness:.1f} s ago, or before something took control'
         if doubt:
-            self._news.tell('{} does not count, {}: press it again'.format(button, doubt), True)
+            self._news.tell(f'{button} does not count, {doubt}: press it again', True)
         return not doubt
 
     # -- who holds the robot
@@ -199,29 +193,34 @@ class GamepadCore:
             self._silent_until = now + HAND_BACK
             if self.messages.grants:       # another node took control
                 self.messages.stop(now)
-        if event is HolderEvent.TAKEN and self.holder is not before:
+        if self.holder is before:
+            return
+        if event is HolderEvent.TAKEN:
             self._news.tell('Control was taken from move_to_goal: press A to give it again')
-        elif event is HolderEvent.STOPPED and self.holder is not before:
-            self._news.tell('Another node stopped the robot: {} to drive again'.format(
-                self._again), warning=True)
-        elif self.holder is Holder.MOVE_TO_GOAL is not before:
+        elif event is HolderEvent.STOPPED:
+            self._news.tell(f'Another node stopped the robot: {self._again}', warning=True)
+        elif self.holder is Holder.MOVE_TO_GOAL:
             self._news.tell('move_to_goal drives: press B to take the robot back')
-        elif self.holder is Holder.GAMEPAD is not before:
+        elif self.holder is Holder.GAMEPAD:
             self._news.tell('The gamepad drives: press A to let move_to_goal drive')
 
     @property
     def _again(self) -> str:
-        return 'press the hold button' if self._config.has_hold else 'let go of the sticks'
+        return ('press the hold button' if self._config.has_hold
+                else 'let go of the sticks') + ' to drive again'
 
     def _look_at_loss(self, now: float) -> None:
         needs_pad = self._drives() or (self.messages.grants and not self._config.drive_without_pad)
         if not needs_pad or self.joy.is_fresh(now):
             return
-        hint = '. joy_node repeats one message: start it again' if self._pad.hangs else (
-            '' if self._pad.repeats else '. If the pad is there, start joy_node with '
-            'autorepeat_rate 20, as gamepad.launch does')
-        self._news.tell('{}: robot stopped; {} to drive again{}'.format(
-            self.joy.silence_with_age(now).capitalize(), self._again, hint), warning=True)
+        hint = ''
+        if self._pad.hangs:
+            hint = '. joy_node repeats one message: start it again'
+        elif not self._pad.repeats:
+            hint = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
+                    'gamepad.launch does')
+        silence = self.joy.silence_with_age(now).capitalize()
+        self._news.tell(f'{silence}: robot stopped; {self._again}{hint}', warning=True)
         self._pad.state = None      # the last one is void now
         self._is_new = True
         self.messages.stop(now)

@@ -12,10 +12,8 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 from tb3_labs.config import Config, setting
 from tb3_labs.handout import (
     ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_TURN)
-from tb3_labs.supervision.freshness import PAD_TIMEOUT, Freshness, Lateness
+from tb3_labs.supervision.freshness import LATENESS_SHOWS, PAD_TIMEOUT, Freshness, Lateness
 
-#: The lateness of a message is known this long after a pad's first message [s].
-LATENESS_SHOWS = 0.3
 #: The highest index of an axis or button. No pad has as many.
 MOST = 31
 
@@ -65,8 +63,8 @@ class PadState(NamedTuple):
 class PadListener:
     """Hears one pad, and says whether its sticks and buttons are current.
 
-    joy_node sends only changes unless its autorepeat_rate is set: the silence of a pad that has
-    never repeated itself does not show a loss.
+    The silence of a pad that has never repeated itself does not show a loss: joy_node may send only
+    changes.
     """
 
     def __init__(self) -> None:
@@ -83,8 +81,8 @@ class PadListener:
         self.before, self.lateness, self.came_after_loss = PadState(), 0.0, False
 
     def hear(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
-        """Take in the state in a message, sent at `stamp` (0: unknown); `hangs`: it comes again. A
-        button that is down in the first one is treated as pressed now only if it is a stop."""
+        """Take in the state in a message, sent at `stamp` (0: unknown); `hangs`: it comes again. Of
+        the buttons that are down in the first one only the stop is treated as pressed now."""
         self.repeats = self.repeats or self._last is not None and state.sent == self._last.sent
         self._last = state
         self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
@@ -113,16 +111,14 @@ class PadListener:
 
 def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -> PadState:
     """The PadState of a message's axes and buttons; ``ValueError`` for another kind of pad."""
-    needed_axes = 1 + max(config.linear_axis, config.angular_axis)
-    needed_buttons = 1 + max(config.relinquish_button, config.regain_button, config.reset_button,
-                             config.hold_button)
-    if len(axes) < needed_axes or len(buttons) < needed_buttons:
-        raise ValueError('{} axes and {} buttons, where the parameters need {} and {}: another '
-                         'kind of pad?'.format(len(axes), len(buttons), needed_axes,
-                                               needed_buttons))
+    needed = (1 + max(config.linear_axis, config.angular_axis), 1 + max(
+        config.relinquish_button, config.regain_button, config.reset_button, config.hold_button))
+    if len(axes) < needed[0] or len(buttons) < needed[1]:
+        raise ValueError(f'{len(axes)} axes and {len(buttons)} buttons, where the parameters need '
+                         f'{needed[0]} and {needed[1]}: another kind of pad?')
     forward, left = axes[config.linear_axis], axes[config.angular_axis]
     if not (math.isfinite(forward) and math.isfinite(left)):
-        raise ValueError('stick ({}, {}) is not finite'.format(forward, left))
+        raise ValueError(f'stick ({forward}, {left}) is not finite')
     return PadState(
         _outside(config.dead_zone, forward), _outside(config.dead_zone, left),
         relinquish=bool(buttons[config.relinquish_button]),

@@ -32,7 +32,7 @@ class GamepadNode:
         # every message is read: a press is seen even if many messages arrive at once
         subscribe_events(
             'joy', Joy, lambda joy: self._gate.take_in(self._core.on_joy, joy),
-            lambda joy: read_pad(joy.axes, joy.buttons, config), self._core.joy)
+            lambda joy: read_pad(joy.axes, joy.buttons, config))
         subscribe_events(hear_others_alone('ctrl_relinq'), Bool,
                          lambda word: self._gate.take_in(self._core.on_word, word))
         subscribe_events('has_control', Bool,
@@ -42,8 +42,7 @@ class GamepadNode:
                             'has none)? The page of web:=true is a pad, too')
 
     def _say(self, output):
-        """A listener may take the first message on a connection for a latched one. A stop must be
-        obeyed there, too, so it is sent twice."""
+        """A stop is sent twice: a listener may take a connection's first message for latched."""
         for word in output.words:
             for _ in range(1 if word else 2):
                 self._control.publish(word)
@@ -58,7 +57,8 @@ class GamepadNode:
 
     def _diagnose(self):
         joy, holder = self._core.joy, self._core.holder.value
-        return '' if joy.count else 'no joy yet', dict(values_of(joy, steady_time()), holder=holder)
+        return ('' if joy.count else 'no joy yet',
+                dict(values_of('joy', joy, steady_time()), holder=holder))
 
 
 def _reset():

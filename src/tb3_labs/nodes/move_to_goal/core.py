@@ -24,15 +24,15 @@ from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, NewsDesk, Output
+from tb3_labs.supervision.freshness import SHORT_REPETITION
 from tb3_labs.supervision.goal_requests import (
     STAYS_ENDED, GoalAnswer, GoalRequest, GoalRequests, Outcome)
-from tb3_labs.supervision.lost_or_stalled import SURELY_DRIVES, SURELY_TURNS, SensorWatch, Sight
+from tb3_labs.supervision.lost_or_stalled import (
+    SURELY_DRIVES, SURELY_TURNS, Sensor, SensorWatch, Sight)
 from tb3_labs.supervision.permission import Permission
 
 #: If another node commands a motion for longer than this while this node drives, both fight [s].
 RIVAL = 0.3
-#: A reading that is repeated for no longer than this is the last sample's [s].
-SHORT_REPETITION = 0.05
 
 
 @dataclass(frozen=True)
@@ -80,9 +80,8 @@ class MoveToGoalCore:
                  gyro: Optional[GyroWatch] = None) -> None:
         """`response`: the known delays of this robot; `law` and this node improve it."""
         self._response = response or Response()
-        self._door = Door()
-        self.imu, self.odometry = self._door.imu, self._door.odometry
-        self._localizer = Localizer(self._door.clock)
+        self._door, self.imu, self.odometry = Door(), Sensor('imu'), Sensor('odom')
+        self._localizer = Localizer(self._door)
         self._machine = GoalMachine(law)
         self._news = NewsDesk()
         self._permission = Permission(has_control, self._news.tell)
@@ -92,7 +91,6 @@ class MoveToGoalCore:
         self._grants = 0                   # number of grants at the last update
         self._pace = Pace(law.period)
         self._sensors = SensorWatch(self.imu, self.odometry)
-        self._odometry_turned = False      # did its yaw change at the last sample?
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderWatch()
         self._sent = Twist2()
@@ -105,14 +103,14 @@ class MoveToGoalCore:
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         heard = self._door.hear_imu(sample, now)
+        self.imu.heard(now, sample[1:])
         self._gyro.on_imu(heard, sends_wheels)
         self._localizer.on_imu(heard)
         self._look_at_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
-        before = self.odometry.reading
         heard = self._door.hear_odometry(sample, now)
-        self._odometry_turned = before is None or before[0].yaw != sample.pose.yaw
+        self.odometry.heard(now, sample[1:])
         self._encoders.on_odometry(sample)
         self._localizer.on_odometry(heard)
         self._look_at_localizer()
@@ -329,8 +327,12 @@ class MoveToGoalCore:
         """Give up if a sensor repeats a reading that the last command must have changed."""
         drives = abs(self._sent.linear) > SURELY_DRIVES
         turns = abs(self._sent.angular) > SURELY_TURNS
+        odometry = self._door.odometry
+        assert odometry is not None
+        before, after = odometry.before, odometry.sample
         # The odometry's yaw is the IMU's: if it turns, the IMU must change.
-        self.imu.look(turns or (drives and self._odometry_turned), now)
+        turned = before is None or before.pose.yaw != after.pose.yaw
+        self.imu.look(turns or (drives and turned), now)
         self.odometry.look(drives or turns, now)
         if self._sensors.frozen():
             self._machine.give_up(self._sensors.frozen())

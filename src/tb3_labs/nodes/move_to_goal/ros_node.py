@@ -99,12 +99,12 @@ class MoveToGoalNode:
         gate.look()
         subscribe_events('ctrl_relinq', Bool, lambda word: gate.take_in(core.on_word, word))
         self._sends_wheels = subscribe_wheels(lambda sample: gate.ask(core.on_wheels, sample))
-        subscribe('imu', Imu, self._on_imu, to_imu_sample, core.imu, idle_for=core.idle_for)
+        subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
         # every message is read: any of them may have the displacement that the firmware reverses;
         # what it shows is decided with the next sample of the IMU, which is fresher
         subscribe('odom', Odometry,
                   lambda sample: gate.ask(lambda: core.on_odometry(sample, ros_time())),
-                  to_odometry_sample, core.odometry, queue_size=None)
+                  to_odometry_sample, queue_size=None)
         core.begin_control(steady_time())    # a slow start is not a sleep
         Diagnostics(self._model.name, lambda: gate.ask(self._diagnose))
         say_what_is_awaited({'imu': lambda: core.imu.count, 'odom': lambda: core.odometry.count})
@@ -137,7 +137,7 @@ class MoveToGoalNode:
         core, now = self._core, ros_time()
         status = core.status(now)
         return status.failure or status.sensor_problem, dict(
-            values_of(core.imu, now), **values_of(core.odometry, now),
+            values_of('imu', core.imu, now), **values_of('odom', core.odometry, now),
             state=status.words or 'about to begin',
             control='granted' if status.has_control else 'not granted', goal=status.goal)
 

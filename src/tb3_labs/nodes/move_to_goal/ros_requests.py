@@ -7,7 +7,7 @@ action, as in move_base. Resets come in three ways: the services `reset_pose` an
 import math
 
 import rospy
-from actionlib import ActionServer
+from actionlib import ActionServer, ServerGoalHandle
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from move_base_msgs.msg import (
     MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult)
@@ -35,6 +35,12 @@ ODOM = 'odom'
 #: A longer text of a stranger is cut in the log [characters].
 LONGEST_QUOTE = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
+#: {outcome of a goal: the method of actionlib's handle that tells its client}
+TELLS = {Outcome.ACCEPTED: ServerGoalHandle.set_accepted,
+         Outcome.REJECTED: ServerGoalHandle.set_rejected,
+         Outcome.REACHED: ServerGoalHandle.set_succeeded,
+         Outcome.GIVEN_UP: ServerGoalHandle.set_aborted,
+         Outcome.CANCELED: ServerGoalHandle.set_canceled}
 
 
 class GoalServer(ActionServer):
@@ -49,10 +55,10 @@ class GoalServer(ActionServer):
     """
 
     def __init__(self, gate, core):
-        super().__init__('move2goal', MoveBaseAction, self._keep, auto_start=False)
+        super().__init__('move2goal', MoveBaseAction, ServerGoalHandle.set_rejected,
+                         auto_start=False)    # _hear takes the goals
         self._gate, self._core = gate, core
-        self._new = None        # actionlib's handle of the goal that has just arrived
-        self._present = None    # the same for the present goal
+        self._present = None    # actionlib's handle of the present goal
         self._complaints = Complaints()
         self._hear_goal = guarded(only_news('move2goal/goal', self._on_goal))
 
@@ -69,13 +75,10 @@ class GoalServer(ActionServer):
         for request, outcome, text in answers:
             if outcome is Outcome.REJECTED and text != STAYS_ENDED:
                 self._complaints.warn('Goal refused: %s', text)
-            tell = getattr(request.client, outcome.value)
-            if outcome is Outcome.ACCEPTED:
-                self._present = request.client
-                tell(text)
-            else:
-                self._present = self._present if outcome is Outcome.REJECTED else None
-                tell(MoveBaseResult(), text)
+            if outcome is not Outcome.REJECTED:
+                self._present = request.client if outcome is Outcome.ACCEPTED else None
+            result = () if outcome is Outcome.ACCEPTED else (MoveBaseResult(),)
+            TELLS[outcome](request.client, *result, text)
 
     def feedback(self, fix):
         """Send a localizer.Fix to the client of the present goal, if there is one."""
@@ -106,11 +109,11 @@ class GoalServer(ActionServer):
         self._hear(message, message)
 
     def _hear(self, goal, message):
-        target = goal.goal.target_pose
+        target, handles = goal.goal.target_pose, []
         with self.lock:
-            self._new = None
+            self.register_goal_callback(handles.append)
             super().internal_goal_callback(goal)
-            handle = self._new
+            handle = handles[0] if handles else None    # actionlib knew this goal, or a cancel
             goal_id = handle.get_goal_id() if handle else goal.goal_id    # it may give an id
             request = GoalRequest(None, sender_of(connection_of(message)), goal_id.id,
                                   goal_id.stamp.to_nsec(), handle)
@@ -122,10 +125,6 @@ class GoalServer(ActionServer):
                 return
             take = self._core.on_goal if handle else self._core.on_repetition
             self._gate.take_in(lambda: take(request, steady_time()))
-
-    def _keep(self, handle):
-        """actionlib calls this for a goal that it does not know."""
-        self._new = handle
 
     def _on_cancel(self, goal_id):
         with self.lock:
