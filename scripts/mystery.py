@@ -11,7 +11,7 @@ import sys
 import textwrap
 from importlib.util import find_spec
 
-from tb3_labs.command_line import Parser, number_or_text, surplus
+from tb3_labs.command_line import Parser, number_or_text
 from tb3_labs.simulation.mystery_answer import MEANINGS, judge
 from tb3_labs.simulation.mystery_robot import LAST_NUMBER
 from tb3_labs.terminal import run_tool
@@ -46,7 +46,7 @@ def main(words):
             return 0
         is_right, verdict = judge(*_parts(given.answer))
     except ValueError as problem:
-        print('mystery.py: {}'.format(problem), file=sys.stderr)
+        print(f'mystery.py: {problem}', file=sys.stderr)
         return 2
     print(verdict)
     return 0 if is_right else 1
@@ -57,20 +57,16 @@ def _parts(words):
     several words without quotation marks."""
     number, *name = words
     if not number.isdecimal() or len(number) > 9:
-        raise ValueError('number = {:.40} is not valid: a whole number from 1 to {}'.format(
-            repr(number), LAST_NUMBER))
-    for at, word in enumerate(name):
-        value = number_or_text(word)
-        if isinstance(value, float):
-            if name[at + 1:]:
-                raise ValueError(surplus(name[at + 1:]) + 'meant: NUMBER FAULT VALUE, no unit')
-            return int(number), ' '.join(name[:at]), value
+        raise ValueError(f'number = {number!r:.40} is not valid: a whole number from 1 to '
+                         f'{LAST_NUMBER}')
+    value = number_or_text(name[-1]) if name else None
+    if isinstance(value, float):
+        return int(number), ' '.join(name[:-1]), value
     return int(number), ' '.join(name), None      # a missing value or name is reported later
 
 
 def _described(name, fault):
-    value = '  value [{}], right within {:g}: {}.'.format(
-        fault.unit, fault.tolerance, fault.value)
+    value = f'  value [{fault.unit}], right within {fault.tolerance:g}: {fault.value}.'
     return '\n'.join([name] + [line for text in (value, '  ' + fault.shows)
                                for line in textwrap.wrap(text, 100, subsequent_indent='  ')])
 

@@ -23,7 +23,7 @@ from actionlib_msgs.msg import GoalStatus
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from std_msgs.msg import Float32, String
 
-from tb3_labs.command_line import number_or_text, surplus
+from tb3_labs.command_line import number_or_text
 from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_over, to_go
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.ros.conversions import to_pose_stamped
@@ -51,18 +51,15 @@ class Progress:
     def tell(self):
         """Print a line of progress, if the robot drives."""
         if self._said in DRIVING and len(self._left) == 2:
-            print('{}: {}'.format(self._said, to_go(
-                self._left['distance_error'], self._left['angle_error_deg'])), flush=True)
+            left = to_go(self._left['distance_error'], self._left['angle_error_deg'])
+            print(f'{self._said}: {left}', flush=True)
 
     def _on_state(self, message):
         is_of_the_last_goal = self._said is None and is_over(message.data)
         if message.data != self._said and not is_of_the_last_goal:
             self._said = message.data
-            hint = ''
-            if message.data == WAITING_FOR_CONTROL:
-                hint = ': rostopic pub -1 {} std_msgs/Bool true'.format(
-                    rospy.resolve_name('ctrl_relinq'))
-            print(message.data + hint, flush=True)
+            hint = f': rostopic pub -1 {rospy.resolve_name("ctrl_relinq")} std_msgs/Bool true'
+            print(message.data + (hint if message.data == WAITING_FOR_CONTROL else ''), flush=True)
 
 
 def drive(goal):
@@ -70,8 +67,8 @@ def drive(goal):
     rospy.init_node('send_goal', anonymous=True, disable_signals=True)
     client = actionlib.ActionClient('move2goal', MoveBaseAction)
     if not client.wait_for_server(rospy.Duration(ANSWERED_WITHIN)):
-        print('send_goal: {} does not answer: is move_to_goal running?'.format(
-            rospy.resolve_name('move2goal')), file=sys.stderr)
+        print(f'send_goal: {rospy.resolve_name("move2goal")} does not answer: is move_to_goal '
+              'running?', file=sys.stderr)
         return 1
     over = threading.Event()
 
@@ -109,15 +106,14 @@ def main(words):
     if words in (['-h'], ['--help']):
         print(__doc__.strip())
         return 0
-    words = [word for word in words if word != '--']
-    numbers = list(map(number_or_text, words))
+    numbers = [number_or_text(word) for word in words if word != '--']
     try:
         if len(numbers) != 3:
-            raise ValueError(surplus(words[3:]) + HELP)
+            raise ValueError(HELP)
         goal = TypedPose(*numbers).pose
         require_master()
     except ValueError as problem:
-        print('send_goal: {}'.format(problem), file=sys.stderr)
+        print(f'send_goal: {problem}', file=sys.stderr)
         return 2
     take_signals()    # from here on Ctrl+C, `kill` and a closed terminal raise Interrupted
     try:

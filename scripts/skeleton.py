@@ -6,7 +6,7 @@ from pathlib import Path
 import rospkg
 
 from tb3_labs.command_line import Parser, reason
-from tb3_labs.skeletons import FOLDER, checked_name, checked_place, skeleton, write
+from tb3_labs.skeletons import FOLDER, checked_target, skeleton, write
 from tb3_labs.marking.lab_names import NODES
 from tb3_labs.terminal import run_tool
 
@@ -34,26 +34,22 @@ def main(words):
     package, node = given.name or lab.packages[0], lab.files[0]
     templates = Path(rospkg.RosPack().get_path(OWN_PACKAGE)) / FOLDER / given.lab
     try:
-        checked_name(package, [OWN_PACKAGE, Path(node).stem])
-        files = skeleton(templates, package)
-        target = checked_place(given.folder.expanduser().resolve()) / package
-        write(files, target)
+        target = checked_target(given.folder.expanduser().resolve(), package, OWN_PACKAGE,
+                                Path(node).stem)
+        write(skeleton(templates, package), target)
     except FileExistsError as problem:
-        return tell_problem('{} is already there, and stays as it is; --name gives another name, '
-                            'or give another folder'.format(problem.filename))
+        return tell_problem(f'{problem.filename} is already there, and stays as it is; --name '
+                            'gives another name, or give another folder')
     except (OSError, RuntimeError, ValueError) as problem:      # ~nobody has no home: RuntimeError
         return tell_problem(reason(problem))
-    source = target.parent
-    print('{} is written. The TODOs are in src/{}. Next: cd {}; catkin_make; source '
-          'devel/setup.bash; roslaunch {} {}.launch sim:=true'.format(
-              target, node, source.parent if source.name == 'src' else 'WORKSPACE', package,
-              given.lab))
+    print(f'{target} is written. The TODOs are in src/{node}. Next: cd {target.parent.parent}; '
+          f'catkin_make; source devel/setup.bash; roslaunch {package} {given.lab}.launch sim:=true')
     return 0
 
 
 def tell_problem(problem):
     """Print why nothing was written. Returns the exit status."""
-    print('skeleton.py: {}'.format(problem), file=sys.stderr)
+    print(f'skeleton.py: {problem}', file=sys.stderr)
     return 2
 
 

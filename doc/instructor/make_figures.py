@@ -18,11 +18,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, Ellipse, FancyBboxPatch
 
 from tb3_labs.control.goal_state import DRIVING
+from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, HDG_TOL, K_HDG,
-    MAX_ANG_Z, MIN_ANG_Z)
+    MAX_ANG_Z, MIN_ANG_Z, TURN_DEG)
 from tb3_labs.report.motion.movements import LAB_GOAL
 from tb3_labs.report.page.figures import BLUE, GREEN, GREY, ORANGE
 
@@ -36,8 +37,8 @@ A_T_ROBOT = Pose2(1.0, 3.0, A_T_B.yaw + math.pi / 2.0)
 GOAL, NEAR = LAB_GOAL, DISTANCE_TOLERANCE
 #: Yaw of the IMU minus yaw of the odometry, of a real Burger [deg].
 OFFSET_DEG = -34.6
-#: Time between two commands of the lab's law [s].
-LOOK = 0.1
+#: Time between two commands of the lab's law, and the length of a turn's picture [s].
+LOOK, LONGEST_TURN = 0.1, 8.0
 #: state: (fill, hatching).
 STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
           'ROTATE_TO_FINAL': ('#d3e8d3', '\\\\\\'), 'GOAL_REACHED': ('#ffffff', '')}
@@ -89,18 +90,18 @@ def angle(axes, pose, begin_deg, end_deg, radius, label, colour):
               label, color=colour, ha='center', va='center', fontsize=11)
 
 
-def robot(axes, pose, size=0.16, colour=GREY):
+def robot(axes, pose, size=0.16):
     """A disc with a line in its heading."""
-    axes.add_patch(Circle((pose.x, pose.y), size, facecolor='white', edgecolor=colour,
+    axes.add_patch(Circle((pose.x, pose.y), size, facecolor='white', edgecolor=GREY,
                           linewidth=1.6, zorder=4))
-    axes.plot(*zip((pose.x, pose.y), pose.act((1.7 * size, 0.0))), color=colour, linewidth=2.2,
+    axes.plot(*zip((pose.x, pose.y), pose.act((1.7 * size, 0.0))), color=GREY, linewidth=2.2,
               zorder=5)
 
 
-def mark_goal(axes, size=13):
+def mark_goal(axes):
     """The lab's goal, and the circle within which the lab's own law stops."""
     axes.add_patch(Circle((GOAL.x, GOAL.y), NEAR, fill=False, linestyle='--', color=GREEN))
-    axes.plot(GOAL.x, GOAL.y, '*', color=GREEN, markersize=size, zorder=6)
+    axes.plot(GOAL.x, GOAL.y, '*', color=GREEN, markersize=13, zorder=6)
 
 
 def dotted(axes, *places, colour):
@@ -340,19 +341,43 @@ def graph_of_the_exercise():
     return figure
 
 
-FIGURES = {'axes': axes_of_the_robot, 'graph': graph_of_the_exercise,
+def turn(wrapped):
+    """The heading [deg] at each command of a left turn from 330 degrees by the handout's law, with
+    its error `wrapped` or not."""
+    turned, goal = [330.0], 330.0 + TURN_DEG
+    for _ in range(int(LONGEST_TURN / LOOK)):
+        error = goal - turned[-1] % 360.0
+        error = difference_degrees(error, 0.0) if wrapped else error
+        command = min(max(K_HDG * abs(error), MIN_ANG_Z), MAX_ANG_Z) * np.sign(error)
+        turned.append(turned[-1] + (
+            math.degrees(command) * LOOK if abs(error) >= HDG_TOL else 0.0))
+    return turned
+
+
+def two_turns():
+    """A good turn, and one that does not end: the heading over time, not wrapped."""
+    figure = new_figure(5.1, 2.8)
+    titles = ('A good turn: it ends\nwithin the green band',
+              'A bad turn: it goes on\nthrough the band')
+    for axes, wrapped, title in zip(figure.subplots(1, 2), (True, False), titles):
+        goal, turned = 330.0 + TURN_DEG, turn(wrapped)
+        axes.axhspan(goal - HDG_TOL, goal + HDG_TOL, facecolor='#d3e8d3', linewidth=0.0)
+        axes.plot([k * LOOK for k in range(len(turned))], turned, color=BLUE)
+        axes.set_title(title, fontsize=9)
+        axes.tick_params(labelsize=7)
+        axes.grid(color='#e4e4e4', linewidth=0.6)
+        axes.set_xlabel('time [s]', fontsize=8)
+    figure.axes[0].set_ylabel('heading [deg]', fontsize=8)
+    return figure
+
+
+FIGURES = {'axes': axes_of_the_robot, 'turns': two_turns, 'graph': graph_of_the_exercise,
            'reset': a_reset, 'pad': pad,
            'point': point_in_both_frames, 'heading': heading_in_both_frames,
            'states': four_states, 'imu_offset': offset_of_the_imu, 'error': error_on_the_circle}
 
 
-def write(drawings, folder):
-    """Write the figures {name: function that draws it} into a folder: the same files each time."""
-    matplotlib.rcParams['svg.hashsalt'] = 'tb3_labs'
-    folder.mkdir(exist_ok=True)
-    for name, draw in drawings.items():
-        draw().savefig(str(folder / (name + '.svg')), format='svg', metadata={'Date': None})
-
-
 if __name__ == '__main__':
-    write(FIGURES, DOC / 'figures')
+    matplotlib.rcParams['svg.hashsalt'] = 'tb3_labs'    # the same files each time
+    for name, draw in FIGURES.items():
+        draw().savefig(str(DOC / 'figures' / f'{name}.svg'), metadata={'Date': None})

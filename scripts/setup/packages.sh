@@ -52,8 +52,6 @@ look_at_packages() {
   for p in "${wanted[@]}"; do [[ $installed == *" $p "* ]] || missing+=("$p"); done
 }
 
-free_mb() { df -Pm "$1" | awk 'NR == 2 { print $4 }'; }
-
 as_root() { if [ "$EUID" = 0 ]; then "$@"; else sudo "$@"; fi; }
 
 apt() {
@@ -73,12 +71,8 @@ refuse_system() {
   esac
 }
 
-no_network() {
-  fail "the network is missing: $(sed -n 's/^[WE]: Failed to fetch \([^ ]*\).*/\1/p' "$ws/apt.log" | sed -n 1p) cannot be reached"
-}
-
 install_packages() {
-  local line need free
+  local line
   [ -n "$ros" ] || refuse_system
   line="apt-get update; apt-get install --no-install-recommends ${missing[*]}"
   if [ "$EUID" != 0 ]; then
@@ -89,32 +83,14 @@ install_packages() {
   fi
 
   as_root dpkg --configure -a >>"$log" 2>&1 8>&- || true    # after an interrupted installation
-  [ "$(free_mb /var/lib/apt)" -ge 100 ] || fail "space is missing: 100 MB are needed in /var/lib/apt"
   say 'reading the package lists ...'
   apt update -q >"$ws/apt.log" 2>&1 || true    # a list that cannot be fetched may not be needed
   cat "$ws/apt.log" >>"$log"
-  # apt's plan, without carrying it out: it prints "Need to get 1,234 kB" and "After this operation, 760 MB".
-  { apt install --assume-no --no-install-recommends "${missing[@]}" || true; } >"$ws/apt.plan" 2>&1
-  cat "$ws/apt.plan" >>"$log"
-  if grep -q '^E: ' "$ws/apt.plan"; then
-    if grep -Eq '^(Err|W: Failed to fetch|E: Failed to fetch)' "$ws/apt.log"; then no_network; fi
-    fail_log "the system packages cannot be installed: $(grep -m1 '^E: ' "$ws/apt.plan")"
-  fi
   # Without a network, an apt with old lists would ask for each package, for a minute and without success.
-  if ! grep -Eq '^(Hit|Get):' "$ws/apt.log" && ! grep -Eq '^Need to get 0 B' "$ws/apt.plan"; then
-    no_network
-  fi
-  need=$(sed -En 's/^Need to get ([^/]*\/)?([0-9.,]+ [kMG]?B) of.*/\2/p; s/^After this operation, ([0-9.,]+ [kMG]?B) of additional.*/\1/p' "$ws/apt.plan" |
-    awk '{ gsub(",", "", $1); sum += $1 * ($2 == "GB" ? 1000 : $2 == "MB" ? 1 : 0.001) } END { print int(sum) + 1 }')
-  free=$(free_mb /usr)
-  [ "$free" -gt $((need + 50)) ] || fail "space is missing: the system packages need $((need + 50)) MB in /usr, $free MB are free"
-  line="$need MB, once"
-  [ "$need" -lt 100 ] || line+='; about a minute'
-  say "installing system packages ($line) ..."
-  if ! apt install -y -q --no-install-recommends -o Dpkg::Use-Pty=0 "${missing[@]}" >"$ws/apt.log" 2>&1; then
-    cat "$ws/apt.log" >>"$log"
-    grep -q '^E: Failed to fetch' "$ws/apt.log" && fail "the network is missing: the system packages could not be fetched (all of it: $log)"
+  grep -Eq '^(Hit|Get):' "$ws/apt.log" ||
+    fail "the network is missing: $(sed -n 's/^[WE]: Failed to fetch \([^ ]*\).*/\1/p' "$ws/apt.log" | sed -n 1p) cannot be reached"
+  say 'installing system packages (once; about a minute) ...'
+  if ! apt install -y -q --no-install-recommends -o Dpkg::Use-Pty=0 "${missing[@]}" >>"$log" 2>&1; then
     fail_log 'the system packages could not be installed'
   fi
-  cat "$ws/apt.log" >>"$log"
 }

@@ -1,21 +1,18 @@
 """The command line of a tool: a refusal is one line, and no output goes through a link.
 
-    mark.py: argument --lab: invalid choice: 'trun' (choose from imu, turn); is turn meant?
+    mark.py: argument --lab: invalid choice: 'trun' (choose from imu, turn); --help tells more
 """
 import argparse
-import difflib
 import errno
 import os
-import re
 import secrets
 import signal
 from pathlib import Path
-from typing import Any, Callable, Sequence, Union
+from typing import Any, Callable, Union
 
 
 class Parser(argparse.ArgumentParser):
-    """Python's parser, but a refusal is one line, --job is refused, and a refused word comes with
-    the one that is probably meant."""
+    """Python's parser, but a refusal is one line, and --job for --jobs is refused."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
@@ -23,28 +20,9 @@ class Parser(argparse.ArgumentParser):
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
-    def parse_args(self, args=None, namespace=None):
-        given, extra = self.parse_known_args(args, namespace)
-        if extra:
-            self.error(' '.join(['unrecognized arguments:', *extra]) if '-' in ''.join(
-                word[:1] for word in extra) else '{}meant: {}'.format(surplus(extra), ', '.join(
-                    'one {}; given: {}'.format(each.metavar or each.dest, getattr(given, each.dest))
-                    for each in self._get_positional_actions()) or 'options alone'))
-        return given
-
     def error(self, message: str):
         """End the program with status 2, and the reason."""
-        typed, _, known = message.partition('invalid choice: ')[2].partition(' (choose from ')
-        near = difflib.get_close_matches(typed, re.findall(r'[^\s,()]+', known), 1)
-        self.exit(2, '{}: {}; {}\n'.format(
-            self.prog, printable(message), 'is {} meant?'.format(near[0].strip("'")) if near else
-            '--help tells more'))
-
-
-def surplus(words: Sequence[str]) -> str:
-    """Returns the begin of a refusal of these words, which are too many; '' without a word."""
-    more = ' and {} more'.format(len(words) - 3) * (len(words) > 3)
-    return ', '.join(words[:3]) + more + ': too much; ' if words else ''
+        self.exit(2, f'{self.prog}: {printable(message)}; --help tells more\n')
 
 
 def number_or_text(word: str) -> Union[float, str]:
@@ -61,7 +39,7 @@ def whole_number(most: int) -> Callable[[str], int]:
         # int() refuses thousands of digits with another text
         if not (word.isdecimal() and len(word) < 10 and 1 <= int(word) <= most):
             raise argparse.ArgumentTypeError(
-                '{:.40} is not valid: a whole number from 1 to {}'.format(repr(word), most))
+                f'{word!r:.40} is not valid: a whole number from 1 to {most}')
         return int(word)
     return read
 
@@ -83,7 +61,7 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
     path = Path(str(path))
     if isinstance(content, str):
         content = content.encode('utf-8', errors='backslashreplace')
-    part = path.with_name('.{}.part'.format(secrets.token_hex(8)))
+    part = path.with_name(f'.{secrets.token_hex(8)}.part')
     try:
         with open(str(part), 'xb') as file:     # x: a new one, never an existing link
             file.write(content)
@@ -95,7 +73,7 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
 def reason(problem: BaseException) -> str:
     """The reason of a failure, in one line. If a file is the problem, its name comes first."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
-        return '{}: {}'.format(problem.filename, problem.strerror)
+        return f'{problem.filename}: {problem.strerror}'
     if isinstance(problem, FileNotFoundError):    # only the error of os.getcwd() has no name
         return 'the current folder was deleted: go to another one, such as cd ~'
     return ' '.join(str(problem).split())
@@ -103,6 +81,8 @@ def reason(problem: BaseException) -> str:
 
 def printable(text: str) -> str:
     """The text in one line. Characters that do not show are escaped: \\n, \\xfc."""
-    # from U+DC80 on: a byte that is not UTF-8, as os.fsdecode() writes it
-    return ''.join(char if char.isprintable() else '\\x{:02x}'.format(ord(char) - 0xdc00) if (
-        '\udc80' <= char <= '\udcff') else char.encode('unicode_escape').decode() for char in text)
+    def escaped(char: str) -> str:
+        if '\udc80' <= char <= '\udcff':    # a byte that is not UTF-8, as os.fsdecode() writes it
+            return f'\\x{ord(char) - 0xdc00:02x}'
+        return char if char.isprintable() else char.encode('unicode_escape').decode()
+    return ''.join(map(escaped, text))

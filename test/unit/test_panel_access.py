@@ -35,7 +35,7 @@ def test_any_other_name_is_refused_and_anything_beside_a_name_and_a_port(host):
     '192.168.0.7:8080', 'robot-pc.LOCAL', '[fe80::7]:8080'])
 def test_the_loopback_has_three_names_and_this_computer_may_have_others(host):
     access = Access(['192.168.0.7', 'Robot-PC.local', 'FE80::7'])
-    assert refusal(host, None, None, access) == ''
+    assert refusal(host, None, None, access) is None
     assert refusal('evil.com:80', None, None, access) == (
         "this page is not offered as 'evil.com': use one of 127.0.0.1, 192.168.0.7, [::1], "
         '[fe80::7], localhost, robot-pc.local')
@@ -48,7 +48,7 @@ def test_the_loopback_has_three_names_and_this_computer_may_have_others(host):
     ('[::1]:8080', 'http://[::1]:8080'), ('localhost', 'https://localhost'),
     ('localhost:8080', None)])
 def test_this_nodes_own_page_and_programs_without_an_origin(host, origin):
-    assert refusal(host, origin) == ''
+    assert refusal(host, origin) is None
 
 
 @pytest.mark.parametrize('origin', [
@@ -69,14 +69,14 @@ def test_pages_of_other_sites_are_refused(origin):
     (TOKEN.lower(), False)])
 def test_a_token_is_asked_for_where_one_is_needed(token, valid):
     reason = refusal(token=token, access=Access(token=TOKEN))
-    assert reason == ('' if valid else 'the token is missing or wrong: '
-                                       'use the whole address that the panel printed')
+    assert reason == (None if valid else 'the token is missing or wrong: '
+                                         'use the whole address that the panel printed')
 
 
 @pytest.mark.parametrize('token', ['ü', '\U0001f916', '\x00', '\ud800'])
 def test_a_token_of_any_letters_is_compared_and_raises_nothing(token):
-    assert refusal(token=token, access=Access(token=TOKEN)) != ''
-    assert refusal(token=token, access=Access(token=token)) == ''
+    assert refusal(token=token, access=Access(token=TOKEN)) is not None
+    assert refusal(token=token, access=Access(token=token)) is None
 
 
 def test_the_token_does_not_open_for_another_name_or_site():
@@ -95,7 +95,7 @@ NEARLY = st.lists(st.sampled_from([
 
 @given(NEARLY, st.none() | NEARLY, st.none() | NEARLY)
 def test_only_a_loopback_name_and_its_own_page_are_let_in_whatever_is_sent(host, origin, token):
-    is_open = refusal(host, origin, token) == ''
+    is_open = refusal(host, origin, token) is None
     own_name = re.fullmatch(r'(?ai:localhost|127\.0\.0\.1|\[::1\])(:[0-9]*)?', host) is not None
     if origin is None and not token:
         assert is_open is own_name

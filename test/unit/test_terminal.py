@@ -261,24 +261,20 @@ def test_a_system_without_ros_1_is_refused_in_one_line(tmp_path, system, said):
         assert (words, errors) == (['taken'], '')
 
 
-#: An apt that answers as apt-get 2.6 and 3.0 do: `update`, the plan, and whether it installs.
+#: An apt that answers as apt-get 2.6 and 3.0 do: `update`, and whether it installs.
 APT = """ws={folder} log={folder}/log missing=(catkin)
-sudo() {{ :; }}; as_root() {{ :; }}; fail_log() {{ fail "$*"; }}; free_mb() {{ echo 9999; }}
-apt() {{ case "$*" in update*) printf '%s\n' {update} ;; *--assume-no*) printf '%s\n' {plan} ;;
-  *) echo installed >&2 ;; esac; }}
+sudo() {{ :; }}; as_root() {{ :; }}; fail_log() {{ fail "$*"; }}
+apt() {{ case "$*" in update*) printf '%s\n' {update} ;; *) echo installed >&2 ;; esac; }}
 install_packages"""
 REFUSED = "'Err:1 http://mirror/debian trixie InRelease' " \
     "'W: Failed to fetch http://mirror/debian/InRelease  Temporary failure'"
 
 
-@pytest.mark.parametrize('update, plan, is_tried', [
-    (REFUSED, "'Need to get 213 MB of archives.'", False),
-    (REFUSED, "'E: Unable to locate package catkin'", False),
-    (REFUSED, "'Need to get 0 B/213 MB of archives.'", True),
-    (REFUSED + " 'Hit:2 http://other/debian trixie InRelease'", "'Need to get 213 MB of archives.'", True),
-    ("'Get:1 http://mirror/debian trixie InRelease'", "'Need to get 213 MB of archives.'", True)])
-def test_without_a_network_nothing_is_tried(tmp_path, update, plan, is_tried):
-    words, errors = packages(tmp_path, APT.format(folder=tmp_path, update=update, plan=plan))
+@pytest.mark.parametrize('update, is_tried', [
+    (REFUSED, False), (REFUSED + " 'Hit:2 http://other/debian trixie InRelease'", True),
+    ("'Get:1 http://mirror/debian trixie InRelease'", True)])
+def test_without_a_network_nothing_is_tried(tmp_path, update, is_tried):
+    words, errors = packages(tmp_path, APT.format(folder=tmp_path, update=update))
     if is_tried:
         assert 'installing' in words and errors == ''
     else:
@@ -322,7 +318,7 @@ def test_a_second_copy_needs_no_network_and_makes_whole_what_failed_half_way(tmp
     offline = {'XDG_CACHE_HOME': str(cache.parent), 'PIP_INDEX_URL': 'http://127.0.0.1:9/simple',
                'PIP_RETRIES': '0'}
     _, errors = shell(tmp_path, str(copy / 'scripts' / 'setup.sh'), **offline)
-    assert 'the network is missing: squaternion' in errors
+    assert 'the network is missing, or PyPI: squaternion' in errors
     listed.write_text(text)
     wheel.rename(cache / wheel.name)     # as an earlier set-up of this user leaves it
     _, errors = shell(tmp_path, str(copy / 'scripts' / 'setup.sh'), **offline)

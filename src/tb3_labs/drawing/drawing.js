@@ -214,26 +214,7 @@ export function drawGrid(c, v, words) {
     if (py > 60 && py < v.height - 24) c.fillText(text(i * step), 4, py - 3);
   }
   c.textAlign = 'right';
-  const isWide = v.width - c.measureText(words).width > 180;    // else the legend is beside it
-  c.fillText(words, v.width - 6, v.height - (isWide ? 18 : 64));
-}
-
-/** What the lines of these frames mean, in the lower left corner. */
-export function drawLegend(c, labels, height, frames) {
-  const lines = [['odom', [], 2.5, 'path in odom'], ['local', [7, 5], 2, 'path in local']]
-    .filter(([frame]) => frames.includes(frame));
-  c.font = '12px system-ui, sans-serif';
-  c.textAlign = 'left';
-  lines.forEach(([frame, dash, width, text], i) => {
-    const y = height - 44 + 16 * i;
-    c.lineWidth = width;
-    c.setLineDash(dash);
-    stroke(c, colours[frame], [[44, y - 4], [74, y - 4]]);
-    c.setLineDash([]);
-    c.fillStyle = colours.faint;
-    c.fillText(text, 80, y);
-  });
-  labels.keep([40, height - 58, 160, height]);
+  c.fillText(words, v.width - 6, v.height - 18);
 }
 
 /** Names beside points of the map. */

@@ -1,8 +1,8 @@
 // The map, drawn to scale: frames, robot, trails, goal, true pose; and the pointers on it.
 
 import {
-  Labels, View, arrow, circle, colours, compose, disc, drawGrid, drawLegend, heading, inverse,
-  polygon, sharp, stroke,
+  Labels, View, arrow, circle, colours, compose, disc, drawGrid, heading, inverse, polygon, sharp,
+  stroke,
 } from './drawing.js';
 
 export const FRAMES = ['odom', 'local'];
@@ -122,9 +122,7 @@ export class RobotMap {
     if (!this.picture) return;
     const labels = new Labels(c, width, height);
     labels.keep([0, 0, Math.min(width, 330), 48]);    // the toolbar lies on the map
-    drawLegend(c, labels, height, FRAMES.filter((name) => this._trails[name].points.length));
     this._paths(c);
-    this._goalLine(c);
     this._frames(c, labels);
     this._ghost(c, labels, this.picture.truth, 'true', colours.truth);
     this._target(c, labels, this.picture.goal, 'goal', this.picture.tolerance);
@@ -182,17 +180,6 @@ export class RobotMap {
                     [px - far, py - near]];
     polygon(c, marker, name === 'odom' ? colour : colours.paper, colour, 2);
     labels.add(name, px, py, colour, {away: 12});
-  }
-
-  _goalLine(c) {
-    const {goal, odom, local} = this.picture;
-    const from = this.drawn('odom', odom) || this.drawn('local', local);
-    const to = this.drawn('local', goal);
-    if (!from || !to) return;
-    c.lineWidth = 1.5;
-    c.setLineDash([2, 5]);
-    stroke(c, colours.goal, [from, to]);
-    c.setLineDash([]);
   }
 
   /** A target in local: its tolerance to scale, a cross of constant size, the final heading. */

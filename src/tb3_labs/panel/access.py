@@ -44,13 +44,13 @@ class Access:
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
         """`names`: names and addresses of this computer, beside the loopback's."""
         # as a Host header writes them: an IPv6 address stands in brackets
-        self._names = {('[{}]' if ':' in name else '{}').format(name.lower())
+        self._names = {f'[{name}]'.lower() if ':' in name else name.lower()
                        for name in ('localhost', LOOPBACK, '::1', *names)}
         self._token = token
 
     def refusal(self, host: Optional[str], origin: Optional[str],
-                token: Optional[str]) -> str:
-        """Returns the reason why a request is refused, or ''.
+                token: Optional[str]) -> Optional[str]:
+        """Returns the reason why a request is refused, or None.
 
         `host` and `origin` are headers of the request, None if they are missing: only browsers send
         an origin. `token`: the token in the request; None: this request needs no token.
@@ -58,12 +58,12 @@ class Access:
         host = (host or '').lower()
         name = PORT.sub('', host)
         if name not in self._names:
-            return 'this page is not offered as {!r}: use one of {}'.format(
-                name, ', '.join(sorted(self._names)))
+            names = ', '.join(sorted(self._names))
+            return f'this page is not offered as {name!r}: use one of {names}'
         if origin is not None and origin.lower() not in ('http://' + host, 'https://' + host):
-            return 'requests of pages of other sites ({}) are refused'.format(origin)
+            return f'requests of pages of other sites ({origin}) are refused'
         # hmac takes only ASCII text; a browser may send any text
         if token is not None and not hmac.compare_digest(*(
                 word.encode(errors='surrogatepass') for word in (token, self._token))):
             return 'the token is missing or wrong: use the whole address that the panel printed'
-        return ''
+        return None

@@ -16,13 +16,12 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was h
     "driver", "command"  the node whose commands move the robot now, and [v m/s, w rad/s]
     "heading_deg"        by the IMU, 0 to 360
     "ages"               {source: time since its last message [s]; 0: it is not silent}
+    "inside"             variables of the nodes that watch.py shows: a list of {"node", "values":
+                         [[name, text]]}
     "page"               the page that drives the robot: "", "this" or "other"
     "stops"              number of stops so far; see tb3_labs.supervision.page_grip
     "can"                {request: does any node listen to it?}
     "pad"                "ready", or why the pad of a page does not drive
-
-A message "inside" has the variables of the nodes that watch.py shows: "nodes", a list of {"node",
-"values": [[name, text]]}.
 
 NaN and infinite numbers are null too: JSON does not have them, but any node may publish them.
 
@@ -41,10 +40,6 @@ from tb3_labs.handout import SAYS_POSE_SET
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
-#: A point is added to a trail after this distance [m].
-TRAIL_STEP = 0.02
-#: If a trail has more points than this, every second point is dropped.
-MOST_POINTS = 1000
 #: If the odometry jumps by more than one of these, it was zeroed [m], [rad].
 JUMP, TURN_JUMP = 0.2, math.radians(60.0)
 #: The line of the handout by which a node says that local was declared: x, y [m], yaw [rad].
@@ -62,26 +57,9 @@ STANDS_BELOW = 0.02
 #: the node is silent for so long [s].
 MOST_NODES, MOST_VARIABLES, LONGEST_TEXT, STALE = 4, 40, 200, 2.0
 
-Point = Tuple[float, float]
-
-
-class Trail:
-    """The robot's path in odom [m], thinned and bounded."""
-
-    def __init__(self) -> None:
-        self.points: List[Point] = []
-
-    def add(self, pose: Pose2) -> None:
-        """Add the place of the robot, if it has moved by `TRAIL_STEP`."""
-        if self.points and pose.distance_to(Pose2(*self.points[-1])) < TRAIL_STEP:
-            return
-        self.points.append((round(pose.x, 3), round(pose.y, 3)))
-        if len(self.points) > MOST_POINTS:
-            self.points = self.points[::2]
-
 
 class RobotView:
-    """The latest value of each kind that was heard from one robot, and its trail."""
+    """The latest value of each kind that was heard from one robot."""
 
     def __init__(self) -> None:
         self._latest: Dict[str, Any] = {}          # kind: value
@@ -89,7 +67,6 @@ class RobotView:
         self._commands: Dict[str, Tuple[float, float, float]] = {}   # sender: arrival, v, w
         self._inside: Dict[str, Tuple[float, List[List[str]]]] = {}  # node: arrival, variables
         self._computed: Optional[Pose2] = None     # the frame, for a node that publishes none
-        self.trail = Trail()
 
     # -- input
 
@@ -101,11 +78,9 @@ class RobotView:
     def hear_odometry(self, sample: OdometrySample, now: float) -> None:
         """Store a sample of the odometry."""
         last = self.latest('odom')
-        if last is not None and (
-                last.pose.distance_to(sample.pose) > JUMP
-                or abs(difference(sample.pose.yaw, last.pose.yaw)) > TURN_JUMP):
-            self.trail, self._computed = Trail(), None
-        self.trail.add(sample.pose)
+        if last is not None and (last.pose.distance_to(sample.pose) > JUMP or abs(
+                difference(sample.pose.yaw, last.pose.yaw)) > TURN_JUMP):
+            self._computed = None
         self.hear('odom', sample, now)
 
     def hear_line(self, text: str) -> None:
@@ -130,11 +105,6 @@ class RobotView:
 
     # -- output
 
-    def inside(self, now: float) -> List[Dict[str, Any]]:
-        """The nodes, and their variables, of a message "inside"."""
-        return [{'node': node, 'values': values}
-                for node, (at, values) in sorted(self._inside.items()) if now - at <= STALE]
-
     def latest(self, kind: str) -> Any:
         """The latest value of a kind, or None."""
         return self._latest.get(kind)
@@ -154,16 +124,16 @@ class RobotView:
             return 'reached'
         return next((word for word in (WAITING, STOPPED, GAVE_UP) if state.startswith(word)), '')
 
-    def unstopped(self, since: float) -> str:
-        """Returns why the stop at `since` [s] is not confirmed yet, in words; '' if the robot
+    def unstopped(self, since: float) -> Optional[str]:
+        """Returns why the stop at `since` [s] is not confirmed yet, in words; None if the robot
         stands, and move_to_goal has no control."""
         odom = self.latest('odom')
         if self.latest('has_control'):
             return 'move_to_goal does not answer'
         if odom is None or self._arrivals['odom'] <= since:
             return 'the robot does not answer'
-        return '' if abs(odom.linear) < STANDS_BELOW and abs(odom.angular) < STANDS_BELOW else (
-            'the robot still moves')
+        stands = abs(odom.linear) < STANDS_BELOW and abs(odom.angular) < STANDS_BELOW
+        return None if stands else 'the robot still moves'
 
     def driver(self, now: float) -> str:
         """The node whose commands move the robot, or ''."""
@@ -184,8 +154,8 @@ class RobotView:
         is_own = bool(local or frame)
         if not is_own and odom and self._computed:
             frame, local = self._computed, self._computed.inverse() @ odom.pose
-        goal, distance, angle = map(self.latest, ('goal', 'distance', 'angle'))
-        if goal and local and distance is None:
+        goal, distance, angle = self.latest('goal'), None, None
+        if goal and local:
             distance = local.distance_to(goal)
             angle = math.degrees(difference(goal.yaw, local.yaw))
         return {
@@ -197,11 +167,11 @@ class RobotView:
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'holder': self.holder(now),
             'driver': driver,
-            'command': [_rounded(number) for number in self._commands[driver][1:]] if driver
-            else None,
-            'heading_deg': _rounded(
-                None if heading is None else round(math.degrees(heading) % 360.0, 1) % 360.0),
-            'ages': {source: self._silence(source, now) for source in ('imu', 'odom')}}
+            'command': [*map(_rounded, self._commands[driver][1:])] if driver else None,
+            'heading_deg': heading and _rounded(round(math.degrees(heading) % 360.0, 1) % 360.0),
+            'ages': {source: self._silence(source, now) for source in ('imu', 'odom')},
+            'inside': [{'node': node, 'values': values}
+                       for node, (at, values) in sorted(self._inside.items()) if now - at <= STALE]}
 
     def _silence(self, kind: str, now: float) -> Optional[float]:
         if kind not in self._arrivals:

@@ -82,7 +82,7 @@ class Request(NamedTuple):
     def lateness(self, now: float) -> float:
         """Its delay [s]. Raises ``ValueError`` if it was not sent yet."""
         if self.sent_at > now + MOST_AHEAD:
-            raise _invalid('t', self.sent_at, 'at most {:.1f}, which is now'.format(now))
+            raise _invalid('t', self.sent_at, f'at most {now:.1f}, which is now')
         return max(0.0, now - self.sent_at)
 
 
@@ -111,12 +111,12 @@ def read_request(text: Union[str, bytes]) -> Request:
     """Returns the Request in a message. Raises ``ValueError``, with the reason, if it is
     invalid."""
     if len(text) > LONGEST_REQUEST:
-        raise ValueError('a message of {} characters is refused: at most {} are valid'.format(
-            len(text), LONGEST_REQUEST))
+        raise ValueError(f'a message of {len(text)} characters is refused: at most '
+                         f'{LONGEST_REQUEST} are valid')
     try:
         message = json.loads(text)
     except ValueError as problem:
-        raise ValueError('a message is not JSON: {}'.format(problem)) from None
+        raise ValueError(f'a message is not JSON: {problem}') from None
     if not isinstance(message, dict):
         raise ValueError('a message must be an object with "type"')
     kind = message.get('type')
@@ -172,8 +172,7 @@ def _number(message: Dict, name: str, most: float, unit: str = '') -> float:
     value = message.get(name)
     # the comparison is False for NaN, infinity, and integers that are too large for a float
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= most:
-        valid = 'a number from {:g} to {:g} {}'.format(-most, most, unit)
-        raise _invalid(name, value, valid.rstrip())
+        raise _invalid(name, value, f'a number from {-most:g} to {most:g} {unit}'.rstrip())
     return float(value)
 
 
@@ -185,4 +184,4 @@ def _flag(message: Dict, name: str) -> bool:
 
 
 def _invalid(name: str, value: Any, valid: str) -> ValueError:
-    return ValueError('{} = {:.40} is not valid: {}'.format(name, json.dumps(value), valid))
+    return ValueError(f'{name} = {json.dumps(value):.40} is not valid: {valid}')

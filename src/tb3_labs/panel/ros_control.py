@@ -107,14 +107,14 @@ class PanelRobot:
         self._require(self._turn, 'turn: is the controller running?')
         self._refuse_beside_move_to_goal()
         self._turn.publish(request.value)
-        return 'asked for {:g} degrees'.format(request.value)
+        return f'asked for {request.value:g} degrees'
 
     def _send_goal(self, _page, request):
         self._check(request, LONGEST_DELAY)
         self._require(self._goal, 'move_base_simple/goal: is move_to_goal running?')
         place = request.value
         self._goal.publish(to_pose_stamped(place.pose, frame('local'), rospy.get_time()))
-        return 'goal sent: {0.x:.2f} m, {0.y:.2f} m, {0.yaw_deg:.0f} deg'.format(place)
+        return f'goal sent: {place.x:.2f} m, {place.y:.2f} m, {place.yaw_deg:.0f} deg'
 
     def _reset(self, page, request):
         """Call the service in a thread of its own: it may take a second."""
@@ -211,13 +211,16 @@ class PanelRobot:
 
     def _send_mouse(self, place):
         """Publish `mouse_info` as mouse_client.py does: a new mouse begins inactive."""
-        states = ([(False, 0.0, 0.0)] if self._mouse_active != bool(place) else []) + (
-            [(True, *place)] if place else [])
+        if self._mouse_active != bool(place):
+            self._publish_mouse(False, 0.0, 0.0)
         self._mouse_active = bool(place)
-        for active, x, y in states:
-            message = MouseController(status=Bool(active), xPos=x, yPos=y)
-            message.header.stamp = rospy.Time.now()
-            self._mouse.publish(message)
+        if place:
+            self._publish_mouse(True, *place)
+
+    def _publish_mouse(self, active, x, y):
+        message = MouseController(status=Bool(active), xPos=x, yPos=y)
+        message.header.stamp = rospy.Time.now()
+        self._mouse.publish(message)
 
     def _read_pad_numbers(self):
         """Learn the numbers of axes and buttons that the node gamepad uses now."""

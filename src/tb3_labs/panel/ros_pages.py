@@ -9,15 +9,13 @@ from tornado.ioloop import PeriodicCallback
 
 from tb3_labs.panel.requests import Viewer, read_request
 from tb3_labs.panel.ros_control import PanelRobot
-from tb3_labs.panel.ros_server import Server, in_thread
+from tb3_labs.panel.ros_server import Server
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import subscribe
 
 #: A page that drives is checked once in this time [ms].
 GRIP_PERIOD = 20.0
-#: The variables of nodes are sent to the pages once in this time [ms].
-INSIDE_PERIOD = 250.0
 #: When the node ends: longest wait until the robot is released [s].
 RELEASE_TIME = 0.5
 #: Number of log lines kept for a page that comes later.
@@ -35,13 +33,11 @@ class Pages:
         self._hello = {'control': config.control, 'radius': body_radius,
                        'robot': rospy.get_namespace().strip('/')}
         self._pages = []
-        self._inside = []
         self._lines = deque(maxlen=LINES_KEPT)
         self._server = Server(config, self._open_page)
         self._robot = PanelRobot(self._server)
         #: They run while there is a page.
         self._timers = [PeriodicCallback(guarded(self._draw), 1000.0 / config.rate),
-                        PeriodicCallback(guarded(self._show_inside), INSIDE_PERIOD),
                         PeriodicCallback(guarded(self._robot.look_at_grip), GRIP_PERIOD)]
         subscribe('/rosout', Log, self._on_line, queue_size=None)
         #: The address to open in a browser.
@@ -69,9 +65,7 @@ class Pages:
             for timer in self._timers:
                 timer.start()
         self._pages.append(page)
-        self._look_inside()
         page.send('hello', **self._hello)
-        page.send('trail', odom=self._robot.watch.ask(lambda view: list(view.trail.points)))
         page.lines = list(self._lines)
         return (lambda text: self._on_text(page, text)), (lambda: self._on_end(page))
 
@@ -81,10 +75,6 @@ class Pages:
         if not self._pages:
             for timer in self._timers:
                 timer.stop()
-            self._look_inside()
-
-    def _look_inside(self):
-        in_thread(lambda: self._robot.watch.look_inside(lambda: bool(self._pages)))
 
     # -- pictures and lines of the log
 
@@ -97,13 +87,6 @@ class Pages:
                 page.lines = []
             page.send('picture', **picture, now=now,
                       page='' if driver is None else 'this' if driver is page else 'other')
-
-    def _show_inside(self):
-        now, last = steady_time(), self._inside
-        self._inside = self._robot.watch.ask(lambda view: view.inside(now))
-        if self._inside or last:
-            for page in self._pages:
-                page.send('inside', nodes=self._inside)
 
     def _on_line(self, message):
         """Keep a line of /rosout. The lines of each node come in a thread of their own."""
@@ -133,7 +116,7 @@ class Pages:
         except Exception as problem:    # only this page fails: the other pages keep their STOP
             rospy.logerr('a page asked for what cannot be done (%s): %s', problem, text)
             self._robot.gone(page)
-            page.answer(request, False, 'this cannot be done: {}'.format(problem))
+            page.answer(request, False, f'this cannot be done: {problem}')
         else:
             if answer is not None:
                 page.answer(request, True, answer)

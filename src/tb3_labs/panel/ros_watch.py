@@ -9,7 +9,7 @@ from dynamic_reconfigure.msg import Config as Values
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, Joy
-from std_msgs.msg import Bool, Float32, String
+from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.panel.picture import RobotView
@@ -21,8 +21,6 @@ from tb3_labs.ros.topics import subscribe, subscribe_events
 
 #: The odometry, which moves the robot on the page, is read once in this time [s].
 ODOMETRY_PERIOD = 0.045
-#: The variables of nodes are read once in this time [s].
-VARIABLES_PERIOD = 0.25
 #: All other streams are read once in this time [s]: each reading costs computing time.
 NUMBERS_PERIOD = 0.2
 
@@ -65,34 +63,20 @@ class Watch:
                 ('odom', ODOMETRY_PERIOD, Odometry, self._write(RobotView.hear_odometry),
                  to_odometry_sample),
                 ('local_pose', NUMBERS_PERIOD, PoseStamped, self._hear('local'), _pose),
-                ('distance_error', NUMBERS_PERIOD, Float32, self._hear('distance'), _data),
-                ('angle_error_deg', NUMBERS_PERIOD, Float32, self._hear('angle'), _data),
                 ('ground_truth', NUMBERS_PERIOD, PoseStamped, self._hear('truth'),
                  lambda truth: (to_pose2(truth.pose), truth.header.stamp.to_sec())),
                 ('imu', NUMBERS_PERIOD, Imu, self._hear('imu'),
                  lambda imu: to_imu_sample(imu).yaw),
                 ('cmd_vel', NUMBERS_PERIOD, Twist, self._write(_command)),
+                ('variables', NUMBERS_PERIOD, DiagnosticArray, self._write(_variables)),
                 ('/tf', NUMBERS_PERIOD, *transforms)):
             subscribe(topic, *how, idle_for=lambda now, rest=rest: rest)
-        self._variables, self._changing = None, threading.Lock()
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
 
     def ask(self, question):
         """Returns ``question(view)``, which may change the view; any thread may call this."""
         with self._lock:
             return question(self._view)
-
-    def look_inside(self, is_wanted):
-        """Listen to the variables of nodes while `is_wanted()`: they cost a node computing time.
-        This call may wait for the master."""
-        with self._changing:
-            if is_wanted() and self._variables is None:
-                self._variables = subscribe(
-                    'variables', DiagnosticArray, self._write(_variables),
-                    idle_for=lambda now: VARIABLES_PERIOD)
-            elif self._variables is not None and not is_wanted():
-                self._variables.unregister()
-                self._variables = None
 
     @property
     def hears_another_pad(self):

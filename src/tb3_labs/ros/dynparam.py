@@ -22,7 +22,7 @@ import yaml
 from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
-from tb3_labs.command_line import number_or_text, surplus
+from tb3_labs.command_line import number_or_text
 from tb3_labs.config import nearest
 from tb3_labs.ros.live_settings import decoded, encoded
 from tb3_labs.ros.topics import require_master
@@ -105,8 +105,7 @@ def main(words):
         return 0
     try:
         if not words or len(words) not in COMMANDS.get(words[0], ()):
-            most = max(COMMANDS.get(''.join(words[:1]), [len(words)]))
-            raise ValueError(surplus(words[most:]) + USAGE)
+            raise ValueError(USAGE)
         require_master()
         rospy.init_node('dynparam', anonymous=True, disable_rosout=True)
         carry_out(*words)

@@ -5,14 +5,11 @@ import {readColours} from './drawing.js';
 import {Link} from './link.js';
 import {FRAMES, RobotMap} from './map.js';
 import {Pad} from './pad.js';
-import {$, announce, log, say, setPressed, setText, showBanner, showInside,
-        showStatus} from './page.js';
+import {$, log, say, setPressed, setText, showBanner, showStatus} from './page.js';
 
 const link = new Link({
   hello, connection, picture: see,
-  trail: (message) => { map.replaceTrails(message); redraw(); },
   log: ({lines}) => log.add(lines),
-  inside: ({nodes}) => showInside(nodes),
   refused: ({text}) => { pad.drop(); say(text, true); },
 });
 const pad = new Pad(link, say);
@@ -53,7 +50,6 @@ function hello({control, radius, robot}) {
   setText($('title'), robot || 'Robot panel');
   document.title = robot || 'Robot panel';
   log.clear();
-  showInside([]);
   redraw();
 }
 
@@ -67,7 +63,6 @@ function see(picture) {
   seen.picture = picture;
   map.see(picture);
   pad.see(picture);
-  announce(picture.state);
   redraw();
 }
 

@@ -2,8 +2,7 @@
 
 import {degrees, wrap} from './drawing.js';
 
-const STAYS = 6000;          // [ms] least time for which a message stays; a long one stays longer
-const STAYS_A_LETTER = 40;   // [ms]
+const STAYS = 9000;           // [ms] time for which a message stays
 const MOST_LINES = 300;      // of the log
 const LONG = 60;              // letters: a longer state is shown again below
 const LATE = 0.5;             // [s] an older message of a sensor is marked
@@ -55,17 +54,7 @@ export function say(text, warning = false) {
   box.textContent = text;
   box.className = warning ? 'warning shown' : 'shown';
   clearTimeout(messageTimer);
-  const stays = STAYS + STAYS_A_LETTER * text.length;
-  messageTimer = setTimeout(() => box.classList.remove('shown'), stays);
-}
-
-let announced = '';
-
-/** Tell a screen reader the state, but not each change of a number in it. */
-export function announce(state) {
-  const words = state.replace(/[\d.]+/g, '');
-  if (words !== announced) $('live').textContent = state;
-  announced = words;
+  messageTimer = setTimeout(() => box.classList.remove('shown'), STAYS);
 }
 
 export function showBanner(connected) {
@@ -128,6 +117,7 @@ export function showStatus(p) {
   setText($('driver'), p.driver || 'nobody');
   setText($('unpublished'), unpublished(p));
   showAges(p.ages);
+  showInside(p.inside);
 }
 
 /** What a node of one's own would have to publish, so that the page shows more of it. */
@@ -158,7 +148,7 @@ function errorText(p) {
 let insideNames = '[]';
 
 /** The variables of the nodes that watch.py shows; only texts that change are written. */
-export function showInside(nodes) {
+function showInside(nodes) {
   const box = $('inside'), names = JSON.stringify(
     nodes.map(({node, values}) => [node, values.map(([name]) => name)]));
   box.hidden = !nodes.length;
