@@ -4,8 +4,8 @@ Usage: workflow.py REPOSITORY FOLDER
 
 REPOSITORY is a course's repository with .github/tb3_labs.tar.gz in it; FOLDER is a new one, for the copy
 `work/submission`, the pages `temp/marks`, and what the steps write. Steps with `uses:` are printed as skipped;
-`sudo` does nothing: this machine keeps its settings of apt, so it must have the system's packages already. The exit status
-is that of the last step.
+`sudo` does nothing: this machine keeps its settings of apt, so it must have the system's packages already. The exit
+status is that of the last step.
 """
 import base64
 import pathlib
