@@ -1,8 +1,8 @@
 """The criteria of a lab, the verdict on a node for each, and the criteria that several labs share.
 
-The function `judge` of a criterion looks at an Observation. It returns '' if the criterion is met,
-else one clause about the behaviour that was seen. Students read this clause together with `meaning`
-(the requirement) and `where` (a place in a lab sheet). None of the three contains the solution.
+The function `judge` of a criterion looks at an Observation, and returns a Reason. Students read it
+together with `meaning` (the requirement) and `where` (a place in a lab sheet). None of the three
+contains the solution.
 """
 from dataclasses import dataclass, field
 from enum import Enum
@@ -16,6 +16,8 @@ from tb3_labs.marking.trial.observation import (
 from tb3_labs.marking.trial.printed import NOT_THEIRS
 
 
+#: Why a criterion is not met: a clause on the behaviour that was seen; '' if it is met.
+Reason = str
 #: Stands for a reason that was given before.
 NOT_TRIED = 'this could not be tried'
 
@@ -58,7 +60,7 @@ class Criterion:
     part: str                # part of the lab in which it is tried
     meaning: str             # what is asked
     where: Place             # where to look
-    judge: Callable[['Look'], str]
+    judge: Callable[['Look'], Reason]
     extra: bool = False      # beyond what the handout asks for
     limits: str = ''         # the numbers by which it is judged; '' if `meaning` has them all
     also: str = ''           # another part in which it is tried
@@ -148,7 +150,7 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
     return verdicts
 
 
-def _once(seen: str, quoted: Set[str]) -> str:
+def _once(seen: Reason, quoted: Set[str]) -> Reason:
     """The clause; an exception that is `quoted` is not quoted again."""
     words, stopped, error = seen.partition(STOPPED + ', ')
     if not stopped or error not in quoted:
@@ -175,8 +177,8 @@ within = 'within {:g} s'.format
 IN_TIME, STOPS_AT_ONCE = within(START_TIME), within(AT_ONCE)
 
 
-def starts(seen: Observation) -> str:
-    """'' if the node runs, and listens to the robot."""
+def starts(seen: Observation) -> Reason:
+    """Does the node run, and listen to the robot?"""
     return seen.why_missing() if not seen.runs or seen.runs[0].ready is None else ''
 
 
@@ -193,7 +195,7 @@ def ends_cleanly(part: str, where: Place) -> Criterion:
         limits='{}; "{}", which rospy raises, does not count'.format(within(ENDING), NOT_THEIRS))
 
 
-def _clean_exit(scene: Scene) -> str:
+def _clean_exit(scene: Scene) -> Reason:
     if scene.facts[TOOK] is None:
         return 'it was still running {:g} s after Ctrl+C and had to be killed'.format(ENDING)
     errors = scene.exceptions
@@ -204,8 +206,8 @@ def _clean_exit(scene: Scene) -> str:
     return ''
 
 
-def stops_robot(seen: Observation) -> str:
-    """'' if the node sent a zero velocity at one of its Ctrl+C, else a clause."""
+def stops_robot(seen: Observation) -> Reason:
+    """Did the node send a zero velocity at one of its Ctrl+C?"""
     scenes = [scene for scene in _ends(seen) if scene.facts[WAS_MOVING]]
     if not scenes:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
@@ -217,8 +219,8 @@ def stops_robot(seen: Observation) -> str:
     return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
 
 
-def says(seen: Observation, words: str) -> str:
-    """'' if this text was printed at Ctrl+C, else a clause."""
+def says(seen: Observation, words: str) -> Reason:
+    """Was this text printed at Ctrl+C?"""
     scene = seen.during(CTRL_C[0], may_die=True)
     return '' if words in scene.printed else '"{}" was not printed at Ctrl+C'.format(words)
 
@@ -231,9 +233,9 @@ LOST = 'lost'
 NO_ZERO = 'it sent no zero velocity after {}: the robot went on until its own timeout'
 
 
-def not_stopped(scene: Scene, event: str, limit: float = AT_ONCE) -> str:
-    """'' if the node stopped the robot by a zero velocity within `limit` [s] after the `event` by
-    which the scene begins, else a clause."""
+def not_stopped(scene: Scene, event: str, limit: float = AT_ONCE) -> Reason:
+    """Did the node stop the robot by a zero velocity within `limit` [s] after the `event` by which
+    the scene begins?"""
     if len(scene.moving_after(limit)):
         return 'the robot was still driven {:g} s after {}'.format(limit, event)
     soon = scene.commands[scene.commands[:, 0] <= scene.begin + limit]
@@ -242,7 +244,7 @@ def not_stopped(scene: Scene, event: str, limit: float = AT_ONCE) -> str:
 
 def stops_when_lost(name: str, meaning: str, what: str, stimulus: str, where: Place) -> Criterion:
     """The criterion beyond the handout that the node stops after `what` fell silent."""
-    def drives_on(seen: Observation) -> str:
+    def drives_on(seen: Observation) -> Reason:
         scene = seen.during(stimulus)
         return not_stopped(scene, what + ' fell silent', LOST_AFTER) if scene.facts[
             WAS_MOVING] else 'the robot was not moving when {} fell silent'.format(what)
@@ -264,9 +266,9 @@ ROUNDING = 0.005
 
 
 def steers(seen: Observation, name: str, linear: Bounds = NOTHING, angular: Bounds = NOTHING,
-           of_moving: bool = False) -> str:
-    """'' if the latest command of the stimulus `name`, or the latest that is not zero
-    (`of_moving`), is within the bounds [m/s], [rad/s], ends included; else a clause."""
+           of_moving: bool = False) -> Reason:
+    """Is the latest command of the stimulus `name`, or the latest that is not zero (`of_moving`),
+    within the bounds [m/s], [rad/s], ends included?"""
     scene = seen.during(name)
     commands = scene.moving if of_moving else scene.commands
     if not len(commands) or not commands[-1, 1:].any():

@@ -9,7 +9,7 @@ import yaml
 from tb3_labs.handout import CTRL_RELINQ, MAX_SPEED, MAX_TURN, SAYS_RESET, SET_POSE
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, ANY, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, THUMB, Criterion, Place,
-    ends_cleanly, not_stopped, starts, steers, stops_robot, stops_when_lost, times, within)
+    Reason, ends_cleanly, not_stopped, starts, steers, stops_robot, stops_when_lost, times, within)
 from tb3_labs.marking.trial.evidence import other_topics
 from tb3_labs.marking.trial.observation import NotSeen, Observation
 from tb3_labs.marking.trial.printed import last_words
@@ -74,25 +74,25 @@ def pad_in_words(name: str) -> str:
                 name, **pad_called(name))
 
 
-def _drives(seen: Observation) -> str:
+def _drives(seen: Observation) -> Reason:
     return (steers(seen, UP, FORWARD) or steers(seen, DOWN, times(-1.0, FORWARD)) or steers(
         seen, BOTH, times(seen.during(UP).commands[-1, LINEAR], HALF), ANY))
 
 
-def _turns(seen: Observation) -> str:
+def _turns(seen: Observation) -> Reason:
     return (steers(seen, TO_LEFT, angular=TURN_RANGE)
             or steers(seen, TO_RIGHT, angular=times(-1.0, TURN_RANGE)) or steers(
                 seen, BOTH, ANY, times(seen.during(TO_RIGHT).commands[-1, ANGULAR], HALF)))
 
 
-def _lets_go(seen: Observation) -> str:
+def _lets_go(seen: Observation) -> Reason:
     if not len(seen.during(TO_RIGHT).moving):
         raise NotSeen('the sticks did not move the robot at all')
     return not_stopped(seen.during(LET_GO), 'the sticks were let go')
 
 
-def _control(seen: Observation, name: str, wanted: bool) -> str:
-    """'' if `wanted` is the latest on ctrl_relinq after the button `name`, else what was seen."""
+def _control(seen: Observation, name: str, wanted: bool) -> Reason:
+    """Is `wanted` the latest on ctrl_relinq after the button `name`?"""
     scene = seen.during(name)
     said = scene.facts[RELINQUISHED]
     if said is wanted:
@@ -108,13 +108,13 @@ def _handed_over(seen):
         raise NotSeen('A did not hand the robot over')
 
 
-def _silent_meanwhile(seen: Observation) -> str:
+def _silent_meanwhile(seen: Observation) -> Reason:
     _handed_over(seen)
     return 'the stick still sent velocities while the robot was handed over' if len(
         seen.during(UP_HANDED_OVER).commands) else ''
 
 
-def _regains(seen: Observation) -> str:
+def _regains(seen: Observation) -> Reason:
     _handed_over(seen)
     missed = _control(seen, TAKE_BACK, False)
     if missed or len(seen.during(UP_TAKEN_BACK).moving):
@@ -122,7 +122,7 @@ def _regains(seen: Observation) -> str:
     return 'after B the stick did not move the robot'
 
 
-def _resets(seen: Observation) -> str:
+def _resets(seen: Observation) -> Reason:
     scene = seen.during(RESET_BUTTON)
     facts = scene.facts
     if not facts[CALLS]:
@@ -139,7 +139,7 @@ def _resets(seen: Observation) -> str:
         'after Y the orientation of the call was not a rotation: its quaternion is not of length 1'
 
 
-def _not_blocked(seen: Observation) -> str:
+def _not_blocked(seen: Observation) -> Reason:
     scene = seen.during(RESET_WITHOUT_SERVICE)
     moving = scene.moving
     if len(moving) and moving[0, 0] - scene.begin <= PROMPT:
@@ -148,7 +148,7 @@ def _not_blocked(seen: Observation) -> str:
         'any more' if not len(moving) else 'for {:.1f} s'.format(moving[0, 0] - scene.begin))
 
 
-def _says_why_not(seen: Observation) -> str:
+def _says_why_not(seen: Observation) -> Reason:
     scene = seen.during(RESET_WITHOUT_SERVICE)
     if scene.exceptions:
         return 'after Y without a reset service there was a traceback'
@@ -160,7 +160,7 @@ def _says_why_not(seen: Observation) -> str:
             ', and the stick did not drive: does it wait for the service without a timeout?')
 
 
-def _once(seen: Observation) -> str:
+def _once(seen: Observation) -> Reason:
     calls = seen.during(RESET_BUTTON).facts[CALLS]
     return '' if calls == 1 else 'Y, held for a moment, called the reset {} times'.format(calls)
 

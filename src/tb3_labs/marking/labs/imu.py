@@ -5,8 +5,8 @@ from typing import List
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.handout import IMU_GOODBYE, SAYS_HEADING
 from tb3_labs.marking.labs.criteria import (
-    CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME, Criterion, Place, ends_cleanly, says,
-    starts)
+    CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME, Criterion, Place, Reason,
+    ends_cleanly, says, starts)
 from tb3_labs.marking.trial.evidence import unprinted
 from tb3_labs.marking.trial.observation import NotSeen, Observation
 
@@ -51,7 +51,7 @@ def _standing(seen):
         yield scene.facts[HEADING_DEG], headings(scene.printed)
 
 
-def _prints_heading(seen: Observation) -> str:
+def _prints_heading(seen: Observation) -> Reason:
     return next(('nothing was printed while the robot stood at {:.0f} degrees'.format(heading)
                  for heading, printed in _standing(seen) if not printed), '')
 
@@ -62,7 +62,7 @@ def _first_wrong(seen, is_wrong, words):
                  for number in printed if is_wrong(number, heading)), '')
 
 
-def _says_goodbye(seen: Observation) -> str:
+def _says_goodbye(seen: Observation) -> Reason:
     missed = says(seen, IMU_GOODBYE)
     if missed:
         return missed
@@ -72,7 +72,7 @@ def _says_goodbye(seen: Observation) -> str:
         '{} headings were printed after "{}"'.format(late, IMU_GOODBYE)
 
 
-def _never_360(seen: Observation) -> str:
+def _never_360(seen: Observation) -> Reason:
     printed = headings(seen.during(HAIR_BELOW_ZERO).printed)
     if not printed:
         return 'nothing was printed while the IMU was just below zero'
@@ -81,7 +81,7 @@ def _never_360(seen: Observation) -> str:
     return ''
 
 
-def _survives_nonsense(seen: Observation) -> str:
+def _survives_nonsense(seen: Observation) -> Reason:
     scene = seen.during(ZERO_QUATERNION)
     if scene.exceptions:
         return 'a quaternion of zeros gave a traceback'

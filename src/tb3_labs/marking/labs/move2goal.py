@@ -13,7 +13,7 @@ from tb3_labs.handout import (
     MAX_TURN, SAYS_POSE_SET, SAYS_REACHED, SET_POSE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STATES, STOPS_AT_ONCE,
-    TRANSFORMATION_SHEET, Criterion, Look, Place, ends_cleanly, not_stopped, starts,
+    TRANSFORMATION_SHEET, Criterion, Look, Place, Reason, ends_cleanly, not_stopped, starts,
     stops_robot, stops_when_lost)
 from tb3_labs.marking.trial.evidence import idle
 from tb3_labs.marking.trial.observation import (
@@ -74,8 +74,8 @@ TWO_ZEROS = Place(TRANSFORMATION_SHEET, '1. The local pose', 4)
 
 
 def _place(seen: Observation, name: str,
-           tolerance: float = DISTANCE_TOLERANCE + MORE_DISTANCE) -> str:
-    """'' if the drive `name` ended at most `tolerance` [m] from the goal, else what was seen."""
+           tolerance: float = DISTANCE_TOLERANCE + MORE_DISTANCE) -> Reason:
+    """Did the drive `name` end at most `tolerance` [m] from the goal?"""
     scene = _driven(seen, name)
     away = _end_of(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
     if not scene.facts[RESTED]:
@@ -83,8 +83,8 @@ def _place(seen: Observation, name: str,
     return '' if away <= tolerance else 'it stopped {:.2f} m from the goal'.format(away)
 
 
-def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE) -> str:
-    """The same for the heading there; `tolerance` in [deg]."""
+def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE) -> Reason:
+    """Did it end at most `tolerance` [deg] from the goal's heading?"""
     scene = _driven(seen, name)
     if not scene.facts[RESTED]:
         return _unended(scene)
@@ -116,12 +116,12 @@ def _end_of(scene: Scene) -> Pose2:
     return Pose2(*scene.facts[LOCAL_T_WORLD]) @ Pose2(*scene.truth[-1, 1:])
 
 
-def _says_reached(seen: Observation) -> str:
+def _says_reached(seen: Observation) -> Reason:
     number = len(REACHED.findall(seen.during(FIRST_DRIVE).printed + seen.during(AT_GOAL).printed))
     return '' if number == 1 else '"{}!" was printed {} times'.format(SAYS_REACHED, number)
 
 
-def _silent_at_goal(seen: Observation) -> str:
+def _silent_at_goal(seen: Observation) -> Reason:
     drive = _driven(seen, FIRST_DRIVE)
     if not drive.facts[RESTED]:
         return 'it never arrived'
@@ -132,7 +132,7 @@ def _silent_at_goal(seen: Observation) -> str:
     return 'it went on sending commands on cmd_vel after it had arrived' if len(late) else ''
 
 
-def _within_limits(seen: Look) -> str:
+def _within_limits(seen: Look) -> Reason:
     commands = np.vstack([seen.during(name).commands for name in (FIRST_DRIVE, SECOND_DRIVE)
                           if seen.has(name)] or [seen.during(FIRST_DRIVE).commands])
     if not len(commands):
@@ -144,15 +144,15 @@ def _within_limits(seen: Look) -> str:
         'it commanded up to {:.2f} m/s and {:.1f} rad/s'.format(forward, turn)
 
 
-def _reset(seen: Observation, name: str = RESET_TO_ORIGIN) -> str:
+def _reset(seen: Observation, name: str = RESET_TO_ORIGIN) -> Reason:
     problem = seen.during(name).facts[PROBLEM]
     if 'returned None' in problem:
         problem += ' (does its callback return a response?)'
     return problem and 'the reset failed: ' + problem
 
 
-def _resets(seen: Observation) -> str:
-    """'' if the reset has its name, and works at rest and in a drive, else a clause."""
+def _resets(seen: Observation) -> Reason:
+    """Has the reset its name, and does it work at rest and in a drive?"""
     name = seen.during(RESET_TO_ORIGIN).facts[NAME]
     if _reset(seen) or name:
         return _reset(seen) or 'its reset is called {}, not /{}'.format(name, SET_POSE)
@@ -165,7 +165,7 @@ def _resets(seen: Observation) -> str:
         if scene.facts[WAS_MOVING] and abs(scene.turned_deg) < ANEW else '')
 
 
-def _waits(seen: Observation) -> str:
+def _waits(seen: Observation) -> Reason:
     scenes = (seen.during(name, may_die=name == RESET_TO_ORIGIN) for name in (
         WITHOUT_CONTROL, RESET_TO_ORIGIN) if name == WITHOUT_CONTROL or seen.has(name))
     return 'it moved the robot without having control: does control_loop look at has_control, ' \
@@ -173,18 +173,18 @@ def _waits(seen: Observation) -> str:
             len(scene.moving) and not scene.facts.get(WAS_MOVING) for scene in scenes) else ''
 
 
-def _control_taken(seen: Observation) -> str:
+def _control_taken(seen: Observation) -> Reason:
     scene = seen.during(CONTROL_TAKEN)
     if not scene.facts[WAS_MOVING]:
         return 'it did not move the robot, so that a stop could not be seen'
     return not_stopped(scene, 'control was taken')
 
 
-def _exact(seen: Observation, name: str) -> str:
+def _exact(seen: Observation, name: str) -> Reason:
     return _place(seen, name, EXACT_DISTANCE) or _heading(seen, name, EXACT_ANGLE)
 
 
-def _arrives(seen: Observation, name: str) -> str:
+def _arrives(seen: Observation, name: str) -> Reason:
     return _place(seen, name) or _heading(seen, name)
 
 

@@ -9,8 +9,8 @@ from tb3_labs.handout import (
     CONTROLLER_GOODBYE, HDG_TOL, LEFT, MAX_ANG_Z, MOUSE_DEAD_ZONE, MOUSE_FULL, RIGHT, TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, NO_ZERO, ROUNDING,
-    STOPS_AT_ONCE, TURN_LAB, Criterion, Look, Place, ends_cleanly, not_stopped, says, starts,
-    steers, stops_robot, stops_when_lost, times, within)
+    STOPS_AT_ONCE, TURN_LAB, Criterion, Look, Place, Reason, ends_cleanly, not_stopped, says,
+    starts, steers, stops_robot, stops_when_lost, times, within)
 from tb3_labs.marking.trial.evidence import STILL_DEG, idle
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
 
@@ -86,8 +86,8 @@ AS_LEFT = 'as left'
 ON_A_CARPET = 'as left, also if the wheels slip by {:.0%}'.format(SLIPPERY)
 
 
-def turned(seen: Observation, name: str, tolerance: float = HDG_TOL + AFTER_STOP) -> str:
-    """'' if the robot did a turn, the stimulus `name`, within `tolerance` [deg], else a clause."""
+def turned(seen: Observation, name: str, tolerance: float = HDG_TOL + AFTER_STOP) -> Reason:
+    """Did the robot do a turn, the stimulus `name`, within `tolerance` [deg]?"""
     scene, turn = seen.during(name), EACH_TURN.get(name, EACH_TURN[LEFT])
     after = 'after {}{}'.format(turn.typed, ' ({})'.format(name[2:]) if name in ACROSS else '')
     seen_deg = scene.turned_deg
@@ -116,7 +116,7 @@ def _degrees(seen_deg):
     return '{} degrees to the {}'.format(number, 'left' if seen_deg > 0.0 else 'right')
 
 
-def _turned_each(seen: Observation, names: Iterable[str], *tolerance: float) -> str:
+def _turned_each(seen: Observation, names: Iterable[str], *tolerance: float) -> Reason:
     return next(filter(None, (turned(seen, name, *tolerance) for name in names)), '')
 
 
@@ -129,7 +129,7 @@ def _turning(seen):
     return commands
 
 
-def _clamped(seen: Look) -> str:
+def _clamped(seen: Look) -> Reason:
     commands = _turning(seen)
     seen.fastest(commands, ANGULAR)
     rates = commands[:, ANGULAR]
@@ -138,13 +138,13 @@ def _clamped(seen: Look) -> str:
     return '' if not fast else 'while turning it commanded up to {}'.format(' and '.join(fast))
 
 
-def _on_the_spot(seen: Look) -> str:
+def _on_the_spot(seen: Look) -> Reason:
     fastest = seen.fastest(_turning(seen), LINEAR)
     return '' if fastest < ROUNDING else \
         'it commanded up to {:.2f} m/s forward while turning'.format(fastest)
 
 
-def _answers_nonsense(seen: Observation) -> str:
+def _answers_nonsense(seen: Observation) -> Reason:
     scene = seen.during(NONSENSE)
     if len(scene.moving):
         return 'the robot moved after "{}" was typed'.format(TYPED_NONSENSE)
@@ -162,26 +162,26 @@ def _mouse_drove(seen):
         raise NotSeen('the mouse did not move the robot at all')
 
 
-def _has_dead_zone(seen: Observation) -> str:
+def _has_dead_zone(seen: Observation) -> Reason:
     _mouse_drove(seen)
     return not_stopped(seen.during(NEAR_MIDDLE), 'the mouse came to {}'.format(
         MOUSE_PLACES[NEAR_MIDDLE]))
 
 
-def _can_be_off(seen: Observation) -> str:
+def _can_be_off(seen: Observation) -> Reason:
     if len(seen.during(NOT_ACTIVE).moving):
         return 'the mouse moved the robot before it was activated'
     _mouse_drove(seen)
     return not_stopped(seen.during(DEACTIVATED), 'the mouse was deactivated')
 
 
-def _drives_after_turn(seen: Observation) -> str:
+def _drives_after_turn(seen: Observation) -> Reason:
     up = upward(seen)
     return '' if drives(seen.during(AFTER_TURN).commands, up) else \
         'after a turn the mouse did not move the robot any more'
 
 
-def _drives_in_turn(seen: Observation) -> str:
+def _drives_in_turn(seen: Observation) -> Reason:
     up, scene = upward(seen), seen.during(IN_TURN)
     if not scene.facts[WAS_MOVING]:
         return 'there was no turn in the middle of which the mouse could be moved'
@@ -204,7 +204,7 @@ def drives(commands: Iterable[Sequence[float]], *signs: float) -> bool:
     return any(sign * command[LINEAR] > AT_EDGE[0] for command in commands for sign in signs)
 
 
-def _mouse_drives(seen: Observation) -> str:
+def _mouse_drives(seen: Observation) -> Reason:
     up = upward(seen)
     return (steers(seen, MOUSE_UP, linear=times(up, AT_EDGE), of_moving=True)
             or steers(seen, MOUSE_LEFT, angular=AT_EDGE, of_moving=True)
