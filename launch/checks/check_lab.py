@@ -50,9 +50,9 @@ def marked():
         'lab', 'pkg', 'type', 'points', 'parts', 'record'))
     node = rospy.get_param('~node', FINISHED)
     if package == OWN_PACKAGE and node != FINISHED:
-        executable = '{}_{}'.format(node, executable)
+        executable = f'{node}_{executable}'
     if name not in LABS:
-        raise ValueError('there is no lab {!r}: {}'.format(name, ', '.join(LABS)))
+        raise ValueError(f"there is no lab {name!r}: {', '.join(LABS)}")
     lab = LABS[name]
     parts = lab.checked_parts(parts)
     for known in ('lab', 'points', 'parts', 'record'):      # a node need not read them
@@ -90,8 +90,8 @@ def whose(package, executable):
     try:
         place = place_of(package, executable)
     except ValueError as problem:
-        raise ValueError('{}{}'.format(problem, hint)) from None
-    return ', the node of this package' + hint if hint else ' ({})'.format(place)
+        raise ValueError(f'{problem}{hint}') from None
+    return ', the node of this package' + hint if hint else f' ({place})'
 
 
 def place_of(package, executable):
@@ -181,7 +181,7 @@ def lines_of(verdicts):
 
 def total(marks):
     """The points in words."""
-    return '{:g} of {:g} points'.format(marks.points, marks.worth)
+    return f'{marks.points:g} of {marks.worth:g} points'
 
 
 def report(checks):
@@ -202,8 +202,8 @@ def main():
     try:
         marks = marked()
     except (OSError, ValueError) as problem:
-        tell('check_lab.py: nothing was judged: {}'.format(problem))
-        return report([Check('test_runs', 'nothing was judged: {}'.format(problem))])
+        tell(f'check_lab.py: nothing was judged: {problem}')
+        return report([Check('test_runs', f'nothing was judged: {problem}')])
     if of_a_class():
         return report([])
     for line in [*lines_of(marks.graded), *marks.remarks, marks.hint, total(marks)]:

@@ -113,7 +113,7 @@ def cells_of(marks: Marks) -> Dict[str, str]:
 
 
 def _points(number: float) -> str:
-    return '{:g}'.format(number)
+    return f'{number:g}'
 
 
 def _is_same(cell: str, written: str) -> bool:
@@ -158,15 +158,14 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
     some = all_marks[0]
     heads = ['student', 'points', WHY] + [Markup('<span class="upright">{}</span>'.format(
         escape(v.criterion.name.replace('_', ' ')))) for v in some.graded + some.extra] + [REMARKS]
-    rows = [[Markup('<a href="{}">{}</a>'.format(quote(marks.student + '.html'),
-                                                 escape(marks.student))),
-             '{:g} / {:g}'.format(marks.points, marks.worth) if marks.is_known else NOT_JUDGED,
+    rows = [[Markup('<a href="{}.html">{}</a>'.format(quote(marks.student), escape(marks.student))),
+             f'{marks.points:g} / {marks.worth:g}' if marks.is_known else NOT_JUDGED,
              marks.why_none]
             + ['' if marks.unjudged else symbol(verdict) for verdict in marks.graded + marks.extra]
             + [_folded(marks.decided + marks.remarks)]
             for marks in all_marks]
     own = ['<h2>For the instructor alone</h2>'] if notes else []
-    own += ['<p>{}</p>'.format(escape(note)) for note in notes]
+    own += [f'<p>{escape(note)}</p>' for note in notes]
     totals = sorted(marks.points for marks in all_marks if marks.is_known)
     summary = '{} submission{}{}. {}The last {} criteria are beyond the handout.'.format(
         len(all_marks), '' if len(all_marks) == 1 else 's',
@@ -174,8 +173,8 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
             len(all_marks) - len(totals), NOT_JUDGED),
         'Median {:g} of {:g} points. '.format(totals[len(totals) // 2], some.worth)
         if totals else '', len(some.extra))
-    return document('{}: overview'.format(lab), own + [
-        '<p>{}</p>'.format(escape(summary)), table(heads, rows, words=(WHY, REMARKS))], WIDE)
+    return document(f'{lab}: overview', own + [
+        f'<p>{escape(summary)}</p>', table(heads, rows, words=(WHY, REMARKS))], WIDE)
 
 
 def _folded(sentences):

@@ -77,13 +77,12 @@ class MarkedClass:
         except MarkingInterrupted:
             pass
         except NotJudged as problem:
-            tell('{}: {}'.format(name, NOT_JUDGED))
+            tell(f'{name}: {NOT_JUDGED}')
             self._write(handed_in(submission, unjudged=str(problem)), '')
         except Exception as problem:    # any error: the other submissions are still marked
-            why = '{} ({})'.format(reason(problem), type(problem).__name__)
-            self._tell_problem('{}: {}: {}'.format(name, NOT_JUDGED, why))
-            self._write(handed_in(submission, unjudged='The marking of it failed: {}.'.format(
-                why)), '')
+            why = f'{reason(problem)} ({type(problem).__name__})'
+            self._tell_problem(f'{name}: {NOT_JUDGED}: {why}')
+            self._write(handed_in(submission, unjudged=f'The marking of it failed: {why}.'), '')
 
     def _try(self, submission, name):
         """Mark one submission; try it unless it was tried before and has not changed."""
@@ -97,7 +96,7 @@ class MarkedClass:
                         self._unchanged += kept is not None
                         self._failed = self._failed or kept is not None and not kept.is_known
                     if kept is not None:
-                        tell('{}: {}, tried before'.format(name, in_words(kept)))
+                        tell(f'{name}: {in_words(kept)}, tried before')
                         return
                 if not is_last:
                     tell(name + ' ...')
@@ -110,7 +109,7 @@ class MarkedClass:
                     name, marks.observation.longest_gap))
         found.seconds = time.monotonic() - begun
         self._write(found, '' if marks.delayed or marks.unjudged else reading.digest)
-        tell('{}: {}, {:.0f} s'.format(name, in_words(marks), found.seconds))
+        tell(f'{name}: {in_words(marks)}, {found.seconds:.0f} s')
 
     def _write(self, found, digest):
         """Keep what was found of a submission; `digest`: '' if it is to be tried again."""
@@ -121,7 +120,7 @@ class MarkedClass:
 
 def in_words(marks: Marks) -> str:
     """The points, or that there are none."""
-    return '{:g} of {:g} points'.format(marks.points, marks.worth) if marks.is_known else NOT_JUDGED
+    return f'{marks.points:g} of {marks.worth:g} points' if marks.is_known else NOT_JUDGED
 
 
 # -- the command
@@ -147,7 +146,7 @@ def mark_class(given, tell_problem, interrupted):
     for note in notes[given.unprotected:]:      # the note on --unprotected was printed before
         tell(note)
     if page is not None:
-        tell('Overview: {}'.format(page))
+        tell(f'Overview: {page}')
     return 1 if failed else 0
 
 
@@ -178,7 +177,7 @@ def _begun(given, work, tell_problem, stack):
     source = given.submissions.absolute()
     if not source.is_dir():
         if not (source.is_file() and is_zip(source.name)):
-            raise ValueError('{} is neither a folder nor a zip file'.format(given.submissions))
+            raise ValueError(f'{given.submissions} is neither a folder nor a zip file')
         for remark in unpack_class(source, work / 'all'):
             tell_problem(remark)
         source = without_wrapping(work / 'all')
@@ -187,7 +186,7 @@ def _begun(given, work, tell_problem, stack):
         names = chosen([submission.student for submission in found], given.only)
         found = [submission for submission in found if submission.student in names]
     if given.container and sandbox_problem():
-        tell('{}: this container, which is thrown away, is the sandbox.'.format(sandbox_problem()))
+        tell(f'{sandbox_problem()}: this container, which is thrown away, is the sandbox.')
         given.unprotected = True
     elif given.unprotected:
         tell(UNPROTECTED)
@@ -212,7 +211,7 @@ def _checked_option(given):
     for name, lab in LABS.items():
         value = lab.option and getattr(given, lab.option.name)
         if value is not None and name != given.lab:
-            raise ValueError('--{} is for --lab {} alone'.format(lab.option.name, name))
+            raise ValueError(f'--{lab.option.name} is for --lab {name} alone')
     option = LABS[given.lab].option
     if option is None:
         return ''

@@ -97,14 +97,14 @@ class Marker:
 
     def _record(self, marks, reading, work, identity):
         """Record the trial of a submission; node and remarks go into its Marks."""
-        marks.places = ['{}/ws/{}'.format(work, place) for place in (
-            '{}/{}/'.format(COPY, reading.package), COPY + '/', '')]     # of no use to a student
+        marks.places = [f'{work}/ws/{place}' for place in (
+            f'{COPY}/{reading.package}/', COPY + '/', '')]     # of no use to a student
         log, record = self.folder.logs / (marks.student + '.log'), work / 'trial.bag'
         sandbox = Sandbox([work / 'ws', work / 'etc']) if self._options.sandbox else (
             NoSandbox() if os.geteuid() else OtherUser())
         own = environment_in(work, dict(os.environ, **{IDENTITY: identity}))
         launch = prepare(reading, work / 'ws', own, sandbox)
-        marks.node = '{}/{}'.format(launch.package, os.path.basename(launch.program))
+        marks.node = f'{launch.package}/{os.path.basename(launch.program)}'
         if self._option is not None:
             marks.remarks.append(self._option.in_words(self._options.option))
         sandbox.hand_over(work / 'ws')
@@ -114,11 +114,11 @@ class Marker:
         with open(str(log), 'w') as file:
             in_time = self._check(marks.node, sandbox, record, own, file)
         if not in_time:
-            marks.remarks.append('It was stopped after {:g} s, the limit.'.format(LIMIT))
+            marks.remarks.append(f'It was stopped after {LIMIT:g} s, the limit.')
         if self.interrupted.is_set():
             raise MarkingInterrupted('interrupted')
         if not record.exists():
-            raise NotJudged('The check left no record; see {}.'.format(log))
+            raise NotJudged(f'The check left no record; see {log}.')
         write_output(self.folder.bag(marks.student), record.read_bytes())
         seen = read_trial(record)
         marks.findings += elsewhere('\n'.join(run.printed for run in seen.runs),
@@ -130,11 +130,11 @@ class Marker:
         work = record.parent
         check = subprocess.Popen(
             sandbox.own_network([
-                'rostest', 'tb3_labs', 'check_{}.test'.format(self._lab), 'pkg:=' + package,
+                'rostest', 'tb3_labs', f'check_{self._lab}.test', 'pkg:=' + package,
                 'type:=' + executable, 'parts:=' + ','.join(self.folder.parts),
-                'record:={}'.format(record), 'truth:={}'.format(work / 'truth')]
+                f'record:={record}', f"truth:={work / 'truth'}"]
                 + ([] if self._option is None else
-                   ['{}:={}'.format(self._option.name, self._options.option)])),
+                   [f'{self._option.name}:={self._options.option}'])),
             env=environment, cwd=environment['ROS_HOME'], stdin=subprocess.DEVNULL, stdout=output,
             stderr=output, start_new_session=True)
         begun = time.monotonic()
@@ -188,7 +188,7 @@ def ros_alone(own: Path, caller: Mapping[str, str]) -> Dict[str, str]:
     if site.is_file():      # setup.sh repairs rospy of Debian 11 by it
         shutil.copy(str(site), str(own / PYTHON))
     ros = [prefix for prefix in prefixes if os.path.isdir(prefix + '/share/rospy')][-1:]
-    made = {name: ':'.join('{}/{}'.format(prefix, folder).rstrip('/') for prefix in [
+    made = {name: ':'.join(f'{prefix}/{folder}'.rstrip('/') for prefix in [
         str(own), *ros]) for name, folder in FOLDERS.items()}       # each program knows /usr
     made['PATH'] = ':'.join([os.path.dirname(sys.executable), made['PATH'], SYSTEM])
     return dict({name: value for name, value in caller.items() if KEPT.fullmatch(name)}, **made)

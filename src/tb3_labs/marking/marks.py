@@ -136,7 +136,7 @@ class Marks:
     @property
     def hint(self) -> str:
         """The mistake, and the place in a sheet that explains it, or ''."""
-        return '{} See {}.'.format(self.mistake, self.link[0].place) if self.link else ''
+        return f'{self.mistake} See {self.link[0].place}.' if self.link else ''
 
     @property
     def sentences(self) -> List[str]:
@@ -190,7 +190,7 @@ def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mappi
     seen = seen or Observation(lab, marks.node)
     marks.node = marks.node or seen.node
     if seen.broken and not marks.unjudged:
-        marks.unjudged = 'The marker itself failed ({}).'.format(seen.broken)
+        marks.unjudged = f'The marker itself failed ({seen.broken}).'
     marks.verdicts = judge(LABS[lab].criteria, seen, worth, parts)
     said = ' '.join(each.seen for each in marks.verdicts)
     marks.remarks = ([] if marks.is_full else faults_in(seen, said)) + untold(
@@ -206,7 +206,7 @@ def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mappi
     marks.findings = marks.findings + seen.findings
     if marks.delayed:
         marks.remarks.append(marks.delayed)
-        marks.findings.append('{} Type the same command again.'.format(marks.delayed))
+        marks.findings.append(f'{marks.delayed} Type the same command again.')
     if marks.unjudged:
         marks.findings.append('Not judged: ' + marks.unjudged)
     marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
@@ -238,11 +238,11 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
     """
     criteria = LABS[lab].criteria
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
-        raise ValueError('the points have no section "{}"'.format(lab))
+        raise ValueError(f'the points have no section "{lab}"')
     given = dict(table[lab])
     extra = given.pop(EXTRA, {})
     if not isinstance(extra, dict):
-        raise ValueError('{}: "{}" is a section of its own'.format(lab, EXTRA))
+        raise ValueError(f'{lab}: "{EXTRA}" is a section of its own')
     worth: Dict[str, float] = {}
     for section, names in ((given, [c.name for c in criteria if not c.extra]),
                            (extra, [c.name for c in criteria if c.extra])):
@@ -254,8 +254,7 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
             points = section.get(name)
             if isinstance(points, bool) or not isinstance(points, (int, float)) or not (
                     math.isfinite(points) and points >= 0):
-                raise ValueError('{}: {} = {!r} is not valid: a number of at least 0'.format(
-                    lab, name, points))
+                raise ValueError(f'{lab}: {name} = {points!r} is not valid: a number of at least 0')
             worth[name] = points
     return worth
 
@@ -271,8 +270,6 @@ def read_points(path: Optional[Path]) -> Any:
         with open(str(path), encoding='utf-8') as file:
             return yaml.safe_load(file)
     except OSError as problem:
-        raise ValueError('the points, {}, cannot be read: {}'.format(
-            path, problem.strerror)) from None
+        raise ValueError(f'the points, {path}, cannot be read: {problem.strerror}') from None
     except (UnicodeDecodeError, yaml.YAMLError) as problem:
-        raise ValueError('the points, {}, are not YAML: {}'.format(
-            path, reason(problem))) from None
+        raise ValueError(f'the points, {path}, are not YAML: {reason(problem)}') from None

@@ -125,12 +125,11 @@ class MarksFolder:
             self._write(record)
         notes = [UNPROTECTED] if unprotected else []
         if renewed:
-            notes.append('With other points than before: {}.'.format(', '.join(renewed)))
-        notes += ['To look at: {}: {}'.format(marks.student, finding)
+            notes.append(f"With other points than before: {', '.join(renewed)}.")
+        notes += [f'To look at: {marks.student}: {finding}'
                   for marks in all_marks for finding in marks.findings]
-        notes += ['{} has a decision on {}, of whom there are no marks.'.format(
-            TABLE, printable(name))
-            for name in self._decisions if name not in map(safe, self._records)]
+        notes += [f'{TABLE} has a decision on {printable(name)}, of whom there are no marks.'
+                  for name in self._decisions if name not in map(safe, self._records)]
         write_output(self._path / OVERVIEW, overview(all_marks, LABS[self.lab].title, notes))
         return self._path / OVERVIEW, notes
 

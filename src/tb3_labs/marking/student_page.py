@@ -64,14 +64,14 @@ def student_page(marks: Marks, lab: str) -> str:
             parts += [section(timeline_of(as_run(seen), marks)),
                       mistake.section(marks.link, marks.mistake, places.linked)]
         parts += _printed(seen)
-    return document('{}: {}'.format(lab, marks.student), parts + places.parts, STUDENTS)
+    return document(f'{lab}: {marks.student}', parts + places.parts, STUDENTS)
 
 
 def _head(marks, places):
-    points = '{:g} of {:g} points.'.format(marks.points, marks.worth)
+    points = f'{marks.points:g} of {marks.worth:g} points.'
     return ['<p><b>{}</b> {}</p>'.format(points if marks.is_known else 'Not judged.', escape(
         'Node: {}.'.format(marks.node) if marks.node else ''))] + [
-            '<p>{}</p>'.format(places.linked(text)) for text in [*marks.decided, *marks.sentences]]
+            f'<p>{places.linked(text)}</p>' for text in [*marks.decided, *marks.sentences]]
 
 
 class Places:
@@ -105,11 +105,11 @@ def _text_at(sheet: str, heading: str, step: str) -> str:
     path = PACKAGE / 'doc' / sheet
     if not path.is_file():      # an installed package has no pages
         return ''
-    below = path.read_text(encoding='utf-8').partition('# {}\n'.format(heading))[2]
+    below = path.read_text(encoding='utf-8').partition(f'# {heading}\n')[2]
     text = re.split('^#+ ', below, 1, re.MULTILINE)[0]
     if step:
-        text = re.split(r'^{}\. '.format(step), text, 1, re.MULTILINE)[-1]
-        text = re.split(r'^{}\. '.format(int(step) + 1), text, 1, re.MULTILINE)[0]
+        text = re.split(rf'^{step}\. ', text, 1, re.MULTILINE)[-1]
+        text = re.split(rf'^{int(step) + 1}\. ', text, 1, re.MULTILINE)[0]
     return text.strip()
 
 
@@ -155,7 +155,7 @@ def _verdicts(verdicts, has_timeline, places):
         sentence = places.linked((replace(v, seen='the same') if v.seen in above else v).sentence)
         above |= {v.seen} - {'', NOT_TRIED}
         if has_timeline and v.moment is not None and v.outcome is Outcome.MISSED:
-            sentence = Markup('{} <a href="#t={:.1f}">Watch it</a>'.format(sentence, v.moment))
+            sentence = Markup(f'{sentence} <a href="#t={v.moment:.1f}">Watch it</a>')
         rows.append([v.criterion.meaning, symbol(v), '{:g} / {:g}'.format(
             v.points, v.worth) if v.worth else '', sentence])
     return table(['what is asked', '', 'points', SEEN], rows, words=(SEEN,), is_plain=True)

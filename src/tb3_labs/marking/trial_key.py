@@ -33,7 +33,7 @@ def decisive_files(lab: str) -> List[Path]:
     return sorted(path for path in [
         *_scripts(), *MARKING.parent.glob('simulation/*.py'), PACKAGE / 'scripts' / ROBOT,
         PACKAGE.parents[1] / 'lib' / OWN_PACKAGE / ROBOT, PACKAGE / 'launch' / 'fake_robot.launch',
-        PACKAGE / 'launch' / 'checks' / 'check_{}.test'.format(lab)] if path.is_file())
+        PACKAGE / 'launch' / 'checks' / f'check_{lab}.test'] if path.is_file())
 
 
 def decisive_values() -> Dict[str, Any]:
@@ -56,7 +56,7 @@ def _names_used() -> List[Tuple[str, str]]:
         labs = [(module, alias) for module, alias in imported
                 if module.startswith(LAB_MODULES) and '.ros_' not in module]
         found |= {(module, alias.name) for module, alias in labs if module != LAB_MODULES}
-        modules = {alias.asname or alias.name: '{}.{}'.format(module, alias.name)
+        modules = {alias.asname or alias.name: f'{module}.{alias.name}'
                    for module, alias in labs if module == LAB_MODULES}
         found |= {(modules[node.value.id], node.attr) for node in nodes
                   if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)

@@ -58,7 +58,7 @@ class Inside:
         series = self.find(name.lower())
         number = series.value[-1] if series is not None and len(series.value) else np.nan
         return '' if not np.isfinite(number) or number == value else \
-            '; its {} is {:g}, the handout has {:g}'.format(name, number, value)
+            f'; its {name} is {number:g}, the handout has {value:g}'
 
 
 def quaternion_of(samples: Any) -> Sequence[np.ndarray]:
@@ -88,8 +88,8 @@ class Link(NamedTuple):
     @property
     def place(self) -> str:
         """The place in a lab sheet, in words."""
-        return 'doc/{}, "{}"{}'.format(
-            self.sheet, self.heading, ', step {}'.format(self.step) if self.step else '')
+        step = f', step {self.step}' if self.step else ''
+        return f'doc/{self.sheet}, "{self.heading}"{step}'
 
 
 def first_broken(inside: Inside, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
@@ -111,7 +111,7 @@ def sentence(found: Broken, assigned: Mapping[str, Sequence[int]] = {}) -> str:
     # a variable stays as it is written
     is_name = '_' in found.words.split()[0] or found.words.split()[0] == found.variable
     first = found.words[:1] if is_name else found.words[:1].upper()
-    return '{}{}{}.'.format(first, found.words[1:], place)
+    return f'{first}{found.words[1:]}{place}.'
 
 
 # -- what several labs share
@@ -155,7 +155,7 @@ def belief(series: Series,
     asked = 'it should be ' + right.words
     moment, numbers = example(series, right)
     if stays(series) and not found:
-        return None, Broken('{} stays at {}; {}'.format(name, series.text[-1][:40], asked),
+        return None, Broken(f'{name} stays at {series.text[-1][:40]}; {asked}',
                             moment, name)
     if found:
         also = [each.words for each in found[1:2] if not np.allclose(
@@ -178,7 +178,7 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED) -> str:
     for field, words in fields:
         speeds = getattr(sent, field, np.empty(0))
         if speeds.any():
-            return '{} was {:.2g}'.format(words, speeds[np.argmax(np.abs(speeds))])
+            return f'{words} was {speeds[np.argmax(np.abs(speeds))]:.2g}'
     return ''
 
 

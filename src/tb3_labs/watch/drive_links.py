@@ -151,7 +151,7 @@ def forms(part: Part, inside: Inside) -> Iterator[Tuple[str, np.ndarray]]:
            ('local_yaw in degrees', np.degrees(yaw))]
     for (target, angle), (heading, turned) in product(targets, own):
         for more, value in (('', wrap_all(angle - turned)), (', not normalized', angle - turned)):
-            yield '{} - {}{}'.format(target, heading, more), value
+            yield f'{target} - {heading}{more}', value
 
 
 def law(inside: Inside, part: Part) -> Tuple[str, float]:
@@ -184,7 +184,7 @@ def wrong_command(inside: Inside, part: Part) -> Optional[Broken]:
     if part.state not in TOLERANCES or part.end - part.begin < 1.0:
         return None
     name = 'linear.x' if part.state == STATES[1] else 'angular.z'
-    said = 'in {} {} was '.format(part.state, name)
+    said = f'in {part.state} {name} was '
     if not len(part.time):
         return Broken('in {} no command came for {:.1f} s'.format(
             part.state, part.end - part.begin), part.begin)
@@ -208,7 +208,7 @@ def wrong_end(inside: Inside, part: Part) -> Optional[Broken]:
     """Does a state end at its tolerance, and is the next one the handout's?"""
     if part.state not in TOLERANCES:
         return None if part.state in STATES else Broken(
-            'state became {}, which is none of {}'.format(part.state, ', '.join(STATES)),
+            f"state became {part.state}, which is none of {', '.join(STATES)}",
             part.begin, 'state')
     at = np.append(np.arange(part.begin, part.end, 0.05), part.end)
     pose = own_pose(inside, at)

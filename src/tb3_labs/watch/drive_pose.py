@@ -40,7 +40,7 @@ class Frame(NamedTuple):
 
     @property
     def words(self) -> str:
-        return 'after the reset at {:.0f} s '.format(self.begin) if self.is_reset else ''
+        return f'after the reset at {self.begin:.0f} s ' if self.is_reset else ''
 
 
 def frames(inside: Inside) -> List[Frame]:
@@ -106,7 +106,7 @@ def places(inside: Inside) -> Iterator[Wrong]:
     for wrong, more, form, base, (words, turn), (side, sign) in combined(
             kept, forms, bases, turns, (('minus', -1.0), ('plus', 1.0))):
         yield wrong, Quantity(
-            '{}{}, {}{}'.format(form[0], base[0], words.format(side), more[0]), samples.arrival,
+            f'{form[0]}{base[0]}, {words.format(side)}{more[0]}', samples.arrival,
             form[1](base[1] * np.exp(sign * 1j * turn) + more[1]), APART / SAME)
 
 
@@ -126,7 +126,7 @@ def readings(inside: Inside, name: str) -> Iterator[Tuple[int, Frame, Quantity, 
     samples = run.imu if of[0] == 'IMU' else run.odometry
     this, before = around(inside, samples.arrival)
     yield 0, this, Quantity(
-        'the {} of the {}'.format('yaw' if 'yaw' in name else 'place', of[0]), samples.arrival,
+        f"the {'yaw' if 'yaw' in name else 'place'} of the {of[0]}", samples.arrival,
         samples.yaw if 'yaw' in name else samples.x + 1j * samples.y, 0.0), getattr(
             this, of[1]), getattr(before, of[1])
     for table in (inside.imu, inside.odometry) if 'yaw' in name else ():
@@ -235,4 +235,4 @@ def other_words(part: Series, right: Quantity, candidates: Iterable[Wrong]) -> s
         said = dict.fromkeys(each.words for each in found if mistakes[id(each)][0] == fewest)
         return 'followed ' + ', or '.join(list(said)[:2])
     late = np.sort(ages(part, right._replace(scale=1.0), 60.0))[int(MOST * (len(part.time) - 1))]
-    return 'came up to {:.1f} s late'.format(late) if late < np.inf else 'did not follow it'
+    return f'came up to {late:.1f} s late' if late < np.inf else 'did not follow it'

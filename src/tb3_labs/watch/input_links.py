@@ -181,7 +181,7 @@ def wrong_heading(inside: Inside) -> Optional[Broken]:
         moved = right._replace(
             value=(right.value + angle) % 360.0, words='the heading {:+.1f} degrees, which was '
             '{:.1f} at the first line'.format(angle, heading[0]))
-        late = (each._replace(words='{}, up to {:.1f} s late'.format(each.words, longest))
+        late = (each._replace(words=f'{each.words}, up to {longest:.1f} s late')
                 for each in quantities if 0.0 < abs(each.per_degree) <= 1.0
                 for longest in [delay(series, each)] if longest < np.inf)
         found = followed(Series(series.name, series.time, series.text, series.value % 360.0),

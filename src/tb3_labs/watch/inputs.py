@@ -28,7 +28,7 @@ class Device(NamedTuple):
 
     def place(self, row: np.ndarray) -> str:
         """Words on a row."""
-        return ' and '.join('{} at {:g}'.format(name, value) for name, value in zip(
+        return ' and '.join(f'{name} at {value:g}' for name, value in zip(
             self.names, row) if value) or 'all inputs at 0'
 
     @property
@@ -99,7 +99,7 @@ def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Qu
     settled = series.time - device.changed[last] > ANSWERED
     is_weak = (series.value * wanted > 0.0) & (np.abs(series.value) < 1.02 * abs(factor))
     if words:
-        wrong, said = series.value != 0.0, 'follows {:.3g} times {}'.format(share, words)
+        wrong, said = series.value != 0.0, f'follows {share:.3g} times {words}'
     else:
         wrong = settled & ~np.isfinite(ages(series, right._replace(
             value=factor * right.value, scale=abs(factor))))

@@ -65,7 +65,7 @@ REMARKED = turn_links.too_seldom, input_links.mouse_in_turn
 def remarks(run: Any, lab: str) -> List[str]:
     """Sentences on a node that earned everything."""
     inside = Inside(run)
-    return ['{} See {}.'.format(sentence(found), link.place) for link in CHAINS[lab]
+    return [f'{sentence(found)} See {link.place}.' for link in CHAINS[lab]
             if link.look in REMARKED for found in [link.look(inside)] if found is not None]
 
 

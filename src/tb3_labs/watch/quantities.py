@@ -159,7 +159,7 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
     roll, pitch, yaw = np.degrees(euler(*quaternion))
     for (unit, factor, rounding), (words, form, sign) in itertools.product(UNITS, RANGES):
         # the range is made of degrees, or after the conversion of its number
-        for said, value in (('the yaw{} in {}, {}'.format(of, unit, words), form(yaw) * factor),
+        for said, value in ((f'the yaw{of} in {unit}, {words}', form(yaw) * factor),
                             ('the yaw{} in {}, {}'.format(of, unit, words.replace(
                                  'from 0 to 360', 'its number plus 360 where it is negative')),
                              form(yaw * factor)))[:1 if factor == 1.0 else 2]:
@@ -169,7 +169,7 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
                 sign * factor)
     for (axis, value), (words, form, _), (unit, factor, _) in itertools.product(
             (('roll', roll), ('pitch', pitch)), RANGES[:2], UNITS[:2]):
-        yield Quantity('the {}{} in {}, {}'.format(axis, of, unit, words), time,
+        yield Quantity(f'the {axis}{of} in {unit}, {words}', time,
                        form(value * factor), 360.0 * factor)
     for part, value in zip(ORDER, quaternion):
         for _, form, _ in (RANGES[1], RANGES[0]):
@@ -181,7 +181,7 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
                          ('twice the arccosine of the w',
                           2.0 * np.arccos(np.clip(quaternion[0], -1.0, 1.0)))):
         for unit, factor in (('', 1.0), (', in degrees', 180.0 / math.pi)):
-            yield Quantity('{} of the quaternion{}{}'.format(words, of, unit), time,
+            yield Quantity(f'{words} of the quaternion{of}{unit}', time,
                            value * factor, 6.3 * factor)
     for order in OTHER_ORDERS:
         if order != (0, 1, 2, 3):

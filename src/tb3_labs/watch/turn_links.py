@@ -48,11 +48,10 @@ def wrong_goal(inside: Inside) -> Optional[Broken]:
         begun = max([at for at in inside.run.starts if at < turn.begin], default=turn.begin)
         printed = inside.run.printed.arrival
         if unit < 0.5:
-            words += '. {} is in radians here'.format(series.name)
+            words += f'. {series.name} is in radians here'
         elif turn.before == turn.after and begun < turn.begin and not (
                 (begun < printed) & (printed < turn.begin)).any():
-            words += '. It had asked for nothing, {:.1f} s after its start'.format(
-                turn.begin - begun)
+            words += f'. It had asked for nothing, {turn.begin - begun:.1f} s after its start'
         elif right:
             words += '; after {} with {:.4g} it was right{}'.format(
                 right.letter, right.own, flags(inside, turn, right))
@@ -76,7 +75,7 @@ def not_turning(inside: Inside) -> Optional[Broken]:
     for turn in inside.known(turns):
         part = turning.between(turn.begin + READ / 2.0, min(turn.end, turn.begin + 1.0))
         if len(part.value) > 4 and not (part.value == 1.0).any():
-            error = ', at an error of {:+.0f} degrees'.format(turn.error[0]) if np.isfinite(
+            error = f', at an error of {turn.error[0]:+.0f} degrees' if np.isfinite(
                 turn.error[:1]).any() else ''
             return Broken('after {}{}, {} stayed {}, or was {} again at once'.format(
                 turn.letter, error, turning.name, part.text[-1], part.text[-1]), turn.begin,
@@ -138,7 +137,7 @@ def wrong_command(inside: Inside) -> Optional[Broken]:
                               turn.letter, turn.command[k], turn.error[turn.moving[0]],
                               turn.error[k]), float(turn.time[k]), 'angular.z')
         return Broken(turn.said(k) + (steered_by(inside, found) or next(
-            ('; for {} it was right'.format(words) for words, is_so in KINDS
+            (f'; for {words} it was right' for words, is_so in KINDS
              if any(is_so(*each) for each in right) and not any(is_so(*each) for each in wrong)),
             '')), float(turn.time[k]), 'angular.z')
     for turn in found:
@@ -169,7 +168,7 @@ def steered_by(inside: Inside, found: Sequence[Turn]) -> str:
             clear = (np.abs(error) > CLEAR) & (np.abs(error) < 150.0)
             sides += list((error * turn.command[turn.moving])[clear] > 0.0)
         if len(sides) > 10 and np.mean(sides) > 0.95:
-            return '; it turns from {} to goal_yaw'.format(series.name)
+            return f'; it turns from {series.name} to goal_yaw'
     return ''
 
 

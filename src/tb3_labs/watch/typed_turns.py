@@ -50,11 +50,11 @@ class Turn:
 
     def said(self, k: int) -> str:
         """Words on a command: how its error was wrapped, if it had to be."""
-        words = 'for an error of {:+.0f} degrees'.format(self.error[k])
+        words = f'for an error of {self.error[k]:+.0f} degrees'
         if abs(self.difference[k]) > 180.0:
             words = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \
                 'degrees:'.format(self.goal[k], self.heading[k], self.difference[k], self.error[k])
-        return '{} the command was {:+.2f} rad/s'.format(words, self.command[k])
+        return f'{words} the command was {self.command[k]:+.2f} rad/s'
 
 
 def heading(inside: Inside) -> Tuple[Optional[Series], Optional[Quantity], Optional[Broken]]:

@@ -54,7 +54,7 @@ def number(text: str) -> float:
 def short(text: str) -> str:
     """A variable's text with few digits."""
     value = number(text)
-    return text[:40] if np.isnan(value) else '{:.4g}'.format(value)
+    return text[:40] if np.isnan(value) else f'{value:.4g}'
 
 
 def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:

@@ -156,7 +156,7 @@ def _kind(path):
         return 'its end is missing, as if the upload was cut off' if data else 'it is empty'
     kind = 'a tar file' if data[257:262] == b'ustar' else next(
         kind for start, kind in OTHERS.items() if data.startswith(start))
-    return 'it is {}, and only zip files are unpacked'.format(kind)
+    return f'it is {kind}, and only zip files are unpacked'
 
 
 def _place(info):
@@ -165,12 +165,10 @@ def _place(info):
     path = info.filename = info.filename.replace('\\', '/')
     parts = [part for part in path.split('/') if part not in ('', '.')]
     if len(parts) > DEEPEST + 1:
-        raise NotJudged('The zip file was not unpacked: its folders are deeper than {}.'.format(
-            DEEPEST))
+        raise NotJudged(f'The zip file was not unpacked: its folders are deeper than {DEEPEST}.')
     # some services begin their zip files with the folder /
     if parts and path.startswith('/') or re.match('[A-Za-z]:/', path) or '..' in parts:
-        raise NotJudged('The zip file was not unpacked: its path {!r} leads out of it.'.format(
-            path[:80]))
+        raise NotJudged(f'The zip file was not unpacked: its path {path[:80]!r} leads out of it.')
     return '/'.join(parts) + '/' * path.endswith('/')
 
 
@@ -179,7 +177,7 @@ def _place(info):
 def left_out(why: str, left: Iterable[object]) -> List[str]:
     """A remark that these files were left out, if there are any."""
     places = [printable(place[:LONGEST_SAID]) for place in sorted(map(str, left))]
-    return ['Left out, because {}: {}.'.format(why, shortened(places, 3))] if places else []
+    return [f'Left out, because {why}: {shortened(places, 3)}.'] if places else []
 
 
 def turn(place: str, size: int) -> Tuple[bool, bool, int, int, str]:

@@ -30,7 +30,7 @@ FORMS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
 def describe(search, definitions):
     """Make the modules in the present folder. Returns the object that is printed."""
     said = {'problems': {}, 'msg': {}, 'srv': {}, 'modules': []}
-    paths = [os.path.join('in', package, kind, '{}.{}'.format(name, kind))
+    paths = [os.path.join('in', package, kind, f'{name}.{kind}')
              for package, kind, name, _ in definitions]
     for path, (package, *_, text) in zip(paths, definitions):
         search[package] = [os.path.join('in', package, 'msg')]
@@ -39,10 +39,10 @@ def describe(search, definitions):
             file.write(text)
     for path, (package, kind, name, _) in zip(paths, definitions):
         target = os.path.join('out', package, kind)
-        module = os.path.join(target, '_{}.py'.format(name))
+        module = os.path.join(target, f'_{name}.py')
         try:
             GENERATORS[kind]().generate(
-                genmsg.MsgContext.create_default(), '{}/{}'.format(package, name), path, target,
+                genmsg.MsgContext.create_default(), f'{package}/{name}', path, target,
                 search)
         except Exception as problem:    # any error: the other files may be valid
             said['problems'][os.path.relpath(path, 'in')] = str(problem).replace(
@@ -58,8 +58,8 @@ def describe(search, definitions):
     sys.path.insert(0, os.path.abspath('out'))
     for package, kind, name, _ in definitions:
         try:
-            said[kind]['{}/{}'.format(package, name)] = example_of(getattr(
-                importlib.import_module('{}.{}._{}'.format(package, kind, name)), name))
+            said[kind][f'{package}/{name}'] = example_of(getattr(
+                importlib.import_module(f'{package}.{kind}._{name}'), name))
         except Exception:   # any error: it was not built, or is too large
             continue
     return said

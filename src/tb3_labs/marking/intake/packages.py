@@ -63,7 +63,7 @@ def digest(folder: Path) -> str:
     """Returns a hash of all files in the copy of a submission."""
     whole = hashlib.sha256()
     for path in files_in(folder):
-        whole.update('{} {}\n'.format(path.relative_to(folder), path.stat().st_size).encode(
+        whole.update(f'{path.relative_to(folder)} {path.stat().st_size}\n'.encode(
             errors='surrogateescape'))
         whole.update(path.read_bytes())
     return whole.hexdigest()
@@ -89,10 +89,10 @@ def name_in(manifest: Path) -> Tuple[str, str]:
             raise ValueError('it has entities')
         name = (ElementTree.fromstring(text).findtext('name') or '').strip()
     except (ElementTree.ParseError, ValueError, LookupError, RecursionError) as error:
-        return '', 'package.xml cannot be read ({}): one was made.'.format(error)
+        return '', f'package.xml cannot be read ({error}): one was made.'
     if NAME.fullmatch(name.replace('-', '_')):
         return name, ''
-    return '', 'The package is called {!r}: it got another name.'.format(name[:60])
+    return '', f'The package is called {name[:60]!r}: it got another name.'
 
 
 def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
@@ -233,7 +233,7 @@ def _signs(lab, text):
     return tuple(said for pattern, said in (
         (r'Subscriber\(\s*(name\s*=\s*)?[\'"]/?(\w+/)*{}[\'"]'.format(lab.sensors[0]),
          LISTENS_TO + lab.sensors[0]),
-        (r'^[ \t]*class\s+{}\b'.format(lab.class_name), 'has the class ' + lab.class_name),
+        (rf'^[ \t]*class\s+{lab.class_name}\b', 'has the class ' + lab.class_name),
         (r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name),
          'is the node ' + lab.node_name),
     ) if re.search(pattern, code, re.MULTILINE))
@@ -252,20 +252,20 @@ def _remarks(found, packages, names):
     signs = ' and '.join(best.said)
     if not others:
         return [] if best.name < len(names) else [
-            'There is no {}; judged was {}, which {}.'.format(' or '.join(names), best.path, signs)]
+            f"There is no {' or '.join(names)}; judged was {best.path}, which {signs}."]
     why = next((why for rank, why in enumerate((
         'the others were put aside', 'it is in the package ' + ' or '.join(packages),
         'it has the usual name', 'it ' + signs)) if best[rank] != others[0][rank]),
         'it comes first')
     if best.package == 2 and any(packages):
-        why += ' (there is no package {})'.format(' or '.join(packages))
+        why += f" (there is no package {' or '.join(packages)})"
     return ['{} files can be the node; judged was {}, because {}. The others: {}.'.format(
         len(found), best.path, why, shortened([other.path for other in others]))]
 
 
 def shortened(names: Sequence[str], most: int = 6) -> str:
     """The names in one line: at most so many, and how many are left out."""
-    more = ' and {} more'.format(len(names) - most) if len(names) > most else ''
+    more = f' and {len(names) - most} more' if len(names) > most else ''
     return ', '.join(names[:most]) + more
 
 
@@ -274,5 +274,5 @@ def _there_is(programs, handed_in):
         return ('Python files that were found (--type chooses one of them): {}.'
                 .format(shortened(programs)))
     return 'No Python file was found at all. ' + (
-        'Handed in: {}.'.format(shortened(handed_in)) if handed_in else
+        f'Handed in: {shortened(handed_in)}.' if handed_in else
         'Nothing that a person writes was handed in.')

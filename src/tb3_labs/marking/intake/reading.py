@@ -78,14 +78,14 @@ def _call(failure: str, function: Callable[..., Any], *arguments: Any) -> Any:
     JSON. ``NotJudged`` if the function raises it; or if there is no result, most likely at a limit:
     its text begins with `failure`."""
     done = subprocess.run(
-        ['prlimit', '--as={}'.format(MEMORY), '--cpu={}'.format(COMPUTING), '--core=0',
+        ['prlimit', f'--as={MEMORY}', f'--cpu={COMPUTING}', '--core=0',
          sys.executable, '-c', PROGRAM],
         input=json.dumps([function.__name__, arguments]),
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
         cwd='/',                    # Python looks for modules in its folder
         start_new_session=True)     # Ctrl+C is for the marker
     if done.returncode != 0:
-        words = done.stderr.strip().splitlines() or ['exit status {}'.format(done.returncode)]
+        words = done.stderr.strip().splitlines() or [f'exit status {done.returncode}']
         raise NotJudged('{}: reading it takes more than {:g} GB of memory or {:g} s, or failed '
                         '({}).'.format(failure, MEMORY / 1e9, COMPUTING, words[-1]))
     result, refusal = json.loads(done.stdout)
@@ -125,8 +125,7 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
     source, packages = source_of(node, place), packages_in(place, node)
     needs = _needs_of(node, packages)
     if 'rclpy' in needs.lacking:
-        raise NotJudged('{} is a node of ROS 2: it imports rclpy. The labs have ROS 1: rospy.'
-                        .format(path))
+        raise NotJudged(f'{path} is a node of ROS 2: it imports rclpy. The labs have ROS 1: rospy.')
     if needs.lacking:
         raise NotJudged('{} imports {}, which neither the submission nor the marking machine has.'
                         .format(path, ' and '.join(needs.lacking)))

@@ -45,7 +45,7 @@ ROOM = 100 * 10 ** 6
 #: and processes together. (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
 LARGEST_FILE, ADDRESS_SPACE, TASKS = 50 * 10 ** 6, 6 * 10 ** 9, 500
 #: Limits of each process of master, robot, check and node.
-LIMITED = ['prlimit', '--as={}'.format(ADDRESS_SPACE), '--fsize={}'.format(LARGEST_FILE)]
+LIMITED = ['prlimit', f'--as={ADDRESS_SPACE}', f'--fsize={LARGEST_FILE}']
 #: Users that own nothing, for root's sandboxes; systemd has these for the same purpose.
 USERS = range(61184, 65519)
 #: Parts of /etc that a sandbox has: names, time zone, libraries, fonts, ROS.
@@ -67,7 +67,7 @@ def problem(is_sandbox: bool = True) -> str:
     """Tries a sandbox, or another user: why it does not work here, a clause; '' if it works."""
     sandbox = Sandbox([]) if is_sandbox else OtherUser()
     command = sandbox.own_network(sandbox.command(
-        ['python3', '-c', 'import {}.msg'.format(OWN_PACKAGE)]))
+        ['python3', '-c', f'import {OWN_PACKAGE}.msg']))
     try:
         done = subprocess.run(command, env=sandbox.environment(os.environ), timeout=SANDBOX_START,
                               stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
@@ -76,7 +76,7 @@ def problem(is_sandbox: bool = True) -> str:
         return 'bubblewrap is not installed (apt install bubblewrap)'
     except subprocess.TimeoutExpired:
         return 'bubblewrap hangs'
-    words = done.stderr.strip().splitlines() or ['exit status {}'.format(done.returncode)]
+    words = done.stderr.strip().splitlines() or [f'exit status {done.returncode}']
     return '' if done.returncode == 0 else '{} ({})'.format(
         'bubblewrap fails' if is_sandbox else 'another user cannot run them', words[-1])
 
@@ -92,7 +92,7 @@ class NoSandbox:
 
     def command(self, command: List[str]) -> List[str]:
         """The command that starts a submission's program."""
-        return ['prlimit', '--fsize={}'.format(LARGEST_FILE)] + command
+        return ['prlimit', f'--fsize={LARGEST_FILE}'] + command
 
     def environment(self, environment: Mapping[str, str]) -> Dict[str, str]:
         """The environment of a submission's program."""
@@ -114,9 +114,9 @@ class OtherUser(NoSandbox):
         return ['sh', '-c', 'umask 077; exec "$@"', 'sh'] + super().own_network(command)
 
     def command(self, command: List[str]) -> List[str]:
-        return ['setpriv', '--reuid={}'.format(self.user), '--regid={}'.format(self.user),
+        return ['setpriv', f'--reuid={self.user}', f'--regid={self.user}',
                 '--clear-groups', '--no-new-privs', '--pdeathsig', 'KILL'] + LIMITED + [
-                    '--nproc={}'.format(TASKS)] + command
+                    f'--nproc={TASKS}'] + command
 
     def environment(self, environment: Mapping[str, str]) -> Dict[str, str]:
         home = environment.get('TMPDIR', '/tmp') + '/ws'
@@ -156,7 +156,7 @@ class Sandbox(NoSandbox):
         options += ['--chdir', HOME]
         limited = LIMITED + ['--core=0']
         if self.user is not None or _version(platform.release()) >= COUNTED:
-            limited.append('--nproc={}'.format(TASKS))
+            limited.append(f'--nproc={TASKS}')
         entered = {'forget': IDENTITY, 'user': self.user, 'folders': OWN_FOLDERS, 'logs': LOGS}
         # Ctrl+C is for the program: it must not end bubblewrap
         return ['sh', '-c', 'trap "" INT; exec "$@"', 'sh', 'bwrap'] + options + [

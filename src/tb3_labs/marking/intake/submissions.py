@@ -43,7 +43,7 @@ def file_name(text: str) -> str:
     """A valid name of a file, which a line can show; most names stay."""
     name = printable(text.strip()).replace('/', '_')
     if TAKEN_NAMES.fullmatch(name):
-        name = '_{}_'.format(name)
+        name = f'_{name}_'
     data = name.encode()
     if len(data) > LONGEST_NAME:
         name = '{}-{}'.format(data[:LONGEST_NAME - 9].decode(errors='ignore'),
@@ -89,7 +89,7 @@ def by_student(names: Dict[str, HandedIn]) -> Dict[str, List[str]]:
     students: Dict[str, List[str]] = {}
     for (student, number, alone), together in groups.items():
         if times[student] > 1:
-            student = file_name('{} ({})'.format(student, number or alone))
+            student = file_name(f'{student} ({number or alone})')
         while student in students:      # the names differed only in characters that do not show
             student += '_'
         students[student] = together
@@ -221,12 +221,11 @@ def submissions_in(folder: Path, tell: Callable[[str], None]) -> List[Submission
         if stat.S_ISDIR(mode) or stat.S_ISREG(mode) and (said.number or is_zip(path.name)):
             names[path.name] = said
             continue
-        why = 'neither a folder nor a {}'.format('zip file' if stat.S_ISREG(mode) else 'file')
+        why = f"neither a folder nor a {'zip file' if stat.S_ISREG(mode) else 'file'}"
         # a link may lead to another student's work, or out of here
-        tell('left out, because it is {}: {}'.format(
-            'a link' if stat.S_ISLNK(mode) else why, path))
+        tell(f"left out, because it is {'a link' if stat.S_ISLNK(mode) else why}: {path}")
     if not names:
-        raise ValueError('there is no folder and no zip file in {}'.format(folder))
+        raise ValueError(f'there is no folder and no zip file in {folder}')
     return [Submission(student, {folder / name: names[name].file or name for name in together},
                        names[together[0]].number, any(names[name].late for name in together))
             for student, together in sorted(by_student(names).items())]
@@ -247,6 +246,6 @@ def _files_in(folder, remarks, skipped):
     large = [path for path in files if path.stat().st_size > LARGEST and not is_zip(path.name)]
     for why, left in (
             ('each is a link, a device, too deep, or may not be read', others),
-            ('each is larger than {:g} MB'.format(LARGEST / 1e6), large)):
+            (f'each is larger than {LARGEST / 1e6:g} MB', large)):
         remarks += left_out(why, [path.relative_to(folder) for path in left])
     return [(path, path.relative_to(folder)) for path in files if path not in set(large)]

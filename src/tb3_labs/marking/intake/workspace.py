@@ -156,7 +156,7 @@ def _repair(node, remarks, look_at, relayed):
                        'run.'.format(printable(os.fsdecode(first[:80]))))
     if not relayed and not os.access(str(node), os.X_OK):
         said.append('is not executable: it was made so')
-    remarks += ['{} {}.'.format(node.name, each) for each in said]
+    remarks += [f'{node.name} {each}.' for each in said]
     node.write_bytes(code)
     node.chmod(0o755)
 
@@ -195,7 +195,7 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
     for package_name, kind, name, text in done['modules']:
         if not (package_name in packages and kind in (MESSAGES, SERVICES)
                 and MODULE.fullmatch(name)):
-            raise ValueError('a module is called {!r}'.format([package_name, kind, name]))
+            raise ValueError(f'a module is called {[package_name, kind, name]!r}')
         place = folder / package_name / kind
         place.mkdir(parents=True, exist_ok=True)
         (place / name).write_text(text, encoding='utf-8')
@@ -210,7 +210,7 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
 def _definitions(name, package, remarks):
     files = interface_files(package)
     if files[ACTIONS]:
-        remarks.append('{} has actions: they were not built.'.format(name))
+        remarks.append(f'{name} has actions: they were not built.')
     for kind in (MESSAGES, SERVICES):
         for file in files[kind]:
             stem = file[:-len(kind) - 1]

@@ -39,8 +39,8 @@ class Place:
     step: int = 0
 
     def __str__(self) -> str:
-        return 'doc/{}, "{}"{}'.format(
-            self.sheet, self.heading, ', step {}'.format(self.step) if self.step else '')
+        step = f', step {self.step}' if self.step else ''
+        return f'doc/{self.sheet}, "{self.heading}"{step}'
 
 
 IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
@@ -96,7 +96,7 @@ class Verdict:
         """The observation and its place in the sheet; '' if the criterion is met."""
         if self.outcome is Outcome.MET or self.seen == NOT_TRIED:
             return self.seen
-        return '{}; see {}'.format(self.seen, self.criterion.where)
+        return f'{self.seen}; see {self.criterion.where}'
 
     @property
     def line(self) -> str:
@@ -107,7 +107,7 @@ class Verdict:
         outcome = self.outcome.value.upper()    # capitals, which one finds among many lines
         if self.outcome is Outcome.MET or self.criterion.extra:
             outcome = 'not yet' if self.outcome is Outcome.MISSED else self.outcome.value
-        return '  {:11}  {:8}  {}'.format(outcome, points, words)
+        return f'  {outcome:11}  {points:8}  {words}'
 
 
 @dataclass
@@ -192,17 +192,17 @@ def ends_cleanly(part: str, where: Place) -> Criterion:
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where,
         lambda seen: next(filter(None, map(_clean_exit, _ends(seen))), ''),
-        limits='{}; "{}", which rospy raises, does not count'.format(within(ENDING), NOT_THEIRS))
+        limits=f'{within(ENDING)}; "{NOT_THEIRS}", which rospy raises, does not count')
 
 
 def _clean_exit(scene: Scene) -> Reason:
     if scene.facts[TOOK] is None:
-        return 'it was still running {:g} s after Ctrl+C and had to be killed'.format(ENDING)
+        return f'it was still running {ENDING:g} s after Ctrl+C and had to be killed'
     errors = scene.exceptions
     if errors:
-        return 'it ended with a traceback' + (errors[-1] and ': {!r}'.format(errors[-1]))
+        return 'it ended with a traceback' + (errors[-1] and f': {errors[-1]!r}')
     if scene.facts[SIGNAL] not in (0, 2, 15):       # by itself, by SIGINT, by SIGTERM
-        return 'it was ended by signal {}'.format(scene.facts[SIGNAL])
+        return f'it was ended by signal {scene.facts[SIGNAL]}'
     return ''
 
 
@@ -222,7 +222,7 @@ def stops_robot(seen: Observation) -> Reason:
 def says(seen: Observation, words: str) -> Reason:
     """Was this text printed at Ctrl+C?"""
     scene = seen.during(CTRL_C[0], may_die=True)
-    return '' if words in scene.printed else '"{}" was not printed at Ctrl+C'.format(words)
+    return '' if words in scene.printed else f'"{words}" was not printed at Ctrl+C'
 
 
 # ----- stopping the robot, also when something is lost -----
@@ -237,7 +237,7 @@ def not_stopped(scene: Scene, event: str, limit: float = AT_ONCE) -> Reason:
     """Did the node stop the robot by a zero velocity within `limit` [s] after the `event` by which
     the scene begins?"""
     if len(scene.moving_after(limit)):
-        return 'the robot was still driven {:g} s after {}'.format(limit, event)
+        return f'the robot was still driven {limit:g} s after {event}'
     soon = scene.commands[scene.commands[:, 0] <= scene.begin + limit]
     return '' if len(soon) and not soon[-1, 1:].any() else NO_ZERO.format(event)
 
@@ -247,8 +247,8 @@ def stops_when_lost(name: str, meaning: str, what: str, stimulus: str, where: Pl
     def drives_on(seen: Observation) -> Reason:
         scene = seen.during(stimulus)
         return not_stopped(scene, what + ' fell silent', LOST_AFTER) if scene.facts[
-            WAS_MOVING] else 'the robot was not moving when {} fell silent'.format(what)
-    return Criterion(name, LOST, '{} after {} fell silent'.format(meaning, what), where, drives_on,
+            WAS_MOVING] else f'the robot was not moving when {what} fell silent'
+    return Criterion(name, LOST, f'{meaning} after {what} fell silent', where, drives_on,
                      extra=True, limits=within(LOST_AFTER))
 
 

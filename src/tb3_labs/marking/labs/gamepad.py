@@ -63,7 +63,7 @@ def pad_called(name: str) -> Dict[str, int]:
     folder = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'params'
     known = {path.stem[len('pad_'):]: path for path in folder.glob('pad_*.yaml')}
     if name not in known:
-        raise ValueError('there is no pad {!r}; valid: {}'.format(name, ', '.join(sorted(known))))
+        raise ValueError(f"there is no pad {name!r}; valid: {', '.join(sorted(known))}")
     return dict(yaml.safe_load(known[name].read_text(encoding='utf-8')))
 
 
@@ -98,8 +98,8 @@ def _control(seen: Observation, name: str, wanted: bool) -> Reason:
     if said is wanted:
         return ''
     if said is not None:
-        return 'after {} it published {} on ctrl_relinq'.format(name, said)
-    return ': '.join(filter(None, ['after {} nothing was published on ctrl_relinq'.format(name),
+        return f'after {name} it published {said} on ctrl_relinq'
+    return ': '.join(filter(None, [f'after {name} nothing was published on ctrl_relinq',
                                    other_topics(scene.run, CTRL_RELINQ)]))
 
 
@@ -131,8 +131,7 @@ def _resets(seen: Observation) -> Reason:
                 last_words(scene.printed) + ': has its client one of these names?'
                 if scene.printed.strip() else 'nothing: does it read the button of Y?')
     if facts[NAME] != SET_POSE:
-        return 'after Y it called {}, not /{}, which move2goal_tf.py offers'.format(
-            facts[NAME], SET_POSE)
+        return f'after Y it called {facts[NAME]}, not /{SET_POSE}, which move2goal_tf.py offers'
     if not facts[ORIGIN]:
         return 'after Y the reset was called with another pose than (0, 0, 0)'
     return '' if facts[UNIT] else \
@@ -153,7 +152,7 @@ def _says_why_not(seen: Observation) -> Reason:
     if scene.exceptions:
         return 'after Y without a reset service there was a traceback'
     if SAYS_RESET.lower() in scene.printed.lower():
-        return 'after Y without a reset service it said "{}"'.format(SAYS_RESET)
+        return f'after Y without a reset service it said "{SAYS_RESET}"'
     return '' if scene.printed.strip() else \
         'after Y without a reset service nothing was printed within {:.1f} s{}'.format(
             scene.end - scene.begin, '' if len(scene.moving) else
@@ -162,7 +161,7 @@ def _says_why_not(seen: Observation) -> Reason:
 
 def _once(seen: Observation) -> Reason:
     calls = seen.during(RESET_BUTTON).facts[CALLS]
-    return '' if calls == 1 else 'Y, held for a moment, called the reset {} times'.format(calls)
+    return '' if calls == 1 else f'Y, held for a moment, called the reset {calls} times'
 
 
 CRITERIA = [
@@ -178,15 +177,15 @@ CRITERIA = [
     Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', THUMB,
               partial(_control, name=HAND_OVER, wanted=True), limits=within(SAYS)),
     Criterion('silent_meanwhile', BUTTONS, 'sends no velocity while the robot is handed over',
-              THUMB, _silent_meanwhile, limits='the stick is up for {:g} s'.format(HELD)),
+              THUMB, _silent_meanwhile, limits=f'the stick is up for {HELD:g} s'),
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
-              THUMB, _regains, limits='within {:g} s; the stick within {:g} s'.format(SAYS, HELD)),
-    Criterion('resets', BUTTONS, 'Y calls /{} with (0, 0, 0)'.format(SET_POSE), Y_STEP, _resets,
+              THUMB, _regains, limits=f'within {SAYS:g} s; the stick within {HELD:g} s'),
+    Criterion('resets', BUTTONS, f'Y calls /{SET_POSE} with (0, 0, 0)', Y_STEP, _resets,
               limits=within(RESET_TIME) + ', by a quaternion of length 1'),
-    Criterion('says_success', BUTTONS, 'says "{}." after Y'.format(SAYS_RESET), Y_STEP,
+    Criterion('says_success', BUTTONS, f'says "{SAYS_RESET}." after Y', Y_STEP,
               lambda seen: '' if SAYS_RESET.lower() in seen.during(
                   RESET_BUTTON).printed.lower() else
-              '"{}." was not printed after Y'.format(SAYS_RESET),
+              f'"{SAYS_RESET}." was not printed after Y',
               limits=within(RESET_TIME)),
     ends_cleanly(BUTTONS, THUMB),
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', THUMB,

@@ -13,7 +13,7 @@ from tb3_labs.marking.trial.observation import NotSeen, Observation
 #: The parts of the lab.
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'
 #: The headings at which the robot stands: stimulus -> heading [deg].
-STANDS = {'at {:g} degrees'.format(heading): heading for heading in (50.0, 150.0, 220.0, 350.0)}
+STANDS = {f'at {heading:g} degrees': heading for heading in (50.0, 150.0, 220.0, 350.0)}
 #: The node must print its line at each heading within this time [s].
 READING = 1.5
 #: Samples that a real IMU sends seldom.
@@ -52,7 +52,7 @@ def _standing(seen):
 
 
 def _prints_heading(seen: Observation) -> Reason:
-    return next(('nothing was printed while the robot stood at {:.0f} degrees'.format(heading)
+    return next((f'nothing was printed while the robot stood at {heading:.0f} degrees'
                  for heading, printed in _standing(seen) if not printed), '')
 
 
@@ -69,7 +69,7 @@ def _says_goodbye(seen: Observation) -> Reason:
     printed = seen.during(CTRL_C[0], may_die=True).printed
     late = len(headings(printed[printed.rfind(IMU_GOODBYE):]))
     return '' if late <= LATE_HEADINGS else \
-        '{} headings were printed after "{}"'.format(late, IMU_GOODBYE)
+        f'{late} headings were printed after "{IMU_GOODBYE}"'
 
 
 def _never_360(seen: Observation) -> Reason:
@@ -77,7 +77,7 @@ def _never_360(seen: Observation) -> Reason:
     if not printed:
         return 'nothing was printed while the IMU was just below zero'
     if max(printed) >= 360.0:
-        return 'printed {:.6f} degrees for an IMU just below zero'.format(max(printed))
+        return f'printed {max(printed):.6f} degrees for an IMU just below zero'
     return ''
 
 
@@ -93,21 +93,21 @@ def _survives_nonsense(seen: Observation) -> Reason:
 CRITERIA = [
     Criterion('starts', HEADING, 'runs and listens to imu', LISTENING, starts, limits=IN_TIME),
     Criterion('prints_heading', HEADING, 'prints "{}."'.format(SAYS_HEADING.format('...')),
-              EXERCISE, _prints_heading, limits='within {:g} s at each heading'.format(READING)),
+              EXERCISE, _prints_heading, limits=f'within {READING:g} s at each heading'),
     Criterion('heading_right', HEADING, 'prints the heading of the IMU', EXERCISE,
               lambda seen: _first_wrong(
                   seen, lambda *pair: abs(difference_degrees(*pair)) > HEADING_TOLERANCE,
                   'printed {:.1f} degrees while the IMU said {:.1f}'),
-              limits='within {:g} degree'.format(HEADING_TOLERANCE)),
+              limits=f'within {HEADING_TOLERANCE:g} degree'),
     Criterion('from_0_to_360', HEADING, 'counts the heading from 0 to 360 degrees', EXERCISE,
               lambda seen: _first_wrong(seen, lambda number, _: not 0.0 <= number < 360.0,
                                         'printed {:.1f} degrees while the robot stood at {:.0f}')),
-    Criterion('says_goodbye', HEADING, 'at Ctrl+C says "{}", then nothing'.format(IMU_GOODBYE),
+    Criterion('says_goodbye', HEADING, f'at Ctrl+C says "{IMU_GOODBYE}", then nothing',
               IMU_AT_CTRL_C, _says_goodbye,
-              limits='{} more heading may follow'.format(LATE_HEADINGS)),
+              limits=f'{LATE_HEADINGS} more heading may follow'),
     ends_cleanly(HEADING, IMU_AT_CTRL_C),
     Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', IMU_EXTRAS, _never_360,
               extra=True),
     Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', IMU_EXTRAS,
-              _survives_nonsense, extra=True, limits='within {:g} s'.format(NEXT)),
+              _survives_nonsense, extra=True, limits=f'within {NEXT:g} s'),
 ]

@@ -59,7 +59,7 @@ REACTION, DRIVE_TIME = 4.0, 50.0
 #: A drive goes at most this far from its start [m].
 ASTRAY = 3.0
 #: The goal's heading, and the limits of place and heading, in words.
-FACES = 'faces {:g} degrees'.format(GOAL_YAW_DEG)
+FACES = f'faces {GOAL_YAW_DEG:g} degrees'
 PLACE_LIMITS = 'within {:g} m, and {:g} for stopping; begun within {:g} s, over within {:g} s, ' \
     'never {:g} m away'.format(
         DISTANCE_TOLERANCE, MORE_DISTANCE, REACTION, DRIVE_TIME, ASTRAY)
@@ -79,8 +79,8 @@ def _place(seen: Observation, name: str,
     scene = _driven(seen, name)
     away = _end_of(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
     if not scene.facts[RESTED]:
-        return '{}, {:.2f} m from the goal'.format(_unended(scene), away)
-    return '' if away <= tolerance else 'it stopped {:.2f} m from the goal'.format(away)
+        return f'{_unended(scene)}, {away:.2f} m from the goal'
+    return '' if away <= tolerance else f'it stopped {away:.2f} m from the goal'
 
 
 def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE) -> Reason:
@@ -90,8 +90,7 @@ def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE
         return _unended(scene)
     faced, goal = wrap(_end_of(scene).yaw), wrap(scene.facts[GOAL_POSE][2])
     return '' if abs(math.degrees(difference(faced, goal))) <= tolerance else \
-        'at the end it faced {:.1f} degrees instead of {:.0f}'.format(
-            math.degrees(faced), math.degrees(goal))
+        f'at the end it faced {math.degrees(faced):.1f} degrees instead of {math.degrees(goal):.0f}'
 
 
 def _unended(scene: Scene) -> str:
@@ -118,7 +117,7 @@ def _end_of(scene: Scene) -> Pose2:
 
 def _says_reached(seen: Observation) -> Reason:
     number = len(REACHED.findall(seen.during(FIRST_DRIVE).printed + seen.during(AT_GOAL).printed))
-    return '' if number == 1 else '"{}!" was printed {} times'.format(SAYS_REACHED, number)
+    return '' if number == 1 else f'"{SAYS_REACHED}!" was printed {number} times'
 
 
 def _silent_at_goal(seen: Observation) -> Reason:
@@ -141,7 +140,7 @@ def _within_limits(seen: Look) -> Reason:
     if forward > MAX_SPEED + ROUNDING:
         seen.fastest(commands, LINEAR)
     return '' if forward <= MAX_SPEED + ROUNDING and turn <= MAX_TURN + ROUNDING else \
-        'it commanded up to {:.2f} m/s and {:.1f} rad/s'.format(forward, turn)
+        f'it commanded up to {forward:.2f} m/s and {turn:.1f} rad/s'
 
 
 def _reset(seen: Observation, name: str = RESET_TO_ORIGIN) -> Reason:
@@ -155,7 +154,7 @@ def _resets(seen: Observation) -> Reason:
     """Has the reset its name, and does it work at rest and in a drive?"""
     name = seen.during(RESET_TO_ORIGIN).facts[NAME]
     if _reset(seen) or name:
-        return _reset(seen) or 'its reset is called {}, not /{}'.format(name, SET_POSE)
+        return _reset(seen) or f'its reset is called {name}, not /{SET_POSE}'
     scene = seen.during(RESET_IN_DRIVE)
     if scene.facts[WAS_MOVING] and not scene.facts[STRAIGHT]:
         return 'turned to its goal by hand after a reset, it did not drive straight there'
@@ -198,26 +197,26 @@ def remarks_on_parts(seen: Observation, parts: Sequence[str]) -> List[str]:
 CRITERIA = [
     Criterion('starts', DRIVE, 'runs and listens to odom', STATES, starts, limits=IN_TIME),
     Criterion('waits', DRIVE, 'does not move before it has control', STATES,
-              _waits, limits='for {:g} s, and after a reset'.format(WATCHED)),
-    Criterion('goal_place', DRIVE, 'drives to ({:g}, {:g})'.format(GOAL_X, GOAL_Y), STATES,
+              _waits, limits=f'for {WATCHED:g} s, and after a reset'),
+    Criterion('goal_place', DRIVE, f'drives to ({GOAL_X:g}, {GOAL_Y:g})', STATES,
               partial(_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
     Criterion('goal_heading', DRIVE, FACES + ' there', STATES,
               partial(_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
-    Criterion('says_reached', DRIVE, 'says "{}!" once'.format(SAYS_REACHED), STATES, _says_reached),
+    Criterion('says_reached', DRIVE, f'says "{SAYS_REACHED}!" once', STATES, _says_reached),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', STATES,
               _silent_at_goal, limits='a zero velocity, then nothing from {:g} s after its arrival '
               'on'.format(LAST_WORD)),
     Criterion('within_limits', DRIVE, "keeps the robot's limits, {:g} m/s and {:g} rad/s".format(
         MAX_SPEED, MAX_TURN), STATES, _within_limits,
-              limits='and {:g} for rounding'.format(ROUNDING)),
+              limits=f'and {ROUNDING:g} for rounding'),
     Criterion('resets', RESET, 'a service /{} resets the local frame, also in a drive'.format(
         SET_POSE), AT_RESET, _resets, limits='answers within {:g} s; in a drive it turns by {:g} '
               'degrees within {:g} s'.format(ANSWER_TIME, ANEW, IN_DRIVE)),
-    Criterion('says_reset', RESET, 'says "{} to x=..., y=..., yaw=..."'.format(SAYS_POSE_SET),
+    Criterion('says_reset', RESET, f'says "{SAYS_POSE_SET} to x=..., y=..., yaw=..."',
               AT_RESET, lambda seen: '' if SAYS_POSE_SET.lower() in seen.during(
                   RESET_TO_ORIGIN).printed.lower() else
-              'no line "{} to x=..., y=..., yaw=..." was printed'.format(SAYS_POSE_SET),
-              limits='within {:g} s after the answer'.format(TAKES_EFFECT)),
+              f'no line "{SAYS_POSE_SET} to x=..., y=..., yaw=..." was printed',
+              limits=f'within {TAKES_EFFECT:g} s after the answer'),
     Criterion('second_place', RESET, 'does the same task after a turn by {:g} degrees and a '
               'reset'.format(TURNED), TURNED_STEP,
               lambda seen: _reset(seen) or _place(seen, SECOND_DRIVE), limits='as goal_place'),

@@ -104,7 +104,7 @@ def buttons(stage):
                 record.facts.update({asked.CALLS: len(calls), asked.NAME: (calls or [['']])[0][0],
                                      asked.ORIGIN: all(map(is_origin, requests)),
                                      asked.UNIT: all(map(is_unit, requests))})
-            stage.remark('{} See {}.'.format(said, asked.Y_STEP)
+            stage.remark(f'{said} See {asked.Y_STEP}.'
                          for said in stage.text()['remarks'])
             if not all(map(has_covariance, requests)):
                 stage.remark(['The covariance of its reset is all zeros: TODO 4 is open.'])

@@ -75,7 +75,7 @@ class ResetCaller:
     def call(self, pose):
         """Call the reset with a Pose2. Returns the reason why it failed, else ''."""
         if self._kind is None:
-            return 'the type of {} cannot be loaded'.format(self.found)
+            return f'the type of {self.found} cannot be loaded'
         request = self._kind._request_class()
         fill_pose(request, pose)
         answers = []
@@ -84,13 +84,13 @@ class ResetCaller:
             try:
                 response = rospy.ServiceProxy(self.found, self._kind)(request)
                 refused = getattr(response, 'success', True) is False
-                answers.append('it was refused: {}'.format(getattr(response, 'message', ''))[:200]
+                answers.append(f"it was refused: {getattr(response, 'message', '')}"[:200]
                                if refused else '')
             except (rospy.ServiceException, rospy.ROSException, TypeError) as problem:
                 answers.append(str(problem)[:200])
         threading.Thread(target=ask, daemon=True).start()
         if not wait_until(lambda: answers, asked.ANSWER_TIME):
-            return '{} did not answer within {:g} s'.format(self.found, asked.ANSWER_TIME)
+            return f'{self.found} did not answer within {asked.ANSWER_TIME:g} s'
         return answers[0]
 
 

@@ -118,7 +118,7 @@ def mouse_fields(fields):
             '{} {}'.format(of, name) for name, of, *_ in fields) or 'no field'))
     places = [_named(X, numbers), _named(Y, numbers)]
     chosen = [_named(STATUS, flags) or flags[0]] + (places if all(places) else numbers[:2])
-    return chosen, ['Your {} was taken for {}.'.format(name, usual)
+    return chosen, [f'Your {name} was taken for {usual}.'
                     for name, usual in zip(chosen, (STATUS, X, Y)) if name != usual]
 
 

@@ -83,20 +83,19 @@ DRIVES = 'within {:g} s: {:.2f} to {:.2f} at the edge, the other speed at most {
 TURN_LIMITS = 'within {:g} degrees, and {:g} for stopping; begun within {:g} s, over within ' \
     '{:g} s, by a zero velocity'.format(HDG_TOL, AFTER_STOP, TURN_REACTION, TURN_TIME)
 AS_LEFT = 'as left'
-ON_A_CARPET = 'as left, also if the wheels slip by {:.0%}'.format(SLIPPERY)
+ON_A_CARPET = f'as left, also if the wheels slip by {SLIPPERY:.0%}'
 
 
 def turned(seen: Observation, name: str, tolerance: float = HDG_TOL + AFTER_STOP) -> Reason:
     """Did the robot do a turn, the stimulus `name`, within `tolerance` [deg]?"""
     scene, turn = seen.during(name), EACH_TURN.get(name, EACH_TURN[LEFT])
-    after = 'after {}{}'.format(turn.typed, ' ({})'.format(name[2:]) if name in ACROSS else '')
+    after = f'after {turn.typed} ({name[2:]})' if name in ACROSS else f'after {turn.typed}'
     seen_deg = scene.turned_deg
     if not scene.facts[MOVED]:
         return '{} {}: {}'.format(after, 'the robot did not turn' if abs(seen_deg) < STILL_DEG else
                                   'it turned {}'.format(_degrees(seen_deg)), idle(scene))
     if not scene.facts[RESTED]:
-        return '{} it turned {}, and was still moving after {:g} s'.format(
-            after, _degrees(seen_deg), TURN_TIME)
+        return f'{after} it turned {_degrees(seen_deg)}, and was still moving after {TURN_TIME:g} s'
     if abs(seen_deg - turn.asked_deg) <= tolerance:
         return NO_ZERO.format('its turn ' + after) if scene.commands[-1:, 1:].any() else ''
     missed = '{}{} it turned {}, then stopped'.format(
@@ -110,10 +109,10 @@ def turned(seen: Observation, name: str, tolerance: float = HDG_TOL + AFTER_STOP
 
 
 def _degrees(seen_deg):
-    number = '{:.1f}'.format(abs(seen_deg))
+    number = f'{abs(seen_deg):.1f}'
     if float(number) == 0.0:
         return number + ' degrees'
-    return '{} degrees to the {}'.format(number, 'left' if seen_deg > 0.0 else 'right')
+    return f"{number} degrees to the {'left' if seen_deg > 0.0 else 'right'}"
 
 
 def _turned_each(seen: Observation, names: Iterable[str], *tolerance: float) -> Reason:
@@ -133,27 +132,27 @@ def _clamped(seen: Look) -> Reason:
     commands = _turning(seen)
     seen.fastest(commands, ANGULAR)
     rates = commands[:, ANGULAR]
-    fast = ['{:.1f} rad/s to the {}'.format(rate, way) for rate, way in (
+    fast = [f'{rate:.1f} rad/s to the {way}' for rate, way in (
         (rates.max(), 'left'), (-rates.min(), 'right')) if rate > MAX_ANG_Z + ROUNDING]
-    return '' if not fast else 'while turning it commanded up to {}'.format(' and '.join(fast))
+    return '' if not fast else f"while turning it commanded up to {' and '.join(fast)}"
 
 
 def _on_the_spot(seen: Look) -> Reason:
     fastest = seen.fastest(_turning(seen), LINEAR)
     return '' if fastest < ROUNDING else \
-        'it commanded up to {:.2f} m/s forward while turning'.format(fastest)
+        f'it commanded up to {fastest:.2f} m/s forward while turning'
 
 
 def _answers_nonsense(seen: Observation) -> Reason:
     scene = seen.during(NONSENSE)
     if len(scene.moving):
-        return 'the robot moved after "{}" was typed'.format(TYPED_NONSENSE)
+        return f'the robot moved after "{TYPED_NONSENSE}" was typed'
     if scene.lines > LEGIBLE:
         return 'an answer to "{}" could not be read: {} lines were printed in {:.1f} s'.format(
             TYPED_NONSENSE, scene.lines, scene.end - scene.begin)
     words = set(re.findall(r'[a-z]+', scene.printed.lower()))
     if not (words & {LEFT, 'left'} and words & {RIGHT, 'right'}):
-        return 'the answer to "{}" did not name both valid inputs, l and r'.format(TYPED_NONSENSE)
+        return f'the answer to "{TYPED_NONSENSE}" did not name both valid inputs, l and r'
     return ''
 
 
@@ -164,8 +163,7 @@ def _mouse_drove(seen):
 
 def _has_dead_zone(seen: Observation) -> Reason:
     _mouse_drove(seen)
-    return not_stopped(seen.during(NEAR_MIDDLE), 'the mouse came to {}'.format(
-        MOUSE_PLACES[NEAR_MIDDLE]))
+    return not_stopped(seen.during(NEAR_MIDDLE), f'the mouse came to {MOUSE_PLACES[NEAR_MIDDLE]}')
 
 
 def _can_be_off(seen: Observation) -> Reason:
@@ -228,16 +226,16 @@ def remarks_on_turns(seen: Observation, parts: Sequence[str] = ()) -> List[str]:
 
 CRITERIA = [
     Criterion('starts', TURNS, 'runs and listens to imu', START, starts, limits=IN_TIME),
-    Criterion('left', TURNS, 'l turns {:g} degrees left'.format(TURN_DEG), LAW,
+    Criterion('left', TURNS, f'l turns {TURN_DEG:g} degrees left', LAW,
               partial(turned, name=LEFT), limits=TURN_LIMITS),
-    Criterion('right', TURNS, 'r turns {:g} degrees right'.format(TURN_DEG), TO_RIGHT,
+    Criterion('right', TURNS, f'r turns {TURN_DEG:g} degrees right', TO_RIGHT,
               partial(turned, name=RIGHT), limits=ON_A_CARPET),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees', LAW,
               lambda seen: _turned_each(seen, ACROSS), limits=ON_A_CARPET),
-    Criterion('clamped', TURNS, 'turns no faster than {:g} rad/s'.format(MAX_ANG_Z), LAW,
-              _clamped, limits='and {:g} for rounding'.format(ROUNDING)),
+    Criterion('clamped', TURNS, f'turns no faster than {MAX_ANG_Z:g} rad/s', LAW,
+              _clamped, limits=f'and {ROUNDING:g} for rounding'),
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW,
-              _on_the_spot, limits='less than {:g} m/s'.format(ROUNDING)),
+              _on_the_spot, limits=f'less than {ROUNDING:g} m/s'),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
               'ones', TO_RIGHT, _answers_nonsense, limits='within {:g} s, in at most {} lines; '
               'the robot rests'.format(ANSWER, LEGIBLE)),
@@ -253,15 +251,15 @@ CRITERIA = [
               AT_MOUSE, partial(turned, name=TURN_BESIDE), limits=AS_LEFT),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', AT_MOUSE,
               _drives_after_turn,
-              limits='more than {:.2f} m/s within {:g} s'.format(AT_EDGE[0], MOUSE_HELD)),
+              limits=f'more than {AT_EDGE[0]:.2f} m/s within {MOUSE_HELD:g} s'),
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
               AT_MOUSE, _drives_in_turn, limits=within(AT_LAST)),
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', AT_CTRL_C,
               stops_robot, limits=STOPS_AT_ONCE),
-    Criterion('says_goodbye', SHUTDOWN, 'at Ctrl+C says "{}"'.format(CONTROLLER_GOODBYE), AT_CTRL_C,
+    Criterion('says_goodbye', SHUTDOWN, f'at Ctrl+C says "{CONTROLLER_GOODBYE}"', AT_CTRL_C,
               partial(says, words=CONTROLLER_GOODBYE)),
     ends_cleanly(SHUTDOWN, AT_CTRL_C),
-    Criterion('within_1_deg', TURNS, 'all turns are within {:g} degree'.format(EXACT), IMU_EXTRAS,
+    Criterion('within_1_deg', TURNS, f'all turns are within {EXACT:g} degree', IMU_EXTRAS,
               lambda seen: _turned_each(seen, EACH_TURN, EXACT), extra=True),
     stops_when_lost('lost_imu', 'stops a turn', 'the IMU', IMU_SILENT, IMU_EXTRAS),
     stops_when_lost('lost_mouse', 'stops the robot', 'the mouse', MOUSE_SILENT, IMU_EXTRAS),

@@ -44,7 +44,7 @@ def read(path: Path) -> Tuple[List[str], Dict[str, List[int]]]:
         [*LIMITS, sys.executable, '-c', PROGRAM], input=path.read_bytes(), cwd='/',
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     found, lines = json.loads(done.stdout.decode()) if done.returncode == 0 else ([], {})
-    return ['Line {} of {}: {}.'.format(line, path.name, words) for line, words in found], lines
+    return [f'Line {line} of {path.name}: {words}.' for line, words in found], lines
 
 
 def assigned(text: bytes) -> Dict[str, List[int]]:
@@ -58,7 +58,7 @@ def assigned(text: bytes) -> Dict[str, List[int]]:
         if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MOST_NAMES:
             names = [node.id] if isinstance(node, ast.Name) else []
             if isinstance(node, ast.Attribute):
-                names = [node.attr] + (['{}.{}'.format(node.value.attr, node.attr)] if isinstance(
+                names = [node.attr] + ([f'{node.value.attr}.{node.attr}'] if isinstance(
                     node.value, ast.Attribute) else [])
             for name in names:
                 lines.setdefault(name, []).append(node.lineno)
@@ -139,15 +139,14 @@ def _of_pyflakes(tree: ast.Module) -> Iterator[Fault]:
     for told in checker.Checker(tree).messages:
         name, line = str(told.message_args[0])[:QUOTED] if told.message_args else '', told.lineno
         if isinstance(told, messages.UndefinedName) and (line, name) in run and not dynamic:
-            yield line, "name '{}' is not defined".format(name)
+            yield line, f"name '{name}' is not defined"
         elif isinstance(told, messages.UnusedVariable) and name in own | everywhere:
             yield line, '{} is a local variable here, and never used: {} is another one'.format(
                 name, 'self.' + name if name in own else 'the global ' + name)
         elif isinstance(told, messages.RedefinedWhileUnused):
             first = told.message_args[1]
             if {(line, name), (first, name)} <= plain:
-                yield line, '{} is defined a second time: that of line {} is never used'.format(
-                    name, first)
+                yield line, f'{name} is defined a second time: that of line {first} is never used'
 
 
 def _unused(tree: ast.Module) -> Iterator[Fault]:

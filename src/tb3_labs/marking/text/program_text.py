@@ -82,7 +82,7 @@ def _sent(nodes: List[ast.AST]) -> List[Optional[int]]:
             slopes.update({word.arg: int(bool(PIXEL.search(node.name))) or None
                            for word in node.args.args if Y_NAME.fullmatch(word.arg)})
         elif isinstance(node, ast.keyword):         # MouseController(yPos=...)
-            slopes['message.{}'.format(node.arg)] = _slope(node.value, slopes)
+            slopes[f'message.{node.arg}'] = _slope(node.value, slopes)
         elif isinstance(node, ast.AugAssign):
             slopes[_dotted(node.target)] = _slope(
                 ast.BinOp(node.target, node.op, node.value), slopes)

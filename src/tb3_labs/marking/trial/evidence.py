@@ -30,7 +30,7 @@ UNDEFINED = re.compile(r"name '\w+' is not defined")
 
 def remarks_on(seen: Observation) -> List[str]:
     """The sentences for the student that belong to no criterion."""
-    deaf = ['Note that {}.'.format(seen.deaf)] if seen.deaf else []
+    deaf = [f'Note that {seen.deaf}.'] if seen.deaf else []
     return seen.remarks + deaf + tracebacks_before_the_end(seen) + seen.gaps
 
 
@@ -73,18 +73,17 @@ def idle(scene: Scene) -> str:
     errors = errors_in(scene.seen, run)
     if errors:
         number = sum(errors_in(scene.seen, each).count(errors[0]) for each in scene.seen.runs)
-        return '{}, {}'.format(STOPPED, counted(errors[:1] * number)[0])
+        return f'{STOPPED}, {counted(errors[:1] * number)[0]}'
     if scene.odd:
-        return '{} of its commands were not finite numbers, such as {}'.format(
-            len(scene.odd), scene.odd[0])
+        return f'{len(scene.odd)} of its commands were not finite numbers, such as {scene.odd[0]}'
     if len(scene.moving):
-        return 'its last command on {} was zero'.format(CMD_VEL)
+        return f'its last command on {CMD_VEL} was zero'
     if len(scene.commands):
         number = len(scene.commands)
         if other_fields(scene):
-            return '{} in its commands on {}'.format(other_fields(scene), CMD_VEL)
-        return 'one command came on {}, a zero'.format(CMD_VEL) if number == 1 else \
-            '{} commands came on {}, all of them zero'.format(number, CMD_VEL)
+            return f'{other_fields(scene)} in its commands on {CMD_VEL}'
+        return f'one command came on {CMD_VEL}, a zero' if number == 1 else \
+            f'{number} commands came on {CMD_VEL}, all of them zero'
     return _silence(scene, run) + _printed(scene)
 
 
@@ -99,7 +98,7 @@ def other_fields(scene: Scene) -> str:
 def _silence(scene, run):
     kind = run.publishes.get('/' + CMD_VEL)
     if kind not in (None, TWIST):
-        return 'it publishes {} as {}, and the robot takes {} alone'.format(CMD_VEL, kind, TWIST)
+        return f'it publishes {CMD_VEL} as {kind}, and the robot takes {TWIST} alone'
     if other_topics(run, CMD_VEL):
         return other_topics(run, CMD_VEL)
     whole = np.array([time for time, _, _ in scene.seen.commands if run.begin <= time and (
@@ -107,18 +106,18 @@ def _silence(scene, run):
     if len(whole) > 2:      # else no rate is known
         return 'nothing came on {} for {:.1f} s (in this run a command every {:.2g} s)'.format(
             CMD_VEL, scene.end - scene.begin, float(np.median(np.diff(whole))))
-    return 'nothing came on {}'.format(CMD_VEL)
+    return f'nothing came on {CMD_VEL}'
 
 
 def other_topics(run: Run, topic: str) -> str:
     """A clause on the topics that a node publishes; '' if it has `topic`, or none is known."""
     return '' if not run.publishes or '/' + topic in run.publishes else \
-        'it does not publish {}, but {}'.format(topic, ' and '.join(sorted(run.publishes)))
+        f"it does not publish {topic}, but {' and '.join(sorted(run.publishes))}"
 
 
 def _printed(scene):
     printed = re.sub(r'^\w\r?\n', '', scene.printed)   # a terminal shows what was typed
-    return ', and it printed {}'.format(last_words(printed) if printed.strip() else 'nothing')
+    return f", and it printed {last_words(printed) if printed.strip() else 'nothing'}"
 
 
 def unprinted(scene: Scene) -> str:
@@ -126,10 +125,10 @@ def unprinted(scene: Scene) -> str:
     run = scene.run
     errors = errors_in(scene.seen, run)
     if errors:
-        return 'its callback failed: {}'.format(counted(errors)[0])
+        return f'its callback failed: {counted(errors)[0]}'
     if run.unconnected:
         return 'no message of {} reached it: does its type agree with that of the topic?'.format(
             ' and '.join(run.unconnected))
     if scene.printed.strip():
-        return 'it printed {}'.format(last_words(scene.printed))
+        return f'it printed {last_words(scene.printed)}'
     return 'it printed nothing'

@@ -51,7 +51,7 @@ def observed(run: RunData, places: Sequence[str] = ()) -> Observation:
     for each in seen.runs:
         text = each.printed = COLOUR.sub('', cleaned(each.printed))
         if len(text) > 2 * KEPT:
-            each.printed = '{}\n...\n{}'.format(text[:KEPT], text[-KEPT:])
+            each.printed = f'{text[:KEPT]}\n...\n{text[-KEPT:]}'
     seen.stimuli = [each for each in seen.stimuli if not math.isnan(each.end)]
     for stimulus in seen.stimuli:
         stimulus.printed = COLOUR.sub('', cleaned(stimulus.printed))
@@ -116,7 +116,7 @@ def _add_event(seen: Observation, kind: str, at: float, facts: Dict[str, Any]) -
     elif kind == 'stop':
         vars(seen.runs[-1]).update(facts, end=at)
     elif kind == 'unprinted':
-        _printed(seen, '\n... {} characters are left out here ...\n'.format(facts['characters']),
+        _printed(seen, f"\n... {facts['characters']} characters are left out here ...\n",
                  facts['lines'])
     elif kind == 'sender':
         seen.senders.append([facts['name'], facts['process']])

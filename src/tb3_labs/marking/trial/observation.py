@@ -96,7 +96,7 @@ class Run:
         if self.needed and not self.nodes:
             return 'it ran, but never came to rospy.init_node()'
         if '/' + self.needed in self.listens:
-            return 'it was not ready in time, though it listened to {}'.format(self.needed)
+            return f'it was not ready in time, though it listened to {self.needed}'
         others = [topic for topic in self.listens if topic not in self.unheard]
         return 'it ran, but never listened to {}{}'.format(
             self.needed or 'the robot',
@@ -168,8 +168,7 @@ class Observation:
         """A clause if the node listens to a topic that nobody publishes in place of a sensor, or
         ''."""
         topics = sorted({topic for run in self.runs for topic in run.unheard})
-        return 'it listens to {}, which nobody publishes'.format(
-            ' and '.join(topics)) if topics else ''
+        return f"it listens to {' and '.join(topics)}, which nobody publishes" if topics else ''
 
     def has(self, name: str) -> bool:
         """Was there a stimulus of this name?"""

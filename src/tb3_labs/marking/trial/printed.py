@@ -48,12 +48,12 @@ def _place(piece, file):
         return ' (was a callback given as self.f(), not as self.f?)' if (
             "'NoneType' object is not callable" in piece) else ''    # rospy calls what it was given
     _, line, function = own[-1]
-    return ' (line {}{})'.format(line, ', in ' + function if function.isidentifier() else '')
+    return f" (line {line}{', in ' + function if function.isidentifier() else ''})"
 
 
 def counted(errors: List[str]) -> List[str]:
     """Each exception once, in quotes, with its number if there are several of it."""
-    return ['{!r}{}'.format(error, ', {} times'.format(number) if number > 1 else '')
+    return [repr(error) if number == 1 else f'{error!r}, {number} times'
             for error, number in Counter(errors).items()]
 
 

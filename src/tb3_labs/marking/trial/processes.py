@@ -95,7 +95,7 @@ def sweep(identity: str) -> None:
     Programs that start others faster than they are found are stopped first, by whole groups: what
     is stopped starts nothing, and its places among the processes stay taken.
     """
-    mark = '{}={}'.format(IDENTITY, identity).encode()
+    mark = f'{IDENTITY}={identity}'.encode()
     looks = 0
     while looks < 2:        # a process that starts a program has no environment for a moment
         stopped: Set[int] = set()
@@ -124,7 +124,7 @@ def _stop_others(mark, stopped):
 
 def _has(pid, mark):
     try:
-        return mark in Path('/proc/{}/environ'.format(pid)).read_bytes().split(b'\0')
+        return mark in Path(f'/proc/{pid}/environ').read_bytes().split(b'\0')
     except OSError:
         return False
 
@@ -160,15 +160,15 @@ class ResourceWatch:
     def _excess(self):
         processes = _below(self._pid)
         if len(processes) > PROCESSES:
-            return 'more than {} processes'.format(PROCESSES)
+            return f'more than {PROCESSES} processes'
         if sum(map(_memory, processes)) > MEMORY and sum(map(_own_memory, processes)) > MEMORY:
-            return 'more than {:g} GB of memory'.format(MEMORY / 1e9)
+            return f'more than {MEMORY / 1e9:g} GB of memory'
         others = {self._others, *_below(self._others)} - {self._pid, *processes}
         if sum(map(_memory, others)) > OF_OTHERS:
             return 'more than {:g} MB of the memory of master, robot and check'.format(
                 OF_OTHERS / 1e6)
         if processes and sum(_used(processes[-1], own) for own in self._own) > OWN_DISK:
-            return 'files of more than {:g} MB'.format(OWN_DISK / 1e6)
+            return f'files of more than {OWN_DISK / 1e6:g} MB'
         return ''
 
 
@@ -176,7 +176,7 @@ def _below(pid):
     family = [pid]
     for parent in family:       # the list grows meanwhile
         with suppress(OSError):     # it has ended meanwhile
-            for thread in Path('/proc/{}/task'.format(parent)).iterdir():
+            for thread in Path(f'/proc/{parent}/task').iterdir():
                 family += map(int, (thread / 'children').read_text().split())
     return family[1:]
 
@@ -184,7 +184,7 @@ def _below(pid):
 def _memory(pid):
     """The memory of a process, without files [bytes]; with all shared pages."""
     try:
-        _, resident, shared, *_ = Path('/proc/{}/statm'.format(pid)).read_text().split()
+        _, resident, shared, *_ = Path(f'/proc/{pid}/statm').read_text().split()
     except OSError:
         return 0
     return (int(resident) - int(shared)) * os.sysconf('SC_PAGE_SIZE')
@@ -193,7 +193,7 @@ def _memory(pid):
 def _own_memory(pid):
     """The memory of a process [bytes]; with its part of shared pages. Slower."""
     try:
-        with open('/proc/{}/smaps_rollup'.format(pid)) as file:
+        with open(f'/proc/{pid}/smaps_rollup') as file:
             return 1024 * next(int(line.split()[1]) for line in file if line.startswith('Pss:'))
     except (OSError, StopIteration):
         return _memory(pid)
@@ -202,7 +202,7 @@ def _own_memory(pid):
 def _used(pid, folder):
     """The size of the files in a sandbox's own folder [bytes]; `pid`: a process in it."""
     try:
-        state = os.statvfs('/proc/{}/root{}'.format(pid, folder))
+        state = os.statvfs(f'/proc/{pid}/root{folder}')
     except OSError:
         return 0
     return (state.f_blocks - state.f_bfree) * state.f_frsize

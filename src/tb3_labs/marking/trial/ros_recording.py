@@ -228,7 +228,7 @@ class Recorder:
         """Record how many messages were left out."""
         for what, most in (('commands', MOST_COMMANDS), ('odd commands', MOST_ODD)):
             if self._number.get(what, 0) > most:
-                self.recording.event('left out', what='{} after the first {}'.format(what, most),
+                self.recording.event('left out', what=f'{what} after the first {most}',
                                      number=self._number[what] - most)
 
     @property

@@ -46,7 +46,7 @@ class Stage:
     def __init__(self, lab, package, executable, path, option, tell):
         """`path`: of the bag; `option`: the value of the lab's option. ``tell(words)`` is called
         with the present step."""
-        node = '{}/{}'.format(package, executable)
+        node = f'{package}/{executable}'
         self.recording = Recording(path)
         self.recording.event('trial', lab=lab, node=node)
         self.recorder = Recorder(self.recording)
@@ -59,7 +59,7 @@ class Stage:
     def stimulus(self, name, facts=None):
         """Record the node's behaviour within the ``with`` block as the stimulus `name`, with these
         `facts`, and those that the block adds."""
-        self._tell('{}: {}'.format(self.part, name))
+        self._tell(f'{self.part}: {name}')
         self.node.flush()
         record = SimpleNamespace(begin=self.recording.event('begin', name=name),
                                  facts=dict(facts or {}))
@@ -174,7 +174,7 @@ class Stage:
 
 def configure_robot(settings):
     """Change these settings of the robot: name -> value."""
-    rospy.ServiceProxy('/{}/set_parameters'.format(ROBOT), Reconfigure)(encode_config(settings))
+    rospy.ServiceProxy(f'/{ROBOT}/set_parameters', Reconfigure)(encode_config(settings))
 
 
 def changed(before, now):
@@ -191,7 +191,7 @@ class RobotSettings:
 
     def __init__(self, recording):
         self._recording, self._right, self._repairs = recording, {}, 0
-        subscribe('/{}/parameter_updates'.format(ROBOT), Values, self._on_settings, queue_size=None)
+        subscribe(f'/{ROBOT}/parameter_updates', Values, self._on_settings, queue_size=None)
 
     def change(self, **settings):
         """Change these settings."""
@@ -236,13 +236,12 @@ def try_out(lab, package, executable, parts, path, option, tell):
             if not parts or name in parts:
                 stage.part = name
                 stage.set_slip(0.0)
-                tell('{}: the node is started'.format(name))
+                tell(f'{name}: the node is started')
                 with suppress(NotOffered, NotTried):    # the rest of the part cannot be tried
                     act(stage)
     except Exception as problem:
         # a stimulus that was not tried must not look like a failure of the node
-        stage.recording.event('broken', text='{}: {}'.format(
-            type(problem).__name__, problem)[:LONGEST])
+        stage.recording.event('broken', text=f'{type(problem).__name__}: {problem}'[:LONGEST])
         raise
     finally:
         stage.node.stop()

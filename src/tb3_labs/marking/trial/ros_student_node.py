@@ -117,8 +117,7 @@ class StudentNode:
         if self._watch is not None:
             self._watch.over.set()
             if self._watch.exceeded:
-                self._output.add('\nThe marker ended it, since it used {}.\n'.format(
-                    self._watch.exceeded))
+                self._output.add(f'\nThe marker ended it, since it used {self._watch.exceeded}.\n')
         self._output.flush()
         self._recording.event('stop')
         self._process = None

@@ -83,6 +83,6 @@ def _imported(kind, what):
     package, _, name = kind.partition('/')
     try:
         return is_name(package) and is_name(name) and getattr(
-            importlib.import_module('{}.{}'.format(package, what)), name, None)
+            importlib.import_module(f'{package}.{what}'), name, None)
     except ImportError:
         return None

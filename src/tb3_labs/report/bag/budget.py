@@ -38,6 +38,6 @@ class Budget:
         """Take `amount` of `what`, a key of MOST_READ. Raises TooLarge."""
         self._left[what] -= amount
         if self._left[what] < 0:
-            raise TooLarge('it has more than {:,} {}'.format(MOST_READ[what], what))
+            raise TooLarge(f'it has more than {MOST_READ[what]:,} {what}')
         if what == 'records' and time.thread_time() > self._end:    # none of them takes long
-            raise TooLarge('to read it takes longer than {:g} s'.format(MOST_TIME))
+            raise TooLarge(f'to read it takes longer than {MOST_TIME:g} s')

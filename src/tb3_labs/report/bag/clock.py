@@ -102,7 +102,7 @@ def one_clock(collectors: Dict[str, Any]) -> Tuple[float, List[str]]:
         for each in filled:
             _correct(each, number[at], jump)
     if len(found) > MOST_SET:
-        raise ValueError('its clock was set more than {} times'.format(MOST_SET))
+        raise ValueError(f'its clock was set more than {MOST_SET} times')
     return float(arrival.max()), [
         'the clock was set {} by {}, {:.1f} s after the start; times go on without the jump'.format(
             'forward' if jump > 0.0 else 'back', _amount(abs(jump)), arrival[at])
@@ -163,6 +163,6 @@ def _correct(collector: Any, number: int, jump: float) -> None:
 
 def _amount(seconds: float) -> str:
     if seconds < 7200.0:
-        return '{:.1f} s'.format(seconds)
+        return f'{seconds:.1f} s'
     hours = seconds / 3600.0
-    return '{:.1f} h'.format(hours) if hours < 48.0 else '{:.0f} days'.format(hours / 24.0)
+    return f'{hours:.1f} h' if hours < 48.0 else f'{hours / 24.0:.0f} days'

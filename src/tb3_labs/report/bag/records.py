@@ -86,7 +86,7 @@ class Bag:
         except TooLarge as problem:
             self.problem = str(problem)
         except (ValueError, LookupError, struct.error, OSError):
-            self.problem = 'the file is damaged near byte {}'.format(self._file.tell())
+            self.problem = f'the file is damaged near byte {self._file.tell()}'
 
     def _records(self, source: BinaryIO,
                  is_wanted: Callable[[Connection], bool]) -> Iterator[Record]:
@@ -116,7 +116,7 @@ class Bag:
 
     def _read(self, source: BinaryIO, size: int, most: int = MOST_MESSAGE) -> bytes:
         if size > most:
-            raise ValueError('{} bytes in place of {} at most'.format(size, most))
+            raise ValueError(f'{size} bytes in place of {most} at most')
         self._budget.take('MiB', size / MIB)
         data = source.read(size)
         if len(data) < size:
@@ -163,7 +163,7 @@ def _other(first: bytes, path: str) -> str:
     begin = first.lstrip(b'\xef\xbb\xbf \t\r\n')
     for known, words, remedy in OTHERS:
         if begin.startswith(known):
-            return 'not a bag of ROS 1, but {}; {}'.format(words, remedy.format(quote(path)))
+            return f'not a bag of ROS 1, but {words}; {remedy.format(quote(path))}'
     return 'not a bag of version 2, since it does not begin with {}; give the file that rosbag ' \
         'record has written'.format(BAG_VERSION.decode())
 
@@ -182,7 +182,7 @@ def _unpacker(compression: bytes) -> Callable[[bytes], Iterator[bytes]]:
         import roslz4    # only for the bags that need it
         unpack = roslz4.LZ4Decompressor().decompress
         return lambda part: iter([unpack(part)])
-    raise ValueError('packed by {!r}'.format(compression))
+    raise ValueError(f'packed by {compression!r}')
 
 
 def _fields(data: bytes) -> Dict[bytes, bytes]:

@@ -54,9 +54,9 @@ def read_run(path, namespace=None, tell=lambda line: None):
         with open_bag(path) as file:
             return _read(Bag(file, path), path, namespace, tell)
     except BagProblem as problem:
-        raise BagProblem('{}: {}'.format(path, problem)) from None
+        raise BagProblem(f'{path}: {problem}') from None
     except FileNotFoundError:
-        raise BagProblem('{}: there is no such file'.format(path)) from None
+        raise BagProblem(f'{path}: there is no such file') from None
     except Exception as problem:        # a stranger's bytes may be anything
         raise BagProblem('{}: cannot be read ({}); is it a bag, and a whole one?'.format(
             path, ' '.join(str(getattr(problem, 'strerror', None) or problem).split()))) from None
@@ -78,7 +78,7 @@ def _sorted_out(bag):
         before, count = types.get(topic, (None, 0))
         types[topic] = before or made, count + number
         if made is None:
-            others.add('{} ({})'.format(topic, kind))
+            others.add(f'{topic} ({kind})')
         else:
             senders.setdefault(topic, set()).add(sender)
     return types, senders, sorted(others), records if left > 0 and not bag.problem else None
@@ -108,16 +108,16 @@ def _read(bag, path, namespace, tell):
                        for part, topic in topics.items()}, collectors['sent'], names, limits)
     for part in ('imu', 'odometry'):
         if not len(collectors[part].arrival):
-            raise _missing('not one good message on {} (bad quaternions?)'.format(topics[part]),
+            raise _missing(f'not one good message on {topics[part]} (bad quaternions?)',
                            problem, types)
     duration, set_at = one_clock(collectors)
-    notes = ['{}: the report ends at {:.1f} s'.format(problem, duration)] if problem else []
+    notes = [f'{problem}: the report ends at {duration:.1f} s'] if problem else []
     notes += set_at + [
         '{} has more than {} messages: the later ones are left out'.format(
             topic, len(collectors[part].arrival))
         for part, topic in topics.items() if collectors[part].is_full]
     for note in notes:
-        tell('{}: {}'.format(path, note))
+        tell(f'{path}: {note}')
     absolute = {_absolute(topic) for topic in types}
     return RunData(str(path), start, duration, topics=topics, notes=tuple(notes),
                    senders=tuple(names), devices=tuple(
@@ -129,7 +129,7 @@ def _read(bag, path, namespace, tell):
 def _missing(words, problem, types):
     """Returns the BagProblem `words`; a `problem`, for which not all was read, comes first."""
     return BagProblem(words if not problem else 'was not read: ' + problem if not types else
-                      'was not read to its end: {}; until there: {}'.format(problem, words))
+                      f'was not read to its end: {problem}; until there: {words}')
 
 
 def _collect(bag, records, of_topic, sent, names, limits):
@@ -171,7 +171,7 @@ def choose_topics(types, namespace):
 
     `types` is {topic: (class or None, number of messages)}. Raises BagProblem.
     """
-    prefix = None if namespace is None else '/{}/'.format(namespace.strip('/')).replace('//', '/')
+    prefix = None if namespace is None else f"/{namespace.strip('/')}/".replace('//', '/')
     topics = {'imu': _by_type(types, Imu, 'imu', prefix),
               'odometry': _by_type(types, Odometry, 'odom', prefix)}
     prefix = prefix or parent(topics['odometry'])

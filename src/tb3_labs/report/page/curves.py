@@ -71,7 +71,7 @@ def mark_line(data: Dict[str, Any]) -> Iterator[str]:
         yield MARK.format(kind=each['kind'], title=escape(each['text']), begin=each['begin'],
                           top=ROW * rows.index(each['kind']), x=each['begin'] / duration,
                           width=(each['end'] - each['begin']) / duration)
-    yield '<div style="height:{}px"></div>'.format(ROW * len(rows))
+    yield f'<div style="height:{ROW * len(rows)}px"></div>'
 
 
 def curves(data: Dict[str, Any]) -> Iterator[str]:
@@ -92,11 +92,11 @@ def variable_curves(data: Dict[str, Any]) -> Iterator[str]:
     """The HTML of each figure of the node's variables."""
     for number, figure in enumerate(data['figures']):
         is_heading = figure.reference.startswith('heading')
-        names = ['<b class="{}">{}</b>'.format(kind, escape(name)) for kind, name in zip(
+        names = [f'<b class="{kind}">{escape(name)}</b>' for kind, name in zip(
             VARIABLES, figure.names)]
         if figure.reference:
-            names.append('<b class="measured">{}</b>'.format(escape(figure.reference)))
-        yield _curve(data, 'variable-{}'.format(number), ', '.join(names), [
+            names.append(f'<b class="measured">{escape(figure.reference)}</b>')
+        yield _curve(data, f'variable-{number}', ', '.join(names), [
             ('measured', figure.measured), *zip(VARIABLES, figure.lines)],
             10.0 * is_heading, figure.levels, ANGLE_STEPS if is_heading else STEPS)
 
@@ -135,9 +135,9 @@ def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[
     grid = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
     return CURVE.format(
         name=name, caption=caption, top=-high, height=high - low, duration=data['duration'],
-        lines=''.join('\n<path class="{}" d="{}"/>'.format(kind, _path(*line))
+        lines=''.join(f'\n<path class="{kind}" d="{_path(*line)}"/>'
                       for kind, line in lines),
-        grid=''.join('M0 {:.4f}H{}'.format(-value, data['duration']) for value in grid),
+        grid=''.join(f"M0 {-value:.4f}H{data['duration']}" for value in grid),
         labels=''.join('<i style="top:{:.1f}%"{}>{}</i>'.format(
             100.0 * (high - value) / (high - low), ' class="level"' if levels else '',
             escape(levels[round(value)]) if levels else '{:g}'.format(round(value, 3) + 0.0))
@@ -147,5 +147,5 @@ def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[
 def _path(points: Sequence[Tuple[float, float]], breaks: Sequence[int]) -> str:
     """A line as the path of an SVG picture."""
     begins = {0, *breaks}
-    return ''.join('{}{} {:g}'.format('M' if k in begins else 'L', at, -value)
+    return ''.join(f"{'M' if k in begins else 'L'}{at} {-value:g}"
                    for k, (at, value) in enumerate(points))

@@ -88,7 +88,7 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
         remaining = abs(turn.asked) - sign * (yaw - np.interp(turn.begin, imu.time, yaw))
         colour, style = STYLES[number % len(STYLES)]
         looks: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
-        name = '{}: {:+.0f} deg'.format(number + 1, math.degrees(turn.asked))
+        name = f'{number + 1}: {math.degrees(turn.asked):+.0f} deg'
         left.plot(imu.time - turn.begin, np.degrees(remaining),
                   label=name if number < first + MOST_NAMES else None, **looks)
         rate.plot(imu.time - turn.begin, sign * imu.yaw_rate, **looks)
@@ -114,7 +114,7 @@ def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     for number, epoch in enumerate(frames[:MOST_DRAWN]):
         colour, _ = STYLES[number % len(STYLES)]
         _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
-        name = 'path after reset {}'.format(number) if number else 'path'
+        name = f'path after reset {number}' if number else 'path'
         looks = dict(color=colour, linestyle=style, linewidth=1.6,
                      label=name if number <= MOST_NAMED else None)
         draw_path(in_odom, run.odometry.between(epoch.begin, epoch.end), **looks)
@@ -129,7 +129,7 @@ def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     goals = [(drive, drive.goal) for drive in driven if drive.goal]
     _ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
     _ends(in_local, local, [goal for _, goal in goals])
-    shown = [(epoch.odom_T_local, ', reset {}'.format(number) if number else '')
+    shown = [(epoch.odom_T_local, f', reset {number}' if number else '')
              for number, epoch in enumerate(frames[:MOST_DRAWN])]
     size = _same_scale((in_odom, [pose for pose, _ in shown]),
                        (in_local, [pose.inverse() for pose, _ in shown]))

@@ -63,19 +63,19 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
     ``OSError`` if nothing can be written, ``ValueError`` if there is no such turn."""
     driven, turned = drives(run, model), turns(run)
     if turn > len(turned):
-        raise ValueError('--turn {}: {} has {} turns'.format(turn, run.name, len(turned)))
+        raise ValueError(f'--turn {turn}: {run.name} has {len(turned)} turns')
     folder = output_folder(folder)
     name = Path(run.name).name
     *files, angles_png, ways_png = (folder / each for each in (
         'report.html', 'run.csv', 'turns.csv', 'drives.csv',
-        'turn_{}.png'.format(turn) if turn else 'turns.png', 'paths.png'))
+        f'turn_{turn}.png' if turn else 'turns.png', 'paths.png'))
     write_csv(run, files[1])
     tables.write_reports(folder, name, turned, driven)
     has_path = run.odometry.length >= SHORTEST_PATH
     angles = write_figure(figures.turns(run, turn), angles_png)
     ways = write_figure(figures.paths(run, driven) if has_path else None, ways_png)
     files += [path for path, figure in ((angles_png, angles), (ways_png, ways)) if figure]
-    parts = ['<p>{}</p>'.format(escape(text)) for text in [
+    parts = [f'<p>{escape(text)}</p>' for text in [
         *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]]
     parts += [mistake.said_by_node(run), timeline.section(timeline.timeline(
         run, model, moments(run, turned, driven))), *mistake.sections(run)]
@@ -89,7 +89,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
     if driven:
         parts += ['<div class="next"></div>',
                   _part('Along the way', tables.ALONG, driven, tables.NOTE)]
-    parts.append('<p>Beside this page: {}.</p>'.format(', '.join(path.name for path in files[1:])))
+    parts.append(f"<p>Beside this page: {', '.join((path.name for path in files[1:]))}.</p>")
     write_output(files[0], document('Run report: ' + name, parts))
     return files
 

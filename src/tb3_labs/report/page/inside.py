@@ -96,7 +96,7 @@ def texts(run: RunData) -> List[List[Any]]:
         some = changes(each)
         some = some[::1 + len(some) // MOST_POINTS]
         rows.append([each.name, np.round(each.time[some], 3).tolist(), [
-            '{:.5g}'.format(number) if '.' in text and not math.isnan(number) else text
+            f'{number:.5g}' if '.' in text and not math.isnan(number) else text
             for text, number in zip(each.text[some], each.value[some])]])
     return rows
 
@@ -152,7 +152,7 @@ def line(time: np.ndarray, values: np.ndarray, turn: float = math.inf) -> Line:
         if len(kept) <= MOST_POINTS or len(kept) <= 2 * len(breaks) + 2:
             break
         bound *= 2.0
-    points = [(round(float(time[k]), 3), float('{:.6g}'.format(values[k])))
+    points = [(round(float(time[k]), 3), float(f'{values[k]:.6g}'))
               for k in kept][:MOST_POINTS]
     return points, [int(np.searchsorted(kept, k)) for k in breaks]
 

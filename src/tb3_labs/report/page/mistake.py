@@ -29,7 +29,7 @@ def said_by_node(run: RunData) -> str:
     for time, text in zip(log.time, log.texts):
         if any(word in text for word in RAISED):
             at = LINE_NUMBER.findall(text)
-            words = text.strip().splitlines()[-1] + (' (line {})'.format(at[-1]) if at else '')
+            words = text.strip().splitlines()[-1] + (f' (line {at[-1]})' if at else '')
             errors.setdefault(words, []).append(float(time))
     parts = [SAID.format(escape('An exception came {}: {}.'.format(
         'once' if len(times) == 1 else '{} times'.format(len(times)), words[:LONGEST_ERROR])),
@@ -44,7 +44,7 @@ def said_by_node(run: RunData) -> str:
 
 def sections(run: RunData) -> List[str]:
     """HTML of the first broken link of each node whose variables were recorded."""
-    return [section((link, broken), '{}: {}'.format(node, sentence(broken)))
+    return [section((link, broken), f'{node}: {sentence(broken)}')
             for node, link, broken in found_in(run)]
 
 

@@ -26,17 +26,17 @@ def moments(run: RunData, turned: Sequence[TurnReport],
         parts_of(run, movement) if movement.kind is Kind.BY_HAND else [
             (movement.begin, movement.end)]) if not any(
         movement.begin < each['end'] and each['begin'] < movement.end for each in found)]
-    found += [mark('reset', epoch.begin, 'reset {} of local'.format(k))
+    found += [mark('reset', epoch.begin, f'reset {k} of local')
               for k, epoch in enumerate(epochs(run)[1:], 1)]
     found += [mark('stop', span.begin, span.state) for span in spans(run) if ':' in span.state]
     given = run.control.value > 0.5
     found += [mark('start' if given[k] else 'stop', run.control.time[k],
-                   'control {} the node'.format('given to' if given[k] else 'taken from'))
+                   f"control {'given to' if given[k] else 'taken from'} the node")
               for k in np.flatnonzero(np.diff(given, prepend=~given[:1]))]
     for name, samples in (('imu', run.imu), ('odometry', run.odometry)):
         for k in np.flatnonzero(np.diff(samples.time) > GAP):
             begin, end = samples.time[k:k + 2]
-            found.append(mark('lost', begin, '{} silent for {:.1f} s'.format(name, end - begin),
+            found.append(mark('lost', begin, f'{name} silent for {end - begin:.1f} s',
                               end))
     return found
 

@@ -87,7 +87,7 @@ def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> st
         [str(count)] + [number(column.value(report), column.form) if column.form else
                         column.value(report) for column in columns]
         for count, report in enumerate(reports[:MOST_ROWS], 1)], words=('outcome',)) + (
-            '<p>{}s.csv has {} more.</p>'.format(word, more) if more > 0 else '')
+            f'<p>{word}s.csv has {more} more.</p>' if more > 0 else '')
 
 
 def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],

@@ -129,17 +129,17 @@ def mark(kind: str, begin: float, text: str, end: Optional[float] = None) -> Mar
 def _lines(log: LogLines) -> List[List[Any]]:
     """[time, level, text] of the log lines; the text begins with the node's name. A line that is
     repeated stands once."""
-    said = [(level, '{}: {}'.format(node.lstrip('/'), text)[:LONGEST_TEXT], at)
+    said = [(level, f"{node.lstrip('/')}: {text}"[:LONGEST_TEXT], at)
             for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
             if node.rpartition('/')[2] != RECORDER]
     rows: List[List[Any]] = []
     for (level, text), group in groupby(said, key=lambda line: line[:2]):
         times = [at for *_, at in group]
         rows.append([round(float(times[0]), 3), str(level),
-                     text + (' ({} times)'.format(len(times)) if len(times) > 1 else '')])
+                     text + (f' ({len(times)} times)' if len(times) > 1 else '')])
     first, last = rows[:MOST_LINES // 2], rows[MOST_LINES // 2:][-MOST_LINES // 2:]
     left_out = len(rows) - len(first) - len(last)
-    return first + [[first[-1][0], '', '({} lines are left out)'.format(left_out)]
+    return first + [[first[-1][0], '', f'({left_out} lines are left out)']
                     for _ in range(left_out > 0)] + last
 
 

@@ -141,9 +141,9 @@ class Node:
             try:
                 if type(value) in HIDDEN or name.startswith('__'):
                     continue
-                name = name.replace('_{}__'.format(owner.lstrip('_')), '__')    # a private one
+                name = name.replace(f"_{owner.lstrip('_')}__", '__')    # a private one
                 for path, text in self._texts(name, value, known):
-                    path = path if path not in found else '{}.{}'.format(owner, path)
+                    path = path if path not in found else f'{owner}.{path}'
                     if len(found) < MOST_SHOWN:
                         found.setdefault(sendable(path), text)
             except Exception:       # a value that is unlike all others hides no other one
@@ -167,7 +167,7 @@ class Node:
         elif kind in (list, tuple) and len(value) <= MOST_NUMBERS:
             for k, each in enumerate(list(value)):
                 if type(each) in (bool, int, float):
-                    yield from self._texts('{}[{}]'.format(name, k), each, known)
+                    yield from self._texts(f'{name}[{k}]', each, known)
         elif depth < DEEPEST:
             parts = {}
             if module.startswith('geometry_msgs.msg'):
@@ -180,7 +180,7 @@ class Node:
             elif kind is dict and len(value) <= MOST_NUMBERS:
                 parts = {part: each for part, each in list(value.items()) if type(part) is str}
             for part, each in parts.items():
-                yield from self._texts('{}.{}'.format(name, part), each, known, depth + 1)
+                yield from self._texts(f'{name}.{part}', each, known, depth + 1)
 
 
 def module_of(kind):
