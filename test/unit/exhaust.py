@@ -58,9 +58,9 @@ CASTS = {
     'a cancelled goal': Cast(Labs, 'every goal.*|a goal is sent|.* for 1.95 s.*|the program ends|2.15 s pass',
                              ('a new terminal says True', 'a program begins to repeat a goal', '0.26 s pass'), 4),
     'a sleep': Cast(Labs, '.* is stopped.* requests.*|.* sent|.* True|the pose.*|2.15 s pass', depth=3),
-    'a pad': Cast(OnePad, '.* pad 0.*|.* is stopped .*|a .* (True|False)|move_to_goal is k.*|.*goal is.*|the pose.*'
-                  '|(0.06|0.29|0.31|0.52|2.15) s pass'),
-    'a pad that gave': Cast(OnePad, '.* pad 0.*|.* is stopped .*|.* terminal .*'
+    'a pad': Cast(OnePad, '.* pad 0.*|.* is stopped .* requests.*|a .* (True|False)|move_to_goal is k.*|.*goal is.*'
+                  '|the pose.*|(0.06|0.29|0.31|0.52|2.15) s pass'),
+    'a pad that gave': Cast(OnePad, '.* pad 0.*|.* is stopped .* sensors.*|.* terminal .*'
                             '|(0.06|0.26|0.29|0.31|0.52|2.15) s pass', GAVE),
     'a late pad': Cast(OnePad, 'the (net|stick).*|[ABY] of.*|(0.31|2.15) s pass', depth=3),
     'restarts': Cast(OnePad, 'move_to_goal is .*d started.*|[AB] of.*|the node.*|2.15 s pass', depth=3),
