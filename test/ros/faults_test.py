@@ -144,15 +144,6 @@ class FaultsTest(DriveCase):
         self.let_pass(1.0)
         self.assertEqual(self.seen.all('cmd_vel'), [])
 
-    def test_a_silent_imu_in_a_turn(self):
-        node = self.turn()
-        self.set(imu_silent=True)
-        self.stop_since(self.silence_of('imu'), SILENCE, 'imu silent in a turn')
-        node.wait_for('Stopped: no imu')
-        self.set(imu_silent=False)
-        node.wait_for('Going on')
-        node.wait_for('Turned 1')        # 179 or 180
-
     def test_the_gyro_lies(self):
         for executable, begin in ((MOVER, self.drive), (TURNER, self.turn)):
             begin()

@@ -136,16 +136,6 @@ class GamepadTest(WithThumb, DriveCase):
         self.thumb.sticks(0.0, 0.0)
         self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad')
 
-    def test_a_y_that_a_node_finds_when_it_wakes_does_not_count(self):
-        self.press_y()
-        resets = self.said('Pose reset successfully.')
-        self.pad.send(signal.SIGSTOP)
-        self.let_pass(1.2)
-        self.thumb.press(Y)
-        self.pad.send(signal.SIGCONT)
-        self.seen.wait_until(lambda: self.said('Y does not count'), 5.0, 'the line')
-        self.assertEqual(self.said('Pose reset successfully.'), resets)
-
     def test_a_late_joiner_learns_who_holds_the_robot(self):
         self.thumb.press(A)
         self.seen.wait_for('control_holder', lambda holder: holder == 'move_to_goal')

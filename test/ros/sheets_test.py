@@ -37,8 +37,7 @@ else source ~/tb3_labs/scripts/setup.sh; fi
 #: A command that changes what PROFILE gives.
 NEW_PROFILE = re.compile('catkin_make|setup')
 #: A command that starts a simulated robot, and how that robot gets a faster clock.
-ROBOT = re.compile(r'^((?:roslaunch .*(?:sim:=true|(fake_robot)\.launch)|\./scripts/demo\.sh).*?)(\s+#.*)?$',
-                   re.MULTILINE)
+ROBOT = re.compile(r'^(roslaunch .*(?:sim:=true|(fake_robot)\.launch).*?)(\s+#.*)?$', re.MULTILINE)
 #: Settings of that robot for it; the first one is not the robot's own, but all nodes'.
 FASTER = '{{/use_sim_time: true, imu_rate: 50, speed: {}'
 #: Pace of simulated time in the suite: a faster robot costs more while it waits for the next

@@ -56,11 +56,10 @@ class Stage(contextlib.ExitStack):
         self.callback(self.nodes[name].kill)
         return self.nodes[name]
 
-    def start_all(self, order, apart, has_control, wait=rospy.rostime.wallsleep):
-        """Start the nodes in this order, so far apart [s]; returns when all are connected."""
-        for name in order:
+    def start_all(self, names, has_control):
+        """Start the nodes at once; returns when all are connected."""
+        for name in names:
             self.start(name, *['_has_control:=true'] * (has_control and name == 'move_to_goal'))
-            wait(apart)
         if not wait_until(self._all_are_there, STARTING):
             raise RuntimeError('not all nodes start')
 

@@ -5,7 +5,7 @@ import unittest
 
 import rospy
 from geometry_msgs.msg import PoseStamped
-from std_msgs.msg import Bool, Float64
+from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
 from node_case import STARTING, Program
@@ -31,15 +31,14 @@ class StartsTest(unittest.TestCase):
             lambda: name in dict(rospy.get_published_topics()), STARTING, 0.01), name)
 
     def test_all_at_once(self):
-        """Beside a controller; test/benchmark/starts.py tries every order."""
         stage = self.stage()
-        stage.start_all(('controller', 'panel', 'gamepad', 'move_to_goal', 'turtlebot3'), 0.0, True)
+        stage.start_all(('controller', 'panel', 'gamepad', 'move_to_goal', 'turtlebot3'), True)
         self.assertEqual(stage.outcome('drives'), 'drives')
 
     def test_a_pad_that_starts_late_says_nothing_and_its_b_takes(self):
         """Its node is stopped while it registers, so that it connects late."""
         stage = self.stage()
-        stage.start_all(('turtlebot3', 'move_to_goal'), 0.0, True)
+        stage.start_all(('turtlebot3', 'move_to_goal'), True)
         pad = stage.start('gamepad')
         self.wait_for_topic(stage.name + '/control_holder')
         pad.send(signal.SIGSTOP)
@@ -62,7 +61,7 @@ class StartsTest(unittest.TestCase):
         repeater = Program(['rostopic', 'pub', '-r', '5', words, 'std_msgs/Bool', 'true'])
         self.addCleanup(repeater.kill)
         self.wait_for_topic(words)
-        stage.start_all(('turtlebot3', 'move_to_goal'), 0.0, False)
+        stage.start_all(('turtlebot3', 'move_to_goal'), False)
         stage.nodes['move_to_goal'].wait_for('before this node could hear it')
         self.assertEqual(stage.outcome('stands'), 'stands')
         person = rospy.Publisher(words, Bool, queue_size=5)
@@ -74,27 +73,12 @@ class StartsTest(unittest.TestCase):
         stage.start('move_to_goal').wait_for('before this node could hear it')
         self.assertEqual(stage.outcome('stands'), 'stands')
 
-    def test_a_turn_that_is_only_repeated_turns_no_controller_that_starts_anew(self):
-        stage = self.stage()
-        turns = stage.name + '/turn'
-        repeater = Program(['rostopic', 'pub', '-r', '5', turns, 'std_msgs/Float64', '90'])
-        self.addCleanup(repeater.kill)
-        self.wait_for_topic(turns)
-        stage.start_all(('turtlebot3', 'controller'), 0.0, False)
-        stage.nodes['controller'].wait_for('only repeats an earlier one')
-        self.assertEqual(stage.outcome('stands'), 'stands')
-        self.assertEqual(stage.nodes['controller'].text.count('only repeats an earlier one'), 1)
-        person = rospy.Publisher(turns, Float64, queue_size=5)
-        self.assertTrue(wait_until(lambda: heard_by(person), STARTING))
-        person.publish(90.0)
-        stage.nodes['controller'].wait_for('Turning 90 degrees')
-
     def test_two_robots_on_one_master_share_neither_a_reset_nor_a_drive_nor_a_frame(self):
         one, other = stages = self.stage(), self.stage()
         for stage in stages:
             stage.local = stage.name + '/local_pose'
             stage.seen.watch(stage.local, PoseStamped, lambda message: to_pose2(message.pose))
-            stage.start_all(('turtlebot3', 'gamepad', 'move_to_goal'), 0.0, False)
+            stage.start_all(('turtlebot3', 'gamepad', 'move_to_goal'), False)
             stage.seen.wait_for(stage.local, seconds=STARTING)
         for topic in '/tf', '/tf_static':    # heard by a node that comes later
             one.seen.watch(topic, TFMessage, lambda message: {

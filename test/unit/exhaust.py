@@ -58,9 +58,9 @@ CASTS = {
     'a cancelled goal': Cast(Labs, 'every goal.*|a goal is sent|.* for 1.95 s.*|the program ends|2.15 s pass',
                              ('a new terminal says True', 'a program begins to repeat a goal', '0.26 s pass'), 4),
     'a sleep': Cast(Labs, '.* is stopped.* requests.*|.* sent|.* True|the pose.*|2.15 s pass', depth=3),
-    'a pad': Cast(OnePad, '.* pad 0.*|.* is stopped .*|a .* (True|False)|move_to_goal is k.*|.*goal is.*|the pose.*'
-                  '|(0.06|0.29|0.31|0.52|2.15) s pass'),
-    'a pad that gave': Cast(OnePad, '.* pad 0.*|.* is stopped .*|.* terminal .*'
+    'a pad': Cast(OnePad, '.* pad 0.*|.* is stopped .* requests.*|a .* (True|False)|move_to_goal is k.*|.*goal is.*'
+                  '|the pose.*|(0.06|0.29|0.31|0.52|2.15) s pass'),
+    'a pad that gave': Cast(OnePad, '.* pad 0.*|.* is stopped .* sensors.*|.* terminal .*'
                             '|(0.06|0.26|0.29|0.31|0.52|2.15) s pass', GAVE),
     'a late pad': Cast(OnePad, 'the (net|stick).*|[ABY] of.*|(0.31|2.15) s pass', depth=3),
     'restarts': Cast(OnePad, 'move_to_goal is .*d started.*|[AB] of.*|the node.*|2.15 s pass', depth=3),
@@ -72,9 +72,11 @@ CASTS = {
     'a page that drives': Cast(Pages, '.*', ('page a is pushed',), 3),
     'a late page': Cast(Pages, r'.*holds up page a.*|page a.*|STOP|(0.06|0.31) s pass', depth=5),
     'a mouse and turns': Cast(MouseAndTurns, '.*'),
-    'a turn': Cast(MouseAndTurns, '.*', ('a turn is asked for',)),
+    'a turn': Cast(MouseAndTurns, '.*', ('the mouse is activated', '0.31 s pass', 'a turn is asked for')),
+    'a mouse and a sleep': Cast(MouseAndTurns, r'the mouse .*|.* for 1.1 s.* requests.*|(0.31|0.95) s pass',
+                                ('the mouse moves to the edge',), 4),
     'two mice': Cast(TwoMice, r'the (mouse|page) .*|.* for (1.1|2.15) s.*|(0.24|0.31|2.15) s pass',
-                     ('the mouse is activated', 'the mouse moves to the edge')),
+                     ('the mouse moves to the edge', 'the page is activated', '0.31 s pass'), 3),
     'late turns': Cast(LateTurns, 'the robot.*|a turn.*|controller is k.*|.* pass', ('the robot is switched on',), 3),
 }
 

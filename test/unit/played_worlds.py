@@ -330,7 +330,8 @@ class MouseAndTurns(World):
     """controller, a mouse, and persons who ask for turns."""
 
     EDGES = {'mouse': 1.0}       # by the names of the mice
-    EVENTS = WAITING + sleeping('controller', 0) + [
+    UNDER_WAY = (0.31, 0.95, 2.15)
+    EVENTS = WAITING + [('0.95 s pass', 'let_pass', 0.95)] + sleeping('controller', 0) + [
         ('a turn is asked for', 'turn'), ('rostopic pub -r begins to ask for turns, or ends', 'repeat'),
         ('controller is killed and started', 'start')] + held_up('the mouse', 0, 'mouse') + [
         ('the {} {}'.format(name, words), 'set', name, what, value)
@@ -402,4 +403,4 @@ class LateTurns(MouseAndTurns):
     """A robot that comes late, and turns."""
 
     ROBOT_IS_ON, SENDS_WHEELS = False, True
-    EVENTS = SWITCHING + MouseAndTurns.EVENTS[len(WAITING):]
+    EVENTS = SWITCHING + MouseAndTurns.EVENTS[len(WAITING) + 1:]

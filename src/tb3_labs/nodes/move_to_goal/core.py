@@ -296,10 +296,9 @@ class MoveToGoalCore:
         machine, problem = self._machine, self._sensors.problem(now) or self._contradiction()
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
-            machine.state, machine.goal,
-            machine.law.distance_tolerance, machine.attempt, machine.begun,
-            machine.active and not failure, failure, self._sensors.hold_reason, self.has_control,
-            problem)
+            machine.state, machine.goal, machine.law.distance_tolerance, machine.attempt,
+            machine.begun, machine.active and not failure, failure, self._sensors.hold_reason,
+            self.has_control, problem)
 
     def idle_for(self, now: float) -> float:
         if self._localizer.has_resets:
