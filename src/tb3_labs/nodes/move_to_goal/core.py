@@ -130,8 +130,8 @@ class MoveToGoalCore:
             self._rivals.clear()
         elif now - self._rivals.setdefault(sender, now) > RIVAL:
             self._rivals[sender] = math.inf    # it is told once
-            self._news.tell('{} drives the robot, too: stop one of the two (False on ctrl_relinq '
-                            'stops this one)'.format(sender or 'another program'), warning=True)
+            self._news.tell(f'{sender or "another program"} drives the robot, too: stop one of the '
+                            'two (False on ctrl_relinq stops this one)', warning=True)
 
     def set_law(self, law: PreciseLaw) -> None:
         """Drive by another law from now on; a present drive begins again."""
@@ -187,7 +187,7 @@ class MoveToGoalCore:
         if doubt:
             reset.problem = doubt + ': ask again'
         elif problem:
-            reset.problem = '{}: is the robot running?'.format(problem)
+            reset.problem = f'{problem}: is the robot running?'
         else:
             self._localizer.on_reset(reset, now, self._response.sample_delay)
 
@@ -319,8 +319,8 @@ class MoveToGoalCore:
         if sensors.sight is Sight.BACK_SOON:
             self._machine.interrupt()
         elif sensors.sight is Sight.LATE and self._permission.stands and self._machine.active:
-            self._machine.give_up('{} for {:.1f} s'.format(
-                sensors.hold_reason or 'sensors were silent', sensors.silent_for))
+            self._machine.give_up(f'{sensors.hold_reason or "sensors were silent"} for '
+                                  f'{sensors.silent_for:.1f} s')
 
     def _look_at_readings(self, now: float) -> None:
         """Give up if a sensor repeats a reading that the last command must have changed."""
@@ -351,8 +351,7 @@ class MoveToGoalCore:
         """Give up a drive in which a sensor jumped; begin it again after a reset."""
         for jump in self._localizer.take_jumps():
             if jump.outcome:
-                self._news.tell('{}: {}'.format(jump.text[0].upper() + jump.text[1:], jump.outcome),
-                                warning=True)
+                self._news.tell(f'{jump.text[0].upper()}{jump.text[1:]}: {jump.outcome}', True)
             if self._localizer.is_lost and self._machine.active:
                 self._machine.give_up(POSE_LOST)
             elif self._permission.stands and self._machine.begun and self._machine.active:

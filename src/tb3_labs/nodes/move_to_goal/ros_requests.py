@@ -219,11 +219,7 @@ def to_asked_pose(header, pose):
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM, frame(ODOM))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):
-        raise ValueError('frame {} is not valid: local, odom, or map (or none), which means local'
-                         .format(quoted(name)))
+        name = name if len(name) <= LONGEST_QUOTE else name[:LONGEST_QUOTE] + '...'
+        raise ValueError(
+            f'frame {name!r} is not valid: local, odom, or map (or none), which means local')
     return AskedPose(to_pose2(pose), in_odom)
-
-
-def quoted(text):
-    """A stranger's text for the log: in quotes, short, and on a terminal without effect."""
-    return repr(text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + '...')
