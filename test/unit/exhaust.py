@@ -105,10 +105,10 @@ def listens(world):
 
 
 #: Attributes that change with each step, and on which no decision depends.
-IRRELEVANT = {'accepted', '_last_driver', 'count', 'doubts', 'dropped', 'attempt', 'drives', 'tremble',
+IRRELEVANT = {'accepted', '_last_driver', 'count', 'doubts', 'attempt', 'drives', 'tremble',
               'law', '_law', '_localizer',
-              'repeated_for', '_odometry_turned', '_pace', '_stalls', '_settling', '_time', '_ended',
-              '_is_new', 'reading', '_longest_gap', '_config', '_model', '_sent', '_shown',
+              'repeated_for', '_pace', '_stalls', '_settling', '_time', '_ended',
+              '_is_new', 'reading', '_config', '_model', '_sent', '_shown',
               '_tries_left', '_interrupted', 'begun', 'state', '_heading', '_asked', '_asked_by',
               '_last', '_read', 'world', '_news', '_told_holder', '_said_at', 'before', 'came_after_loss',
               '_heard_for', '_candidates',

@@ -162,24 +162,22 @@ class Resets:
         return response
 
     def _on_set_pose(self, request):
-        try:
-            self._reset_to(request.pose)
-        except ValueError as problem:
-            raise rospy.ServiceException(self._refused(problem)) from None
+        problem = self._on_initialpose(request.pose)
+        if problem:
+            raise rospy.ServiceException(problem)
         return SetInitialPoseResponse()
 
     def _on_initialpose(self, stamped):
+        """Returns the reason of a refusal, or None."""
         try:
-            self._reset_to(stamped)
+            self._reset(to_asked_pose(stamped.header, stamped.pose.pose))
         except ValueError as problem:
-            self._refused(problem)
+            return self._refused(problem)
+        return None
 
     def _refused(self, problem):
         self._complaints.warn(REFUSED, problem)
         return str(problem)
-
-    def _reset_to(self, stamped):
-        self._reset(to_asked_pose(stamped.header, stamped.pose.pose))
 
     def _reset(self, asked):
         """Reset to an AskedPose. Returns the localizer.Reset; ``ValueError`` if it is refused, or
