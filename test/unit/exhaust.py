@@ -108,7 +108,7 @@ def listens(world):
 IRRELEVANT = {'accepted', '_last_driver', 'count', 'doubts', 'attempt', 'drives', 'tremble',
               'law', '_law', '_localizer',
               'repeated_for', '_pace', '_stalls', '_settling', '_time', '_ended',
-              '_is_new', 'reading', '_config', '_model', '_sent', '_shown',
+              '_is_new', 'reading', '_config', '_model', '_sent',
               '_tries_left', '_interrupted', 'begun', 'state', '_heading', '_asked', '_asked_by',
               '_last', '_read', 'world', '_news', '_told_holder', '_said_at', 'before', 'came_after_loss',
               '_heard_for', '_candidates',

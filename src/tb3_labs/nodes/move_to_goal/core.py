@@ -7,7 +7,7 @@ Units: seconds on the receiver's clock (`now`), metres, radians; poses in the lo
 """
 import math
 from dataclasses import dataclass
-from typing import Dict, Optional, Sequence, Tuple
+from typing import Dict, Optional, Sequence
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.commands import LONGEST_IDLE, Pace
@@ -94,7 +94,6 @@ class MoveToGoalCore:
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderWatch()
         self._sent = Twist2()
-        self._shown: Tuple = ()            # of the status that was looked at last
         self._ended = 0                    # number of the last attempt whose end was found
         self._rivals: Dict[str, float] = {}    # since when another node drives, too
         self._announcer = Announcer(self._news)
@@ -269,16 +268,12 @@ class MoveToGoalCore:
                            machine.failure or SAYS_REACHED + '!')
 
     def _new_status(self, now: float) -> Optional[DriveStatus]:
-        """The status, if it is new; while the robot drives, only a change of these makes it new."""
-        machine = self._machine
-        shown = (machine.attempt, machine.state, machine.failure, self.has_control,
-                 self._sensors.hold_reason, self._localizer.is_lost)
-        if machine.goal is None or (machine.begun and shown == self._shown
-                                    and not self._announcer.is_due(now)):
+        """The status, if it is new."""
+        if self._machine.goal is None:
             return None
-        self._shown = shown
         status = self.status(now)
-        return status if self._announcer.look(status, self._localizer.motion(now), now) else None
+        is_new = self._announcer.look(status, lambda: self._localizer.motion(now), now)
+        return status if is_new else None
 
     # -- state
 
@@ -295,10 +290,10 @@ class MoveToGoalCore:
         machine, problem = self._machine, self._sensors.problem(now) or self._contradiction()
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
-            machine.state, machine.goal,
-            machine.law.distance_tolerance, machine.attempt, machine.begun,
-            machine.active and not failure, failure, self._sensors.hold_reason, self.has_control,
-            problem)
+            state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
+            attempt=machine.attempt, begun=machine.begun, active=machine.active and not failure,
+            failure=failure, hold_reason=self._sensors.hold_reason, has_control=self.has_control,
+            sensor_problem=problem)
 
     def idle_for(self, now: float) -> float:
         if self._localizer.has_resets:
