@@ -3,8 +3,7 @@
 *Rhythm*: a step reads the latest samples and gives one command. The robot takes a new command once
 in each of its control periods (turtlebot3.CONTROL_RATE). So a law asks for one step in each period
 (its ``period``), and `Pace` says when that step is due; a command that does not change holds for
-two periods. No sample of the IMU is needed between two steps: at a step the latest is at most one
-IMU period old.
+two periods.
 
 *Dead time*: a robot obeys late. A command is under way for the *delay*, and the motors follow with
 a first-order *lag*. A controller that brakes by the measured position alone overshoots by the

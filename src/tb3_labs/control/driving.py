@@ -133,8 +133,8 @@ class PreciseLaw:
         distance = pose.distance_to(goal)
         if distance <= self.distance_tolerance:
             return ''
-        return 'stopped {:.0f} mm from the goal (tolerance {:.0f} mm)'.format(
-            1000.0 * distance, 1000.0 * self.distance_tolerance)
+        return (f'stopped {1000.0 * distance:.0f} mm from the goal (tolerance '
+                f'{1000.0 * self.distance_tolerance:.0f} mm)')
 
     def _begin_turn(self, pose: Pose2, face: float) -> None:
         self._turning.start(pose.yaw, difference(face, pose.yaw))

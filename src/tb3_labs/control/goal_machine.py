@@ -13,7 +13,6 @@ failure the command is None, not a zero.
 from collections import defaultdict
 from typing import Dict, Optional
 
-from tb3_labs.control.commands import LawStep
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import GoalState
 from tb3_labs.geometry.se2 import Pose2
@@ -99,7 +98,10 @@ class GoalMachine:
         self._time += dt
         self._settling.look(is_slow(motion.linear, motion.angular), self._time - motion.imu_age)
         while self.active:
-            command, remaining, finished, self.steady = self._move(motion, goal, dt)
+            move = {GoalState.ROTATE_TO_GOAL: self.law.rotate_to_goal,
+                    GoalState.MOVE_FORWARD: self.law.move_forward,
+                    GoalState.ROTATE_TO_FINAL: self.law.rotate_to_final}[self.state]
+            command, remaining, finished, self.steady = move(motion, goal, dt)
             if finished and self.state is GoalState.ROTATE_TO_FINAL and not self._rests(motion):
                 return Twist2()
             if not finished:
@@ -109,13 +111,6 @@ class GoalMachine:
             self._finish_state(motion.pose, goal)
             dt = 0.0
         return None
-
-    def _move(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        if self.state is GoalState.ROTATE_TO_GOAL:
-            return self.law.rotate_to_goal(motion, goal, dt)
-        if self.state is GoalState.MOVE_FORWARD:
-            return self.law.move_forward(motion, goal, dt)
-        return self.law.rotate_to_final(motion, goal, dt)
 
     def _rests(self, motion: Motion) -> bool:
         """Has the robot settled, and was its odometry measured while it rested?"""

@@ -9,7 +9,7 @@ Units: metres, radians. Source: the course's first move-to-goal lab.
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple, Optional, Tuple
+from typing import Callable, NamedTuple, Optional, Tuple
 
 from tb3_labs import handout
 from tb3_labs.config import Config, setting
@@ -59,12 +59,12 @@ WAITING_FOR_CONTROL = WAITING + ' for control'
 
 def to_go(distance: float, angle_deg: float) -> str:
     """The remaining way of a drive in words [m, deg]; the angle is for the turn at the end."""
-    return '{:.3f} m to go, {:.1f} deg off the final heading'.format(distance, abs(angle_deg))
+    return f'{distance:.3f} m to go, {abs(angle_deg):.1f} deg off the final heading'
 
 
 def with_reason(word: str, reason: str) -> str:
     """The text of `goal_state` for one of WAITING, STOPPED, GAVE_UP and its reason."""
-    return '{}: {}'.format(word, reason)
+    return f'{word}: {reason}'
 
 
 class DriveStatus(NamedTuple):
@@ -131,35 +131,34 @@ class Announcer:
         self._begun_at = 0.0           # the time at which it began
         self._progress_at = 0.0
 
-    def is_due(self, now: float) -> bool:
-        """Is it time for a line of progress?"""
-        return abs(now - self._progress_at) >= PROGRESS_PERIOD
-
-    def look(self, status: DriveStatus, motion: Optional[Motion], now: float) -> bool:
-        """Returns True if the status is new. A drive's progress is one line a second, too."""
+    def look(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
+             now: float) -> bool:
+        """Returns True if the status is new. A drive's progress is one line a second, too.
+        `motion()`: the robot's Motion now."""
         said = (status.attempt, status.goal, status.words)
         if not status.words or said == self._said:
-            if self.is_due(now):
+            if abs(now - self._progress_at) >= PROGRESS_PERIOD:
                 self._progress_at = now
                 if status.words in DRIVING:
-                    self._news.tell('{}: {}'.format(status.words, to_go(*status.left(motion))))
+                    self._news.tell(f'{status.words}: {to_go(*status.left(motion()))}')
             return False
         self._said, self._progress_at = said, now
         begins = status.begun and status.attempt != self._begun
         if begins:
             self._begun, self._begun_at = status.attempt, now
         if status.failure:
-            self._news.tell('Goal ({}) given up: {}'.format(status.goal, status.failure), True)
+            self._news.tell(f'Goal ({status.goal}) given up: {status.failure}', True)
         elif not status.active:
-            self._news.tell('{}! {:.3f} m and {:.1f} deg off, after {:.1f} s'.format(
-                handout.SAYS_REACHED, *status.left(motion), now - self._begun_at))
+            distance, angle = status.left(motion())
+            self._news.tell(f'{handout.SAYS_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '
+                            f'after {now - self._begun_at:.1f} s')
         elif status.words in DRIVING:
             if begins:
-                self._news.tell('Goal ({}): {}'.format(status.goal, to_go(*status.left(motion))))
+                self._news.tell(f'Goal ({status.goal}): {to_go(*status.left(motion()))}')
             self._news.tell(status.words)
         elif is_stopped(status.words):
             self._news.tell(status.words.capitalize(), warning=True)
         else:
             hint = ' (True on ctrl_relinq)' if status.words == WAITING_FOR_CONTROL else ''
-            self._news.tell('Goal ({}): {}{}'.format(status.goal, status.words, hint))
+            self._news.tell(f'Goal ({status.goal}): {status.words}{hint}')
         return True

@@ -56,16 +56,16 @@ def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
     """
     norm = math.sqrt(w * w + x * x + y * y + z * z)
     if not abs(norm - 1.0) <= NORM_TOLERANCE:  # "not <=" also catches NaN
-        raise ValueError('quaternion has norm {:.3g}, not 1'.format(norm))
+        raise ValueError(f'quaternion has norm {norm:.3g}, not 1')
     # as Quaternion.to_euler() does, which takes three times as long
     w, x, y, z = w / norm, x / norm, y / norm, z / norm
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     pitch = math.asin(clamp(2.0 * (w * y - z * x), -1.0, 1.0))
     yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     if abs(roll) > MAX_TILT or abs(pitch) > MAX_TILT:
-        raise ValueError('quaternion is tilted by roll {:.0f}, pitch {:.0f} deg: no robot on its '
-                         'wheels (or its parts are in the wrong order)'.format(
-                             math.degrees(roll), math.degrees(pitch)))
+        raise ValueError(f'quaternion is tilted by roll {math.degrees(roll):.0f}, pitch '
+                         f'{math.degrees(pitch):.0f} deg: no robot on its wheels (or its parts are '
+                         'in the wrong order)')
     return math.pi if yaw <= -math.pi else yaw
 
 

@@ -68,7 +68,7 @@ class Pose2:
         return wrap(math.atan2(other.y - self.y, other.x - self.x))
 
     def __str__(self) -> str:
-        return 'x={:.3f}, y={:.3f}, yaw={:.1f} deg'.format(self.x, self.y, math.degrees(self.yaw))
+        return f'x={self.x:.3f}, y={self.y:.3f}, yaw={math.degrees(self.yaw):.1f} deg'
 
 
 def interpolate(start: Pose2, end: Pose2, fraction: float) -> Pose2:

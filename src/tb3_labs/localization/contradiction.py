@@ -9,8 +9,8 @@ slip and uneven wheels do not explain is added up.
 Times are the samples' stamps, so delays of the network do not matter. Cases:
 
 * Without stamps, or without samples of the wheels, no contradiction is found.
-* supervision.lost_or_stalled finds wheels that turn although the robot stands.
-* supervision.lost_or_stalled finds a gyro that repeats one reading.
+* supervision.lost_or_stalled finds wheels that turn although the robot stands, and a gyro that
+  repeats one reading.
 * After a silence the comparison begins again. A contradiction is over when gyro and wheels agreed
   for `AGREED`, with the wheels at rest.
 * No motion begins before gyro and wheels were compared for this time, at rest. In a silence of more

@@ -85,9 +85,10 @@ class Door:
         silence, before = _silence(last, now), last.sample if last else None
         all_silent = min(_silence(self.imu, now), _silence(self.odometry, now))
         time = self.clock.time_of(source, sample.stamp, now, silence, all_silent)
-        return Heard(sample, before, now, time, self.clock.epoch,
-                     self.clock.measured_at(time, now), silence, all_silent,
-                     sample.stamp - before.stamp if before else 0.0)
+        return Heard(
+            sample, before, arrival=now, time=time, epoch=self.clock.epoch,
+            measured_at=self.clock.measured_at(time, now), silence=silence, all_silent=all_silent,
+            by_stamps=sample.stamp - before.stamp if before else 0.0)
 
 
 def _silence(last: Optional[Heard], now: float) -> float:

@@ -198,8 +198,7 @@ def _jump(before: Pose2, after: Pose2, seconds: float) -> str:
     if at_zero and (moved > ZERO_PLACE or turned > TURN_BOUND * seconds + SLACK_TURN):
         return SET_TO_ZERO
     if moved > SPEED_BOUND * seconds + SLACK or turned > TURN_BOUND * seconds + SLACK_TURN:
-        return 'the odometry jumped by {:.2f} m and {:.0f} degrees'.format(
-            moved, math.degrees(turned))
+        return f'the odometry jumped by {moved:.2f} m and {math.degrees(turned):.0f} degrees'
     return ''
 
 
@@ -227,14 +226,13 @@ class EncoderWatch:
     """Does the odometry contradict the angles of the wheels?
 
     If the servos do not answer (battery empty, or a cable out), the firmware repeats the last step
-    of its encoders. So the odometry runs on at its last speed for ever, though the robot stands.
-    The angles in `joint_states` stand.
+    of its encoders: the odometry runs on at its last speed for ever, while the robot and the angles
+    in `joint_states` stand.
 
-    Both have the stamps of one clock, so delays of the network do not matter. Without stamps, or
-    without samples of the wheels, nothing is found. In a turn on the spot the odometry has no
-    forward speed; lost_or_stalled finds a robot that does not turn. Source: OpenCR firmware 1.2.6
-    (turtlebot3_core.ino): without an answer, updateMotorInfo() is not called, but calcOdometry()
-    is.
+    Stamps are compared, so delays of the network do not matter. Without stamps, or without samples
+    of the wheels, nothing is found; nor in a turn on the spot, where lost_or_stalled finds a robot
+    that does not turn. Source: OpenCR firmware 1.2.6 (turtlebot3_core.ino): without an answer,
+    updateMotorInfo() is not called, but calcOdometry() is.
     """
 
     def __init__(self) -> None:

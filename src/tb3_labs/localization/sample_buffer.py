@@ -1,8 +1,7 @@
 """The recent samples of both sensors, and their readings at one instant.
 
-The IMU sends far more often than is needed, and a node does not read every sample. It reads every
-message of the odometry. The odometry bridges a longer gap of the IMU: after the last sample before
-the gap, the IMU's yaw is taken to turn as the odometry's.
+A node reads every message of the odometry, but not every sample of the IMU. The odometry bridges a
+longer gap of the IMU: in the gap, the IMU's yaw is taken to turn as the odometry's.
 
 Units: seconds on the sender's clock (:mod:`tb3_labs.localization.door`), metres, radians.
 Edge cases: a new epoch of that clock empties the buffer; a gap of the odometry longer than

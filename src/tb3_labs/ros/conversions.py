@@ -21,7 +21,7 @@ TRUTH_PIPE = 'TB3_LABS_TRUTH'
 def frame(name):
     """`name` in this node's namespace, such as `robot3/odom`: tf has one tree for all robots."""
     namespace = rospy.get_namespace().strip('/')
-    return '{}/{}'.format(namespace, name) if namespace else name
+    return f'{namespace}/{name}' if namespace else name
 
 
 def yaw_of(orientation):
@@ -89,5 +89,5 @@ def to_twist(linear, angular):
 
 def _finite(pose):
     if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
-        raise ValueError('a number is not finite: {}'.format(pose))
+        raise ValueError(f'a number is not finite: {pose}')
     return pose

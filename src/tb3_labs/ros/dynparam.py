@@ -60,8 +60,8 @@ def settings_of(node):
     has settings that can change."""
     known, node = nodes(), rospy.resolve_name(node)
     if node not in known:
-        raise ValueError('there is no node {} whose settings can change; {}'.format(
-            node, nearest(node, known)))
+        raise ValueError(
+            f'there is no node {node} whose settings can change; {nearest(node, known)}')
     return node, call(node, Values())
 
 
@@ -84,13 +84,13 @@ def carry_out(command, node='', name='', text=None):
         return
     node, settings = settings_of(node)
     if name and name not in settings:
-        raise ValueError('{} is unknown; {}'.format(name, nearest(name, settings)))
+        raise ValueError(f'{name} is unknown; {nearest(name, settings)}')
     if command == 'get':
         for each in [name] if name else sorted(settings):
-            print('{}: {}'.format(each, shown(settings[each])))
+            print(f'{each}: {shown(settings[each])}')
     else:
         value = value_of(text, type(settings[name]))
-        print('{} is {} now'.format(name, shown(call(node, encoded({name: value}))[name])))
+        print(f'{name} is {shown(call(node, encoded({name: value}))[name])} now')
 
 
 def shown(value):
@@ -110,7 +110,7 @@ def main(words):
         rospy.init_node('dynparam', anonymous=True, disable_rosout=True)
         carry_out(*words)
     except (ValueError, rospy.ROSException) as problem:
-        print('dynparam: {}'.format(problem), file=sys.stderr)
+        print(f'dynparam: {problem}', file=sys.stderr)
         return 1
     return 0
 

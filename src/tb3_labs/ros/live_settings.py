@@ -61,8 +61,8 @@ class LiveSettings:
             names = [item.name for item in self._offered]
             unknown = sorted(set(values) - set(names))
             if unknown:
-                raise ValueError('{} cannot be changed while the node runs; {}'.format(
-                    unknown[0], nearest(unknown[0], names)))
+                raise ValueError(f'{unknown[0]} cannot be changed while the node runs; '
+                                 + nearest(unknown[0], names))
             changed = replace(self._current, **values)
             if changed != self._current:
                 self._apply(changed)
@@ -98,8 +98,7 @@ def _description(config, offered):
     """Returns the dynamic_reconfigure/ConfigDescription of the fields `offered` of `config`."""
     parameters = [ParamDescription(
         name=item.name, type=_TYPES[type(item.default)],
-        description='{}: {}'.format(item.metadata['meaning'], bounds_in_words(item)))
-                  for item in offered]
+        description=f'{item.metadata["meaning"]}: {bounds_in_words(item)}') for item in offered]
     return ConfigDescription(
         groups=[Group(name=_GROUP, parameters=parameters)],
         max=_bounds(offered, 'high', _HIGHEST), min=_bounds(offered, 'low', _LOWEST),

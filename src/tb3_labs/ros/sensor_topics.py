@@ -35,7 +35,7 @@ def to_wheel_sample(message):
         left, right = (bounded(joint, angles[joint], FARTHEST_WHEEL, 'rad')
                        for joint in WHEEL_JOINTS)
     except KeyError as missing:
-        raise ValueError('no angle of {}'.format(missing)) from None
+        raise ValueError(f'no angle of {missing}') from None
     return WheelSample(_stamp(message), left, right)
 
 

@@ -17,8 +17,6 @@ from typing import Any, Dict, List, NamedTuple, Optional
 
 from tb3_labs.supervision.freshness import SENDER_PAUSE, Freshness, SleepWatch
 
-#: A goal is repeated if its sender sent it this often without a pause.
-REPETITION = 2
 #: The text of a goal that is rejected because its sender repeats it.
 STAYS_ENDED = 'its sender repeats it since before it was ended'
 
@@ -58,15 +56,13 @@ class GoalAnswer(NamedTuple):
 class _Row:
     """One sender's unchanged goals without a pause between them."""
 
-    def __init__(self, goal: Any) -> None:
-        self.goal = goal
-        self.times = 0         # at most REPETITION
+    def __init__(self, request: GoalRequest) -> None:
+        self.goal, self.latest = request.goal, request
         self.source = Freshness('goal', SENDER_PAUSE)
-        self.latest = GoalRequest(goal)
-        self.is_ended = self.was_told = False
+        self.is_repeated = self.is_ended = self.was_told = False
 
     def end(self) -> None:
-        self.is_ended = self.is_ended or self.times >= REPETITION
+        self.is_ended = self.is_ended or self.is_repeated
 
 
 class GoalRequests:
@@ -83,11 +79,11 @@ class GoalRequests:
     def hear(self, request: GoalRequest, now: float) -> None:
         """A goal has arrived; to be called for each, also for one that is refused."""
         self._forget(now)
-        row = self._rows.get(request.sender)
-        if row is None or row.goal != request.goal:
-            row = self._rows[request.sender] = _Row(request.goal)
-        row.times = min(row.times + 1, REPETITION)
-        row.latest = request
+        row = self._row_of(request)
+        if row is None:
+            row = self._rows[request.sender] = _Row(request)
+        else:
+            row.is_repeated, row.latest = True, request
         row.source.heard(now)
 
     def stays_ended(self, request: GoalRequest) -> bool:
@@ -107,7 +103,7 @@ class GoalRequests:
     def is_repeated(self, request: GoalRequest) -> bool:
         """Is a goal that was just heard the repetition of the present one?"""
         row = self._row_of(request)
-        return row is not None and row.times >= REPETITION and row is self._row_of(self.present)
+        return row is not None and row.is_repeated and row is self._row_of(self.present)
 
     def accept(self, request: GoalRequest) -> None:
         """`request` is driven to from now on."""

@@ -1,9 +1,8 @@
 """May a motion go on? Its sensors must be alive, and the robot must obey.
 
-A sensor is lost if it is silent, and frozen if it repeats one reading. The arrivals of the messages
-show a silence; their stamps do not. The readings of a working sensor always change while the robot
-moves; a driver that hangs repeats its last reading. A robot is stalled if it is told to move and
-gets no nearer to its goal; it has settled when its samples show it at rest.
+A sensor is lost if no message arrives, and frozen if it repeats one reading while the robot moves,
+as a driver that hangs does. A robot is stalled if it is told to move and gets no nearer to its
+goal; it has settled when its samples show it at rest.
 
 Units: metres or radians for the remaining way, per second for speeds; seconds on one clock (`now`).
 """
@@ -153,10 +152,9 @@ class SensorWatch:
 
     def frozen(self) -> str:
         """The sensors that are frozen, in words; '' if none is."""
-        return ' and '.join(
-            '{} repeats one reading though the robot is told to move (its driver '
-            'hangs?)'.format(source.name)
-            for source in self._sources if source.repeated_for > FROZEN_TIME)
+        fault = 'repeats one reading though the robot is told to move (its driver hangs?)'
+        return ' and '.join(f'{source.name} {fault}' for source in self._sources
+                            if source.repeated_for > FROZEN_TIME)
 
     def are_fresh(self, now: float) -> bool:
         """True while all sensors are fresh."""

@@ -35,10 +35,9 @@ class Grip:
         if known_stops != self.stops:
             raise ValueError('the robot was stopped meanwhile: let go, and ask again')
         if lateness > most:
-            raise ValueError('this came {:.1f} s late, and does not count: ask again'.format(
-                lateness))
+            raise ValueError(f'this came {lateness:.1f} s late, and does not count: ask again')
         if self._sleep.doubt:
-            raise ValueError('this does not count, {}: ask again'.format(self._sleep.doubt))
+            raise ValueError(f'this does not count, {self._sleep.doubt}: ask again')
 
     def hold(self, page: object, known_stops: Optional[int], now: float, lateness: float,
              is_first: bool) -> bool:

@@ -126,24 +126,24 @@ class Permission:
             self._grants[sender].renewed(now)
             self._look_at_delay(sender, self._grants[sender])
         elif word.age.is_doubtful:
-            self._refuse(sender, 'Control was given by {} before this node could hear it, and does '
-                         'not count: False, then True, gives it again')
+            self._refuse(sender, f'Control was given by {sender} before this node could hear it, '
+                                 'and does not count: False, then True, gives it again')
         elif self.sleep.doubt:
-            self._refuse(sender, 'Control from {} does not count: ' + self.sleep.doubt +
-                         '. False, then True, gives it again')
+            self._refuse(sender, f'Control from {sender} does not count: {self.sleep.doubt}. '
+                                 'False, then True, gives it again')
         elif not repeated:
             self._grants[sender] = _Grant(now, word.renews)
             self._refused.discard(sender)
             self.count += 1
         elif not self.stands:
-            self._refuse(sender, 'True from {} does not count, it was said before: False, then '
-                         'True, gives control again')
+            self._refuse(sender, f'True from {sender} does not count, it was said before: False, '
+                                 'then True, gives control again')
 
     def _refuse(self, sender: str, text: str) -> None:
         """Log once that a True is ignored, since a sender repeats it ten times a second."""
         if sender not in self._refused:
             self._refused.add(sender)
-            self._tell(text.format(sender), True)
+            self._tell(text, True)
 
     def update(self, now: float) -> None:
         """Suspend or end grants that were not renewed in time. To be called repeatedly."""
@@ -158,22 +158,22 @@ class Permission:
                 self._tell('Control is gone: ' + self.sleep.in_words(), True)
         for sender, grant in list(self._grants.items()):
             if not grant.has_robot and now - grant.given_at > self._patience:
-                self._end(sender, '{} for {:.0f} s (is the robot running?)'.format(
-                    self._sensor_problem, self._patience))
+                self._end(sender, f'{self._sensor_problem} for {self._patience:.0f} s (is the '
+                                  'robot running?)')
             elif grant.silent_for(now) > LONGEST_LAPSE:
-                self._end(sender, 'it was silent for {:.1f} s'.format(grant.silent_for(now)))
+                self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
     def _look_at_delay(self, sender: str, grant: _Grant) -> None:
         """End a grant whose renewals show that its True was delayed."""
         if grant.given_at - grant.sent_before > LONGEST_LAPSE:
-            self._end(sender, 'the network delayed it by more than {:.0f} s'.format(LONGEST_LAPSE))
+            self._end(sender, f'the network delayed it by more than {LONGEST_LAPSE:.0f} s')
         elif grant.sent_before < min(self._began_at, grant.given_at):
             self._end(sender, 'it was given before this node started, or woke')
         elif any(at > grant.sent_before for other, at in self._stops.items() if other != sender):
             self._end(sender, 'it was taken while the network delayed it')
 
     def _end(self, sender: str, reason: str) -> None:
-        self._tell('Control from {} is gone: {}. False, then True, gives it again'.format(
-            sender or 'the start', reason), True)
+        self._tell(f'Control from {sender or "the start"} is gone: {reason}. False, then True, '
+                   'gives it again', True)
         self._refused.add(sender)    # so its next True needs no line
         del self._grants[sender]

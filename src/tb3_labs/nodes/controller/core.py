@@ -98,9 +98,8 @@ class ControllerCore:
         if not doubts:
             self._try(turn, now)
         elif doubts == 1:
-            self._news.tell('A turn of {} only repeats an earlier one, and does not count: pause '
-                            'for {:.0f} s, then ask again'.format(turn.sender, SENDER_PAUSE),
-                            warning=True)
+            self._news.tell(f'A turn of {turn.sender} only repeats an earlier one, and does not '
+                            f'count: pause for {SENDER_PAUSE:.0f} s, then ask again', warning=True)
 
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed here: it is never doubted."""
@@ -132,7 +131,7 @@ class ControllerCore:
             self._law.extend(angle)
             extended.extend(angle)
         asked = angle if extended is None else extended.asked
-        self._news.tell('Turning {:g} degrees'.format(round(math.degrees(asked), 6)))
+        self._news.tell(f'Turning {round(math.degrees(asked), 6):g} degrees')
         self._happens(DriverEvent.TURN_ASKED)
 
     def _update(self, now: float) -> None:
@@ -194,16 +193,17 @@ class ControllerCore:
     def _check(self, angle: float, now: float) -> None:
         """Raises ``ValueError`` if the robot cannot turn by `angle` now."""
         if not abs(angle) <= self._law.MAX_ANGLE + 1e-9:    # "not <=" also catches NaN
-            raise ValueError('cannot turn by {:g} degrees: a number from -{:.0f} to {:.0f}'.format(
-                *map(math.degrees, (angle, self._law.MAX_ANGLE, self._law.MAX_ANGLE))))
+            most = round(math.degrees(self._law.MAX_ANGLE))
+            raise ValueError(f'cannot turn by {math.degrees(angle):g} degrees: a number from '
+                             f'-{most} to {most}')
         if self._sleep.doubt:
-            raise ValueError('cannot turn: {}; ask again'.format(self._sleep.doubt))
+            raise ValueError(f'cannot turn: {self._sleep.doubt}; ask again')
         if self.driver is Driver.MOUSE:
             raise ValueError('cannot turn: the mouse is driving; move it to the middle of the '
                              'screen, or scroll up, then ask again')
         problem = self._sensors.problem(now, with_age=True)
         if problem:
-            raise ValueError('cannot turn: {} (is the robot running?)'.format(problem))
+            raise ValueError(f'cannot turn: {problem} (is the robot running?)')
         if self._gyro.problem():
             raise ValueError('cannot turn: ' + self._gyro.problem())
 
@@ -233,8 +233,8 @@ class ControllerCore:
             turn.stall.resume()
             self._start_law(turn)
         elif self._sensors.sight is Sight.LATE:
-            self._happens(DriverEvent.TURN_OVER, '{} for {:.1f} s'.format(
-                self._sensors.hold_reason or 'the IMU was silent', self._sensors.silent_for))
+            reason = self._sensors.hold_reason or 'the IMU was silent'
+            self._happens(DriverEvent.TURN_OVER, f'{reason} for {self._sensors.silent_for:.1f} s')
         return self.driver is Driver.TURN and self._sensors.sight is not Sight.SILENT
 
     def _turn_on(self, now: float) -> Optional[Twist2]:
@@ -273,7 +273,7 @@ class ControllerCore:
             self._repetitions.stop()
         is_over = before is Driver.TURN and self.driver is not Driver.TURN
         if is_over and reason and self._turn is not None:
-            self._news.tell('Turn given up {:.0f} degrees before its end: {}'.format(
-                abs(math.degrees(self._turn.left(self._yaw))), reason), warning=True)
+            left = abs(math.degrees(self._turn.left(self._yaw)))
+            self._news.tell(f'Turn given up {left:.0f} degrees before its end: {reason}', True)
             self._turn = None
             self._carried = 0.0

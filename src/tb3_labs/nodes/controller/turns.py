@@ -33,9 +33,8 @@ def degrees_of(text: str) -> float:
     try:
         return TURN_KEYS[text] if text in TURN_KEYS else float(text)
     except ValueError:
-        raise ValueError('{!r} is not valid: l (90 degrees left), r (90 right), b (180, about '
-                         'turn), a number of degrees (left positive), q (quit)'.format(
-                             text[:20])) from None
+        raise ValueError(f'{text[:20]!r} is not valid: l (90 degrees left), r (90 right), b (180, '
+                         'about turn), a number of degrees (left positive), q (quit)') from None
 
 
 @dataclass(frozen=True)
@@ -123,13 +122,13 @@ class AskedTurn:
     def result(self, now: float) -> str:
         """The result in words, for a robot that rests."""
         error, whole = self.left_at_end, self.goal - self._start
-        text = 'Turned {:.2f} degrees in {:.1f} s: {:.2f} degrees {} {:.2f}'.format(
-            math.degrees(whole - error), now - self._begun_at, abs(math.degrees(error)),
-            'short of' if error * self.asked > 0.0 else 'beyond', math.degrees(whole))
-        carried = math.degrees(whole - self.asked)
+        side = 'short of' if error * self.asked > 0.0 else 'beyond'
+        seconds = now - self._begun_at
+        text = (f'Turned {math.degrees(whole - error):.2f} degrees in {seconds:.1f} s: '
+                f'{abs(math.degrees(error)):.2f} degrees {side} {math.degrees(whole):.2f}')
+        asked, carried = round(math.degrees(self.asked), 2), math.degrees(whole - self.asked)
         if abs(carried) >= 0.005:
-            text += ' (asked: {:g}; left by the turn before: {:+.2f})'.format(
-                round(math.degrees(self.asked), 2), carried)
+            text += f' (asked: {asked:g}; left by the turn before: {carried:+.2f})'
         return text
 
 

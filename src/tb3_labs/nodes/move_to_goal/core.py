@@ -7,7 +7,7 @@ Units: seconds on the receiver's clock (`now`), metres, radians; poses in the lo
 """
 import math
 from dataclasses import dataclass
-from typing import Dict, Optional, Sequence, Tuple
+from typing import Dict, Optional, Sequence
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.commands import LONGEST_IDLE, Pace
@@ -94,7 +94,6 @@ class MoveToGoalCore:
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderWatch()
         self._sent = Twist2()
-        self._shown: Tuple = ()            # of the status that was looked at last
         self._ended = 0                    # number of the last attempt whose end was found
         self._rivals: Dict[str, float] = {}    # since when another node drives, too
         self._announcer = Announcer(self._news)
@@ -130,8 +129,8 @@ class MoveToGoalCore:
             self._rivals.clear()
         elif now - self._rivals.setdefault(sender, now) > RIVAL:
             self._rivals[sender] = math.inf    # it is told once
-            self._news.tell('{} drives the robot, too: stop one of the two (False on ctrl_relinq '
-                            'stops this one)'.format(sender or 'another program'), warning=True)
+            self._news.tell(f'{sender or "another program"} drives the robot, too: stop one of the '
+                            'two (False on ctrl_relinq stops this one)', warning=True)
 
     def set_law(self, law: PreciseLaw) -> None:
         """Drive by another law from now on; a present drive begins again."""
@@ -188,7 +187,7 @@ class MoveToGoalCore:
         if doubt:
             reset.problem = doubt + ': ask again'
         elif problem:
-            reset.problem = '{}: is the robot running?'.format(problem)
+            reset.problem = f'{problem}: is the robot running?'
         else:
             self._localizer.on_reset(reset, now, self._response.sample_delay)
 
@@ -270,16 +269,12 @@ class MoveToGoalCore:
                            machine.failure or SAYS_REACHED + '!')
 
     def _new_status(self, now: float) -> Optional[DriveStatus]:
-        """The status, if it is new; while the robot drives, only a change of these makes it new."""
-        machine = self._machine
-        shown = (machine.attempt, machine.state, machine.failure, self.has_control,
-                 self._sensors.hold_reason, self._localizer.is_lost)
-        if machine.goal is None or (machine.begun and shown == self._shown
-                                    and not self._announcer.is_due(now)):
+        """The status, if it is new."""
+        if self._machine.goal is None:
             return None
-        self._shown = shown
         status = self.status(now)
-        return status if self._announcer.look(status, self._localizer.motion(now), now) else None
+        is_new = self._announcer.look(status, lambda: self._localizer.motion(now), now)
+        return status if is_new else None
 
     # -- state
 
@@ -296,9 +291,10 @@ class MoveToGoalCore:
         machine, problem = self._machine, self._sensors.problem(now) or self._contradiction()
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
-            machine.state, machine.goal, machine.law.distance_tolerance, machine.attempt,
-            machine.begun, machine.active and not failure, failure, self._sensors.hold_reason,
-            self.has_control, problem)
+            state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
+            attempt=machine.attempt, begun=machine.begun, active=machine.active and not failure,
+            failure=failure, hold_reason=self._sensors.hold_reason, has_control=self.has_control,
+            sensor_problem=problem)
 
     def idle_for(self, now: float) -> float:
         if self._localizer.has_resets:
@@ -319,8 +315,8 @@ class MoveToGoalCore:
         if sensors.sight is Sight.BACK_SOON:
             self._machine.interrupt()
         elif sensors.sight is Sight.LATE and self._permission.stands and self._machine.active:
-            self._machine.give_up('{} for {:.1f} s'.format(
-                sensors.hold_reason or 'sensors were silent', sensors.silent_for))
+            self._machine.give_up(f'{sensors.hold_reason or "sensors were silent"} for '
+                                  f'{sensors.silent_for:.1f} s')
 
     def _look_at_readings(self, now: float) -> None:
         """Give up if a sensor repeats a reading that the last command must have changed."""
@@ -351,8 +347,7 @@ class MoveToGoalCore:
         """Give up a drive in which a sensor jumped; begin it again after a reset."""
         for jump in self._localizer.take_jumps():
             if jump.outcome:
-                self._news.tell('{}: {}'.format(jump.text[0].upper() + jump.text[1:], jump.outcome),
-                                warning=True)
+                self._news.tell(f'{jump.text[0].upper()}{jump.text[1:]}: {jump.outcome}', True)
             if self._localizer.is_lost and self._machine.active:
                 self._machine.give_up(POSE_LOST)
             elif self._permission.stands and self._machine.begun and self._machine.active:

@@ -142,6 +142,33 @@ class MoveToGoalNode:
             control='granted' if status.has_control else 'not granted', goal=status.goal)
 
 
+class LocalPath:
+    """The path in local: thinned, bounded, and empty in a new frame."""
+
+    def __init__(self, frame_id):
+        self._publisher = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
+        self._frame_id, self._number = frame_id, 0
+        self._points = []              # (pose, its message)
+        self._sent = -math.inf         # stamp
+        self._has_new_points = False   # since then
+
+    def show(self, fix):
+        """Add one localizer.Fix; publish the path now and then."""
+        if fix.frame_number != self._number:
+            self._number, self._points, self._sent = fix.frame_number, [], -math.inf
+        here, last = fix.local_T_base, self._points[-1][0] if self._points else None
+        if (last is None or last.distance_to(here) >= PATH_STEP
+                or abs(difference(here.yaw, last.yaw)) >= PATH_TURN):
+            self._points.append((here, to_pose_stamped(here, self._frame_id, fix.stamp)))
+            self._has_new_points = True
+        if len(self._points) > PATH_POINTS:
+            self._points = self._points[::2]
+        if self._has_new_points and abs(fix.stamp - self._sent) >= PATH_PERIOD:
+            self._sent, self._has_new_points = fix.stamp, False
+            self._publisher.publish(Path(header=self._points[-1][1].header,
+                                         poses=[point for _, point in self._points]))
+
+
 class Display:
     """Shows each Fix, in the thread of the IMU: pose and path in local, the frame itself. Shows
     each new status, in the thread of the gate: its words, the goal, markers for RViz.
@@ -153,7 +180,6 @@ class Display:
     def __init__(self):
         self._local, self._odom = frame('local'), frame('odom')
         self._pose = rospy.Publisher('local_pose', PoseStamped, queue_size=1)
-        self._path = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
         self._tf = tf2_ros.TransformBroadcaster()
         self._state = rospy.Publisher('goal_state', String, queue_size=10, latch=True)
         self._present_goal = rospy.Publisher('current_goal', PoseStamped, queue_size=1, latch=True)
@@ -163,10 +189,8 @@ class Display:
         self._goal = None                        # of the last status
         self._markers = MarkerArray()
         self._shown = -math.inf, None            # the last stamp, and odom_T_local then
-        self._path_sent = self._repeated = -math.inf
-        self._frame_number = 0
-        self._points = []                        # of the path: (pose, its message)
-        self._has_new_points = False             # since the path was sent
+        self._repeated = -math.inf
+        self._path = LocalPath(self._local)
 
     def show(self, fix, odom_T_local):
         """Publish one localizer.Fix."""
@@ -187,25 +211,7 @@ class Display:
             # since RViz drops markers whose frame it does not know
             self._repeated = fix.stamp
             self._marker.publish(self._markers)
-        self._extend_path(fix)
-        if self._has_new_points and abs(fix.stamp - self._path_sent) >= PATH_PERIOD:
-            self._path_sent, self._has_new_points = fix.stamp, False
-            self._path.publish(Path(header=self._points[-1][1].header,
-                                    poses=[point for _, point in self._points]))
-
-    def _extend_path(self, fix):
-        if fix.frame_number != self._frame_number:    # the path was in another frame
-            self._frame_number, self._points, self._path_sent = fix.frame_number, [], -math.inf
-        here = fix.local_T_base
-        if self._points:
-            last, _ = self._points[-1]
-            if last.distance_to(here) < PATH_STEP and (
-                    abs(difference(here.yaw, last.yaw)) < PATH_TURN):
-                return
-        self._points.append((here, to_pose_stamped(here, self._local, fix.stamp)))
-        self._has_new_points = True
-        if len(self._points) > PATH_POINTS:
-            self._points = self._points[::2]
+        self._path.show(fix)
 
     def show_status(self, status):
         """Publish a DriveStatus: its words, also above the robot; the goal with its tolerance."""
@@ -219,7 +225,7 @@ class Display:
         text = _marker('words', 2, frame('base_footprint'), Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
                        (0.0, 0.0, 0.1))
         disc.pose.position.z, text.pose.position.z = 0.02, 0.3
-        text.text = status.words + 4 * '\n'    # empty lines lift the centred text off the robot
+        text.text = status.words + '\n\n\n\n'    # they lift the centred text off the robot
         self._markers = MarkerArray(markers=[arrow, disc, text])
         self._marker.publish(self._markers)
 

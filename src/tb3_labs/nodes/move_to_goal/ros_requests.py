@@ -162,24 +162,22 @@ class Resets:
         return response
 
     def _on_set_pose(self, request):
-        try:
-            self._reset_to(request.pose)
-        except ValueError as problem:
-            raise rospy.ServiceException(self._refused(problem)) from None
+        problem = self._on_initialpose(request.pose)
+        if problem:
+            raise rospy.ServiceException(problem)
         return SetInitialPoseResponse()
 
     def _on_initialpose(self, stamped):
+        """Returns the reason of a refusal, or None."""
         try:
-            self._reset_to(stamped)
+            self._reset(to_asked_pose(stamped.header, stamped.pose.pose))
         except ValueError as problem:
-            self._refused(problem)
+            return self._refused(problem)
+        return None
 
     def _refused(self, problem):
         self._complaints.warn(REFUSED, problem)
         return str(problem)
-
-    def _reset_to(self, stamped):
-        self._reset(to_asked_pose(stamped.header, stamped.pose.pose))
 
     def _reset(self, asked):
         """Reset to an AskedPose. Returns the localizer.Reset; ``ValueError`` if it is refused, or
@@ -219,11 +217,7 @@ def to_asked_pose(header, pose):
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM, frame(ODOM))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):
-        raise ValueError('frame {} is not valid: local, odom, or map (or none), which means local'
-                         .format(quoted(name)))
+        name = name if len(name) <= LONGEST_QUOTE else name[:LONGEST_QUOTE] + '...'
+        raise ValueError(
+            f'frame {name!r} is not valid: local, odom, or map (or none), which means local')
     return AskedPose(to_pose2(pose), in_odom)
-
-
-def quoted(text):
-    """A stranger's text for the log: in quotes, short, and on a terminal without effect."""
-    return repr(text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + '...')
