@@ -117,7 +117,7 @@ class Pointer:
             screen = self._root.get_geometry()
             return screen_position(*self._hand.position, screen.width, screen.height)
         except Exception as problem:    # Xlib raises classes of its own, not all of them public
-            raise ValueError('lost the display of the mouse ({})'.format(problem)) from None
+            raise ValueError(f'lost the display of the mouse ({problem})') from None
 
 
 def screen_position(pixel_x, pixel_y, width, height):
@@ -135,8 +135,7 @@ def _libraries():
             raise ValueError('the mouse needs the Python package pynput: sudo apt install '
                              'python3-pynput (Ubuntu 20.04: sudo apt install python3-xlib; '
                              'pip3 install --no-deps pynput)') from None
-        raise ValueError('cannot open the display {} to read the mouse'.format(
-            os.environ['DISPLAY'])) from None
+        raise ValueError(f'cannot open the display {os.environ["DISPLAY"]}') from None
     return mouse, display
 
 

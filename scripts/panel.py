@@ -35,7 +35,7 @@ from tb3_labs.ros.parameters import read_config, read_model
 try:
     from tb3_labs.panel.ros_pages import Pages
 except ModuleNotFoundError as missing:
-    sys.exit('panel: {}: sudo apt install python3-tornado'.format(missing))
+    sys.exit(f'panel: {missing}: sudo apt install python3-tornado')
 
 
 class Panel:
@@ -46,8 +46,8 @@ class Panel:
         pages = Pages(config, read_model().body_radius)
         rospy.on_shutdown(pages.release)
         # not logged: anyone who knows the address, with its token, may drive
-        print('Panel: open {} in a browser{}'.format(
-            pages.address, '' if config.control else ' (it only shows)'))
+        only = '' if config.control else ' (it only shows)'
+        print(f'Panel: open {pages.address} in a browser{only}')
 
 
 if __name__ == '__main__':

@@ -131,36 +131,37 @@ def shown(value):
     """A default as the tables show it."""
     if isinstance(value, bool):
         return str(value).lower()
-    return '{:g}'.format(value) if isinstance(value, float) else str(value)
+    return f'{value:g}' if isinstance(value, float) else str(value)
 
 
 def table(node):
     """The node's part of doc/instructor/parameters.md."""
-    lines = ['', '## {}'.format(node.name), '',
-             '`scripts/{}`, started by `launch/{}`.'.format(node.script, node.launch_file), '',
+    lines = ['', f'## {node.name}', '',
+             f'`scripts/{node.script}`, started by `launch/{node.launch_file}`.', '',
              '| parameter | default | valid | meaning | live |', '|---|---|---|---|---|']
     for item, live in node.settings:
-        lines.append('| `{}` | {} | {} | {} | {} |'.format(
-            item.name, shown(item.default), bounds_in_words(item), item.metadata['meaning'],
-            'yes' if live else 'no'))
+        cells = (f'`{item.name}`', shown(item.default), bounds_in_words(item),
+                 item.metadata['meaning'], 'yes' if live else 'no')
+        lines.append(f'| {" | ".join(cells)} |')
     return '\n'.join(lines) + '\n'
 
 
 def annotated_yaml(node):
     """launch/params/NODE.yaml: each default, and beside it the valid values and the meaning."""
-    lines = ['# {} ({}): all parameters: default, valid values, meaning. (live): dynparam sets it.'
-             .format(node.name, node.script),
+    lines = [f'# {node.name} ({node.script}): all parameters: default, valid values, meaning. '
+             '(live): dynparam sets it.',
              '# Made by `python3 doc/instructor/make_parameters.py`. Copy lines that you change '
              'to a file of',
-             '# your own: roslaunch tb3_labs {} params:=my.yaml'.format(node.launch_file),
+             f'# your own: roslaunch tb3_labs {node.launch_file} params:=my.yaml',
              '# A line with # in front is an argument of the launch file; your file overrides it.']
     for item, live in node.settings:
         if item.name in node.typed:
             continue
         value = yaml.safe_dump({item.name: item.default}, default_flow_style=False).strip()
-        given = item.name in node.arguments + node.pad
-        lines.append('{:<28} # {}: {}{}'.format('#' * given + value, bounds_in_words(item),
-                                                item.metadata['meaning'], ' (live)' * live))
+        if item.name in node.arguments + node.pad:
+            value = '#' + value
+        meaning = item.metadata['meaning'] + (' (live)' if live else '')
+        lines.append(f'{value:<28} # {bounds_in_words(item)}: {meaning}')
     return '\n'.join(lines) + '\n'
 
 

@@ -2,9 +2,9 @@
 
 Usage: workflow.py REPOSITORY FOLDER
 
-REPOSITORY is a course's repository with .github/tb3_labs.tar.gz in it; FOLDER is a new one, for the copy `work/submission`,
-the pages `temp/marks`, and what the steps write. Steps with `uses:` are printed as skipped. `sudo` does nothing here: this
-machine keeps its settings of apt, so it must have the system's packages already. Exit status: the status of the last step.
+REPOSITORY is a course's repository with .github/tb3_labs.tar.gz in it; FOLDER is a new one, for the copy
+`work/submission`, the pages `temp/marks`, and what the steps write. Steps with `uses:` are printed as skipped. `sudo`
+does nothing here: this machine keeps its settings of apt, and must have the system's packages already.
 """
 import base64
 import pathlib
@@ -30,7 +30,7 @@ def main(repository, folder):
     (temp / 'bin' / 'sudo').chmod(0o755)
     output.touch()
     environment = dict(
-        {name: str(value) for name, value in flow['env'].items()}, HOME=str(temp / 'home'), CI='true',
+        {name: str(value) for name, value in flow['env'].items()}, HOME=str(temp / 'home'),
         PATH=f'{temp}/bin:/usr/bin:/bin', RUNNER_TEMP=str(temp), GITHUB_WORKSPACE=str(work), GITHUB_OUTPUT=str(output))
     status = 0
     for number, step in enumerate(job['steps']):

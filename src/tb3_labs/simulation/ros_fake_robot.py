@@ -162,7 +162,7 @@ class TruthPipe:
     def write(self, pose):
         """Write a pose, or drop it: the robot never waits for a reader."""
         with suppress(OSError):
-            os.write(self._pipe, '{:.9g} {:.9g} {:.9g}\n'.format(pose.x, pose.y, pose.yaw).encode())
+            os.write(self._pipe, f'{pose.x:.9g} {pose.y:.9g} {pose.yaw:.9g}\n'.encode())
 
 
 class SensorTopics:
