@@ -92,8 +92,8 @@ export class Controls {
   }
 
   _sendTyped(kind) {
-    const message = typedRequest(kind);
-    if (message) this._request(message);
+    const [x, y, yaw_deg] = ['x', 'y', 'yaw'].map((part) => read(`${kind}-${part}`));
+    this._request({type: kind, x, y, yaw_deg});
   }
 
   /** STOP, or B. Returns whether this page may stop the robot. */
@@ -226,19 +226,7 @@ function fill(kind, pose) {
   $(kind + '-yaw').value = degrees(yaw).toFixed(1);
 }
 
-/** The request that the fields describe, or null if a field holds no number. */
-function typedRequest(kind) {
-  const [x, y, yaw_deg] = ['x', 'y', 'yaw'].map((part) => {
-    const value = read(`${kind}-${part}`);
-    $(`${kind}-${part}`).setAttribute('aria-invalid', String(!Number.isFinite(value)));
-    return value;
-  });
-  if ([x, y, yaw_deg].every(Number.isFinite)) return {type: kind, x, y, yaw_deg};
-  say('x, y and yaw must be numbers', true);
-  return null;
-}
-
-/** The number in a field, with a point or a comma; NaN if there is none. */
+/** The number in a field, with a point or a comma; NaN, which the panel refuses, if there is none. */
 function read(id) {
   const text = $(id).value.trim().replace(',', '.');
   return text === '' ? NaN : Number(text);

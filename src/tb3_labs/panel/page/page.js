@@ -77,13 +77,6 @@ export const log = {
     while (list.childElementCount > MOST_LINES) list.firstElementChild.remove();
     if (atEnd) list.scrollTop = list.scrollHeight;
   },
-
-  /** Show all lines, or warnings and errors alone. */
-  filter() {
-    const only = $('log').classList.toggle('warnings-only');
-    setPressed('log-filter', only);
-    $('log').scrollTop = $('log').scrollHeight;
-  },
 };
 
 function entry(line) {
