@@ -6,8 +6,7 @@ It prints the page's address. A page that drives is a pad, or a mouse: the node 
 
 Subscribes
     imu, odom, cmd_vel, joy, local_pose, goal_state, current_goal, has_control, control_holder,
-    ground_truth, /tf, /tf_static, /rosout, variables, move_to_goal/parameter_updates, ctrl_relinq,
-    move2goal/cancel
+    ground_truth, /tf, /tf_static, /rosout, variables, ctrl_relinq, move2goal/cancel
 Publishes, when a person asks for it on a page
     joy                     sensor_msgs/Joy: the page's pad, with the numbers that gamepad uses
     mouse_info              tb3_labs/MouseController: the page's mouse
