@@ -15,7 +15,7 @@ import matplotlib
 import numpy as np
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.patches import Arc, Circle, Ellipse, FancyBboxPatch
+from matplotlib.patches import Arc, Circle, FancyBboxPatch
 
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angle_arrays import difference_degrees
@@ -328,19 +328,6 @@ def axes_of_the_robot():
     return figure
 
 
-def graph_of_the_exercise():
-    """The nodes of the exercise, as rqt_graph shows them."""
-    figure = new_figure(5.6, 1.2)
-    axes = figure.subplots()
-    blank(axes, (0.0, 5.6), (0.0, 1.2))
-    for x, name in ((1.1, '/turtlebot3'), (4.5, '/imu_sub')):
-        axes.add_patch(Ellipse((x, 0.5), 1.9, 0.7, facecolor='white', edgecolor='black'))
-        axes.text(x, 0.5, name, ha='center', va='center', fontsize=12)
-    arrow(axes, (2.05, 0.5), (3.55, 0.5), 'black')
-    axes.text(2.75, 0.68, '/imu', ha='center', fontsize=12)
-    return figure
-
-
 def turn(wrapped):
     """The heading [deg] at each command of a left turn from 330 degrees by the handout's law, with
     its error `wrapped` or not."""
@@ -371,7 +358,7 @@ def two_turns():
     return figure
 
 
-FIGURES = {'axes': axes_of_the_robot, 'turns': two_turns, 'graph': graph_of_the_exercise,
+FIGURES = {'axes': axes_of_the_robot, 'turns': two_turns,
            'reset': a_reset, 'pad': pad,
            'point': point_in_both_frames, 'heading': heading_in_both_frames,
            'states': four_states, 'imu_offset': offset_of_the_imu, 'error': error_on_the_circle}
