@@ -52,11 +52,8 @@ export class Controls {
       for (const id of ids) setReason($(id), reasons[kind]);
     }
     for (const kind of ['goal', 'reset']) setReason($('tool-' + kind), reasons[kind] || drag);
-    // Without a connection the banner gives the reason for all controls.
-    const words = this._link.connected && picture ? join : () => '';
-    setText($('drive-hint'), words(named('turns', reasons.turn)));
-    setText($('poses-hint'), words(
-      named('goal', reasons.goal), named('reset', reasons.reset), named('drag', drag)));
+    setText($('drive-hint'), reasons.turn);
+    setText($('poses-hint'), reasons.goal || reasons.reset || drag);
     const pad = this._pad.gives ? 'move_to_goal drives while this page stays open and in sight'
       : this._pad.isHeld ? picture?.pad : 'grip a stick to drive';
     const mouse = this._pad.holdsMouse ? 'driving' : 'hold to drive';
@@ -213,9 +210,6 @@ function showTool(tool) {
   if (tool === 'goal') say('Goal: press at the place, drag to the heading.');
   if (tool === 'reset') say('Reset: press where the robot is, drag to its heading.');
 }
-
-const named = (name, reason) => (reason ? `${name}: ${reason}` : '');
-const join = (...texts) => [...new Set(texts.filter(Boolean))].join(' \u00b7 ');
 
 // -- the fields of the goal and of the reset: x and y [m], yaw [degrees], in the frame local
 
