@@ -28,8 +28,8 @@ from tb3_labs.terminal import run_tool    # noqa: E402
 def namespace(word):
     """Returns '/robot3/' for 'robot3', and '/' for ''."""
     if not re.fullmatch(r'/?([A-Za-z]\w*(/[A-Za-z]\w*)*)?/?', word):
-        raise argparse.ArgumentTypeError('{} is not a namespace, such as robot3'.format(word))
-    return '/{}/'.format(word.strip('/')).replace('//', '/')
+        raise argparse.ArgumentTypeError(f'{word} is not a namespace, such as robot3')
+    return f'/{word.strip("/")}/'.replace('//', '/')
 
 
 def main(words):

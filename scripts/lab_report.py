@@ -9,7 +9,7 @@ into one spreadsheet.
 import sys
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, number_or_text, printable, whole_number
+from tb3_labs.command_line import Parser, number_or_text, printable, reason, whole_number
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
@@ -29,8 +29,7 @@ def parse(words):
                         help='where to write; default: RUN_report beside the bag')
     parser.add_argument('--goal', nargs=3, type=number_or_text, metavar=('X', 'Y', 'YAW_DEG'),
                         help='goal in the local frame [m, m, deg] of drives whose goal was not '
-                        "recorded; default: the lab's, {:g} {:g} {:g}".format(
-                            GOAL_X, GOAL_Y, GOAL_YAW_DEG))
+                        f"recorded; default: the lab's, {GOAL_X:g} {GOAL_Y:g} {GOAL_YAW_DEG:g}")
     parser.add_argument('--ns', metavar='ROBOT', help='namespace of the robot, / for none')
     parser.add_argument('--model', choices=sorted(MODELS), default=DEFAULT_MODEL,
                         help='the robot with these limits; default: %(default)s')
@@ -42,7 +41,7 @@ def parse(words):
         try:
             given.goal = TypedPose(*given.goal).pose
         except ValueError as problem:
-            parser.error('--goal: {}'.format(problem))
+            parser.error(f'--goal: {problem}')
     return given
 
 
@@ -56,13 +55,12 @@ def main(words):
         run = completed(read_run(str(given.bag), given.ns, _tell), given.goal or LAB_GOAL)
         folder = given.folder or given.bag.with_name(given.bag.stem + '_report')
         page, *others = write_report(run, robot_model(given.model), folder, given.turn)
-        print('Report: {}\nBeside it: {}'.format(page, ', '.join(path.name for path in others)))
+        print(f'Report: {page}\nBeside it: {", ".join(path.name for path in others)}')
     except ImportError as problem:
-        return _fail('{}; install it: sudo apt install --no-install-recommends python3-{}'.format(
-            problem, (problem.name or 'matplotlib').split('.')[0]))
+        return _fail(f'{problem}; install it: sudo apt install --no-install-recommends '
+                     'python3-matplotlib')
     except OSError as problem:
-        return _fail('cannot write the report to {}: {}; choose another folder with -o'.format(
-            problem.filename or given.folder, problem.strerror or problem))
+        return _fail(f'cannot write the report: {reason(problem)}; choose another folder with -o')
     except ValueError as problem:
         return _fail(problem)
     except KeyboardInterrupt:
@@ -77,7 +75,7 @@ def _fail(problem):
 
 def _tell(words):
     """Print words that may quote a stranger's bag: what does not show is escaped."""
-    print('lab_report.py: {}'.format(printable(str(words)[:LONGEST])), file=sys.stderr)
+    print(f'lab_report.py: {printable(str(words)[:LONGEST])}', file=sys.stderr)
 
 
 if __name__ == '__main__':

@@ -96,7 +96,14 @@ class Pointer:
         if not os.environ.get('DISPLAY'):
             raise ValueError('no display: the mouse can only be read on a computer with a screen '
                              '(DISPLAY is not set)')
-        mouse, display = _libraries()
+        try:
+            from pynput import mouse
+            from Xlib import display
+        except ImportError as problem:    # pynput raises it, too, if it cannot open the display
+            if (problem.name or '').startswith('pynput'):
+                raise ValueError('the mouse needs the Python package pynput: source '
+                                 'scripts/setup.sh installs it') from None
+            raise ValueError(f'cannot open the display {os.environ["DISPLAY"]}') from None
         self._hand = mouse.Controller()
         self._root = display.Display().screen().root
         # A daemon thread, which is never stopped or joined: on X11 a stop or a join hangs.
@@ -117,27 +124,13 @@ class Pointer:
             screen = self._root.get_geometry()
             return screen_position(*self._hand.position, screen.width, screen.height)
         except Exception as problem:    # Xlib raises classes of its own, not all of them public
-            raise ValueError('lost the display of the mouse ({})'.format(problem)) from None
+            raise ValueError(f'lost the display of the mouse ({problem})') from None
 
 
 def screen_position(pixel_x, pixel_y, width, height):
     """Returns the position (x, y), -1 to 1, of a pixel; pixels count from the top left corner."""
     x, y = 2.0 * pixel_x / max(width - 1, 1) - 1.0, 1.0 - 2.0 * pixel_y / max(height - 1, 1)
     return max(-1.0, min(1.0, x)), max(-1.0, min(1.0, y))
-
-
-def _libraries():
-    try:
-        from pynput import mouse
-        from Xlib import display
-    except ImportError as problem:
-        if (problem.name or '').startswith('pynput'):
-            raise ValueError('the mouse needs the Python package pynput: sudo apt install '
-                             'python3-pynput (Ubuntu 20.04: sudo apt install python3-xlib; '
-                             'pip3 install --no-deps pynput)') from None
-        raise ValueError('cannot open the display {} to read the mouse'.format(
-            os.environ['DISPLAY'])) from None
-    return mouse, display
 
 
 if __name__ == '__main__':

@@ -6,8 +6,7 @@ It prints the page's address. A page that drives is a pad, or a mouse: the node 
 
 Subscribes
     imu, odom, cmd_vel, joy, local_pose, goal_state, current_goal, has_control, control_holder,
-    ground_truth, /tf, /tf_static, /rosout, variables, move_to_goal/parameter_updates, ctrl_relinq,
-    move2goal/cancel
+    ground_truth, /tf, /tf_static, /rosout, variables, ctrl_relinq, move2goal/cancel
 Publishes, when a person asks for it on a page
     joy                     sensor_msgs/Joy: the page's pad, with the numbers that gamepad uses
     mouse_info              tb3_labs/MouseController: the page's mouse
@@ -35,7 +34,7 @@ from tb3_labs.ros.parameters import read_config, read_model
 try:
     from tb3_labs.panel.ros_pages import Pages
 except ModuleNotFoundError as missing:
-    sys.exit('panel: {}: sudo apt install python3-tornado'.format(missing))
+    sys.exit(f'panel: {missing}: sudo apt install python3-tornado')
 
 
 class Panel:
@@ -46,8 +45,8 @@ class Panel:
         pages = Pages(config, read_model().body_radius)
         rospy.on_shutdown(pages.release)
         # not logged: anyone who knows the address, with its token, may drive
-        print('Panel: open {} in a browser{}'.format(
-            pages.address, '' if config.control else ' (it only shows)'))
+        only = '' if config.control else ' (it only shows)'
+        print(f'Panel: open {pages.address} in a browser{only}')
 
 
 if __name__ == '__main__':

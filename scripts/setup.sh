@@ -12,13 +12,9 @@
 # repository: a Python environment with squaternion, a catkin workspace whose src/tb3_labs links to the repository's files,
 # logs. Deleting build undoes it. When nothing is missing it takes well under a second; a change of Python code needs no build.
 #
-# A catkin workspace that was sourced before stays, and one that is sourced afterwards is added. Both go before this one,
-# also if they have a tb3_labs of their own; a line says so. Everything else on PYTHONPATH and CMAKE_PREFIX_PATH is dropped,
-# because a conda, a pyenv or a ROS 2 in them breaks ROS 1's Python. A workspace that is built in
-# this shell extends this one: later its devel/setup.bash alone is enough.
-#
-# One installation serves all accounts of a machine. Logs and caches are kept in build/.ws if it is the user's own, else in
-# ~/.ros; ROS_HOME and ROS_LOG_DIR go before both.
+# A catkin workspace that was sourced before stays, and one that is sourced afterwards is added; both go before this one. A
+# conda, a pyenv or a ROS 2 on PYTHONPATH and CMAKE_PREFIX_PATH is dropped, because it breaks ROS 1's Python.
+# One installation serves all accounts of a machine; whoever does not own it has logs and caches in ~/.ros.
 #
 # Network: everything listens on the loopback only. For a real robot set ROS_IP to this computer's address first, if the
 # master runs here; or ROS_MASTER_URI=http://ROBOT:11311, if it runs there: ROS_IP is then found by itself.

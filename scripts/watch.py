@@ -27,8 +27,7 @@ def main(command):
     try:
         os.execvpe(command[0], command, watched(os.environ))
     except OSError as problem:
-        print('watch.py: {} cannot be started: {}'.format(command[0], problem.strerror),
-              file=sys.stderr)
+        print(f'watch.py: {command[0]} cannot be started: {problem.strerror}', file=sys.stderr)
         return 127
 
 

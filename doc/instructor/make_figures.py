@@ -15,7 +15,7 @@ import matplotlib
 import numpy as np
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.patches import Arc, Circle, Ellipse, FancyBboxPatch
+from matplotlib.patches import Arc, Circle
 
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angle_arrays import difference_degrees
@@ -244,38 +244,6 @@ def a_reset():
     return figure
 
 
-def pad():
-    """A pad: its sticks and letters, with their numbers in a message of joy."""
-    figure = new_figure(7.6, 2.7)
-    axes = figure.subplots()
-    axes.set_aspect('equal')
-    blank(axes, (-5.6, 5.6), (-2.25, 1.6))
-    axes.add_patch(FancyBboxPatch((-2.6, -1.1), 5.2, 2.2,
-                                  boxstyle='round,pad=0.4,rounding_size=0.9',
-                                  facecolor='#f4f4f4', edgecolor=GREY, linewidth=1.6))
-    for x, y, step, words, text in (
-            (-1.9, 0.3, (0.0, 0.8), 'left stick:\naxes[1]\n1 forward\n-1 back', -3.2),
-            (0.6, -0.7, (0.8, 0.0), 'right stick: axes[3]\n1 left, -1 right', 0.6)):
-        axes.add_patch(
-            Circle((x, y), 0.45, facecolor='white', edgecolor=GREY, linewidth=1.6, zorder=3))
-        for sign in (1.0, -1.0):
-            arrow(axes, (x, y), (x + sign * step[0], y + sign * step[1]), BLUE, zorder=4)
-        axes.text(text, y if text == -3.2 else -2.15, words, color=BLUE, fontsize=10,
-                  ha='right' if text == -3.2 else 'center',
-                  va='center' if text == -3.2 else 'bottom')
-    for letter, x, y, colour, words in (('Y', 2.0, 1.05, ORANGE, 'buttons[2]: reset'),
-                                        ('B', 2.65, 0.4, GREY, 'buttons[1]: take back'),
-                                        ('A', 2.0, -0.25, GREEN, 'buttons[0]: hand over'),
-                                        ('X', 1.35, 0.4, '#bbbbbb', '')):
-        axes.add_patch(Circle((x, y), 0.3, facecolor='white', edgecolor=colour, linewidth=1.8))
-        axes.text(x, y, letter, color=colour, fontsize=11, fontweight='bold', ha='center',
-                  va='center')
-        if words:
-            axes.plot((x + 0.3, 3.2), (y, y), color=colour, linewidth=0.9, linestyle=':')
-            axes.text(3.25, y, words, color=colour, fontsize=10, va='center')
-    return figure
-
-
 def error_on_the_circle():
     """The short way round: a turn from 350 to 80 degrees, and the command by the error."""
     figure = new_figure(8.0, 3.3)
@@ -328,19 +296,6 @@ def axes_of_the_robot():
     return figure
 
 
-def graph_of_the_exercise():
-    """The nodes of the exercise, as rqt_graph shows them."""
-    figure = new_figure(5.6, 1.2)
-    axes = figure.subplots()
-    blank(axes, (0.0, 5.6), (0.0, 1.2))
-    for x, name in ((1.1, '/turtlebot3'), (4.5, '/imu_sub')):
-        axes.add_patch(Ellipse((x, 0.5), 1.9, 0.7, facecolor='white', edgecolor='black'))
-        axes.text(x, 0.5, name, ha='center', va='center', fontsize=12)
-    arrow(axes, (2.05, 0.5), (3.55, 0.5), 'black')
-    axes.text(2.75, 0.68, '/imu', ha='center', fontsize=12)
-    return figure
-
-
 def turn(wrapped):
     """The heading [deg] at each command of a left turn from 330 degrees by the handout's law, with
     its error `wrapped` or not."""
@@ -371,8 +326,8 @@ def two_turns():
     return figure
 
 
-FIGURES = {'axes': axes_of_the_robot, 'turns': two_turns, 'graph': graph_of_the_exercise,
-           'reset': a_reset, 'pad': pad,
+FIGURES = {'axes': axes_of_the_robot, 'turns': two_turns,
+           'reset': a_reset,
            'point': point_in_both_frames, 'heading': heading_in_both_frames,
            'states': four_states, 'imu_offset': offset_of_the_imu, 'error': error_on_the_circle}
 

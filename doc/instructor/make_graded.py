@@ -23,7 +23,7 @@ HEAD = '| criterion | what is asked | limits | points |\n|---|---|---|---|\n'
 
 def extras(lab):
     """The list of the criteria beyond the handout, in Markdown."""
-    return ''.join('* `{}`: {}{}\n'.format(c.label, c.meaning, c.limits and ', ' + c.limits)
+    return ''.join(f'* `{c.label}`: {c.meaning}{c.limits and ", " + c.limits}\n'
                    for c in LABS[lab].criteria if c.extra)
 
 
@@ -31,11 +31,10 @@ def table(lab, with_extras=True):
     """The table of a lab, in Markdown: first the handout's criteria, then those beyond it."""
     criteria = [c for c in LABS[lab].criteria if with_extras or not c.extra]
     worth = points_of(lab, yaml.safe_load(POINTS.read_text(encoding='utf-8')))
-    rows = ['| `{}` | {} |{} | {:g} |\n'.format(
-        c.label, c.meaning, ' ' + c.limits if c.limits else '', worth[c.name])
+    rows = [f'| `{c.label}` | {c.meaning} |{c.limits and " " + c.limits} | {worth[c.name]:g} |\n'
             for c in sorted(criteria, key=lambda c: c.extra)]
     total = sum(worth[c.name] for c in criteria if not c.extra)
-    return HEAD + ''.join(rows) + '| | | full marks | {:g} |\n'.format(total)
+    return HEAD + ''.join(rows) + f'| | | full marks | {total:g} |\n'
 
 
 def with_tables(sheet):

@@ -1,5 +1,4 @@
-"""Writes the files made from the nodes' settings: `doc/instructor/parameters.md`,
-`launch/params/NODE.yaml`.
+"""Writes the files made from the nodes' settings, `launch/params/NODE.yaml`.
 
     python3 doc/instructor/make_parameters.py
 
@@ -39,38 +38,6 @@ class ModelConfig(Config):
     """The parameter that tb3_labs.ros.parameters.read_model reads."""
 
     model: str = setting(NOT_GIVEN, 'kind of TurtleBot3', choices=(NOT_GIVEN,) + tuple(MODELS))
-
-
-HEAD = """\
-# Parameters of all nodes
-
-`python3 doc/instructor/make_parameters.py` makes this page from the settings in the code. Edit \
-the settings.
-
-Each parameter can be given in several ways. If two of them differ, the lower one holds.
-
-| way | example |
-|---|---|
-| an argument, for those that are typed most | \
-`roslaunch tb3_labs turn.launch sim:=true model:=waffle` |
-| a file of your own | `roslaunch tb3_labs move2goal.launch sim:=true params:=my.yaml` |
-| `set:=`, for any parameter | `roslaunch tb3_labs turn.launch sim:=true set:="{max_ang_z: 1}"` |
-| while the node runs, where *live* says yes | `dynparam set /move_to_goal max_linear 0.1` |
-
-A file of your own holds the lines that differ: copy them from the package's file,
-`launch/params/NODE.yaml`. `set:=` and `params:=` are for the node after which the launch file is
-named. `robot_set:="{slip: 0.1, network: bad}"` is for the simulated robot that `sim:=true` starts.
-A blank stands after each colon.
-
-`roslaunch --ros-args tb3_labs FILE` lists a launch file's arguments. An unknown argument is
-refused before anything starts. A node refuses an unknown parameter and an invalid value, and ends
-its launch.
-
-`dynparam` is on the PATH of `scripts/setup.sh`'s shell; in a workspace of your own it is
-`python3 $(rospack find tb3_labs)/launch/run.py dynparam`. Its settings last as long as the node.
-
-The model `default` is `TURTLEBOT3_MODEL` in the environment, else burger.
-"""
 
 
 class Node:
@@ -127,49 +94,29 @@ def nodes():
     return [Node(*each) for each in NODES]
 
 
-def shown(value):
-    """A default as the tables show it."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    return '{:g}'.format(value) if isinstance(value, float) else str(value)
-
-
-def table(node):
-    """The node's part of doc/instructor/parameters.md."""
-    lines = ['', '## {}'.format(node.name), '',
-             '`scripts/{}`, started by `launch/{}`.'.format(node.script, node.launch_file), '',
-             '| parameter | default | valid | meaning | live |', '|---|---|---|---|---|']
-    for item, live in node.settings:
-        lines.append('| `{}` | {} | {} | {} | {} |'.format(
-            item.name, shown(item.default), bounds_in_words(item), item.metadata['meaning'],
-            'yes' if live else 'no'))
-    return '\n'.join(lines) + '\n'
-
-
 def annotated_yaml(node):
     """launch/params/NODE.yaml: each default, and beside it the valid values and the meaning."""
-    lines = ['# {} ({}): all parameters: default, valid values, meaning. (live): dynparam sets it.'
-             .format(node.name, node.script),
+    lines = [f'# {node.name} ({node.script}): all parameters: default, valid values, meaning. '
+             '(live): dynparam sets it.',
              '# Made by `python3 doc/instructor/make_parameters.py`. Copy lines that you change '
              'to a file of',
-             '# your own: roslaunch tb3_labs {} params:=my.yaml'.format(node.launch_file),
+             f'# your own: roslaunch tb3_labs {node.launch_file} params:=my.yaml',
              '# A line with # in front is an argument of the launch file; your file overrides it.']
     for item, live in node.settings:
         if item.name in node.typed:
             continue
         value = yaml.safe_dump({item.name: item.default}, default_flow_style=False).strip()
-        given = item.name in node.arguments + node.pad
-        lines.append('{:<28} # {}: {}{}'.format('#' * given + value, bounds_in_words(item),
-                                                item.metadata['meaning'], ' (live)' * live))
+        if item.name in node.arguments + node.pad:
+            value = '#' + value
+        meaning = item.metadata['meaning'] + (' (live)' if live else '')
+        lines.append(f'{value:<28} # {bounds_in_words(item)}: {meaning}')
     return '\n'.join(lines) + '\n'
 
 
 def made():
     """{path: text} of all files."""
-    files = {'doc/instructor/parameters.md': HEAD + ''.join(table(node) for node in nodes())}
-    files.update({'launch/params/{}.yaml'.format(node.name): annotated_yaml(node)
-                  for node in nodes() if '$(arg params)' in node.element})
-    return files
+    return {f'launch/params/{node.name}.yaml': annotated_yaml(node)
+            for node in nodes() if '$(arg params)' in node.element}
 
 
 if __name__ == '__main__':

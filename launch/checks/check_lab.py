@@ -16,7 +16,6 @@ Started by check_LAB.test. Parameters
     ~pad        the option of the lab gamepad: numbers of the pad, launch/params/pad_NAME.yaml
     ~strict     whether criteria beyond the handout fail the test too
 """
-import difflib
 import os
 import re
 import subprocess
@@ -33,7 +32,6 @@ from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of, read_points
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.ros_stage import try_out
-from tb3_labs.marking.intake.packages import package_folder
 from tb3_labs.marking.intake.launch import Launch
 from tb3_labs.ros.node import end, leave
 
@@ -52,7 +50,7 @@ def marked():
     if package == OWN_PACKAGE and node != FINISHED:
         executable = f'{node}_{executable}'
     if name not in LABS:
-        raise ValueError(f"there is no lab {name!r}: {', '.join(LABS)}")
+        raise ValueError(f'there is no lab {name!r}: {", ".join(LABS)}')
     lab = LABS[name]
     parts = lab.checked_parts(parts)
     for known in ('lab', 'points', 'parts', 'record'):      # a node need not read them
@@ -63,8 +61,8 @@ def marked():
         option = lab.option.read(rospy.get_param('~' + lab.option.name, lab.option.default))
         for key, value in lab.option.parameters(option).items():
             rospy.set_param('/' + key, value)
-    tell('{}, {}: {}/{} is judged{}'.format(
-        lab.title, ', '.join(parts or lab.parts), package, executable, whose(package, executable)))
+    tell(f'{lab.title}, {", ".join(parts or lab.parts)}: {package}/{executable} is judged'
+         + whose(package, executable))
 
     with tempfile.TemporaryDirectory() as folder:
         path = record or os.path.join(folder, 'trial.bag')
@@ -103,43 +101,33 @@ def place_of(package, executable):
     try:
         folder = Path(packs.get_path(package))
     except rospkg.ResourceNotFound:
-        raise ValueError('there is no package {} in this terminal{}; build its workspace, and '
-                         'type: source devel/setup.bash'.format(
-                             package, _near(package, packs.list()))) from None
+        raise ValueError(f'there is no package {package} in this terminal; build its workspace, '
+                         'and type: source devel/setup.bash') from None
     # the order of workspaces, relays and links is rosrun's own matter
     asked = subprocess.run(['rosrun', '--prefix', 'echo', package, executable],
                            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                            stderr=subprocess.STDOUT, universal_newlines=True)
     several = re.findall(r'^\d+\) (.*)$', asked.stdout, re.MULTILINE)
     if several:
-        folders = {package_folder(Path(path), Path('/')) for path in several} - {None}
-        raise ValueError('{} files of the package {} are called {}, and rosrun asks which is '
-                         'meant: {}; {}'.format(
-                             len(several), package, executable, ', '.join(sorted(several)),
-                             'the package is on the path twice: source one workspace alone'
-                             if len(folders) > 1 else 'give each its own name'))
+        raise ValueError(f'rosrun finds {len(several)} files {executable} of the package '
+                         f'{package}: {", ".join(sorted(several))}; give each its own name, or '
+                         'source one workspace alone')
     if asked.returncode == 0:
         return asked.stdout.splitlines()[-1]
     files = [path for depth in DEPTHS for path in sorted(folder.glob(depth)) if path.is_file()]
     for path in files:
         if path.name == executable:
-            raise ValueError('{0} is not executable, so rosrun cannot start it; type: chmod +x {0}'
-                             .format(path))
+            raise ValueError(
+                f'{path} is not executable, so rosrun cannot start it; type: chmod +x {path}')
     names = sorted({path.name for path in files if path.suffix == '.py'})
-    raise ValueError('there is no {} in the package {}, {}{}'.format(
-        executable, package, folder, _near(executable, names) or '; there are: {}'.format(
-            ', '.join(names[:5]) or 'no Python files')))
-
-
-def _near(name, known):
-    near = difflib.get_close_matches(name, known, 1)
-    return ', near it: ' + near[0] if near else ''
+    raise ValueError(f'there is no {executable} in the package {package}, {folder}; there are: '
+                     + (', '.join(names[:5]) or 'no Python files'))
 
 
 class Check(unittest.TestCase):
     """One result. A failure has one sentence, without a stack trace."""
 
-    def __init__(self, name, failure=''):
+    def __init__(self, name, failure=None):
         super().__init__()
         self._name, self._failure = name, failure
 
@@ -206,7 +194,9 @@ def main():
         return report([Check('test_runs', f'nothing was judged: {problem}')])
     if of_a_class():
         return report([])
-    for line in [*lines_of(marks.graded), *marks.remarks, marks.hint, total(marks)]:
+    extra = lines_of(marks.extra)
+    for line in [*lines_of(marks.graded), *marks.remarks, marks.hint, total(marks),
+                 'Beyond the handout:' if extra else '', *extra]:
         if line:
             tell(line)
     if marks.extra:

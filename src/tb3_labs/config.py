@@ -49,7 +49,7 @@ def from_parameters(kind: Type[Kind], given: Mapping[str, Any]) -> Kind:
 def nearest(name: str, known: Iterable[str]) -> str:
     """A hint for a name that is not among the `known` ones."""
     near = difflib.get_close_matches(name, list(known), 1)
-    return 'is {} meant?'.format(near[0]) if near else 'known: ' + ', '.join(sorted(known))
+    return f'is {near[0]} meant?' if near else 'known: ' + ', '.join(sorted(known))
 
 
 def _checked(item: Field, value: Any) -> Any:
@@ -64,8 +64,7 @@ def _checked(item: Field, value: Any) -> Any:
                 and (rule['high'] is None or value <= rule['high'])
                 and (not rule['choices'] or value in rule['choices']))
     if not is_valid:
-        raise ValueError('{} = {!r} is not valid: {}'.format(
-            item.name, value, bounds_in_words(item)))
+        raise ValueError(f'{item.name} = {value!r} is not valid: {bounds_in_words(item)}')
     return value
 
 
@@ -76,12 +75,10 @@ def bounds_in_words(item: Field) -> str:
         return 'one of ' + ', '.join(str(choice) for choice in rule['choices'])
     kind = {bool: 'true or false', float: 'a number', int: 'a whole number', str: 'text'}[
         type(item.default)]
-    low, high = (bound if isinstance(bound, int) or bound is None else '{:g}'.format(bound)
+    low, high = (bound if isinstance(bound, int) or bound is None else f'{bound:g}'
                  for bound in (rule['low'], rule['high']))
-    if low is not None and high is not None:
-        kind += ' from {} to {}'.format(low, high)
+    if high is not None:
+        kind += f' of at most {high}' if low is None else f' from {low} to {high}'
     elif low is not None:
-        kind += ' of at least {}'.format(low)
-    elif high is not None:
-        kind += ' of at most {}'.format(high)
-    return kind + (' ' + rule['unit'] if rule['unit'] else '')
+        kind += f' of at least {low}'
+    return f'{kind} {rule["unit"]}'.rstrip()

@@ -221,11 +221,9 @@ def test_a_network_behind_nat_is_known(monkeypatch, kernel, interfaces, files, k
     ('/', '/imu_data', '/lab1 listens to /imu_data, which nobody publishes; /imu is published by '
      + CORE), ('/', '/imu/data', '/imu/data'), ('/robot3/', '/imu', '/robot3/imu is published by'),
     *[('/', wrong, '/imu is published by') for wrong in (
-        '/IMU', '/imus', '/Imu', '/lab1/imu', '/robot3/imu', '/turtle1/imu', '/imu_raw', '/raw_imu', '/imu9250')],
-    *[('/robot3/', wrong, '/robot3/imu is published by') for wrong in (
-        '/IMU', '/robot3/IMU', '/robot3/lab1/imu', '/lab1/imu', '/turtle1/imu', '/robot3/imu/imu')],
-    ('/robot3/', '/robot3/imu', ''), ('/', '/reset', ''), ('/', '/map', ''), ('/', '/scan', ''),
-    ('/robot3/', '/robot4/imu', ''), ('/', '/odom_combined', '')])
+        '/IMU', '/imus', '/lab1/imu', '/robot3/imu', '/turtle1/imu', '/imu_raw', '/raw_imu')],
+    *[('/robot3/', wrong, '/robot3/imu is published by') for wrong in ('/IMU', '/robot3/IMU', '/lab1/imu')],
+    ('/robot3/', '/robot3/imu', ''), ('/', '/reset', ''), ('/', '/map', ''), ('/', '/odom_combined', '')])
 def test_a_node_that_listens_to_a_wrong_name(namespace, heard, words):
     lines = list(judge_names(RobotGraph(namespace, [
         [[namespace + 'imu', [CORE]]], [[heard, ['/lab1']]], []])))
@@ -237,11 +235,9 @@ def test_a_node_that_listens_to_a_wrong_name(namespace, heard, words):
 
 @pytest.mark.parametrize('namespace, sent, right', [
     *[('/', wrong, '/cmd_vel') for wrong in (
-        '/turtle1/cmd_vel', '/CMD_VEL', '/cmdvel', '/cmd_val', '/lab1/cmd_vel', '/robot/cmd_vel')],
-    ('/', '/mouse', '/mouse_info'), ('/', '/ctrl_relinquish', '/ctrl_relinq'),
-    *[('/robot3/', wrong, '/robot3/cmd_vel') for wrong in (
-        '/cmd_vel', '/turtle1/cmd_vel', '/robot3/turtle1/cmd_vel', '/robot3/cmd_Vel')],
-    ('/', '/heading_error', ''), ('/', '/speed', ''), ('/robot3/', '/robot4/cmd_vel', '')])
+        '/turtle1/cmd_vel', '/CMD_VEL', '/cmdvel', '/cmd_val', '/lab1/cmd_vel')],
+    ('/', '/ctrl_relinquish', '/ctrl_relinq'), ('/robot3/', '/cmd_vel', '/robot3/cmd_vel'),
+    ('/robot3/', '/robot3/cmd_Vel', '/robot3/cmd_vel'), ('/', '/heading_error', ''), ('/', '/speed', '')])
 def test_a_node_that_publishes_under_a_wrong_name(namespace, sent, right):
     heard = [[namespace + name, ['/controller']] for name in ('mouse_info', 'ctrl_relinq', 'heading')]
     lines = list(judge_names(RobotGraph(namespace, [

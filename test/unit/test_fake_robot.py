@@ -61,8 +61,6 @@ class Computer:
 class Robot:
     """Keeps the computer's time of each step; the computer pauses within one of them."""
 
-    is_heard = True
-
     def __init__(self, computer):
         self._computer, self.steps = computer, []
 

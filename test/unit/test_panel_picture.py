@@ -33,7 +33,7 @@ def sample(*pose, stamp=0.0, linear=0.0, angular=0.0):
 
 def test_of_a_robot_that_was_never_heard_nothing_is_known(view):
     assert picture(view) == {
-        **dict.fromkeys(['odom', 'local', 'frame', 'truth', 'goal', 'tolerance', 'distance',
+        **dict.fromkeys(['odom', 'local', 'frame', 'truth', 'goal', 'distance',
                          'angle', 'has_control', 'command', 'heading_deg']),
         'is_own': False, 'state': '', 'phase': '', 'holder': 'nobody', 'driver': '',
         'ages': {'imu': None, 'odom': None}, 'inside': []}
@@ -43,14 +43,14 @@ def test_of_a_robot_that_was_never_heard_nothing_is_known(view):
 def test_each_kind_that_was_heard_stands_where_it_belongs(view):
     view.hear_odometry(sample(1.0, 2.0, 3.0), 99.5)
     for kind, value in (('frame', Pose2(0.5, -0.25, HALF_PI)), ('local', Pose2(-1.0, -2.0, 0.0000001)),
-                        ('goal', Pose2(2.0, 2.0, 0.0)), ('tolerance', 0.01), ('state', 'MOVE_FORWARD'),
+                        ('goal', Pose2(2.0, 2.0, 0.0)), ('state', 'MOVE_FORWARD'),
                         ('has_control', True), ('holder', 'gamepad')):
         view.hear(kind, value, 99.0)
     view.hear('imu', HALF_PI, 99.5)
     view.hear_command('/move_to_goal', 0.12345, -0.5, 99.75)
     assert picture(view) == {
         'odom': [1.0, 2.0, 3.0], 'local': [-1.0, -2.0, 0.0], 'frame': [0.5, -0.25, QUARTER],
-        'is_own': True, 'truth': None, 'goal': [2.0, 2.0, 0.0], 'tolerance': 0.01, 'distance': 5.0, 'angle': 0.0,
+        'is_own': True, 'truth': None, 'goal': [2.0, 2.0, 0.0], 'distance': 5.0, 'angle': 0.0,
         'state': 'MOVE_FORWARD', 'phase': 'driving', 'has_control': True,
         'holder': 'move_to_goal (it has control)', 'driver': '/move_to_goal',
         'command': [0.123, -0.5], 'heading_deg': 90.0,
@@ -205,8 +205,7 @@ POSES = st.builds(Pose2, *[st.floats(-1e6, 1e6)] * 2, st.floats(-math.pi, math.p
     st.tuples(st.just('hear_command'), st.tuples(st.just('/node'), st.floats(), st.floats())),
     st.tuples(st.just('hear'), st.tuples(st.sampled_from(['goal', 'origin', 'local', 'frame']), POSES)),
     st.tuples(st.just('hear'), st.tuples(st.just('truth'), st.tuples(POSES, st.floats(0.0, 1e9)))),
-    st.tuples(st.just('hear'), st.tuples(
-        st.sampled_from(['tolerance', 'imu']), st.floats()))), max_size=12))
+    st.tuples(st.just('hear'), st.tuples(st.just('imu'), st.floats()))), max_size=12))
 def test_a_page_can_read_whatever_is_heard(heard):
     view = RobotView()
     for method, values in heard:

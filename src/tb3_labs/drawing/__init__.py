@@ -24,8 +24,8 @@ def one_script(page: Path) -> str:
                          if (folder / name).exists()))
         names = EXPORT.findall(source)
         body = EXPORT.sub('', IMPORT.sub(r"const {\1} = modules['\2'];", source))
-        scripts[path.name] = "modules['{}'] = (() => {{\n{}\nreturn {{{}}};\n}})();\n".format(
-            path.name, body, ', '.join(names))
+        scripts[path.name] = (f"modules['{path.name}'] = (() => {{\n{body}\n"
+                              f"return {{{', '.join(names)}}};\n}})();\n")
 
     add(page)
     return "'use strict';\nconst modules = {};\n" + ''.join(scripts.values())

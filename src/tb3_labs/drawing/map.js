@@ -125,9 +125,9 @@ export class RobotMap {
     this._paths(c);
     this._frames(c, labels);
     this._ghost(c, labels, this.picture.truth, 'true', colours.truth);
-    this._target(c, labels, this.picture.goal, 'goal', this.picture.tolerance);
+    this._target(c, labels, this.picture.goal, 'goal');
     this._robot(c, labels);
-    if (this.draft) this._target(c, labels, this.draft.pose, this.draft.words, 0);
+    if (this.draft) this._target(c, labels, this.draft.pose, this.draft.words);
     labels.write();
   }
 
@@ -182,8 +182,8 @@ export class RobotMap {
     labels.add(name, px, py, colour, {away: 12});
   }
 
-  /** A target in local: its tolerance to scale, a cross of constant size, the final heading. */
-  _target(c, labels, target, text, tolerance) {
+  /** A target in local: a cross of constant size, and the final heading. */
+  _target(c, labels, target, text) {
     const at = this.drawn('local', target);
     if (!at) return;
     const [px, py, yaw] = at;
@@ -193,7 +193,6 @@ export class RobotMap {
     for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
       stroke(c, colour, [[px + 9 * dx, py + 9 * dy], [px + 17 * dx, py + 17 * dy]]);
     }
-    disc(c, px, py, Math.max(1, (tolerance || 0) * this.view.scale), colour, 0.35);
     c.lineWidth = 3;
     const [ex, ey] = arrow(c, px, py, yaw, 40, colour, true);
     labels.avoid(px, py, 13);

@@ -33,7 +33,6 @@ class PanelConfig(Config):
                         low=1, high=65000)
     address: str = setting(LOOPBACK, 'address at which the page is offered; 0.0.0.0: all; any '
                                      'address but the loopback needs the printed token')
-    token: str = setting('', 'your own token, if one is needed; empty: a new one at each start')
     control: bool = setting(True, 'pages may drive and reset the robot; false: they only show it')
     rate: float = setting(20.0, 'pictures', '1/s', 1.0, 60.0)
 

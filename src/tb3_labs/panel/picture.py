@@ -7,7 +7,7 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was h
     "is_own"             is local the node's own, by local_pose and tf? Else it is computed here
                          from the odometry, since the last line "Local pose set to" of a node
     "truth"              true pose of a simulated robot, in odom
-    "goal"               pose of the goal, in local; "tolerance" [m]
+    "goal"               pose of the goal, in local
     "distance", "angle"  to the goal [m], and off its heading [deg]
     "state", "phase"     the words of `goal_state`; their kind: driving, reached, waiting, stopped,
                          gave up, or ''
@@ -162,7 +162,6 @@ class RobotView:
             'odom': _numbers(odom and odom.pose), 'local': _numbers(local),
             'frame': _numbers(frame), 'is_own': is_own,
             'truth': _numbers(self._truth_in_odom()), 'goal': _numbers(goal),
-            'tolerance': _rounded(self.latest('tolerance'), 6),
             'distance': _rounded(distance, 4), 'angle': _rounded(angle, 4),
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'holder': self.holder(now),

@@ -19,6 +19,7 @@ than it is, but never newer, apart from the steps of a browser's clock.
 Any other message raises ``ValueError`` with the invalid value, and the valid ones.
 """
 import json
+from contextlib import suppress
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
@@ -82,7 +83,7 @@ class Request(NamedTuple):
     def lateness(self, now: float) -> float:
         """Its delay [s]. Raises ``ValueError`` if it was not sent yet."""
         if self.sent_at > now + MOST_AHEAD:
-            raise _invalid('t', self.sent_at, f'at most {now:.1f}, which is now')
+            raise ValueError(f't = {self.sent_at} is not valid: at most {now:.1f}, which is now')
         return max(0.0, now - self.sent_at)
 
 
@@ -115,28 +116,20 @@ def read_request(text: Union[str, bytes]) -> Request:
                          f'{LONGEST_REQUEST} are valid')
     try:
         message = json.loads(text)
-    except ValueError as problem:
-        raise ValueError(f'a message is not JSON: {problem}') from None
-    if not isinstance(message, dict):
-        raise ValueError('a message must be an object with "type"')
-    kind = message.get('type')
-    if not isinstance(kind, str) or kind not in READERS:
-        raise _invalid('type', kind, 'one of ' + ', '.join(READERS))
-    try:
-        sent_at = 0.0 if message.get('t') is None else _number(message, 't', LATEST)
-        return Request(kind, READERS[kind](message), _count(message, 'id'),
-                       _count(message, 'stops'), sent_at)
-    except ValueError:
-        if kind == 'stop':      # it is used, whatever stands beside it
-            return Request(kind)
-        raise
+        read = READERS[message['type']]
+    except (ValueError, TypeError, KeyError):
+        raise ValueError(f'{text!r:.60} is not valid: an object with a known "type"') from None
+    if message['type'] == 'stop':      # it is used, whatever stands beside it
+        with suppress(ValueError):
+            return _request(message, read)
+        return Request('stop')
+    return _request(message, read)
 
 
-def _count(message: Dict, name: str) -> Optional[int]:
-    value = message.get(name)
-    if value is not None and (isinstance(value, bool) or not isinstance(value, int)):
-        raise _invalid(name, value, 'a whole number, or null')
-    return value
+def _request(message: Dict, read: Callable[[Dict], Any]) -> Request:
+    sent_at = 0.0 if message.get('t') is None else _number(message, 't', LATEST)
+    return Request(message['type'], read(message), _checked(message, 'id', int, None),
+                   _checked(message, 'stops', int, None), sent_at)
 
 
 def _pose(message: Dict) -> TypedPose:
@@ -147,18 +140,15 @@ def _pose(message: Dict) -> TypedPose:
 
 
 def _held(message: Dict) -> Held:
-    pad, mouse = message.get('pad'), message.get('mouse')
-    if pad is not None and not isinstance(pad, dict):
-        raise _invalid('pad', pad, 'an object, or null')
-    if mouse is not None and not (isinstance(mouse, list) and len(mouse) == 2):
-        raise _invalid('mouse', mouse, '[x, y], or null')
-    return Held(
-        None if pad is None else Pad(
-            _number(pad, 'forward', 1.0), _number(pad, 'left', 1.0),
-            *[_flag(pad, button) for button in ('a', 'y', 'hold')]),
-        None if mouse is None else (_number({'mouse': mouse[0]}, 'mouse', 1.0),
-                                    _number({'mouse': mouse[1]}, 'mouse', 1.0)),
-        _flag(message, 'first'))
+    pad, mouse = _checked(message, 'pad', dict, None), _checked(message, 'mouse', list, None)
+    if pad is not None:
+        pad = Pad(_number(pad, 'forward', 1.0), _number(pad, 'left', 1.0),
+                  *[_checked(pad, button, bool, False) for button in ('a', 'y', 'hold')])
+    if mouse is not None:
+        if len(mouse) != 2:
+            raise ValueError('mouse is not valid: [x, y], or null')
+        mouse = tuple(_number({'mouse': value}, 'mouse', 1.0) for value in mouse)
+    return Held(pad, mouse, _checked(message, 'first', bool, False))
 
 
 #: {type: the reader of a message's value}
@@ -172,16 +162,14 @@ def _number(message: Dict, name: str, most: float, unit: str = '') -> float:
     value = message.get(name)
     # the comparison is False for NaN, infinity, and integers that are too large for a float
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= most:
-        raise _invalid(name, value, f'a number from {-most:g} to {most:g} {unit}'.rstrip())
+        raise ValueError(f'{name} = {json.dumps(value):.40} is not valid: a number from {-most:g} '
+                         f'to {most:g} {unit}'.rstrip())
     return float(value)
 
 
-def _flag(message: Dict, name: str) -> bool:
-    value = message.get(name, False)
-    if not isinstance(value, bool):
-        raise _invalid(name, value, 'true or false')
+def _checked(message: Dict, name: str, kind: type, missing: Any) -> Any:
+    """Returns the value called `name`, which is of this kind, or `missing`."""
+    value = message.get(name, missing)
+    if value is not missing and type(value) is not kind:    # to Python a bool is an int
+        raise ValueError(f'{name} is not valid: {kind.__name__}')
     return value
-
-
-def _invalid(name: str, value: Any, valid: str) -> ValueError:
-    return ValueError(f'{name} = {json.dumps(value):.40} is not valid: {valid}')

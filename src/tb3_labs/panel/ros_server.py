@@ -51,7 +51,7 @@ class Server:
 
     def __init__(self, config, open_page):
         is_open = config.address == LOOPBACK
-        token = '' if is_open else config.token or secrets.token_urlsafe(12)
+        token = '' if is_open else secrets.token_urlsafe(12)
         self._access = Access([] if is_open else _names_of_this_computer(config.address), token)
         self._open_page = open_page
         self._sockets, port = _bound(config.port, config.address)

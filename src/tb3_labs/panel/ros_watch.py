@@ -5,7 +5,6 @@ from operator import attrgetter
 import rospy
 from actionlib_msgs.msg import GoalID
 from diagnostic_msgs.msg import DiagnosticArray
-from dynamic_reconfigure.msg import Config as Values
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, Joy
@@ -32,11 +31,6 @@ def _pose(message):
     return to_pose2(message.pose)
 
 
-def _tolerance(values):
-    return next((value.value for value in values.doubles
-                 if value.name == 'distance_tolerance'), None)
-
-
 class Watch:
     """Writes the messages on the robot's topics into a RobotView.
 
@@ -56,7 +50,6 @@ class Watch:
                 ('control_holder', String, self._hear('holder'), _data),
                 ('current_goal', PoseStamped, self._hear('goal'), _pose),
                 ('move2goal/cancel', GoalID, lambda goal: on_stop()),
-                ('move_to_goal/parameter_updates', Values, self._hear('tolerance'), _tolerance),
                 ('/tf_static', *transforms)):
             subscribe(topic, *how, queue_size=None)
         for topic, rest, *how in (    # the latest sample is read, then none for `rest` [s]

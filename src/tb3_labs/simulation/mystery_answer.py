@@ -4,7 +4,6 @@ Units: each fault's value has a unit of its own. Edge cases: a wrong fault in an
 nothing about the right one; an angle may be off by whole turns; an answer without a value is not
 complete, so it is not right.
 """
-import difflib
 import math
 from typing import NamedTuple, Optional, Tuple
 
@@ -69,19 +68,13 @@ MEANINGS = {
 
 
 def fault_called(name: str) -> Fault:
-    """Returns the fault called `name`; capitals and the order of the words do not matter. Raises
-    ``ValueError`` for an unknown name."""
-    for fault in FAULT_KINDS:
-        if _words(fault.name) == _words(name):
-            return fault
-    names = [fault.name for fault in FAULT_KINDS]
-    near = difflib.get_close_matches(name.lower(), names, n=1)
-    raise ValueError('{!r} is not a fault. {}Valid: {}'.format(
-        name, 'Did you mean {!r}? '.format(near[0]) if near else '', ', '.join(names)))
-
-
-def _words(name: str) -> Tuple[str, ...]:
-    return tuple(sorted(name.lower().replace('_', ' ').replace('-', ' ').split()))
+    """Returns the fault called `name`; capitals do not matter. Raises ``ValueError`` for an unknown
+    name."""
+    faults = {fault.name: fault for fault in FAULT_KINDS}
+    try:
+        return faults[' '.join(name.lower().replace('_', ' ').replace('-', ' ').split())]
+    except KeyError:
+        raise ValueError(f'{name!r} is not a fault. Valid: {", ".join(faults)}') from None
 
 
 def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, str]:
@@ -90,35 +83,27 @@ def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, 
     hidden, truth, _ = draw(number)
     meaning, named = MEANINGS[hidden.name], fault_called(name)
     if value is not None and not math.isfinite(value):
-        raise ValueError('value = {} is not valid: a number in {}'.format(
-            value, MEANINGS[named.name].unit))
+        raise ValueError(f'value = {value} is not valid: a number in {MEANINGS[named.name].unit}')
     if named is not hidden:
-        return False, 'Wrong: mystery {} has another fault. If it were {!r}: {}'.format(
-            number, named.name, MEANINGS[named.name].shows)
+        return False, (f'Wrong: mystery {number} has another fault. If it were {named.name!r}: '
+                       + MEANINGS[named.name].shows)
     if value is None:
-        return False, 'The fault is right. Now measure its value in {}: {}.'.format(
-            meaning.unit, meaning.value)
-    off = abs(_difference(hidden, value, truth))
+        return False, (f'The fault is right. Now measure its value in {meaning.unit}: '
+                       f'{meaning.value}.')
+    off = abs(difference_degrees(value, truth) if meaning.unit == 'deg' else value - truth)
+    given, by = _given(hidden, value), _given(hidden, off)
     if off <= meaning.tolerance + ROUNDING:
-        return True, 'Right: mystery {} is {!r}, {}. Your {} is off by {}.'.format(
-            number, hidden.name, shown(hidden, truth), _given(hidden, value), _given(hidden, off))
-    words = 'The fault is right, its value is not: {} is off by {}; right is within {}.'.format(
-        _given(hidden, value), _given(hidden, off), _given(hidden, meaning.tolerance))
-    mirrored = abs(_difference(hidden, -value, truth))
-    if hidden.signed and mirrored <= meaning.tolerance + ROUNDING:
-        words += ' The size is right, the sign is not: the value is {}.'.format(meaning.value)
-    return False, words
-
-
-def _difference(fault: Fault, value: float, truth: float) -> float:
-    return difference_degrees(value, truth) if MEANINGS[fault.name].unit == 'deg' else value - truth
+        return True, (f'Right: mystery {number} is {hidden.name!r}, {shown(hidden, truth)}. Your '
+                      f'{given} is off by {by}.')
+    return False, (f'The fault is right, its value is not: {given} is off by {by}; right is within '
+                   f'{_given(hidden, meaning.tolerance)}. The value is {meaning.value}.')
 
 
 def shown(fault: Fault, value: float) -> str:
     """A value as it was drawn, with its unit; a signed value shows its +, too."""
-    return '{:{}.{}f} {}'.format(
-        value, '+' if fault.signed else '', fault.digits, MEANINGS[fault.name].unit)
+    sign = '+' if fault.signed else ''
+    return f'{value:{sign}.{fault.digits}f} {MEANINGS[fault.name].unit}'
 
 
 def _given(fault: Fault, value: float) -> str:
-    return '{:g} {}'.format(round(value, fault.digits + 1), MEANINGS[fault.name].unit)
+    return f'{round(value, fault.digits + 1):g} {MEANINGS[fault.name].unit}'

@@ -16,8 +16,8 @@ def key(words: Sequence[str]) -> List[str]:
         raise ValueError('which key? A number such as 7, or a range such as 1-12')
     for number in chain.from_iterable(map(_range, words)):
         fault, value, _ = draw(number)
-        lines.append('{:6}  {:15}  {} (within {:g})'.format(
-            number, fault.name, shown(fault, value), MEANINGS[fault.name].tolerance))
+        lines.append(f'{number:6}  {fault.name:15}  {shown(fault, value)} '
+                     f'(within {MEANINGS[fault.name].tolerance:g})')
     return lines
 
 
@@ -25,9 +25,6 @@ def _range(word: str) -> Sequence[int]:
     """The numbers of '7' or '1-12'."""
     first, _, last = word.partition('-')
     if not re.fullmatch(r'\d{1,9}(-\d{1,9})?', word):
-        raise ValueError('{:.40} is not valid: a number such as 7, or a range such as 1-12'.format(
-            repr(word)))
-    numbers = range(int(first), int(last or first) + 1)
-    if not numbers:
-        raise ValueError('{!r} is not valid: the first number is larger than the last'.format(word))
-    return numbers
+        raise ValueError(
+            f'{word!r:.40} is not valid: a number such as 7, or a range such as 1-12')
+    return range(int(first), int(last or first) + 1)

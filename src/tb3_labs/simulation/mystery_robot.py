@@ -71,10 +71,9 @@ class HiddenFault:
             for item in fields(config):
                 value = getattr(config, item.name)
                 if item.name not in PLAIN and value != item.default:
-                    raise ValueError(
-                        '{} = {!r} is not valid together with mystery = {}: beside the hidden '
-                        'fault no other is set, and no network or host'.format(
-                            item.name, value, number))
+                    raise ValueError(f'{item.name} = {value!r} is not valid together with mystery '
+                                     f'= {number}: beside the hidden fault no other is set, and '
+                                     'no network or host')
         changes = dict(self.fault.settings)
         if self.fault.setting:
             changes[self.fault.setting] = self.value * self.fault.scale
@@ -91,11 +90,11 @@ class HiddenFault:
 def draw(number: int) -> Tuple[Fault, float, int]:
     """(fault, its value, seed of the noise) of mystery `number`."""
     if not 1 <= number <= LAST_NUMBER:
-        raise ValueError('mystery = {} is not valid: a whole number from 1 to {}'.format(
-            number, LAST_NUMBER))
+        raise ValueError(
+            f'mystery = {number} is not valid: a whole number from 1 to {LAST_NUMBER}')
     block, place = divmod(number - 1, len(FAULT_KINDS))
     fault = FAULT_KINDS[_order(block)[place]]
-    source = random.Random('mystery {}'.format(number))
+    source = random.Random(f'mystery {number}')
     low, high = fault.size
     value = round(low + (high - low) * source.random(), fault.digits)
     if fault.signed and source.random() < 0.5:
@@ -112,5 +111,5 @@ def _order(block: int) -> List[int]:
 
 
 def _shuffled(block: int) -> List[int]:
-    source = random.Random('order of block {}'.format(block))
+    source = random.Random(f'order of block {block}')
     return sorted(range(len(FAULT_KINDS)), key=lambda _: source.random())

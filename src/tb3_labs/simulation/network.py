@@ -72,7 +72,7 @@ class Link:
 
     def __init__(self, direction: str, seed: int) -> None:
         self._names, self._seed = (direction + '_latency', direction + '_jitter'), seed
-        self._random = random.Random('jitter of {}s {}'.format(direction, seed))
+        self._random = random.Random(f'jitter of {direction}s {seed}')
         self._settings = SimulatorConfig()
         self._stalls: Optional[Interruptions] = None
         self._under_way: Deque[Arrival] = deque()   # (due at [s], message), in order
@@ -88,7 +88,7 @@ class Link:
             # Stalls are planned anew. The links of both directions plan alike: one delays both.
             self._stalls = Interruptions(
                 settings.stalls_per_min / 60.0, (0.0, settings.longest_stall), now,
-                'stalls {}'.format(self._seed)) if settings.stalls_per_min else None
+                f'stalls {self._seed}') if settings.stalls_per_min else None
         # Messages that waited for the end of a stall are due now.
         self._under_way = deque((max(due, now), thing) for due, thing in self._under_way)
 

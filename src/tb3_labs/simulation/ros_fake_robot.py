@@ -79,11 +79,6 @@ class FakeRobot:
         with self._lock:
             self._robot.configure(settings)
 
-    @property
-    def is_heard(self):
-        """Does any node listen to its sensors?"""
-        return self._sensors.are_heard
-
     def tick(self, step, epoch):
         """Let one SIMULATION_STEP pass, and send what is due; `epoch`: the robot's time 0 [s]."""
         truth_is_due = step % TRUTH_EVERY == 0 and (
@@ -123,20 +118,13 @@ def start(robot, speed):
                      name='robot', daemon=True).start()
 
 
-def keep_pace(robot, clock, full_speed):
-    """Step `robot` for ever.
-
-    The `clock` runs in real time until a node listens to the robot, so that a node does not wait
-    for a clock, and does not miss the start.
-    """
+def keep_pace(robot, clock, speed):
+    """Step `robot` for ever, `speed` times as fast as real time."""
     due, epoch = time.monotonic(), time.time()    # `epoch`: the robot's time 0
-    speed = 1.0
     for step in itertools.count():
         if clock:
             clock.publish(Clock(rospy.Time.from_sec(epoch + (step + 1) * SIMULATION_STEP)))
         robot.tick(step, epoch)
-        if speed != full_speed and robot.is_heard:
-            speed = full_speed
         due += SIMULATION_STEP / speed
         late = time.monotonic() - due
         if late < 0.0:
@@ -162,7 +150,7 @@ class TruthPipe:
     def write(self, pose):
         """Write a pose, or drop it: the robot never waits for a reader."""
         with suppress(OSError):
-            os.write(self._pipe, '{:.9g} {:.9g} {:.9g}\n'.format(pose.x, pose.y, pose.yaw).encode())
+            os.write(self._pipe, f'{pose.x:.9g} {pose.y:.9g} {pose.yaw:.9g}\n'.encode())
 
 
 class SensorTopics:
@@ -177,11 +165,6 @@ class SensorTopics:
         self._odom = publisher('odom', Odometry)
         self._joints = publisher('joint_states', JointState)
         self._tf = publisher('/tf', TFMessage)
-
-    @property
-    def are_heard(self):
-        """Does any node listen to the IMU or the odometry?"""
-        return self._imu.get_num_connections() or self._odom.get_num_connections()
 
     def send(self, burst, epoch, wheels):
         """Publish the samples of a `burst`, which arrive at one moment, by one write for each

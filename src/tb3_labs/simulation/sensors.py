@@ -90,7 +90,7 @@ class TimeSyncs:
         """The error [s] of a stamp taken at `now` [s]."""
         number = int(now / SYNC_PERIOD)
         if number != self._number:
-            source = random.Random('time sync {} {}'.format(number, self._seed))
+            source = random.Random(f'time sync {number} {self._seed}')
             self._number, self._error = number, source.uniform(-self._largest, self._largest)
         return self._error
 

@@ -69,8 +69,8 @@ class Simulator:
             return
         for name in STARTING:
             if getattr(config, name) != getattr(self.config, name):
-                raise ValueError('{} = {!r} is not valid: it only counts at the start'.format(
-                    name, getattr(config, name)))
+                raise ValueError(f'{name} = {getattr(config, name)!r} is not valid: it only counts '
+                                 'at the start')
         self._body.move_to(self.now)
         self._apply(config)
 
@@ -115,7 +115,7 @@ class Simulator:
 
     def _pass(self, dt: float) -> None:
         if not 0.0 <= dt < math.inf:
-            raise ValueError('a step of {} s'.format(dt))
+            raise ValueError(f'a step of {dt} s')
         self.now += dt
         horizon = self.now + TIME_ROUNDING
         board, sensors, control = self._board, self.sensors, self._control_rhythm

@@ -52,11 +52,8 @@ export class Controls {
       for (const id of ids) setReason($(id), reasons[kind]);
     }
     for (const kind of ['goal', 'reset']) setReason($('tool-' + kind), reasons[kind] || drag);
-    // Without a connection the banner gives the reason for all controls.
-    const words = this._link.connected && picture ? join : () => '';
-    setText($('drive-hint'), words(named('turns', reasons.turn)));
-    setText($('poses-hint'), words(
-      named('goal', reasons.goal), named('reset', reasons.reset), named('drag', drag)));
+    setText($('drive-hint'), reasons.turn);
+    setText($('poses-hint'), reasons.goal || reasons.reset || drag);
     const pad = this._pad.gives ? 'move_to_goal drives while this page stays open and in sight'
       : this._pad.isHeld ? picture?.pad : 'grip a stick to drive';
     const mouse = this._pad.holdsMouse ? 'driving' : 'hold to drive';
@@ -92,8 +89,8 @@ export class Controls {
   }
 
   _sendTyped(kind) {
-    const message = typedRequest(kind);
-    if (message) this._request(message);
+    const [x, y, yaw_deg] = ['x', 'y', 'yaw'].map((part) => read(`${kind}-${part}`));
+    this._request({type: kind, x, y, yaw_deg});
   }
 
   /** STOP, or B. Returns whether this page may stop the robot. */
@@ -214,9 +211,6 @@ function showTool(tool) {
   if (tool === 'reset') say('Reset: press where the robot is, drag to its heading.');
 }
 
-const named = (name, reason) => (reason ? `${name}: ${reason}` : '');
-const join = (...texts) => [...new Set(texts.filter(Boolean))].join(' \u00b7 ');
-
 // -- the fields of the goal and of the reset: x and y [m], yaw [degrees], in the frame local
 
 function fill(kind, pose) {
@@ -226,19 +220,7 @@ function fill(kind, pose) {
   $(kind + '-yaw').value = degrees(yaw).toFixed(1);
 }
 
-/** The request that the fields describe, or null if a field holds no number. */
-function typedRequest(kind) {
-  const [x, y, yaw_deg] = ['x', 'y', 'yaw'].map((part) => {
-    const value = read(`${kind}-${part}`);
-    $(`${kind}-${part}`).setAttribute('aria-invalid', String(!Number.isFinite(value)));
-    return value;
-  });
-  if ([x, y, yaw_deg].every(Number.isFinite)) return {type: kind, x, y, yaw_deg};
-  say('x, y and yaw must be numbers', true);
-  return null;
-}
-
-/** The number in a field, with a point or a comma; NaN if there is none. */
+/** The number in a field, with a point or a comma; NaN, which the panel refuses, if there is none. */
 function read(id) {
   const text = $(id).value.trim().replace(',', '.');
   return text === '' ? NaN : Number(text);

@@ -74,7 +74,7 @@ const changeMap = (change) => () => {
 };
 const buttons = {
   'zoom-in': changeMap(() => map.view.zoom(1.25)), 'zoom-out': changeMap(() => map.view.zoom(0.8)),
-  fit: changeMap(() => map.fit()), 'log-filter': log.filter,
+  fit: changeMap(() => map.fit()),
 };
 for (const frame of FRAMES) buttons['fixed-' + frame] = changeMap(() => map.fix(frame));
 for (const [id, action] of Object.entries(buttons)) $(id).addEventListener('click', action);

@@ -4,7 +4,6 @@ import {degrees, wrap} from './drawing.js';
 
 const STAYS = 9000;           // [ms] time for which a message stays
 const MOST_LINES = 300;      // of the log
-const LONG = 60;              // letters: a longer state is shown again below
 const LATE = 0.5;             // [s] an older message of a sensor is marked
 const MARKS = {info: '', warn: '\u25b2 ', error: '\u2716 '};
 const SHAPES = {
@@ -77,13 +76,6 @@ export const log = {
     while (list.childElementCount > MOST_LINES) list.firstElementChild.remove();
     if (atEnd) list.scrollTop = list.scrollHeight;
   },
-
-  /** Show all lines, or warnings and errors alone. */
-  filter() {
-    const only = $('log').classList.toggle('warnings-only');
-    setPressed('log-filter', only);
-    $('log').scrollTop = $('log').scrollHeight;
-  },
 };
 
 function entry(line) {
@@ -97,10 +89,6 @@ function entry(line) {
 
 export function showStatus(p) {
   setText($('state'), p.state || (p.driver ? p.driver + ' drives' : 'state unknown'));
-  $('state').title = p.state;
-  // The bar cuts a long reason off: it is shown in full here.
-  $('reason').hidden = p.state.length <= LONG;
-  setText($('reason'), p.state);
   setText($('phase'), SHAPES[p.phase]);
   $('state-box').dataset.phase = p.phase || 'none';
   setText($('distance'), number(p.distance, 3, ' m'));

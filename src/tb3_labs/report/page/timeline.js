@@ -204,7 +204,6 @@ class Timeline {
     map.picture = {
       odom: this.odom.pose(now), local: this.local.pose(now), truth: this.truth.pose(now),
       frame: this.frame.pose(now), goal: goal?.[2] || null,
-      tolerance: 0,
     };
     map.replaceTrails({odom: this.odom.way(now), local: this.local.way(now)});
     map.draw();
