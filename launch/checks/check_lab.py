@@ -43,7 +43,7 @@ DEPTHS = '*', '*/*', '*/*/*'
 
 
 def marked():
-    """Try the node out; its Marks."""
+    """Try the node out. Its Marks; None of a class, whose record mark.py judges itself."""
     name, package, executable, points, parts, record = (rospy.get_param('~' + name) for name in (
         'lab', 'pkg', 'type', 'points', 'parts', 'record'))
     node = rospy.get_param('~node', FINISHED)
@@ -67,7 +67,7 @@ def marked():
     with tempfile.TemporaryDirectory() as folder:
         path = record or os.path.join(folder, 'trial.bag')
         try_out(name, package, executable, parts, path, option, tell)
-        return judged(Marks(''), read_trial(path), name, worth, parts)
+        return None if of_a_class() else judged(Marks(''), read_trial(path), name, worth, parts)
 
 
 def tell(line):
@@ -76,7 +76,7 @@ def tell(line):
 
 
 def of_a_class():
-    """Has mark.py prepared the node, in an environment of its own? It judges the record itself."""
+    """Has mark.py prepared the node, in an environment of its own?"""
     return Launch.given().environment is not None
 
 
@@ -192,17 +192,13 @@ def main():
     except (OSError, ValueError) as problem:
         tell(f'check_lab.py: nothing was judged: {problem}')
         return report([Check('test_runs', f'nothing was judged: {problem}')])
-    if of_a_class():
+    if marks is None:
         return report([])
     extra = lines_of(marks.extra)
     for line in [*lines_of(marks.graded), *marks.remarks, marks.hint, total(marks),
                  'Beyond the handout:' if extra else '', *extra]:
         if line:
             tell(line)
-    if marks.extra:
-        tell('Beyond the handout:')
-    for line in lines_of(marks.extra):
-        tell(line)
     return report(checks_of(marks, rospy.get_param('~strict')))
 
 
