@@ -20,8 +20,16 @@ PACKAGE = 'tb3_labs'
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
 #: An argument may choose one of several files. Then its doc names them: params/pad_*.yaml.
 CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
+#: The doc of an argument that takes a file of parameters, and a line that YAML reads as empty.
+OWN_FILE = 'a YAML file of your own'
+NO_VALUE = re.compile(r'^(\w+):[ \t]*(?:#.*)?(?:\n(?![ \t]+\S)|\Z)', re.MULTILINE)
 #: A colon without a blank after it, as in {slip:0.1}: YAML makes it a part of the name.
 NO_BLANK = re.compile(r':(?!\s)')
+#: An argument takes numbers if its default is one, or a group of parameters.
+NUMBERS = re.compile(r'-?[\d.]+|\{\}')
+#: A whole number, and the largest of the parameter server; by a larger one roslaunch fails.
+WHOLE = re.compile(r'(?<![\w.+-])[+-]?\d[\d_]*(?![\w.+-])')
+LARGEST = 2 ** 31 - 1
 #: A parameter and its value in {slip: 0.1}; nothing behind a last comma.
 PAIR = re.compile(r'\s*([^:]+:\s+\S.*)?')
 
@@ -48,14 +56,16 @@ def problem_of(words, path):
     given = dict(word.split(':=', 1) for word in words if re.match(r'(?!__)\w+:=', word))
     for name, value in given.items():
         if name not in arguments:
-            remedy = _remedy(name, value, arguments, path)
-            return f'{name}:={value}: {path.name} has no argument {name}; {remedy}'
+            return '{}:={}: {} has no argument {}; {}'.format(
+                name, value, path.name, name, _remedy(name, value, arguments, path))
         problem = _problem_of_value(name, value, arguments[name].get('doc', ''), path.parent)
+        if not problem and NUMBERS.fullmatch(arguments[name].get('default', '')):
+            problem = _problem_of_numbers(value)
         if problem:
             return f'{name}:={value}: {problem}'
     for name, item in arguments.items():
         if item.get('default') is None and name not in given:
-            return f'{name}:= is missing: {item.get("doc")}'
+            return f"{name}:= is missing: {item.get('doc')}"
     return ''
 
 
@@ -72,18 +82,36 @@ def _problem_of_value(name, value, doc, folder):
         in_braces = value if value.startswith('{') else '{' + value.replace('=', ':') + '}'
         right, why = NO_BLANK.sub(': ', in_braces), 'a blank is missing after the colon'
         if right != value:
-            why = why if in_braces == value else 'in braces, with colons'
-            return f'{why}: {name}:="{right}"'
+            return f"{why if in_braces == value else 'in braces, with colons'}: {name}:=\"{right}\""
         for part in value.strip('{} ').split(','):
             if not PAIR.fullmatch(part):
-                return (f'{part.strip()!r} is not a name with a value, such as goal_x: 0.5 (with a '
-                        'point)')
+                return '{!r} is not a name with a value, such as goal_x: 0.5 (with a point)'.format(
+                    part.strip())
     for start, end in CHOICE_OF_FILES.findall(doc):
         known = sorted(str(file.relative_to(folder))[len(start):-len(end)]
                        for file in folder.glob(start + '*' + end))
         if value not in known:
-            return f'there is no {start}{value}{end}; {name}:= is one of {", ".join(known)}'
+            return f"there is no {start}{value}{end}; {name}:= is one of {', '.join(known)}"
+    return _problem_of_file(Path(value)) if doc == OWN_FILE else ''
+
+
+def _problem_of_numbers(text):
+    """Returns which whole number is too large for the parameter server; '' if none is."""
+    for word in WHOLE.findall(text):
+        digits = word.replace('_', '').lstrip('+-0')
+        if len(digits) > len(str(LARGEST)) or int(digits or 0) > LARGEST:
+            return f'a whole number beyond {LARGEST} is not valid'
     return ''
+
+
+def _problem_of_file(path):
+    """Returns why roslaunch would refuse a YAML file with many lines; '' also if there is none."""
+    try:
+        text = re.sub('#.*', '', _text_of(path))
+        empty = NO_VALUE.search(text)
+    except ValueError:
+        return 'it is not text in UTF-8: save it as UTF-8'
+    return f'{empty.group(1)} has no value in it' if empty else _problem_of_numbers(text)
 
 
 def _remedy(name, value, arguments, path):
@@ -100,8 +128,11 @@ def _remedy(name, value, arguments, path):
 
 
 def _parameters_in(file):
-    text = file.read_text(encoding='utf-8') if file.is_file() else ''
-    return re.findall(r'^#?(\w+):', text, re.MULTILINE)
+    return re.findall(r'^#?(\w+):', _text_of(file), re.MULTILINE)
+
+
+def _text_of(file):
+    return file.read_text(encoding='utf-8') if file.is_file() else ''
 
 
 if __name__ == '__main__':
