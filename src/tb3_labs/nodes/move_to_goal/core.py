@@ -13,7 +13,6 @@ from tb3_labs.config import Config, setting
 from tb3_labs.control.commands import LONGEST_IDLE, Pace
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_machine import GoalMachine
-from tb3_labs.control.goal_state import Announcer, DriveStatus
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, SAYS_REACHED
@@ -21,6 +20,7 @@ from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.door import Door
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
+from tb3_labs.nodes.move_to_goal.status import Announcer, DriveStatus
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, NewsDesk, Output

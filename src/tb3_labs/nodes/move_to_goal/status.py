@@ -1,0 +1,91 @@
+"""The status of a drive: its text on `goal_state`, and lines for the user when it is new."""
+import math
+from typing import Callable, NamedTuple, Optional, Tuple
+
+from tb3_labs import handout
+from tb3_labs.control.goal_state import (
+    DRIVING, GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, errors, is_stopped, to_go,
+    with_reason)
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.samples import Motion
+from tb3_labs.supervision.events import NewsDesk
+
+#: Time between two lines of progress [s].
+PROGRESS_PERIOD = 1.0
+
+
+class DriveStatus(NamedTuple):
+    """The public status of a drive at one moment; poses in local."""
+
+    state: GoalState
+    goal: Optional[Pose2]
+    tolerance: float              # of the distance to the goal [m]
+    attempt: int                  # number of the drive: each goal and restart begins a new one
+    begun: bool                   # has the robot been told to move in this attempt?
+    active: bool                  # is the drive going on?
+    failure: str                  # reason why the drive was given up; '' if it was not
+    hold_reason: str              # reason why the robot stands during a drive, or ''
+    has_control: bool             # may the node drive?
+    sensor_problem: str           # lost or contradicting sensors, in words; '' if there are none
+
+    def left(self, motion: Optional[Motion]) -> Tuple[float, float]:
+        """The distance [m] and the angle [deg, not negative] from here to the goal."""
+        assert self.goal is not None and motion is not None
+        distance, angle = errors(motion.pose, self.goal)
+        return distance, abs(math.degrees(angle))
+
+    @property
+    def words(self) -> str:
+        """The text on `goal_state`; '' until the first command."""
+        if self.failure:
+            return with_reason(GAVE_UP, self.failure)
+        if not self.active:
+            return self.state.name
+        if not self.has_control:
+            return WAITING_FOR_CONTROL
+        if not self.begun:
+            return with_reason(WAITING, self.sensor_problem) if self.sensor_problem else ''
+        return with_reason(STOPPED, self.hold_reason) if self.hold_reason else self.state.name
+
+
+class Announcer:
+    """Finds what is new in the status of a drive, and makes lines for the user."""
+
+    def __init__(self, news: NewsDesk) -> None:
+        self._news = news
+        self._said: Tuple = ()         # the state of the last line
+        self._begun = 0                # the attempt that began last
+        self._begun_at = 0.0           # the time at which it began
+        self._progress_at = 0.0
+
+    def look(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
+             now: float) -> bool:
+        """Returns True if the status is new. A drive's progress is one line a second, too.
+        `motion()`: the robot's Motion now."""
+        said = (status.attempt, status.goal, status.words)
+        if not status.words or said == self._said:
+            if abs(now - self._progress_at) >= PROGRESS_PERIOD:
+                self._progress_at = now
+                if status.words in DRIVING:
+                    self._news.tell(f'{status.words}: {to_go(*status.left(motion()))}')
+            return False
+        self._said, self._progress_at = said, now
+        begins = status.begun and status.attempt != self._begun
+        if begins:
+            self._begun, self._begun_at = status.attempt, now
+        if status.failure:
+            self._news.tell(f'Goal ({status.goal}) given up: {status.failure}', True)
+        elif not status.active:
+            distance, angle = status.left(motion())
+            self._news.tell(f'{handout.SAYS_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '
+                            f'after {now - self._begun_at:.1f} s')
+        elif status.words in DRIVING:
+            if begins:
+                self._news.tell(f'Goal ({status.goal}): {to_go(*status.left(motion()))}')
+            self._news.tell(status.words)
+        elif is_stopped(status.words):
+            self._news.tell(status.words.capitalize(), warning=True)
+        else:
+            hint = ' (True on ctrl_relinq)' if status.words == WAITING_FOR_CONTROL else ''
+            self._news.tell(f'Goal ({status.goal}): {status.words}{hint}')
+        return True
