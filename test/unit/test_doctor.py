@@ -248,6 +248,13 @@ def test_a_node_that_publishes_under_a_wrong_name(namespace, sent, right):
         assert lines == []
 
 
+def test_a_topic_of_another_robot_is_not_a_wrong_name():
+    graph = RobotGraph('/robot1/', [[['/robot1/odom', [CORE]], ['/robot2/odom', ['/core']],
+                                     ['/robot2/turtle1/cmd_vel', ['/lab2']]],
+                                    [['/robot1/cmd_vel', [CORE]], ['/robot2/cmd_vel', ['/core']]], []])
+    assert list(judge_names(graph)) == []
+
+
 def test_the_nodes_of_a_right_graph_have_no_wrong_names():
     """A robot's bringup, RViz, a recorder, a pad, action servers and the finished nodes: the topics that only they
     publish, or only they subscribe."""

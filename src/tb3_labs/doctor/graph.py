@@ -122,7 +122,8 @@ class RobotGraph:
         """Returns this robot's topic, one of `names`, that the `topic` of a node is like: /IMU,
         imu_data and turtle1/imu are like imu. None if it is right, or another robot's."""
         place, _, word = topic.rpartition('/')
-        is_others = node.startswith(place + '/') and place + '/' not in ('/', self.namespace)
+        is_others = topic.startswith(tuple(each for each in self.others if each != '/')) or (
+            place and place + '/' != self.namespace and node.startswith(place + '/'))
         if is_others or topic in [self.namespace + name for name in TOPICS]:
             return None
         parts = [part for part in re.split('[/_]', topic.lower()) if part in SENSORS]
