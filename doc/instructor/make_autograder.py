@@ -17,8 +17,7 @@ sys.path.insert(0, str(ROOT / 'scripts'))
 
 from mark import parse    # noqa: E402 (the path is set before)
 
-TEMPLATES = ROOT / 'doc' / 'instructor' / 'gradescope'
-STUDENTS = ROOT / 'doc' / 'instructor' / 'students.txt'
+HERE = ROOT / 'doc' / 'instructor'
 
 
 def make(path, options):
@@ -27,10 +26,11 @@ def make(path, options):
         sys.exit('the points come from launch/checks/points.yaml: edit and commit that file')
     path.write_bytes(subprocess.check_output(
         ['git', 'archive', '--format=zip', '--prefix=tb3_labs/', 'HEAD', '--',
-         *STUDENTS.read_text(encoding='utf-8').split()], cwd=str(ROOT)))
+         *(HERE / 'students.txt').read_text(encoding='utf-8').split()], cwd=str(ROOT)))
     with zipfile.ZipFile(str(path), 'a') as file:
         for name, text in (('options', '\n'.join(options) + '\n'), *(
-                (each.name, each.read_text(encoding='utf-8')) for each in TEMPLATES.iterdir())):
+                (each.name, each.read_text(encoding='utf-8'))
+                for each in (HERE / 'gradescope').iterdir())):
             info = zipfile.ZipInfo(name)
             info.external_attr = 0o100755 << 16
             file.writestr(info, text)

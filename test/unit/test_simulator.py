@@ -64,17 +64,6 @@ def test_how_time_is_cut_changes_nothing(cuts, seed, network):
 
 # Settings -----------------------------------------------------------------------------------------
 
-def test_what_belongs_to_the_start_cannot_change_later():
-    robot = Simulator()
-    other = {'model': 'waffle', 'start_x': 1.0, 'start_y': 1.0, 'start_yaw_deg': 1.0,
-             'imu_offset_deg': 1.0, 'seed': 2}
-    assert set(other) == set(STARTING)
-    for name, value in other.items():
-        with pytest.raises(ValueError, match=name):
-            switch(robot, **{name: value})
-    assert robot.config == SimulatorConfig()
-
-
 @pytest.mark.parametrize('name', sorted(
     {item.name for item in fields(SimulatorConfig)} - set(STARTING) - set(FAULTS)
     - {'network_cut'}))

@@ -48,11 +48,6 @@ def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> L
 
 # Addresses --------------------------------------------------------------------------------------
 
-def shown(value: str) -> str:
-    """A value of the environment; in quotes if blanks are in it, which nobody would see."""
-    return repr(value) if len(value.split()) != 1 or value != value.strip() else value
-
-
 def is_loopback(address: str) -> bool:
     """Does an address mean the computer itself?"""
     return address.startswith('127.') or address in ('localhost', '::1')
@@ -138,9 +133,9 @@ def judge_address(here: Address) -> Line:
             return ok('Address', unset + 'good for this computer alone')
         return warning('Address', f'{unset}the robot is told the name {here.hostname}, and may not '
                        'resolve it', here.advice)
-    source = ('ROS_HOSTNAME=' if here.ros_hostname else 'ROS_IP=') + shown(here.told)
+    source = ('ROS_HOSTNAME=' if here.ros_hostname else 'ROS_IP=') + here.told
     if here.ros_hostname and here.ros_ip:
-        source += f' (it goes before ROS_IP={shown(here.ros_ip)})'
+        source += f' (it goes before ROS_IP={here.ros_ip})'
     if not here.resolved:
         return fault('Address', source + ' does not resolve, not even here', here.advice)
     if is_loopback(here.resolved):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Collection, Iterator, Mapping
 
 from tb3_labs.doctor import BRINGUP, Line, fault, ok, warning
-from tb3_labs.doctor.computer import Address, is_loopback, resolved, shown
+from tb3_labs.doctor.computer import Address, is_loopback, resolved
 
 #: The name under which the doctor asks; it is registered nowhere.
 CALLER = f'/doctor_{os.getpid()}'
@@ -82,7 +82,7 @@ def peers_of(master, nodes):
 
 def judge_master(master: Peer) -> Line:
     """Does a master answer?"""
-    where = shown(master.uri) if master.uri else '(empty)'
+    where = master.uri or '(empty)'
     if master.address and master.address not in where:
         where += f' ({master.address})'
     if not master.problem:
@@ -122,7 +122,8 @@ class RobotGraph:
         """Returns this robot's topic, one of `names`, that the `topic` of a node is like: /IMU,
         imu_data and turtle1/imu are like imu. None if it is right, or another robot's."""
         place, _, word = topic.rpartition('/')
-        is_others = node.startswith(place + '/') and place + '/' not in ('/', self.namespace)
+        is_others = topic.startswith(tuple(each for each in self.others if each != '/')) or (
+            place and place + '/' != self.namespace and node.startswith(place + '/'))
         if is_others or topic in [self.namespace + name for name in TOPICS]:
             return None
         parts = [part for part in re.split('[/_]', topic.lower()) if part in SENSORS]

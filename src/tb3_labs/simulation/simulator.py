@@ -26,7 +26,7 @@ from tb3_labs.simulation.body import RAW_BIAS, Body
 from tb3_labs.simulation.firmware import RESET_COMMAND, Board, motor_speeds
 from tb3_labs.simulation.network import Link
 from tb3_labs.simulation.sensors import Rhythm, Sensors
-from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: An event up to this long after the end of a step belongs to the step [s], since many small steps
 #: do not add up to exactly one large step.
@@ -64,13 +64,9 @@ class Simulator:
         return self._body.at(self.now).velocity
 
     def configure(self, config: SimulatorConfig) -> None:
-        """Use other settings from now on; ``ValueError`` if one of `STARTING` differs."""
+        """Use other settings from now on; those of `STARTING` only count at the start."""
         if config is self.config:
             return
-        for name in STARTING:
-            if getattr(config, name) != getattr(self.config, name):
-                raise ValueError(f'{name} = {getattr(config, name)!r} is not valid: it only counts '
-                                 'at the start')
         self._body.move_to(self.now)
         self._apply(config)
 
