@@ -46,9 +46,12 @@ FOUND = (
     ('robot3', 'Drivers', 'FAULT', '/doctor .* and /rival_of_robot3 .* at the same time'),
     ('robot3', 'Gyro', 'FAULT',
      'the gyro contradicts the wheels.*rostopic pub -1 /robot3/reset std_msgs/Empty'),
+    ('drifting', 'Commands', 'FAULT', '/rival_of_drifting publishes geometry_msgs/TwistStamped on '
+     '/drifting/cmd_vel, but /drifting/turtlebot3 hears geometry_msgs/Twist'),
+    ('drifting', 'Drivers', 'ok', 'no node drives'),
     ('drifting', 'Drift', 'warning', r'\+(59|60|61)\..* deg/min'),
     ('ahead', 'Clock', 'FAULT', r'3\.[01] s ahead'),
-    ('ahead', 'imu', 'FAULT', 'nothing valid came on /ahead/imu'),
+    ('ahead', 'imu', 'FAULT', 'every node refuses [0-9]+ of [0-9]+ messages: .* norm 0, not 1'),
     ('ahead', 'joint_states', 'FAULT', 'nobody publishes /ahead/joint_states'),
     ('ahead', 'Gyro', 'warning', 'cannot be compared'),
     ('ahead', 'Hearers', 'warning',
@@ -129,8 +132,9 @@ class DoctorTest(NodeCase):
             cls.keep(Node(*ROBOT, '__ns:=' + namespace))
         cls.keep(Node(*ROBOT, '_gyro_bias_deg:=-28', '__name:=robot', '__ns:=/robot3'))
         cls.keep(Node(*ROBOT, '_imu_drift_deg_per_min:=60', '__ns:=/drifting'))
-        cls.keep(Program(['rostopic', 'pub', '-r', '10', '__name:=rival_of_robot3',
-                          '/robot3/cmd_vel', 'geometry_msgs/Twist', '{}']))
+        for name, kind in ('/robot3', 'Twist'), ('/drifting', 'TwistStamped'):
+            cls.keep(Program(['rostopic', 'pub', '-r', '10', '__name:=rival_of_' + name[1:],
+                              name + '/cmd_vel', 'geometry_msgs/' + kind, '{}']))
         cls.publishers = [rospy.Publisher(name, kind, queue_size=1) for name, kind in (
             ('/ahead/imu', Imu), ('/ahead/odom', Odometry), ('/robot3/cmd_vel', Twist),
             ('/robot2/imu', Imu))]
@@ -141,7 +145,8 @@ class DoctorTest(NodeCase):
         cls.timer = rospy.Timer(rospy.Duration(0.05), lambda event: cls._publish())
         cls.register_silent()
         cls.wait_for_publisher('/robot1/odom', '/robot3/odom', '/robot3/cmd_vel',
-                               '/drifting/odom', '/ahead/turtle1/cmd_vel', '/ahead/heading')
+                               '/drifting/odom', '/drifting/cmd_vel', '/ahead/turtle1/cmd_vel',
+                               '/ahead/heading')
         time.sleep(1.0)    # robots connect to their drivers
 
     @classmethod

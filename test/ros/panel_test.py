@@ -5,7 +5,10 @@ import json
 import math
 import os
 import re
+import resource
+import select
 import signal
+import socket
 import xmlrpc.client
 
 import rosgraph
@@ -30,6 +33,8 @@ from panel_case import LOSS, PanelCase
 from panel_page import Page, address_of
 
 PORT = free_port()
+#: An ordinary user's process may have so many files open.
+USUAL_FILES = 1024
 #: The node gamepad knows the delay of a pad after this time [s].
 HEARD = 0.45
 
@@ -44,6 +49,12 @@ def with_value(message, literal):
     return json.dumps(message).replace('"@"', literal)
 
 
+def may_open(number):
+    """Allow this process, and its later child processes, so many open files."""
+    most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(number, most), most))
+
+
 class PanelTest(PanelCase):
     """Methods share the nodes; each begins with a robot at rest that nobody drives."""
 
@@ -51,6 +62,7 @@ class PanelTest(PanelCase):
     def setUpClass(cls):
         super().setUpClass()
         cls.seen.watch('/rosout', Log, lambda line: (line.name, line.msg))
+        may_open(USUAL_FILES)
         cls.panel = cls.start_panel()
         cls.addClassCleanup(cls.panel.kill)
         cls.address = address_of(cls.panel)
@@ -114,6 +126,26 @@ class PanelTest(PanelCase):
         self.wait_until_it_moves()
 
     # -- what a page shows
+
+    def test_requests_that_are_not_finished_keep_no_page_out_and_push_no_page_out(self):
+        others = [self.open() for _ in range(3)]
+        self.addCleanup(may_open, USUAL_FILES)
+        may_open(4 * USUAL_FILES)
+        half_sent = []
+        for _ in range(1020):
+            half_sent.append(socket.create_connection(('localhost', PORT), timeout=5.0))
+            half_sent[-1].sendall(b'GET / HTTP/1.1\r\nHost: localhost\r\n')
+        self.addCleanup(lambda: [each.close() for each in half_sent])
+        self.assertEqual(self.status_of('/')[0], 200)
+        self.open().wait_for(page='')
+        closed = select.poll()
+        for each in half_sent:
+            closed.register(each, select.POLLIN)
+        self.seen.wait_until(lambda: len(closed.poll(0)) > 980, 5.0, 'the end of the oldest')
+        for page in (self.page, *others):
+            before = page.pictures
+            page.wait_until(lambda now=page, had=before: now.pictures > had + 5, 5.0, 'pictures')
+        self.assertLess(self.panel.text.count('Traceback'), 1)
 
     def test_a_picture_shows_the_robot_as_it_is(self):
         self.here()

@@ -21,7 +21,6 @@ class Line(NamedTuple):
     remedy: str = ''
 
 
-BRINGUP = "restart the robot's bringup, and look at its first lines"
 #: ok(subject, text): the thing is right. warning(subject, text, remedy): it may cause a problem.
 #: fault(subject, text, remedy): it keeps a lab from working.
 ok, warning, fault = (partial(Line, severity) for severity in ('ok', 'warning', 'FAULT'))
@@ -30,15 +29,17 @@ ok, warning, fault = (partial(Line, severity) for severity in ('ok', 'warning', 
 def printed(line: Line) -> str:
     """Returns the line as a single line of text. Texts of other programs may contain line ends, or
     codes that a terminal obeys: these become spaces."""
-    text = f'{line.severity:<7} {line.subject:<8} {line.text}'
-    text += '. Do: ' + line.remedy if line.remedy else ''
+    text = '{:<7} {:<8} {}{}'.format(line.severity, line.subject, line.text,
+                                     line.remedy and '. Do: ' + line.remedy)
     return ''.join(sign if sign.isprintable() else ' ' for sign in text)
 
 
 def summary(lines: Sequence[Line]) -> str:
     """Returns the last line: how many faults there are, or that a warning may be the cause."""
     faults = sum(line.severity == 'FAULT' for line in lines)
+    if faults > 1:
+        return f'{faults} faults: begin with the first fault'
     if faults:
-        return '1 fault' if faults == 1 else f'{faults} faults: begin with the first fault'
+        return '1 fault'
     warned = any(line.severity == 'warning' for line in lines)
-    return 'no fault found, but see the warnings' if warned else 'no fault found'
+    return 'no fault found' + ', but see the warnings' * warned

@@ -39,14 +39,20 @@ def look_at_python() -> Line:
 def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> Line:
     """Can the labs' nodes run? `missing`: {package: why it cannot be imported}."""
     here = f'Python {version} ({executable})'
-    if not missing:
-        return ok('Python', here + ' has all packages')
-    why = ', '.join(f'{name} ({reason})' for name, reason in missing.items())
-    return fault('Python', f'{here} cannot import {why}',
-                 'source scripts/setup.sh in this terminal, then rosrun tb3_labs doctor.py')
+    if missing:
+        first, *others = missing
+        return fault('Python', '{} cannot import {} ({}){}'.format(
+            here, first, missing[first], ', nor ' + ', '.join(others) if others else ''),
+                     'source scripts/setup.sh in this terminal, then rosrun tb3_labs doctor.py')
+    return ok('Python', here + ' has all packages')
 
 
 # Addresses --------------------------------------------------------------------------------------
+
+def shown(value: str) -> str:
+    """A value of the environment; in quotes if blanks are in it, which nobody would see."""
+    return repr(value) if len(value.split()) != 1 or value != value.strip() else value
+
 
 def is_loopback(address: str) -> bool:
     """Does an address mean the computer itself?"""
@@ -111,9 +117,9 @@ class Address:
     @property
     def advice(self) -> str:
         """The commands that tell others the right address."""
-        unset = 'unset ROS_HOSTNAME; ' if self.ros_hostname else ''
-        address = self.towards_others or 'ADDRESS_OF_THIS_COMPUTER'
-        return f'{unset}export ROS_IP={address}, then start the nodes here again'
+        return '{}export ROS_IP={}, then start the nodes here again'.format(
+            'unset ROS_HOSTNAME; ' if self.ros_hostname else '',
+            self.towards_others or 'ADDRESS_OF_THIS_COMPUTER')
 
 
 def address_here(master: str) -> Address:
@@ -131,11 +137,14 @@ def judge_address(here: Address) -> Line:
         unset = 'neither ROS_IP nor ROS_HOSTNAME is set: '
         if here.master_here:
             return ok('Address', unset + 'good for this computer alone')
-        return warning('Address', f'{unset}the robot is told the name {here.hostname}, and may not '
-                       'resolve it', here.advice)
-    source = ('ROS_HOSTNAME=' if here.ros_hostname else 'ROS_IP=') + here.told
-    if here.ros_hostname and here.ros_ip:
-        source += f' (it goes before ROS_IP={here.ros_ip})'
+        return warning('Address', '{}the robot is told the name {}, and may not resolve it'.format(
+            unset, here.hostname), here.advice)
+    known = here.resolved in ('', here.told) or is_loopback(here.resolved)
+    source = 'ROS_{}={}{}{}'.format(
+        'HOSTNAME' if here.ros_hostname else 'IP', shown(here.told),
+        '' if known else ' ({})'.format(here.resolved),
+        ' (it goes before ROS_IP={})'.format(shown(here.ros_ip))
+        if here.ros_hostname and here.ros_ip else '')
     if not here.resolved:
         return fault('Address', source + ' does not resolve, not even here', here.advice)
     if is_loopback(here.resolved):
@@ -144,8 +153,8 @@ def judge_address(here: Address) -> Line:
         return fault('Address', source + ' means, on the robot, the robot itself: it cannot reach '
                      'this computer', here.advice)
     if here.resolved not in here.own:
-        return fault('Address', f'{source} is not an address of this computer (it has '
-                     f'{", ".join(here.own) or "none"})', here.advice)
+        return fault('Address', '{} is not an address of this computer (it has {})'.format(
+            source, ', '.join(here.own) or 'none'), here.advice)
     return ok('Address', source + ' is an address of this computer')
 
 
@@ -162,7 +171,8 @@ def nat_kind() -> str:
         if 'microsoft' in file.read().lower():
             return '' if 'loopback0' in interfaces else 'WSL'
     is_container = os.path.exists('/.dockerenv') or os.path.exists('/run/.containerenv')
-    has_hardware = any(os.path.exists(f'/sys/class/net/{name}/device') for name in interfaces)
+    has_hardware = any(os.path.exists(f'/sys/class/net/{name}/device')
+                       for name in interfaces)
     return 'a container' if is_container and not has_hardware else ''
 
 
@@ -170,9 +180,11 @@ def judge_nat(kind: str, way_out: str, others_elsewhere: bool) -> Line:
     """Can a robot reach this computer through NAT? `kind`: see :func:`nat_kind`;
     `others_elsewhere`: is the master or the robot on another computer?"""
     if not kind or not way_out or ipaddress.ip_address(way_out) not in NAT:
-        return ok('NAT', 'this computer is not behind the NAT of another one')
+        return ok('NAT', f'this is {kind}, but its address is not one of NAT' if kind else
+                  'this computer has no network of its own behind another computer')
     if not others_elsewhere:
-        return ok('NAT', f'this is {kind} behind NAT: good for the simulated robot alone')
+        return ok('NAT', 'this is {} behind NAT ({}): good for the simulated robot alone'.format(
+            kind, way_out))
     return fault(
         'NAT', f'this is {kind} behind NAT: no robot can reach {way_out}',
         'networkingMode=mirrored in .wslconfig (Windows 11), then wsl --shutdown; else use a Linux '

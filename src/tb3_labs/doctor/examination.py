@@ -6,7 +6,8 @@ from dataclasses import replace
 from tb3_labs.doctor.computer import (
     address_here, is_own, judge_address, judge_nat, look_at_python, nat_kind, way_out)
 from tb3_labs.doctor.graph import (
-    Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_robot, judge_way_back, peers_of)
+    Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_robot, judge_types,
+    judge_way_back, peers_of)
 
 
 def examine(namespace):
@@ -20,7 +21,8 @@ def examine(namespace):
         return
     here = address_here(master.address)
     yield judge_address(here)
-    graph = RobotGraph(namespace, state or ([], [], []))
+    graph = RobotGraph(namespace, state or ([], [], []),
+                       state and Peer(master.uri).ask('getTopicTypes') or [])
     robot, drivers = peers_of(master, graph.robot_nodes), peers_of(master, graph.drivers)
     yield judge_nat(nat_kind(), here.towards_others, not here.master_here or any(
         not is_own(peer.address) for peer in robot.values() if peer.address))
@@ -43,13 +45,22 @@ def examine(namespace):
 
 
 def _look_at_way_back(here, graph, alive, drivers):
-    """Yields the line on the way from the robot to this computer. `alive`, `drivers`: {node: Peer}
-    of the robot's nodes that answer, and of those that publish cmd_vel."""
+    """Yields the lines on the messages of the drivers, and on the way from the robot to this
+    computer. `alive`, `drivers`: {node: Peer} of the robot's nodes that answer, and of those that
+    publish cmd_vel."""
     hearer = next((node for node in graph.hearers if node in alive), None)
     if hearer is None:
         return
-    mine = {node: peer.uri for node, peer in drivers.items() if node not in graph.robot_nodes and (
-        peer.problem == 'unresolved' or is_own(peer.address) and not peer.problem)}
+    topic = graph.namespace + 'cmd_vel'
+    heard = _type_of(topic, alive[hearer], 'getSubscriptions')
+    sent = {node: _type_of(topic, peer, 'getPublications') for node, peer in drivers.items()
+            if not peer.problem}
+    unheard = {node: kind for node, kind in sent.items() if heard and kind not in ('', heard)}
+    if unheard:
+        yield judge_types(topic, hearer, heard, unheard)
+    mine = {node: peer.uri for node, peer in drivers.items() if (
+        peer.problem == 'unresolved' or is_own(peer.address) and not peer.problem)
+        and node not in graph.robot_nodes and node not in unheard}
     if mine:
         time.sleep(1.0)    # in which the robot connects to a driver that was started just now
     connections = alive[hearer].ask('getBusInfo')
@@ -58,3 +69,8 @@ def _look_at_way_back(here, graph, alive, drivers):
         connected = {str(row[1]).rstrip('/') for row in connections if row[2] == 'i'}
         yield judge_way_back(mine, connected, hearer, replace(here, way_out=way_out(address)),
                              not is_own(address))
+
+
+def _type_of(topic, peer, question):
+    """Returns the type of a node's topic, by its answer to `question`; '' if it is not known."""
+    return next((str(kind) for name, kind in peer.ask(question) or () if name == topic), '')

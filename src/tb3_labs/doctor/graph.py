@@ -11,8 +11,8 @@ import xmlrpc.client
 from dataclasses import dataclass
 from typing import Collection, Iterator, Mapping
 
-from tb3_labs.doctor import BRINGUP, Line, fault, ok, warning
-from tb3_labs.doctor.computer import Address, is_loopback, resolved
+from tb3_labs.doctor import Line, fault, ok, warning
+from tb3_labs.doctor.computer import Address, is_loopback, resolved, shown
 
 #: The name under which the doctor asks; it is registered nowhere.
 CALLER = f'/doctor_{os.getpid()}'
@@ -29,8 +29,10 @@ SENSORS = 'imu', 'odom', 'joint_states'
 #: The topics for which other nodes than the robot's wait, and the labs' topics.
 SENT = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 TOPICS = (*SENSORS, *SENT, 'heading', 'reset')
-#: How much a wrong name is like the right one, at least. A line names at most so many nodes.
-LIKE, MOST_NAMED = 0.75, 3
+#: How much a name is like the right one: possibly, surely. A line names at most so many nodes.
+LIKE, VERY_LIKE, MOST_NAMED = 0.65, 0.8, 3
+TURTLE = re.compile('/turtle[0-9]+/')    # the topics of turtlesim
+BRINGUP = "restart the robot's bringup, and look at its first lines"
 
 
 @dataclass
@@ -82,26 +84,30 @@ def peers_of(master, nodes):
 
 def judge_master(master: Peer) -> Line:
     """Does a master answer?"""
-    where = master.uri or '(empty)'
+    where = shown(master.uri) if master.uri else '(empty)'
     if master.address and master.address not in where:
         where += f' ({master.address})'
     if not master.problem:
-        return ok('Master', f'{where} answers in {1e3 * master.round_trip:.0f} ms')
+        return ok('Master', f'{where} answers in {1000.0 * master.round_trip:.0f} ms')
+    bare = 'http://' + master.uri.strip()    # rospy takes no address without http
     return fault('Master', f'ROS_MASTER_URI {where} {PROBLEMS[master.problem]}', {
         'refused': 'start roscore, or a launch file, on that computer; first end each launch file '
                    'that runs there without its master',
         'silent': 'is that computer on, in the same network, and is the address still its own? '
                   'ping ' + master.address,
-    }.get(master.problem, 'export ROS_MASTER_URI=http://ADDRESS:11311'))
+    }.get(master.problem, 'export ROS_MASTER_URI=' + (
+        bare if Peer(bare).name else 'http://ADDRESS:11311')))
 
 
 # Publishers and subscribers ----------------------------------------------------------------------
 
 class RobotGraph:
-    """The nodes around one robot in `namespace` ('/' or '/robot3/'), by the state of a master."""
+    """The nodes around one robot in `namespace` ('/' or '/robot3/'), by the state of a master and
+    by its (topic, type) of each topic."""
 
-    def __init__(self, namespace, state):
-        self.namespace = namespace
+    def __init__(self, namespace, state, types=()):
+        self.namespace, self._types = namespace, {
+            topic: kind for topic, kind in types if kind != '*'}
         self.publishers, self.subscribers, _ = publishers, subscribers, _ = [
             {topic: list(nodes) for topic, nodes in part} for part in state]
         #: {'imu': nodes that publish it}, for each sensor, and those that publish cmd_vel.
@@ -119,17 +125,31 @@ class RobotGraph:
                               if topic.endswith('/odom')} - {namespace})
 
     def right_name(self, topic, node, names):
-        """Returns this robot's topic, one of `names`, that the `topic` of a node is like: /IMU,
-        imu_data and turtle1/imu are like imu. None if it is right, or another robot's."""
+        """Returns (this robot's topic, one of `names`, that is most like the `topic` of a node, how
+        much it is like it); ('', 0.0) if that is right, or belongs to another robot."""
         place, _, word = topic.rpartition('/')
-        is_others = topic.startswith(tuple(each for each in self.others if each != '/')) or (
-            place and place + '/' != self.namespace and node.startswith(place + '/'))
-        if is_others or topic in [self.namespace + name for name in TOPICS]:
-            return None
-        parts = [part for part in re.split('[/_]', topic.lower()) if part in SENSORS]
-        near = [part for part in parts if part in names] + difflib.get_close_matches(
-            word.lower(), names, 1, LIKE)
-        return self.namespace + near[0] if near else None
+        is_elsewhere = place + '/' not in ('/', self.namespace) and (
+            node.startswith(place + '/') or not (place + '/').startswith(self.namespace))
+        if topic in [self.namespace + name for name in TOPICS] or is_elsewhere and not (
+                topic.startswith(node + '/') or TURTLE.match(topic)):
+            return '', 0.0
+        outer = place.rpartition('/')[2].lower()    # imu/data
+        like, name = max((max(likeness(part, name) for part in (
+            word.lower(), outer if outer in SENSORS else '')), name) for name in names)
+        package, _, kind = self._types.get(topic, '').rpartition('/')
+        kinds = {name: self._types.get(self.namespace + name, '').rpartition('/')[2]
+                 for name in names}     # without the package: lab2/MouseController
+        same = [name for name in names if kind and kinds[name] == kind]
+        if same and package != 'std_msgs':      # vel_cmd, odometry/filtered
+            return self.namespace + same[0], 1.0
+        return self.namespace + name, like * (name in same or not (kind and kinds[name]))
+
+
+def likeness(word: str, name: str) -> float:
+    """Returns how much a word is like a name, from 0 to 1; imu_data and wheel_odom are, too. Words
+    with different beginnings are not alike: return is not turn."""
+    return max((word[:1] == name[0]) * difflib.SequenceMatcher(None, word, name).ratio(),
+               LIKE * (name in SENSORS) * bool(re.search('(?<![a-z])' + name, word)))
 
 
 def judge_robot(graph: RobotGraph) -> Line:
@@ -137,25 +157,29 @@ def judge_robot(graph: RobotGraph) -> Line:
     at = graph.namespace.rstrip('/')
     imu, odom = graph.sensors['imu'], graph.sensors['odom']
     if not imu and not odom:
-        there = f'; there is a robot in {", ".join(graph.others)}' if graph.others else ''
-        return fault('Robot', f'nobody publishes {at}/imu or {at}/odom{there}', "start the robot's "
-                     "bringup, or fake_robot.launch; or type the robot's name behind doctor.py")
+        there = f" (there is one in {', '.join(graph.others)})" if graph.others else ''
+        named = graph.others[0].strip('/') if graph.others else ''
+        return fault('Robot', 'nobody publishes {0}/imu or {0}/odom{1}'.format(at, there),
+                     'rosrun tb3_labs doctor.py ' + named if named else "start the robot's "
+                     'bringup, or roslaunch tb3_labs fake_robot.launch')
     for topic, nodes in (('imu', imu), ('odom', odom)):
         if len(nodes) > 1:
-            names = ', '.join(sorted(nodes))
-            return fault('Robot', f'{len(nodes)} robots answer: {names} all publish {at}/{topic}',
-                         'switch all but one off, or give each robot a namespace of its own')
+            return fault('Robot', '{} robots answer: {} all publish {}/{}'.format(
+                len(nodes), ', '.join(sorted(nodes)), at, topic),
+                'switch all but one off, or give each robot a namespace, or a master, of its own')
         if not nodes:
             return fault('Robot', f'nobody publishes {at}/{topic}', BRINGUP)
     if not graph.hearers:
-        return fault('Robot', f'nobody hears {at}/cmd_vel: it cannot be driven', BRINGUP)
-    return ok('Robot', f'{imu[0]} publishes {at}/imu and odom, '
-              f'{", ".join(sorted(graph.hearers))} hears cmd_vel')
+        return fault('Robot', f'nobody hears {at}/cmd_vel: the robot cannot be driven',
+                     BRINGUP)
+    return ok('Robot', '{} publishes {}/imu and odom, {} hears cmd_vel'.format(
+        imu[0], at, ', '.join(sorted(graph.hearers))))
 
 
 def judge_names(graph: RobotGraph) -> Iterator[Line]:
     """Yields a line if nodes hear a topic under a wrong name, such as imu_data, and a line if nodes
-    publish one, such as turtle1/cmd_vel."""
+    publish one, such as turtle1/cmd_vel. A node may publish more than others hear: if the right
+    name has a publisher, another name must be very much like it."""
     for subject, words, side, other, names in (
             ('Hearers', '{} listens to {}, which nobody publishes; {} is published by {}',
              graph.subscribers, graph.publishers, TOPICS),
@@ -164,9 +188,10 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
         found = []
         for topic, node in ((topic, node) for topic in sorted(set(side) - set(other))
                             for node in side[topic]):
-            right = graph.right_name(topic, node, names)
+            right, like = graph.right_name(topic, node, names)
+            least = VERY_LIKE if subject == 'Senders' and right in side else LIKE
             # a node that also uses the right name is not mistaken
-            if right in other and node not in [
+            if like >= least and right in other and node not in [
                     *graph.robot_nodes, *other[right], *side.get(right, [])]:
                 found.append(words.format(node, topic, right, min(
                     other[right], key=lambda user: user not in graph.robot_nodes)))
@@ -183,17 +208,27 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Line:
     for node, peer in sorted(peers.items()):
         if not peer.problem:
             continue
-        uri = peer.uri.rstrip('/') or '(nothing)'
-        text = f'{node} says it is at {uri}, which {PROBLEMS[peer.problem]}'
+        text = '{} says it is at {}, which {}'.format(
+            node, peer.uri.rstrip('/') or '(nothing)', PROBLEMS[peer.problem])
         if is_loopback(peer.address):
             return fault('Nodes', text + ': others cannot reach that',
                          'if it has ended: rosnode cleanup; else ' + tell)
         return fault('Nodes', text, {
             'unresolved': f'{tell}; or here: add "ITS_ADDRESS {peer.name}" to /etc/hosts',
-            'refused': f'rosnode cleanup, then start {node} again',
-        }.get(peer.problem, f'is the robot on, and in this network? ping {peer.address}; {tell}'))
-    return ok('Nodes', ', '.join(f'{node} answers in {1e3 * peer.round_trip:.0f} ms'
-                                 for node, peer in sorted(peers.items())))
+            'refused': 'rosnode cleanup, then start {} again; is {} really {}?'.format(
+                node, peer.name, peer.address),
+        }.get(peer.problem, 'is the robot on, and in this network? ping {}; {}'.format(
+            peer.address or peer.name, tell)))
+    return ok('Nodes', ', '.join('{} answers in {:.0f} ms'.format(
+        node, 1e3 * peer.round_trip) for node, peer in sorted(peers.items())))
+
+
+def judge_types(topic: str, robot: str, heard: str, unheard: Mapping[str, str]) -> Line:
+    """The line on drivers that publish another message than `heard`, the one that the node `robot`
+    hears on `topic`. `unheard`: {driver: type of its message}."""
+    return fault('Commands', '{} on {}, but {} hears {}: no such command arrives'.format(
+        ', '.join('{} publishes {}'.format(*each) for each in sorted(unheard.items())),
+        topic, robot, heard), f'publish {heard} there')
 
 
 # The way back -----------------------------------------------------------------------------------
@@ -205,19 +240,18 @@ def judge_way_back(drivers: Mapping[str, str], heard: Collection[str], robot: st
     `robot` is connected to; `here.way_out`: this computer's address on the way to the robot."""
     for node, uri in sorted(drivers.items()):
         if uri.rstrip('/') not in heard:
-            at = uri.rstrip('/')
-            return fault('Way back', f'{robot} cannot reach {node} at {at}: commands do not arrive',
-                         'if sudo ufw status says active: sudo ufw allow from ROBOTS_ADDRESS; else '
-                         + here.advice)
+            return fault('Way back', '{} cannot reach {} at {}: commands do not arrive'.format(
+                robot, node, uri.rstrip('/')), 'if sudo ufw status says active: sudo ufw allow '
+                'from ROBOTS_ADDRESS; else ' + here.advice)
     if drivers:
-        return ok('Way back', f'{robot} is connected to {", ".join(sorted(drivers))}')
+        return ok('Way back', f"{robot} is connected to {', '.join(sorted(drivers))}")
     if not robot_elsewhere:
         return ok('Way back', 'the robot is on this computer')
     if here.resolved != here.way_out:
-        return fault('Way back', f'the robot cannot reach {here.told}: it needs the address '
-                     f'{here.way_out}', here.advice)
+        return fault('Way back', 'the robot cannot reach {}: it needs the address {}'.format(
+            here.told, here.way_out or 'nowhere'), here.advice)
     if here.told != here.way_out:
-        return warning('Way back', f'the robot must resolve the name {here.told}; start a lab, '
-                       'then this line shows it', here.advice)
-    return ok('Way back', f'{here.told} is the address towards the robot; start a lab, then this '
-              'line shows a firewall')
+        return warning('Way back', 'the robot must resolve the name {}; start a lab, then this '
+                       'line shows it'.format(here.told), here.advice)
+    return ok('Way back', '{} is the address towards the robot; start a lab, then this line shows '
+              'a firewall'.format(here.told))

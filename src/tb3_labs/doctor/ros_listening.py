@@ -13,12 +13,13 @@ from tb3_labs.config import NOT_GIVEN
 from tb3_labs.doctor import fault
 from tb3_labs.doctor.graph import SENSORS
 from tb3_labs.doctor.streams import (
-    HEARING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
+    HEARING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused,
+    judge_stream, judge_wheels)
 from tb3_labs.localization.contradiction import GyroWatch
 from tb3_labs.localization.door import Door
 from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
-from tb3_labs.robot.turtlebot3 import model_called
+from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS, model_called
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.conversions import to_odometry_sample
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
@@ -27,6 +28,8 @@ from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 TOPICS = {'imu': (Imu, to_imu_sample), 'odom': (Odometry, to_odometry_sample),
           'joint_states': (JointState, to_wheel_sample),
           'cmd_vel': (rospy.AnyMsg, lambda command: None)}
+#: The message that moves a robot.
+COMMAND = 'geometry_msgs/Twist'
 
 
 class Heard(NamedTuple):
@@ -36,18 +39,26 @@ class Heard(NamedTuple):
     at: float
     sender: str
     message: Any
+    kind: str = ''    # its type, as the sender says; '' if it is not known
 
 
 def examine_messages(graph, address, round_trip, is_wall_time):
     """Yields the lines on the robot of a RobotGraph. `round_trip`: least time of a question to it
     [s]; `is_wall_time`: its stamps come from a real clock. `address` as in :func:`listen`."""
     heard, ended = listen(graph.namespace, address)
-    yield judge_drivers(Counter(each.sender for each in heard if each.topic == 'cmd_vel'))
-    watch, encoders, samples, arrivals = compared(heard, graph.namespace + 'reset')
+    # a robot accepts no other message type: see examination
+    yield judge_drivers(Counter(each.sender for each in heard if each.topic == 'cmd_vel'
+                                and each.kind in ('', COMMAND)))
+    watch, encoders, samples, refused = compared(heard, graph.namespace + 'reset')
     for name in SENSORS:
-        yield judge_stream(graph.namespace + name, arrivals[name], ended,
-                           next(iter(graph.sensors[name]), None))
+        arrivals = [each.at for each in heard if each.topic == name]
+        line = judge_stream(graph.namespace + name, arrivals, ended,
+                            next(iter(graph.sensors[name]), ''))
+        yield judge_refused(line, refused[name], len(arrivals))
     wheels = [sample for sample in samples if isinstance(sample, WheelSample)]
+    joints = [each.sender for each in heard if each.topic == 'joint_states']
+    if joints and not wheels and not refused['joint_states']:
+        yield judge_wheels(graph.namespace + 'joint_states', joints[0])
     if encoders.problem():
         yield fault('Wheels', *encoders.problem().split('; '))
     delays = [each.at - each.message.header.stamp.to_sec() for each in heard
@@ -70,7 +81,8 @@ def listen(namespace, address):
     heard = []
 
     def hear(message, name):
-        heard.append(Heard(name, time.time(), sender_of(connection_of(message)), message))
+        header = connection_of(message)
+        heard.append(Heard(name, time.time(), sender_of(header), message, header['type']))
 
     try:
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,
@@ -84,16 +96,17 @@ def listen(namespace, address):
 
 
 def compared(heard, reset_topic):
-    """Returns a GyroWatch and an EncoderWatch, the samples that they took in, and {topic: arrivals
-    of its valid messages}; the labs' nodes refuse all others."""
+    """Returns a GyroWatch and an EncoderWatch, the samples that they took in, and {topic: why each
+    of its other messages is refused, as the labs' nodes refuse it}."""
     watch, encoders = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), EncoderWatch()
-    door, samples, arrivals = Door(), [], {topic: [] for topic in TOPICS}
-    for topic, at, _, message in heard:
+    door, samples, refused = Door(), [], {topic: [] for topic in TOPICS}
+    for topic, at, _, message, _ in heard:
         try:
             sample = TOPICS[topic][1](message)
-        except ValueError:
+        except ValueError as problem:
+            if topic != 'joint_states' or set(WHEEL_JOINTS).issubset(message.name):
+                refused[topic].append(str(problem))    # else: of other joints, such as an arm's
             continue
-        arrivals[topic].append(at)
         if isinstance(sample, ImuSample):
             watch.on_imu(door.hear_imu(sample, at))
         elif isinstance(sample, WheelSample):
@@ -102,4 +115,4 @@ def compared(heard, reset_topic):
         elif isinstance(sample, OdometrySample):
             encoders.on_odometry(sample)
         samples.append(sample)
-    return watch, encoders, samples, arrivals
+    return watch, encoders, samples, refused

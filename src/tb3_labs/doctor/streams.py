@@ -6,7 +6,8 @@ import math
 from statistics import mean
 from typing import Mapping, Optional, Sequence, Tuple
 
-from tb3_labs.doctor import BRINGUP, Line, fault, ok, warning
+from tb3_labs.doctor import Line, fault, ok, warning
+from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.supervision.freshness import RESUME_TIME, SENSOR_TIMEOUT
 
 #: The doctor listens for this long [s].
@@ -15,8 +16,12 @@ HEARING_TIME = 5.0
 #: CLOCK_WRONG, nothing that uses stamps works [s].
 CLOCK_OFF = 0.1
 CLOCK_WRONG = 1.0
+#: If the robot's computer is busy, its board's clock is ahead by up to this [s].
+BOARD_AHEAD = 0.25
 #: More drift than this disturbs a lab [deg/min].
 DRIFTS = 2.0
+#: A node still works without this share of a sensor's messages.
+FEW_REFUSED = 0.05
 #: The wheels stand if they turn by less than this while the doctor listens [rad].
 WHEELS_STAND = 0.005
 
@@ -24,34 +29,46 @@ WHEELS_STAND = 0.005
 def judge_drivers(sent: Mapping[str, int]) -> Line:
     """Does at most one node drive? `sent`: {node: number of its commands} in HEARING_TIME."""
     if len(sent) > 1:
-        nodes = ' and '.join(f'{node} ({count / HEARING_TIME:.0f}/s)'
-                             for node, count in sorted(sent.items()))
-        return fault('Drivers', f'{nodes} send commands at the same time: the robot obeys both in '
-                     'turn', 'stop all but one of them')
+        return fault('Drivers', '{} send commands at the same time: the robot obeys both in turn'
+                     .format(' and '.join('{} ({:.0f}/s)'.format(node, count / HEARING_TIME)
+                                          for node, count in sorted(sent.items()))),
+                     'stop all but one of them')
     # several nodes may be registered to drive: the labs' nodes give way to each other
     return ok('Drivers', '{} drives the robot'.format(*sent) if sent else
               'no node drives the robot now; if it jerks, call the doctor at that time')
 
 
 def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
-                 publisher: Optional[str] = None) -> Line:
-    """Do the valid messages of a sensor come evenly enough to drive? They came at `arrivals`; the
-    doctor listened until `ended`. `publisher`: a node that sends them."""
+                 publisher: str = '') -> Line:
+    """Do the messages of a sensor come evenly enough to drive? They came at `arrivals`; the doctor
+    listened until `ended`. `publisher`: a node, '' without one."""
     name = topic.rpartition('/')[2]
     if not publisher:
-        return fault(name, f'nobody publishes {topic}', BRINGUP)
+        return fault(name, f'nobody publishes {topic}', "restart the robot's bringup, and "
+                     'look at its first lines')
     if not arrivals:
-        return fault(name, f'nothing valid came on {topic} for {HEARING_TIME:.1f} s',
-                     BRINGUP + "; switch the robot's board off and on")
+        return fault(name, f'nothing came on {topic} for {HEARING_TIME:.1f} s',
+                     "restart the robot's bringup; switch the robot's board off and on")
     gap = max(later - earlier for earlier, later in zip(arrivals, [*arrivals[1:], ended]))
     rate = len(arrivals) / max(ended - arrivals[0], 0.1)
     if gap > SENSOR_TIMEOUT:
         judge, effect = (fault, 'a drive is given up') if gap > RESUME_TIME else (
             warning, 'the robot will pause')
         return judge(name, f'{rate:.0f}/s, but silent for {gap:.1f} s: {effect}',
-                     f'rostopic delay {topic}: if its max is as long, the WLAN (go nearer, take 5 '
-                     'GHz or a cable) or a busy computer holds messages; else the robot')
+                     'rostopic delay {}: if its max is as long, the WLAN (go nearer, take 5 GHz or '
+                     'a cable) or a busy computer holds messages; else the robot'.format(topic))
     return ok(name, f'{rate:.0f}/s, never silent for more than {gap:.2f} s')
+
+
+def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
+    """Do the nodes of the labs refuse messages of a sensor? Then a line says so; else `line`.
+    `reasons`: one for each refused message, of `count` messages."""
+    if not reasons:
+        return line
+    judge = fault if len(reasons) > FEW_REFUSED * count else warning
+    return judge(line.subject, 'every node refuses {} of {} messages: {}'.format(
+        len(reasons), count, reasons[0]), "stand the robot on its wheels; switch its board off and "
+                 'on; if it stays, the sensor is broken')
 
 
 def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
@@ -60,19 +77,30 @@ def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
     fastest message took at most this long."""
     offset, exact = 0.5 * round_trip - least_delay, max(0.5 * round_trip, 0.001)
     if abs(offset) <= max(CLOCK_OFF, exact):
-        return ok('Clock', "the robot's clock is right within "
-                  f'{max(abs(offset), exact):.3g} s')
-    side = 'ahead' if offset > 0.0 else 'behind, or all its messages come late'
-    text = f"the robot's clock is {abs(offset):.1f} s {side} (to {exact:.3g} s)"
+        return ok('Clock', f"the robot's clock is right within {max(abs(offset), exact):.3g} s")
+    if 0.0 < offset <= BOARD_AHEAD:
+        return warning('Clock', 'the stamps are {:.2f} s ahead, as a loaded computer of the robot '
+                       'sets the clock of its board: tf may refuse its transforms'.format(offset),
+                       'close other programs on the robot, wait 5 s, and call the doctor again')
+    text = "the robot's clock is {:.1f} s {} (to {:.3g} s)".format(
+        abs(offset), 'ahead' if offset > 0.0 else 'behind', exact)
     remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '
               '@$(date +%s); then start its nodes again')
     if abs(offset) > CLOCK_WRONG:
         return fault('Clock', text + ': tf refuses its transforms', remedy)
-    return warning('Clock', text + ': tf may refuse its transforms',
+    return warning('Clock', text + (': tf may refuse its transforms' if offset > 0.0 else
+                                    ', or all its messages come so late'),
                    'close other programs here and on the robot, wait 5 s; if it stays: ' + remedy)
 
 
 # Gyro and wheels --------------------------------------------------------------------------------
+
+def judge_wheels(topic: str, sender: str) -> Line:
+    """The line on a `topic` of joint states that has no wheels."""
+    return fault('Wheels', '{}, as {} publishes it, has no {} and {}: the gyro cannot be '
+                 'checked'.format(topic, sender, *WHEEL_JOINTS),
+                 "let the robot's bringup publish it, and no other node")
+
 
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
     """Does the gyro agree with the wheels? `problem` and `remedy` come from a GyroWatch."""
@@ -80,7 +108,8 @@ def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
         return fault('Gyro', problem, remedy)
     if not is_compared:
         return warning('Gyro', 'it cannot be compared with the wheels: joint_states, or stamps, '
-                       'are missing', BRINGUP + '; turn with care, a wrong gyro is not noticed')
+                       'are missing', "restart the robot's bringup; turn with care, a wrong gyro "
+                       'is not noticed')
     return ok('Gyro', 'it agrees with the wheels')
 
 
@@ -89,7 +118,8 @@ def judge_drift(drift: float, namespace: str = '/') -> Line:
     text = f'{drift:+.1f} deg/min at rest'
     if abs(drift) > DRIFTS:
         return warning('Drift', text + ': headings and goals will be off', 'calibrate the gyro of '
-                       f'the standing robot: rostopic pub -1 {namespace}reset std_msgs/Empty')
+                       'the standing robot: rostopic pub -1 {}reset std_msgs/Empty'.format(
+                           namespace))
     return ok('Drift', text)
 
 

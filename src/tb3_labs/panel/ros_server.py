@@ -7,6 +7,7 @@ import secrets
 import socket
 import threading
 from pathlib import Path
+from weakref import WeakSet
 
 import rosgraph.network
 import rospy
@@ -30,6 +31,8 @@ PING_PERIOD = 1.0
 PONG_WITHIN = 3.0
 #: A connection without a whole request for this long is closed [s].
 REQUEST_WITHIN = 10.0
+#: Most open connections, of one address and in all: this node can have some 1000 files open.
+MOST_OF_ONE, MOST_OPEN = 32, 128
 #: Ports that are tried if the first one is in use.
 PORTS = 10
 #: The page loads nothing from elsewhere, and no other site can show it in a frame.
@@ -57,7 +60,8 @@ class Server:
         self._sockets, port = _bound(config.port, config.address)
         name = 'localhost' if is_open else _shown_name(config.address)
         #: The address to open in a browser.
-        self.address = f'http://{name}:{port}/' + ('?token=' + token if token else '')
+        self.address = f"http://{name}:{port}/{'?token=' + token if token else ''}"
+        self._admitted = WeakSet()
         self._loop = asyncio.new_event_loop()
 
     def start(self):
@@ -78,7 +82,8 @@ class Server:
     def _run(self):
         asyncio.set_event_loop(self._loop)
         application = web.Application([
-            (r'/socket', _Socket, {'access': self._access, 'open_page': self._open_page}),
+            (r'/socket', _Socket, {'access': self._access, 'open_page': self._open_page,
+                                   'admit': self._admitted.add}),
             (f'/({DRAWN})', _File, {'access': self._access, 'path': str(drawing.FILES)}),
             (r'/(.*)', _File, {'access': self._access, 'path': str(PAGE_FILES),
                                'default_filename': 'index.html'})],
@@ -86,10 +91,33 @@ class Server:
             websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_WITHIN)
         # A body would be read before Access is asked. The page sends none, but tornado 5 takes 0
         # for no limit.
-        server = httpserver.HTTPServer(application, max_body_size=1, body_timeout=REQUEST_WITHIN,
-                                       idle_connection_timeout=REQUEST_WITHIN)
+        server = _Door(application, max_body_size=1, body_timeout=REQUEST_WITHIN,
+                       idle_connection_timeout=REQUEST_WITHIN)
+        server.admitted = self._admitted
         server.add_sockets(self._sockets)
         self._loop.run_forever()
+
+
+class _Door(httpserver.HTTPServer):
+    """Keeps the number of open connections within its limits. A new one closes the oldest one that
+    is not a page's: a browser sends its request at once. A page's connection is never closed for
+    another; if there are only pages, the new one is closed."""
+
+    #: The streams of pages that were admitted.
+    admitted = frozenset()
+    _open = ()    # (stream, address of its other end), oldest first
+
+    def handle_stream(self, stream, address):
+        self._open = [each for each in self._open if not each[0].closed()] + [(stream, address[0])]
+        for most, group in (
+                (MOST_OF_ONE, [each for each, host in self._open if host == address[0]]),
+                (MOST_OPEN, [each for each, _ in self._open if not each.closed()])):
+            if len(group) > most:
+                rospy.logwarn_throttle(10.0, 'more than {} connections ({}): one is closed'.format(
+                    most, address[0]))
+                next(each for each in group if each not in self.admitted).close()
+        if not stream.closed():
+            super().handle_stream(stream, address)
 
 
 def in_thread(job):
@@ -125,10 +153,15 @@ class _File(_Guarded, web.StaticFileHandler):
 class _Socket(_Guarded, websocket.WebSocketHandler):
     """The connection of one page."""
 
-    def initialize(self, access, open_page):
+    def initialize(self, access, open_page, admit):
         super().initialize(access)
-        self._open_page = open_page
+        self._open_page, self._admit = open_page, admit
         self._on_text = self._on_end = None
+
+    def prepare(self):
+        super().prepare()
+        if not self._finished:
+            self._admit(self.request.connection.stream)
 
     def open(self):
         self.set_nodelay(True)
