@@ -5,7 +5,10 @@ The folder doc/skeletons/LAB holds the package's files as templates. In each of 
 written without this ending. With its plain name ROS's tools would find the template itself as a
 package or a launch file.
 """
+import keyword
 import re
+import sys
+from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Dict
 
@@ -40,7 +43,10 @@ def checked_target(folder: Path, package: str, *taken: str) -> Path:
     if not PACKAGE_NAME.fullmatch(package):
         raise ValueError(f'{package!r} is not a name for a package: it takes lower-case letters, '
                          'digits and underscores, a letter first, such as lab2')
-    if package in taken:
+    # the places of Python and of what is installed, not the places of workspaces
+    places = [path for path in sys.path if path.startswith((sys.prefix, sys.base_prefix))]
+    if (package in (*taken, *sys.builtin_module_names) or keyword.iskeyword(package)
+            or PathFinder.find_spec(package, places)):
         raise ValueError(f'the package cannot be called {package}: Python would import something '
                          'else by that name')
     if not folder.is_dir():
