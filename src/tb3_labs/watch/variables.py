@@ -4,8 +4,9 @@
 its recorder [s].
 """
 import math
+from collections import Counter
 from dataclasses import dataclass
-from typing import Any, Dict, Optional
+from typing import Any, Dict, List, Optional
 
 import numpy as np
 
@@ -63,14 +64,16 @@ def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
     rows = run.variables
     if not len(rows):
         return {}
-    names, counts = np.unique(rows.node.astype(str), return_counts=True)
-    rows = rows.take(rows.node == (node or names[int(np.argmax(counts))]))
+    if not node:
+        counts = Counter(rows.node.tolist())
+        node = max(sorted(counts), key=counts.__getitem__)
+    rows = rows.take(rows.node == node)
     values = np.array([number(text) for text in rows.value])
-    order = np.argsort(rows.name, kind='stable')
-    found, begins = np.unique(rows.name[order].astype(str), return_index=True)
-    parts = sorted(zip(found, np.split(order, begins[1:])), key=lambda each: each[1][0])
-    return {str(name): Series(str(name), rows.arrival[part], rows.value[part], values[part])
-            for name, part in parts}
+    places: Dict[str, List[int]] = {}
+    for place, name in enumerate(rows.name):    # np.unique would widen all texts
+        places.setdefault(str(name), []).append(place)
+    return {name: Series(name, rows.arrival[part], rows.value[part], values[part])
+            for name, part in places.items()}
 
 
 def bare(name: str) -> str:
