@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import pytest
 
-from at_door import AtDoor
 from real_recordings import NAMES, arrays_of
 from rollout import obey
 from tb3_labs.control.driving import PreciseLaw
@@ -23,6 +22,7 @@ from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
+from timed_part import TimedPart
 
 BURGER = robot_model('burger')
 #: (forward speed, rate of turn, seconds): rest, spins, curves, full speed, and all of it at once.
@@ -37,7 +37,7 @@ class Watched:
 
     def __init__(self, *ears, **settings):
         self.robot = Simulator(SimulatorConfig(**settings))
-        self.ears = ears or (AtDoor(GyroWatch(robot_model(self.robot.config.model))),)
+        self.ears = ears or (TimedPart(GyroWatch(robot_model(self.robot.config.model))),)
         self.encoders = EncoderWatch()
         self._wheels = {}            # by stamp
         self.clock_ahead = 0.0       # of the robot [s]
@@ -184,7 +184,7 @@ def test_a_story_of_a_gyro(words, settings, steps, sign):
 @pytest.mark.parametrize('bias_deg, found_in', [(0.0, math.inf), (3.0, 2.0), (-28.0, 0.5)])
 @pytest.mark.parametrize('name', NAMES)
 def test_a_recorded_robot_is_accused_only_if_its_gyro_is_made_to_lie(name, bias_deg, found_in):
-    watch = AtDoor(GyroWatch(BURGER))
+    watch = TimedPart(GyroWatch(BURGER))
     imu, wheels = arrays_of(name, ('imu', 'wheels'))
     heard = sorted(
         [(arrival, watch.on_imu, ImuSample(stamp, yaw, rate + math.radians(bias_deg)))
@@ -202,7 +202,7 @@ def test_a_recorded_robot_is_accused_only_if_its_gyro_is_made_to_lie(name, bias_
 @pytest.mark.parametrize('bias_deg', [2.5, -5.0, 28.0, -86.0])
 @pytest.mark.parametrize('settings', [{}, SLOW, {'slip': 0.05, 'wheel_mismatch': 0.03}], ids=str)
 def test_at_rest_a_lie_is_found_within_2_s(settings, bias_deg):
-    watch = AtDoor(GyroWatch(BURGER, '/robot3/reset'))
+    watch = TimedPart(GyroWatch(BURGER, '/robot3/reset'))
     watched = Watched(watch, gyro_bias_deg=bias_deg, **settings)
     watched.run(2.0)
     assert 'rostopic pub -1 /robot3/reset' in watch.problem()
@@ -222,7 +222,7 @@ def test_in_motion_a_lie_is_found_before_5_degrees(speeds, bias_deg, settings):
 
 
 def test_without_wheels_or_stamps_nothing_is_said():
-    deaf, stampless = AtDoor(GyroWatch(BURGER)), AtDoor(GyroWatch(BURGER))
+    deaf, stampless = TimedPart(GyroWatch(BURGER)), TimedPart(GyroWatch(BURGER))
     for k in range(600):
         now = 10.0 + 0.005 * k
         for watch, stamp in ((deaf, now), (stampless, 0.0)):
@@ -258,7 +258,7 @@ def turn_from_rest(watch, orientation, seconds=1.0, rate=1.5, stamped=True, begi
 @pytest.mark.parametrize('stamped', [True, False])
 @pytest.mark.parametrize('noise', [0.0, 0.005])
 def test_an_orientation_that_stands_while_the_gyro_turns_is_found_and_forgiven(rate, stamped, noise):
-    watch, chance = AtDoor(GyroWatch(BURGER)), random.Random(1)
+    watch, chance = TimedPart(GyroWatch(BURGER)), random.Random(1)
     told = turn_from_rest(watch, lambda _: 0.3 + chance.gauss(0.0, noise), 1.0, rate, stamped)
     assert 0.0 < told[0] <= 0.3 and "the imu's orientation stands" in watch.problem()
     assert 'switch the robot off and on' in watch.problem()
@@ -269,7 +269,7 @@ def test_an_orientation_that_stands_while_the_gyro_turns_is_found_and_forgiven(r
 @pytest.mark.parametrize('orientation', [lambda yaw: yaw, lambda yaw: 0.8 * yaw + 0.1])
 def test_an_orientation_that_follows_its_gyro_is_not_accused(orientation):
     for rate in (0.05, 0.12, 1.5, -2.6):
-        assert turn_from_rest(AtDoor(GyroWatch(BURGER)), orientation, 3.0, rate) == []
+        assert turn_from_rest(TimedPart(GyroWatch(BURGER)), orientation, 3.0, rate) == []
 
 
 # -- the cores of both nodes
@@ -309,7 +309,7 @@ def test_nothing_begins_before_gyro_and_wheels_were_compared_at_rest(make, setti
 
 @pytest.mark.parametrize('sends', ['nothing', 'no stamps', 'rarely', 'other joints'])
 def test_wheels_that_cannot_be_compared_are_awaited_for_a_second_at_most(sends):
-    watch = AtDoor(GyroWatch(BURGER))
+    watch = TimedPart(GyroWatch(BURGER))
     for k in range(1, 400):
         now = 10.0 + 0.01 * k
         stamp = 0.0 if sends == 'no stamps' else now
@@ -343,7 +343,7 @@ def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
 def accused(rate, said_first, said, sign):
     """Is a gyro accused that is right at rest, then shows `said_first`, and after 0.5 s `said`,
     while the wheels turn the robot on the spot at `rate` [rad/s]? Samples without noise or lag."""
-    watch, yaw, wheel = AtDoor(GyroWatch(BURGER)), 0.0, 0.0
+    watch, yaw, wheel = TimedPart(GyroWatch(BURGER)), 0.0, 0.0
     for tick in range(300):
         now = 50.0 + 0.01 * tick
         turning = 0.0 if tick < 150 else rate

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from at_door import AtDoor
 from known_motion import SteadyRobot, Truth, angle_between, as_pose2, assert_pose, held_back
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.robot.samples import ImuSample
+from timed_part import TimedPart
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(4.8 - 0.3j, -1.8),
                        imu_offset=math.radians(140.6), clock_ahead=0.775)
@@ -61,7 +61,7 @@ def assert_fixes(fixes, robot, declared, since, metres=1e-4, radians=1e-6):
 def drive_with_a_reset(robot, asked_at, declared=DECLARED, end=4.0, **delays):
     """(localizer, reset, fixes after it) of a drive with one reset."""
     messages = robot.messages(0.0, end, **delays)
-    localizer = AtDoor.localizer()
+    localizer = TimedPart.localizer()
     feed(localizer, until(messages, asked_at))
     reset = localizer.reset(AskedPose(as_pose2(declared)), asked_at)
     fixes, resets = feed(localizer, after(messages, asked_at))
@@ -83,7 +83,7 @@ def test_any_robot_and_whichever_message_comes_first(robot, imu_first):
     lag = 0.07
     messages = robot.messages(0.0, 2.0, imu_delay=lambda: 0.0 if imu_first else lag,
                               odometry_delay=lambda: lag if imu_first else 0.0)
-    fixes, _ = feed(AtDoor.localizer(), messages)
+    fixes, _ = feed(TimedPart.localizer(), messages)
     assert len(fixes) >= 50
     assert_fixes(fixes, robot, ZERO, since=fixes[0].stamp - robot.clock_ahead, radians=1e-5)
 
@@ -92,7 +92,7 @@ def test_any_robot_and_whichever_message_comes_first(robot, imu_first):
 def test_a_dropout_of_one_or_both_leaves_the_frame_as_it_was(silent):
     messages = [(arrival, sample) for arrival, sample in CURVING.messages(0.0, 8.0)
                 if not (isinstance(sample, silent) and 2.0 < arrival < 6.3)]
-    fixes, _ = feed(AtDoor.localizer(), messages)
+    fixes, _ = feed(TimedPart.localizer(), messages)
     times = [fix.stamp - CURVING.clock_ahead for fix in fixes]
     assert not [time for time in times if 2.01 < time < 6.29]
     assert max(times) > 7.9
@@ -126,7 +126,7 @@ def test_a_reset_in_motion_is_as_exact_as_at_rest(robot, seed):
 def test_samples_that_are_older_than_their_stamps_show_the_instant_of_a_reset_later(sample_delay):
     """They are taken as the sensors show them: the instant is in the middle of a spin."""
     older = replace(SPINNING, clock_ahead=SPINNING.clock_ahead + sample_delay)
-    localizer, asked_at = AtDoor.localizer(), 2.0
+    localizer, asked_at = TimedPart.localizer(), 2.0
     messages = [(arrival + sample_delay, sample) for arrival, sample in older.messages(0.0, 4.0)]
     feed(localizer, until(messages, asked_at))
     reset = localizer.reset(AskedPose(as_pose2(DECLARED)), asked_at, sample_delay)
@@ -140,7 +140,7 @@ def test_samples_that_are_older_than_their_stamps_show_the_instant_of_a_reset_la
 def test_a_reset_asked_for_while_the_network_stalls_is_exact_or_not_carried_out(stall, asked_at):
     """Nothing is lost: messages from 2.0 s on are delayed, then delivered at once."""
     messages = held_back(SPINNING.messages(0.0, 8.0), 2.0, 2.0 + stall)
-    localizer = AtDoor.localizer()
+    localizer = TimedPart.localizer()
     feed(localizer, until(messages, asked_at))
     reset = localizer.reset(AskedPose(as_pose2(DECLARED)), asked_at)
     fixes, _ = feed(localizer, after(messages, asked_at))
@@ -152,7 +152,7 @@ def test_a_reset_asked_for_while_the_network_stalls_is_exact_or_not_carried_out(
 
 
 def test_a_reset_that_waits_while_the_clock_steps_says_why_it_cannot_be_carried_out():
-    robot, localizer = replace(SPINNING, clock_ahead=1000.0), AtDoor.localizer()
+    robot, localizer = replace(SPINNING, clock_ahead=1000.0), TimedPart.localizer()
     feed(localizer, robot.messages(0.0, 2.0))
     reset = localizer.reset(AskedPose(Pose2()), 2.001)
     assert localizer.has_resets and reset.problem == ''
@@ -162,7 +162,7 @@ def test_a_reset_that_waits_while_the_clock_steps_says_why_it_cannot_be_carried_
 
 
 def test_a_reset_that_waits_while_the_board_restarts_says_why_it_cannot_be_carried_out():
-    localizer = AtDoor.localizer()
+    localizer = TimedPart.localizer()
     feed(localizer, RESTING.messages(0.0, 1.0))
     reset = localizer.reset(AskedPose(Pose2()), 1.02)
     localizer.on_imu(RESTING.imu(1.01)._replace(yaw=0.0), 1.01)
@@ -172,7 +172,7 @@ def test_a_reset_that_waits_while_the_board_restarts_says_why_it_cannot_be_carri
 
 
 def test_a_reset_asked_for_before_the_first_message_is_never_guessed():
-    localizer = AtDoor.localizer()
+    localizer = TimedPart.localizer()
     reset = localizer.reset(AskedPose(as_pose2(DECLARED)), 0.5)
     fixes, resets = feed(localizer, SPINNING.messages(1.0, 3.0))
     assert resets == [] and not reset.done
@@ -180,7 +180,7 @@ def test_a_reset_asked_for_before_the_first_message_is_never_guessed():
 
 
 def test_a_reset_may_be_the_first_frame():
-    localizer, odometry, imu = AtDoor.localizer(), SPINNING.odometry, SPINNING.imu
+    localizer, odometry, imu = TimedPart.localizer(), SPINNING.odometry, SPINNING.imu
     localizer.on_imu(imu(0.0), 0.0)
     localizer.on_odometry(odometry(0.0), 0.0)
     reset = localizer.reset(AskedPose(as_pose2(DECLARED)), 0.05)
@@ -205,7 +205,7 @@ def test_motion_carries_the_newest_samples_on(robot, later):
 
 
 def test_the_speed_of_turning_is_the_gyros_not_the_odometrys_spike():
-    localizer = AtDoor.localizer()
+    localizer = TimedPart.localizer()
     feed(localizer, SPINNING.messages(0.0, 1.0))
     localizer.on_odometry(SPINNING.odometry(1.05)._replace(angular=-143.6), 1.05)
     motion = localizer.motion(1.06)
@@ -215,7 +215,7 @@ def test_the_speed_of_turning_is_the_gyros_not_the_odometrys_spike():
 
 @pytest.mark.parametrize('age', [0.08, 0.2, 3.0])
 def test_motion_is_carried_on_for_two_control_periods_only(age):
-    localizer = AtDoor.localizer()
+    localizer = TimedPart.localizer()
     feed(localizer, CURVING.messages(0.0, 3.0))
     motion = localizer.motion(3.0 + age)
     assert_pose(motion.pose, Truth(*CURVING.moved(3.0 + 2.0 / 30.0)), 1e-3, 1e-6)
@@ -225,7 +225,7 @@ def test_motion_is_carried_on_for_two_control_periods_only(age):
 def test_ages_count_from_when_a_sample_was_measured_not_from_when_it_came():
     """The latest samples were delayed by 50 ms, the others by 10."""
     messages = STRAIGHT.messages(0.0, 2.0, imu_delay=lambda: 0.01, odometry_delay=lambda: 0.01)
-    localizer = AtDoor.localizer()
+    localizer = TimedPart.localizer()
     feed(localizer, messages)
     feed(localizer, [(2.15, STRAIGHT.imu(2.1)), (2.15, STRAIGHT.odometry(2.1))])
     motion = localizer.motion(2.15)
@@ -236,7 +236,7 @@ def test_ages_count_from_when_a_sample_was_measured_not_from_when_it_came():
 
 def test_the_noise_of_the_imu_is_told_with_the_motion():
     """Yaws of +/-0.01 rad in turns: half the mean square of their differences is 2e-4."""
-    localizer = AtDoor.localizer()
+    localizer = TimedPart.localizer()
     for k in range(50):
         localizer.on_imu(ImuSample(RESTING.clock_ahead + 0.01 * k, 0.01 * (-1) ** k, 0.0), 0.01 * k)
     localizer.on_odometry(RESTING.odometry(0.4), 0.5)

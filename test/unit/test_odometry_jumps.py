@@ -3,14 +3,14 @@ import math
 
 import pytest
 
-from at_door import AtDoor
 from known_motion import angle_between
 from tb3_labs.geometry.se2 import AskedPose, Pose2
-from tb3_labs.localization.door import Door
 from tb3_labs.localization.odometry_jumps import POSE_KEPT, POSE_LOST, JumpFilter
+from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
+from timed_part import TimedPart
 
 IMU = ImuSample(0.0, 1.0, 0.0)
 
@@ -23,7 +23,7 @@ class Heard:
     """A robot that is driven, and its localizer."""
 
     def __init__(self, **settings):
-        self.robot, self.localizer = Simulator(SimulatorConfig(**settings)), AtDoor.localizer()
+        self.robot, self.localizer = Simulator(SimulatorConfig(**settings)), TimedPart.localizer()
         self._start, self.jumps = self.robot.truth, []
         self.odometry = []                # as the robot sent it
 
@@ -61,11 +61,11 @@ class Steady:
     """Adds up what a JumpFilter finds: where the robot is in the first frame of the odometry."""
 
     def __init__(self):
-        self.door, self.filter, self.first_T_odom = Door(), JumpFilter(), Pose2()
+        self.timing, self.filter, self.first_T_odom = SampleTiming(), JumpFilter(), Pose2()
 
     def take(self, seen, arrival, *heard):
         """Returns (pose in the first frame, Jump or None)."""
-        shift, jump = self.filter.take(self.door.hear_odometry(seen, arrival), *heard)
+        shift, jump = self.filter.take(self.timing.on_odometry(seen, arrival), *heard)
         if shift is not None:
             self.first_T_odom = self.first_T_odom @ shift.inverse()
         return self.first_T_odom @ seen.pose, jump
@@ -187,7 +187,7 @@ def test_the_robots_own_reset_at_rest_leaves_the_local_pose(speed, turn):
 @pytest.mark.parametrize('heard_before', [30, 1])
 def test_the_odometry_that_comes_before_the_imu_after_a_silence_waits_for_it(heard_before):
     """The firmware's stamps may go back by 4 ms, also just after the robot was connected."""
-    localizer, turn = AtDoor.localizer(), 0.033
+    localizer, turn = TimedPart.localizer(), 0.033
 
     def hear(now, x, odom_yaw, imu_yaw):
         localizer.on_odometry(sample(x, 0.0, odom_yaw, now), now)

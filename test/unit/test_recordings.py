@@ -10,11 +10,11 @@ import math
 import numpy as np
 import pytest
 
-from at_door import AtDoor
 from known_motion import angle_between
 from real_recordings import NAMES, arrays_of
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.robot.samples import ImuSample, OdometrySample
+from timed_part import TimedPart
 
 METRES, RADIANS = 0.001, math.radians(0.2)
 
@@ -67,7 +67,7 @@ def recording(request):
 
 def replay(recording, asked=()):
     """(fixes, resets) of a localizer, `asked` being [(time of the recorder, declared pose)]."""
-    localizer, waiting, resets, fixes = AtDoor.localizer(), list(asked), [], []
+    localizer, waiting, resets, fixes = TimedPart.localizer(), list(asked), [], []
     for arrival, sample in recording.arrivals:
         while waiting and waiting[0][0] <= arrival:
             resets.append(localizer.reset(AskedPose(waiting[0][1]), waiting.pop(0)[0]))

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import pytest
 
-from at_door import AtDoor
 from known_motion import SteadyRobot, Truth, angle_between, assert_pose, held_back
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.door import Door
 from tb3_labs.localization.sample_buffer import SAMPLE_MEMORY, SampleBuffer, Track
+from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.supervision.freshness import MAX_GAP, Lateness
+from timed_part import TimedPart
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offset=-1.8,
                        clock_ahead=0.775)
@@ -18,7 +18,7 @@ SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offse
 
 def filled(messages):
     """A SampleBuffer with these messages."""
-    history = AtDoor(SampleBuffer())
+    history = TimedPart(SampleBuffer())
     for arrival, sample in messages:
         history.add(sample, arrival)
     return history
@@ -104,7 +104,7 @@ def test_the_order_of_arrival_does_not_matter(imu_late, odometry_late):
     """One source may be several samples ahead of the other, all the time."""
     messages = SPINNING.messages(0.0, 3.0, imu_delay=lambda: imu_late,
                                  odometry_delay=lambda: odometry_late)
-    pairs = pairs_of(AtDoor(SampleBuffer()), messages)
+    pairs = pairs_of(TimedPart(SampleBuffer()), messages)
     assert_right(pairs, SPINNING)
     assert len(pairs) >= 80
     stamps = [odometry.stamp for odometry, _ in pairs]
@@ -112,7 +112,7 @@ def test_the_order_of_arrival_does_not_matter(imu_late, odometry_late):
 
 
 def test_of_several_that_wait_the_newest_is_taken():
-    history = AtDoor(SampleBuffer())
+    history = TimedPart(SampleBuffer())
     for time in (0.0, 0.1, 0.2, 0.3):
         history.add(SPINNING.imu(time), time)
     for time in (0.1, 0.2):
@@ -130,14 +130,14 @@ def without_imu(silent, end=8.0):
 @pytest.mark.parametrize('silent', [0.2, 0.35, 0.5, 0.9])
 def test_the_odometry_bridges_a_gap_of_the_imu(silent):
     """If IMU samples come together, a node reads only the latest."""
-    assert_right(pairs_of(AtDoor(SampleBuffer()), without_imu(silent)), SPINNING)
+    assert_right(pairs_of(TimedPart(SampleBuffer()), without_imu(silent)), SPINNING)
     history, now = filled(without_imu(silent, 2.0 + silent + 0.1)), 2.0 + 0.4 * silent
     assert_instant(instant_at(history, now), SPINNING, now, radians=1e-5)
 
 
 def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
     """The odometry turns a tenth less than the IMU: the difference is spread over the gap."""
-    history = AtDoor(SampleBuffer())
+    history = TimedPart(SampleBuffer())
     for time in (0.0, 0.1, 0.7, 0.8):
         history.add(ImuSample(10.0 + time, math.remainder(1.0 * time + 3.0, 2 * math.pi), 1.0), time)
     for k in range(9):
@@ -173,7 +173,7 @@ def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
     robot = replace(SPINNING, clock_ahead=10000.0)
     messages = restamped(robot.messages(0.0, 6.0, imu_delay=lambda: imu_late),
                          lambda arrival, stamp: stamp + (step if stamp > 10003.03 else 0.0))
-    history = AtDoor(SampleBuffer())
+    history = TimedPart(SampleBuffer())
     assert_right(pairs_of(history, [m for m in messages if m[0] <= 3.03]), robot)
     pairs_of(history, [m for m in messages if 3.03 < m[0] <= 3.1])
     pairs = pairs_of(history, [m for m in messages if m[0] > 3.1])
@@ -188,7 +188,7 @@ def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
 def test_late_messages_are_no_new_clock(stall):
     end = 2.1 + stall
     messages = held_back(SPINNING.messages(0.0, end + 1.0), 2.1, end)
-    history = AtDoor(SampleBuffer())
+    history = TimedPart(SampleBuffer())
     assert_right(pairs_of(history, messages), SPINNING)
     assert history.clock.uses_stamps
     assert_instant(instant_at(history, end + 0.7), SPINNING, end + 0.7)
@@ -209,18 +209,18 @@ def test_two_clocks_that_disagree_are_no_use(apart):
 
 def test_the_least_delay_is_forgotten_after_some_seconds():
     """The sender's clock is set back by 20 ms: all its messages seem to be late by that."""
-    door = Door()
+    timing = SampleTiming()
     for k in range(2000):
         arrival = 0.01 * k
         stamp = 100.0 + arrival - (0.02 if arrival >= 5.0 else 0.0)
-        door.hear_imu(ImuSample(stamp, 0.0, 0.0), arrival)
-    assert door.clock.stamp_of(20.0) == pytest.approx(119.98)
-    assert door.clock.epoch == 0
+        timing.on_imu(ImuSample(stamp, 0.0, 0.0), arrival)
+    assert timing.clock.stamp_of(20.0) == pytest.approx(119.98)
+    assert timing.clock.epoch == 0
 
 
 def test_stamps_that_go_back_a_little_once_a_second_cost_no_reset():
     """The clock of a Pi that runs fast and is corrected: no instant is lost, nor off by more."""
-    history = AtDoor(SampleBuffer())
+    history = TimedPart(SampleBuffer())
     for arrival, sample in restamped(SPINNING.messages(0.0, 20.0),
                                      lambda arrival, stamp: stamp + 0.01 * (arrival % 1.0)):
         history.add(sample, arrival)
@@ -232,29 +232,29 @@ def test_stamps_that_go_back_a_little_once_a_second_cost_no_reset():
 
 
 def test_a_stamp_that_is_heard_four_times_in_a_row_is_no_clock():
-    door = Door()
+    timing = SampleTiming()
     for k, (stamp, believed) in enumerate([(7.0, True)] * 3 + [(8.0, True)] * 3 + [(8.0, False)]):
-        door.hear_imu(ImuSample(stamp, 0.0, 0.0), 1.0 + 0.01 * k)
-        assert door.clock.uses_stamps is believed
+        timing.on_imu(ImuSample(stamp, 0.0, 0.0), 1.0 + 0.01 * k)
+        assert timing.clock.uses_stamps is believed
 
 
 def test_stamps_that_do_not_catch_up_are_no_clock():
     """They go back by less than a step, and then run at a tenth of the time."""
-    door = Door()
+    timing = SampleTiming()
     for k in range(160):
         arrival = 0.01 * k
         stamp = 100.0 + arrival if k < 100 else 100.91 + 0.1 * (arrival - 1.0)
-        door.hear_imu(ImuSample(stamp, 0.0, 0.0), arrival)
-        assert door.clock.uses_stamps is (k <= 150)
+        timing.on_imu(ImuSample(stamp, 0.0, 0.0), arrival)
+        assert timing.clock.uses_stamps is (k <= 150)
 
 
 def test_a_silence_of_a_second_is_no_new_clock_and_a_step_or_a_longer_silence_is_one():
     """The last step goes back by less than its silence: the stamps only went ahead."""
-    door = Door()
+    timing = SampleTiming()
     for arrival, stamp, epoch in ((1.0, 101.0, 0), (2.2, 102.2, 0), (2.3, 104.0, 1),
                                   (8.3, 105.0, 2)):
-        door.hear_imu(ImuSample(stamp, 0.0, 0.0), arrival)
-        assert door.clock.epoch == epoch
+        timing.on_imu(ImuSample(stamp, 0.0, 0.0), arrival)
+        assert timing.clock.epoch == epoch
 
 
 @pytest.mark.parametrize('late', [0.0, 0.5, 1.9])
@@ -285,10 +285,10 @@ def test_a_clock_that_was_set_back_is_believed_after_a_while(step):
 # A sample carries its times -------------------------------------------------------------------------
 
 def test_a_sample_carries_its_silence_its_delay_and_the_step_before_it():
-    door = Door()
-    door.hear_imu(ImuSample(100.0, 0.0, 0.0), 1.0)
-    imu = door.hear_imu(ImuSample(100.5, 0.0, 0.0), 1.6)         # delayed by 0.1 s
-    odometry = door.hear_odometry(OdometrySample(100.55, Pose2(), 0.0, 0.0), 1.65)
+    timing = SampleTiming()
+    timing.on_imu(ImuSample(100.0, 0.0, 0.0), 1.0)
+    imu = timing.on_imu(ImuSample(100.5, 0.0, 0.0), 1.6)         # delayed by 0.1 s
+    odometry = timing.on_odometry(OdometrySample(100.55, Pose2(), 0.0, 0.0), 1.65)
     assert (imu.silence, imu.by_stamps, imu.measured_at) == pytest.approx((0.6, 0.5, 1.5))
     assert (imu.age(1.7), imu.age(1.0)) == pytest.approx((0.2, 0.0))
     assert odometry.silence == math.inf and odometry.all_silent == pytest.approx(0.05)
@@ -297,6 +297,6 @@ def test_a_sample_carries_its_silence_its_delay_and_the_step_before_it():
 @pytest.mark.parametrize('stamp, step', [
     (100.02, 0.02), (100.0, 0.1), (0.0, 0.1), (99.0, 0.1), (160.0, 0.1)])
 def test_the_step_is_by_arrivals_if_the_stamps_stand_or_jump(stamp, step):
-    door = Door()
-    door.hear_imu(ImuSample(100.0, 0.0, 0.0), 1.0)
-    assert door.hear_imu(ImuSample(stamp, 0.0, 0.0), 1.1).step == pytest.approx(step)
+    timing = SampleTiming()
+    timing.on_imu(ImuSample(100.0, 0.0, 0.0), 1.0)
+    assert timing.on_imu(ImuSample(stamp, 0.0, 0.0), 1.1).step == pytest.approx(step)

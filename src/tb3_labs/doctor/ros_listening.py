@@ -16,7 +16,7 @@ from tb3_labs.doctor.streams import (
     HEARING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused,
     judge_stream, judge_wheels)
 from tb3_labs.localization.contradiction import GyroWatch
-from tb3_labs.localization.door import Door
+from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS, model_called
@@ -99,7 +99,7 @@ def compared(heard, reset_topic):
     """Returns a GyroWatch and an EncoderWatch, the samples that they took in, and {topic: why each
     of its other messages is refused, as the labs' nodes refuse it}."""
     watch, encoders = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), EncoderWatch()
-    door, samples, refused = Door(), [], {topic: [] for topic in TOPICS}
+    timing, samples, refused = SampleTiming(), [], {topic: [] for topic in TOPICS}
     for topic, at, _, message, _ in heard:
         try:
             sample = TOPICS[topic][1](message)
@@ -108,7 +108,7 @@ def compared(heard, reset_topic):
                 refused[topic].append(str(problem))    # else: of other joints, such as an arm's
             continue
         if isinstance(sample, ImuSample):
-            watch.on_imu(door.hear_imu(sample, at))
+            watch.on_imu(timing.on_imu(sample, at))
         elif isinstance(sample, WheelSample):
             watch.on_wheels(sample)
             encoders.on_wheels(sample)

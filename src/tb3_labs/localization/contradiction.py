@@ -27,7 +27,7 @@ from collections import deque
 from typing import Deque, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import clamp, difference
-from tb3_labs.localization.door import Heard
+from tb3_labs.localization.sample_timing import Heard
 from tb3_labs.robot.samples import WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.freshness import GYRO_GAP, MEAN_ONLY, RESUME_TIME, SMALL_STEP, WHEEL_GAP

@@ -20,10 +20,10 @@ from typing import List, Optional
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.handout import SAYS_POSE_SET
-from tb3_labs.localization.door import Door, Heard, YawNoise
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFilter
 from tb3_labs.localization.sample_buffer import SampleBuffer
+from tb3_labs.localization.sample_timing import Heard, SampleTiming, YawNoise
 from tb3_labs.robot.samples import Motion, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.freshness import RESET_SILENCE
@@ -80,9 +80,9 @@ class Reset:
 class Localizer:
     """Computes poses in the local frame from samples."""
 
-    def __init__(self, door: Door) -> None:
-        """`door`: of the samples; its clock finds the samples of an instant."""
-        self._door, self._clock = door, door.clock
+    def __init__(self, timing: SampleTiming) -> None:
+        """`timing`: of the samples; its clock finds the samples of an instant."""
+        self._timing, self._clock = timing, timing.clock
         #: The LocalFrame in force; None before the first samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None
         self._frame_number = 0
@@ -111,10 +111,10 @@ class Localizer:
     def on_odometry(self, heard: Heard) -> None:
         """Take in a message of the odometry."""
         self._awaits_imu = self._awaits_imu or heard.all_silent > RESET_SILENCE
-        if self._door.imu is None or self._awaits_imu:
+        if self._timing.imu is None or self._awaits_imu:
             self._jump_filter.skip(heard)
             return
-        shift, jump = self._jump_filter.take(heard, self._door.imu.sample, self.driven_at)
+        shift, jump = self._jump_filter.take(heard, self._timing.imu.sample, self.driven_at)
         if jump is not None:
             self._on_jump(jump)
         if shift is not None:
@@ -178,9 +178,9 @@ class Localizer:
         """The robot's Motion at `now`; None before the first samples, or if the pose is lost. The
         caller checks that the samples are fresh.
         """
-        if self.frame is None or self._door.imu is None or self._odometry is None:
+        if self.frame is None or self._timing.imu is None or self._odometry is None:
             return None
-        imu, imu_age = self._door.imu.sample, self._door.imu.age(now)
+        imu, imu_age = self._timing.imu.sample, self._timing.imu.age(now)
         odometry, odometry_age = self._odometry.sample, self._odometry.age(now)
         extrapolated = imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION)
         heading = self.frame.heading(imu.yaw + extrapolated)

@@ -23,7 +23,7 @@ from typing import NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.door import Heard
+from tb3_labs.localization.sample_timing import Heard
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample, is_slow
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.freshness import LONGEST_SILENCE, RESET_SILENCE
@@ -75,7 +75,7 @@ POSE_LOST = 'pose lost: reset_pose, or place the robot and reset'
 
 
 class _Gap:
-    """The time between two odometry messages: the sum of what the door measured before each."""
+    """The time between two odometry messages: the sum of what SampleTiming measured before each."""
 
     def __init__(self) -> None:
         self._by_stamps = self._by_arrival = 0.0

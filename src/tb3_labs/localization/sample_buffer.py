@@ -3,7 +3,7 @@
 A node reads every message of the odometry, but not every sample of the IMU. The odometry bridges a
 longer gap of the IMU: in the gap, the IMU's yaw is taken to turn as the odometry's.
 
-Units: seconds on the sender's clock (:mod:`tb3_labs.localization.door`), metres, radians.
+Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sample_timing`), metres, radians.
 Edge cases: a new epoch of that clock empties the buffer; a gap of the odometry longer than
 `MAX_GAP` is not interpolated; the order of arrival between the two sensors does not matter.
 """
@@ -14,7 +14,7 @@ from typing import Any, Callable, Deque, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference, interpolate_angle, wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
-from tb3_labs.localization.door import Heard
+from tb3_labs.localization.sample_timing import Heard
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.supervision.freshness import MAX_BRIDGE, MAX_GAP
 

@@ -55,7 +55,7 @@ class WheelSample(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """The robot's motion as a law needs it; ages count from the measurement, see door."""
+    """The robot's motion as a law needs it; ages count from the measurement, see sample_timing."""
 
     pose: Any                   # local_T_base, now, a Pose2 extrapolated from the samples
     linear: float               # [m/s], from the wheels

@@ -8,7 +8,7 @@ from typing import Optional
 from tb3_labs.control.approach import PreciseTurn
 from tb3_labs.control.commands import LONGEST_IDLE, Pace
 from tb3_labs.localization.contradiction import GyroWatch
-from tb3_labs.localization.door import Door
+from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.controller.mouse_reader import Mouse, MouseState
 from tb3_labs.nodes.controller.turns import (
     DRIVERS, AskedTurn, Driver, DriverEvent, Heading, Repetitions)
@@ -30,7 +30,7 @@ class ControllerCore:
     """One robot that turns by the IMU and drives by the mouse."""
 
     def __init__(self, law: PreciseTurn, gyro: Optional[GyroWatch] = None) -> None:
-        self._door, self.imu = Door(), Sensor('imu')
+        self._timing, self.imu = SampleTiming(), Sensor('imu')
         self.driver = self._last_driver = Driver.NOBODY    # now, and at the last tick
         self._law = law
         self._pace = Pace(law.period)
@@ -50,7 +50,7 @@ class ControllerCore:
     # -- what comes in
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
-        heard = self._door.hear_imu(sample, now)
+        heard = self._timing.on_imu(sample, now)
         self.imu.heard(now, sample[1:])
         jump = heading_jump(heard.before, sample)
         if jump and self.driver is Driver.TURN:
@@ -238,7 +238,7 @@ class ControllerCore:
         return self.driver is Driver.TURN and self._sensors.sight is not Sight.SILENT
 
     def _turn_on(self, now: float) -> Optional[Twist2]:
-        turn, heading, imu = self._turn, self._heading, self._door.imu
+        turn, heading, imu = self._turn, self._heading, self._timing.imu
         assert turn is not None and imu is not None
         dt = self._pace.step(now)
         step = self._law.step(self._yaw, heading.rate, dt, imu.age(now), heading.noise)

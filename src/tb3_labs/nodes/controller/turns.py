@@ -15,7 +15,7 @@ from tb3_labs.control.commands import Estimate
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.handout import LEFT, MAX_ANG_Z, RIGHT, TURN_DEG
-from tb3_labs.localization.door import Heard, YawNoise
+from tb3_labs.localization.sample_timing import Heard, YawNoise
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.freshness import SENDER_PAUSE, Freshness

@@ -17,9 +17,9 @@ from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, SAYS_REACHED
 from tb3_labs.localization.contradiction import GyroWatch
-from tb3_labs.localization.door import Door
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
+from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.move_to_goal.status import Announcer, DriveStatus
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
@@ -80,8 +80,8 @@ class MoveToGoalCore:
                  gyro: Optional[GyroWatch] = None) -> None:
         """`response`: the known delays of this robot; `law` and this node improve it."""
         self._response = response or Response()
-        self._door, self.imu, self.odometry = Door(), Sensor('imu'), Sensor('odom')
-        self._localizer = Localizer(self._door)
+        self._timing, self.imu, self.odometry = SampleTiming(), Sensor('imu'), Sensor('odom')
+        self._localizer = Localizer(self._timing)
         self._machine = GoalMachine(law)
         self._news = NewsDesk()
         self._permission = Permission(has_control, self._news.tell)
@@ -101,14 +101,14 @@ class MoveToGoalCore:
     # -- what comes in
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
-        heard = self._door.hear_imu(sample, now)
+        heard = self._timing.on_imu(sample, now)
         self.imu.heard(now, sample[1:])
         self._gyro.on_imu(heard, sends_wheels)
         self._localizer.on_imu(heard)
         self._look_at_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
-        heard = self._door.hear_odometry(sample, now)
+        heard = self._timing.on_odometry(sample, now)
         self.odometry.heard(now, sample[1:])
         self._encoders.on_odometry(sample)
         self._localizer.on_odometry(heard)
@@ -322,7 +322,7 @@ class MoveToGoalCore:
         """Give up if a sensor repeats a reading that the last command must have changed."""
         drives = abs(self._sent.linear) > SURELY_DRIVES
         turns = abs(self._sent.angular) > SURELY_TURNS
-        odometry = self._door.odometry
+        odometry = self._timing.odometry
         assert odometry is not None
         before, after = odometry.before, odometry.sample
         # The odometry's yaw is the IMU's: if it turns, the IMU must change.

@@ -41,8 +41,8 @@ from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2, TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
-from tb3_labs.localization.door import Door
 from tb3_labs.localization.odometry_jumps import POSE_LOST, JumpFilter
+from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.report.motion.epochs import robot_in_odom
 from tb3_labs.report.run_data import Commands, Poses, RunData, States, once
 from tb3_labs.robot.samples import ImuSample, OdometrySample
@@ -232,13 +232,13 @@ def _steady_odometry(run: RunData) -> Tuple[Poses, List[float]]:
     """Returns the odometry as move_to_goal corrects it: (Poses without jumps, the times at which
     the pose is lost [s])."""
     odometry, imu = run.odometry, run.imu
-    jumps, door, first_T_odom, poses, lost = JumpFilter(), Door(), Pose2(), [], []
+    jumps, timing, first_T_odom, poses, lost = JumpFilter(), SampleTiming(), Pose2(), [], []
     newest = np.searchsorted(imu.arrival, odometry.arrival, side='right') - 1
     for k, heard in enumerate(newest.clip(0)):
         if odometry.arrival[k] - imu.arrival[heard] > RESET_SILENCE:
             heard = min(heard + 1, len(imu) - 1)    # the first sample after the silence
         shift, jump = jumps.take(
-            door.hear_odometry(OdometrySample(
+            timing.on_odometry(OdometrySample(
                 odometry.time[k], odometry.pose(k), float(odometry.linear[k]),
                 float(odometry.angular[k])), odometry.arrival[k]),
             ImuSample(imu.time[heard], imu.yaw[heard], imu.yaw_rate[heard]))

@@ -8,7 +8,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Header
 
-from at_door import AtDoor
+from timed_part import TimedPart
 from tb3_labs.geometry.se2 import AskedPose, Pose2
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.nodes.move_to_goal.ros_requests import to_asked_pose
@@ -75,8 +75,8 @@ def test_a_stamp_that_ros_could_not_send_again_is_refused(read, make):
 
 @pytest.mark.parametrize('absurd', [1e200, 1.7e308, 1.9e4])
 def test_a_reset_heals_whatever_was_believed_before(absurd):
-    """Also without a door."""
-    localizer, now = AtDoor.localizer(), 10.0
+    """Also without SampleTiming."""
+    localizer, now = TimedPart.localizer(), 10.0
 
     def hear(seconds, x):
         nonlocal now

@@ -1,7 +1,8 @@
-"""The door of samples: each sample of a sensor is timed here, once; and the noise of an IMU.
+"""The timing of samples: each sample of a sensor is timed here, once; and the noise of an IMU.
 
-A :class:`Door` measures the silence before a sample and reads the sender's clock; a :class:`Heard`
-has all values that later rooms need. The door keeps the latest of each sensor, for all who ask.
+A :class:`SampleTiming` measures the silence before a sample and reads the sender's clock; a
+:class:`Heard` has all values that later rooms need. The door keeps the latest of each sensor, for
+all who ask.
 
 Header stamps show intervals well, but come from the robot's clock, which may be a second off, step,
 or stand at zero. Arrivals are on the receiver's clock, but a network delays messages. So samples
@@ -39,7 +40,7 @@ EVEN = 0.03
 
 
 class Heard(NamedTuple):
-    """A sample, and all times that later rooms ask of it; made by :class:`Door` alone."""
+    """A sample, and all times that later rooms ask of it; made by :class:`SampleTiming` alone."""
 
     sample: Any           # an ImuSample or OdometrySample
     before: Any           # the sample of its source before it; None for the first
@@ -48,7 +49,7 @@ class Heard(NamedTuple):
     epoch: int            # of the sender's clock: times of different epochs cannot be compared
     measured_at: float    # [s, receiver's clock], as if the fastest message needed no time
     silence: float        # the silence before it, by arrivals [s]; infinite for the first
-    all_silent: float     # the same of all sources of its door
+    all_silent: float     # the same of all sources of its robot
     by_stamps: float      # time since its source's sample before, by their stamps [s]; 0: none
 
     def age(self, now: float) -> float:
@@ -62,8 +63,8 @@ class Heard(NamedTuple):
         return self.by_stamps if is_clock else self.silence
 
 
-class Door:
-    """The door of one robot: its IMU, and its odometry if it is heard."""
+class SampleTiming:
+    """The timing of one robot: its IMU, and its odometry if it is heard."""
 
     def __init__(self) -> None:
         self.clock = SenderClock()
@@ -71,17 +72,17 @@ class Door:
         self.imu: Optional[Heard] = None
         self.odometry: Optional[Heard] = None
 
-    def hear_imu(self, sample: ImuSample, now: float) -> Heard:
+    def on_imu(self, sample: ImuSample, now: float) -> Heard:
         """A sample of the IMU has arrived."""
-        self.imu = self._hear('imu', self.imu, sample, now)
+        self.imu = self._timed('imu', self.imu, sample, now)
         return self.imu
 
-    def hear_odometry(self, sample: OdometrySample, now: float) -> Heard:
+    def on_odometry(self, sample: OdometrySample, now: float) -> Heard:
         """A message of the odometry has arrived."""
-        self.odometry = self._hear('odom', self.odometry, sample, now)
+        self.odometry = self._timed('odom', self.odometry, sample, now)
         return self.odometry
 
-    def _hear(self, source: str, last: Optional[Heard], sample: Sample, now: float) -> Heard:
+    def _timed(self, source: str, last: Optional[Heard], sample: Sample, now: float) -> Heard:
         silence, before = _silence(last, now), last.sample if last else None
         all_silent = min(_silence(self.imu, now), _silence(self.odometry, now))
         time = self.clock.time_of(source, sample.stamp, now, silence, all_silent)
