@@ -21,7 +21,7 @@ from tb3_labs.doctor.graph import (
     PROBLEMS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_robot, judge_types,
     judge_way_back)
 from tb3_labs.doctor import fault, ok, printed, summary, warning
-from tb3_labs.doctor.ros_listening import Heard
+from tb3_labs.doctor.ros_listening import ReceivedMessage
 from tb3_labs.doctor.streams import (
     drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused, judge_stream)
 from tb3_labs.supervision.freshness import SENSOR_TIMEOUT
@@ -228,7 +228,7 @@ def test_a_network_behind_nat_is_known(monkeypatch, kernel, interfaces, files, k
     assert computer.nat_kind() == kind
 
 
-@pytest.mark.parametrize('namespace, heard, words', [
+@pytest.mark.parametrize('namespace, received, words', [
     ('/', '/imu_data', '/lab1 listens to /imu_data, which nobody publishes; /imu is published by '
      + CORE), ('/', '/imu/data', '/imu/data'), ('/robot3/', '/imu', '/robot3/imu is published by'),
     *[('/', wrong, '/imu is published by') for wrong in (
@@ -237,9 +237,9 @@ def test_a_network_behind_nat_is_known(monkeypatch, kernel, interfaces, files, k
         '/IMU', '/robot3/IMU', '/robot3/lab1/imu', '/lab1/imu', '/turtle1/imu', '/robot3/imu/imu')],
     ('/robot3/', '/robot3/imu', ''), ('/', '/reset', ''), ('/', '/map', ''), ('/', '/scan', ''),
     ('/robot3/', '/robot4/imu', ''), ('/', '/odom_combined', '')])
-def test_a_node_that_listens_to_a_wrong_name(namespace, heard, words):
+def test_a_node_that_listens_to_a_wrong_name(namespace, received, words):
     lines = list(judge_names(RobotGraph(namespace, [
-        [[namespace + 'imu', [CORE]]], [[heard, ['/lab1']]], []])))
+        [[namespace + 'imu', [CORE]]], [[received, ['/lab1']]], []])))
     if words:
         check(*lines, WARNING, words)
     else:    # a topic that is published, of no sensor, of another robot, of a sensor that is silent
@@ -254,10 +254,10 @@ def test_a_node_that_listens_to_a_wrong_name(namespace, heard, words):
         '/cmd_vel', '/turtle1/cmd_vel', '/robot3/turtle1/cmd_vel', '/robot3/cmd_Vel')],
     ('/', '/heading_error', ''), ('/', '/speed', ''), ('/robot3/', '/robot4/cmd_vel', '')])
 def test_a_node_that_publishes_under_a_wrong_name(namespace, sent, right):
-    heard = [[namespace + name, ['/controller']] for name in ('mouse_info', 'ctrl_relinq', 'heading')]
+    received = [[namespace + name, ['/controller']] for name in ('mouse_info', 'ctrl_relinq', 'heading')]
     lines = list(judge_names(RobotGraph(namespace, [
         [[namespace + 'imu', [CORE]], [sent, ['/lab1']]],
-        [[namespace + 'cmd_vel', ['/record', CORE]], *heard], []])))
+        [[namespace + 'cmd_vel', ['/record', CORE]], *received], []])))
     if right:
         check(*lines, WARNING, '/lab1 publishes {}, which nobody hears; {} is heard by {}'.format(
             sent, right, CORE if 'cmd_vel' in right else '/controller'))
@@ -299,16 +299,16 @@ def test_the_nodes_of_a_right_graph_have_no_wrong_names():
             '/move_to_goal': 'cmd_vel local_pose local_path goal_marker goal_state move2goal/status',
             '/panel': 'joy mouse_info turn move_base_simple/goal ctrl_relinq cmd_vel',
             '/robot4/lab': 'robot4/cmd_vel'}
-    heard = {CORE: 'cmd_vel reset sound motor_power imu_calibration', '/joy_node': 'joy/set_feedback',
-             '/rviz': 'map scan odometry/filtered odom imu ground_truth tf_static clock particlecloud',
-             '/record': 'imu odom cmd_vel reset initialpose turn mouse_info ground_truth',
-             '/imu_sub': 'imu clock', '/controller': 'imu joint_states mouse_info turn turn/goal turn/cancel reset',
-             '/gamepad': 'joy', '/fused': 'imu imu_1 odom odom_1', '/robot4/lab': 'robot4/imu',
-             '/move_to_goal': 'imu odom ctrl_relinq move2goal/goal move2goal/cancel initialpose',
-             '/panel': 'local_pose goal_state current_goal has_control joy heading', '/rosout': 'rosout'}
+    received = {CORE: 'cmd_vel reset sound motor_power imu_calibration', '/joy_node': 'joy/set_feedback',
+                '/rviz': 'map scan odometry/filtered odom imu ground_truth tf_static clock particlecloud',
+                '/record': 'imu odom cmd_vel reset initialpose turn mouse_info ground_truth',
+                '/imu_sub': 'imu clock', '/controller': 'imu joint_states mouse_info turn turn/goal turn/cancel reset',
+                '/gamepad': 'joy', '/fused': 'imu imu_1 odom odom_1', '/robot4/lab': 'robot4/imu',
+                '/move_to_goal': 'imu odom ctrl_relinq move2goal/goal move2goal/cancel initialpose',
+                '/panel': 'local_pose goal_state current_goal has_control joy heading', '/rosout': 'rosout'}
     for without in ('', '/panel', '/joy_node', '/controller', '/gamepad', '/rviz', '/move_to_goal'):
         state = [[['/' + topic, [node for node in side if topic in side[node].split() and node != without]]
-                  for topic in sorted(set(' '.join(side.values()).split()))] for side in (said, heard)]
+                  for topic in sorted(set(' '.join(side.values()).split()))] for side in (said, received)]
         state = [[row for row in side if row[1]] for side in state]
         assert list(judge_names(RobotGraph('/', [*state, []]))) == [], without
 
@@ -359,7 +359,7 @@ def odometry(header):
 def heard_of_a_robot_at_rest(namespace, address):
     """As listen() returns it: messages that were just sent, 0.6 s long."""
     times = [time.time() - 0.6 + 0.01 * number for number in range(60)]
-    return [Heard(name, at, '/pad', kind(header=Header(stamp=rospy.Time.from_sec(at)), **data))
+    return [ReceivedMessage(name, at, '/pad', kind(header=Header(stamp=rospy.Time.from_sec(at)), **data))
             for at in times for name, kind, data in (
                 ('imu', Imu, dict(orientation=Quaternion(z=math.sin(0.3), w=math.cos(0.3)))),
                 ('odom', odometry, {}), ('cmd_vel', Odometry, {}),
@@ -382,14 +382,14 @@ def examined(robot, monkeypatch, listen):
     (['wheel_left_joint', 'wheel_right_joint'], 'the odometry runs on but the wheels stand')])
 def test_wheels_that_are_missing_or_stand_have_a_line_of_their_own(robot, monkeypatch, names, words):
     def listen(*where):
-        heard, ended = heard_of_a_robot_at_rest(*where)
-        for number, (topic, _, _, message, _) in enumerate(heard):
+        received, ended = heard_of_a_robot_at_rest(*where)
+        for number, (topic, _, _, message, _) in enumerate(received):
             if topic == 'odom':
                 message.pose.pose.position.x = 0.0005 * number
                 message.twist.twist.linear.x = 0.2
             elif topic == 'joint_states':
                 message.name = names
-        return heard, ended
+        return received, ended
     check(examined(robot, monkeypatch, listen)['Wheels'], FAULT, words)
 
 
@@ -409,11 +409,11 @@ def test_a_sound_robot_is_found_sound(robot, monkeypatch):
     (0.0, 0.0, 0.0, 16384.0, 'norm 1.64e+04'), (1.0, 0.0, 0.0, 0.0, 'tilted by roll 180')])
 def test_an_imu_that_every_node_refuses_is_named_with_their_reason(robot, monkeypatch, x, y, z, w, words):
     def listen(*where):
-        heard, ended = heard_of_a_robot_at_rest(*where)
-        for topic, _, _, message, _ in heard:
+        received, ended = heard_of_a_robot_at_rest(*where)
+        for topic, _, _, message, _ in received:
             if topic == 'imu':
                 message.orientation = Quaternion(x, y, z, w)
-        return heard, ended
+        return received, ended
     lines = examined(robot, monkeypatch, listen)
     check(lines['imu'], FAULT, 'every node refuses 60 of 60 messages: quaternion', words)
     assert 'Drift' not in lines

@@ -19,7 +19,7 @@ def sample(x, y, yaw, stamp=0.0, linear=0.0, angular=0.0):
     return OdometrySample(stamp, Pose2(x, y, yaw), linear, angular)
 
 
-class Heard:
+class DrivenRobot:
     """A robot that is driven, and its localizer."""
 
     def __init__(self, **settings):
@@ -63,21 +63,21 @@ class Steady:
     def __init__(self):
         self.timing, self.filter, self.first_T_odom = SampleTiming(), JumpFilter(), Pose2()
 
-    def take(self, seen, arrival, *heard):
+    def take(self, seen, arrival, *driven):
         """Returns (pose in the first frame, Jump or None)."""
-        shift, jump = self.filter.take(self.timing.on_odometry(seen, arrival), *heard)
+        shift, jump = self.filter.take(self.timing.on_odometry(seen, arrival), *driven)
         if shift is not None:
             self.first_T_odom = self.first_T_odom @ shift.inverse()
         return self.first_T_odom @ seen.pose, jump
 
 
 def test_the_firmwares_fault_is_in_the_robot_and_not_in_the_local_pose():
-    heard = Heard(imu_offset_deg=180.0, imu_noise_deg=0.5)
-    heard.run(7.0, 0.2)
-    heard.run(1.0)
-    truth, pose = heard.robot.truth, heard.pose
-    assert sum(abs(seen.angular) > 50.0 for seen in heard.odometry) > 50
-    assert abs(heard.odometry[-1].pose.x - truth.x) > 0.2      # the error of the raw odometry
+    driven = DrivenRobot(imu_offset_deg=180.0, imu_noise_deg=0.5)
+    driven.run(7.0, 0.2)
+    driven.run(1.0)
+    truth, pose = driven.robot.truth, driven.pose
+    assert sum(abs(seen.angular) > 50.0 for seen in driven.odometry) > 50
+    assert abs(driven.odometry[-1].pose.x - truth.x) > 0.2     # the error of the raw odometry
     # the rest: encoder ticks; across, the noise of the heading in which local was declared
     assert abs(pose.x - truth.x) < 0.002 and abs(pose.y) < truth.x * math.radians(3 * 0.5)
 
@@ -168,19 +168,19 @@ def test_a_robot_at_the_origin_may_turn_through_zero():
 def test_the_robots_own_reset_at_rest_leaves_the_local_pose(speed, turn):
     """Driven, told to reset itself, driven on. The IMU's 1.8 deg are gone. At the odometry's origin only the IMU's turn
     shows the reset."""
-    heard = Heard(start_x=speed, start_yaw_deg=200.0 * speed, imu_offset_deg=-105.5)
-    heard.run(0.2)
-    heard.run(2.0, speed, turn)
-    heard.run(1.0)
-    heard.robot.reset()
-    heard.run(3.5)
-    assert heard.outcomes == [POSE_KEPT]
-    heard.run(2.0, 0.2, -turn)
-    heard.run(1.0)
-    metres, degrees = heard.errors()
+    driven = DrivenRobot(start_x=speed, start_yaw_deg=200.0 * speed, imu_offset_deg=-105.5)
+    driven.run(0.2)
+    driven.run(2.0, speed, turn)
+    driven.run(1.0)
+    driven.robot.reset()
+    driven.run(3.5)
+    assert driven.outcomes == [POSE_KEPT]
+    driven.run(2.0, 0.2, -turn)
+    driven.run(1.0)
+    metres, degrees = driven.errors()
     assert metres < 0.003 and degrees < 0.1
     # and the published frame moved along in odom
-    in_odom = heard.localizer.odom_T_local @ heard.pose
+    in_odom = driven.localizer.odom_T_local @ driven.pose
     assert in_odom.distance_to(Pose2()) < 0.51     # 2.5 s at 0.2 m/s
 
 
@@ -208,15 +208,15 @@ def test_the_odometry_that_comes_before_the_imu_after_a_silence_waits_for_it(hea
 
 @pytest.mark.parametrize('linear, angular', [(0.2, 0.0), (0.0, 1.0), (0.0, -1.0), (0.15, 0.6)])
 def test_after_a_reset_in_motion_the_pose_is_lost_until_it_is_declared(linear, angular):
-    heard = Heard()
-    heard.run(0.3)
-    heard.run(1.8, linear, angular)
-    heard.robot.reset()
-    heard.run(4.0)
-    assert POSE_LOST in heard.outcomes and POSE_KEPT not in heard.outcomes
-    assert heard.localizer.is_lost and heard.localizer.motion(heard.robot.now) is None
-    assert heard.localizer.odom_T_local is None
-    reset = heard.localizer.reset(AskedPose(Pose2(1.0, 2.0, 0.5)), heard.robot.now)
-    heard.run(0.1)
-    assert reset.done and not heard.localizer.is_lost
-    assert heard.pose.distance_to(Pose2(1.0, 2.0)) < 0.001
+    driven = DrivenRobot()
+    driven.run(0.3)
+    driven.run(1.8, linear, angular)
+    driven.robot.reset()
+    driven.run(4.0)
+    assert POSE_LOST in driven.outcomes and POSE_KEPT not in driven.outcomes
+    assert driven.localizer.is_lost and driven.localizer.motion(driven.robot.now) is None
+    assert driven.localizer.odom_T_local is None
+    reset = driven.localizer.reset(AskedPose(Pose2(1.0, 2.0, 0.5)), driven.robot.now)
+    driven.run(0.1)
+    assert reset.done and not driven.localizer.is_lost
+    assert driven.pose.distance_to(Pose2(1.0, 2.0)) < 0.001

@@ -52,15 +52,16 @@ def _look_at_way_back(here, graph, alive, drivers):
     if hearer is None:
         return
     topic = graph.namespace + 'cmd_vel'
-    heard = _type_of(topic, alive[hearer], 'getSubscriptions')
+    received = _type_of(topic, alive[hearer], 'getSubscriptions')
     sent = {node: _type_of(topic, peer, 'getPublications') for node, peer in drivers.items()
             if not peer.problem}
-    unheard = {node: kind for node, kind in sent.items() if heard and kind not in ('', heard)}
-    if unheard:
-        yield judge_types(topic, hearer, heard, unheard)
+    other_types = {node: kind for node, kind in sent.items()
+                   if received and kind not in ('', received)}
+    if other_types:
+        yield judge_types(topic, hearer, received, other_types)
     mine = {node: peer.uri for node, peer in drivers.items() if (
         peer.problem == 'unresolved' or is_own(peer.address) and not peer.problem)
-        and node not in graph.robot_nodes and node not in unheard}
+        and node not in graph.robot_nodes and node not in other_types}
     if mine:
         time.sleep(1.0)    # in which the robot connects to a driver that was started just now
     connections = alive[hearer].ask('getBusInfo')

@@ -223,23 +223,23 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Line:
         node, 1e3 * peer.round_trip) for node, peer in sorted(peers.items())))
 
 
-def judge_types(topic: str, robot: str, heard: str, unheard: Mapping[str, str]) -> Line:
-    """The line on drivers that publish another message than `heard`, the one that the node `robot`
-    hears on `topic`. `unheard`: {driver: type of its message}."""
+def judge_types(topic: str, robot: str, received: str, other_types: Mapping[str, str]) -> Line:
+    """The line on drivers that publish another message than `received`, the one that the node
+    `robot` hears on `topic`. `other_types`: {driver: type of its message}."""
     return fault('Commands', '{} on {}, but {} hears {}: no such command arrives'.format(
-        ', '.join('{} publishes {}'.format(*each) for each in sorted(unheard.items())),
-        topic, robot, heard), f'publish {heard} there')
+        ', '.join('{} publishes {}'.format(*each) for each in sorted(other_types.items())),
+        topic, robot, received), f'publish {received} there')
 
 
 # The way back -----------------------------------------------------------------------------------
 
-def judge_way_back(drivers: Mapping[str, str], heard: Collection[str], robot: str,
+def judge_way_back(drivers: Mapping[str, str], received: Collection[str], robot: str,
                    here: Address, robot_elsewhere: bool) -> Line:
     """Do commands of this computer reach the robot's node `robot`, which hears cmd_vel? `drivers`:
-    {node of this computer that publishes it: URI}; `heard`: URIs of the nodes that
+    {node of this computer that publishes it: URI}; `received`: URIs of the nodes that
     `robot` is connected to; `here.way_out`: this computer's address on the way to the robot."""
     for node, uri in sorted(drivers.items()):
-        if uri.rstrip('/') not in heard:
+        if uri.rstrip('/') not in received:
             return fault('Way back', '{} cannot reach {} at {}: commands do not arrive'.format(
                 robot, node, uri.rstrip('/')), 'if sudo ufw status says active: sudo ufw allow '
                 'from ROBOTS_ADDRESS; else ' + here.advice)

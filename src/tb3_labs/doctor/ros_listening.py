@@ -32,7 +32,7 @@ TOPICS = {'imu': (Imu, to_imu_sample), 'odom': (Odometry, to_odometry_sample),
 COMMAND = 'geometry_msgs/Twist'
 
 
-class Heard(NamedTuple):
+class ReceivedMessage(NamedTuple):
     """A message, and its arrival [s]."""
 
     topic: str
@@ -45,23 +45,23 @@ class Heard(NamedTuple):
 def examine_messages(graph, address, round_trip, is_wall_time):
     """Yields the lines on the robot of a RobotGraph. `round_trip`: least time of a question to it
     [s]; `is_wall_time`: its stamps come from a real clock. `address` as in :func:`listen`."""
-    heard, ended = listen(graph.namespace, address)
+    received, ended = listen(graph.namespace, address)
     # a robot accepts no other message type: see examination
-    yield judge_drivers(Counter(each.sender for each in heard if each.topic == 'cmd_vel'
+    yield judge_drivers(Counter(each.sender for each in received if each.topic == 'cmd_vel'
                                 and each.kind in ('', COMMAND)))
-    watch, encoders, samples, refused = compared(heard, graph.namespace + 'reset')
+    watch, encoders, samples, refused = compared(received, graph.namespace + 'reset')
     for name in SENSORS:
-        arrivals = [each.at for each in heard if each.topic == name]
+        arrivals = [each.at for each in received if each.topic == name]
         line = judge_stream(graph.namespace + name, arrivals, ended,
                             next(iter(graph.sensors[name]), ''))
         yield judge_refused(line, refused[name], len(arrivals))
     wheels = [sample for sample in samples if isinstance(sample, WheelSample)]
-    joints = [each.sender for each in heard if each.topic == 'joint_states']
+    joints = [each.sender for each in received if each.topic == 'joint_states']
     if joints and not wheels and not refused['joint_states']:
         yield judge_wheels(graph.namespace + 'joint_states', joints[0])
     if encoders.problem():
         yield fault('Wheels', *encoders.problem().split('; '))
-    delays = [each.at - each.message.header.stamp.to_sec() for each in heard
+    delays = [each.at - each.message.header.stamp.to_sec() for each in received
               if each.topic in SENSORS and each.message.header.stamp]
     if delays and is_wall_time:
         yield judge_clock(min(delays), round_trip)
@@ -74,15 +74,17 @@ def examine_messages(graph, address, round_trip, is_wall_time):
 
 
 def listen(namespace, address):
-    """Returns all Heard of a robot's topics, and the time of the end [s]. `address`: of this
-    computer, on the way to the master; this node works also if the terminal's ROS_IP is wrong."""
+    """Returns all ReceivedMessage of a robot's topics, and the time of the end [s]. `address`: of
+    this computer, on the way to the master; this node works also if the terminal's ROS_IP is
+    wrong."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
-    heard = []
+    received = []
 
     def hear(message, name):
         header = connection_of(message)
-        heard.append(Heard(name, time.time(), sender_of(header), message, header['type']))
+        received.append(ReceivedMessage(name, time.time(), sender_of(header), message,
+                                        header['type']))
 
     try:
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,
@@ -90,17 +92,17 @@ def listen(namespace, address):
         for name, (kind, _) in TOPICS.items():
             rospy.Subscriber(namespace + name, kind, hear, name)
         time.sleep(HEARING_TIME)
-        return list(heard), time.time()
+        return list(received), time.time()
     finally:
         rospy.signal_shutdown('the doctor has heard enough')
 
 
-def compared(heard, reset_topic):
+def compared(received, reset_topic):
     """Returns a GyroWatch and an EncoderWatch, the samples that they took in, and {topic: why each
     of its other messages is refused, as the labs' nodes refuse it}."""
     watch, encoders = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), EncoderWatch()
     timing, samples, refused = SampleTiming(), [], {topic: [] for topic in TOPICS}
-    for topic, at, _, message, _ in heard:
+    for topic, at, _, message, _ in received:
         try:
             sample = TOPICS[topic][1](message)
         except ValueError as problem:

@@ -27,7 +27,7 @@ from collections import deque
 from typing import Deque, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import clamp, difference
-from tb3_labs.localization.sample_timing import Heard
+from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.freshness import GYRO_GAP, MEAN_ONLY, RESUME_TIME, SMALL_STEP, WHEEL_GAP
@@ -94,9 +94,9 @@ class OrientationWatch:
         #: Does the orientation stand?
         self.stands = False
 
-    def on_imu(self, heard: Heard) -> None:
+    def on_imu(self, timed: TimedSample) -> None:
         """Take in a sample of the IMU."""
-        (_, yaw, yaw_rate), last, seconds = heard.sample, heard.before, heard.step
+        (_, yaw, yaw_rate), last, seconds = timed.sample, timed.before, timed.step
         if last is None or self._begin is None:
             self._begin = yaw
             return
@@ -187,19 +187,19 @@ class GyroWatch:
         self._contradicts = False
         self._comparison = _Comparison()
 
-    def on_imu(self, heard: Heard, sends_wheels: bool = False) -> None:
+    def on_imu(self, timed: TimedSample, sends_wheels: bool = False) -> None:
         """Take in a sample of the IMU. `sends_wheels`: does the robot send its wheels, too?"""
         self._sends_wheels = self._sends_wheels or sends_wheels
-        if heard.silence > RESUME_TIME:
+        if timed.silence > RESUME_TIME:
             self._rested_for = self._alone_for = 0.0
         elif self._alone_for < AGREED:
-            self._alone_for += heard.silence
-        self._orientation.on_imu(heard)
-        sample, last = heard.sample, heard.before
-        if heard.by_stamps < -SMALL_STEP:
+            self._alone_for += timed.silence
+        self._orientation.on_imu(timed)
+        sample, last = timed.sample, timed.before
+        if timed.by_stamps < -SMALL_STEP:
             self._comparison = _Comparison()
         readings = self._comparison.readings
-        if 0.0 < heard.by_stamps <= GYRO_GAP:
+        if 0.0 < timed.by_stamps <= GYRO_GAP:
             readings.append(_Reading(last.stamp, sample.stamp, last.yaw_rate,
                                      sample[1:] == last[1:]))
         if readings and readings[0].end < sample.stamp - WHEEL_MEMORY:

@@ -23,7 +23,7 @@ from tb3_labs.handout import SAYS_POSE_SET
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFilter
 from tb3_labs.localization.sample_buffer import SampleBuffer
-from tb3_labs.localization.sample_timing import Heard, SampleTiming, YawNoise
+from tb3_labs.localization.sample_timing import SampleTiming, TimedSample, YawNoise
 from tb3_labs.robot.samples import Motion, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.freshness import RESET_SILENCE
@@ -95,32 +95,32 @@ class Localizer:
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
         self._resets: List[Reset] = []    # in the order of their requests, until they are taken
-        self._odometry: Optional[Heard] = None    # the latest message that was used
+        self._odometry: Optional[TimedSample] = None    # the latest message that was used
         self._awaits_imu = True    # a silence of both sensors: the odometry is back, the IMU is not
 
-    def on_imu(self, heard: Heard) -> None:
+    def on_imu(self, timed: TimedSample) -> None:
         """Take in a sample of the IMU."""
-        jump = heading_jump(heard.before, heard.sample)
+        jump = heading_jump(timed.before, timed.sample)
         if jump:
             self._jumps.append(Jump(jump))
-        self._buffer.add_imu(heard)
+        self._buffer.add_imu(timed)
         self._awaits_imu = False
-        self._yaw_noise.learn(heard)
+        self._yaw_noise.learn(timed)
         self._carry_out_resets()
 
-    def on_odometry(self, heard: Heard) -> None:
+    def on_odometry(self, timed: TimedSample) -> None:
         """Take in a message of the odometry."""
-        self._awaits_imu = self._awaits_imu or heard.all_silent > RESET_SILENCE
+        self._awaits_imu = self._awaits_imu or timed.all_silent > RESET_SILENCE
         if self._timing.imu is None or self._awaits_imu:
-            self._jump_filter.skip(heard)
+            self._jump_filter.skip(timed)
             return
-        shift, jump = self._jump_filter.take(heard, self._timing.imu.sample, self.driven_at)
+        shift, jump = self._jump_filter.take(timed, self._timing.imu.sample, self.driven_at)
         if jump is not None:
             self._on_jump(jump)
         if shift is not None:
             self._shift(shift)
-        self._buffer.add_odometry(heard)
-        self._odometry = heard
+        self._buffer.add_odometry(timed)
+        self._odometry = timed
         self._carry_out_resets()
 
     def take_fix(self) -> Optional[Fix]:

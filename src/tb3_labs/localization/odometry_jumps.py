@@ -23,7 +23,7 @@ from typing import NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.sample_timing import Heard
+from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample, is_slow
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.freshness import LONGEST_SILENCE, RESET_SILENCE
@@ -80,10 +80,10 @@ class _Gap:
     def __init__(self) -> None:
         self._by_stamps = self._by_arrival = 0.0
 
-    def add(self, heard: Heard) -> None:
+    def add(self, timed: TimedSample) -> None:
         """Add the times of the next message."""
-        self._by_stamps += heard.by_stamps
-        self._by_arrival += heard.silence
+        self._by_stamps += timed.by_stamps
+        self._by_arrival += timed.silence
 
     @property
     def seconds(self) -> float:
@@ -132,12 +132,12 @@ class JumpFilter:
         self._latest: Optional[_Taken] = None    # the last message of all
         self._since_last, self._since_latest = _Gap(), _Gap()
 
-    def skip(self, heard: Heard) -> None:
+    def skip(self, timed: TimedSample) -> None:
         """An odometry message was heard, but is not used."""
-        self._since_last.add(heard)
-        self._since_latest.add(heard)
+        self._since_last.add(timed)
+        self._since_latest.add(timed)
 
-    def take(self, heard: Heard, imu: ImuSample,
+    def take(self, timed: TimedSample, imu: ImuSample,
              driven_at: float = -math.inf) -> Tuple[Optional[Pose2], Optional[Jump]]:
         """Returns (the shift of ``odom``, the Jump that an odometry message shows), each of them or
         None.
@@ -145,9 +145,9 @@ class JumpFilter:
         `imu`: the latest ImuSample, which shows the robot's turn while the odometry jumped;
         `driven_at`: when the robot was last told to move, as far as known [s, as `arrival`].
         """
-        self.skip(heard)
-        sample = heard.sample
-        shift, jump, taken = None, None, _Taken(sample, heard.arrival, imu)
+        self.skip(timed)
+        sample = timed.sample
+        shift, jump, taken = None, None, _Taken(sample, timed.arrival, imu)
         if self._last is not None and self._latest is not None:
             before = self._last.sample.pose
             problem = _jump(before, sample.pose, self._since_last.seconds)

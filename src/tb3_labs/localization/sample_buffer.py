@@ -14,7 +14,7 @@ from typing import Any, Callable, Deque, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference, interpolate_angle, wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
-from tb3_labs.localization.sample_timing import Heard
+from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.supervision.freshness import MAX_BRIDGE, MAX_GAP
 
@@ -84,17 +84,17 @@ class SampleBuffer:
         self._odometry = Track(interpolate)
         self._unpaired: Deque[Tuple[float, OdometrySample]] = deque()
 
-    def add_imu(self, heard: Heard) -> None:
+    def add_imu(self, timed: TimedSample) -> None:
         """Remember a sample of the IMU."""
-        self._look_at_epoch(heard.epoch)
-        self._imu.add(heard.time, heard.sample.yaw)
+        self._look_at_epoch(timed.epoch)
+        self._imu.add(timed.time, timed.sample.yaw)
 
-    def add_odometry(self, heard: Heard) -> None:
+    def add_odometry(self, timed: TimedSample) -> None:
         """Remember a message of the odometry."""
-        self._look_at_epoch(heard.epoch)
-        self._odometry.add(heard.time, heard.sample.pose)
-        self._unpaired.append((heard.time, heard.sample))
-        while self._unpaired[0][0] < heard.time - SAMPLE_MEMORY:
+        self._look_at_epoch(timed.epoch)
+        self._odometry.add(timed.time, timed.sample.pose)
+        self._unpaired.append((timed.time, timed.sample))
+        while self._unpaired[0][0] < timed.time - SAMPLE_MEMORY:
             self._unpaired.popleft()
 
     def shift(self, shift: Pose2) -> None:

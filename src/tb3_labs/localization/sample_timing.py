@@ -1,8 +1,8 @@
 """The timing of samples: each sample of a sensor is timed here, once; and the noise of an IMU.
 
 A :class:`SampleTiming` measures the silence before a sample and reads the sender's clock; a
-:class:`Heard` has all values that later rooms need. The door keeps the latest of each sensor, for
-all who ask.
+:class:`TimedSample` has all values that later rooms need. The door keeps the latest of each sensor,
+for all who ask.
 
 Header stamps show intervals well, but come from the robot's clock, which may be a second off, step,
 or stand at zero. Arrivals are on the receiver's clock, but a network delays messages. So samples
@@ -39,7 +39,7 @@ SLOW_TURN = 0.2
 EVEN = 0.03
 
 
-class Heard(NamedTuple):
+class TimedSample(NamedTuple):
     """A sample, and all times that later rooms ask of it; made by :class:`SampleTiming` alone."""
 
     sample: Any           # an ImuSample or OdometrySample
@@ -69,30 +69,31 @@ class SampleTiming:
     def __init__(self) -> None:
         self.clock = SenderClock()
         #: The latest sample of each sensor; None before the first.
-        self.imu: Optional[Heard] = None
-        self.odometry: Optional[Heard] = None
+        self.imu: Optional[TimedSample] = None
+        self.odometry: Optional[TimedSample] = None
 
-    def on_imu(self, sample: ImuSample, now: float) -> Heard:
+    def on_imu(self, sample: ImuSample, now: float) -> TimedSample:
         """A sample of the IMU has arrived."""
         self.imu = self._timed('imu', self.imu, sample, now)
         return self.imu
 
-    def on_odometry(self, sample: OdometrySample, now: float) -> Heard:
+    def on_odometry(self, sample: OdometrySample, now: float) -> TimedSample:
         """A message of the odometry has arrived."""
         self.odometry = self._timed('odom', self.odometry, sample, now)
         return self.odometry
 
-    def _timed(self, source: str, last: Optional[Heard], sample: Sample, now: float) -> Heard:
+    def _timed(self, source: str, last: Optional[TimedSample], sample: Sample,
+               now: float) -> TimedSample:
         silence, before = _silence(last, now), last.sample if last else None
         all_silent = min(_silence(self.imu, now), _silence(self.odometry, now))
         time = self.clock.time_of(source, sample.stamp, now, silence, all_silent)
-        return Heard(
+        return TimedSample(
             sample, before, arrival=now, time=time, epoch=self.clock.epoch,
             measured_at=self.clock.measured_at(time, now), silence=silence, all_silent=all_silent,
             by_stamps=sample.stamp - before.stamp if before else 0.0)
 
 
-def _silence(last: Optional[Heard], now: float) -> float:
+def _silence(last: Optional[TimedSample], now: float) -> float:
     return max(0.0, now - last.arrival) if last else math.inf
 
 
@@ -185,9 +186,9 @@ class YawNoise:
         self.deviation = 0.0
         self._count = 0
 
-    def learn(self, heard: Heard) -> None:
+    def learn(self, timed: TimedSample) -> None:
         """Take in a sample of the IMU."""
-        before, (_, yaw, rate), step = heard.before, heard.sample, heard.step
+        before, (_, yaw, rate), step = timed.before, timed.sample, timed.step
         if before is None or not 0.0 < step < NOISE_GAP:
             return
         if abs(rate) > SLOW_TURN or abs(rate - before.yaw_rate) > EVEN:

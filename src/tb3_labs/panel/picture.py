@@ -96,8 +96,8 @@ class RobotView:
 
     def hear_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
         """Store the variables (name, text) of a node."""
-        self._inside = {each: heard for each, heard in self._inside.items()
-                        if each != node and now - heard[0] <= STALE}
+        self._inside = {each: received for each, received in self._inside.items()
+                        if each != node and now - received[0] <= STALE}
         if len(self._inside) < MOST_NODES:
             self._inside[node[:LONGEST_TEXT]] = now, [
                 [name[:LONGEST_TEXT], text[:LONGEST_TEXT]]

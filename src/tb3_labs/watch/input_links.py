@@ -27,19 +27,20 @@ STICKS = 'left stick up', 'right stick left'
 
 def axes(inside: Inside) -> List[int]:
     """The axes that drive and turn on the pad that the check played, or those of the handout."""
-    heard, found = inside.run.pad, []
+    received, found = inside.run.pad, []
     for begin, usual in zip([stimulus(inside, stick) for stick in STICKS],
                             (LINEAR_AXIS, ANGULAR_AXIS)):
-        moved = np.abs(heard.between(begin - 0.01, begin + 0.2).axes).sum(axis=0)
+        moved = np.abs(received.between(begin - 0.01, begin + 0.2).axes).sum(axis=0)
         found.append(int(np.argmax(moved)) if moved.any() else usual)
     return found
 
 
 def played(inside: Inside) -> Device:
     """What a node heard of the pad."""
-    heard = inside.run.pad
-    return Device(heard.arrival, np.hstack([heard.axes, heard.buttons]), [
-        *map('axis {}'.format, range(heard.AXES)), *map('button {}'.format, range(heard.BUTTONS))])
+    received = inside.run.pad
+    return Device(received.arrival, np.hstack([received.axes, received.buttons]), [
+        *map('axis {}'.format, range(received.AXES)),
+        *map('button {}'.format, range(received.BUTTONS))])
 
 
 def stick_laws(inside: Inside) -> List[Optional[Broken]]:
@@ -96,8 +97,9 @@ BESIDE = 'l beside the mouse'
 
 def mouse(inside: Inside) -> Device:
     """What a node heard of the mouse."""
-    heard = inside.run.mouse
-    return Device(heard.arrival, np.column_stack([heard.x, heard.y, 1.0 - heard.active]),
+    received = inside.run.mouse
+    return Device(received.arrival,
+                  np.column_stack([received.x, received.y, 1.0 - received.active]),
                   ('mouse x', 'mouse y', 'mouse inactive'))
 
 
@@ -112,15 +114,15 @@ def turning(inside: Inside, time: np.ndarray) -> np.ndarray:
 
 def mouse_laws(inside: Inside) -> List[Optional[Broken]]:
     """The Broken of each field that follows the mouse."""
-    commands, heard = inside.run.commands, inside.run.mouse
+    commands, received = inside.run.commands, inside.run.mouse
     commands = commands.take(turning(inside, commands.arrival) == 0.0)
-    x, y = np.abs(heard.x) > MOUSE_DEAD_ZONE, np.abs(heard.y) > MOUSE_DEAD_ZONE
-    forms = {axis: [Quantity(axis + zone + active, heard.arrival, place * is_far * is_on, 1.0)
+    x, y = np.abs(received.x) > MOUSE_DEAD_ZONE, np.abs(received.y) > MOUSE_DEAD_ZONE
+    forms = {axis: [Quantity(axis + zone + active, received.arrival, place * is_far * is_on, 1.0)
                     for (zone, is_far), (active, is_on) in product(
                         ((' outside of the dead zone', far), ('', 1.0),
                          (' outside of both dead zones', x & y)),
-                        (('', heard.active), (', also while it is not active', 1.0)))]
-             for axis, place, far in (('x', heard.x, x), ('y', heard.y, y))}
+                        (('', received.active), (', also while it is not active', 1.0)))]
+             for axis, place, far in (('x', received.x, x), ('y', received.y, y))}
     straight, back, turn = (
         law(inside, mouse(inside), commands, FIELDS[axis == 'x'], forms[axis] + other, factor)
         for axis, other, factor in (

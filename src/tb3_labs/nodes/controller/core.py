@@ -50,13 +50,13 @@ class ControllerCore:
     # -- what comes in
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
-        heard = self._timing.on_imu(sample, now)
+        timed = self._timing.on_imu(sample, now)
         self.imu.heard(now, sample[1:])
-        jump = heading_jump(heard.before, sample)
+        jump = heading_jump(timed.before, sample)
         if jump and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, jump)
-        self._gyro.on_imu(heard, sends_wheels)
-        self._heading.on_imu(heard)
+        self._gyro.on_imu(timed, sends_wheels)
+        self._heading.on_imu(timed)
         rate = abs(self._heading.rate)
         if self.driver is Driver.TURN:
             return

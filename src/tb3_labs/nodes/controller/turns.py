@@ -15,7 +15,7 @@ from tb3_labs.control.commands import Estimate
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.handout import LEFT, MAX_ANG_Z, RIGHT, TURN_DEG
-from tb3_labs.localization.sample_timing import Heard, YawNoise
+from tb3_labs.localization.sample_timing import TimedSample, YawNoise
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.freshness import SENDER_PAUSE, Freshness
@@ -68,14 +68,14 @@ class Heading:
         self._noise = YawNoise()
         self._steady = Estimate()
 
-    def on_imu(self, heard: Heard) -> None:
+    def on_imu(self, timed: TimedSample) -> None:
         """Take in a sample of the IMU."""
-        sample = heard.sample
+        sample = timed.sample
         self.yaw = sample.yaw if self.yaw is None else continuous(sample.yaw, self.yaw)
         self.rate = sample.yaw_rate
-        self._noise.learn(heard)
+        self._noise.learn(timed)
         if self.noise:
-            self._steady.shift(0.0, STEADY_DOUBT + abs(self.rate * heard.step))
+            self._steady.shift(0.0, STEADY_DOUBT + abs(self.rate * timed.step))
             self._steady.add(self.yaw, self.noise)
         else:    # the noise is not known yet
             self._steady = Estimate()

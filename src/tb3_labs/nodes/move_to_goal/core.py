@@ -101,17 +101,17 @@ class MoveToGoalCore:
     # -- what comes in
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
-        heard = self._timing.on_imu(sample, now)
+        timed = self._timing.on_imu(sample, now)
         self.imu.heard(now, sample[1:])
-        self._gyro.on_imu(heard, sends_wheels)
-        self._localizer.on_imu(heard)
+        self._gyro.on_imu(timed, sends_wheels)
+        self._localizer.on_imu(timed)
         self._look_at_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
-        heard = self._timing.on_odometry(sample, now)
+        timed = self._timing.on_odometry(sample, now)
         self.odometry.heard(now, sample[1:])
         self._encoders.on_odometry(sample)
-        self._localizer.on_odometry(heard)
+        self._localizer.on_odometry(timed)
         self._look_at_localizer()
 
     def on_wheels(self, sample: WheelSample) -> None:

@@ -179,8 +179,8 @@ def has_control(run: RunData, time: float) -> bool:
     """Did a node have control at this time [s]? Before the first message it was the opposite."""
     if not len(run.control):
         return False
-    heard = int(np.searchsorted(run.control.time, time, side='right'))
-    return bool(run.control.value[heard - 1]) if heard else not run.control.value[0]
+    index = int(np.searchsorted(run.control.time, time, side='right'))
+    return bool(run.control.value[index - 1]) if index else not run.control.value[0]
 
 
 def _is_line(run: RunData, begin: float, end: float) -> bool:
@@ -234,14 +234,14 @@ def _steady_odometry(run: RunData) -> Tuple[Poses, List[float]]:
     odometry, imu = run.odometry, run.imu
     jumps, timing, first_T_odom, poses, lost = JumpFilter(), SampleTiming(), Pose2(), [], []
     newest = np.searchsorted(imu.arrival, odometry.arrival, side='right') - 1
-    for k, heard in enumerate(newest.clip(0)):
-        if odometry.arrival[k] - imu.arrival[heard] > RESET_SILENCE:
-            heard = min(heard + 1, len(imu) - 1)    # the first sample after the silence
+    for k, index in enumerate(newest.clip(0)):
+        if odometry.arrival[k] - imu.arrival[index] > RESET_SILENCE:
+            index = min(index + 1, len(imu) - 1)    # the first sample after the silence
         shift, jump = jumps.take(
             timing.on_odometry(OdometrySample(
                 odometry.time[k], odometry.pose(k), float(odometry.linear[k]),
                 float(odometry.angular[k])), odometry.arrival[k]),
-            ImuSample(imu.time[heard], imu.yaw[heard], imu.yaw_rate[heard]))
+            ImuSample(imu.time[index], imu.yaw[index], imu.yaw_rate[index]))
         if shift is not None:
             first_T_odom = first_T_odom @ shift.inverse()
         if jump is not None and jump.outcome == POSE_LOST:
