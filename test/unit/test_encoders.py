@@ -8,7 +8,7 @@ from tb3_labs.nodes.controller.turns import Driver
 from tb3_labs.robot.samples import OdometrySample, WheelSample
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator_config import HOSTS
-from test_contradiction import Watched, controller, navigator
+from test_gyro_check import Watched, controller, navigator
 
 
 @pytest.mark.parametrize('settings', [{}, dict(HOSTS['pi'], stamp_step=0.22), NETWORKS['busy']])

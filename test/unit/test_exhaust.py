@@ -4,7 +4,7 @@ from dataclasses import replace
 import pytest
 
 from exhaust import CASTS, search, walk
-from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.nodes.controller.mouse_reader import Mouse
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.supervision.events import Age, Origins

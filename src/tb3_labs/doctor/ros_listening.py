@@ -15,7 +15,7 @@ from tb3_labs.doctor.graph import SENSORS
 from tb3_labs.doctor.streams import (
     HEARING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused,
     judge_stream, judge_wheels)
-from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample

@@ -11,7 +11,7 @@ from std_msgs.msg import Float64
 
 from tb3_labs.control.motor_response import Response
 from tb3_labs.handout import CONTROLLER_GOODBYE
-from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse_reader import to_mouse

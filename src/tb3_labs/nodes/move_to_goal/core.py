@@ -16,7 +16,7 @@ from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, SAYS_REACHED
-from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
 from tb3_labs.localization.sample_timing import SampleTiming
@@ -233,7 +233,7 @@ class MoveToGoalCore:
 
     def _command(self, now: float) -> Optional[Twist2]:
         self._look_at_sensors(now)
-        refusal = POSE_LOST if self._localizer.is_lost else self._contradiction()
+        refusal = POSE_LOST if self._localizer.is_lost else self._sensor_conflict()
         if not self._drives:
             self._pause()
         elif refusal:
@@ -288,7 +288,7 @@ class MoveToGoalCore:
         return self._localizer.odom_T_local
 
     def status(self, now: float) -> DriveStatus:
-        machine, problem = self._machine, self._sensors.problem(now) or self._contradiction()
+        machine, problem = self._machine, self._sensors.problem(now) or self._sensor_conflict()
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
             state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
@@ -303,7 +303,7 @@ class MoveToGoalCore:
 
     # -- the drive
 
-    def _contradiction(self) -> str:
+    def _sensor_conflict(self) -> str:
         return self._gyro.problem() or self._encoders.problem()
 
     def _look_at_sensors(self, now: float) -> None:

@@ -15,7 +15,7 @@ from tb3_labs.control.goal_state import DriveConfig, errors
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.nodes.move_to_goal.ros_requests import GoalServer, Resets
 from tb3_labs.ros.clocks import ros_time, steady_time

@@ -118,7 +118,7 @@ class OrientationWatch:
             self.stands = True
 
 
-class _Turn(NamedTuple):
+class _WheelTurn(NamedTuple):
     """The turn of the wheels from one of their samples to the next."""
 
     begin: float
@@ -127,7 +127,7 @@ class _Turn(NamedTuple):
     one_wheel: float   # at which the faster wheel alone would turn it [rad/s]
 
 
-class _Reading(NamedTuple):
+class _GyroRate(NamedTuple):
     """A rate of the gyro [rad/s], measured at `begin` and taken to hold until `end`."""
 
     begin: float
@@ -141,8 +141,8 @@ class _Comparison:
 
     def __init__(self) -> None:
         self.wheels: Optional[WheelSample] = None    # the latest
-        self.readings: Deque[_Reading] = deque()     # not compared yet
-        self.turns: Deque[_Turn] = deque()
+        self.readings: Deque[_GyroRate] = deque()    # not compared yet
+        self.turns: Deque[_WheelTurn] = deque()
         self.is_calibrated = False  # did the gyro agree with resting wheels?
         self.turned_for = 0.0       # time of its steady turns [s]
         self.slip = 0.0             # mean slip in these turns
@@ -162,7 +162,7 @@ class _Comparison:
         return (min(least * (1.0 - slip) for slip in slips),
                 max(most * (1.0 - slip) for slip in slips), margin + WORST_UNEVEN * one_wheel)
 
-    def learn_slip(self, reading: _Reading, least: float, most: float) -> None:
+    def learn_slip(self, reading: _GyroRate, least: float, most: float) -> None:
         """Learn the slip: a calibrated gyro shows which share of a steady turn the wheels lose."""
         if (self.is_calibrated and self.turned_for < SLIP_TIME and least * most > TURNING ** 2
                 and most - least < STEADY_TURN * abs(most)):
@@ -200,8 +200,8 @@ class GyroWatch:
             self._comparison = _Comparison()
         readings = self._comparison.readings
         if 0.0 < timed.by_stamps <= GYRO_GAP:
-            readings.append(_Reading(last.stamp, sample.stamp, last.yaw_rate,
-                                     sample[1:] == last[1:]))
+            readings.append(_GyroRate(last.stamp, sample.stamp, last.yaw_rate,
+                                      sample[1:] == last[1:]))
         if readings and readings[0].end < sample.stamp - WHEEL_MEMORY:
             readings.popleft()    # the wheels are not heard
 
@@ -233,12 +233,12 @@ class GyroWatch:
         left, right = sample.left - last.left, sample.right - last.right
         per_track = self._model.wheel_radius / self._model.wheel_separation / (end - begin)
         turns = self._comparison.turns
-        turns.append(_Turn(begin, end, (right - left) * per_track,
-                           max(abs(left), abs(right)) * per_track))
+        turns.append(_WheelTurn(begin, end, (right - left) * per_track,
+                                max(abs(left), abs(right)) * per_track))
         while turns[0].end < end - WHEEL_MEMORY:
             turns.popleft()
 
-    def _compare(self, reading: _Reading) -> None:
+    def _compare(self, reading: _GyroRate) -> None:
         comparison, first, last = self._comparison, reading.begin - LAG, reading.end + LEAD
         least, most, one_wheel, known_since = math.inf, -math.inf, 0.0, math.inf
         for begin, end, rate, fastest in comparison.turns:

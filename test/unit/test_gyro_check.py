@@ -11,7 +11,7 @@ from rollout import obey
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import AskedPose, Pose2
-from tb3_labs.localization.contradiction import GyroWatch
+from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.nodes.controller.core import ControllerCore
