@@ -135,12 +135,12 @@ def turns_of_one_robot(job):
     settings, seed = job
     rng = random.Random(seed)
     robot = SimulatorConfig(seed=seed) if settings is None else other_robot(rng, seed, settings)
-    asked = [rng.choice((-90.0, 90.0)) for _ in range(TURNS_OF_A_ROBOT)]
+    requested = [rng.choice((-90.0, 90.0)) for _ in range(TURNS_OF_A_ROBOT)]
     least = math.radians(90.0) / 1.5
     own = (least + robot.command_latency + 0.5 / CONTROL_RATE
            + robot.motor_lag * math.log(1.5 / STILL_ANGULAR))
     return [(abs(math.degrees(turn.turned) - degrees), turn.time / least, turn.time / own)
-            for degrees, turn in zip(asked, turns(asked, robot, wait=0.3 + 0.1 * rng.random()))]
+            for degrees, turn in zip(requested, turns(requested, robot, wait=0.3 + 0.1 * rng.random()))]
 
 
 def spread(words, values):

@@ -13,7 +13,7 @@ from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig, GoalState
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import continuous, difference
-from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
@@ -99,7 +99,7 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
 
 def _reset(robot: Simulator, navigator: MoveToGoalCore, declared: Pose2) -> None:
     """Declare the pose as soon as both sensors are heard: the network may stall at first."""
-    reset = Reset(AskedPose(declared))
+    reset = Reset(RequestedPose(declared))
     navigator.on_reset(reset, robot.now, robot.now)
     if reset.problem:
         _navigate(robot, navigator, LOOK_PERIOD)
@@ -113,7 +113,7 @@ def turns(degrees: Sequence[float], robot_config: SimulatorConfig,
     robot = Simulator(robot_config)
     controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model)))
     _control(robot, controller, wait)
-    return [_turn(robot, controller, asked) for asked in degrees]
+    return [_turn(robot, controller, requested) for requested in degrees]
 
 
 def _turn(robot: Simulator, controller: ControllerCore, degrees: float) -> SpotTurn:

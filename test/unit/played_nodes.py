@@ -1,7 +1,7 @@
 """The nodes of a story: the real cores, with messages that may wait, and with their oracles."""
 from oracle import GoalOracle, HandOracle
 from tb3_labs.control.commands import LawStep
-from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse_reader import MouseState
@@ -129,7 +129,7 @@ class Still:
         return ()
 
     def on_reset(self, reset, *_):
-        reset.declared = reset.asked.pose
+        reset.declared = reset.requested.pose
         self.resets += (reset,)
 
     def take_resets(self):
@@ -194,7 +194,7 @@ class Mover(Process):
         self.core._permission._said.pop(name, None)
 
     def on_goal(self, sender, at):
-        now, request = self.world.now, GoalRequest(AskedPose(Pose2(40.0)), sender)
+        now, request = self.world.now, GoalRequest(RequestedPose(Pose2(40.0)), sender)
         self.core.on_goal(request, now)
         if at is not None and not self.waking and self.core._requests.present is request:
             self.oracle.goal(now, self.at(at))
@@ -204,7 +204,7 @@ class Mover(Process):
         self.oracle.cancel(self.at(at))
 
     def on_reset(self, at):
-        reset = Reset(AskedPose(Pose2()))
+        reset = Reset(RequestedPose(Pose2()))
         self.core.on_reset(reset, self.world.now, self.world.now)
         if not reset.problem:
             self.judge_reset(at)
@@ -293,7 +293,7 @@ class Pad(Process):
             self.world.tell(self.name, True, None)
 
 
-class Asked(ControllerCore):
+class RequestingController(ControllerCore):
     """Notes whether it took a turn."""
 
     accepted = False
@@ -309,7 +309,7 @@ class Turner(Process):
     def __init__(self, world):
         super().__init__(world)
         self.origins, self.script = Origins(['script'] * world.repeats, world.now), world.now
-        self.core = Asked(Ahead())
+        self.core = RequestingController(Ahead())
         self.core.tick(world.now, world.now)
         self.by_turn = GoalOracle(world.now)
         self.by_mice = {name: HandOracle(world.now) for name in world.hands}

@@ -9,7 +9,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
-from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.core import ControllerCore
@@ -93,7 +93,7 @@ class Driven:
                 if what == 'goal':
                     self.mover.set_goal(Pose2(a, b, yaw))
                 elif what == 'reset':
-                    self.mover.on_reset(Reset(AskedPose(Pose2(a, b, yaw))), self.now, self.now)
+                    self.mover.on_reset(Reset(RequestedPose(Pose2(a, b, yaw))), self.now, self.now)
                 else:
                     self.controller.ask(a, self.now)
             except ValueError as problem:

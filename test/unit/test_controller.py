@@ -9,7 +9,7 @@ from tb3_labs.control.commands import LONGEST_IDLE, LawStep
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse_reader import MouseState
-from tb3_labs.nodes.controller.turns import AskedTurn, Driver, TurnConfig, make_turn
+from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, TurnConfig, make_turn
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
@@ -28,10 +28,10 @@ class Told:
     def __init__(self, period=0.1):
         self.period = period
         self.left, self.ends_with = 1.0, 0.0
-        self.asked, self.times = [], []      # angles of the starts, times between the steps
+        self.requested, self.times = [], []    # angles of the starts, times between the steps
 
     def start(self, yaw, angle):
-        self.asked.append(angle)
+        self.requested.append(angle)
 
     def extend(self, angle):
         pass
@@ -90,7 +90,7 @@ class Desk:
     @property
     def asked_for(self):
         """The angle of the law's latest turn [deg]."""
-        return math.degrees(self.law.asked[-1])
+        return math.degrees(self.law.requested[-1])
 
     def told(self, words, warning=False):
         """Has the user had this line, once?"""
@@ -168,7 +168,7 @@ def test_a_turn_begins_anew_from_where_the_robot_looks_after_a_short_silence(des
     desk.run(1.0, imu=False)
     desk.yaw, desk.law.left = 0.5, 3.0     # it was turned meanwhile: farther than 0.8 rad
     assert Twist2() not in desk.run(0.5)
-    assert desk.law.asked[-1] == pytest.approx(math.pi / 2.0 - 0.5, abs=1e-5)
+    assert desk.law.requested[-1] == pytest.approx(math.pi / 2.0 - 0.5, abs=1e-5)
     assert desk.told('Stopped: no imu', warning=True) and desk.told('Going on')
 
 
@@ -231,7 +231,7 @@ def test_another_law_does_not_begin_a_turn_that_is_over(desk):
     desk.finish()
     law = Told()
     desk.core.set_law(law)
-    assert law.asked == []
+    assert law.requested == []
 
 
 @pytest.mark.parametrize('good, bad', [
@@ -266,13 +266,13 @@ def test_no_turn_without_the_imu():
         controller.ask(90.0, 2.0)
 
 
-@pytest.mark.parametrize('asked, carried, turned, words', [
+@pytest.mark.parametrize('requested, carried, turned, words', [
     (90.0, 0.0, 89.0, '89.00 degrees in 2.5 s: 1.00 degrees short of 90.00'),
     (-90.0, 0.0, -91.0, '-91.00 degrees in 2.5 s: 1.00 degrees beyond -90.00'),
     (90.0, 0.21, 90.0, '90.00 degrees in 2.5 s: 0.21 degrees short of 90.21 '
                        '(asked: 90; left by the turn before: +0.21)')])
-def test_the_result_of_a_turn(asked, carried, turned, words):
-    turn = AskedTurn(math.radians(asked), 0.2, math.radians(carried), 5.0)
+def test_the_result_of_a_turn(requested, carried, turned, words):
+    turn = ActiveTurn(math.radians(requested), 0.2, math.radians(carried), 5.0)
     turn.left_at_end = turn.left(0.2 + math.radians(turned))
     assert turn.result(7.5) == 'Turned ' + words
 

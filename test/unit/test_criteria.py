@@ -352,9 +352,9 @@ def test_parts_are_those_of_the_lab():
 
 
 def test_turns_across_180_and_0_degrees_cross_them_and_no_others_do():
-    for name, asked in EACH_TURN.items():
-        assert asked.asked_deg == {'l': 90.0, 'r': -90.0}[asked.typed] and name[0] == asked.typed
-        ends = sorted((asked.begins_deg, asked.begins_deg + asked.asked_deg))
+    for name, requested in EACH_TURN.items():
+        assert requested.asked_deg == {'l': 90.0, 'r': -90.0}[requested.typed] and name[0] == requested.typed
+        ends = sorted((requested.begins_deg, requested.begins_deg + requested.asked_deg))
         crossed = [jump for jump in (0.0, 180.0, 360.0) if ends[0] - 20.0 < jump < ends[1] + 20.0]
         assert ['across {:.0f}'.format(jump) for jump in crossed] == (
             [name[2:]] if 'across' in name else []), name
@@ -365,9 +365,9 @@ def test_the_mouse_and_the_sticks_are_where_their_stimulus_says():
             'go': (0.0, 0.0)}
     mouse = {name: (y, -x) for name, (x, y) in MOUSE_PLACES.items() if 'middle' not in name}
     for name, place in [*mouse.items(), *gamepad.PLACES.items()]:
-        asked = [ways[word] for word in re.sub(r'\w+ stick|,', '', name).split() if word in ways]
+        requested = [ways[word] for word in re.sub(r'\w+ stick|,', '', name).split() if word in ways]
         part = max(map(abs, place)) or 1.0
-        assert (place[0] / part, place[1] / part) == tuple(map(sum, zip(*asked)))
+        assert (place[0] / part, place[1] / part) == tuple(map(sum, zip(*requested)))
         assert 0.4 < part < 0.7 if 'half' in name else part == 1.0, name
 
 

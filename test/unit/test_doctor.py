@@ -334,8 +334,8 @@ def test_the_nodes_around_a_robot():
 @pytest.fixture
 def robot():
     """The URI of a node that is its own master."""
-    with SimpleXMLRPCServer(('127.0.0.1', 0), logRequests=False) as asked:
-        uri = 'http://localhost:{}/'.format(asked.server_address[1])
+    with SimpleXMLRPCServer(('127.0.0.1', 0), logRequests=False) as requested:
+        uri = 'http://localhost:{}/'.format(requested.server_address[1])
         publishers = [['/' + topic, [CORE]] for topic in ('imu', 'odom', 'joint_states')]
         for method, value in (
                 ('getSystemState', [publishers + [['/cmd_vel', ['/pad']]],
@@ -344,10 +344,10 @@ def robot():
                 ('getBusInfo', [[1, uri, 'i', 'TCPROS', '/cmd_vel', True]]),
                 ('getSubscriptions', [['/cmd_vel', 'geometry_msgs/Twist']]),
                 ('getPublications', [['/imu', 'x/Y'], ['/cmd_vel', 'geometry_msgs/Twist']])):
-            asked.register_function(lambda *_, value=value: [1, '', value], method)
-        threading.Thread(target=asked.serve_forever, args=(0.05,), daemon=True).start()
+            requested.register_function(lambda *_, value=value: [1, '', value], method)
+        threading.Thread(target=requested.serve_forever, args=(0.05,), daemon=True).start()
         yield uri
-        asked.shutdown()
+        requested.shutdown()
 
 
 def odometry(header):

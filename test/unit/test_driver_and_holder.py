@@ -11,7 +11,7 @@ FREE, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL
 
 DRIVER_AFTER = {
     # event:                    nobody  turn    mouse   was driving
-    DriverEvent.TURN_ASKED:     (TURN,   TURN,   MOUSE),
+    DriverEvent.TURN_REQUESTED:     (TURN,   TURN,   MOUSE),
     DriverEvent.TURN_OVER:      (NOBODY, NOBODY, MOUSE),
     DriverEvent.MOUSE_MOVED:    (MOUSE,  MOUSE,  MOUSE),
     DriverEvent.MOUSE_CENTRED:  (NOBODY, TURN,   NOBODY),

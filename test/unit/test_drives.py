@@ -148,8 +148,8 @@ def test_states_that_arrive_in_a_burst(run, lost, later):
     told = states(*zip(arrival, (
         'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED')))
     heard = arrival + later * np.array([1, 3, 2, 1] if later < 0.0 else [1, 1, 2, 3])
-    asked = Poses(heard, sent, 1.0 + 0.0 * sent, 0.0 * sent, 0.0 * sent)
-    run = replace(run, states=told, goals=asked.take(slice(0, 3 if lost else 4)))
+    requested = Poses(heard, sent, 1.0 + 0.0 * sent, 0.0 * sent, 0.0 * sent)
+    run = replace(run, states=told, goals=requested.take(slice(0, 3 if lost else 4)))
     assert [span.begin for span in spans(run)] == pytest.approx(
         [1.0, 6.0, 7.0, 8.0 if lost else 7.5])
     assert all(span.goal == Pose2(1.0, 0.0, 0.0) for span in spans(run))

@@ -10,7 +10,7 @@ from real_recordings import NAMES, arrays_of
 from rollout import obey
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
-from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.localization.odometry_jumps import EncoderWatch
@@ -334,7 +334,7 @@ def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
     watched.robot.reset()
     watched.run(6.0)
     assert watched.robot.truth == Pose2()      # nobody gave it again, and the pose is lost
-    drives.on_reset(Reset(AskedPose(Pose2())), *2 * (watched.robot.now,))
+    drives.on_reset(Reset(RequestedPose(Pose2())), *2 * (watched.robot.now,))
     watched.run(6.0)
     assert watched.robot.truth.distance_to(Pose2(0.3, 0.0)) < 0.01
     assert drives.status(watched.robot.now).words == 'GOAL_REACHED'

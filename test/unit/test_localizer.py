@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from known_motion import SteadyRobot, Truth, angle_between, as_pose2, assert_pose, held_back
-from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.robot.samples import ImuSample
 from timed_part import TimedPart
@@ -58,16 +58,16 @@ def assert_fixes(fixes, robot, declared, since, metres=1e-4, radians=1e-6):
                     metres, radians)
 
 
-def drive_with_a_reset(robot, asked_at, declared=DECLARED, end=4.0, **delays):
+def drive_with_a_reset(robot, requested_at, declared=DECLARED, end=4.0, **delays):
     """(localizer, reset, fixes after it) of a drive with one reset."""
     messages = robot.messages(0.0, end, **delays)
     localizer = TimedPart.localizer()
-    feed(localizer, until(messages, asked_at))
-    reset = localizer.reset(AskedPose(as_pose2(declared)), asked_at)
-    fixes, resets = feed(localizer, after(messages, asked_at))
+    feed(localizer, until(messages, requested_at))
+    reset = localizer.reset(RequestedPose(as_pose2(declared)), requested_at)
+    fixes, resets = feed(localizer, after(messages, requested_at))
     assert resets == [reset] and reset.done
     return localizer, reset, [fix for fix in fixes
-                              if fix.stamp - robot.clock_ahead > asked_at + 0.01]
+                              if fix.stamp - robot.clock_ahead > requested_at + 0.01]
 
 
 # Fixes --------------------------------------------------------------------------------------------
@@ -107,14 +107,14 @@ def test_a_dropout_of_one_or_both_leaves_the_frame_as_it_was(silent):
 def test_a_reset_in_motion_is_as_exact_as_at_rest(robot, seed):
     """Messages come up to 4 ms late; only the sender's clock can show how late."""
     declared = (ZERO, DECLARED, Truth(-0.61 + 0.61j, -math.pi))[seed % 3]
-    asked_at, most = random.Random(seed).uniform(1.0, 2.0), 0.004 * (seed > 2)
-    localizer, reset, fixes = drive_with_a_reset(robot, asked_at, declared,
+    requested_at, most = random.Random(seed).uniform(1.0, 2.0), 0.004 * (seed > 2)
+    localizer, reset, fixes = drive_with_a_reset(robot, requested_at, declared,
                                                  imu_delay=late(seed, most),
                                                  odometry_delay=late(seed + 100, most))
     measured_at = reset.stamp - robot.clock_ahead
-    assert -1e-9 <= asked_at - measured_at <= most + 1e-9
+    assert -1e-9 <= requested_at - measured_at <= most + 1e-9
     if not most:
-        assert_pose(reset.before, Truth(*robot.moved(asked_at)), 1e-4, 1e-6)
+        assert_pose(reset.before, Truth(*robot.moved(requested_at)), 1e-4, 1e-6)
     assert len(fixes) >= 58
     assert_fixes(fixes, robot, declared, measured_at, metres=1e-4 if robot is CURVING else 1e-9)
     # Place and heading were taken at one and the same instant.
@@ -126,26 +126,26 @@ def test_a_reset_in_motion_is_as_exact_as_at_rest(robot, seed):
 def test_samples_that_are_older_than_their_stamps_show_the_instant_of_a_reset_later(sample_delay):
     """They are taken as the sensors show them: the instant is in the middle of a spin."""
     older = replace(SPINNING, clock_ahead=SPINNING.clock_ahead + sample_delay)
-    localizer, asked_at = TimedPart.localizer(), 2.0
+    localizer, requested_at = TimedPart.localizer(), 2.0
     messages = [(arrival + sample_delay, sample) for arrival, sample in older.messages(0.0, 4.0)]
-    feed(localizer, until(messages, asked_at))
-    reset = localizer.reset(AskedPose(as_pose2(DECLARED)), asked_at, sample_delay)
-    fixes, _ = feed(localizer, after(messages, asked_at))
-    assert reset.stamp == pytest.approx(asked_at + SPINNING.clock_ahead)
-    assert_fixes([fix for fix in fixes if fix.stamp > reset.stamp], older, DECLARED, asked_at)
+    feed(localizer, until(messages, requested_at))
+    reset = localizer.reset(RequestedPose(as_pose2(DECLARED)), requested_at, sample_delay)
+    fixes, _ = feed(localizer, after(messages, requested_at))
+    assert reset.stamp == pytest.approx(requested_at + SPINNING.clock_ahead)
+    assert_fixes([fix for fix in fixes if fix.stamp > reset.stamp], older, DECLARED, requested_at)
 
 
-@pytest.mark.parametrize('asked_at', [2.0, 2.1, 2.24])
+@pytest.mark.parametrize('requested_at', [2.0, 2.1, 2.24])
 @pytest.mark.parametrize('stall', [0.3, 0.5, 0.9, 1.2, 3.0])
-def test_a_reset_asked_for_while_the_network_stalls_is_exact_or_not_carried_out(stall, asked_at):
+def test_a_reset_asked_for_while_the_network_stalls_is_exact_or_not_carried_out(stall, requested_at):
     """Nothing is lost: messages from 2.0 s on are delayed, then delivered at once."""
     messages = held_back(SPINNING.messages(0.0, 8.0), 2.0, 2.0 + stall)
     localizer = TimedPart.localizer()
-    feed(localizer, until(messages, asked_at))
-    reset = localizer.reset(AskedPose(as_pose2(DECLARED)), asked_at)
-    fixes, _ = feed(localizer, after(messages, asked_at))
+    feed(localizer, until(messages, requested_at))
+    reset = localizer.reset(RequestedPose(as_pose2(DECLARED)), requested_at)
+    fixes, _ = feed(localizer, after(messages, requested_at))
     if reset.done:
-        assert_fixes(fixes[-30:], SPINNING, DECLARED, asked_at)
+        assert_fixes(fixes[-30:], SPINNING, DECLARED, requested_at)
     else:
         assert_fixes(fixes[-30:], SPINNING, ZERO, since=0.0)
     assert reset.done or stall > 1.0
@@ -154,7 +154,7 @@ def test_a_reset_asked_for_while_the_network_stalls_is_exact_or_not_carried_out(
 def test_a_reset_that_waits_while_the_clock_steps_says_why_it_cannot_be_carried_out():
     robot, localizer = replace(SPINNING, clock_ahead=1000.0), TimedPart.localizer()
     feed(localizer, robot.messages(0.0, 2.0))
-    reset = localizer.reset(AskedPose(Pose2()), 2.001)
+    reset = localizer.reset(RequestedPose(Pose2()), 2.001)
     assert localizer.has_resets and reset.problem == ''
     localizer.on_imu(robot.imu(2.01)._replace(stamp=1007.01), 2.01)
     assert reset.problem.startswith("the robot's clock was set") and not reset.done
@@ -164,7 +164,7 @@ def test_a_reset_that_waits_while_the_clock_steps_says_why_it_cannot_be_carried_
 def test_a_reset_that_waits_while_the_board_restarts_says_why_it_cannot_be_carried_out():
     localizer = TimedPart.localizer()
     feed(localizer, RESTING.messages(0.0, 1.0))
-    reset = localizer.reset(AskedPose(Pose2()), 1.02)
+    reset = localizer.reset(RequestedPose(Pose2()), 1.02)
     localizer.on_imu(RESTING.imu(1.01)._replace(yaw=0.0), 1.01)
     localizer.on_odometry(RESTING.odometry(1.01)._replace(pose=Pose2()), 1.01)
     assert reset.problem == 'the robot started anew at that moment' and not reset.done
@@ -173,7 +173,7 @@ def test_a_reset_that_waits_while_the_board_restarts_says_why_it_cannot_be_carri
 
 def test_a_reset_asked_for_before_the_first_message_is_never_guessed():
     localizer = TimedPart.localizer()
-    reset = localizer.reset(AskedPose(as_pose2(DECLARED)), 0.5)
+    reset = localizer.reset(RequestedPose(as_pose2(DECLARED)), 0.5)
     fixes, resets = feed(localizer, SPINNING.messages(1.0, 3.0))
     assert resets == [] and not reset.done
     assert_fixes(fixes, SPINNING, ZERO, since=1.0)
@@ -183,7 +183,7 @@ def test_a_reset_may_be_the_first_frame():
     localizer, odometry, imu = TimedPart.localizer(), SPINNING.odometry, SPINNING.imu
     localizer.on_imu(imu(0.0), 0.0)
     localizer.on_odometry(odometry(0.0), 0.0)
-    reset = localizer.reset(AskedPose(as_pose2(DECLARED)), 0.05)
+    reset = localizer.reset(RequestedPose(as_pose2(DECLARED)), 0.05)
     localizer.on_imu(imu(0.1), 0.1)
     localizer.on_odometry(odometry(0.1), 0.1)
     assert localizer.take_resets() == [reset]

@@ -14,7 +14,7 @@ from tb3_labs.control.motor_response import (
     CRUISING, LEARNING, LEARNING_TIME, LEAST_SAMPLE_DELAY, SPEEDING_UP, Identification, Response,
     look_at_start)
 from tb3_labs.geometry.angles import difference
-from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
@@ -193,7 +193,7 @@ def reset_in_a_spin(robot_config, rate=1.0, after=None):
         navigator.on_word(Event(False, robot.now))
     spin(0.0, 1.0 + rng.random())
     spin(rate, 1.0 + rng.random())
-    there, reset = robot.truth, Reset(AskedPose(Pose2()))
+    there, reset = robot.truth, Reset(RequestedPose(Pose2()))
     navigator.on_reset(reset, robot.now, robot.now)
     while not reset.done:
         spin(rate, PERIOD)

@@ -9,7 +9,7 @@ from tb3_labs.control.commands import LONGEST_IDLE
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import (
     DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
-from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
@@ -39,7 +39,7 @@ class Robot:
 
     def ask(self, pose, sender='person', in_odom=False, **goal_id):
         """A goal of the action arrives."""
-        request = GoalRequest(AskedPose(pose, in_odom), sender, **goal_id)
+        request = GoalRequest(RequestedPose(pose, in_odom), sender, **goal_id)
         self.core.on_goal(request, self.now)
         return self.answers(request)
 
@@ -49,7 +49,7 @@ class Robot:
         return self.status.failure == 'canceled'
 
     def reset(self, pose=Pose2(), in_odom=False):
-        reset = Reset(AskedPose(pose, in_odom))
+        reset = Reset(RequestedPose(pose, in_odom))
         self.core.on_reset(reset, self.now, self.now)
         return reset
 
@@ -270,10 +270,10 @@ def test_a_tick_gives_the_zero_at_once_and_each_event_once():
 
 def test_a_client_hears_of_the_beginning_and_of_one_end():
     robot = driving()
-    first = GoalRequest(AskedPose(Pose2(3.0)), 'client', 'first', 5)
+    first = GoalRequest(RequestedPose(Pose2(3.0)), 'client', 'first', 5)
     robot.core.on_goal(first, robot.now)
     assert robot.tick().answers == [(first, Outcome.ACCEPTED, 'driving')]
-    second = GoalRequest(AskedPose(Pose2(2.0)), 'client', 'second', 6)
+    second = GoalRequest(RequestedPose(Pose2(2.0)), 'client', 'second', 6)
     robot.core.on_goal(second, robot.now)
     assert robot.tick().answers == [(first, Outcome.CANCELED, 'replaced by a newer goal'),
                                     (second, Outcome.ACCEPTED, 'driving')]

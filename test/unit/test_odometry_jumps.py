@@ -4,7 +4,7 @@ import math
 import pytest
 
 from known_motion import angle_between
-from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.odometry_jumps import POSE_KEPT, POSE_LOST, JumpFilter
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, OdometrySample
@@ -216,7 +216,7 @@ def test_after_a_reset_in_motion_the_pose_is_lost_until_it_is_declared(linear, a
     assert POSE_LOST in driven.outcomes and POSE_KEPT not in driven.outcomes
     assert driven.localizer.is_lost and driven.localizer.motion(driven.robot.now) is None
     assert driven.localizer.odom_T_local is None
-    reset = driven.localizer.reset(AskedPose(Pose2(1.0, 2.0, 0.5)), driven.robot.now)
+    reset = driven.localizer.reset(RequestedPose(Pose2(1.0, 2.0, 0.5)), driven.robot.now)
     driven.run(0.1)
     assert reset.done and not driven.localizer.is_lost
     assert driven.pose.distance_to(Pose2(1.0, 2.0)) < 0.001

@@ -12,7 +12,7 @@ import pytest
 
 from known_motion import angle_between
 from real_recordings import NAMES, arrays_of
-from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from timed_part import TimedPart
 
@@ -65,12 +65,12 @@ def recording(request):
     return load(request.param)
 
 
-def replay(recording, asked=()):
-    """(fixes, resets) of a localizer, `asked` being [(time of the recorder, declared pose)]."""
-    localizer, waiting, resets, fixes = TimedPart.localizer(), list(asked), [], []
+def replay(recording, requested=()):
+    """(fixes, resets) of a localizer, `requested` being [(time of the recorder, declared pose)]."""
+    localizer, waiting, resets, fixes = TimedPart.localizer(), list(requested), [], []
     for arrival, sample in recording.arrivals:
         while waiting and waiting[0][0] <= arrival:
-            resets.append(localizer.reset(AskedPose(waiting[0][1]), waiting.pop(0)[0]))
+            resets.append(localizer.reset(RequestedPose(waiting[0][1]), waiting.pop(0)[0]))
         if isinstance(sample, ImuSample):
             localizer.on_imu(sample, arrival)
         else:
@@ -94,8 +94,8 @@ def assert_follows(recording, fixes, declared, reset_stamp):
 def assert_instant(recording, reset):
     """A reset's stamp is its instant on the robot's clock, within the error of the delays."""
     delays = [arrival - sample.stamp for arrival, sample in recording.arrivals
-              if abs(arrival - reset.asked_at) < 3.0]
-    assert min(delays) <= reset.asked_at - reset.stamp <= max(delays)
+              if abs(arrival - reset.requested_at) < 3.0]
+    assert min(delays) <= reset.requested_at - reset.stamp <= max(delays)
 
 
 def fixes_between(fixes, begin, end=math.inf):
@@ -105,8 +105,8 @@ def fixes_between(fixes, begin, end=math.inf):
 @pytest.mark.parametrize('declared', [Pose2(), Pose2(1.0, -2.0, 2.5), Pose2(-0.61, 0.61, math.pi)])
 @pytest.mark.parametrize('seconds', [5.0, 11.1, 23.45])
 def test_a_reset_on_the_way(recording, declared, seconds):
-    asked_at = recording.arrivals[0][0] + seconds
-    fixes, (reset,) = replay(recording, [(asked_at, declared)])
+    requested_at = recording.arrivals[0][0] + seconds
+    fixes, (reset,) = replay(recording, [(requested_at, declared)])
     assert len(fixes) >= 0.95 * len(recording.odometry)
     assert_instant(recording, reset)
     before, after = fixes_between(fixes, 0.0, reset.stamp), fixes_between(fixes, reset.stamp + 0.2)

@@ -9,9 +9,9 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Header
 
 from timed_part import TimedPart
-from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.robot.samples import ImuSample, OdometrySample
-from tb3_labs.nodes.move_to_goal.ros_requests import to_asked_pose
+from tb3_labs.nodes.move_to_goal.ros_requests import to_requested_pose
 from tb3_labs.ros.conversions import to_odometry_sample, to_pose_stamped
 from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
@@ -90,7 +90,7 @@ def test_a_reset_heals_whatever_was_believed_before(absurd):
         hear(0.03, x)
     hear(0.3, 1.0)
     for declared in (Pose2(1.0, 2.0, 3.0), Pose2()):
-        reset = localizer.reset(AskedPose(declared), now)
+        reset = localizer.reset(RequestedPose(declared), now)
         hear(0.3, 1.0)
         pose = localizer.motion(now).pose
         assert reset.done and localizer.odom_T_local.distance_to(Pose2()) < 10.0
@@ -102,13 +102,13 @@ def test_a_reset_heals_whatever_was_believed_before(absurd):
     ('', False), ('local', False), ('/local', False), ('map', False), ('odom', True), ('/odom', True)])
 def test_the_frames_of_a_goal(frame, in_odom):
     pose = to_pose_stamped(Pose2(1.0, 2.0, 0.5), '', 0.0).pose
-    assert to_asked_pose(Header(frame_id=frame), pose).in_odom is in_odom
+    assert to_requested_pose(Header(frame_id=frame), pose).in_odom is in_odom
 
 
 @pytest.mark.parametrize('frame', ['mars', 'base_link', 'local2', '\x1b[2J\x1b[31m', 'x' * 5000, '\u202e'])
 def test_another_frame_is_refused_in_one_short_line_that_no_terminal_obeys(frame):
     with pytest.raises(ValueError) as refusal:
-        to_asked_pose(Header(frame_id=frame), to_pose_stamped(Pose2(), '', 0.0).pose)
+        to_requested_pose(Header(frame_id=frame), to_pose_stamped(Pose2(), '', 0.0).pose)
     line = str(refusal.value)
     assert line.isprintable() and len(line) < 200
     assert 'is not valid: local, odom, or map (or none), which means local' in line

@@ -10,7 +10,7 @@ import pytest
 from played_nodes import Ahead
 from tb3_labs.control.driving import PreciseLaw
 from tb3_labs.control.goal_state import DriveConfig
-from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse_reader import MouseState
@@ -107,10 +107,10 @@ class Mover(Bench):
         self.let_go()
 
     def goal(self):
-        self.core.on_goal(GoalRequest(AskedPose(Pose2(1.0)), 'person'), self.now)
+        self.core.on_goal(GoalRequest(RequestedPose(Pose2(1.0)), 'person'), self.now)
 
     def reset(self):
-        reset = Reset(AskedPose(Pose2(-1.0)))
+        reset = Reset(RequestedPose(Pose2(-1.0)))
         self.core.on_reset(reset, self.now, self.now)
         self.tell(reset.problem)
 

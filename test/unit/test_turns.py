@@ -21,8 +21,8 @@ def test_a_turn_by_numbers(degrees, offset):
     found = one([turn(3.0, degrees)], start=(1.0, 2.0, 0.3), imu_offset=offset)
     assert math.degrees(found.turned) == pytest.approx(degrees, abs=0.15)
     assert math.degrees(found.true) == pytest.approx(degrees, abs=0.15)
-    assert math.degrees(found.asked) == pytest.approx(math.copysign(90.0, degrees))
-    assert not found.was_said
+    assert math.degrees(found.requested) == pytest.approx(math.copysign(90.0, degrees))
+    assert not found.was_sent
     assert math.degrees(found.error) == pytest.approx(2.0, abs=0.15)
     assert math.degrees(found.true_error) == pytest.approx(2.0, abs=0.15)
     assert math.degrees(found.overshoot) == pytest.approx(2.0, abs=0.15)
@@ -30,12 +30,12 @@ def test_a_turn_by_numbers(degrees, offset):
     assert found.peak_rate == pytest.approx(1.5)
 
 
-@pytest.mark.parametrize('degrees, asked', [
+@pytest.mark.parametrize('degrees, requested', [
     (46.0, 90.0), (134.0, 90.0), (-136.0, -180.0), (224.0, 180.0)])
-def test_without_topic_turn_the_nearest_quarter_is_taken(degrees, asked):
+def test_without_topic_turn_the_nearest_quarter_is_taken(degrees, requested):
     found = one([turn(3.0, degrees)])
-    assert math.degrees(found.asked) == pytest.approx(asked)
-    assert math.degrees(found.error) == pytest.approx(abs(degrees) - abs(asked), abs=0.15)
+    assert math.degrees(found.requested) == pytest.approx(requested)
+    assert math.degrees(found.error) == pytest.approx(abs(degrees) - abs(requested), abs=0.15)
 
 
 @pytest.mark.parametrize('degrees', [44.0, -226.0])
@@ -53,14 +53,14 @@ def test_a_turn_that_a_node_made_wrongly_is_listed_but_not_a_persons(sender, dev
     assert len(turns(replace(run, senders=(sender,), sent=sent))) == number
 
 
-@pytest.mark.parametrize('said, asked', [
+@pytest.mark.parametrize('said, requested', [
     ([(2.9, 30.0)], 30.0),                    # a small turn
     ([(2.9, 20.0), (3.1, 10.0)], 30.0),       # the turn was typed in two parts
     ([(0.9, 90.0), (2.9, 30.0)], 30.0)])      # the robot did not make the first turn
-def test_an_angle_that_was_said_was_asked_for(said, asked):
+def test_an_angle_that_was_said_was_asked_for(said, requested):
     times, angles = zip(*said)
-    found = one([turn(3.0, 31.0)], asked=values(times, np.radians(angles)))
-    assert found.was_said and math.degrees(found.asked) == pytest.approx(asked)
+    found = one([turn(3.0, 31.0)], requested=values(times, np.radians(angles)))
+    assert found.was_sent and math.degrees(found.requested) == pytest.approx(requested)
     assert math.degrees(found.error) == pytest.approx(1.0, abs=0.15)
 
 

@@ -73,8 +73,8 @@ def test_the_values_of_the_four_states():
         way = complex(-0.61, 0.61) - complex(float(x), float(y))
         assert float(distance) == round(abs(way), 2)
         assert math.degrees(cmath.phase(way)) == pytest.approx(135.0)
-        asked = 135.0 if state == 'ROTATE_TO_GOAL' else 0.0
-        turn = math.radians(asked - float(heading))
+        requested = 135.0 if state == 'ROTATE_TO_GOAL' else 0.0
+        turn = math.radians(requested - float(heading))
         assert state == 'MOVE_FORWARD' if error == '' else float(error) == round(turn, 2)
         done = abs(way) <= near if state == 'MOVE_FORWARD' else abs(turn) <= 0.05
         if done:
@@ -133,8 +133,8 @@ def test_the_error_the_short_way_round():
 def test_the_commands_of_the_proportional_law():
     gain, fastest = numbers('imu_lab.md', '`K_HDG` = # rad/s') + numbers(
         'imu_lab.md', '`MAX_ANG_Z` = # rad/s')
-    error, asked, sent = numbers('imu_lab.md', 'an error of # degrees asks for # rad/s: the command '
-                                 'is #.')
-    assert asked == pytest.approx(gain * error) and sent == fastest < asked
-    error, asked, sent = numbers('imu_lab.md', 'An error of # degrees asks for #: the command is #.')
-    assert asked == pytest.approx(gain * error) and sent == asked
+    error, requested, sent = numbers('imu_lab.md', 'an error of # degrees asks for # rad/s: the command '
+                                     'is #.')
+    assert requested == pytest.approx(gain * error) and sent == fastest < requested
+    error, requested, sent = numbers('imu_lab.md', 'An error of # degrees asks for #: the command is #.')
+    assert requested == pytest.approx(gain * error) and sent == requested

@@ -26,9 +26,9 @@ class TimedPart:
     def on_odometry(self, sample, now):
         self.part.on_odometry(self.timing.on_odometry(sample, now))
 
-    def reset(self, asked, *when):
-        """A Reset to an AskedPose."""
-        reset = Reset(asked)
+    def reset(self, requested, *when):
+        """A Reset to an RequestedPose."""
+        reset = Reset(requested)
         self.part.on_reset(reset, *when)
         return reset
 

@@ -98,7 +98,7 @@ def check_pose(pose: Pose2) -> None:
 
 
 @dataclass(frozen=True)
-class AskedPose:
+class RequestedPose:
     """A pose of a goal or a reset, as its sender gave it: in ``local`` or in ``odom``.
 
     A pose in odom is converted when it is used, by the local frame that is in force then.

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from typing import List, Optional
 
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.geometry.se2 import AskedPose, Pose2
+from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.handout import SAYS_POSE_SET
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFilter
@@ -46,9 +46,9 @@ class Fix:
 class Reset:
     """One declaration, from its request to its answer; only the localizer changes the rest."""
 
-    asked: AskedPose
-    asked_at: float = 0.0            # [s, receiver's clock]
-    stamp: Optional[float] = None    # `asked_at` on the sender's clock [s]; None: no sample yet
+    requested: RequestedPose
+    requested_at: float = 0.0        # [s, receiver's clock]
+    stamp: Optional[float] = None    # `requested_at` on the sender's clock [s]; None: no sample yet
     epoch: int = 0                   # epoch of the sender's clock to which `stamp` belongs
     sample_delay: float = 0.0        # samples of that instant are stamped this much later [s]
     before: Optional[Pose2] = None   # the pose at that instant in the old frame, if known
@@ -156,12 +156,12 @@ class Localizer:
         return over
 
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
-        """Declare that the robot is at `reset.asked` at `now`.
+        """Declare that the robot is at `reset.requested` at `now`.
 
         Resets are carried out in the order of their requests. `sample_delay`: time by which samples
         are older than their stamps show [s].
         """
-        reset.asked_at, reset.sample_delay = now, sample_delay
+        reset.requested_at, reset.sample_delay = now, sample_delay
         reset.stamp, reset.epoch = self._clock.stamp_of(now), self._clock.epoch
         self._resets.append(reset)
 
@@ -216,7 +216,7 @@ class Localizer:
         for reset in self._waiting:
             if reset.stamp is None:
                 reset.stamp, reset.epoch = (
-                    self._clock.stamp_of(reset.asked_at), self._clock.epoch)
+                    self._clock.stamp_of(reset.requested_at), self._clock.epoch)
             if reset.epoch != self._clock.epoch:    # its instant is lost
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 continue
@@ -228,7 +228,7 @@ class Localizer:
 
     def _carry_out(self, reset: Reset, odom_T_base: Pose2, imu_yaw: float) -> None:
         try:
-            reset.declared = reset.asked.in_local(self.odom_T_local)
+            reset.declared = reset.requested.in_local(self.odom_T_local)
         except ValueError as problem:
             reset.problem = str(problem)
             return

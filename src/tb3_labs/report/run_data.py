@@ -246,7 +246,7 @@ class RunData:
     frames: Poses = field(default_factory=Poses.none)          # of local in odom
     states: States = field(default_factory=States.none)
     resets: Poses = field(default_factory=Poses.none)          # of the robot in local, as declared
-    asked: Values = field(default_factory=Values.none)         # turns [rad], left positive
+    requested: Values = field(default_factory=Values.none)     # turns [rad], left positive
     control: Values = field(default_factory=Values.none)       # ctrl_relinq: 1 = a node may drive
     presses: Values = field(default_factory=Values.none)       # numbers of a pad's buttons
     pad: PadSamples = field(default_factory=PadSamples.none)

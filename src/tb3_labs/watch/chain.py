@@ -152,16 +152,16 @@ def belief(series: Series,
                  if is_heading(each, right)] if not found else [])
     if usable:
         return usable[0], None
-    asked = 'it should be ' + right.words
+    requested = 'it should be ' + right.words
     moment, numbers = example(series, right)
     if stays(series) and not found:
-        return None, Broken(f'{name} stays at {series.text[-1][:40]}; {asked}',
+        return None, Broken(f'{name} stays at {series.text[-1][:40]}; {requested}',
                             moment, name)
     if found:
         also = [each.words for each in found[1:2] if not np.allclose(
             each.value, found[0].value, atol=1e-3 * each.scale)]
         return None, Broken('{} follows {}; {}: {}'.format(
-            name, ', or '.join([found[0].words] + also), asked, numbers), moment, name)
+            name, ', or '.join([found[0].words] + also), requested, numbers), moment, name)
     rare = pause(series, right)
     return None, Broken('{} does not follow {}{}: {}'.format(
         name, right.words, ', but changes only every {:.1f} s while that changes'.format(

@@ -62,12 +62,13 @@ def state_kept(inside: Inside) -> Optional[Broken]:
 def wrong_goal(inside: Inside) -> Optional[Broken]:
     """Is the own goal the one that was asked for? A yaw may be in degrees."""
     goals = inside.run.goals
-    for name, asked in zip(GOAL, (goals.x, goals.y, goals.yaw)) if len(goals) else ():
+    for name, requested in zip(GOAL, (goals.x, goals.y, goals.yaw)) if len(goals) else ():
         series = inside.find(name)
-        rights = [asked[0], np.degrees(asked[0]) if 'yaw' in name else asked[0]]
+        rights = [requested[0], np.degrees(requested[0]) if 'yaw' in name else requested[0]]
         if series is not None and stays(series) and np.abs(series.value[-1] - rights).min() > 1e-3:
             return Broken('{} is {}; it should be {:g}'.format(
-                series.name, short(series.text[-1]), asked[0]), float(series.time[0]), series.name)
+                series.name, short(series.text[-1]), requested[0]), float(series.time[0]),
+                          series.name)
     return None
 
 
@@ -157,19 +158,19 @@ def forms(part: Part, inside: Inside) -> Iterator[Tuple[str, np.ndarray]]:
 def law(inside: Inside, part: Part) -> Tuple[str, float]:
     """(words, gain) of the heading error that the commands of a rotation follow, if possible
     with the handout's gain; '': of none."""
-    asked, found = GAINS[part.state], [('', GAINS[part.state])]
+    requested, found = GAINS[part.state], [('', GAINS[part.state])]
     for words, value in forms(part, inside):
         inner = (part.angular != 0.0) & ((np.abs(value) < 3.0) | ('not' in words)) & (value != 0.0)
         command, value = part.angular[inner], value[inner]      # where it jumps, both are right
         if len(value) < 5:
             continue
         gain = float(np.median(command / value))
-        gain = np.copysign(asked, gain) if abs(abs(gain) / asked - 1.0) < 0.05 else gain
-        if np.ptp(command) < 0.1 and abs(gain) != asked:
+        gain = np.copysign(requested, gain) if abs(abs(gain) / requested - 1.0) < 0.05 else gain
+        if np.ptp(command) < 0.1 and abs(gain) != requested:
             continue        # any angle is a constant times a constant
         if np.mean(np.abs(command - gain * value) < 0.01 + 0.03 * np.abs(gain * value)) >= MOST:
             found.append((words, gain))
-    return min(found[1:] or found, key=lambda each: abs(each[1]) != asked)
+    return min(found[1:] or found, key=lambda each: abs(each[1]) != requested)
 
 
 def wrong_law(inside: Inside) -> Optional[Broken]:
@@ -267,10 +268,10 @@ def slow_law(inside: Inside) -> Optional[Broken]:
         if pause > PAUSE:
             return Broken('commands came every {:.1f} s; the handout has ten a second'.format(
                 pause), part.begin)
-        asked = GAINS.get(part.state, DRIVE_SPEED)
+        requested = GAINS.get(part.state, DRIVE_SPEED)
         own = law(inside, part)[1] if part.state in GAINS else float(np.median(part.linear))
-        if abs(own - asked) > 0.05 * asked:
+        if abs(own - requested) > 0.05 * requested:
             return Broken('in {} {} {:.2g}, by the handout it is {:g}'.format(
                 part.state, 'linear.x was' if part.state == STATES[1] else
-                'angular.z was the error times', own, asked), part.begin, is_weak=True)
+                'angular.z was the error times', own, requested), part.begin, is_weak=True)
     return None

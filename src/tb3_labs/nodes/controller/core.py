@@ -11,7 +11,7 @@ from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.controller.mouse_reader import Mouse, MouseState
 from tb3_labs.nodes.controller.turns import (
-    DRIVERS, AskedTurn, Driver, DriverEvent, Heading, Repetitions)
+    DRIVERS, ActiveTurn, Driver, DriverEvent, Heading, Repetitions)
 from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, NewsDesk, Output
@@ -38,7 +38,7 @@ class ControllerCore:
         self._sensors = SensorWatch(self.imu)
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sleep = SleepWatch()
-        self._turn: Optional[AskedTurn] = None        # driven, or to be judged at rest
+        self._turn: Optional[ActiveTurn] = None       # driven, or to be judged at rest
         self._carried = 0.0                      # error of the turn before, to be corrected [rad]
         self.mouse = Mouse()
         self._repetitions = Repetitions()        # of turns
@@ -130,9 +130,9 @@ class ControllerCore:
         else:
             self._law.extend(angle)
             extended.extend(angle)
-        asked = angle if extended is None else extended.asked
-        self._news.tell(f'Turning {round(math.degrees(asked), 6):g} degrees')
-        self._happens(DriverEvent.TURN_ASKED)
+        requested = angle if extended is None else extended.requested
+        self._news.tell(f'Turning {round(math.degrees(requested), 6):g} degrees')
+        self._happens(DriverEvent.TURN_REQUESTED)
 
     def _update(self, now: float) -> None:
         """Give up a turn in which this process slept, and a mouse that is lost; as Event.at."""
@@ -210,12 +210,12 @@ class ControllerCore:
     def _begin_turn(self, angle: float, now: float) -> None:
         if self._turn is not None and self.driver is not Driver.TURN:
             self._judge_turn(self._turn, now)
-        self._turn = AskedTurn(angle, self._heading.steady_yaw, self._carried, now)
+        self._turn = ActiveTurn(angle, self._heading.steady_yaw, self._carried, now)
         self._sensors.ask()
         self._sensors.pause()
         self._start_law(self._turn)
 
-    def _start_law(self, turn: AskedTurn) -> None:
+    def _start_law(self, turn: ActiveTurn) -> None:
         """Begin the turn, or go on after a stop, from the present heading."""
         self._law.start(self._yaw, turn.left(self._yaw))
         self._pace.pause()
@@ -253,7 +253,7 @@ class ControllerCore:
         self._happens(DriverEvent.TURN_OVER, problem)
         return None
 
-    def _judge_turn(self, turn: AskedTurn, now: float) -> None:
+    def _judge_turn(self, turn: ActiveTurn, now: float) -> None:
         self._news.tell(turn.result(now))
         self._carried = turn.left_at_end
         self._turn = None

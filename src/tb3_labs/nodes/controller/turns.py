@@ -92,16 +92,17 @@ class Heading:
         return self._noise.deviation
 
 
-class AskedTurn:
+class ActiveTurn:
     """One turn, from the request until it is judged at rest.
 
     Angles are yaws that do not jump at +/-pi [rad], counter-clockwise positive.
     """
 
-    def __init__(self, asked: float, yaw: float, carried: float, now: float) -> None:
-        """Turn by `asked` from `yaw`, and by the error that the turn before left (`carried`)."""
-        self.asked = asked
-        self.goal = yaw + carried + asked
+    def __init__(self, requested: float, yaw: float, carried: float, now: float) -> None:
+        """Turn by `requested` from `yaw`, and by the error that the turn before left
+        (`carried`)."""
+        self.requested = requested
+        self.goal = yaw + carried + requested
         self.stall = StallWatch()
         #: The remaining angle at the end, which the law computed from many samples: one sample is
         #: less exact.
@@ -111,7 +112,7 @@ class AskedTurn:
 
     def extend(self, angle: float) -> None:
         """Turn by `angle` more, or less."""
-        self.asked += angle
+        self.requested += angle
         self.goal += angle
         self.stall = StallWatch()
 
@@ -122,13 +123,14 @@ class AskedTurn:
     def result(self, now: float) -> str:
         """The result in words, for a robot that rests."""
         error, whole = self.left_at_end, self.goal - self._start
-        side = 'short of' if error * self.asked > 0.0 else 'beyond'
+        side = 'short of' if error * self.requested > 0.0 else 'beyond'
         seconds = now - self._begun_at
         text = (f'Turned {math.degrees(whole - error):.2f} degrees in {seconds:.1f} s: '
                 f'{abs(math.degrees(error)):.2f} degrees {side} {math.degrees(whole):.2f}')
-        asked, carried = round(math.degrees(self.asked), 2), math.degrees(whole - self.asked)
+        requested, carried = round(math.degrees(self.requested),
+                                   2), math.degrees(whole - self.requested)
         if abs(carried) >= 0.005:
-            text += f' (asked: {asked:g}; left by the turn before: {carried:+.2f})'
+            text += f' (asked: {requested:g}; left by the turn before: {carried:+.2f})'
         return text
 
 
@@ -143,7 +145,7 @@ class Driver(Enum):
 class DriverEvent(Enum):
     """An event that may change the driver. A message of an inactive mouse is not an event."""
 
-    TURN_ASKED = 'turn asked'
+    TURN_REQUESTED = 'turn asked'
     TURN_OVER = 'turn over'
     MOUSE_MOVED = 'mouse moved'           # it is active, and outside its dead zone
     MOUSE_CENTRED = 'mouse centred'       # it is active, and inside; a turn goes on
@@ -154,7 +156,7 @@ class DriverEvent(Enum):
 #: turn moves the goal, and a turn is refused while the mouse drives. Sources: the course's mouse
 #: lab, and the failures of nodes without such a rule.
 DRIVERS = {
-    (Driver.NOBODY, DriverEvent.TURN_ASKED): Driver.TURN,
+    (Driver.NOBODY, DriverEvent.TURN_REQUESTED): Driver.TURN,
     (Driver.NOBODY, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
     (Driver.TURN, DriverEvent.TURN_OVER): Driver.NOBODY,
     (Driver.TURN, DriverEvent.MOUSE_MOVED): Driver.MOUSE,

@@ -145,7 +145,7 @@ class MoveToGoalCore:
         self._begin_anew()
 
     def on_goal(self, request: GoalRequest, now: float) -> None:
-        """Drive to the AskedPose of a goal, unless this repeats the present goal, or is void;
+        """Drive to the RequestedPose of a goal, unless this repeats the present goal, or is void;
         `now` as in permission.Permission."""
         self.on_repetition(request, now)
         requests, machine, doubt = self._requests, self._machine, self._permission.sleep.doubt

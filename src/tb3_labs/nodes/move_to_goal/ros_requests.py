@@ -12,7 +12,7 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from move_base_msgs.msg import (
     MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult)
 
-from tb3_labs.geometry.se2 import AskedPose, TypedPose
+from tb3_labs.geometry.se2 import RequestedPose, TypedPose
 from tb3_labs.handout import SET_POSE
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
@@ -118,7 +118,7 @@ class GoalServer(ActionServer):
             request = GoalRequest(None, sender_of(connection_of(message)), goal_id.id,
                                   goal_id.stamp.to_nsec(), handle)
             try:
-                request = request._replace(goal=to_asked_pose(target.header, target.pose))
+                request = request._replace(goal=to_requested_pose(target.header, target.pose))
             except ValueError as problem:
                 if handle:
                     self.answer([(request, Outcome.REJECTED, str(problem))])
@@ -151,7 +151,8 @@ class Resets:
     def _on_reset_pose(self, request):
         response = ResetPoseResponse()
         try:
-            reset = self._reset(AskedPose(TypedPose(request.x, request.y, request.yaw_deg).pose))
+            reset = self._reset(RequestedPose(TypedPose(request.x, request.y,
+                                                        request.yaw_deg).pose))
         except ValueError as problem:
             response.message = self._refused(problem)
             return response
@@ -170,7 +171,7 @@ class Resets:
     def _on_initialpose(self, stamped):
         """Returns the reason of a refusal, or None."""
         try:
-            self._reset(to_asked_pose(stamped.header, stamped.pose.pose))
+            self._reset(to_requested_pose(stamped.header, stamped.pose.pose))
         except ValueError as problem:
             return self._refused(problem)
         return None
@@ -179,10 +180,10 @@ class Resets:
         self._complaints.warn(REFUSED, problem)
         return str(problem)
 
-    def _reset(self, asked):
-        """Reset to an AskedPose. Returns the localizer.Reset; ``ValueError`` if it is refused, or
-        not carried out within ANSWER_WITHIN."""
-        reset, gate = Reset(asked), self._gate
+    def _reset(self, requested):
+        """Reset to an RequestedPose. Returns the localizer.Reset; ``ValueError`` if it is refused,
+        or not carried out within ANSWER_WITHIN."""
+        reset, gate = Reset(requested), self._gate
         gate.take_in(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
         if not wait_until(lambda: gate.ask(lambda: reset.is_over), ANSWER_WITHIN, LOOK):
             gate.ask(reset.give_up)
@@ -211,8 +212,8 @@ def only_news(topic, callback):
     return hear
 
 
-def to_asked_pose(header, pose):
-    """The AskedPose of a geometry_msgs/Pose in the frame of `header`. A frame may be named with
+def to_requested_pose(header, pose):
+    """The RequestedPose of a geometry_msgs/Pose in the frame of `header`. A frame may be named with
     this node's namespace, or without it. Raises ``ValueError`` for other frames."""
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM, frame(ODOM))
@@ -220,4 +221,4 @@ def to_asked_pose(header, pose):
         name = name if len(name) <= LONGEST_QUOTE else name[:LONGEST_QUOTE] + '...'
         raise ValueError(
             f'frame {name!r} is not valid: local, odom, or map (or none), which means local')
-    return AskedPose(to_pose2(pose), in_odom)
+    return RequestedPose(to_pose2(pose), in_odom)

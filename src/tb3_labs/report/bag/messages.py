@@ -82,7 +82,7 @@ def make_collectors(parts, prefix, limits):
         'states': (States, lambda message: [(None, message.data)]),
         'events': (States, lambda message: [(None, message.data)]),
         'printed': (States, lambda message: [(None, message.data)]),
-        'asked': (Values, lambda message: [(None, math.radians(message.data))]),
+        'requested': (Values, lambda message: [(None, math.radians(message.data))]),
         'control': (Values, lambda message: [(None, float(message.data))]),
         'pad': (PadSamples, lambda message: [
             (None, *_filled(message.axes, PadSamples.AXES),

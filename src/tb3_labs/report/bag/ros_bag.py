@@ -28,7 +28,7 @@ OPTIONAL = {
     'commands': ('cmd_vel', Twist), 'local_pose': ('local_pose', PoseStamped),
     'ground_truth': ('ground_truth', PoseStamped), 'goals': ('current_goal', PoseStamped),
     'states': ('goal_state', String), 'resets': ('initialpose', PoseWithCovarianceStamped),
-    'asked': ('turn', Float64), 'control': ('ctrl_relinq', Bool), 'pad': ('joy', Joy),
+    'requested': ('turn', Float64), 'control': ('ctrl_relinq', Bool), 'pad': ('joy', Joy),
     'mouse': ('mouse_info', MouseController),
     'events': ('trial', String), 'printed': ('printed', String),
     'variables': ('variables', DiagnosticArray)}

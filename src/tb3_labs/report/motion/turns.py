@@ -34,7 +34,7 @@ MOST_PARTS = 100
 #: A motion of a larger angle is a turn [rad].
 LEAST_BY_NODE = math.radians(5.0)
 #: A turn may be asked for this long before it begins [s].
-ASKED_BEFORE = 2.0
+REQUESTED_BEFORE = 2.0
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,8 @@ class TurnReport:
 
     begin: float
     end: float                        # the robot rests
-    asked: float
-    was_said: bool                    # known by topic `turn`; else the nearest of +/-90 and 180 deg
+    requested: float
+    was_sent: bool                    # known by topic `turn`; else the nearest of +/-90 and 180 deg
     turned: float                     # by the IMU
     true: float                       # by the ground truth
     peak_rate: float                  # [rad/s], by the gyro
@@ -66,7 +66,7 @@ class TurnReport:
         return self._beyond(self.true)
 
     def _beyond(self, turned: float) -> float:
-        return math.copysign(1.0, self.asked) * turned - abs(self.asked)
+        return math.copysign(1.0, self.requested) * turned - abs(self.requested)
 
 
 @once
@@ -125,12 +125,12 @@ def _turn(run: RunData, begin: float, end: float, until: float,
     yaw -= yaw[imu.time <= before].mean()
     at_rest = imu.time >= rest + REST_LOOK
     turned = float(yaw[at_rest if at_rest.any() else imu.time >= rest].mean())
-    asked, was_said = _asked(run, max(before - ASKED_BEFORE, since), end, turned)
-    if not asked:
+    requested, was_sent = _requested(run, max(before - REQUESTED_BEFORE, since), end, turned)
+    if not requested:
         return None
-    on_the_way = math.copysign(1.0, asked) * yaw - abs(asked)
+    on_the_way = math.copysign(1.0, requested) * yaw - abs(requested)
     return TurnReport(
-        before, rest, asked, was_said, turned, _true(run, before, settled),
+        before, rest, requested, was_sent, turned, _true(run, before, settled),
         float(np.abs(imu.yaw_rate).max()), max(0.0, float(on_the_way.max())))
 
 
@@ -140,9 +140,9 @@ def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
     return len(rates) > 0 and bool(abs(rates.mean()) < AT_REST)
 
 
-def _asked(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:
+def _requested(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:
     """Returns (the angle that was asked for, 0 if there was none; was it sent on topic `turn`?)."""
-    said = run.asked.between(since, end)
+    said = run.requested.between(since, end)
     if len(said):
         return float(said.value.sum()), True
     if not LEAST_TURN <= abs(turned) <= MOST_TURN and not (

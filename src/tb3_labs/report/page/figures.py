@@ -82,13 +82,13 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
     for number in shown:
         turn, following = found[number], ends[number]
         until = min(turn.end + AFTER, following)
-        sign = math.copysign(1.0, turn.asked)
+        sign = math.copysign(1.0, turn.requested)
         imu = run.imu.between(turn.begin - SHOWN_BEFORE, until)
         yaw = np.unwrap(imu.yaw)
-        remaining = abs(turn.asked) - sign * (yaw - np.interp(turn.begin, imu.time, yaw))
+        remaining = abs(turn.requested) - sign * (yaw - np.interp(turn.begin, imu.time, yaw))
         colour, style = STYLES[number % len(STYLES)]
         looks: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
-        name = f'{number + 1}: {math.degrees(turn.asked):+.0f} deg'
+        name = f'{number + 1}: {math.degrees(turn.requested):+.0f} deg'
         left.plot(imu.time - turn.begin, np.degrees(remaining),
                   label=name if number < first + MOST_NAMES else None, **looks)
         rate.plot(imu.time - turn.begin, sign * imu.yaw_rate, **looks)

@@ -163,9 +163,9 @@ def _rule_of_drives(run: RunData) -> str:
 def _rule_of_turns(run: RunData, reports: Sequence[TurnReport]) -> str:
     """The rule by which the turns of a run were found."""
     words = [_rule(run)] if 'states' not in run.derived else []
-    if not all(turn.was_said for turn in reports):
+    if not all(turn.was_sent for turn in reports):
         words.append('Asked: taken as the nearest multiple of 90 degrees{}.'.format(
-            ' where topic turn said nothing' if len(run.asked) else ''))
+            ' where topic turn said nothing' if len(run.requested) else ''))
     return ' '.join(words)
 
 

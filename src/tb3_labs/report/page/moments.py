@@ -17,7 +17,7 @@ def moments(run: RunData, turned: Sequence[TurnReport],
             driven: Sequence[DriveReport]) -> List[Mark]:
     """The Marks of a recorded run, with its turns and drives."""
     found = [mark('turn', turn.begin, 'turn {}: asked {}, turned {} deg'.format(
-        k, degrees(turn.asked, '{:+.0f}'), degrees(turn.turned, '{:+.1f}')), turn.end)
+        k, degrees(turn.requested, '{:+.0f}'), degrees(turn.turned, '{:+.1f}')), turn.end)
         for k, turn in enumerate(turned, 1)]
     found += [mark('drive', drive.begin, 'drive {}: {}, {} m and {} deg off'.format(
         k, drive.outcome, number(drive.measured[0], '{:.3f}'),

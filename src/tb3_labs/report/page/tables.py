@@ -37,7 +37,7 @@ class Column(NamedTuple):
 
 TURN_COLUMNS = (
     Column('begin_s', 'begins at [s]', lambda turn: turn.begin, '{:.2f}'),
-    Column('asked_deg', 'asked [deg]', lambda turn: math.degrees(turn.asked), '{:+.0f}'),
+    Column('asked_deg', 'asked [deg]', lambda turn: math.degrees(turn.requested), '{:+.0f}'),
     Column('turned_deg', 'turned [deg]', lambda turn: math.degrees(turn.turned), '{:+.2f}'),
     Column('error_deg', 'beyond (+), short (-) [deg]', lambda turn: math.degrees(turn.error),
            '{:+.2f}'),
@@ -47,7 +47,7 @@ TURN_COLUMNS = (
            '{:.2f}'),
     Column('true_error_deg', 'truly beyond [deg]', lambda turn: math.degrees(turn.true_error),
            '{:+.2f}'))
-ASKED_BY = Column('asked_by', '', lambda turn: 'topic' if turn.was_said else 'nearest', '')
+ASKED_BY = Column('asked_by', '', lambda turn: 'topic' if turn.was_sent else 'nearest', '')
 DRIVE_COLUMNS = (
     Column('begin_s', 'begins at [s]', lambda drive: drive.begin, '{:.2f}'),
     Column('goal_x_m', 'asked x [m]', lambda drive: _goal(drive)[0], '{:.2f}'),
