@@ -59,7 +59,7 @@ source scripts/setup.sh:
 Ctrl+C here ends everything."""
 
 
-class Taken(Exception):
+class ControlTaken(Exception):
     """A person, or another node, took control: the drive is ignored."""
 
 
@@ -109,7 +109,7 @@ class Demo:
                 rospy.loginfo('--- Drive %d of %d ---', number, self._config.drives)
                 drives.append(self._drive(number > 1))
             print(table(drives))
-        except Taken:
+        except ControlTaken:
             drives, problem = [], 'Control was taken from the demonstration: it drives no more'
         good = drives and all(drive.is_good for drive in drives)
         if good and 'TB3_LABS_DEMO' in os.environ:
@@ -157,7 +157,7 @@ class Demo:
         Returns (arrival, value)."""
         def values():
             if self._taken:
-                raise Taken
+                raise ControlTaken
             return [(at, value) for at, value in list(self._heard[topic])
                     if at >= since and found(value)]
         self._wait_for(topic, values)

@@ -123,16 +123,16 @@ class Still:
     def on_imu(self, *_):
         pass
 
-    on_odometry = take_fix = on_imu
+    on_odometry = pop_fix = on_imu
 
-    def take_jumps(self):
+    def pop_jumps(self):
         return ()
 
     def on_reset(self, reset, *_):
         reset.declared = reset.requested.pose
         self.resets += (reset,)
 
-    def take_resets(self):
+    def pop_resets(self):
         resets, self.resets = self.resets, ()
         return resets
 

@@ -83,7 +83,7 @@ def test_a_false_is_a_stop_after_control_was_given_and_none_before(demo):
     demo._on_control(said(True, '/gamepad'))
     assert demo._first('goal_state') == (2.0, 'ROTATE_TO_GOAL')
     demo._on_control(said(False, '/gamepad'))
-    with pytest.raises(demo._first.__globals__['Taken']):
+    with pytest.raises(demo._first.__globals__['ControlTaken']):
         demo._first('goal_state')
     demo._heard['has_control'] = [(3.0, False)]
     demo._give_control()    # before the next drive

@@ -34,8 +34,8 @@ def feed(localizer, messages):
     for arrival, sample in messages:
         take = localizer.on_imu if isinstance(sample, ImuSample) else localizer.on_odometry
         take(sample, arrival)
-        resets += localizer.take_resets()
-        fix = localizer.take_fix()
+        resets += localizer.pop_resets()
+        fix = localizer.pop_fix()
         if fix is not None:
             fixes.append(fix)
     return fixes, resets
@@ -186,9 +186,9 @@ def test_a_reset_may_be_the_first_frame():
     reset = localizer.reset(RequestedPose(as_pose2(DECLARED)), 0.05)
     localizer.on_imu(imu(0.1), 0.1)
     localizer.on_odometry(odometry(0.1), 0.1)
-    assert localizer.take_resets() == [reset]
+    assert localizer.pop_resets() == [reset]
     assert reset.before is None and reset.done
-    assert_pose(localizer.take_fix().local_T_base, DECLARED.then(0j, 2.6 * 0.05), radians=1e-6)
+    assert_pose(localizer.pop_fix().local_T_base, DECLARED.then(0j, 2.6 * 0.05), radians=1e-6)
 
 
 # Motion -------------------------------------------------------------------------------------------
@@ -240,7 +240,7 @@ def test_the_noise_of_the_imu_is_told_with_the_motion():
     for k in range(50):
         localizer.on_imu(ImuSample(RESTING.clock_ahead + 0.01 * k, 0.01 * (-1) ** k, 0.0), 0.01 * k)
     localizer.on_odometry(RESTING.odometry(0.4), 0.5)
-    localizer.take_fix()
+    localizer.pop_fix()
     assert localizer.motion(0.5).yaw_noise == pytest.approx(math.sqrt(2e-4))
 
 

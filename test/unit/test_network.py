@@ -24,7 +24,7 @@ def link_of(settings, direction='sensor', seed=1):
 def carry(link, moments, until=math.inf):
     """The messages sent at `moments` that have arrived by `until`: [(arrival, number)]."""
     link.send(range(len(moments)), moments)
-    return link.take(until)
+    return link.pop(until)
 
 
 @functools.lru_cache(maxsize=1)
@@ -59,9 +59,9 @@ def test_what_is_under_way_when_the_cut_comes_is_held_up_and_afterwards_takes_it
     link.send(['arrives', 'held'], [0.0, 0.25])
     link.configure(SimulatorConfig(sensor_latency=0.5, network_cut=True), 0.625)
     link.send(['late'], [8.75])
-    assert link.take(9.0) == [(0.5, 'arrives')]
+    assert link.pop(9.0) == [(0.5, 'arrives')]
     link.configure(SimulatorConfig(sensor_latency=0.5), 9.0)
-    assert link.take(9.5) == [(9.0, 'held'), (9.25, 'late')]
+    assert link.pop(9.5) == [(9.0, 'held'), (9.25, 'late')]
 
 
 # Stalls, and other interruptions ------------------------------------------------------------------
@@ -119,9 +119,9 @@ def test_a_change_of_the_stalls_ends_the_present_one():
     first = stalls_of(stalling_arrivals(), DENSE)[0]
     link, middle = link_of(STALLING), (first[1][0] + first[0]) / 2.0
     link.send(['held'], [first[1][0]])
-    assert link.take(middle) == []
+    assert link.pop(middle) == []
     link.configure(SimulatorConfig(), middle)
-    assert link.take(middle) == [(middle, 'held')]
+    assert link.pop(middle) == [(middle, 'held')]
 
 
 # Seeds --------------------------------------------------------------------------------------------

@@ -39,8 +39,8 @@ class DrivenRobot:
                 else:
                     localizer.on_odometry(seen, robot.now)
                     self.odometry.append(seen)
-            localizer.take_fix()
-            self.jumps.extend(localizer.take_jumps())
+            localizer.pop_fix()
+            self.jumps.extend(localizer.pop_jumps())
 
     @property
     def outcomes(self):
@@ -65,7 +65,7 @@ class Steady:
 
     def take(self, seen, arrival, *driven):
         """Returns (pose in the first frame, Jump or None)."""
-        shift, jump = self.filter.take(self.timing.on_odometry(seen, arrival), *driven)
+        shift, jump = self.filter.filter(self.timing.on_odometry(seen, arrival), *driven)
         if shift is not None:
             self.first_T_odom = self.first_T_odom @ shift.inverse()
         return self.first_T_odom @ seen.pose, jump
@@ -192,7 +192,7 @@ def test_the_odometry_that_comes_before_the_imu_after_a_silence_waits_for_it(hea
     def hear(now, x, odom_yaw, imu_yaw):
         localizer.on_odometry(sample(x, 0.0, odom_yaw, now), now)
         localizer.on_imu(ImuSample(now, imu_yaw, 0.0), now + 0.004)
-        localizer.take_fix()
+        localizer.pop_fix()
     for k in range(-heard_before, 30):
         if k < 0:
             hear(10.0 + 0.033 * k, 0.2, 0.873, 0.905)

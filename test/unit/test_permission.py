@@ -59,7 +59,7 @@ class Senders:
         return self.permission.granted
 
     def warned(self, words):
-        return any(words in news.text and news.warning for news in self.desk.take())
+        return any(words in news.text and news.warning for news in self.desk.pop_all())
 
 
 @pytest.fixture
@@ -110,7 +110,7 @@ def test_a_pad_that_renews_what_does_not_count_is_told_so_once(senders):
     senders.renewing.add('pad')
     senders._next['pad'] = senders.now
     assert not senders.run(5.0)
-    refusals = [news.text for news in senders.desk.take() if 'count' in news.text]
+    refusals = [news.text for news in senders.desk.pop_all() if 'count' in news.text]
     assert len(refusals) == 1 and 'while this node did not run' in refusals[0]
     assert senders.give_anew('pad')
 
@@ -152,7 +152,7 @@ def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, com
     assert senders.granted is stands
     told = 'Control from {} is gone: no imu for {} s (is the robot running?). False, then True, ' \
            'gives it again'.format(*('pad', 2) if was_there else ('the start', 20))
-    assert [news.text for news in senders.desk.take()] == [told] * (not stands)
+    assert [news.text for news in senders.desk.pop_all()] == [told] * (not stands)
     assert senders.give_anew('pad')
 
 
@@ -189,7 +189,7 @@ def test_what_was_taken_before_this_node_lived_is_no_stop():
     senders.permission = Permission(True, senders.desk.tell)
     senders.hear('pad', False, Age.OLD, renews=True)
     assert senders.run(1.0) and senders.granted
-    assert senders.desk.take() == []
+    assert senders.desk.pop_all() == []
 
 
 @pytest.mark.parametrize('stands, age', [

@@ -75,7 +75,7 @@ def replay(recording, requested=()):
             localizer.on_imu(sample, arrival)
         else:
             localizer.on_odometry(sample, arrival)
-        fix = localizer.take_fix()
+        fix = localizer.pop_fix()
         if fix is not None:
             fixes.append(fix)
     return fixes, resets

@@ -29,7 +29,7 @@ def pairs_of(history, messages):
     pairs = []
     for arrival, sample in messages:
         history.add(sample, arrival)
-        pairs.append(history.take_pair())
+        pairs.append(history.pop_pair())
     return [pair for pair in pairs if pair is not None]
 
 
@@ -117,8 +117,8 @@ def test_of_several_that_wait_the_newest_is_taken():
         history.add(SPINNING.imu(time), time)
     for time in (0.1, 0.2):
         history.add(SPINNING.odometry(time), time)
-    assert history.take_pair()[0] == SPINNING.odometry(0.2)
-    assert history.take_pair() is None
+    assert history.pop_pair()[0] == SPINNING.odometry(0.2)
+    assert history.pop_pair() is None
 
 
 def without_imu(silent, end=8.0):

@@ -84,7 +84,7 @@ def test_a_reset_heals_whatever_was_believed_before(absurd):
             now += 0.03
             localizer.on_imu(ImuSample(now, 0.3 + 1e-9 * now, 0.0), now)
             localizer.on_odometry(OdometrySample(now, Pose2(x + 1e-9 * now, 2.0, 0.1), 0.0, 0.0), now)
-            localizer.take_fix()
+            localizer.pop_fix()
     hear(0.3, 1.0)
     for x in (absurd, 1.0, -absurd, 1.0):
         hear(0.03, x)

@@ -9,7 +9,7 @@ the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
 there is no local frame until a reset declares one.
 
 Samples and resets go in by `on_imu`, `on_odometry`, `on_reset`. Fixes, jumps and carried-out resets
-are events, taken once (`take_fix`, `take_jumps`, `take_resets`); all else is state.
+are events, taken once (`pop_fix`, `pop_jumps`, `pop_resets`); all else is state.
 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
@@ -114,7 +114,7 @@ class Localizer:
         if self._timing.imu is None or self._awaits_imu:
             self._jump_filter.skip(timed)
             return
-        shift, jump = self._jump_filter.take(timed, self._timing.imu.sample, self.driven_at)
+        shift, jump = self._jump_filter.filter(timed, self._timing.imu.sample, self.driven_at)
         if jump is not None:
             self._on_jump(jump)
         if shift is not None:
@@ -123,14 +123,14 @@ class Localizer:
         self._odometry = timed
         self._carry_out_resets()
 
-    def take_fix(self) -> Optional[Fix]:
+    def pop_fix(self) -> Optional[Fix]:
         """The latest Fix, once; None if there is not a new one. Older ones are dropped.
 
         The first Fix declares the frame, unless a reset came before it. The answer is None while
         the pose is lost, and between a reset's instant and its samples, since a Fix would be in the
         old frame.
         """
-        pair = self._buffer.take_pair()
+        pair = self._buffer.pop_pair()
         if pair is None or self.is_lost or self._awaits_reset(pair[0].stamp):
             return None
         odometry, imu_yaw = pair
@@ -143,12 +143,12 @@ class Localizer:
         """The pose of ``local`` in ``odom``; None before the first fix."""
         return None if self.frame is None else self.frame.odom_T_local
 
-    def take_jumps(self) -> List[Jump]:
+    def pop_jumps(self) -> List[Jump]:
         """The jumps of both sensors since the last call."""
         jumps, self._jumps = self._jumps, []
         return jumps
 
-    def take_resets(self) -> List[Reset]:
+    def pop_resets(self) -> List[Reset]:
         """The resets that are over since the last call, in order."""
         over = [reset for reset in self._resets if reset.is_over]
         if over:

@@ -96,7 +96,7 @@ class _Gap:
         return min(self._by_stamps, self._by_arrival) if self._by_stamps > 0.0 else self._by_arrival
 
 
-class _Taken(NamedTuple):
+class _JumpSample(NamedTuple):
     """An odometry message as sent, and the IMU's latest sample at its arrival."""
 
     sample: OdometrySample
@@ -109,7 +109,7 @@ class _Taken(NamedTuple):
         return is_slow(self.sample.linear, self.imu.yaw_rate)
 
 
-def _is_reset(before: _Taken, after: _Taken, gap: _Gap) -> bool:
+def _is_reset(before: _JumpSample, after: _JumpSample, gap: _Gap) -> bool:
     """Was the robot, or its board, reset between two messages?"""
     was, now = before.sample.pose, after.sample.pose
     turned = difference(after.imu.yaw, before.imu.yaw)
@@ -128,8 +128,8 @@ class JumpFilter:
     """Finds the jumps of the odometry of one robot, message by message."""
 
     def __init__(self) -> None:
-        self._last: Optional[_Taken] = None      # the last message with a new pose
-        self._latest: Optional[_Taken] = None    # the last message of all
+        self._last: Optional[_JumpSample] = None    # the last message with a new pose
+        self._latest: Optional[_JumpSample] = None    # the last message of all
         self._since_last, self._since_latest = _Gap(), _Gap()
 
     def skip(self, timed: TimedSample) -> None:
@@ -137,8 +137,8 @@ class JumpFilter:
         self._since_last.add(timed)
         self._since_latest.add(timed)
 
-    def take(self, timed: TimedSample, imu: ImuSample,
-             driven_at: float = -math.inf) -> Tuple[Optional[Pose2], Optional[Jump]]:
+    def filter(self, timed: TimedSample, imu: ImuSample,
+               driven_at: float = -math.inf) -> Tuple[Optional[Pose2], Optional[Jump]]:
         """Returns (the shift of ``odom``, the Jump that an odometry message shows), each of them or
         None.
 
@@ -147,24 +147,24 @@ class JumpFilter:
         """
         self.skip(timed)
         sample = timed.sample
-        shift, jump, taken = None, None, _Taken(sample, timed.arrival, imu)
+        shift, jump, latest = None, None, _JumpSample(sample, timed.arrival, imu)
         if self._last is not None and self._latest is not None:
             before = self._last.sample.pose
             problem = _jump(before, sample.pose, self._since_last.seconds)
-            if _is_reset(self._latest, taken, self._since_latest):
-                shift, jump = self._after_reset(self._latest, taken, driven_at)
+            if _is_reset(self._latest, latest, self._since_latest):
+                shift, jump = self._after_reset(self._latest, latest, driven_at)
             elif problem:
-                shift, jump = self._stand_still(problem, self._last, taken)
+                shift, jump = self._stand_still(problem, self._last, latest)
             elif _is_backwards(before, sample):
                 # The robot drove the opposite of this step, from its last place.
                 shift = _shift(Pose2(2.0 * before.x - sample.pose.x,
                                      2.0 * before.y - sample.pose.y, sample.pose.yaw), sample.pose)
         if self._last is None or sample.pose != self._last.sample.pose:
-            self._last, self._since_last = taken, _Gap()
-        self._latest, self._since_latest = taken, _Gap()
+            self._last, self._since_last = latest, _Gap()
+        self._latest, self._since_latest = latest, _Gap()
         return shift, jump
 
-    def _after_reset(self, before: _Taken, after: _Taken,
+    def _after_reset(self, before: _JumpSample, after: _JumpSample,
                      driven_at: float) -> Tuple[Optional[Pose2], Jump]:
         """A reset between two messages. The pose is kept if the robot surely stood."""
         turned = difference(after.imu.yaw, before.imu.yaw)
@@ -175,7 +175,8 @@ class JumpFilter:
         return None, Jump(SET_TO_ZERO, POSE_LOST)
 
     @staticmethod
-    def _stand_still(problem: str, last: _Taken, now: _Taken) -> Tuple[Optional[Pose2], Jump]:
+    def _stand_still(problem: str, last: _JumpSample,
+                     now: _JumpSample) -> Tuple[Optional[Pose2], Jump]:
         """The odometry jumped, but the robot stands where it was at `last`."""
         turned = difference(now.imu.yaw, last.imu.yaw)
         if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(last.imu.yaw_rate):
@@ -209,7 +210,7 @@ def _is_backwards(before: Pose2, sample: OdometrySample) -> bool:
     return abs(sample.angular) > SPIKE and forward * sample.linear < 0.0
 
 
-class _Span:
+class _Interval:
     """The time for which something has been true, by the stamps of its samples."""
 
     def __init__(self) -> None:
@@ -238,7 +239,7 @@ class EncoderWatch:
     def __init__(self) -> None:
         self._wheels: Optional[WheelSample] = None           # the latest
         self._odometry: Optional[OdometrySample] = None
-        self._stand, self._rolls = _Span(), _Span()
+        self._stand, self._rolls = _Interval(), _Interval()
 
     def on_wheels(self, sample: WheelSample) -> None:
         """Take in a sample of the wheels."""

@@ -103,7 +103,7 @@ class SampleBuffer:
         self._unpaired = deque((time, sample._replace(pose=shift @ sample.pose))
                                for time, sample in self._unpaired)
 
-    def take_pair(self) -> Optional[Tuple[OdometrySample, float]]:
+    def pop_pair(self) -> Optional[Tuple[OdometrySample, float]]:
         """The latest (OdometrySample, IMU yaw at its stamp) that was not taken yet, or None."""
         pair = None
         while self._unpaired and self._unpaired[0][0] <= self._imu.newest:

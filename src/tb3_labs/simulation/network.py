@@ -8,7 +8,7 @@ same stalls.
 
 Stalls begin at random (a Poisson process). A stall does not begin within another one, so a stall is
 not longer than `longest_stall`. Everything random comes from the seed, by separate generators, and
-does not depend on how often :meth:`Link.take` is called.
+does not depend on how often :meth:`Link.pop` is called.
 
 Units: seconds. Edge cases: a message due at the very end of a stall is not delayed by it; a change
 of delay or jitter does not change messages under way; a change of the stalls ends the present
@@ -81,7 +81,7 @@ class Link:
 
     def configure(self, settings: SimulatorConfig, now: float) -> None:
         """Use other settings from `now` on."""
-        self._arrived = self.take(now)
+        self._arrived = self.pop(now)
         before, self._settings = self._settings, settings
         if (settings.stalls_per_min, settings.longest_stall) != (
                 before.stalls_per_min, before.longest_stall):
@@ -105,7 +105,7 @@ class Link:
             append((latest, thing))
         self._last_due = latest
 
-    def take(self, until: float) -> List[Arrival]:
+    def pop(self, until: float) -> List[Arrival]:
         """The messages that have arrived by `until` [s], in order of their arrival."""
         arrived, self._arrived = self._arrived, []
         under_way, stalls = self._under_way, self._stalls

@@ -40,14 +40,14 @@ class Rhythm:
             self._rate, self._base, self._count = rate, now, 1
             self.due = now + 1.0 / rate
 
-    def take(self) -> float:
+    def pop(self) -> float:
         """Take the moment that is due [s]; the next one becomes due."""
         due = self.due
         self._count += 1
         self.due = self._base + self._count / self._rate
         return due
 
-    def take_until(self, end: float) -> List[float]:
+    def pop_until(self, end: float) -> List[float]:
         """Take all moments before `end` [s]; a moment at `end` itself stays due."""
         moments, due, count = [], self.due, self._count
         while due < end:
@@ -103,7 +103,7 @@ class TimeSyncs:
 
 
 class Sensors:
-    """IMU and odometry of one robot: they measure its body, and keep the samples until `take`."""
+    """IMU and odometry of one robot: they measure its body, and keep the samples until `pop`."""
 
     def __init__(self, model: RobotModel, body: Body, config: SimulatorConfig) -> None:
         pose = body.drivetrain.pose
@@ -158,7 +158,7 @@ class Sensors:
                             self.odometer.wheel_speeds))
         self._samples.extend(self._odom_faults.outcome([sample]))
 
-    def take(self) -> List[Sample]:
+    def pop(self) -> List[Sample]:
         """Returns the samples since the last call, oldest first; their stamps are true."""
         samples, self._samples = self._samples, []
         return samples

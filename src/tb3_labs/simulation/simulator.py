@@ -104,9 +104,9 @@ class Simulator:
         """:meth:`step`, but samples that arrive at the same moment, for instance after a stall, are
         in one list."""
         self._pass(dt)
-        sent = self.sensors.take()
+        sent = self.sensors.pop()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
-        arrived = self.sensors.clock.stamped(self._sensor_link.take(self.now + TIME_ROUNDING))
+        arrived = self.sensors.clock.stamped(self._sensor_link.pop(self.now + TIME_ROUNDING))
         return [[sample for _, sample in burst] for _, burst in groupby(arrived, itemgetter(0))]
 
     def _pass(self, dt: float) -> None:
@@ -120,7 +120,7 @@ class Simulator:
             # Events of the same moment have this order: the board, driving, odometry, IMU.
             tick = min(control.due, odom.due, board.due)
             if imu.due < tick:
-                stamps = imu.take_until(min(tick, horizon))
+                stamps = imu.pop_until(min(tick, horizon))
                 if not board.is_busy:
                     sensors.measure_imu(stamps)
             if tick > horizon:
@@ -129,9 +129,9 @@ class Simulator:
                 self._body.move_to(tick)    # the gyro is calibrated
                 self._body.use_bias(self._board.end_pause(self._body.yaw))
             elif control.due == tick:
-                self._drive(control.take())
+                self._drive(control.pop())
             else:
-                odom.take()
+                odom.pop()
                 if not board.is_busy:
                     sensors.measure_odometry(tick)
 
@@ -151,7 +151,7 @@ class Simulator:
 
     def _read(self, stamp: float) -> None:
         """The board reads what has arrived; by a reset it calibrates its gyro."""
-        if self._board.read(self._command_link.take(stamp)):
+        if self._board.read(self._command_link.pop(stamp)):
             self._body.move_to(stamp)
             self._board.calibrate(stamp, self.config.reset_pause, self._body.yaw)
             self.sensors.resetting = True

@@ -107,7 +107,7 @@ class NewsDesk:
         """Add a line."""
         self._waiting.append(News(text, warning))
 
-    def take(self) -> List[News]:
+    def pop_all(self) -> List[News]:
         """All News since the last call."""
         news, self._waiting = self._waiting, []
         return news

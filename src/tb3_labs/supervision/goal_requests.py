@@ -121,7 +121,7 @@ class GoalRequests:
             self._answers.append(GoalAnswer(self._open, outcome, text))
             self._open = None
 
-    def take_answers(self) -> List[GoalAnswer]:
+    def pop_answers(self) -> List[GoalAnswer]:
         """The answers since the last call, in order."""
         answers, self._answers = self._answers, []
         return answers

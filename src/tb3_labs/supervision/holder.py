@@ -64,7 +64,7 @@ class ControlMessages:
         #: Time at which control was taken from move_to_goal, by anyone [s].
         self.stopped_at = -math.inf
 
-    def take(self) -> List[bool]:
+    def pop_all(self) -> List[bool]:
         """The messages since the last call."""
         messages, self._waiting = self._waiting, []
         return messages

@@ -91,7 +91,7 @@ class Budget:
         #: A sentence if a file had no room; else ''.
         self.exceeded = ''
 
-    def take(self, size: int) -> bool:
+    def spend(self, size: int) -> bool:
         """Take room for a file of `size` [bytes]. Returns False if there is none."""
         for wanted, left, most, unit in ((1, self._files, MOST_FILES, 'files'),
                                          (size, self._bytes, MOST_BYTES / 1e6, 'MB')):
@@ -129,7 +129,7 @@ def unpack(path: Path, folder: Path, budget: Budget, skipped: Pattern[str] = MAD
             folder.mkdir(parents=True, exist_ok=True)
             for place, info in sorted(wanted.items(), key=lambda item: turn(
                     item[0], item[1].file_size)):
-                if budget.take(info.file_size):
+                if budget.spend(info.file_size):
                     try:
                         with archive.open(info) as source:
                             if not write(None if place.endswith('/') else source,

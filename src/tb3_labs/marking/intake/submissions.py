@@ -158,7 +158,7 @@ def _lay_out(handed_in, folder, has_node, skipped):
     for place in sorted(set(files) - set(zips), key=lambda place: turn(
             str(place), files[place][0].stat().st_size)):
         source = files[place][0]
-        if budget.take(source.stat().st_size):
+        if budget.spend(source.stat().st_size):
             with open(str(source), 'rb') as file:
                 if not write(file, folder / place, os.access(str(source), os.X_OK)):
                     lost.append(place)

@@ -165,7 +165,7 @@ class ControllerCore:
             self._pace.due(now) or not self._sensors.are_fresh(now))
         command = (self._command(now) or Twist2()) if is_due else None
         has_changed, self._last_driver = self.driver is not self._last_driver, self.driver
-        return Output(command, has_changed, self._news.take(),
+        return Output(command, has_changed, self._news.pop_all(),
                       self.driver is not Driver.NOBODY or self.mouse.active)
 
     def problem(self, now: float) -> str:

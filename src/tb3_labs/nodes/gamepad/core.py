@@ -125,8 +125,9 @@ class GamepadCore:
             self._pad.state is not None and self.holder is Holder.NOBODY)
         asks_reset, self._told_holder, self._asks_reset = self._asks_reset, self.holder, False
         return PadOutput(
-            command, news=self._news.take(), watched=watched, holder=holder, asks_reset=asks_reset,
-            words=self.messages.take(), renews=self.messages.renews(now))
+            command, news=self._news.pop_all(), watched=watched, holder=holder,
+            asks_reset=asks_reset,
+            words=self.messages.pop_all(), renews=self.messages.renews(now))
 
     def _look_at_rest(self, now: float) -> None:
         """A pad at rest is ready once it has sent messages for a while. Another stick is named."""

@@ -227,9 +227,9 @@ class MoveToGoalCore:
         self._look_at_end(steady)
         return DriveOutput(
             command, command is None and (is_due or not self._drives), status=self._new_status(now),
-            news=self._news.take(), watched=self._permission.stands and self._machine.active,
-            control_stands=self._permission.stands, answers=self._requests.take_answers(),
-            fix=self._localizer.take_fix(), odom_T_local=self.odom_T_local)
+            news=self._news.pop_all(), watched=self._permission.stands and self._machine.active,
+            control_stands=self._permission.stands, answers=self._requests.pop_answers(),
+            fix=self._localizer.pop_fix(), odom_T_local=self.odom_T_local)
 
     def _command(self, now: float) -> Optional[Twist2]:
         self._look_at_sensors(now)
@@ -345,14 +345,14 @@ class MoveToGoalCore:
 
     def _look_at_localizer(self) -> None:
         """Give up a drive in which a sensor jumped; begin it again after a reset."""
-        for jump in self._localizer.take_jumps():
+        for jump in self._localizer.pop_jumps():
             if jump.outcome:
                 self._news.tell(f'{jump.text[0].upper()}{jump.text[1:]}: {jump.outcome}', True)
             if self._localizer.is_lost and self._machine.active:
                 self._machine.give_up(POSE_LOST)
             elif self._permission.stands and self._machine.begun and self._machine.active:
                 self._machine.give_up(jump.text)
-        for reset in self._localizer.take_resets():
+        for reset in self._localizer.pop_resets():
             if reset.done:
                 self._machine.restart()
                 self._begin_anew()

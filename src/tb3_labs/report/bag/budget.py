@@ -34,7 +34,7 @@ class Budget:
         self._left: Dict[str, float] = dict(MOST_READ)
         self._end = time.thread_time() + MOST_TIME
 
-    def take(self, what: str, amount: float = 1) -> None:
+    def spend(self, what: str, amount: float = 1) -> None:
         """Take `amount` of `what`, a key of MOST_READ. Raises TooLarge."""
         self._left[what] -= amount
         if self._left[what] < 0:

@@ -133,7 +133,7 @@ class Collector:
     def keep(self, row, arrival, stamp, number=0):
         """Append one sample, if its numbers are possible for a robot, or if there are not too many
         words. Raises TooLarge."""
-        self._limits.take('samples')
+        self._limits.spend('samples')
         if self._has_words:
             row = [word[:self._longest] for word in row]
             self._letters += sum(map(len, row))

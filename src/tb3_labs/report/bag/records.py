@@ -94,7 +94,7 @@ class Bag:
             length = source.read(LENGTH.size)
             if not length:
                 return
-            self._budget.take('records')
+            self._budget.spend('records')
             header = _fields(self._read(source, LENGTH.unpack(length)[0], MOST_HEADER))
             kind, size = header[b'op'][0], LENGTH.unpack(self._read(source, LENGTH.size))[0]
             if kind == CHUNK and header[b'compression'] == b'none':
@@ -117,14 +117,14 @@ class Bag:
     def _read(self, source: BinaryIO, size: int, most: int = MOST_MESSAGE) -> bytes:
         if size > most:
             raise ValueError(f'{size} bytes in place of {most} at most')
-        self._budget.take('MiB', size / MIB)
+        self._budget.spend('MiB', size / MIB)
         data = source.read(size)
         if len(data) < size:
             raise EOFError
         return data
 
     def _connect(self, header: Dict[bytes, bytes], data: bytes) -> None:
-        self._budget.take('connections')
+        self._budget.spend('connections')
         known = _fields(data)
         self._connections[LENGTH.unpack(header[b'conn'])[0]] = Connection(*(
             value[:budget.MOST_NAME].decode(errors='replace') for value in (
@@ -136,7 +136,7 @@ class Bag:
         pieces_of, chunk = _unpacker(compression), BytesIO()
         for at in range(0, size, budget.PART):
             for piece in pieces_of(self._read(self._file, min(budget.PART, size - at))):
-                self._budget.take('MiB', len(piece) / MIB)
+                self._budget.spend('MiB', len(piece) / MIB)
                 if chunk.tell() + len(piece) > budget.MOST_CHUNK:
                     raise TooLarge('a packed chunk holds more than {:g} MiB'.format(
                         budget.MOST_CHUNK / MIB))

@@ -237,7 +237,7 @@ def _steady_odometry(run: RunData) -> Tuple[Poses, List[float]]:
     for k, index in enumerate(newest.clip(0)):
         if odometry.arrival[k] - imu.arrival[index] > RESET_SILENCE:
             index = min(index + 1, len(imu) - 1)    # the first sample after the silence
-        shift, jump = jumps.take(
+        shift, jump = jumps.filter(
             timing.on_odometry(OdometrySample(
                 odometry.time[k], odometry.pose(k), float(odometry.linear[k]),
                 float(odometry.angular[k])), odometry.arrival[k]),

@@ -111,14 +111,14 @@ class Node:
         for each in sorted(objects, key=lambda each: id(each) in inner):
             if id(each) not in known:
                 known.add(id(each))
-                self._take(found, held[id(each)], type(each).__name__, known)
+                self._add(found, held[id(each)], type(each).__name__, known)
         for frame in frames[1:]:
-            self._take(found, dict(frame.f_locals), frame.f_code.co_name, known)
-        self._take(found, dict(self._script), 'globals', known)
+            self._add(found, dict(frame.f_locals), frame.f_code.co_name, known)
+        self._add(found, dict(self._script), 'globals', known)
         for each in objects:
             for kind in filter(self.is_own, type(each).__mro__):
-                self._take(found, {name: value for name, value in list(vars(kind).items())
-                                   if name not in held[id(each)]}, kind.__name__, known)
+                self._add(found, {name: value for name, value in list(vars(kind).items())
+                                  if name not in held[id(each)]}, kind.__name__, known)
         return found
 
     def _search(self):
@@ -134,7 +134,7 @@ class Node:
             self._pause, (time.thread_time() - begin) / SEARCHING)
         self._pause = min(LONGEST_PAUSE, 4.0 * self._pause)
 
-    def _take(self, found, held, owner, known):
+    def _add(self, found, held, owner, known):
         for name, value in held.items():
             if len(found) >= MOST_SHOWN:
                 return
