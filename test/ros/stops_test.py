@@ -23,7 +23,7 @@ from std_msgs.msg import Bool, Float64, String
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.supervision.freshness import LATCHED_WITHIN, SENDER_PAUSE
+from tb3_labs.supervision.timeouts import LATCHED_WITHIN, SENDER_PAUSE
 
 from drive_case import DriveCase
 from node_case import STARTING, ZERO, Program, path_of

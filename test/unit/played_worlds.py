@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from oracle import COMPARED, OVER, GoalOracle
 from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Sender, Turner, Wrong
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.freshness import LATCHED_WITHIN
+from tb3_labs.supervision.timeouts import LATCHED_WITHIN
 
 #: A program repeats its goal with this period.
 PERIOD = 0.3

@@ -24,7 +24,7 @@ from tb3_labs.doctor import fault, ok, printed, summary, warning
 from tb3_labs.doctor.ros_listening import ReceivedMessage
 from tb3_labs.doctor.streams import (
     drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused, judge_stream)
-from tb3_labs.supervision.freshness import SENSOR_TIMEOUT
+from tb3_labs.supervision.timeouts import SENSOR_TIMEOUT
 
 OK, WARNING, FAULT = 'ok', 'warning', 'FAULT'
 

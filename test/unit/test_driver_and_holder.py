@@ -2,9 +2,9 @@
 import pytest
 
 from tb3_labs.nodes.controller.turns import DRIVERS, Driver, DriverEvent
-from tb3_labs.supervision.freshness import PAD_TIMEOUT
 from tb3_labs.supervision.holder import HOLDERS, Holder, HolderEvent
 from tb3_labs.supervision.page_grip import Grip
+from tb3_labs.supervision.timeouts import PAD_TIMEOUT
 
 NOBODY, TURN, MOUSE = Driver.NOBODY, Driver.TURN, Driver.MOUSE
 FREE, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL

@@ -8,9 +8,9 @@ from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.nodes.controller.mouse_reader import Mouse
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.supervision.events import Age, Origins
-from tb3_labs.supervision.freshness import Lateness, SleepWatch
 from tb3_labs.supervision.goal_requests import GoalRequests
 from tb3_labs.supervision.lost_or_stalled import SensorWatch
+from tb3_labs.supervision.timeouts import Lateness, SleepWatch
 
 AGE_OF, UPDATE, HEARD = Origins.age_of, SensorWatch.update, Mouse.heard
 

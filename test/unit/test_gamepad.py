@@ -5,8 +5,8 @@ from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.events import Age, Event
-from tb3_labs.supervision.freshness import HAND_BACK, PAD_TIMEOUT
 from tb3_labs.supervision.holder import Holder
+from tb3_labs.supervision.timeouts import HAND_BACK, PAD_TIMEOUT
 
 NOBODY, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL
 BURGER = robot_model('burger')

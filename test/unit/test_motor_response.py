@@ -21,7 +21,7 @@ from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
 from tb3_labs.supervision.events import Event, Output
-from tb3_labs.supervision.freshness import LONGEST_AGE
+from tb3_labs.supervision.timeouts import LONGEST_AGE
 
 PERIOD = 0.02
 

@@ -15,8 +15,8 @@ from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.events import Event
-from tb3_labs.supervision.freshness import RESUME_TIME, SENDER_PAUSE
 from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalRequest, Outcome
+from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE
 
 START = 100.0
 

@@ -2,8 +2,8 @@
 import pytest
 
 from tb3_labs.supervision.events import Age, Connection, Event, NewsDesk, Origins
-from tb3_labs.supervision.freshness import RENEWAL, SleepWatch
 from tb3_labs.supervision.permission import Permission
+from tb3_labs.supervision.timeouts import RENEWAL, SleepWatch
 
 
 class Senders:

@@ -9,7 +9,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.sample_buffer import SAMPLE_MEMORY, SampleBuffer, Track
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, OdometrySample
-from tb3_labs.supervision.freshness import MAX_GAP, Lateness
+from tb3_labs.supervision.timeouts import MAX_GAP, Lateness
 from timed_part import TimedPart
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offset=-1.8,

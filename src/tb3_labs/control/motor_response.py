@@ -36,7 +36,7 @@ import numpy as np
 from tb3_labs.control.commands import CommandHistory
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
-from tb3_labs.supervision.freshness import LONGEST_AGE
+from tb3_labs.supervision.timeouts import LONGEST_AGE
 
 #: Lag of the motors until one was measured [s].
 FIRST_LAG = 0.05

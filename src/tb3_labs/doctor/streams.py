@@ -8,7 +8,7 @@ from typing import Mapping, Optional, Sequence, Tuple
 
 from tb3_labs.doctor import Line, fault, ok, warning
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
-from tb3_labs.supervision.freshness import RESUME_TIME, SENSOR_TIMEOUT
+from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
 #: The doctor listens for this long [s].
 HEARING_TIME = 5.0

@@ -26,7 +26,7 @@ from tb3_labs.localization.sample_buffer import SampleBuffer
 from tb3_labs.localization.sample_timing import SampleTiming, TimedSample, YawNoise
 from tb3_labs.robot.samples import Motion, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
-from tb3_labs.supervision.freshness import RESET_SILENCE
+from tb3_labs.supervision.timeouts import RESET_SILENCE
 
 #: Motion is extrapolated from the latest samples for two control periods at most [s]. Within this
 #: time the effect of a command is measured; the later motion is not known.

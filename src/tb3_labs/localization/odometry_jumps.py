@@ -26,7 +26,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample, is_slow
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
-from tb3_labs.supervision.freshness import LONGEST_SILENCE, RESET_SILENCE
+from tb3_labs.supervision.timeouts import LONGEST_SILENCE, RESET_SILENCE
 
 #: No TurtleBot3 drives faster than this [m/s].
 SPEED_BOUND = 0.5

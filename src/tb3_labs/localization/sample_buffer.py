@@ -16,7 +16,7 @@ from tb3_labs.geometry.angles import difference, interpolate_angle, wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import OdometrySample
-from tb3_labs.supervision.freshness import MAX_BRIDGE, MAX_GAP
+from tb3_labs.supervision.timeouts import MAX_BRIDGE, MAX_GAP
 
 #: Samples are remembered for this long [s].
 SAMPLE_MEMORY = 1.5

@@ -26,7 +26,7 @@ from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
-from tb3_labs.supervision.freshness import (
+from tb3_labs.supervision.timeouts import (
     CLOCK_STEP, LONG_SILENCE, MAX_BEHIND, MAX_OFF, NOISE_GAP, SMALL_STEP, Least)
 
 #: A stamp that is repeated more often than this does not belong to a clock.

@@ -19,7 +19,7 @@ from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import heard_by
 from tb3_labs.ros.reset_call import call_reset
-from tb3_labs.supervision.freshness import LONGEST_GAP
+from tb3_labs.supervision.timeouts import LONGEST_GAP
 from tb3_labs.supervision.page_grip import Grip
 
 #: A request that was delayed by more than this is rejected: nobody expects it any more [s].

@@ -25,7 +25,7 @@ from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import is_wall_time, write_at_once
 from tb3_labs.ros.topics import DROPPED
-from tb3_labs.supervision.freshness import (
+from tb3_labs.supervision.timeouts import (
     CHECK_PERIOD, IDLE_PERIOD, QUIET_TIME, STANDSTILL, Freshness)
 
 #: A smaller speed turns no motor [m/s], [rad/s]; the firmware reads 1e-40 as full speed.

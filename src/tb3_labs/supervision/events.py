@@ -13,7 +13,7 @@ from enum import Enum
 from typing import (
     Dict, Generic, Iterable, List, NamedTuple, Optional, Sequence, Tuple, TypeVar)
 
-from tb3_labs.supervision.freshness import LATCHED_WITHIN, REPEATS_WITHIN
+from tb3_labs.supervision.timeouts import LATCHED_WITHIN, REPEATS_WITHIN
 
 What = TypeVar('What')
 

@@ -15,7 +15,7 @@ is not silent while this process sleeps; a link that holds one up for `SENDER_PA
 from enum import Enum
 from typing import Any, Dict, List, NamedTuple, Optional
 
-from tb3_labs.supervision.freshness import SENDER_PAUSE, Freshness, SleepWatch
+from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness, SleepWatch
 
 #: The text of a goal that is rejected because its sender repeats it.
 STAYS_ENDED = 'its sender repeats it since before it was ended'

@@ -8,7 +8,7 @@ import math
 from enum import Enum
 from typing import List
 
-from tb3_labs.supervision.freshness import RENEWAL
+from tb3_labs.supervision.timeouts import RENEWAL
 
 
 class Holder(Enum):

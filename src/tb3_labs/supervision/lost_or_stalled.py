@@ -10,7 +10,7 @@ import math
 from enum import Enum
 from typing import Any, Optional
 
-from tb3_labs.supervision.freshness import (
+from tb3_labs.supervision.timeouts import (
     FROZEN_TIME, RESUME_TIME, ROBOT_START, SENSOR_TIMEOUT, Freshness)
 
 #: The reason why a robot stands whose sensors are fresh.

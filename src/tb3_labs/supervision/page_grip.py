@@ -10,7 +10,7 @@ Units: seconds on a clock that never stands still and never goes back (`now`).
 """
 from typing import Optional
 
-from tb3_labs.supervision.freshness import PAD_TIMEOUT, Freshness, SleepWatch
+from tb3_labs.supervision.timeouts import PAD_TIMEOUT, Freshness, SleepWatch
 
 
 class Grip:

@@ -29,7 +29,7 @@ import math
 from typing import Callable, Dict, Set
 
 from tb3_labs.supervision.events import Age, Event
-from tb3_labs.supervision.freshness import (
+from tb3_labs.supervision.timeouts import (
     CONFIRMATION, LAPSE, LONGEST_LAPSE, RENEWAL, RESUME_TIME, ROBOT_START, Freshness, SleepWatch)
 
 

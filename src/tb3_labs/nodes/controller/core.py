@@ -15,8 +15,8 @@ from tb3_labs.nodes.controller.turns import (
 from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, NewsDesk, Output
-from tb3_labs.supervision.freshness import RESUME_TIME, SENDER_PAUSE, SleepWatch
 from tb3_labs.supervision.lost_or_stalled import Sensor, SensorWatch, Sight, StallWatch
+from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
 #: A robot that turns faster than this without commands from here is driven by another node [rad/s].
 DRIVEN_RATE = 0.1

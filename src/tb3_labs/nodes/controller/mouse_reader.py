@@ -12,7 +12,7 @@ from tb3_labs.geometry.angles import clamp
 from tb3_labs.handout import MOUSE_DEAD_ZONE, MOUSE_FULL
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import Age, Event
-from tb3_labs.supervision.freshness import MOUSE_TIMEOUT, WAKING, Freshness, Lateness
+from tb3_labs.supervision.timeouts import MOUSE_TIMEOUT, WAKING, Freshness, Lateness
 
 
 class MouseState(NamedTuple):

@@ -24,7 +24,7 @@ from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import say_what_is_awaited, subscribe, subscribe_events
 from tb3_labs.supervision.events import Event
-from tb3_labs.supervision.freshness import ROBOT_WAIT
+from tb3_labs.supervision.timeouts import ROBOT_WAIT
 
 
 class ControllerNode:

@@ -16,9 +16,9 @@ from typing import Optional, Sequence
 from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadState
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 from tb3_labs.supervision.events import Age, Event, NewsDesk, Output
-from tb3_labs.supervision.freshness import (
-    CROSSING, HAND_BACK, LONGEST_GAP, LONGEST_LAPSE, SleepWatch)
 from tb3_labs.supervision.holder import HOLDERS, ControlMessages, Holder, HolderEvent
+from tb3_labs.supervision.timeouts import (
+    CROSSING, HAND_BACK, LONGEST_GAP, LONGEST_LAPSE, SleepWatch)
 
 #: If the sticks do not come to rest for this long, and so do not drive, a line says so [s].
 RESTLESS = 3.0

@@ -12,7 +12,7 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 from tb3_labs.config import Config, setting
 from tb3_labs.handout import (
     ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_TURN)
-from tb3_labs.supervision.freshness import LATENESS_SHOWS, PAD_TIMEOUT, Freshness, Lateness
+from tb3_labs.supervision.timeouts import LATENESS_SHOWS, PAD_TIMEOUT, Freshness, Lateness
 
 #: The highest index of an axis or button. No pad has as many.
 MOST = 31

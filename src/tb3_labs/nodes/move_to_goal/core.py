@@ -24,12 +24,12 @@ from tb3_labs.nodes.move_to_goal.status import Announcer, DriveStatus
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, NewsDesk, Output
-from tb3_labs.supervision.freshness import SHORT_REPETITION
 from tb3_labs.supervision.goal_requests import (
     STAYS_ENDED, GoalAnswer, GoalRequest, GoalRequests, Outcome)
 from tb3_labs.supervision.lost_or_stalled import (
     SURELY_DRIVES, SURELY_TURNS, Sensor, SensorWatch, Sight)
 from tb3_labs.supervision.permission import Permission
+from tb3_labs.supervision.timeouts import SHORT_REPETITION
 
 #: If another node commands a motion for longer than this while this node drives, both fight [s].
 RIVAL = 0.3

@@ -47,7 +47,7 @@ from tb3_labs.report.motion.epochs import robot_in_odom
 from tb3_labs.report.run_data import Commands, Poses, RunData, States, once
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
-from tb3_labs.supervision.freshness import RESET_SILENCE
+from tb3_labs.supervision.timeouts import RESET_SILENCE
 
 #: A movement ends if no command moves the robot for this time [s].
 PAUSE = 1.0

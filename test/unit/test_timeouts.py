@@ -2,7 +2,7 @@
 import pytest
 
 from tb3_labs.supervision.lost_or_stalled import Sensor, SensorWatch, Sight
-from tb3_labs.supervision.freshness import FROZEN_TIME
+from tb3_labs.supervision.timeouts import FROZEN_TIME
 
 
 def heard_at(time, name='imu'):
