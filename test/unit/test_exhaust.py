@@ -9,7 +9,7 @@ from tb3_labs.nodes.controller.mouse_reader import Mouse
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.supervision.events import Age, Origins
 from tb3_labs.supervision.goal_requests import GoalRequests
-from tb3_labs.supervision.lost_or_stalled import SensorWatch
+from tb3_labs.supervision.stale_or_stalled import SensorWatch
 from tb3_labs.supervision.timeouts import Lateness, SleepWatch
 
 AGE_OF, UPDATE, HEARD = Origins.age_of, SensorWatch.update, Mouse.heard
@@ -50,7 +50,7 @@ def sleepless(self, now):
 
 def forgetful(self, now, is_checked=True):
     """Each silence is short."""
-    self.ask()
+    self.request_motion()
     UPDATE(self, now, is_checked)
 
 

@@ -1,7 +1,7 @@
 """A robot that is told to move: stalled, driven past its goal, or never at rest."""
 import pytest
 
-from tb3_labs.supervision.lost_or_stalled import (
+from tb3_labs.supervision.stale_or_stalled import (
     AWAY_LIMIT, LONGEST_REST, MOVING, SETTLING_TIME, STALL_STEP, STALL_TIME, Settling, StallWatch)
 
 DT = 0.1
@@ -39,21 +39,21 @@ def test_a_robot_that_goes_away_has_missed_its_goal_at_once():
 
 def test_a_rest_is_no_stall_but_has_an_end():
     progress = StallWatch()
-    assert after(progress, LONGEST_REST - DT, 1.0, told_to_move=False) == ''
-    assert UNSETTLED in after(progress, 3 * DT, 1.0, told_to_move=False)
+    assert after(progress, LONGEST_REST - DT, 1.0, must_move=False) == ''
+    assert UNSETTLED in after(progress, 3 * DT, 1.0, must_move=False)
 
 
 def test_a_robot_settles_by_the_samples_of_one_rest():
     """Times by hand; the samples are of 1 s on, and of 5 s on."""
     settling = Settling()
     for at in (1.0, 1.0 + 0.9 * SETTLING_TIME):
-        settling.look(True, at)
+        settling.update(True, at)
         assert not settling.rests
-    settling.look(True, 1.0 + 1.5 * SETTLING_TIME)
+    settling.update(True, 1.0 + 1.5 * SETTLING_TIME)
     assert settling.rests and settling.rested_for == pytest.approx(1.5 * SETTLING_TIME)
-    settling.look(False, 4.0)
+    settling.update(False, 4.0)
     assert settling.rested_for == 0.0 and not settling.rests
-    settling.look(True, 5.0)
+    settling.update(True, 5.0)
     assert settling.since == 5.0 and not settling.rests
-    settling.look(True, 3.0)         # the clock was set back
+    settling.update(True, 3.0)       # the clock was set back
     assert settling.since == 3.0 and settling.rested_for == 0.0

@@ -1,7 +1,7 @@
 """Is a source alive: never heard, exactly at the timeout, a clock that goes back."""
 import pytest
 
-from tb3_labs.supervision.lost_or_stalled import Sensor, SensorWatch, Sight
+from tb3_labs.supervision.stale_or_stalled import Sensor, SensorStatus, SensorWatch
 from tb3_labs.supervision.timeouts import FROZEN_TIME
 
 
@@ -12,19 +12,19 @@ def heard_at(time, name='imu'):
     return source
 
 
-def look(watch, now):
+def check_repetition(watch, now):
     watch.update(now)
-    return watch.sight
+    return watch.status
 
 
 def test_one_message_alone_is_no_sensor_yet_and_the_gap_after_it_no_silence():
     imu = Sensor('imu')
     watch = SensorWatch(imu)
-    assert (watch.sight, watch.hold_reason, watch.silent_for) == (Sight.SILENT, '', 0.0)
+    assert (watch.status, watch.hold_reason, watch.silent_for) == (SensorStatus.SILENT, '', 0.0)
     imu.heard(10.0)
-    assert look(watch, 10.0) is Sight.SILENT
+    assert check_repetition(watch, 10.0) is SensorStatus.SILENT
     imu.heard(12.6)
-    assert look(watch, 12.6) is Sight.FRESH
+    assert check_repetition(watch, 12.6) is SensorStatus.FRESH
 
 
 def test_complaints_name_each_silent_source_and_how_long():
@@ -38,22 +38,23 @@ def test_complaints_name_each_silent_source_and_how_long():
 
 
 @pytest.mark.parametrize('silence, sight', [
-    (0.21, Sight.FRESH), (0.23, Sight.BACK_SOON), (2.0, Sight.BACK_SOON), (2.1, Sight.LATE)])
+    (0.21, SensorStatus.FRESH), (0.23, SensorStatus.BACK_SOON), (2.0, SensorStatus.BACK_SOON),
+    (2.1, SensorStatus.LATE)])
 @pytest.mark.parametrize('looked_at', [True, False])
 def test_a_silence_counts_from_its_beginning_whether_or_not_somebody_looked(
         silence, sight, looked_at):
     """A process that slept did not look."""
     imu = heard_at(10.0)
     watch = SensorWatch(imu)
-    assert look(watch, 10.0) is Sight.FRESH
+    assert check_repetition(watch, 10.0) is SensorStatus.FRESH
     if looked_at:
         for tick in range(1, round(100 * silence)):
-            look(watch, 10.0 + 0.01 * tick)
+            check_repetition(watch, 10.0 + 0.01 * tick)
     imu.heard(10.0 + silence)
-    assert look(watch, 10.0 + silence) is sight
-    if sight is not Sight.FRESH:
+    assert check_repetition(watch, 10.0 + silence) is sight
+    if sight is not SensorStatus.FRESH:
         assert watch.silent_for == pytest.approx(silence)
-    assert look(watch, 10.0 + silence) is Sight.FRESH      # said once
+    assert check_repetition(watch, 10.0 + silence) is SensorStatus.FRESH    # said once
 
 
 def test_a_silence_before_the_motion_does_not_count():
@@ -61,17 +62,17 @@ def test_a_silence_before_the_motion_does_not_count():
     watch = SensorWatch(imu)
     imu.heard(15.0)
     watch.pause()
-    assert look(watch, 15.0) is Sight.FRESH
+    assert check_repetition(watch, 15.0) is SensorStatus.FRESH
     imu.heard(15.3)
-    assert look(watch, 15.6) is Sight.SILENT and watch.hold_reason == 'no imu'
+    assert check_repetition(watch, 15.6) is SensorStatus.SILENT and watch.hold_reason == 'no imu'
     watch.pause()
     assert watch.hold_reason == ''
 
 
 def test_a_watch_stops_the_robot_also_after_the_clock_went_back():
     watch = SensorWatch(heard_at(1000.0))
-    for now, sight in ((10.0, Sight.FRESH), (10.21, Sight.FRESH), (10.23, Sight.SILENT)):
-        assert look(watch, now) is sight
+    for now, sight in ((10.0, SensorStatus.FRESH), (10.21, SensorStatus.FRESH), (10.23, SensorStatus.SILENT)):
+        assert check_repetition(watch, now) is sight
 
 
 # Sensors that repeat themselves although the robot is told to move --------------------------------
@@ -87,7 +88,7 @@ def repeating(times, reading=lambda k: 7, must_change=True):
     watch = SensorWatch(imu)
     for k in range(times):
         imu.heard(DT * k, reading(k))
-        imu.look(must_change, DT * k)
+        imu.check_repetition(must_change, DT * k)
     return imu, watch
 
 
@@ -103,22 +104,22 @@ def test_a_repetition_counts_from_its_first_sample_and_from_the_first_look_after
     imu, watch = repeating(1)
     for now, told, repeated_for in [(0.3, True, 0.3), (0.4, False, 0.0), (0.5, True, 0.1),
                                     (-9.0, True, 0.0), (-8.9, True, 0.1)]:
-        imu.look(told, now)
+        imu.check_repetition(told, now)
         assert imu.repeated_for == pytest.approx(repeated_for)
     watch.pause()
     for now, repeated_for in [(5.0, 0.0), (5.2, 0.2)]:
-        imu.look(True, now)
+        imu.check_repetition(True, now)
         assert imu.repeated_for == pytest.approx(repeated_for)
     imu.heard(5.3, 'new')
-    imu.look(True, 5.4)
+    imu.check_repetition(True, 5.4)
     assert imu.repeated_for == pytest.approx(0.1)
 
 
 def test_each_frozen_source_is_named():
     sources = Sensor('imu'), Sensor('joy'), Sensor('odom')
     for source, seconds in zip(sources, (0.7, 0.5, 0.7)):
-        source.look(True, 10.0)
-        source.look(True, 10.0 + seconds)
+        source.check_repetition(True, 10.0)
+        source.check_repetition(True, 10.0 + seconds)
     watch = SensorWatch(*sources)
     assert watch.frozen().startswith('imu repeats') and ' and odom repeats' in watch.frozen()
     assert 'joy' not in watch.frozen()

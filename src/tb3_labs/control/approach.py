@@ -18,7 +18,7 @@ from tb3_labs.control.motor_response import TIME_DOUBT, Identification, Response
 from tb3_labs.geometry.angles import clamp, continuous, difference
 from tb3_labs.robot.samples import REST_ANGULAR
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
-from tb3_labs.supervision.lost_or_stalled import Settling
+from tb3_labs.supervision.stale_or_stalled import Settling
 
 #: Two times that differ by less than this, as by rounding, belong to the same sample [s].
 SAME_SAMPLE = 1e-6
@@ -225,7 +225,7 @@ class PreciseTurn:
         self.remaining = continuous(self._face - yaw, self.remaining)
         command = self._approach.step(self.remaining, rate, self._fastest, dt, noise, age)
         rests = abs(rate) <= REST_ANGULAR and self._approach.told_to_rest(age)
-        self._settling.look(rests, self._time - age)
+        self._settling.update(rests, self._time - age)
         if rests:
             self.remaining = self._approach.at_rest.value
         return LawStep(Twist2(0.0, command), self.remaining,

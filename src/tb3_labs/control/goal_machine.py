@@ -18,7 +18,7 @@ from tb3_labs.control.goal_state import GoalState
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion, is_slow
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.lost_or_stalled import Settling, StallWatch
+from tb3_labs.supervision.stale_or_stalled import Settling, StallWatch
 
 #: A drive that ends outside its tolerance, for instance by a stall of the network, goes on from
 #: there, at most this many times.
@@ -96,7 +96,7 @@ class GoalMachine:
         elif self._interrupted:
             self._resume(motion.pose, goal)
         self._time += dt
-        self._settling.look(is_slow(motion.linear, motion.angular), self._time - motion.imu_age)
+        self._settling.update(is_slow(motion.linear, motion.angular), self._time - motion.imu_age)
         while self.active:
             move = {GoalState.ROTATE_TO_GOAL: self.law.rotate_to_goal,
                     GoalState.MOVE_FORWARD: self.law.move_forward,

@@ -30,7 +30,7 @@ from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.supervision.lost_or_stalled import SURELY_TURNS
+from tb3_labs.supervision.stale_or_stalled import SURELY_TURNS
 from tb3_labs.supervision.timeouts import GYRO_GAP, MEAN_ONLY, RESUME_TIME, SMALL_STEP, WHEEL_GAP
 
 #: A turn of the wheels may show in the gyro up to this much later [s].

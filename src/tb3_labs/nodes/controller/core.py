@@ -15,7 +15,7 @@ from tb3_labs.nodes.controller.turns import (
 from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, NewsDesk, Output
-from tb3_labs.supervision.lost_or_stalled import Sensor, SensorWatch, Sight, StallWatch
+from tb3_labs.supervision.stale_or_stalled import Sensor, SensorStatus, SensorWatch, StallWatch
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
 #: A robot that turns faster than this without commands from here is driven by another node [rad/s].
@@ -211,7 +211,7 @@ class ControllerCore:
         if self._turn is not None and self.driver is not Driver.TURN:
             self._judge_turn(self._turn, now)
         self._turn = ActiveTurn(angle, self._heading.steady_yaw, self._carried, now)
-        self._sensors.ask()
+        self._sensors.request_motion()
         self._sensors.pause()
         self._start_law(self._turn)
 
@@ -224,25 +224,25 @@ class ControllerCore:
         turn = self._turn
         assert turn is not None
         self._sensors.update(now, self._gyro.is_checked)
-        if self._sensors.sight is Sight.SILENT:
+        if self._sensors.status is SensorStatus.SILENT:
             if self._pace.running:
                 self._news.tell('Stopped: ' + self._sensors.hold_reason, warning=True)
             self._pace.pause()
-        elif self._sensors.sight is Sight.BACK_SOON:
+        elif self._sensors.status is SensorStatus.BACK_SOON:
             self._news.tell('Going on: the IMU is back')
             turn.stall.resume()
             self._start_law(turn)
-        elif self._sensors.sight is Sight.LATE:
+        elif self._sensors.status is SensorStatus.LATE:
             reason = self._sensors.hold_reason or 'the IMU was silent'
             self._happens(DriverEvent.TURN_OVER, f'{reason} for {self._sensors.silent_for:.1f} s')
-        return self.driver is Driver.TURN and self._sensors.sight is not Sight.SILENT
+        return self.driver is Driver.TURN and self._sensors.status is not SensorStatus.SILENT
 
     def _turn_on(self, now: float) -> Optional[Twist2]:
         turn, heading, imu = self._turn, self._heading, self._timing.imu
         assert turn is not None and imu is not None
         dt = self._pace.step(now)
         step = self._law.step(self._yaw, heading.rate, dt, imu.age(now), heading.noise)
-        self.imu.look(True, now)
+        self.imu.check_repetition(True, now)
         problem = self._sensors.frozen() or self._gyro.problem()
         if not problem and not step.finished:
             problem = turn.stall.update(

@@ -26,9 +26,9 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, NewsDesk, Output
 from tb3_labs.supervision.goal_requests import (
     STAYS_ENDED, GoalAnswer, GoalRequest, GoalRequests, Outcome)
-from tb3_labs.supervision.lost_or_stalled import (
-    SURELY_DRIVES, SURELY_TURNS, Sensor, SensorWatch, Sight)
 from tb3_labs.supervision.permission import Permission
+from tb3_labs.supervision.stale_or_stalled import (
+    SURELY_DRIVES, SURELY_TURNS, Sensor, SensorStatus, SensorWatch)
 from tb3_labs.supervision.timeouts import SHORT_REPETITION
 
 #: If another node commands a motion for longer than this while this node drives, both fight [s].
@@ -239,7 +239,7 @@ class MoveToGoalCore:
         elif refusal:
             self._machine.give_up(refusal)
             self._pause()
-        elif self._sensors.sight not in (Sight.SILENT, Sight.LATE):
+        elif self._sensors.status not in (SensorStatus.SILENT, SensorStatus.LATE):
             motion = self._localizer.motion(now)
             if motion is not None:
                 dt = self._pace.step(now)
@@ -310,11 +310,12 @@ class MoveToGoalCore:
         sensors = self._sensors
         sensors.update(now, self._gyro.is_checked)
         self._permission.look(sensors.problem(now))
-        if sensors.sight is not Sight.FRESH:
+        if sensors.status is not SensorStatus.FRESH:
             self._pace.pause()
-        if sensors.sight is Sight.BACK_SOON:
+        if sensors.status is SensorStatus.BACK_SOON:
             self._machine.interrupt()
-        elif sensors.sight is Sight.LATE and self._permission.stands and self._machine.active:
+        elif (sensors.status is SensorStatus.LATE and self._permission.stands
+              and self._machine.active):
             self._machine.give_up(f'{sensors.hold_reason or "sensors were silent"} for '
                                   f'{sensors.silent_for:.1f} s')
 
@@ -327,8 +328,8 @@ class MoveToGoalCore:
         before, after = odometry.before, odometry.sample
         # The odometry's yaw is the IMU's: if it turns, the IMU must change.
         turned = before is None or before.pose.yaw != after.pose.yaw
-        self.imu.look(turns or (drives and turned), now)
-        self.odometry.look(drives or turns, now)
+        self.imu.check_repetition(turns or (drives and turned), now)
+        self.odometry.check_repetition(drives or turns, now)
         if self._sensors.frozen():
             self._machine.give_up(self._sensors.frozen())
 
@@ -341,7 +342,7 @@ class MoveToGoalCore:
     def _begin_anew(self) -> None:
         """A person or node asked for a motion, which begins from standing."""
         self._pause()
-        self._sensors.ask()
+        self._sensors.request_motion()
 
     def _look_at_localizer(self) -> None:
         """Give up a drive in which a sensor jumped; begin it again after a reset."""

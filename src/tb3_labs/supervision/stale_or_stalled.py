@@ -34,7 +34,7 @@ MOVING = 0.005
 SETTLING_TIME = 0.03
 
 
-class Sight(Enum):
+class SensorStatus(Enum):
     """The state of the sensors of a robot that is being driven."""
 
     FRESH = 'go on'
@@ -65,7 +65,7 @@ class Sensor(Freshness):
             self.reading, self._changed_at = reading, now
         return silence
 
-    def look(self, must_change: bool, now: float) -> None:
+    def check_repetition(self, must_change: bool, now: float) -> None:
         """Set `repeated_for`; `must_change`: the reading must change, since the robot moves."""
         if not (must_change and self._changed_at <= now):    # the clock may have gone back
             self._changed_at = now
@@ -82,12 +82,13 @@ class Sensor(Freshness):
 
 
 class SensorWatch:
-    """Finds silent sensors of a motion, and sensors frozen at the last :meth:`Sensor.look`."""
+    """Finds silent sensors of a motion, and sensors frozen at the last
+    :meth:`Sensor.check_repetition`."""
 
     def __init__(self, *sources: Sensor) -> None:
         self._sources = sources
         #: The state at the last :meth:`update`. After a silence one update finds BACK_SOON or LATE.
-        self.sight = Sight.SILENT
+        self.status = SensorStatus.SILENT
         #: The reason why the robot stands; '' while all sensors are fresh.
         self.hold_reason = ''
         #: Length of the last silence [s]. It begins again when a motion is asked for.
@@ -96,7 +97,7 @@ class SensorWatch:
         self._since = math.nan          # beginning of the silence; NaN: the next update
         self._were_fresh = False        # at the last update
 
-    def ask(self) -> None:
+    def request_motion(self) -> None:
         """A person or program asks for a motion now."""
         self._since = math.nan
 
@@ -123,15 +124,16 @@ class SensorWatch:
         if not (are_fresh and is_checked):
             # The first reason is kept, so that it does not change with each further lost source.
             self.hold_reason = UNCHECKED if are_fresh else self.hold_reason or self.problem(now)
-            self.sight, self.silent_for = Sight.LATE if is_late else Sight.SILENT, silent_for
+            self.status, self.silent_for = (SensorStatus.LATE if is_late else SensorStatus.SILENT,
+                                            silent_for)
             return
         self.hold_reason = ''
         gap = max([source.longest_gap for source in self._sources])
         if gap <= SENSOR_TIMEOUT and not is_late:
-            self.sight = Sight.FRESH
+            self.status = SensorStatus.FRESH
             return
-        self.sight, self.silent_for = (
-            (Sight.LATE, silent_for) if is_late else (Sight.BACK_SOON, gap))
+        self.status, self.silent_for = (
+            (SensorStatus.LATE, silent_for) if is_late else (SensorStatus.BACK_SOON, gap))
         self.pause()
 
     def pause(self) -> None:
@@ -177,12 +179,12 @@ class StallWatch:
         self._least = None
 
     def update(self, remaining: float, linear: float, angular: float, dt: float,
-               told_to_move: bool = True) -> str:
+               must_move: bool = True) -> str:
         """Take in the remaining way [m or rad], the measured speeds [m/s, rad/s], the time since
         the last update [s], and whether the robot is told to move, or to rest. Returns the problem
         in words; '' if there is none.
         """
-        if not told_to_move:
+        if not must_move:
             self._rested_for += dt
             return '' if self._rested_for <= LONGEST_REST else (
                 'the robot does not settle although it is told to rest (a noisy IMU?)')
@@ -212,7 +214,7 @@ class Settling:
         self.since: Optional[float] = None
         self._last = 0.0      # time of the latest sample [s]
 
-    def look(self, at_rest: bool, measured_at: float) -> None:
+    def update(self, at_rest: bool, measured_at: float) -> None:
         """Take in the latest sample: does it show a robot at rest, and when was it measured?"""
         if not at_rest:
             self.since = None
