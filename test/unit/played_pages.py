@@ -1,4 +1,4 @@
-"""A world of pages of the panel, which drive by the Grip of one process.
+"""A world of pages of the panel, which drive by the DeadMan of one process.
 
 Units: seconds.
 """
@@ -6,7 +6,7 @@ from oracle import OVER, HandOracle
 from played_nodes import Process
 from played_worlds import NOTHING, WAITING, World, held_up, sleeping
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.page_grip import Grip
+from tb3_labs.supervision.dead_man import DeadMan
 
 
 class PageOracle(HandOracle):
@@ -20,7 +20,7 @@ class Panel(Process):
 
     def __init__(self, world):
         super().__init__(world)
-        self.core, self.command = Grip(), Twist2()
+        self.core, self.command = DeadMan(), Twist2()
         self.oracles = {page: PageOracle(world.now) for page in 'ab'}
         self.core.begin(world.now)
 

@@ -19,9 +19,9 @@ from tb3_labs.nodes.gamepad.pad import PadConfig, PadState
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
+from tb3_labs.supervision.dead_man import DeadMan
 from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.goal_requests import GoalRequest
-from tb3_labs.supervision.page_grip import Grip
 
 BURGER = robot_model('burger')
 WHILE_ASLEEP = 'while this node did not run'
@@ -158,10 +158,10 @@ class Pad(Bench):
 
 
 class Page(Bench):
-    """The panel's grip, with a page."""
+    """The panel's dead man switch, with a page."""
 
     def make(self):
-        return Grip()
+        return DeadMan()
 
     def live(self):
         pass

@@ -1,5 +1,5 @@
 """Where is the page offered, and which browser may connect? Pages of other sites are refused.
-Which page may drive is decided by :mod:`tb3_labs.supervision.page_grip`.
+Which page may drive is decided by :mod:`tb3_labs.supervision.dead_man`.
 
 A browser sends requests for any page that it shows, so the address 127.0.0.1 alone does not exclude
 pages of other sites. Three things are checked:

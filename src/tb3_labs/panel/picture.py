@@ -19,7 +19,7 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was h
     "inside"             variables of the nodes that watch.py shows: a list of {"node", "values":
                          [[name, text]]}
     "page"               the page that drives the robot: "", "this" or "other"
-    "stops"              number of stops so far; see tb3_labs.supervision.page_grip
+    "stops"              number of stops so far; see tb3_labs.supervision.dead_man
     "can"                {request: does any node listen to it?}
     "pad"                "ready", or why the pad of a page does not drive
 

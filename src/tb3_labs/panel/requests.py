@@ -12,7 +12,7 @@ A request is a JSON object:
 "pad" is {"forward": -1..1, "left": -1..1, "a": bool, "y": bool, "hold": bool}; "mouse" counts from
 the middle of its square to its edges, -1..1, x right, y up. Each may have an "id", a whole number:
 the answer has it too. "stops" is the number of stops in the picture that the page had when its
-person acted; see :mod:`tb3_labs.supervision.page_grip`. "t" is the time of sending on the panel's
+person acted; see :mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending on the panel's
 clock [s]: "now" of the last picture, and the time since that picture. So a message can seem older
 than it is, but never newer, apart from the steps of a browser's clock.
 

@@ -1,8 +1,8 @@
 """The robot as pages drive it: their requests become messages to the nodes of the labs.
 
 A page is a pad: it sends `joy`, and the node `gamepad` decides what a stick or A does. Its mouse
-sends `mouse_info` to the node `controller`. :class:`tb3_labs.supervision.page_grip.Grip` says which
-page drives. STOP goes to every node at once.
+sends `mouse_info` to the node `controller`. :class:`tb3_labs.supervision.dead_man.DeadMan` says
+which page drives. STOP goes to every node at once.
 """
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
@@ -20,7 +20,7 @@ from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import heard_by
 from tb3_labs.ros.reset_call import call_reset
 from tb3_labs.supervision.timeouts import LONGEST_GAP
-from tb3_labs.supervision.page_grip import Grip
+from tb3_labs.supervision.dead_man import DeadMan
 
 #: A request that was delayed by more than this is rejected: nobody expects it any more [s].
 LONGEST_DELAY = 2.0
@@ -35,7 +35,7 @@ class PanelRobot:
 
     def __init__(self, server):
         self._server = server
-        self.grip = Grip()
+        self.dead_man = DeadMan()
         self._pad_config = PadConfig()
         self._mouse_active = False
         publish = rospy.Publisher
@@ -55,7 +55,7 @@ class PanelRobot:
         goal, joy = heard_by(self._goal), heard_by(self._joy) - {rospy.get_name()}
         # a node of the handout hears ctrl_relinq, but no goals
         control = heard_by(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
-        return dict(self.watch.ask(lambda view: view.picture(now)), stops=self.grip.stops,
+        return dict(self.watch.ask(lambda view: view.picture(now)), stops=self.dead_man.stops,
                     can={'goal': bool(goal), 'reset': bool(goal or control), 'pad': bool(joy),
                          'turn': bool(heard_by(self._turn)), 'mouse': bool(heard_by(self._mouse))},
                     pad=self._pad_words(joy))
@@ -82,14 +82,14 @@ class PanelRobot:
         """A page sends what is held on it now."""
         held = request.value
         if not (held.pad or held.mouse):
-            if self.grip.let_go(page):
+            if self.dead_man.let_go(page):
                 self._release()
             return ''
         if held.mouse:
             self._refuse_beside_move_to_goal()
-        is_new, now = self.grip.page is None, steady_time()
+        is_new, now = self.dead_man.page is None, steady_time()
         lateness = request.lateness(now)
-        if not self.grip.hold(page, request.stops, now, lateness, held.is_first):
+        if not self.dead_man.hold(page, request.stops, now, lateness, held.is_first):
             return ''
         if is_new:
             in_thread(self._read_pad_numbers)
@@ -136,7 +136,7 @@ class PanelRobot:
         """Raises ``ValueError`` if a request that moves the robot, or its frame, is older than
         `most` [s], or may be."""
         now = steady_time()
-        self.grip.check(request.stops, now, request.lateness(now), most)
+        self.dead_man.check(request.stops, now, request.lateness(now), most)
 
     @staticmethod
     def _require(publisher, what):
@@ -157,17 +157,17 @@ class PanelRobot:
         self._send_mouse((0.0, 0.0))   # a mouse that is deactivated ends a turn, too
         self._release()
         self._cmd_vel.publish(Twist())    # for a robot that a simple node drives
-        self.grip.stop()
+        self.dead_man.stop()
 
     def _stopped(self):
         """Another node stopped the robot."""
-        if self.grip.page is not None:
+        if self.dead_man.page is not None:
             self._release()
-        self.grip.stop()
+        self.dead_man.stop()
 
-    def look_at_grip(self):
+    def check_dead_man(self):
         """Stop the robot if the page that drives is lost; all pages show the line."""
-        silence = self.grip.silence(steady_time())
+        silence = self.dead_man.silence(steady_time())
         if silence:
             self.stop()
             rospy.logwarn('The page that drives is silent for %.1f s: the robot is stopped',
@@ -175,7 +175,7 @@ class PanelRobot:
 
     def gone(self, page):
         """The connection to `page` has ended."""
-        if self.grip.page is page:
+        if self.dead_man.page is page:
             self.stop()
 
     def _confirm(self, page, request, since):

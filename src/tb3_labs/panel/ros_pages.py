@@ -15,7 +15,7 @@ from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import subscribe
 
 #: A page that drives is checked once in this time [ms].
-GRIP_PERIOD = 20.0
+DEAD_MAN_PERIOD = 20.0
 #: When the node ends: longest wait until the robot is released [s].
 RELEASE_TIME = 0.5
 #: Number of log lines kept for a page that comes later.
@@ -38,7 +38,7 @@ class Pages:
         self._robot = PanelRobot(self._server)
         #: They run while there is a page.
         self._timers = [PeriodicCallback(guarded(self._draw), 1000.0 / config.rate),
-                        PeriodicCallback(guarded(self._robot.look_at_grip), GRIP_PERIOD)]
+                        PeriodicCallback(guarded(self._robot.check_dead_man), DEAD_MAN_PERIOD)]
         subscribe('/rosout', Log, self._on_line, queue_size=None)
         #: The address to open in a browser.
         self.address = self._server.address
@@ -50,7 +50,7 @@ class Pages:
         released = threading.Event()
 
         def release():
-            if self._robot.grip.page is not None:
+            if self._robot.dead_man.page is not None:
                 self._robot.stop()
             released.set()
         self._server.soon(release)
@@ -61,7 +61,7 @@ class Pages:
     def _open_page(self, send):
         page = Viewer(send)
         if not self._pages:
-            self._robot.grip.begin(steady_time())
+            self._robot.dead_man.begin(steady_time())
             for timer in self._timers:
                 timer.start()
         self._pages.append(page)
@@ -79,7 +79,7 @@ class Pages:
     # -- pictures and lines of the log
 
     def _draw(self):
-        now, driver = steady_time(), self._robot.grip.page
+        now, driver = steady_time(), self._robot.dead_man.page
         picture = self._robot.picture(now)
         for page in self._pages:
             if page.lines:

@@ -7,7 +7,7 @@
 4. *It needs its robot*: without fresh sensors a grant, a goal or a turn is void
    (`stale_or_stalled`).
 5. *A stop reaches hands*: sticks (`holder`) and mouse (nodes/controller) drive again once they were
-   in their middle, a page once a person grips it again (`page_grip`).
+   in their middle, a page once a person grips it again (`dead_man`).
 6. *A cancel* ends the goal that it means, and a goal that is repeated stays ended
    (`goal_requests`).
 7. *Used is used up*: a permission is typed for one start, not a parameter (nodes/move_to_goal).

@@ -1,6 +1,6 @@
 // This page as a pad: what a person holds on it is sent ten times a second.
 //
-// The node `gamepad` decides what the sticks and A do; the panel (page_grip.py) decides which page
+// The node `gamepad` decides what the sticks and A do; the panel (dead_man.py) decides which page
 // drives. A grip begins with sticks at rest, until that node is ready. If the robot is stopped, or
 // the pad is not ready for a while, everything must be let go and gripped again: the robot must not
 // start at an unexpected moment.

@@ -2,8 +2,8 @@
 import pytest
 
 from tb3_labs.nodes.controller.turns import DRIVERS, Driver, DriverEvent
+from tb3_labs.supervision.dead_man import DeadMan
 from tb3_labs.supervision.holder import HOLDERS, Holder, HolderEvent
-from tb3_labs.supervision.page_grip import Grip
 from tb3_labs.supervision.timeouts import PAD_TIMEOUT
 
 NOBODY, TURN, MOUSE = Driver.NOBODY, Driver.TURN, Driver.MOUSE
@@ -44,39 +44,39 @@ A, B = 'page a', 'page b'
 
 
 @pytest.fixture
-def grip():
+def dead_man():
     """Page a drives; it was heard at 100.0 s."""
-    grip = Grip()
-    assert grip.hold(A, 0, 100.0, 0.0, True)
-    return grip
+    dead_man = DeadMan()
+    assert dead_man.hold(A, 0, 100.0, 0.0, True)
+    return dead_man
 
 
-def test_one_page_drives_until_it_lets_go(grip):
+def test_one_page_drives_until_it_lets_go(dead_man):
     with pytest.raises(ValueError, match='another page drives'):
-        grip.hold(B, 0, 100.1, 0.0, True)
-    assert not grip.let_go(B) and grip.page is A
-    assert grip.let_go(A) and grip.page is None
-    assert grip.hold(B, 0, 100.2, 0.0, True) and grip.page is B
+        dead_man.hold(B, 0, 100.1, 0.0, True)
+    assert not dead_man.let_go(B) and dead_man.page is A
+    assert dead_man.let_go(A) and dead_man.page is None
+    assert dead_man.hold(B, 0, 100.2, 0.0, True) and dead_man.page is B
 
 
-def test_after_a_stop_nothing_counts_that_a_person_did_before(grip):
-    grip.stop()
-    assert grip.page is None and grip.stops == 1
+def test_after_a_stop_nothing_counts_that_a_person_did_before(dead_man):
+    dead_man.stop()
+    assert dead_man.page is None and dead_man.stops == 1
     for known, first, reason in ((0, False, 'stopped'), (0, True, 'stopped'), (None, True, 'stopped'),
                                  (1, False, 'came late')):
         with pytest.raises(ValueError, match=reason):
-            grip.hold(A, known, 100.1, 0.0, first)
+            dead_man.hold(A, known, 100.1, 0.0, first)
     with pytest.raises(ValueError, match='stopped'):
-        grip.check(0, 100.1, 0.0, 1.0)
-    grip.check(1, 100.1, 1.0, 1.0)
+        dead_man.check(0, 100.1, 0.0, 1.0)
+    dead_man.check(1, 100.1, 1.0, 1.0)
     with pytest.raises(ValueError, match='this came 1.1 s late'):
-        grip.check(1, 100.1, 1.1, 1.0)
-    assert grip.hold(A, 1, 100.1, 0.0, True)
+        dead_man.check(1, 100.1, 1.1, 1.0)
+    assert dead_man.hold(A, 1, 100.1, 0.0, True)
 
 
 @pytest.mark.parametrize('late', [False, True])
-def test_a_page_that_is_silent_or_late_is_lost(grip, late):
+def test_a_page_that_is_silent_or_late_is_lost(dead_man, late):
     if late:
-        assert not grip.hold(A, 0, 100.2, PAD_TIMEOUT + 1e-9, False)    # as if it had not come
-    assert grip.silence(100.0 + PAD_TIMEOUT) == 0.0
-    assert grip.silence(100.3) == pytest.approx(0.3)
+        assert not dead_man.hold(A, 0, 100.2, PAD_TIMEOUT + 1e-9, False)    # as if it had not come
+    assert dead_man.silence(100.0 + PAD_TIMEOUT) == 0.0
+    assert dead_man.silence(100.3) == pytest.approx(0.3)

@@ -1,4 +1,4 @@
-"""Which page drives the robot? The page that gripped first drives, until it lets go or is lost.
+"""The dead man switch of pages: the page that is held first drives, until it lets go or is lost.
 
 A page is a pad in a browser. Several may be open, but the node `gamepad` hears one pad. Here the
 stops are counted: STOP on any page, a False on `ctrl_relinq`, a cancel, the loss of the page that
@@ -13,7 +13,7 @@ from typing import Optional
 from tb3_labs.supervision.timeouts import PAD_TIMEOUT, Freshness, SleepWatch
 
 
-class Grip:
+class DeadMan:
     """Any object can identify a page."""
 
     def __init__(self) -> None:
