@@ -1,13 +1,13 @@
 """The driver after every event: the rule as the handout and its users would state it."""
 import pytest
 
-from tb3_labs.nodes.controller.turns import DRIVERS, Driver, DriverEvent
+from tb3_labs.nodes.controller.turns import NEXT_DRIVER, Driver, DriverEvent
+from tb3_labs.supervision.control_holder import NEXT_HOLDER, ControlEvent, ControlHolder
 from tb3_labs.supervision.dead_man import DeadMan
-from tb3_labs.supervision.holder import HOLDERS, Holder, HolderEvent
 from tb3_labs.supervision.timeouts import PAD_TIMEOUT
 
 NOBODY, TURN, MOUSE = Driver.NOBODY, Driver.TURN, Driver.MOUSE
-FREE, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL
+FREE, GAMEPAD, GOAL = ControlHolder.NOBODY, ControlHolder.GAMEPAD, ControlHolder.MOVE_TO_GOAL
 
 DRIVER_AFTER = {
     # event:                    nobody  turn    mouse   was driving
@@ -20,20 +20,20 @@ DRIVER_AFTER = {
 
 HOLDER_AFTER = {
     # event:                 nobody   gamepad  move_to_goal   was holding
-    HolderEvent.READY:      (GAMEPAD, GAMEPAD, GOAL),
-    HolderEvent.RELINQUISH: (GOAL,    GOAL,    GOAL),
-    HolderEvent.REGAIN:     (FREE,    GAMEPAD, FREE),
-    HolderEvent.GRANTED:      (GOAL,    GOAL,    GOAL),
-    HolderEvent.TAKEN:      (FREE,    GAMEPAD, FREE),
-    HolderEvent.STOPPED:    (FREE,    FREE,    GOAL),
-    HolderEvent.LOST:       (FREE,    FREE,    FREE),
+    ControlEvent.READY:      (GAMEPAD, GAMEPAD, GOAL),
+    ControlEvent.RELINQUISH: (GOAL,    GOAL,    GOAL),
+    ControlEvent.REGAIN:     (FREE,    GAMEPAD, FREE),
+    ControlEvent.GRANTED:      (GOAL,    GOAL,    GOAL),
+    ControlEvent.TAKEN:      (FREE,    GAMEPAD, FREE),
+    ControlEvent.STOPPED:    (FREE,    FREE,    GOAL),
+    ControlEvent.LOST:       (FREE,    FREE,    FREE),
 }
 
 
-@pytest.mark.parametrize('event', [*DriverEvent, *HolderEvent])
+@pytest.mark.parametrize('event', [*DriverEvent, *ControlEvent])
 def test_who_drives_and_who_holds_after_each_event(event):
-    for rule, before, now in ((DRIVERS, (NOBODY, TURN, MOUSE), DRIVER_AFTER),
-                              (HOLDERS, (FREE, GAMEPAD, GOAL), HOLDER_AFTER)):
+    for rule, before, now in ((NEXT_DRIVER, (NOBODY, TURN, MOUSE), DRIVER_AFTER),
+                              (NEXT_HOLDER, (FREE, GAMEPAD, GOAL), HOLDER_AFTER)):
         if event in now:
             assert tuple(rule.get((who, event), who) for who in before) == now[event]
 

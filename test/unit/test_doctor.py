@@ -67,7 +67,7 @@ LAN = dict(own=('192.168.0.5', '10.8.0.2'), way_out='192.168.0.5', master_here=F
 GOOD = Address(ros_ip='192.168.0.5', resolved='192.168.0.5', **LAN)
 NAMED = Address(ros_hostname='ann', resolved='192.168.0.5', **LAN)
 WRONG = Address(ros_hostname='localhost', resolved='127.0.0.1', **LAN)
-DRIVERS = {'/move_to_goal': 'http://ann:40002/', '/pad': 'http://ann:40003/'}
+NEXT_DRIVER = {'/move_to_goal': 'http://ann:40002/', '/pad': 'http://ann:40003/'}
 
 
 def address(**here):
@@ -146,9 +146,9 @@ JUDGEMENTS = [
      'add "ITS_ADDRESS robot3" to /etc/hosts'),
     (node_at(AFAR, 'silent', '192.168.0.8'), FAULT, 'does not answer', 'ping 192.168.0.8'),
     # the way back
-    (judge_way_back(DRIVERS, {'http://ann:40002'}, CORE, NAMED, True), FAULT, CORE,
+    (judge_way_back(NEXT_DRIVER, {'http://ann:40002'}, CORE, NAMED, True), FAULT, CORE,
      '/pad at http://ann:40003:', 'commands do not arrive', 'ROS_IP=192.168.0.5'),
-    (judge_way_back(DRIVERS, {'http://ann:40002', 'http://ann:40003'}, CORE, NAMED, True), OK,
+    (judge_way_back(NEXT_DRIVER, {'http://ann:40002', 'http://ann:40003'}, CORE, NAMED, True), OK,
      'connected to /move_to_goal, /pad'),
     (judge_way_back({}, (), CORE, WRONG, False), OK, 'on this computer'),
     (judge_way_back({}, (), CORE, GOOD, True), OK, '192.168.0.5'),

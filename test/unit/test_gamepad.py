@@ -4,11 +4,11 @@ import pytest
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
+from tb3_labs.supervision.control_holder import ControlHolder
 from tb3_labs.supervision.events import Age, Event
-from tb3_labs.supervision.holder import Holder
 from tb3_labs.supervision.timeouts import HAND_BACK, PAD_TIMEOUT
 
-NOBODY, GAMEPAD, GOAL = Holder.NOBODY, Holder.GAMEPAD, Holder.MOVE_TO_GOAL
+NOBODY, GAMEPAD, GOAL = ControlHolder.NOBODY, ControlHolder.GAMEPAD, ControlHolder.MOVE_TO_GOAL
 BURGER = robot_model('burger')
 PERIOD = 0.05      # of a pad that repeats itself
 REST, PUSHED = (0.0, 0.0), (1.0, 0.0)      # its sticks

@@ -4,7 +4,7 @@ import math
 import pytest
 
 from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadState, read_pad
-from tb3_labs.supervision.holder import ControlMessages
+from tb3_labs.supervision.control_holder import ControlMessages
 from tb3_labs.supervision.timeouts import LATENESS_SHOWS
 
 AXES = [0.0] * 8

@@ -11,7 +11,7 @@ from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.controller.mouse_reader import Mouse, MouseState
 from tb3_labs.nodes.controller.turns import (
-    DRIVERS, ActiveTurn, Driver, DriverEvent, Heading, Repetitions)
+    NEXT_DRIVER, ActiveTurn, Driver, DriverEvent, Heading, Repetitions)
 from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, NewsDesk, Output
@@ -266,7 +266,7 @@ class ControllerCore:
 
     def _happens(self, event: DriverEvent, reason: str = '') -> None:
         """Apply the table of drivers. If this ends a turn for a `reason`, the turn is given up."""
-        before, self.driver = self.driver, DRIVERS.get((self.driver, event), self.driver)
+        before, self.driver = self.driver, NEXT_DRIVER.get((self.driver, event), self.driver)
         if self.driver is Driver.MOUSE:
             self._carried = 0.0
         if reason:

@@ -155,7 +155,7 @@ class DriverEvent(Enum):
 #: {(driver, event): driver after it}. An event that is not here changes nothing. A turn during a
 #: turn moves the goal, and a turn is refused while the mouse drives. Sources: the course's mouse
 #: lab, and the failures of nodes without such a rule.
-DRIVERS = {
+NEXT_DRIVER = {
     (Driver.NOBODY, DriverEvent.TURN_REQUESTED): Driver.TURN,
     (Driver.NOBODY, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
     (Driver.TURN, DriverEvent.TURN_OVER): Driver.NOBODY,

@@ -15,8 +15,9 @@ from typing import Optional, Sequence
 
 from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadState
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
+from tb3_labs.supervision.control_holder import (
+    NEXT_HOLDER, ControlEvent, ControlHolder, ControlMessages)
 from tb3_labs.supervision.events import Age, Event, NewsDesk, Output
-from tb3_labs.supervision.holder import HOLDERS, ControlMessages, Holder, HolderEvent
 from tb3_labs.supervision.timeouts import (
     CROSSING, HAND_BACK, LONGEST_GAP, LONGEST_LAPSE, SleepWatch)
 
@@ -29,7 +30,7 @@ class PadOutput(Output):
     """All that the pad wants done now."""
 
     #: The holder of the robot, if it has changed.
-    holder: Optional[Holder] = None
+    holder: Optional[ControlHolder] = None
     #: To be published on `ctrl_relinq`, in this order; `renews`: then True once more.
     words: Sequence[bool] = ()
     renews: bool = False
@@ -45,7 +46,7 @@ class GamepadCore:
     """One pad, one robot."""
 
     def __init__(self, config: PadConfig, model: RobotModel) -> None:
-        self.holder = Holder.NOBODY
+        self.holder = ControlHolder.NOBODY
         self._config = config
         self._model = model
         self._pad = PadListener()
@@ -55,7 +56,7 @@ class GamepadCore:
         self._silent_until = 0.0
         self._is_new = False         # something changed, so a command is due
         self._asks_reset = False     # since the last tick
-        self._told_holder: Optional[Holder] = None
+        self._published_holder: Optional[ControlHolder] = None
         self._restless_since = math.inf    # the sticks drive nothing, and are not at rest
         self._news = NewsDesk()
 
@@ -70,18 +71,18 @@ class GamepadCore:
         self._is_new = True
         if state.regain and not before.regain:
             self.messages.stop(pushed_at)
-            self._happens(HolderEvent.REGAIN, now)
+            self._happens(ControlEvent.REGAIN, now)
         elif state.relinquish and not before.relinquish and not state.regain:
             if self._counts('A', LONGEST_LAPSE, now) and not self.messages.grants:
                 self.messages.grant(now, self._pad.lateness)
-                self._happens(HolderEvent.RELINQUISH, now)
+                self._happens(ControlEvent.RELINQUISH, now)
         is_ready = (state.hold and not before.hold) if self._config.has_hold else state.at_rest
         if is_ready and self._is_current(now):
-            self._happens(HolderEvent.READY, now)
-        elif self._pad.came_after_loss and self.holder is Holder.GAMEPAD:
-            self._happens(HolderEvent.LOST, now)    # the loss is noticed only now
+            self._happens(ControlEvent.READY, now)
+        elif self._pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
+            self._happens(ControlEvent.LOST, now)    # the loss is noticed only now
         elif self._drives() and pushed_at < self.messages.stopped_at:
-            self._happens(HolderEvent.STOPPED, now)    # it was pushed before the stop
+            self._happens(ControlEvent.STOPPED, now)    # it was pushed before the stop
         if state.reset and not before.reset:    # a late one would declare another place
             self._asks_reset = self._counts('Y', LONGEST_GAP, now) or self._asks_reset
 
@@ -90,9 +91,9 @@ class GamepadCore:
         now = has_control.at
         if has_control.what:
             self.messages.given_at = -math.inf    # it has heard the True
-            self._happens(HolderEvent.GRANTED, now)
+            self._happens(ControlEvent.GRANTED, now)
         elif now - self.messages.given_at >= CROSSING:
-            self._happens(HolderEvent.TAKEN, now)
+            self._happens(ControlEvent.TAKEN, now)
 
     def on_word(self, word: 'Event[bool]') -> None:
         """Another node sent True or False. Its False takes the control that this pad gave, or stops
@@ -108,9 +109,9 @@ class GamepadCore:
     def _on_taken(self, now: float) -> None:
         self.messages.stopped_at = now
         if self.messages.grants:
-            self._happens(HolderEvent.TAKEN, now)
+            self._happens(ControlEvent.TAKEN, now)
         elif self._drives():
-            self._happens(HolderEvent.STOPPED, now)
+            self._happens(ControlEvent.STOPPED, now)
 
     # -- what comes out
 
@@ -120,10 +121,10 @@ class GamepadCore:
         self._look_at_rest(now)
         self._look_at_loss(now)
         command = self._command(now) if self._is_new else None
-        holder = None if self.holder is self._told_holder else self.holder
+        holder = None if self.holder is self._published_holder else self.holder
         watched = self.messages.grants or self._drives() or (
-            self._pad.state is not None and self.holder is Holder.NOBODY)
-        asks_reset, self._told_holder, self._asks_reset = self._asks_reset, self.holder, False
+            self._pad.state is not None and self.holder is ControlHolder.NOBODY)
+        asks_reset, self._published_holder, self._asks_reset = self._asks_reset, self.holder, False
         return PadOutput(
             command, news=self._news.pop_all(), watched=watched, holder=holder,
             asks_reset=asks_reset,
@@ -132,12 +133,12 @@ class GamepadCore:
     def _look_at_rest(self, now: float) -> None:
         """A pad at rest is ready once it has sent messages for a while. Another stick is named."""
         state, config = self._pad.state, self._config
-        if self.holder is not Holder.NOBODY or state is None or config.has_hold:
+        if self.holder is not ControlHolder.NOBODY or state is None or config.has_hold:
             self._restless_since = math.inf
             return
         self._restless_since = math.inf if state.at_rest else min(self._restless_since, now)
         if state.at_rest and self._is_current(now):
-            self._happens(HolderEvent.READY, now)
+            self._happens(ControlEvent.READY, now)
         if now - self._restless_since > RESTLESS:
             self._restless_since = math.nan    # it was named
             axes, _ = state.sent
@@ -158,7 +159,7 @@ class GamepadCore:
 
     def _drives(self) -> bool:
         state = self._pad.state
-        return (self.holder is Holder.GAMEPAD and state is not None
+        return (self.holder is ControlHolder.GAMEPAD and state is not None
                 and not state.at_rest and (state.hold or not self._config.has_hold))
 
     def _look_at_clock(self, now: float) -> None:
@@ -168,8 +169,8 @@ class GamepadCore:
             self._news.tell(f'{self._sleep.in_words()}: press A to let move_to_goal drive again',
                             warning=True)
             self._on_taken(now)
-        elif self._sleep.slept_for and self.holder is Holder.GAMEPAD:
-            self._happens(HolderEvent.LOST, now)
+        elif self._sleep.slept_for and self.holder is ControlHolder.GAMEPAD:
+            self._happens(ControlEvent.LOST, now)
 
     def _is_current(self, now: float) -> bool:
         return self._pad.is_current(now) and not self._sleep.is_waking
@@ -187,22 +188,22 @@ class GamepadCore:
 
     # -- who holds the robot
 
-    def _happens(self, event: HolderEvent, now: float) -> None:
-        before, self.holder = self.holder, HOLDERS.get((self.holder, event), self.holder)
+    def _happens(self, event: ControlEvent, now: float) -> None:
+        before, self.holder = self.holder, NEXT_HOLDER.get((self.holder, event), self.holder)
         self._is_new = self._is_new or self.holder is not before
-        if before is Holder.MOVE_TO_GOAL is not self.holder:
+        if before is ControlHolder.MOVE_TO_GOAL is not self.holder:
             self._silent_until = now + HAND_BACK
             if self.messages.grants:       # another node took control
                 self.messages.stop(now)
         if self.holder is before:
             return
-        if event is HolderEvent.TAKEN:
+        if event is ControlEvent.TAKEN:
             self._news.tell('Control was taken from move_to_goal: press A to give it again')
-        elif event is HolderEvent.STOPPED:
+        elif event is ControlEvent.STOPPED:
             self._news.tell(f'Another node stopped the robot: {self._again}', warning=True)
-        elif self.holder is Holder.MOVE_TO_GOAL:
+        elif self.holder is ControlHolder.MOVE_TO_GOAL:
             self._news.tell('move_to_goal drives: press B to take the robot back')
-        elif self.holder is Holder.GAMEPAD:
+        elif self.holder is ControlHolder.GAMEPAD:
             self._news.tell('The gamepad drives: press A to let move_to_goal drive')
 
     @property
@@ -225,4 +226,4 @@ class GamepadCore:
         self._pad.state = None      # the last one is void now
         self._is_new = True
         self.messages.stop(now)
-        self._happens(HolderEvent.LOST, now)
+        self._happens(ControlEvent.LOST, now)

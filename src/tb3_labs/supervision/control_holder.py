@@ -11,7 +11,7 @@ from typing import List
 from tb3_labs.supervision.timeouts import RENEWAL
 
 
-class Holder(Enum):
+class ControlHolder(Enum):
     """The node that may drive, as a `gamepad` knows it."""
 
     NOBODY = 'nobody'
@@ -19,7 +19,7 @@ class Holder(Enum):
     MOVE_TO_GOAL = 'move_to_goal'
 
 
-class HolderEvent(Enum):
+class ControlEvent(Enum):
     """An event that may change the holder.
 
     READY: the pad is heard and its sticks are at rest (or its hold button was pressed again). In
@@ -36,17 +36,17 @@ class HolderEvent(Enum):
 
 
 #: {(holder, event): holder after it}. An event that is not here changes nothing.
-HOLDERS = {
-    (Holder.NOBODY, HolderEvent.READY): Holder.GAMEPAD,
-    (Holder.NOBODY, HolderEvent.RELINQUISH): Holder.MOVE_TO_GOAL,
-    (Holder.NOBODY, HolderEvent.GRANTED): Holder.MOVE_TO_GOAL,
-    (Holder.GAMEPAD, HolderEvent.RELINQUISH): Holder.MOVE_TO_GOAL,
-    (Holder.GAMEPAD, HolderEvent.GRANTED): Holder.MOVE_TO_GOAL,
-    (Holder.GAMEPAD, HolderEvent.STOPPED): Holder.NOBODY,
-    (Holder.GAMEPAD, HolderEvent.LOST): Holder.NOBODY,
-    (Holder.MOVE_TO_GOAL, HolderEvent.REGAIN): Holder.NOBODY,
-    (Holder.MOVE_TO_GOAL, HolderEvent.TAKEN): Holder.NOBODY,
-    (Holder.MOVE_TO_GOAL, HolderEvent.LOST): Holder.NOBODY,
+NEXT_HOLDER = {
+    (ControlHolder.NOBODY, ControlEvent.READY): ControlHolder.GAMEPAD,
+    (ControlHolder.NOBODY, ControlEvent.RELINQUISH): ControlHolder.MOVE_TO_GOAL,
+    (ControlHolder.NOBODY, ControlEvent.GRANTED): ControlHolder.MOVE_TO_GOAL,
+    (ControlHolder.GAMEPAD, ControlEvent.RELINQUISH): ControlHolder.MOVE_TO_GOAL,
+    (ControlHolder.GAMEPAD, ControlEvent.GRANTED): ControlHolder.MOVE_TO_GOAL,
+    (ControlHolder.GAMEPAD, ControlEvent.STOPPED): ControlHolder.NOBODY,
+    (ControlHolder.GAMEPAD, ControlEvent.LOST): ControlHolder.NOBODY,
+    (ControlHolder.MOVE_TO_GOAL, ControlEvent.REGAIN): ControlHolder.NOBODY,
+    (ControlHolder.MOVE_TO_GOAL, ControlEvent.TAKEN): ControlHolder.NOBODY,
+    (ControlHolder.MOVE_TO_GOAL, ControlEvent.LOST): ControlHolder.NOBODY,
 }
 
 
@@ -60,7 +60,7 @@ class ControlMessages:
         self._waiting: List[bool] = []
         #: Time of the last True without an answer of move_to_goal [s].
         self.given_at = -math.inf
-        self._said_at = -math.inf       # time of the last message, or renewal
+        self._sent_at = -math.inf       # time of the last message, or renewal
         #: Time at which control was taken from move_to_goal, by anyone [s].
         self.stopped_at = -math.inf
 
@@ -71,15 +71,15 @@ class ControlMessages:
 
     def renews(self, now: float) -> bool:
         """Is a renewal due? If so, it is assumed to be sent."""
-        is_due = self.grants and now - self._said_at >= RENEWAL
+        is_due = self.grants and now - self._sent_at >= RENEWAL
         if is_due:
-            self._said_at = now
+            self._sent_at = now
         return is_due
 
     def grant(self, now: float, lateness: float) -> None:
         """Queue a True, by a press that was delayed by `lateness` [s]; the renewals since then show
         its age."""
-        self.grants, self.given_at, self._said_at = True, now, now
+        self.grants, self.given_at, self._sent_at = True, now, now
         self._waiting += [True] * (1 + int(lateness / RENEWAL))
 
     def stop(self, caused_at: float) -> None:
