@@ -22,7 +22,7 @@ from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.nodes.controller.turns import Driver, TurnConfig, make_turn
-from tb3_labs.supervision.events import News
+from tb3_labs.supervision.events import LogLine
 
 #: Time between two looks at the robot's true pose [s].
 LOOK_PERIOD = 0.02
@@ -192,27 +192,27 @@ def newest_of(samples: Sequence[Sample], kind: type) -> List[Sample]:
             if index == last or not isinstance(sample, kind)]
 
 
-def run(robot, driver, hear, seconds, news=None):
+def run(robot, driver, hear, seconds, log_lines=None):
     """Let time pass: each sample goes to `hear` when it arrives, and the command of `driver` then
-    goes to the robot. Returns the commands, a zero Twist2 where the driver is silent. Its News are
-    added to the list `news`."""
+    goes to the robot. Returns the commands, a zero Twist2 where the driver is silent. Its LogLine are
+    added to the list `log_lines`."""
     commands: List[Twist2] = []
     end = robot.now + seconds
     while robot.now < end:
         arrived = robot.step(min(1.0 / robot.config.imu_rate, end - robot.now))
         for sample in newest_of(arrived, ImuSample):
             hear(sample)
-            commands += obey(robot, driver, news)
-        commands += obey(robot, driver, news)
+            commands += obey(robot, driver, log_lines)
+        commands += obey(robot, driver, log_lines)
     return commands
 
 
 def obey(robot: Simulator, driver: Union[MoveToGoalCore, ControllerCore],
-         news: Optional[List[News]] = None) -> List[Twist2]:
+         log_lines: Optional[List[LogLine]] = None) -> List[Twist2]:
     """The robot gets the command of `driver`, if there is one; returns it in a list."""
     output = driver.tick(robot.now, robot.now)
-    if news is not None:
-        news += output.news
+    if log_lines is not None:
+        log_lines += output.log_lines
     if output.command is None and not output.stops_first:
         return []
     command = output.command or Twist2()

@@ -69,7 +69,7 @@ def stop_of_a_turn(fault, robot_config=ROBOT, turn_config=TurnConfig(), degrees=
     controller.ask(degrees, robot.now)
     told = []
     return _stop(robot, controller, hear, fault, lambda: '; '.join(
-        news.text for news in told if news.warning), told)
+        log_lines.text for log_lines in told if log_lines.warning), told)
 
 
 def setting(**changes):
@@ -77,14 +77,14 @@ def setting(**changes):
     return lambda robot: robot.configure(replace(robot.config, **changes))
 
 
-def _stop(robot, driver, hear, fault, reason, news=None):
+def _stop(robot, driver, hear, fault, reason, log_lines=None):
     run(robot, driver, hear, FULL_MOTION)
     fault(robot)
     begun = moved_at = robot.now
     last, yaw = robot.truth, robot.truth.yaw
     zero_at, way, turn, said = None, 0.0, 0.0, ''
     while robot.now - begun < PATIENCE:
-        commands = run(robot, driver, hear, STEP, news)
+        commands = run(robot, driver, hear, STEP, log_lines)
         if zero_at is None and ZERO in commands:
             zero_at, said = robot.now, reason()
         here = robot.truth

@@ -52,7 +52,7 @@ class Desk:
         self.step = step             # [s]
         self.now, self.yaw, self.rate, self.tremble = 100.0, 0.0, 0.0, 1e-6
         self.mouse = None            # (active, x, y), or None: no messages
-        self.news = []
+        self.log_lines = []
         self._next_mouse = 0.0
         self.core.on_mouse(Event(MouseState(False, 0.0, 0.0), self.now))
         self.run(0.2)
@@ -74,7 +74,7 @@ class Desk:
     def tick(self):
         """What is commanded now, in a list."""
         output = self.core.tick(self.now, self.now)
-        self.news += output.news
+        self.log_lines += output.log_lines
         return [] if output.command is None else [output.command]
 
     def is_watched(self):
@@ -95,7 +95,7 @@ class Desk:
     def told(self, words, warning=False):
         """Has the user had this line, once?"""
         self.tick()
-        return [news.warning for news in self.news if words in news.text] == [warning]
+        return [log_lines.warning for log_lines in self.log_lines if words in log_lines.text] == [warning]
 
     def finish(self, left=0.0):
         """The turn ends, and the robot rests: the law has the remaining angle [rad]."""
@@ -122,7 +122,7 @@ def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_ac
 
 def test_each_turn_is_announced_and_begins_from_standing(desk):
     for _ in range(2):
-        desk.law.left, desk.law.times, desk.news = 1.0, [], []
+        desk.law.left, desk.law.times, desk.log_lines = 1.0, [], []
         desk.ask()
         desk.run(0.2)
         assert desk.told('Turning 90 degrees') and desk.law.times[0] == 0.1
@@ -157,7 +157,7 @@ def test_an_error_is_forgotten_when_the_robot_was_in_other_hands(desk, between):
         desk.core.on_mouse(Event(MouseState(True, 1.0, 0.0), desk.now))
         desk.core.on_mouse(Event(MouseState(False, 1.0, 0.0), desk.now))
     desk.run(1.0)
-    assert sum('Turned' in news.text for news in desk.news) == 1     # not the one given up
+    assert sum('Turned' in log_lines.text for log_lines in desk.log_lines) == 1    # not the one given up
     desk.ask()
     assert desk.asked_for == pytest.approx(90.0, abs=0.01)
 
@@ -222,7 +222,7 @@ def test_a_second_turn_before_rest_reports_both(desk):
     desk.ask(-90.0)
     desk.rate = 0.0
     desk.finish()
-    assert sum('Turned' in news.text for news in desk.news) == 2
+    assert sum('Turned' in log_lines.text for log_lines in desk.log_lines) == 2
 
 
 def test_another_law_does_not_begin_a_turn_that_is_over(desk):
@@ -251,10 +251,10 @@ def test_refusals_of_turns_that_a_node_repeats_are_one_line_a_second():
     core = ControllerCore(Told())
     for k in range(300):
         core.on_turn(Event(90.0, 10.0 + 0.01 * k, 'script'), 10.0 + 0.01 * k)
-    assert [news.warning for news in core.tick(13.0, 13.0).news] == 3 * [True]
+    assert [log_lines.warning for log_lines in core.tick(13.0, 13.0).log_lines] == 3 * [True]
     for _ in range(3):         # typed: each is answered
         core.on_typed(Event(90.0, 13.0), 13.0)
-    assert len(core.tick(13.0, 13.0).news) == 3
+    assert len(core.tick(13.0, 13.0).log_lines) == 3
 
 
 def test_no_turn_without_the_imu():
@@ -327,7 +327,7 @@ def test_the_user_of_a_mouse_that_was_active_before_is_told_what_to_do_once():
     for now in 100.0, 100.1, 100.2, 100.3:
         core.on_mouse(Event(MouseState(True, 0.0, 1.0), now))
         output = core.tick(now, now)
-        told += [news.text for news in output.news]
+        told += [log_lines.text for log_lines in output.log_lines]
         assert output.command is None
     assert told == ['The mouse was active before: move it to the middle of the screen to use it']
 
@@ -343,7 +343,7 @@ class Bench:
         self.core = ControllerCore(make_turn(TurnConfig(), BURGER))
         self._hear = control(self.robot, self.core)
         self._start = self._yaw = self.robot.truth.yaw
-        self.news = []
+        self.log_lines = []
         self.run(0.2)
         self.ask(degrees)
 
@@ -354,7 +354,7 @@ class Bench:
         """The commands of that time."""
         commands = []
         for _ in range(round(seconds / 0.05)):
-            commands += run(self.robot, self.core, self._hear, 0.05, self.news)
+            commands += run(self.robot, self.core, self._hear, 0.05, self.log_lines)
             self._yaw = continuous(self.robot.truth.yaw, self._yaw)
         return commands
 
@@ -364,7 +364,7 @@ class Bench:
         return math.degrees(self._yaw - self._start)
 
     def reports(self):
-        return [news.text for news in self.news if news.text.startswith('Turned')]
+        return [log_lines.text for log_lines in self.log_lines if log_lines.text.startswith('Turned')]
 
 
 @pytest.mark.parametrize('second, total', [(90.0, 180.0), (-90.0, 0.0), (-180.0, -90.0)])

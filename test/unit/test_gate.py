@@ -5,7 +5,7 @@ import threading
 
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.ros import gate
-from tb3_labs.supervision.events import News, Output
+from tb3_labs.supervision.events import LogLine, Output
 
 DRIVE, STOP = Twist2(0.1, 0.0), Twist2()
 
@@ -35,15 +35,15 @@ def test_what_waits_outside_holds_up_neither_a_drive_nor_a_stop(monkeypatch):
     for level in ('info', 'warn'):
         monkeypatch.setattr(gate.rospy, 'log' + level, lambda form, text, level=level: go_on.wait(
             20.0) and told.append((form % text, level == 'warn')))
-    outputs, lines = [], [News('driving, 50 %', False), News('stopped', True)]
+    outputs, lines = [], [LogLine('driving, 50 %', False), LogLine('stopped', True)]
     carried = threading.Event()
 
     def carry_out(output):
         assert not node._lock.locked()
-        (carried.set if output.news[0] is lines[1] else record.copy)()
+        (carried.set if output.log_lines[0] is lines[1] else record.copy)()
 
     node = gate.Gate(lambda: outputs.pop(0), record.append, carry_out)
-    outputs += [Output(DRIVE, True, lines[:1], True), Output(STOP, news=lines[1:]), Output()]
+    outputs += [Output(DRIVE, True, lines[:1], True), Output(STOP, log_lines=lines[1:]), Output()]
     all_of_them = list(outputs)
     node.take_in(list)
     node.look()

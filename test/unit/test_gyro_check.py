@@ -41,7 +41,7 @@ class Watched:
         self.encoders = EncoderWatch()
         self._wheels = {}            # by stamp
         self.clock_ahead = 0.0       # of the robot [s]
-        self.news = []               # of an ear that drives
+        self.log_lines = []          # of an ear that drives
 
     def set(self, **settings):
         self.clock_ahead = settings.pop('clock_ahead', self.clock_ahead)
@@ -65,7 +65,7 @@ class Watched:
                 self._hear(sample)
             for ear in self.ears:
                 if hasattr(ear, 'tick'):
-                    obey(self.robot, ear, self.news)
+                    obey(self.robot, ear, self.log_lines)
 
     def _hear(self, sample):
         if not isinstance(sample, ImuSample):

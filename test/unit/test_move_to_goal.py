@@ -56,7 +56,7 @@ class Robot:
     def tick(self):
         output = self.core.tick(self.now, self.now)
         self.fix = output.fix
-        self.refused += [line.text for line in output.news
+        self.refused += [line.text for line in output.log_lines
                          if line.warning and not line.text.startswith('Goal')]
         return output
 
@@ -264,7 +264,7 @@ def test_a_tick_gives_the_zero_at_once_and_each_event_once():
     assert output.command is None and output.stops_first
     words = [robot.tick().status for _ in range(2)]
     assert output.status.words == 'gave up: canceled' and words == [None, None]
-    assert [line.text for line in output.news] == [
+    assert [line.text for line in output.log_lines] == [
         'Goal (x=-0.610, y=0.610, yaw=0.0 deg) given up: canceled']
 
 

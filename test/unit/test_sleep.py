@@ -49,7 +49,7 @@ class Bench:
 
     def look(self):
         output = self.core.tick(self.now, self.now)
-        self.tell(*[line.text for line in output.news])
+        self.tell(*[line.text for line in output.log_lines])
         self.has_moved = self.has_moved or output.command not in (None, Twist2())
         return output
 
@@ -142,7 +142,7 @@ class Pad(Bench):
 
     def look(self):
         output = self.core.tick(self.now)
-        self.tell(*[line.text for line in output.news])
+        self.tell(*[line.text for line in output.log_lines])
         self.has_moved = (self.has_moved or output.command not in (None, Twist2())
                           or output.asks_reset or True in output.words)
 

@@ -102,7 +102,7 @@ class Gate:
     def _run(self):
         while True:
             output = self._waiting.get()
-            for line in output.news:
+            for line in output.log_lines:
                 (rospy.logwarn if line.warning else rospy.loginfo)('%s', line.text)
             if self._carry_out is not None:
                 self._carry_out(output)

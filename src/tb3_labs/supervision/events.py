@@ -1,5 +1,5 @@
 """Messages that a person may have caused: a True, a False, a turn. Each becomes one Event. A core
-answers to messages and the clock by an Output, with News for the person.
+answers to messages and the clock by an Output, with log lines for the person.
 
 A message is doubtful if it may repeat one from before this node could hear its sender: if it is the
 first on a connection to a sender that was there before, or was heard before. A latched message is
@@ -90,27 +90,27 @@ class Origins:
         return Age.RESTARTED if is_restarted else Age.NEW
 
 
-class News(NamedTuple):
+class LogLine(NamedTuple):
     """A line of a core for its user; `warning`: something went otherwise than asked for."""
 
     text: str
     warning: bool
 
 
-class NewsDesk:
-    """Collects News until they are taken."""
+class LogQueue:
+    """Collects the lines until they are logged."""
 
     def __init__(self) -> None:
-        self._waiting: List[News] = []
+        self._waiting: List[LogLine] = []
 
-    def tell(self, text: str, warning: bool = False) -> None:
+    def add(self, text: str, warning: bool = False) -> None:
         """Add a line."""
-        self._waiting.append(News(text, warning))
+        self._waiting.append(LogLine(text, warning))
 
-    def pop_all(self) -> List[News]:
-        """All News since the last call."""
-        news, self._waiting = self._waiting, []
-        return news
+    def pop_all(self) -> List[LogLine]:
+        """All lines since the last call."""
+        log_lines, self._waiting = self._waiting, []
+        return log_lines
 
 
 @dataclass(frozen=True)
@@ -122,11 +122,11 @@ class Output:
     #: One zero goes before the command, since another driver begins.
     stops_first: bool = False
     #: Lines for the user.
-    news: Sequence[News] = ()
+    log_lines: Sequence[LogLine] = ()
     #: May the robot move, so that the clock must be looked at often?
     watched: bool = False
 
     @property
     def has_more(self) -> bool:
         """Is there anything to be carried out after the command?"""
-        return bool(self.news)
+        return bool(self.log_lines)

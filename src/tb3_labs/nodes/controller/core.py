@@ -14,7 +14,7 @@ from tb3_labs.nodes.controller.turns import (
     NEXT_DRIVER, ActiveTurn, Driver, DriverEvent, Heading, Repetitions)
 from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
-from tb3_labs.supervision.events import Event, NewsDesk, Output
+from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.stale_or_stalled import Sensor, SensorStatus, SensorWatch, StallWatch
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
@@ -45,7 +45,7 @@ class ControllerCore:
         self._refused_at = -math.inf             # time of the last line about a refused turn
         self._mouse_is_new = False               # True: a command is due
         self._mouse_told = False                 # has its user had the line on a lost mouse?
-        self._news = NewsDesk()
+        self._log = LogQueue()
 
     # -- what comes in
 
@@ -76,8 +76,8 @@ class ControllerCore:
         deactivated = self.mouse.heard(message)
         if self.mouse.active:
             if not was_active:
-                self._news.tell('The mouse is active: it drives outside the middle of the screen; '
-                                'scroll up to stop')
+                self._log.add('The mouse is active: it drives outside the middle of the screen; '
+                              'scroll up to stop')
             self._mouse_is_new = True
             self._happens(DriverEvent.MOUSE_CENTRED if self.mouse.twist == Twist2()
                           else DriverEvent.MOUSE_MOVED, 'the mouse took over')
@@ -87,8 +87,8 @@ class ControllerCore:
                            'use it again' if active else 'the mouse was deactivated')
         elif active and not self._mouse_told:
             self._mouse_told = True
-            self._news.tell('The mouse was active before: move it to the middle of the screen to '
-                            'use it')
+            self._log.add('The mouse was active before: move it to the middle of the screen to '
+                          'use it')
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg], as another node asks, see :meth:`ask`; but not if the node only
@@ -98,8 +98,8 @@ class ControllerCore:
         if not doubts:
             self._try(turn, now)
         elif doubts == 1:
-            self._news.tell(f'A turn of {turn.sender} only repeats an earlier one, and does not '
-                            f'count: pause for {SENDER_PAUSE:.0f} s, then ask again', warning=True)
+            self._log.add(f'A turn of {turn.sender} only repeats an earlier one, and does not '
+                          f'count: pause for {SENDER_PAUSE:.0f} s, then ask again', warning=True)
 
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed here: it is never doubted."""
@@ -114,7 +114,7 @@ class ControllerCore:
         except ValueError as refusal:
             if turn.at - self._refused_at >= REFUSAL_PERIOD:
                 self._refused_at = turn.at
-                self._news.tell(str(refusal), warning=True)
+                self._log.add(str(refusal), warning=True)
 
     def ask(self, degrees: float, now: float) -> None:
         """Turn by `degrees`, left positive; ``ValueError`` with the reason of a refusal.
@@ -131,7 +131,7 @@ class ControllerCore:
             self._law.extend(angle)
             extended.extend(angle)
         requested = angle if extended is None else extended.requested
-        self._news.tell(f'Turning {round(math.degrees(requested), 6):g} degrees')
+        self._log.add(f'Turning {round(math.degrees(requested), 6):g} degrees')
         self._happens(DriverEvent.TURN_REQUESTED)
 
     def _update(self, now: float) -> None:
@@ -165,7 +165,7 @@ class ControllerCore:
             self._pace.due(now) or not self._sensors.are_fresh(now))
         command = (self._command(now) or Twist2()) if is_due else None
         has_changed, self._last_driver = self.driver is not self._last_driver, self.driver
-        return Output(command, has_changed, self._news.pop_all(),
+        return Output(command, has_changed, self._log.pop_all(),
                       self.driver is not Driver.NOBODY or self.mouse.active)
 
     def problem(self, now: float) -> str:
@@ -226,10 +226,10 @@ class ControllerCore:
         self._sensors.update(now, self._gyro.is_checked)
         if self._sensors.status is SensorStatus.SILENT:
             if self._pace.running:
-                self._news.tell('Stopped: ' + self._sensors.hold_reason, warning=True)
+                self._log.add('Stopped: ' + self._sensors.hold_reason, warning=True)
             self._pace.pause()
         elif self._sensors.status is SensorStatus.BACK_SOON:
-            self._news.tell('Going on: the IMU is back')
+            self._log.add('Going on: the IMU is back')
             turn.stall.resume()
             self._start_law(turn)
         elif self._sensors.status is SensorStatus.LATE:
@@ -254,14 +254,14 @@ class ControllerCore:
         return None
 
     def _judge_turn(self, turn: ActiveTurn, now: float) -> None:
-        self._news.tell(turn.result(now))
+        self._log.add(turn.result(now))
         self._carried = turn.left_at_end
         self._turn = None
 
     # -- who drives
 
     def _released(self, reason: str) -> None:
-        self._news.tell(reason[0].upper() + reason[1:])
+        self._log.add(reason[0].upper() + reason[1:])
         self._happens(DriverEvent.MOUSE_RELEASED, reason)
 
     def _happens(self, event: DriverEvent, reason: str = '') -> None:
@@ -274,6 +274,6 @@ class ControllerCore:
         is_over = before is Driver.TURN and self.driver is not Driver.TURN
         if is_over and reason and self._turn is not None:
             left = abs(math.degrees(self._turn.left(self._yaw)))
-            self._news.tell(f'Turn given up {left:.0f} degrees before its end: {reason}', True)
+            self._log.add(f'Turn given up {left:.0f} degrees before its end: {reason}', True)
             self._turn = None
             self._carried = 0.0

@@ -17,7 +17,7 @@ from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadState
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 from tb3_labs.supervision.control_holder import (
     NEXT_HOLDER, ControlEvent, ControlHolder, ControlMessages)
-from tb3_labs.supervision.events import Age, Event, NewsDesk, Output
+from tb3_labs.supervision.events import Age, Event, LogQueue, Output
 from tb3_labs.supervision.timeouts import (
     CROSSING, HAND_BACK, LONGEST_GAP, LONGEST_LAPSE, SleepWatch)
 
@@ -39,7 +39,7 @@ class PadOutput(Output):
 
     @property
     def has_more(self) -> bool:
-        return bool(self.news) or self.holder is not None
+        return bool(self.log_lines) or self.holder is not None
 
 
 class GamepadCore:
@@ -58,7 +58,7 @@ class GamepadCore:
         self._asks_reset = False     # since the last tick
         self._published_holder: Optional[ControlHolder] = None
         self._restless_since = math.inf    # the sticks drive nothing, and are not at rest
-        self._news = NewsDesk()
+        self._log = LogQueue()
 
     # -- what comes in
 
@@ -126,7 +126,7 @@ class GamepadCore:
             self._pad.state is not None and self.holder is ControlHolder.NOBODY)
         asks_reset, self._published_holder, self._asks_reset = self._asks_reset, self.holder, False
         return PadOutput(
-            command, news=self._news.pop_all(), watched=watched, holder=holder,
+            command, log_lines=self._log.pop_all(), watched=watched, holder=holder,
             asks_reset=asks_reset,
             words=self.messages.pop_all(), renews=self.messages.renews(now))
 
@@ -143,9 +143,9 @@ class GamepadCore:
             self._restless_since = math.nan    # it was named
             axes, _ = state.sent
             axis = max(config.linear_axis, config.angular_axis, key=lambda n: abs(axes[n]))
-            self._news.tell(f'No stick drives: axis {axis} is at {axes[axis]:.2f}, beyond '
-                            f'dead_zone {config.dead_zone:g}. Let go of it; if it rests there, set '
-                            'a larger dead_zone', warning=True)
+            self._log.add(f'No stick drives: axis {axis} is at {axes[axis]:.2f}, beyond '
+                          f'dead_zone {config.dead_zone:g}. Let go of it; if it rests there, set '
+                          'a larger dead_zone', warning=True)
 
     def _command(self, now: float) -> Twist2:
         self._is_new = False
@@ -166,8 +166,8 @@ class GamepadCore:
         """After a sleep the pad must be ready again; a long one takes its permission back."""
         self._sleep.update(now)
         if self.messages.grants and self._sleep.slept_for > LONGEST_LAPSE:
-            self._news.tell(f'{self._sleep.in_words()}: press A to let move_to_goal drive again',
-                            warning=True)
+            self._log.add(f'{self._sleep.in_words()}: press A to let move_to_goal drive again',
+                          warning=True)
             self._on_taken(now)
         elif self._sleep.slept_for and self.holder is ControlHolder.GAMEPAD:
             self._happens(ControlEvent.LOST, now)
@@ -183,7 +183,7 @@ class GamepadCore:
         elif not doubt and (lateness > longest or now - lateness < self.messages.stopped_at):
             doubt = f'it was pressed {lateness:.1f} s ago, or before something took control'
         if doubt:
-            self._news.tell(f'{button} does not count, {doubt}: press it again', True)
+            self._log.add(f'{button} does not count, {doubt}: press it again', True)
         return not doubt
 
     # -- who holds the robot
@@ -198,13 +198,13 @@ class GamepadCore:
         if self.holder is before:
             return
         if event is ControlEvent.TAKEN:
-            self._news.tell('Control was taken from move_to_goal: press A to give it again')
+            self._log.add('Control was taken from move_to_goal: press A to give it again')
         elif event is ControlEvent.STOPPED:
-            self._news.tell(f'Another node stopped the robot: {self._again}', warning=True)
+            self._log.add(f'Another node stopped the robot: {self._again}', warning=True)
         elif self.holder is ControlHolder.MOVE_TO_GOAL:
-            self._news.tell('move_to_goal drives: press B to take the robot back')
+            self._log.add('move_to_goal drives: press B to take the robot back')
         elif self.holder is ControlHolder.GAMEPAD:
-            self._news.tell('The gamepad drives: press A to let move_to_goal drive')
+            self._log.add('The gamepad drives: press A to let move_to_goal drive')
 
     @property
     def _again(self) -> str:
@@ -222,7 +222,7 @@ class GamepadCore:
             hint = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
                     'gamepad.launch does')
         silence = self.joy.silence_with_age(now).capitalize()
-        self._news.tell(f'{silence}: robot stopped; {self._again}{hint}', warning=True)
+        self._log.add(f'{silence}: robot stopped; {self._again}{hint}', warning=True)
         self._pad.state = None      # the last one is void now
         self._is_new = True
         self.messages.stop(now)

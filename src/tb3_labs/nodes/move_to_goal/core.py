@@ -23,7 +23,7 @@ from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.move_to_goal.status import Announcer, DriveStatus
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
-from tb3_labs.supervision.events import Event, NewsDesk, Output
+from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.goal_requests import (
     STAYS_ENDED, GoalAnswer, GoalRequest, GoalRequests, Outcome)
 from tb3_labs.supervision.permission import Permission
@@ -69,7 +69,7 @@ class DriveOutput(Output):
 
     @property
     def has_more(self) -> bool:
-        return bool(self.news or self.answers or self.status)
+        return bool(self.log_lines or self.answers or self.status)
 
 
 class MoveToGoalCore:
@@ -83,8 +83,8 @@ class MoveToGoalCore:
         self._timing, self.imu, self.odometry = SampleTiming(), Sensor('imu'), Sensor('odom')
         self._localizer = Localizer(self._timing)
         self._machine = GoalMachine(law)
-        self._news = NewsDesk()
-        self._permission = Permission(has_control, self._news.tell)
+        self._log = LogQueue()
+        self._permission = Permission(has_control, self._log.add)
         self._requests = GoalRequests(GoalRequest(None, stamp=1), self._permission.sleep)
         #: May this node drive? The value at the last tick.
         self.has_control = has_control
@@ -96,7 +96,7 @@ class MoveToGoalCore:
         self._sent = Twist2()
         self._ended = 0                    # number of the last attempt whose end was found
         self._rivals: Dict[str, float] = {}    # since when another node drives, too
-        self._announcer = Announcer(self._news)
+        self._announcer = Announcer(self._log)
 
     # -- what comes in
 
@@ -129,8 +129,8 @@ class MoveToGoalCore:
             self._rivals.clear()
         elif now - self._rivals.setdefault(sender, now) > RIVAL:
             self._rivals[sender] = math.inf    # it is told once
-            self._news.tell(f'{sender or "another program"} drives the robot, too: stop one of the '
-                            'two (False on ctrl_relinq stops this one)', warning=True)
+            self._log.add(f'{sender or "another program"} drives the robot, too: stop one of the '
+                          'two (False on ctrl_relinq stops this one)', warning=True)
 
     def set_law(self, law: PreciseLaw) -> None:
         """Drive by another law from now on; a present drive begins again."""
@@ -154,7 +154,7 @@ class MoveToGoalCore:
         elif requests.stays_ended(request):
             line = requests.tell(request)
             if line:
-                self._news.tell(line, warning=True)
+                self._log.add(line, warning=True)
             requests.refuse(request, STAYS_ENDED)
         else:
             try:
@@ -227,7 +227,7 @@ class MoveToGoalCore:
         self._look_at_end(steady)
         return DriveOutput(
             command, command is None and (is_due or not self._drives), status=self._new_status(now),
-            news=self._news.pop_all(), watched=self._permission.stands and self._machine.active,
+            log_lines=self._log.pop_all(), watched=self._permission.stands and self._machine.active,
             control_stands=self._permission.stands, answers=self._requests.pop_answers(),
             fix=self._localizer.pop_fix(), odom_T_local=self.odom_T_local)
 
@@ -348,7 +348,7 @@ class MoveToGoalCore:
         """Give up a drive in which a sensor jumped; begin it again after a reset."""
         for jump in self._localizer.pop_jumps():
             if jump.outcome:
-                self._news.tell(f'{jump.text[0].upper()}{jump.text[1:]}: {jump.outcome}', True)
+                self._log.add(f'{jump.text[0].upper()}{jump.text[1:]}: {jump.outcome}', True)
             if self._localizer.is_lost and self._machine.active:
                 self._machine.give_up(POSE_LOST)
             elif self._permission.stands and self._machine.begun and self._machine.active:
@@ -358,4 +358,4 @@ class MoveToGoalCore:
                 self._machine.restart()
                 self._begin_anew()
                 reset.hint = '' if self._machine.active else '; no goal: send one'
-                self._news.tell(reset.answer)
+                self._log.add(reset.answer)

@@ -60,12 +60,12 @@ class GoalServer(ActionServer):
         self._gate, self._core = gate, core
         self._present = None    # actionlib's handle of the present goal
         self._complaints = Complaints()
-        self._hear_goal = guarded(only_news('move2goal/goal', self._on_goal))
+        self._hear_goal = guarded(only_new('move2goal/goal', self._on_goal))
 
     def offer(self):
         """Take goals from now on."""
         subscribe('move_base_simple/goal', PoseStamped,
-                  only_news('move_base_simple/goal', self._on_simple_goal))
+                  only_new('move_base_simple/goal', self._on_simple_goal))
         # otherwise the server's status thread may still publish while the topics are closed
         rospy.on_shutdown(self.stop)
         self.start()
@@ -146,7 +146,7 @@ class Resets:
         rospy.Service('reset_pose', ResetPose, guarded(self._on_reset_pose))
         rospy.Service(SET_POSE, SetInitialPose, guarded(self._on_set_pose))
         subscribe('initialpose', PoseWithCovarianceStamped,
-                  only_news('initialpose', self._on_initialpose))
+                  only_new('initialpose', self._on_initialpose))
 
     def _on_reset_pose(self, request):
         response = ResetPoseResponse()
@@ -197,7 +197,7 @@ def _in_degrees(pose):
     return [round(value, 6) for value in (pose.x, pose.y, math.degrees(pose.yaw))]
 
 
-def only_news(topic, callback):
+def only_new(topic, callback):
     """Returns a function that gives messages of `topic` to `callback`, but drops latched ones that
     are doubtful with a warning."""
     to_age = ages(topic)

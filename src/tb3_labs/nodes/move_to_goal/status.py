@@ -8,7 +8,7 @@ from tb3_labs.control.goal_state import (
     with_reason)
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
-from tb3_labs.supervision.events import NewsDesk
+from tb3_labs.supervision.events import LogQueue
 
 #: Time between two lines of progress [s].
 PROGRESS_PERIOD = 1.0
@@ -51,8 +51,8 @@ class DriveStatus(NamedTuple):
 class Announcer:
     """Finds what is new in the status of a drive, and makes lines for the user."""
 
-    def __init__(self, news: NewsDesk) -> None:
-        self._news = news
+    def __init__(self, log_lines: LogQueue) -> None:
+        self._log = log_lines
         self._said: Tuple = ()         # the state of the last line
         self._begun = 0                # the attempt that began last
         self._begun_at = 0.0           # the time at which it began
@@ -67,25 +67,25 @@ class Announcer:
             if abs(now - self._progress_at) >= PROGRESS_PERIOD:
                 self._progress_at = now
                 if status.words in DRIVING:
-                    self._news.tell(f'{status.words}: {to_go(*status.left(motion()))}')
+                    self._log.add(f'{status.words}: {to_go(*status.left(motion()))}')
             return False
         self._said, self._progress_at = said, now
         begins = status.begun and status.attempt != self._begun
         if begins:
             self._begun, self._begun_at = status.attempt, now
         if status.failure:
-            self._news.tell(f'Goal ({status.goal}) given up: {status.failure}', True)
+            self._log.add(f'Goal ({status.goal}) given up: {status.failure}', True)
         elif not status.active:
             distance, angle = status.left(motion())
-            self._news.tell(f'{handout.SAYS_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '
-                            f'after {now - self._begun_at:.1f} s')
+            self._log.add(f'{handout.SAYS_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '
+                          f'after {now - self._begun_at:.1f} s')
         elif status.words in DRIVING:
             if begins:
-                self._news.tell(f'Goal ({status.goal}): {to_go(*status.left(motion()))}')
-            self._news.tell(status.words)
+                self._log.add(f'Goal ({status.goal}): {to_go(*status.left(motion()))}')
+            self._log.add(status.words)
         elif is_stopped(status.words):
-            self._news.tell(status.words.capitalize(), warning=True)
+            self._log.add(status.words.capitalize(), warning=True)
         else:
             hint = ' (True on ctrl_relinq)' if status.words == WAITING_FOR_CONTROL else ''
-            self._news.tell(f'Goal ({status.goal}): {status.words}{hint}')
+            self._log.add(f'Goal ({status.goal}): {status.words}{hint}')
         return True
