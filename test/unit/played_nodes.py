@@ -10,7 +10,7 @@ from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
-from tb3_labs.supervision.events import Connection, Event, Origins
+from tb3_labs.supervision.events import Event, MessageAges, SenderConnection
 from tb3_labs.supervision.goal_requests import GoalRequest
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
@@ -154,7 +154,7 @@ class Mover(Process):
     def __init__(self, world, has_control=False, connects_after=0.0):
         """`connects_after`: until then it hears none of the senders that are there."""
         super().__init__(world)
-        self.origins, self.unheard = Origins(world.senders, world.now), set(world.senders)
+        self.message_ages, self.unheard = MessageAges(world.senders, world.now), set(world.senders)
         self.ways, self.connects_at = {}, connects_after and world.now + connects_after
         self.core = MoveToGoalCore(Ahead(), has_control)
         self.core._localizer = Still()
@@ -172,25 +172,25 @@ class Mover(Process):
         start is ignored, see Permission."""
         for name in names:
             sender, is_old = self.world.senders[name], self.world.now == self.born_at
-            way = Connection(name, sender.process, self.world.now, sender.latches, sender.renews)
-            self.ways[name] = way
+            connection = SenderConnection(name, sender.process, self.world.now, sender.latches, sender.renews)
+            self.ways[name] = connection
             if sender.latches and sender.word is not None:
-                self.on_word(way, sender.word, None, is_old)
+                self.on_word(connection, sender.word, None, is_old)
 
-    def on_word(self, way, word, at, is_old=False):
+    def on_word(self, connection, word, at, is_old=False):
         """A sender that latches, and was there before, is doubted at first."""
-        now, age = self.world.now, self.origins.age_of(way, self.world.now)
-        doubtful = way.sender in self.unheard and way.latches and not way.renews
-        self.unheard.discard(way.sender)
+        now, age = self.world.now, self.message_ages.age_of(connection, self.world.now)
+        doubtful = connection.sender in self.unheard and connection.latches and not connection.renews
+        self.unheard.discard(connection.sender)
         if word or not is_old:
-            self.oracle.hear(now, way.sender, word,
-                             None if word and (doubtful or self.waking) else self.at(at), way.renews)
-        self.core.on_word(Event(word, now, way.sender, age, way.renews))
+            self.oracle.hear(now, connection.sender, word,
+                             None if word and (doubtful or self.waking) else self.at(at), connection.renews)
+        self.core.on_word(Event(word, now, connection.sender, age, connection.renews))
 
     def forget(self, name):
         """A new process has a new name, as rostopic has. Here it has the name of one that ended."""
-        self.origins._present -= {name}
-        self.origins._latest.pop(name, None)
+        self.message_ages._present -= {name}
+        self.message_ages._latest.pop(name, None)
         self.core._permission._said.pop(name, None)
 
     def on_goal(self, sender, at):
@@ -308,7 +308,7 @@ class Turner(Process):
 
     def __init__(self, world):
         super().__init__(world)
-        self.origins, self.script = Origins(['script'] * world.repeats, world.now), world.now
+        self.message_ages, self.script = MessageAges(['script'] * world.repeats, world.now), world.now
         self.core = RequestingController(Ahead())
         self.core.tick(world.now, world.now)
         self.by_turn = GoalOracle(world.now)
@@ -316,15 +316,15 @@ class Turner(Process):
 
     def forget_script(self):
         """A new process has a new name."""
-        self.origins, self.script = Origins([], self.world.now), self.world.now
+        self.message_ages, self.script = MessageAges([], self.world.now), self.world.now
         self.core._repetitions._requests.pop('script', None)
 
     def on_turn(self, at, name='person'):
         """A person asks for it, or a script, which began to repeat it at `at`, or before (None)."""
         now = self.world.now
-        way = Connection(name, since=self.script if name == 'script' else self.born_at)
+        connection = SenderConnection(name, since=self.script if name == 'script' else self.born_at)
         self.core.accepted = False
-        self.core.on_turn(Event(3600.0, now, name, self.origins.age_of(way, now)), now)
+        self.core.on_turn(Event(3600.0, now, name, self.message_ages.age_of(connection, now)), now)
         if at is not None and (name == 'script' or self.core.accepted):
             self.by_turn.hear(now, 'turn', True, None if self.waking and name == 'person' else self.at(at))
             self.by_turn.ask(now, 'goal')

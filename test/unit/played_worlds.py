@@ -169,9 +169,9 @@ class Labs(World):
 
     def start_sender(self, name, **how):
         """A new process, which is connected at once. The messages of the process before it are lost."""
-        way = self.mover.ways.get(name)
-        self.senders[name] = Sender('b' if way and way.process == 'a' else 'a', **how)
-        if not self.mover.connects_at or name not in self.mover.origins._present:
+        connection = self.mover.ways.get(name)
+        self.senders[name] = Sender('b' if connection and connection.process == 'a' else 'a', **how)
+        if not self.mover.connects_at or name not in self.mover.message_ages._present:
             self.mover.connect([name])
 
     def tell(self, name, word, at):

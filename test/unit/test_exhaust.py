@@ -7,12 +7,12 @@ from exhaust import CASTS, search, walk
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.nodes.controller.mouse_reader import Mouse
 from tb3_labs.nodes.gamepad.core import GamepadCore
-from tb3_labs.supervision.events import Age, Origins
+from tb3_labs.supervision.events import Age, MessageAges
 from tb3_labs.supervision.goal_requests import GoalRequests
 from tb3_labs.supervision.stale_or_stalled import SensorWatch
 from tb3_labs.supervision.timeouts import Lateness, SleepWatch
 
-AGE_OF, UPDATE, HEARD = Origins.age_of, SensorWatch.update, Mouse.heard
+AGE_OF, UPDATE, HEARD = MessageAges.age_of, SensorWatch.update, Mouse.heard
 
 
 @pytest.mark.parametrize('name', CASTS)
@@ -61,11 +61,12 @@ def one_for_all(self, message):
 
 @pytest.mark.parametrize('name, events, owner, method, defect, number', [
     # a latched True gives control
-    ('terminals', 'the student says True|.* pass', Origins, 'age_of', never(Age.OLD, Age.LATCHED), 2),
+    ('terminals', 'the student says True|.* pass', MessageAges, 'age_of', never(Age.OLD, Age.LATCHED), 2),
     # only what is latched may be old
-    ('terminals', 'rostopic.*|move_to_goal is killed.*|(0.31|2.15) s pass', Origins, 'age_of', never(Age.REPEATED), 3),
+    ('terminals', 'rostopic.*|move_to_goal is killed.*|(0.31|2.15) s pass', MessageAges, 'age_of', never(Age.REPEATED),
+     3),
     # the messages of a process also bind the next process of its name
-    ('restarts', 'A of.*|the node.*|0.52 s pass', Origins, 'age_of', never(Age.RESTARTED), 3),
+    ('restarts', 'A of.*|the node.*|0.52 s pass', MessageAges, 'age_of', never(Age.RESTARTED), 3),
     ('a sleep', '', SleepWatch, 'update', sleepless, 3),
     ('a pad', 'the clock.*|[AB] of.*|the stick.*', Lateness, 'of', only_falling, 1),
     ('a robot that goes', 'A of.*|.*a setting.*|.* pass', SensorWatch, 'update', forgetful, 2),

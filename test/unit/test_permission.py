@@ -1,7 +1,7 @@
 """Only a person gives a permission; renewals only keep it, and a stop stays a stop."""
 import pytest
 
-from tb3_labs.supervision.events import Age, Connection, Event, LogQueue, Origins
+from tb3_labs.supervision.events import Age, Event, LogQueue, MessageAges, SenderConnection
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.timeouts import RENEWAL, SleepWatch
 
@@ -219,10 +219,10 @@ def test_what_an_earlier_process_said_does_not_bind_one_that_bears_its_name(send
 
 # How old is a message? ---------------------------------------------------------------------------
 
-HERE = Connection('/a', 'http://a:1', since=100.0)
+HERE = SenderConnection('/a', 'http://a:1', since=100.0)
 
 
-@pytest.mark.parametrize('present, way, now, age', [
+@pytest.mark.parametrize('present, connection, now, age', [
     ([], HERE, 100.1, Age.NEW),                              # rostopic pub -1
     (['/a'], HERE, 101.9, Age.REPEATED),                     # rostopic pub -r 5, which runs from before the start
     (['/a'], HERE, 102.1, Age.NEW),                          # a person types
@@ -232,10 +232,10 @@ HERE = Connection('/a', 'http://a:1', since=100.0)
     (['/a'], HERE._replace(latches=True), 100.2, Age.OLD),
     (['/a'], HERE._replace(since=150.0, latches=True), 150.1, Age.LATCHED),
     (['/a'], HERE._replace(latches=True), 160.0, Age.LATCHED)])
-def test_the_first_message_of_a_sender_may_be_older_than_the_node(present, way, now, age):
-    origins = Origins(present, 100.0)
-    assert origins.age_of(way, now) is age
-    assert origins.age_of(way, now) is Age.NEW
+def test_the_first_message_of_a_sender_may_be_older_than_the_node(present, connection, now, age):
+    message_ages = MessageAges(present, 100.0)
+    assert message_ages.age_of(connection, now) is age
+    assert message_ages.age_of(connection, now) is Age.NEW
 
 
 @pytest.mark.parametrize('change, now, age', [
@@ -244,20 +244,20 @@ def test_the_first_message_of_a_sender_may_be_older_than_the_node(present, way, 
     ({'process': 'http://a:2'}, 203.0, Age.RESTARTED),
     ({'process': 'http://a:2', 'renews': True, 'latches': True}, 200.2, Age.RESTARTED)])
 def test_after_a_lost_connection_or_a_restart_of_the_sender(change, now, age):
-    origins = Origins([], 100.0)
-    origins.age_of(HERE, 101.0)
-    assert origins.age_of(HERE._replace(since=200.0, **change), now) is age
+    message_ages = MessageAges([], 100.0)
+    message_ages.age_of(HERE, 101.0)
+    assert message_ages.age_of(HERE._replace(since=200.0, **change), now) is age
 
 
 @pytest.mark.parametrize('stamp, clock, age', [
     (7.0, 9.0, Age.SAME), (7.1, 9.0, Age.NEW), (0.0, 9.0, Age.NEW),
     (7.0, 8.0, Age.NEW)])      # two messages within one step of a simulated clock, or while it stands
 def test_a_message_with_the_stamp_of_the_one_before_is_that_message(stamp, clock, age):
-    origins = Origins([], 100.0)
-    origins.age_of(HERE, 101.0, 7.0 if stamp else 0.0, 8.0)
-    origins.age_of(HERE._replace(sender='/b'), 101.0, 5.0, 8.0)
-    assert origins.age_of(HERE, 101.1, stamp, clock) is age
-    assert origins.age_of(HERE._replace(since=150.0, latches=True), 151.0, stamp, 10.0) is Age.LATCHED
+    message_ages = MessageAges([], 100.0)
+    message_ages.age_of(HERE, 101.0, 7.0 if stamp else 0.0, 8.0)
+    message_ages.age_of(HERE._replace(sender='/b'), 101.0, 5.0, 8.0)
+    assert message_ages.age_of(HERE, 101.1, stamp, clock) is age
+    assert message_ages.age_of(HERE._replace(since=150.0, latches=True), 151.0, stamp, 10.0) is Age.LATCHED
 
 
 # A process that slept: this is noticed when it next reads the clock, and once ----------------------

@@ -14,7 +14,7 @@ import rospy
 from tb3_labs.ros.clocks import ros_time, steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
-from tb3_labs.supervision.events import Connection, Event, Origins
+from tb3_labs.supervision.events import Event, MessageAges, SenderConnection
 
 #: In the header of a sender that renews its permission: if it dies, the permission expires.
 RENEWS = {'renewed': '1'}
@@ -74,29 +74,29 @@ def subscribe_events(topic, kind, callback, read=lambda message: message.data):
     to_age = ages(topic)
 
     def to_event(message):
-        way, at = way_of(message), steady_time()
+        connection, at = sender_connection(message), steady_time()
         sent = _stamp_of(message) if is_wall_time() else 0.0    # the pace of another is unknown
-        return Event(read(message), at, way.sender, to_age(message), way.renews, sent)
+        return Event(read(message), at, connection.sender, to_age(message), connection.renews, sent)
 
     return subscribe(topic, kind, callback, to_event, queue_size=None)
 
 
 def ages(topic):
     """Returns a function that gives the events.Age of each message of a topic, once."""
-    origins = Origins(publishers_of(rospy.resolve_name(topic)), steady_time())
-    return lambda message: origins.age_of(
-        way_of(message), steady_time(), _stamp_of(message), ros_time())
+    message_ages = MessageAges(publishers_of(rospy.resolve_name(topic)), steady_time())
+    return lambda message: message_ages.age_of(
+        sender_connection(message), steady_time(), _stamp_of(message), ros_time())
 
 
 def _stamp_of(message):
     return message.header.stamp.to_sec() if hasattr(message, 'header') else 0.0
 
 
-def way_of(message):
+def sender_connection(message):
     """The events.Connection on which a message arrived."""
     header = connection_of(message)
-    return Connection(sender_of(header), header['process'], header['connected_at'],
-                      header.get('latching') == '1', RENEWS.items() <= header.items())
+    return SenderConnection(sender_of(header), header['process'], header['connected_at'],
+                            header.get('latching') == '1', RENEWS.items() <= header.items())
 
 
 def require_master():

@@ -48,7 +48,7 @@ class Event(Generic[What]):
     sent_at: float = 0.0
 
 
-class Connection(NamedTuple):
+class SenderConnection(NamedTuple):
     """The way on which the messages of one sender arrive."""
 
     sender: str
@@ -58,34 +58,35 @@ class Connection(NamedTuple):
     renews: bool = False      # see Event
 
 
-class Origins:
+class MessageAges:
     """Tells the Age of each message of one topic, by the connection on which it arrives."""
 
     def __init__(self, present: Iterable[str], now: float) -> None:
         """This node begins to listen now; `present`: the senders that were there before."""
         self._present, self._begun_at = frozenset(present), now
-        self._latest: Dict[str, Connection] = {}    # by the senders' names
+        self._latest: Dict[str, SenderConnection] = {}    # by the senders' names
         self._stamps: Dict[str, Tuple[float, float]] = {}    # the same: (stamp, clock)
 
-    def age_of(self, way: Connection, now: float, stamp: float = 0.0, clock: float = 0.0) -> Age:
-        """The Age of a message that has arrived `way` now; `stamp`: its own, or 0; `clock`: the
-        clock of stamps. A driver that hangs repeats its stamp."""
-        before, stamped = self._latest.get(way.sender), self._stamps.get(way.sender)
-        self._latest[way.sender] = way
-        self._stamps[way.sender] = stamp, clock
-        if before == way:
+    def age_of(self, connection: SenderConnection, now: float, stamp: float = 0.0,
+               clock: float = 0.0) -> Age:
+        """The Age of a message that has arrived on `connection` now; `stamp`: its own, or 0;
+        `clock`: the clock of stamps. A driver that hangs repeats its stamp."""
+        before, stamped = self._latest.get(connection.sender), self._stamps.get(connection.sender)
+        self._latest[connection.sender] = connection
+        self._stamps[connection.sender] = stamp, clock
+        if before == connection:
             is_same = stamped is not None and stamp == stamped[0] != 0.0 and clock != stamped[1]
             return Age.SAME if is_same else Age.NEW
-        if before is None and way.sender not in self._present:
+        if before is None and connection.sender not in self._present:
             return Age.NEW
-        is_restarted = before is not None and before.process != way.process
-        if is_restarted and way.renews:    # it sends nothing before a person acts
+        is_restarted = before is not None and before.process != connection.process
+        if is_restarted and connection.renews:    # it sends nothing before a person acts
             return Age.RESTARTED
-        if way.latches and before is None and now - self._begun_at < LATCHED_WITHIN:
+        if connection.latches and before is None and now - self._begun_at < LATCHED_WITHIN:
             return Age.OLD    # if it had sent nothing before, its first message would come later
-        if way.latches and not way.renews:
+        if connection.latches and not connection.renews:
             return Age.LATCHED
-        if now - way.since < REPEATS_WITHIN:
+        if now - connection.since < REPEATS_WITHIN:
             return Age.REPEATED
         return Age.RESTARTED if is_restarted else Age.NEW
 

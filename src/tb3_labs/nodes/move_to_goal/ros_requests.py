@@ -19,7 +19,7 @@ from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.conversions import frame, to_pose2, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
-from tb3_labs.ros.topics import Complaints, ages, subscribe, way_of
+from tb3_labs.ros.topics import Complaints, ages, sender_connection, subscribe
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
 from tb3_labs.supervision.events import Age
@@ -205,7 +205,8 @@ def only_new(topic, callback):
     def hear(message):
         if to_age(message) in (Age.LATCHED, Age.OLD):
             rospy.logwarn('%s: a message of %s from before this node could hear it does not count; '
-                          'say it again', rospy.resolve_name(topic), way_of(message).sender)
+                          'say it again', rospy.resolve_name(topic),
+                          sender_connection(message).sender)
         else:
             callback(message)
 
