@@ -175,9 +175,9 @@ class Mover(Process):
             connection = SenderConnection(name, sender.process, self.world.now, sender.latches, sender.renews)
             self.ways[name] = connection
             if sender.latches and sender.word is not None:
-                self.on_word(connection, sender.word, None, is_old)
+                self.on_ctrl_relinq(connection, sender.word, None, is_old)
 
-    def on_word(self, connection, word, at, is_old=False):
+    def on_ctrl_relinq(self, connection, word, at, is_old=False):
         """A sender that latches, and was there before, is doubted at first."""
         now, age = self.world.now, self.message_ages.age_of(connection, self.world.now)
         doubtful = connection.sender in self.unheard and connection.latches and not connection.renews
@@ -185,13 +185,13 @@ class Mover(Process):
         if word or not is_old:
             self.oracle.hear(now, connection.sender, word,
                              None if word and (doubtful or self.waking) else self.at(at), connection.renews)
-        self.core.on_word(Event(word, now, connection.sender, age, connection.renews))
+        self.core.on_ctrl_relinq(Event(word, now, connection.sender, age, connection.renews))
 
     def forget(self, name):
         """A new process has a new name, as rostopic has. Here it has the name of one that ended."""
         self.message_ages._present -= {name}
         self.message_ages._latest.pop(name, None)
-        self.core._permission._said.pop(name, None)
+        self.core._permission._last_value.pop(name, None)
 
     def on_goal(self, sender, at):
         now, request = self.world.now, GoalRequest(RequestedPose(Pose2(40.0)), sender)
@@ -230,8 +230,8 @@ class Mover(Process):
         self.oracle.look(now, self.hear_sensors())
         output = core.tick(now, now)
         self.world.judge(output.command, self.oracle)
-        if output.control_stands is not self.has_control and not self.connects_at:
-            self.has_control = output.control_stands
+        if output.has_grant is not self.has_control and not self.connects_at:
+            self.has_control = output.has_grant
             for pad in self.world.pads:
                 pad.send('mover', 'on_control', self.has_control)
 
@@ -262,7 +262,7 @@ class Pad(Process):
         self.decide(self.world.now)
 
     def on_taken(self):
-        self.core.on_word(Event(False, self.world.now))
+        self.core.on_ctrl_relinq(Event(False, self.world.now))
         self.oracle.stop(self.world.now)
         self.decide(self.world.now)
 
@@ -285,7 +285,7 @@ class Pad(Process):
         self.world.judge(output.command, self.oracle)
         if output.asks_reset:
             self.judge_reset(at)
-        for word in output.words:
+        for word in output.relinquishes:
             for _ in range(1 if word else 2):    # as GamepadNode does
                 self.world.tell(self.name, word, at)
             at = at if not word else None    # the others of a grant are renewals

@@ -178,7 +178,7 @@ class Labs(World):
         """A word on ctrl_relinq."""
         self.senders[name].word = word
         if name in self.mover.ways:
-            self.mover.send(name, 'on_word', self.mover.ways[name], word, at)
+            self.mover.send(name, 'on_ctrl_relinq', self.mover.ways[name], word, at)
         for pad in self.pads:
             if pad.name != name and not word:
                 pad.send('others', 'on_taken')

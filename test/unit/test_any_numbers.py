@@ -86,8 +86,8 @@ class Driven:
         elif what == 'clock':
             self.now += math.fmod(a, 3.0)
         elif what == 'grant':
-            self.mover.on_word(Event(False, self.now, 'hand'))
-            self.mover.on_word(Event(a > 0.0, self.now, 'hand'))
+            self.mover.on_ctrl_relinq(Event(False, self.now, 'hand'))
+            self.mover.on_ctrl_relinq(Event(a > 0.0, self.now, 'hand'))
         else:
             try:
                 if what == 'goal':

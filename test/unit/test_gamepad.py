@@ -29,7 +29,7 @@ class Core(GamepadCore):
     def tick(self, now):
         self.now, output = now, super().tick(now)
         self.put_out['news'] += output.log_lines
-        self.put_out['words'] += output.words
+        self.put_out['words'] += output.relinquishes
         self.put_out['asks_reset'] += [True] * output.asks_reset
         return output
 
@@ -263,7 +263,7 @@ def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stamped, s
         assert stamped.tick(101.3).command == Twist2()
     look(stamped, 101.0, 101.3)
     if stop == 'taken':
-        stamped.on_word(Event(False, 101.3))
+        stamped.on_ctrl_relinq(Event(False, 101.3))
     stamped.take('words')
     look(stamped, 101.3, 101.5)
     # released at 101.5: rest, A pressed at 101.1; or B before it
@@ -277,7 +277,7 @@ def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stamped, s
 def test_a_stop_of_another_node_reaches_a_stick_that_is_held(pad):
     """One zero; the stick drives again once it was in its middle."""
     assert pad.rest_and_push()
-    pad.controller.on_word(Event(False, pad.now))
+    pad.controller.on_ctrl_relinq(Event(False, pad.now))
     assert set(pad.run(1.0)) == {None} and pad.holder is NOBODY
     assert pad.rest_and_push()
 
@@ -286,7 +286,7 @@ def test_a_stop_of_another_node_reaches_a_stick_that_is_held(pad):
 def test_a_stick_that_was_pushed_before_the_stop_of_another_node_does_not_drive(
         stamped, pushed_at, drives):
     hear(stamped, 101.1, 8.1)
-    stamped.on_word(Event(False, 101.2))
+    stamped.on_ctrl_relinq(Event(False, 101.2))
     hear(stamped, 101.25, pushed_at, forward=1.0)
     assert (stamped.tick(101.25).command != Twist2()) is drives
 

@@ -186,11 +186,11 @@ def reset_in_a_spin(robot_config, rate=1.0, after=None):
 
     spin(0.0, 1.0)
     if after is not None:
-        navigator.on_word(Event(True, robot.now))
+        navigator.on_ctrl_relinq(Event(True, robot.now))
         navigator.set_goal(after)
         while navigator.status(robot.now).active:
             run(robot, navigator, hear, 0.1)
-        navigator.on_word(Event(False, robot.now))
+        navigator.on_ctrl_relinq(Event(False, robot.now))
     spin(0.0, 1.0 + rng.random())
     spin(rate, 1.0 + rng.random())
     there, reset = robot.truth, Reset(RequestedPose(Pose2()))

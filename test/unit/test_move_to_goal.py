@@ -34,7 +34,7 @@ class Robot:
 
     def control(self, granted, sender='hand'):
         """A sender gives or takes control."""
-        self.core.on_word(Event(granted, self.now, sender))
+        self.core.on_ctrl_relinq(Event(granted, self.now, sender))
         self.tick()
 
     def ask(self, pose, sender='person', in_odom=False, **goal_id):
@@ -192,7 +192,7 @@ def test_the_time_in_which_a_node_starts_is_no_sleep():
     robot.now += 5.0
     robot.core.begin_control(robot.now)
     robot.control(True)
-    assert robot.tick().control_stands
+    assert robot.tick().has_grant
 
 
 def test_a_drive_that_was_given_up_begins_anew_when_control_is_given_not_when_it_goes():
@@ -481,7 +481,7 @@ def test_after_a_stand_the_law_is_told_that_its_drive_was_interrupted(stand):
 
     def renewed():
         for _ in range(4):
-            robot.core.on_word(Event(True, robot.now, 'pad', renews=True))
+            robot.core.on_ctrl_relinq(Event(True, robot.now, 'pad', renews=True))
             robot.run(0.1)
     renewed()
     assert law.times == 0

@@ -19,7 +19,7 @@ class Senders:
         self._next = {}
 
     def hear(self, sender, word, age=Age.NEW, renews=False):
-        self.permission.told(Event(word, self.now, sender, age, renews))
+        self.permission.on_message(Event(word, self.now, sender, age, renews))
 
     def say(self, sender, word):
         """A True or False of a person, or of a pad, whose name begins with 'pad'."""
@@ -39,7 +39,7 @@ class Senders:
                     self._next[sender] = self.now + RENEWAL
                     self.hear(sender, True, renews=True)
             self.permission.update(self.now)
-            self.permission.look(self.sensor_problem)
+            self.permission.set_sensor_problem(self.sensor_problem)
             might = might or self.permission.granted
         return might
 

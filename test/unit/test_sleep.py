@@ -100,7 +100,7 @@ class Mover(Bench):
     def let_go(self):
         """A long sleep took control."""
         for word in (False, True):
-            self.core.on_word(self.event(word))
+            self.core.on_ctrl_relinq(self.event(word))
 
     def give(self):
         self.core.set_goal(Pose2(1.0))
@@ -144,7 +144,7 @@ class Pad(Bench):
         output = self.core.tick(self.now)
         self.tell(*[line.text for line in output.log_lines])
         self.has_moved = (self.has_moved or output.command not in (None, Twist2())
-                          or output.asks_reset or True in output.words)
+                          or output.asks_reset or True in output.relinquishes)
 
     def hold(self, **state):
         self.state = PadState(**state)
@@ -189,12 +189,12 @@ GIVES = [
     (Page, lambda page: page.ask(page.core.check, 0.0, 1.0))]      # a turn, a goal, a reset
 #: What stops it, and what moved it before.
 STOPS = [
-    (Mover, Mover.goal, lambda core: core.core.on_word(core.event(False))),
+    (Mover, Mover.goal, lambda core: core.core.on_ctrl_relinq(core.event(False))),
     (Mover, Mover.goal, lambda core: core.core.on_cancel(core.now)),
     (Turner, lambda core: core.core.on_turn(core.event(90.0), core.now),
      lambda core: core.mouse(True, 0.0) or core.let_go()),
     *[(Pad, partial(Pad.hold, relinquish=True), stop) for stop in (
-        partial(Pad.hold, regain=True), lambda pad: pad.core.on_word(pad.event(False)),
+        partial(Pad.hold, regain=True), lambda pad: pad.core.on_ctrl_relinq(pad.event(False)),
         lambda pad: pad.core.on_has_control(pad.event(False)))]]
 
 

@@ -67,20 +67,20 @@ class _Grant:
 class Permission:
     """The permission that follows from the messages of all senders."""
 
-    def __init__(self, granted: bool, tell: Callable[[str, bool], None]) -> None:
-        """`granted`: from the start; `tell(text, warning)` gets each line for the user."""
+    def __init__(self, granted: bool, log: Callable[[str, bool], None]) -> None:
+        """`granted`: from the start; `log(text, warning)` gets each line for the user."""
         #: Number of grants so far.
         self.count = 0
         self._sensor_problem, self._patience = 'no sensors yet', ROBOT_START
         # For each sender: its grant, its last message, the time of its last False.
         self._grants: Dict[str, _Grant] = {'': _Grant(math.nan, False)} if granted else {}
-        self._said: Dict[str, bool] = {}
+        self._last_value: Dict[str, bool] = {}
         self._stops: Dict[str, float] = {}
         self._refused: Set[str] = set()    # senders whose ignored True has had its line
         self._now = math.nan           # the time of the last update
         self._began_at = math.nan      # time of the first update, or of the end of a long sleep
         self.sleep = SleepWatch()
-        self._tell = tell
+        self._log = log
 
     @property
     def granted(self) -> bool:
@@ -88,7 +88,7 @@ class Permission:
         return any(grant.holds(self._now) for grant in self._grants.values())
 
     @property
-    def stands(self) -> bool:
+    def has_grant(self) -> bool:
         """Is there a grant that nobody has taken? Its sender may be silent for a moment."""
         return bool(self._grants)
 
@@ -98,7 +98,7 @@ class Permission:
         if '' in self._grants:
             self._grants[''] = _Grant(now, False)
 
-    def look(self, sensor_problem: str) -> None:
+    def set_sensor_problem(self, sensor_problem: str) -> None:
         """Take in the problem of the sensors, '' if they are there, after each :meth:`update`."""
         self._sensor_problem = sensor_problem
         if not sensor_problem:
@@ -106,15 +106,16 @@ class Permission:
             for grant in self._grants.values():
                 grant.has_robot = True
 
-    def told(self, word: 'Event[bool]') -> None:
-        """A sender says True or False. It renews its grant, or gives once (`word.renews`)."""
-        now, sender, granted = word.at, word.sender, word.what
+    def on_message(self, message: 'Event[bool]') -> None:
+        """A sender says True or False. It renews its grant, or gives once (`message.renews`)."""
+        now, sender, granted = message.at, message.sender, message.what
         self.update(now)
-        if word.age is Age.RESTARTED:    # another process bore this name before
-            self._said.pop(sender, None)
+        if message.age is Age.RESTARTED:    # another process bore this name before
+            self._last_value.pop(sender, None)
             self._grants.pop(sender, None)
-        repeated, self._said[sender] = granted and self._said.get(sender, False), granted
-        if word.age is Age.OLD and not granted and not any(self._grants):
+        repeated, self._last_value[sender] = granted and self._last_value.get(sender,
+                                                                              False), granted
+        if message.age is Age.OLD and not granted and not any(self._grants):
             return    # '' is the grant at the start
         if not granted:
             self._stops = {other: at for other, at in self._stops.items()
@@ -125,17 +126,17 @@ class Permission:
         elif sender in self._grants:
             self._grants[sender].renewed(now)
             self._look_at_delay(sender, self._grants[sender])
-        elif word.age.is_doubtful:
+        elif message.age.is_doubtful:
             self._refuse(sender, f'Control was given by {sender} before this node could hear it, '
                                  'and does not count: False, then True, gives it again')
         elif self.sleep.doubt:
             self._refuse(sender, f'Control from {sender} does not count: {self.sleep.doubt}. '
                                  'False, then True, gives it again')
         elif not repeated:
-            self._grants[sender] = _Grant(now, word.renews)
+            self._grants[sender] = _Grant(now, message.renews)
             self._refused.discard(sender)
             self.count += 1
-        elif not self.stands:
+        elif not self.has_grant:
             self._refuse(sender, f'True from {sender} does not count, it was said before: False, '
                                  'then True, gives control again')
 
@@ -143,7 +144,7 @@ class Permission:
         """Log once that a True is ignored, since a sender repeats it ten times a second."""
         if sender not in self._refused:
             self._refused.add(sender)
-            self._tell(text, True)
+            self._log(text, True)
 
     def update(self, now: float) -> None:
         """Suspend or end grants that were not renewed in time. To be called repeatedly."""
@@ -155,7 +156,7 @@ class Permission:
             self._began_at = now
             if self._grants:
                 self._grants = {}
-                self._tell('Control is gone: ' + self.sleep.in_words(), True)
+                self._log('Control is gone: ' + self.sleep.in_words(), True)
         for sender, grant in list(self._grants.items()):
             if not grant.has_robot and now - grant.given_at > self._patience:
                 self._end(sender, f'{self._sensor_problem} for {self._patience:.0f} s (is the '
@@ -173,7 +174,7 @@ class Permission:
             self._end(sender, 'it was taken while the network delayed it')
 
     def _end(self, sender: str, reason: str) -> None:
-        self._tell(f'Control from {sender or "the start"} is gone: {reason}. False, then True, '
-                   'gives it again', True)
+        self._log(f'Control from {sender or "the start"} is gone: {reason}. False, then True, '
+                  'gives it again', True)
         self._refused.add(sender)    # so its next True needs no line
         del self._grants[sender]

@@ -32,7 +32,7 @@ class PadOutput(Output):
     #: The holder of the robot, if it has changed.
     holder: Optional[ControlHolder] = None
     #: To be published on `ctrl_relinq`, in this order; `renews`: then True once more.
-    words: Sequence[bool] = ()
+    relinquishes: Sequence[bool] = ()
     renews: bool = False
     #: Was the reset button pressed?
     asks_reset: bool = False
@@ -95,11 +95,11 @@ class GamepadCore:
         elif now - self.messages.given_at >= CROSSING:
             self._happens(ControlEvent.TAKEN, now)
 
-    def on_word(self, word: 'Event[bool]') -> None:
+    def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
         """Another node sent True or False. Its False takes the control that this pad gave, or stops
         held sticks."""
-        if not word.what:
-            self._on_taken(word.at)
+        if not message.what:
+            self._on_taken(message.at)
 
     def on_leave(self, now: float) -> None:
         """The node ends: its operator leaves."""
@@ -128,7 +128,7 @@ class GamepadCore:
         return PadOutput(
             command, log_lines=self._log.pop_all(), watched=watched, holder=holder,
             asks_reset=asks_reset,
-            words=self.messages.pop_all(), renews=self.messages.renews(now))
+            relinquishes=self.messages.pop_all(), renews=self.messages.renews(now))
 
     def _look_at_rest(self, now: float) -> None:
         """A pad at rest is ready once it has sent messages for a while. Another stick is named."""

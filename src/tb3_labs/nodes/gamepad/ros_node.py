@@ -34,7 +34,7 @@ class GamepadNode:
             'joy', Joy, lambda joy: self._gate.take_in(self._core.on_joy, joy),
             lambda joy: read_pad(joy.axes, joy.buttons, config))
         subscribe_events(hear_others_alone('ctrl_relinq'), Bool,
-                         lambda word: self._gate.take_in(self._core.on_word, word))
+                         lambda word: self._gate.take_in(self._core.on_ctrl_relinq, word))
         subscribe_events('has_control', Bool,
                          lambda word: self._gate.take_in(self._core.on_has_control, word))
         Diagnostics(model.name, lambda: self._gate.ask(self._diagnose))
@@ -43,7 +43,7 @@ class GamepadNode:
 
     def _say(self, output):
         """A stop is sent twice: a listener may take a connection's first message for latched."""
-        for word in output.words:
+        for word in output.relinquishes:
             for _ in range(1 if word else 2):
                 self._control.publish(word)
         if output.renews:

@@ -58,7 +58,7 @@ class DriveOutput(Output):
     """All that move_to_goal wants done now."""
 
     #: Was control given, and not taken back? Its sender may be silent for a moment.
-    control_stands: bool = False
+    has_grant: bool = False
     #: The answers to clients of goals, in order.
     answers: Sequence[GoalAnswer] = ()
     #: The status of the drive, if it is new.
@@ -195,9 +195,9 @@ class MoveToGoalCore:
         """From now on senders of control can be heard; `now` as in permission.Permission."""
         self._permission.begin(now)
 
-    def on_word(self, word: 'Event[bool]') -> None:
+    def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
         """A sender gives control, or takes it."""
-        self._permission.told(word)
+        self._permission.on_message(message)
 
     def _update_control(self, now: float) -> None:
         """Does the permission still hold? `now`: of a clock that never goes back [s]."""
@@ -227,8 +227,9 @@ class MoveToGoalCore:
         self._look_at_end(steady)
         return DriveOutput(
             command, command is None and (is_due or not self._drives), status=self._new_status(now),
-            log_lines=self._log.pop_all(), watched=self._permission.stands and self._machine.active,
-            control_stands=self._permission.stands, answers=self._requests.pop_answers(),
+            log_lines=self._log.pop_all(),
+            watched=self._permission.has_grant and self._machine.active,
+            has_grant=self._permission.has_grant, answers=self._requests.pop_answers(),
             fix=self._localizer.pop_fix(), odom_T_local=self.odom_T_local)
 
     def _command(self, now: float) -> Optional[Twist2]:
@@ -309,12 +310,12 @@ class MoveToGoalCore:
     def _look_at_sensors(self, now: float) -> None:
         sensors = self._sensors
         sensors.update(now, self._gyro.is_checked)
-        self._permission.look(sensors.problem(now))
+        self._permission.set_sensor_problem(sensors.problem(now))
         if sensors.status is not SensorStatus.FRESH:
             self._pace.pause()
         if sensors.status is SensorStatus.BACK_SOON:
             self._machine.interrupt()
-        elif (sensors.status is SensorStatus.LATE and self._permission.stands
+        elif (sensors.status is SensorStatus.LATE and self._permission.has_grant
               and self._machine.active):
             self._machine.give_up(f'{sensors.hold_reason or "sensors were silent"} for '
                                   f'{sensors.silent_for:.1f} s')
@@ -351,7 +352,7 @@ class MoveToGoalCore:
                 self._log.add(f'{jump.text[0].upper()}{jump.text[1:]}: {jump.outcome}', True)
             if self._localizer.is_lost and self._machine.active:
                 self._machine.give_up(POSE_LOST)
-            elif self._permission.stands and self._machine.begun and self._machine.active:
+            elif self._permission.has_grant and self._machine.begun and self._machine.active:
                 self._machine.give_up(jump.text)
         for reset in self._localizer.pop_resets():
             if reset.done:

@@ -97,7 +97,7 @@ class MoveToGoalNode:
         subscribe(hear_others_alone('cmd_vel'), Twist, self._on_command_of_others)
         LiveSettings(drive, lambda new: gate.take_in(core.set_law, self._law(new)))
         gate.look()
-        subscribe_events('ctrl_relinq', Bool, lambda word: gate.take_in(core.on_word, word))
+        subscribe_events('ctrl_relinq', Bool, lambda word: gate.take_in(core.on_ctrl_relinq, word))
         self._sends_wheels = subscribe_wheels(lambda sample: gate.ask(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
         # every message is read: any of them may have the displacement that the firmware reverses;
@@ -124,9 +124,9 @@ class MoveToGoalNode:
             self._goals.feedback(output.fix)
 
     def _say(self, output):
-        if output.control_stands is not self._has_control:
-            self._has_control = output.control_stands
-            self._control.publish(output.control_stands)
+        if output.has_grant is not self._has_control:
+            self._has_control = output.has_grant
+            self._control.publish(output.has_grant)
 
     def _carry_out(self, output):
         self._goals.answer(output.answers)
