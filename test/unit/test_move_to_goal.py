@@ -15,7 +15,7 @@ from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.events import Event
-from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalRequest, Outcome
+from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalOutcome, GoalRequest
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE
 
 START = 100.0
@@ -177,7 +177,7 @@ def test_what_may_have_been_said_during_a_short_sleep_sets_nothing_in_motion():
     robot.now += 1.5
     robot.control(True)
     (outcome, reason), = robot.ask(Pose2(5.0))
-    assert outcome is Outcome.REJECTED and 'while this node did not run' in reason
+    assert outcome is GoalOutcome.REJECTED and 'while this node did not run' in reason
     assert set(robot.run(0.4)) == {None} and len(robot.refused) == 1
     assert robot.refused[0].startswith('Control from hand does not count')
     robot.core.set_goal(Pose2(5.0))
@@ -272,16 +272,16 @@ def test_a_client_hears_of_the_beginning_and_of_one_end():
     robot = driving()
     first = GoalRequest(RequestedPose(Pose2(3.0)), 'client', 'first', 5)
     robot.core.on_goal(first, robot.now)
-    assert robot.tick().answers == [(first, Outcome.ACCEPTED, 'driving')]
+    assert robot.tick().answers == [(first, GoalOutcome.ACCEPTED, 'driving')]
     second = GoalRequest(RequestedPose(Pose2(2.0)), 'client', 'second', 6)
     robot.core.on_goal(second, robot.now)
-    assert robot.tick().answers == [(first, Outcome.CANCELED, 'replaced by a newer goal'),
-                                    (second, Outcome.ACCEPTED, 'driving')]
+    assert robot.tick().answers == [(first, GoalOutcome.CANCELED, 'replaced by a newer goal'),
+                                    (second, GoalOutcome.ACCEPTED, 'driving')]
     robot.cancel('second')
-    assert robot.answers() == [(Outcome.CANCELED, 'canceled')] and robot.answers() == []
-    assert robot.ask(Pose2(), name='home') == [(Outcome.ACCEPTED, 'driving')]
+    assert robot.answers() == [(GoalOutcome.CANCELED, 'canceled')] and robot.answers() == []
+    assert robot.ask(Pose2(), name='home') == [(GoalOutcome.ACCEPTED, 'driving')]
     robot.run(0.5)
-    assert robot.heard == [(Outcome.REACHED, 'Goal reached!')]
+    assert robot.heard == [(GoalOutcome.REACHED, 'Goal reached!')]
     robot.heard.clear()
     robot.reset(Pose2(1.0))            # the robot drives to the ended goal again: its client has had its end
     robot.run(0.5)
@@ -291,7 +291,7 @@ def test_a_client_hears_of_the_beginning_and_of_one_end():
     robot.odom_pose = Pose2(4.0, 2.0, 0.3)
     robot.run(0.1)
     (outcome, reason), = robot.heard
-    assert outcome is Outcome.GIVEN_UP and 'jumped by' in reason
+    assert outcome is GoalOutcome.GIVEN_UP and 'jumped by' in reason
 
 
 # -- the effect of a wrong sign, a missing line or another constant
@@ -337,7 +337,7 @@ def test_a_place_that_is_far_away_is_a_mistake(in_odom):
     assert 'is not valid: a number from -100 to 100 m' in refused.problem
     (outcome, reason), = robot.ask(
         robot.core.odom_T_local @ Pose2(-71.0, 100.5) if in_odom else far, in_odom=in_odom)
-    assert outcome is Outcome.REJECTED
+    assert outcome is GoalOutcome.REJECTED
     assert reason.endswith('is not valid: a number from -100 to 100 m')
 
 
@@ -348,7 +348,7 @@ def test_a_goal_that_is_repeated_stays_cancelled_until_its_sender_pauses_or_chan
         """Send the goal every 0.5 s; returns True if the robot drove."""
         drove = False
         for _ in range(round(2 * seconds)):
-            if robot.ask(goal, 'program', **goal_id)[-1] != (Outcome.REJECTED, STAYS_ENDED):
+            if robot.ask(goal, 'program', **goal_id)[-1] != (GoalOutcome.REJECTED, STAYS_ENDED):
                 sent.append(robot.status.attempt)
             drove = any(robot.run(0.5)[1:]) or drove
         return drove
@@ -383,7 +383,7 @@ def test_a_cancel_that_means_one_goal_ends_its_repetitions_with_other_names(whic
         robot.run(0.5)
     assert not robot.cancel('first') and robot.cancel(*which)
     assert robot.ask(Pose2(3.0), 'program', name='third', stamp=8) == [
-        (Outcome.REJECTED, STAYS_ENDED)]
+        (GoalOutcome.REJECTED, STAYS_ENDED)]
 
 
 def test_a_repeated_goal_does_not_drive_on_after_a_failure_nor_renew_the_wait_for_sensors():
@@ -408,7 +408,7 @@ def test_poses_in_odom_are_converted_by_the_frame_that_the_reset_before_them_mad
     robot = Robot()
     robot.run(0.1)
     first, second = robot.reset(Pose2(5.0, 5.0, math.pi / 2.0)), robot.reset(robot.odom_pose, True)
-    assert robot.ask(Pose2(math.nan))[0][0] is Outcome.REJECTED
+    assert robot.ask(Pose2(math.nan))[0][0] is GoalOutcome.REJECTED
     robot.run(0.05)
     for reset in (first, second):
         there = reset.declared

@@ -30,12 +30,12 @@ class GoalRequest(NamedTuple):
     stamp: int = 0        # the GoalID's stamp [ns, sender's clock]; 0 if it has none
     client: Any = None    # it gets the GoalAnswers
 
-    def is_meant(self, name: str, stamp: int) -> bool:
+    def is_named_by(self, name: str, stamp: int) -> bool:
         """Does a cancel with this name and stamp mean it?"""
         return (self.name == name if name else not stamp) or 0 < self.stamp <= stamp
 
 
-class Outcome(Enum):
+class GoalOutcome(Enum):
     """The fate of a goal."""
 
     ACCEPTED = 'accepted'
@@ -49,17 +49,17 @@ class GoalAnswer(NamedTuple):
     """An answer to the client of a goal."""
 
     request: GoalRequest
-    outcome: Outcome
+    outcome: GoalOutcome
     text: str
 
 
-class _Row:
+class _Repetition:
     """One sender's unchanged goals without a pause between them."""
 
     def __init__(self, request: GoalRequest) -> None:
         self.goal, self.latest = request.goal, request
         self.source = Freshness('goal', SENDER_PAUSE)
-        self.is_repeated = self.is_ended = self.was_told = False
+        self.is_repeated = self.is_ended = self.was_logged = False
 
     def end(self) -> None:
         self.is_ended = self.is_ended or self.is_repeated
@@ -74,14 +74,14 @@ class GoalRequests:
         self._sleep = sleep
         self._open: Optional[GoalRequest] = None    # its client waits for its end
         self._answers: List[GoalAnswer] = []
-        self._rows: Dict[str, _Row] = {}    # by sender
+        self._rows: Dict[str, _Repetition] = {}    # by sender
 
     def hear(self, request: GoalRequest, now: float) -> None:
         """A goal has arrived; to be called for each, also for one that is refused."""
         self._forget(now)
         row = self._row_of(request)
         if row is None:
-            row = self._rows[request.sender] = _Row(request)
+            row = self._rows[request.sender] = _Repetition(request)
         else:
             row.is_repeated, row.latest = True, request
         row.source.heard(now)
@@ -91,12 +91,12 @@ class GoalRequests:
         row = self._row_of(request)
         return row is not None and row.is_ended
 
-    def tell(self, request: GoalRequest) -> str:
+    def refusal_line(self, request: GoalRequest) -> str:
         """The line for a goal that stays ended; '' after the first time."""
         row = self._row_of(request)
-        if row is None or row.was_told:
+        if row is None or row.was_logged:
             return ''
-        row.was_told = True
+        row.was_logged = True
         return (f'The goal that {request.sender or "a program"} repeats stays ended: it counts '
                 f'again if it is changed, or after a pause of {SENDER_PAUSE:.0f} s')
 
@@ -107,15 +107,15 @@ class GoalRequests:
 
     def accept(self, request: GoalRequest) -> None:
         """`request` is driven to from now on."""
-        self.end(Outcome.CANCELED, 'replaced by a newer goal')
-        self._answers.append(GoalAnswer(request, Outcome.ACCEPTED, 'driving'))
+        self.end(GoalOutcome.CANCELED, 'replaced by a newer goal')
+        self._answers.append(GoalAnswer(request, GoalOutcome.ACCEPTED, 'driving'))
         self.present = self._open = request
 
     def refuse(self, request: GoalRequest, reason: str) -> None:
         """`request` changes nothing."""
-        self._answers.append(GoalAnswer(request, Outcome.REJECTED, reason))
+        self._answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
 
-    def end(self, outcome: Outcome, text: str) -> None:
+    def end(self, outcome: GoalOutcome, text: str) -> None:
         """The drive has ended: its client hears of it, unless it has heard of one end."""
         if self._open is not None:
             self._answers.append(GoalAnswer(self._open, outcome, text))
@@ -137,14 +137,14 @@ class GoalRequests:
         """A cancel has arrived. Returns True if it ends the present goal."""
         self._forget(now)
         for row in self._rows.values():
-            if row.latest.is_meant(name, stamp):
+            if row.latest.is_named_by(name, stamp):
                 row.end()
-        is_meant = self.present.is_meant(name, stamp)
-        if is_meant:
+        is_named_by = self.present.is_named_by(name, stamp)
+        if is_named_by:
             self.give_up(now)
-        return is_meant
+        return is_named_by
 
-    def _row_of(self, request: GoalRequest) -> Optional[_Row]:
+    def _row_of(self, request: GoalRequest) -> Optional[_Repetition]:
         row = self._rows.get(request.sender)
         return row if row is not None and row.goal == request.goal else None
 

@@ -25,7 +25,7 @@ from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.goal_requests import (
-    STAYS_ENDED, GoalAnswer, GoalRequest, GoalRequests, Outcome)
+    STAYS_ENDED, GoalAnswer, GoalOutcome, GoalRequest, GoalRequests)
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.stale_or_stalled import (
     SURELY_DRIVES, SURELY_TURNS, Sensor, SensorStatus, SensorWatch)
@@ -152,7 +152,7 @@ class MoveToGoalCore:
         if doubt:
             requests.refuse(request, doubt + ': send it again')
         elif requests.stays_ended(request):
-            line = requests.tell(request)
+            line = requests.refusal_line(request)
             if line:
                 self._log.add(line, warning=True)
             requests.refuse(request, STAYS_ENDED)
@@ -265,8 +265,8 @@ class MoveToGoalCore:
         self._ended = machine.attempt
         if machine.failure:
             self._requests.give_up(now)
-        self._requests.end(Outcome.CANCELED if machine.cancelled else
-                           Outcome.GIVEN_UP if machine.failure else Outcome.REACHED,
+        self._requests.end(GoalOutcome.CANCELED if machine.cancelled else
+                           GoalOutcome.GIVEN_UP if machine.failure else GoalOutcome.REACHED,
                            machine.failure or SAYS_REACHED + '!')
 
     def _new_status(self, now: float) -> Optional[DriveStatus]:

@@ -23,7 +23,7 @@ from tb3_labs.ros.topics import Complaints, ages, sender_connection, subscribe
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
 from tb3_labs.supervision.events import Age
-from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalRequest, Outcome
+from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalOutcome, GoalRequest
 
 #: Longest time of a reset, which is answered within a second, and between two looks at it [s].
 ANSWER_WITHIN, LOOK = 0.85, 0.005
@@ -36,11 +36,11 @@ ODOM = 'odom'
 LONGEST_QUOTE = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
 #: {outcome of a goal: the method of actionlib's handle that tells its client}
-TELLS = {Outcome.ACCEPTED: ServerGoalHandle.set_accepted,
-         Outcome.REJECTED: ServerGoalHandle.set_rejected,
-         Outcome.REACHED: ServerGoalHandle.set_succeeded,
-         Outcome.GIVEN_UP: ServerGoalHandle.set_aborted,
-         Outcome.CANCELED: ServerGoalHandle.set_canceled}
+TELLS = {GoalOutcome.ACCEPTED: ServerGoalHandle.set_accepted,
+         GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
+         GoalOutcome.REACHED: ServerGoalHandle.set_succeeded,
+         GoalOutcome.GIVEN_UP: ServerGoalHandle.set_aborted,
+         GoalOutcome.CANCELED: ServerGoalHandle.set_canceled}
 
 
 class GoalServer(ActionServer):
@@ -73,11 +73,11 @@ class GoalServer(ActionServer):
     def answer(self, answers):
         """Give GoalAnswers to their clients, without the lock of the core."""
         for request, outcome, text in answers:
-            if outcome is Outcome.REJECTED and text != STAYS_ENDED:
+            if outcome is GoalOutcome.REJECTED and text != STAYS_ENDED:
                 self._complaints.warn('Goal refused: %s', text)
-            if outcome is not Outcome.REJECTED:
-                self._present = request.client if outcome is Outcome.ACCEPTED else None
-            result = () if outcome is Outcome.ACCEPTED else (MoveBaseResult(),)
+            if outcome is not GoalOutcome.REJECTED:
+                self._present = request.client if outcome is GoalOutcome.ACCEPTED else None
+            result = () if outcome is GoalOutcome.ACCEPTED else (MoveBaseResult(),)
             TELLS[outcome](request.client, *result, text)
 
     def feedback(self, fix):
@@ -121,7 +121,7 @@ class GoalServer(ActionServer):
                 request = request._replace(goal=to_requested_pose(target.header, target.pose))
             except ValueError as problem:
                 if handle:
-                    self.answer([(request, Outcome.REJECTED, str(problem))])
+                    self.answer([(request, GoalOutcome.REJECTED, str(problem))])
                 return
             take = self._core.on_goal if handle else self._core.on_repetition
             self._gate.take_in(lambda: take(request, steady_time()))
