@@ -22,15 +22,15 @@ DEADLINE = 30.0  # of a wait, wall clock [s]
 class FakeRobotTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.heard = {topic: [] for topic in TOPICS}
+        cls.received = {topic: [] for topic in TOPICS}
         for topic, kind in TOPICS.items():
-            rospy.Subscriber(topic, kind, cls.heard[topic].append,
+            rospy.Subscriber(topic, kind, cls.received[topic].append,
                              queue_size=1 if topic == NEWEST_ONLY else 1000)
         cls.commands = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         cls.live = Client('turtlebot3', timeout=DEADLINE)
 
     def setUp(self):
-        self.wait('all topics', lambda: all(self.heard.values()))
+        self.wait('all topics', lambda: all(self.received.values()))
         self.wait('the robot listens', self.commands.get_num_connections)
         self.wait_for_rest()
 
@@ -43,18 +43,18 @@ class FakeRobotTest(unittest.TestCase):
 
     def move(self, command, speed):
         """Send one command; the robot is faster than `speed` [m/s] for a moment, then at rest."""
-        before = len(self.heard['odom'])
+        before = len(self.received['odom'])
         self.commands.publish(command)
         # the motion ends by itself after half a second, in which a busy machine may miss it
         self.wait('motion', lambda: any(message.twist.twist.linear.x > speed
-                                        for message in self.heard['odom'][before:]))
+                                        for message in self.received['odom'][before:]))
         self.wait_for_rest()
 
     def last(self, topic):
-        return self.heard[topic][-1]
+        return self.received[topic][-1]
 
     def stamps(self, topic):
-        return [message.header.stamp.to_sec() for message in self.heard[topic]]
+        return [message.header.stamp.to_sec() for message in self.received[topic]]
 
     def test_frames_are_in_the_namespace_and_the_imu_is_nearly_level(self):
         self.assertEqual(self.last('imu').header.frame_id, 'robot3/imu_link')
@@ -74,7 +74,7 @@ class FakeRobotTest(unittest.TestCase):
     def test_tf_is_the_odometry(self):
         def both():
             odom = self.last('odom')
-            return odom, [t.transforms[0] for t in self.heard['/tf']
+            return odom, [t.transforms[0] for t in self.received['/tf']
                           if t.transforms[0].header.stamp == odom.header.stamp]
         self.wait('tf of the same stamp', lambda: both()[1])
         odom, transforms = both()
@@ -84,11 +84,11 @@ class FakeRobotTest(unittest.TestCase):
     def test_wheels_are_those_of_the_odometry_however_late_it_is(self):
         self.live.update_configuration({'sensor_latency': 0.3})
         try:
-            seen = len(self.heard['joint_states'])
+            seen = len(self.received['joint_states'])
             start = self.stamps('odom')[-1]
             self.move(to_twist(0.1, 0.0), 0.09)
-            speeds = {m.header.stamp: m.twist.twist.linear.x for m in list(self.heard['odom'])}
-            wheels = [m for m in self.heard['joint_states'][seen:]
+            speeds = {m.header.stamp: m.twist.twist.linear.x for m in list(self.received['odom'])}
+            wheels = [m for m in self.received['joint_states'][seen:]
                       if m.header.stamp.to_sec() > start and m.header.stamp in speeds]
             for message in wheels:
                 self.assertAlmostEqual(sum(message.velocity) / 2.0 * 0.033,
@@ -102,11 +102,11 @@ class FakeRobotTest(unittest.TestCase):
         self.live.update_configuration({'network_cut': True})
         self.wait('a truth that goes on without odometry',
                   lambda: self.stamps('ground_truth')[-1] > self.stamps('odom')[-1] + 1.1)
-        before = {topic: list(self.heard[topic]) for topic in TOPICS}
+        before = {topic: list(self.received[topic]) for topic in TOPICS}
         self.live.update_configuration({'imu_silent': True, 'odom_silent': True})
         self.live.update_configuration({'network_cut': False})    # only delayed messages arrive
         try:
-            new = {topic: lambda topic=topic: self.heard[topic][len(before[topic]):]
+            new = {topic: lambda topic=topic: self.received[topic][len(before[topic]):]
                    for topic in TOPICS}
             self.wait('all that was held up', lambda: new[NEWEST_ONLY]() and new['odom']() and (
                 new['odom']()[-1].header.stamp == new[NEWEST_ONLY]()[-1].header.stamp))

@@ -13,7 +13,7 @@ from starts import Stage
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.rospy_internals import heard_by
+from tb3_labs.ros.rospy_internals import subscribers_of
 from tb3_labs.srv import ResetPose
 from thumb import A, B
 
@@ -65,7 +65,7 @@ class StartsTest(unittest.TestCase):
         stage.nodes['move_to_goal'].wait_for('before this node could hear it')
         self.assertEqual(stage.outcome('stands'), 'stands')
         person = rospy.Publisher(words, Bool, queue_size=5)
-        self.assertTrue(wait_until(lambda: heard_by(person), STARTING))
+        self.assertTrue(wait_until(lambda: subscribers_of(person), STARTING))
         person.publish(True)
         self.assertEqual(stage.outcome('drives'), 'drives')
         stage.nodes['move_to_goal'].end(signal.SIGKILL)

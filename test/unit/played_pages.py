@@ -30,12 +30,12 @@ class Panel(Process):
         self.oracles[page].hear(now, bool(stick), self.at(sent))
         try:
             if stick is None:
-                is_heard = self.core.let_go(page)
+                has_subscribers = self.core.let_go(page)
             else:
-                is_heard = self.core.hold(page, stops, now, now - sent, first)
+                has_subscribers = self.core.hold(page, stops, now, now - sent, first)
         except ValueError:
             return
-        if is_heard:
+        if has_subscribers:
             self.command = Twist2(stick or 0.0, 0.0)
         self.tick()
 

@@ -185,13 +185,13 @@ def test_a_heading_that_jumped_while_the_imu_was_silent_ends_the_turn(desk):
 def test_a_turn_that_may_have_been_asked_for_during_a_sleep_is_refused(desk, slept, refused):
     """The mouse may have been deactivated since."""
     core, woke = desk.core, desk.now + slept
-    core.imu.heard(woke)
+    core.imu.received(woke)
     core.tick(woke, woke)
     if refused:
         with pytest.raises(ValueError, match='while this node did not run'):
             core.ask(90.0, woke)
         woke += 0.31
-        core.imu.heard(woke)
+        core.imu.received(woke)
         core.tick(woke, woke)
     core.ask(90.0, woke)
 

@@ -74,12 +74,12 @@ def address(**here):
     return judge_address(Address(**here))
 
 
-def robot_of(namespace='/', hearers=(CORE,), others=(), **sensors):
+def robot_of(namespace='/', listeners=(CORE,), others=(), **sensors):
     """The judgement of a robot; `sensors`: {name: nodes that publish it}."""
     return judge_robot(RobotGraph(namespace, [
         [[namespace + name, nodes] for name, nodes in sensors.items()]
         + [[name + 'odom', ['/other']] for name in others],
-        [[namespace + 'cmd_vel', list(hearers)]], []]))
+        [[namespace + 'cmd_vel', list(listeners)]], []]))
 
 
 def node_at(*peer):
@@ -133,12 +133,12 @@ JUDGEMENTS = [
      FAULT, '/pad publishes geometry_msgs/TwistStamped on /cmd_vel, but ' + CORE + ' hears '
      'geometry_msgs/Twist', 'Do: publish geometry_msgs/Twist there'),
     # the robot
-    (robot_of(hearers=()), FAULT, 'nobody publishes /imu or /odom', 'bringup'),
+    (robot_of(listeners=()), FAULT, 'nobody publishes /imu or /odom', 'bringup'),
     (robot_of('/robot9/', others=['/robot3/']), FAULT, 'rosrun tb3_labs doctor.py robot3'),
     (robot_of('/robot9/', others=['/']), FAULT, 'bringup'),
     (robot_of(odom=[CORE]), FAULT, 'nobody publishes /imu'),
     (robot_of(imu=[CORE]), FAULT, 'nobody publishes /odom'),
-    (robot_of(hearers=(), imu=[CORE], odom=[CORE]), FAULT, 'cannot be driven'),
+    (robot_of(listeners=(), imu=[CORE], odom=[CORE]), FAULT, 'cannot be driven'),
     (node_at(HERE, 'refused', '127.0.0.1'), FAULT, 'others cannot reach that', 'rosnode cleanup',
      'on the robot'),
     (node_at(AFAR, 'refused', '192.168.0.8'), FAULT, 'refuses', 'is robot3 really 192.168.0.8?'),
@@ -325,7 +325,7 @@ def test_the_nodes_around_a_robot():
     graph = RobotGraph('/robot3/', [
         [['/robot3/odom', [CORE]], ['/robot9/odom', ['/other']], ['/robot3/cmd_vel', ['/pad']],
          ['/rosout', ['/robot3/panel']]], [['/robot3/cmd_vel', ['/recorder', CORE]]], []])
-    assert (graph.others, graph.hearers, graph.drivers) == (['/robot9/'], [CORE], ['/pad'])
+    assert (graph.others, graph.listeners, graph.drivers) == (['/robot9/'], [CORE], ['/pad'])
     assert graph.robot_nodes == [CORE]
 
 

@@ -12,7 +12,7 @@ from tb3_labs.supervision.goal_requests import GoalRequests
 from tb3_labs.supervision.stale_or_stalled import SensorWatch
 from tb3_labs.supervision.timeouts import Lateness, SleepWatch
 
-AGE_OF, UPDATE, HEARD = MessageAges.age_of, SensorWatch.update, Mouse.heard
+AGE_OF, UPDATE, HEARD = MessageAges.age_of, SensorWatch.update, Mouse.received
 
 
 @pytest.mark.parametrize('name', CASTS)
@@ -72,7 +72,7 @@ def one_for_all(self, message):
     ('a robot that goes', 'A of.*|.*a setting.*|.* pass', SensorWatch, 'update', forgetful, 2),
     ('late turns', '', GyroWatch, 'is_checked', True, 3),
     ('goals', '', GoalRequests, 'stays_ended', lambda *_: False, 3),
-    ('two mice', '', Mouse, 'heard', one_for_all, 3),
+    ('two mice', '', Mouse, 'received', one_for_all, 3),
     # Y, and a reset, that are late
     ('a pad', '.*stopped.* requests.*|Y of.*|(1.95|2.15) s pass', GamepadCore, '_counts', lambda *_: True, 3),
     ('a pad', 'the network holds up pad.*|Y of.*|(0.31|1.95|2.15) s pass', GamepadCore, '_counts', lambda *_: True, 3),

@@ -8,7 +8,7 @@ from tb3_labs.supervision.events import Age, Event
 
 def hear(mouse, active, x, y, now, name='', stamp=0.0):
     """A message of one mouse; was a mouse deactivated?"""
-    return mouse.heard(Event(MouseState(active, x, y), now, name, sent_at=stamp))
+    return mouse.received(Event(MouseState(active, x, y), now, name, sent_at=stamp))
 
 
 def inactive_mouse(name=''):
@@ -88,7 +88,7 @@ def test_what_the_network_delayed_is_no_activation_but_a_stop():
 def test_a_driver_that_hangs_repeats_its_stamp_and_is_silent(stamp, age, drives):
     mouse = inactive_mouse('laptop')
     for k in range(100):
-        mouse.heard(Event(MouseState(True, 0.9, 0.0), 10.0 + 0.05 * k, 'laptop',
-                          age if k else Age.NEW, sent_at=stamp))
+        mouse.received(Event(MouseState(True, 0.9, 0.0), 10.0 + 0.05 * k, 'laptop',
+                             age if k else Age.NEW, sent_at=stamp))
     assert (mouse.active and not mouse.silence(15.0)) is drives
-    assert mouse.heard(Event(MouseState(False, 0.9, 0.0), 15.0, 'laptop', age, sent_at=stamp))
+    assert mouse.received(Event(MouseState(False, 0.9, 0.0), 15.0, 'laptop', age, sent_at=stamp))

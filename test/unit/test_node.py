@@ -24,7 +24,7 @@ from rospy.impl.tcpros_pubsub import TCPROSPub
 from rospy.topics import _PublisherImpl
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import (
-    answer_side_by_side, hear_all_publishers, hear_others_alone, write_at_once)
+    answer_side_by_side, find_late_publishers, ignore_own_messages, write_at_once)
 
 BEGIN = '''
 import os, time
@@ -216,9 +216,9 @@ def test_a_subscriber_that_hangs_holds_up_no_other_and_hears_the_last_message_la
 def test_an_answer_without_a_publisher_does_not_hide_one_of_its_topic_that_was_told_before():
     """The changed private part of rospy overlooks no publisher that registers together with a subscriber."""
     manager = RegManager(None)
-    hear_all_publishers(manager)
+    find_late_publishers(manager)
     one, two = ['http://robot:1/'], ['http://robot:2/', 'http://robot:3/']
-    hear_others_alone('/cmd_vel')
+    ignore_own_messages('/cmd_vel')
     manager.uri = two[0]
     for topic, given, kept in (('/odom', one, one), ('/odom', [], one), ('/imu', two, two),
                                ('/cmd_vel', one + two, one + two[1:])):

@@ -53,7 +53,7 @@ def pressed(*indices):
 
 def test_what_is_pressed_in_the_first_message_was_pressed_before_but_a_stop_counts():
     listener = PadListener()
-    listener.hear(read_pad(AXES, pressed(0, 1, 2), CONFIG), 1.0, 0.0)
+    listener.receive(read_pad(AXES, pressed(0, 1, 2), CONFIG), 1.0, 0.0)
     assert listener.before.relinquish and listener.before.reset and not listener.before.regain
     assert listener.state.regain and not listener.came_after_loss
 
@@ -61,10 +61,10 @@ def test_what_is_pressed_in_the_first_message_was_pressed_before_but_a_stop_coun
 def test_lateness_shows_after_a_while_and_a_late_message_is_not_current():
     listener = PadListener()
     assert not listener.tells_lateness(1e9)
-    listener.hear(read_pad(AXES, pressed(), CONFIG), 1.0, 501.0)
+    listener.receive(read_pad(AXES, pressed(), CONFIG), 1.0, 501.0)
     assert not listener.is_current(1.0 + 0.9 * LATENESS_SHOWS)
     assert listener.is_current(1.0 + LATENESS_SHOWS)
-    listener.hear(read_pad(AXES, pressed(), CONFIG), 2.0, 501.5)
+    listener.receive(read_pad(AXES, pressed(), CONFIG), 2.0, 501.5)
     assert listener.lateness == pytest.approx(0.5)
     assert not listener.is_current(2.0)
 
@@ -74,8 +74,8 @@ def test_after_a_loss_lateness_is_known_by_stamps_alone(stamps, lateness):
     """0.0 alone means that there is none: a message may have waited during the loss."""
     listener = PadListener()
     for now, stamp in zip((1.0, 1.1), stamps):
-        listener.hear(read_pad(AXES, pressed(), CONFIG), now, stamp)
-    listener.hear(read_pad(AXES, pressed(), CONFIG), 2.0, stamps[2])
+        listener.receive(read_pad(AXES, pressed(), CONFIG), now, stamp)
+    listener.receive(read_pad(AXES, pressed(), CONFIG), 2.0, stamps[2])
     assert listener.came_after_loss and listener.lateness == pytest.approx(lateness)
     assert listener.tells_lateness(2.0) is (lateness > 0.0)
 

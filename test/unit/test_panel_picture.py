@@ -41,13 +41,13 @@ def test_of_a_robot_that_was_never_heard_nothing_is_known(view):
 
 
 def test_each_kind_that_was_heard_stands_where_it_belongs(view):
-    view.hear_odometry(sample(1.0, 2.0, 3.0), 99.5)
+    view.on_odometry(sample(1.0, 2.0, 3.0), 99.5)
     for kind, value in (('frame', Pose2(0.5, -0.25, HALF_PI)), ('local', Pose2(-1.0, -2.0, 0.0000001)),
                         ('goal', Pose2(2.0, 2.0, 0.0)), ('state', 'MOVE_FORWARD'),
                         ('has_control', True), ('holder', 'gamepad')):
-        view.hear(kind, value, 99.0)
-    view.hear('imu', HALF_PI, 99.5)
-    view.hear_command('/move_to_goal', 0.12345, -0.5, 99.75)
+        view.on_message(kind, value, 99.0)
+    view.on_message('imu', HALF_PI, 99.5)
+    view.on_command('/move_to_goal', 0.12345, -0.5, 99.75)
     assert picture(view) == {
         'odom': [1.0, 2.0, 3.0], 'local': [-1.0, -2.0, 0.0], 'frame': [0.5, -0.25, QUARTER],
         'is_own': True, 'truth': None, 'goal': [2.0, 2.0, 0.0], 'distance': 5.0, 'angle': 0.0,
@@ -67,7 +67,7 @@ def test_each_kind_that_was_heard_stands_where_it_belongs(view):
     (WAITING_FOR_CONTROL, 'waiting'), ('', ''), ('MOVE_FORWARD ', ''), ('GOAL_REACHED twice', ''),
     ('not waiting', '')])
 def test_the_phase_is_the_kind_of_the_words(view, words, phase):
-    view.hear('state', words, 99.0)
+    view.on_message('state', words, 99.0)
     assert picture(view)['state'] == words and picture(view)['phase'] == phase
 
 
@@ -75,8 +75,8 @@ def test_the_phase_is_the_kind_of_the_words(view, words, phase):
     (True, 'MOVE_FORWARD', True), (False, 'MOVE_FORWARD', False), (None, 'MOVE_FORWARD', False),
     (True, 'stopped: no imu', False)])
 def test_move_to_goal_drives_with_control_and_on_its_way(view, has_control, state, drives):
-    view.hear('has_control', has_control, 99.0)
-    view.hear('state', state, 99.0)
+    view.on_message('has_control', has_control, 99.0)
+    view.on_message('state', state, 99.0)
     assert view.is_driving is drives
 
 
@@ -88,27 +88,27 @@ def test_move_to_goal_drives_with_control_and_on_its_way(view, has_control, stat
 def test_a_command_that_is_no_standstill_drives_a_robot_for_half_a_second(
         view, command, age, drives):
     """Its firmware stops it after 0.5 s without a command."""
-    view.hear_command('/pad', *command, 100.0)
+    view.on_command('/pad', *command, 100.0)
     shown = picture(view, 100.0 + age)
     assert (shown['driver'], shown['command']) == (('/pad', command) if drives else ('', None))
 
 
 def test_of_two_nodes_that_command_the_latest_drives(view):
-    view.hear_command('/zebra', 0.2, 0.0, 99.8)
-    view.hear_command('/ant', 0.1, 0.0, 99.9)
+    view.on_command('/zebra', 0.2, 0.0, 99.8)
+    view.on_command('/ant', 0.1, 0.0, 99.9)
     assert picture(view)['command'] == [0.1, 0.0] and picture(view)['driver'] == '/ant'
-    view.hear_command('/ant', 0.0, 0.0, 99.95)
+    view.on_command('/ant', 0.0, 0.0, 99.95)
     assert picture(view)['driver'] == '/zebra'
 
 
 def test_the_holder_is_who_has_control_else_who_drives_else_who_is_said_to_hold(view):
-    view.hear('holder', 'gamepad', 99.0)
+    view.on_message('holder', 'gamepad', 99.0)
     assert picture(view)['holder'] == 'gamepad'
-    view.hear_command('/turtlebot_controller', 0.0, 0.5, 100.0)
+    view.on_command('/turtlebot_controller', 0.0, 0.5, 100.0)
     assert picture(view)['holder'] == '/turtlebot_controller'
-    view.hear('has_control', True, 99.0)
+    view.on_message('has_control', True, 99.0)
     assert picture(view)['holder'] == 'move_to_goal (it has control)'
-    view.hear('has_control', False, 99.0)
+    view.on_message('has_control', False, 99.0)
     assert picture(view)['holder'] == '/turtlebot_controller'
     assert picture(view, 110.0)['holder'] == 'gamepad'
 
@@ -118,21 +118,21 @@ def test_the_holder_is_who_has_control_else_who_drives_else_who_is_said_to_hold(
 def test_the_true_pose_is_shown_in_odom(view):
     """The axis x of odom points along y of the world. (1, 5) is 3 m from (1, 2) along it; a robot that faces -x of the
     world faces +y of odom."""
-    view.hear('truth', (Pose2(1.0, 5.0, math.pi), 50.0), 99.0)
+    view.on_message('truth', (Pose2(1.0, 5.0, math.pi), 50.0), 99.0)
     assert picture(view)['truth'] is None        # where odom lies is not known
-    view.hear('origin', Pose2(1.0, 2.0, HALF_PI), 99.0)
+    view.on_message('origin', Pose2(1.0, 2.0, HALF_PI), 99.0)
     assert picture(view)['truth'] == [3.0, 0.0, QUARTER]
 
 
 def test_the_truth_is_that_of_the_odometrys_instant(view):
     """At 0.2 m/s and 0.1 s later the robot is truly 20 mm ahead of its odometry, which is right."""
-    view.hear('origin', Pose2(), 99.0)
-    view.hear_odometry(sample(1.0, 2.0, QUARTER, stamp=50.0, linear=0.2), 99.0)
-    view.hear('truth', (Pose2(1.0, 2.02, QUARTER), 50.1), 99.1)
+    view.on_message('origin', Pose2(), 99.0)
+    view.on_odometry(sample(1.0, 2.0, QUARTER, stamp=50.0, linear=0.2), 99.0)
+    view.on_message('truth', (Pose2(1.0, 2.02, QUARTER), 50.1), 99.1)
     assert picture(view)['truth'] == [1.0, 2.0, QUARTER]
-    view.hear_odometry(sample(1.0, 2.0, QUARTER, stamp=50.2, angular=1.0), 99.2)
+    view.on_odometry(sample(1.0, 2.0, QUARTER, stamp=50.2, angular=1.0), 99.2)
     assert picture(view)['truth'] == [1.0, 2.02, round(HALF_PI + 0.1, 5)]    # 0.1 rad less far
-    view.hear('truth', (Pose2(1.0, 2.02, QUARTER), 40.0), 99.3)    # too old to be compared
+    view.on_message('truth', (Pose2(1.0, 2.02, QUARTER), 40.0), 99.3)    # too old to be compared
     assert picture(view)['truth'] == [1.0, 2.02, QUARTER]
 
 
@@ -140,7 +140,7 @@ def test_the_truth_is_that_of_the_odometrys_instant(view):
     (0.0, 0.0), (-90.0, 270.0), (-180.0, 180.0), (359.94, 359.9), (359.96, 0.0), (-1e-15, 0.0),
     (-0.06, 359.9), (720.04, 0.0)])
 def test_the_heading_is_from_0_to_less_than_360(view, yaw_deg, shown):
-    view.hear('imu', math.radians(yaw_deg), 99.0)
+    view.on_message('imu', math.radians(yaw_deg), 99.0)
     assert picture(view)['heading_deg'] == shown
 
 
@@ -151,18 +151,18 @@ LINE = 'Local pose set to x=0.5, y=-1e-05, yaw=1.5707963.'
 
 def test_local_is_computed_from_the_odometry_since_the_line_of_the_last_reset(view):
     """The robot is at (0.5, 0), 90 deg in local; then it drives 0.15 m, and turns left by 0.5."""
-    view.hear_line(LINE)
-    view.hear_odometry(sample(2.0, 3.0, 0.0), 99.0)
+    view.on_log_line(LINE)
+    view.on_odometry(sample(2.0, 3.0, 0.0), 99.0)
     assert picture(view)['local'] is None       # it came before the odometry
-    view.hear_line(LINE)
-    view.hear_odometry(sample(2.15, 3.0, 0.5), 99.1)
+    view.on_log_line(LINE)
+    view.on_odometry(sample(2.15, 3.0, 0.5), 99.1)
     seen = picture(view)
     assert seen['local'] == [0.5, 0.15, round(HALF_PI + 0.5, 5)] and not seen['is_own']
     assert seen['frame'] == [2.0, 3.5, -QUARTER] and seen['distance'] is None
-    view.hear('goal', Pose2(0.5, 1.0, HALF_PI), 99.1)
+    view.on_message('goal', Pose2(0.5, 1.0, HALF_PI), 99.1)
     seen = picture(view)
     assert (seen['distance'], seen['angle']) == (0.85, round(-math.degrees(0.5), 4))
-    view.hear('local', Pose2(7.0), 99.2)        # the node's own counts
+    view.on_message('local', Pose2(7.0), 99.2)    # the node's own counts
     assert picture(view)['local'] == [7.0, 0.0, 0.0] and picture(view)['is_own']
 
 
@@ -171,16 +171,16 @@ def test_local_is_computed_from_the_odometry_since_the_line_of_the_last_reset(vi
     'Local pose set to x=1e999, y=2, yaw=1', 'Local pose set to x=1, y=2, yaw=1e999',
     'Local pose set to x=nan, y=2, yaw=1', 'Local pose set to x=1-2, y=2, yaw=1', 'set to x=1'])
 def test_another_line_declares_nothing(view, line):
-    view.hear_odometry(sample(), 99.0)
-    view.hear_line(line)
+    view.on_odometry(sample(), 99.0)
+    view.on_log_line(line)
     assert picture(view)['local'] is None
 
 
 @pytest.mark.parametrize('at', [(0.0, 0.0, math.pi), (0.25, 0.0, 0.0)])
 def test_what_was_computed_ends_when_the_odometry_is_zeroed(view, at):
-    view.hear_odometry(sample(*at), 99.0)
-    view.hear_line(LINE)
-    view.hear_odometry(sample(), 99.1)
+    view.on_odometry(sample(*at), 99.0)
+    view.on_log_line(LINE)
+    view.on_odometry(sample(), 99.1)
     assert picture(view)['frame'] is None
 
 
@@ -189,7 +189,7 @@ def test_what_was_computed_ends_when_the_odometry_is_zeroed(view, at):
 @pytest.mark.parametrize('kind', ['imu', 'odom'])
 def test_the_age_is_the_time_since_the_last_message(view, kind):
     for at in (10.0, 90.0):
-        view.hear(kind, {'imu': 0.0, 'odom': sample()}.get(kind), at)
+        view.on_message(kind, {'imu': 0.0, 'odom': sample()}.get(kind), at)
     for now, age in ((90.0, 0.0), (90.25, 0.0), (90.32, 0.32), (3690.0, 3600.0)):
         ages = picture(view, now)['ages']
         assert ages.pop(kind) == age        # a stream is read a few times a second
@@ -200,17 +200,17 @@ POSES = st.builds(Pose2, *[st.floats(-1e6, 1e6)] * 2, st.floats(-math.pi, math.p
 
 
 @given(st.lists(st.one_of(
-    st.tuples(st.just('hear_odometry'), st.tuples(st.builds(
+    st.tuples(st.just('on_odometry'), st.tuples(st.builds(
         OdometrySample, st.floats(-1e9, 1e9), POSES, st.just(0.2), st.just(-1.0)))),
-    st.tuples(st.just('hear_command'), st.tuples(st.just('/node'), st.floats(), st.floats())),
-    st.tuples(st.just('hear'), st.tuples(st.sampled_from(['goal', 'origin', 'local', 'frame']), POSES)),
-    st.tuples(st.just('hear'), st.tuples(st.just('truth'), st.tuples(POSES, st.floats(0.0, 1e9)))),
-    st.tuples(st.just('hear'), st.tuples(st.just('imu'), st.floats()))), max_size=12))
+    st.tuples(st.just('on_command'), st.tuples(st.just('/node'), st.floats(), st.floats())),
+    st.tuples(st.just('on_message'), st.tuples(st.sampled_from(['goal', 'origin', 'local', 'frame']), POSES)),
+    st.tuples(st.just('on_message'), st.tuples(st.just('truth'), st.tuples(POSES, st.floats(0.0, 1e9)))),
+    st.tuples(st.just('on_message'), st.tuples(st.just('imu'), st.floats()))), max_size=12))
 def test_a_page_can_read_whatever_is_heard(heard):
     view = RobotView()
     for method, values in heard:
         getattr(view, method)(*values, 99.9)
-        view.hear_line(LINE)
+        view.on_log_line(LINE)
     shown = picture(view)
     assert shown['heading_deg'] is None or 0.0 <= shown['heading_deg'] < 360.0
 
@@ -218,9 +218,9 @@ def test_a_page_can_read_whatever_is_heard(heard):
 # -- the variables of nodes
 
 def test_the_variables_of_nodes_are_shown_until_a_node_falls_silent(view):
-    view.hear_variables('/b', [('goal_yaw', '440')], 100.0)
-    view.hear_variables('/a', [('curr_yaw', '1')], 101.0)
-    view.hear_variables('/a', [('curr_yaw', '2')], 101.5)
+    view.on_variables('/b', [('goal_yaw', '440')], 100.0)
+    view.on_variables('/a', [('curr_yaw', '1')], 101.0)
+    view.on_variables('/a', [('curr_yaw', '2')], 101.5)
     assert picture(view, 101.5)['inside'] == [{'node': '/a', 'values': [['curr_yaw', '2']]},
                                               {'node': '/b', 'values': [['goal_yaw', '440']]}]
     assert [each['node'] for each in picture(view, 103.0)['inside']] == ['/a']
@@ -229,7 +229,7 @@ def test_the_variables_of_nodes_are_shown_until_a_node_falls_silent(view):
 
 def test_no_node_fills_a_page_with_its_variables(view):
     for number in range(10):
-        view.hear_variables(str(number) * 300, ((str(k) + 300 * 'n', 300 * 'v') for k in range(1000)), 100.0)
+        view.on_variables(str(number) * 300, ((str(k) + 300 * 'n', 300 * 'v') for k in range(1000)), 100.0)
     shown = picture(view)['inside']
     assert len(shown) == 4 and {len(each['values']) for each in shown} == {40}
     assert len(json.dumps(shown)) < 4 * 40 * (2 * 200 + 10) + 4 * 250
@@ -244,7 +244,7 @@ def test_no_node_fills_a_page_with_its_variables(view):
 def test_a_stop_is_done_when_the_robot_stands_and_nobody_has_control(
         view, control, heard_at, speed, problem):
     """The stop came at 100.0 s; an odometry of before shows nothing."""
-    view.hear('has_control', control, 99.0)
+    view.on_message('has_control', control, 99.0)
     if heard_at is not None:
-        view.hear_odometry(OdometrySample(0.0, Pose2(), speed, 0.0), heard_at)
+        view.on_odometry(OdometrySample(0.0, Pose2(), speed, 0.0), heard_at)
     assert view.unstopped(100.0) == problem

@@ -5,10 +5,10 @@ from tb3_labs.supervision.stale_or_stalled import Sensor, SensorStatus, SensorWa
 from tb3_labs.supervision.timeouts import FROZEN_TIME
 
 
-def heard_at(time, name='imu'):
+def received_at(time, name='imu'):
     source = Sensor(name)
-    source.heard(time)
-    source.heard(time)      # one message alone is not enough
+    source.received(time)
+    source.received(time)    # one message alone is not enough
     return source
 
 
@@ -21,14 +21,14 @@ def test_one_message_alone_is_no_sensor_yet_and_the_gap_after_it_no_silence():
     imu = Sensor('imu')
     watch = SensorWatch(imu)
     assert (watch.status, watch.hold_reason, watch.silent_for) == (SensorStatus.SILENT, '', 0.0)
-    imu.heard(10.0)
+    imu.received(10.0)
     assert check_repetition(watch, 10.0) is SensorStatus.SILENT
-    imu.heard(12.6)
+    imu.received(12.6)
     assert check_repetition(watch, 12.6) is SensorStatus.FRESH
 
 
 def test_complaints_name_each_silent_source_and_how_long():
-    imu, odom, joy = heard_at(10.0, 'imu'), heard_at(8.74, 'odom'), Sensor('joy')
+    imu, odom, joy = received_at(10.0, 'imu'), received_at(8.74, 'odom'), Sensor('joy')
     watch = SensorWatch(imu, odom, joy)
     assert watch.problem(10.0, with_age=True) == 'no odom for 1.3 s, no joy yet'
     assert watch.problem(10.0) == 'no odom, no joy yet'
@@ -44,13 +44,13 @@ def test_complaints_name_each_silent_source_and_how_long():
 def test_a_silence_counts_from_its_beginning_whether_or_not_somebody_looked(
         silence, sight, looked_at):
     """A process that slept did not look."""
-    imu = heard_at(10.0)
+    imu = received_at(10.0)
     watch = SensorWatch(imu)
     assert check_repetition(watch, 10.0) is SensorStatus.FRESH
     if looked_at:
         for tick in range(1, round(100 * silence)):
             check_repetition(watch, 10.0 + 0.01 * tick)
-    imu.heard(10.0 + silence)
+    imu.received(10.0 + silence)
     assert check_repetition(watch, 10.0 + silence) is sight
     if sight is not SensorStatus.FRESH:
         assert watch.silent_for == pytest.approx(silence)
@@ -58,19 +58,19 @@ def test_a_silence_counts_from_its_beginning_whether_or_not_somebody_looked(
 
 
 def test_a_silence_before_the_motion_does_not_count():
-    imu = heard_at(10.0)
+    imu = received_at(10.0)
     watch = SensorWatch(imu)
-    imu.heard(15.0)
+    imu.received(15.0)
     watch.pause()
     assert check_repetition(watch, 15.0) is SensorStatus.FRESH
-    imu.heard(15.3)
+    imu.received(15.3)
     assert check_repetition(watch, 15.6) is SensorStatus.SILENT and watch.hold_reason == 'no imu'
     watch.pause()
     assert watch.hold_reason == ''
 
 
 def test_a_watch_stops_the_robot_also_after_the_clock_went_back():
-    watch = SensorWatch(heard_at(1000.0))
+    watch = SensorWatch(received_at(1000.0))
     for now, sight in ((10.0, SensorStatus.FRESH), (10.21, SensorStatus.FRESH), (10.23, SensorStatus.SILENT)):
         assert check_repetition(watch, now) is sight
 
@@ -87,7 +87,7 @@ def repeating(times, reading=lambda k: 7, must_change=True):
     imu = Sensor('imu')
     watch = SensorWatch(imu)
     for k in range(times):
-        imu.heard(DT * k, reading(k))
+        imu.received(DT * k, reading(k))
         imu.check_repetition(must_change, DT * k)
     return imu, watch
 
@@ -110,7 +110,7 @@ def test_a_repetition_counts_from_its_first_sample_and_from_the_first_look_after
     for now, repeated_for in [(5.0, 0.0), (5.2, 0.2)]:
         imu.check_repetition(True, now)
         assert imu.repeated_for == pytest.approx(repeated_for)
-    imu.heard(5.3, 'new')
+    imu.received(5.3, 'new')
     imu.check_repetition(True, 5.4)
     assert imu.repeated_for == pytest.approx(0.1)
 

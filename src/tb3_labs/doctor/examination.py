@@ -48,27 +48,27 @@ def _look_at_way_back(here, graph, alive, drivers):
     """Yields the lines on the messages of the drivers, and on the way from the robot to this
     computer. `alive`, `drivers`: {node: Peer} of the robot's nodes that answer, and of those that
     publish cmd_vel."""
-    hearer = next((node for node in graph.hearers if node in alive), None)
-    if hearer is None:
+    robot_node = next((node for node in graph.listeners if node in alive), None)
+    if robot_node is None:
         return
     topic = graph.namespace + 'cmd_vel'
-    received = _type_of(topic, alive[hearer], 'getSubscriptions')
+    received = _type_of(topic, alive[robot_node], 'getSubscriptions')
     sent = {node: _type_of(topic, peer, 'getPublications') for node, peer in drivers.items()
             if not peer.problem}
     other_types = {node: kind for node, kind in sent.items()
                    if received and kind not in ('', received)}
     if other_types:
-        yield judge_types(topic, hearer, received, other_types)
+        yield judge_types(topic, robot_node, received, other_types)
     mine = {node: peer.uri for node, peer in drivers.items() if (
         peer.problem == 'unresolved' or is_own(peer.address) and not peer.problem)
         and node not in graph.robot_nodes and node not in other_types}
     if mine:
         time.sleep(1.0)    # in which the robot connects to a driver that was started just now
-    connections = alive[hearer].ask('getBusInfo')
+    connections = alive[robot_node].ask('getBusInfo')
     if connections is not None:
-        address = alive[hearer].address
+        address = alive[robot_node].address
         connected = {str(row[1]).rstrip('/') for row in connections if row[2] == 'i'}
-        yield judge_way_back(mine, connected, hearer, replace(here, way_out=way_out(address)),
+        yield judge_way_back(mine, connected, robot_node, replace(here, way_out=way_out(address)),
                              not is_own(address))
 
 

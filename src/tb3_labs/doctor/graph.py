@@ -115,11 +115,11 @@ class RobotGraph:
         self.drivers = publishers.get(namespace + 'cmd_vel', [])
         # Nodes that hear cmd_vel but are not a robot (a recorder, the panel, a driver that looks
         # for other drivers) are left out if a robot's node hears cmd_vel too.
-        hearers = subscribers.get(namespace + 'cmd_vel', [])
+        listeners = subscribers.get(namespace + 'cmd_vel', [])
         there = self.sensors['imu'] + self.sensors['odom']
-        self.hearers = [node for node in hearers if node in there] or [
-            node for node in hearers if node not in self.drivers]
-        self.robot_nodes = sorted(set(there + self.hearers))
+        self.listeners = [node for node in listeners if node in there] or [
+            node for node in listeners if node not in self.drivers]
+        self.robot_nodes = sorted(set(there + self.listeners))
         #: The namespaces that have a robot, other than this one.
         self.others = sorted({topic[:-len('odom')] for topic in publishers
                               if topic.endswith('/odom')} - {namespace})
@@ -169,11 +169,11 @@ def judge_robot(graph: RobotGraph) -> Line:
                 'switch all but one off, or give each robot a namespace, or a master, of its own')
         if not nodes:
             return fault('Robot', f'nobody publishes {at}/{topic}', BRINGUP)
-    if not graph.hearers:
+    if not graph.listeners:
         return fault('Robot', f'nobody hears {at}/cmd_vel: the robot cannot be driven',
                      BRINGUP)
     return ok('Robot', '{} publishes {}/imu and odom, {} hears cmd_vel'.format(
-        imu[0], at, ', '.join(sorted(graph.hearers))))
+        imu[0], at, ', '.join(sorted(graph.listeners))))
 
 
 def judge_names(graph: RobotGraph) -> Iterator[Line]:

@@ -70,31 +70,31 @@ class RobotView:
 
     # -- input
 
-    def hear(self, kind: str, value: Any, now: float) -> None:
+    def on_message(self, kind: str, value: Any, now: float) -> None:
         """Store `value` as the latest of its `kind`: a kind in :meth:`picture`, or 'origin' (pose
         of odom in world), 'truth' (pose in world, stamp [s]), 'imu' (yaw [rad])."""
         self._latest[kind], self._arrivals[kind] = value, now
 
-    def hear_odometry(self, sample: OdometrySample, now: float) -> None:
+    def on_odometry(self, sample: OdometrySample, now: float) -> None:
         """Store a sample of the odometry."""
         last = self.latest('odom')
         if last is not None and (last.pose.distance_to(sample.pose) > JUMP or abs(
                 difference(sample.pose.yaw, last.pose.yaw)) > TURN_JUMP):
             self._computed = None
-        self.hear('odom', sample, now)
+        self.on_message('odom', sample, now)
 
-    def hear_line(self, text: str) -> None:
+    def on_log_line(self, text: str) -> None:
         """Read a line of the log: it may say that the robot is at a pose in local now."""
         found, odom = DECLARED.search(text), self.latest('odom')
         if found and odom:
             with suppress(ValueError):    # 1e999 is infinite
                 self._computed = odom.pose @ Pose2(*map(float, found.groups())).inverse()
 
-    def hear_command(self, sender: str, linear: float, angular: float, now: float) -> None:
+    def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
         """Store the speed [m/s] and the rate of turn [rad/s] that `sender` commands."""
         self._commands[sender] = now, linear, angular
 
-    def hear_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
+    def on_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
         """Store the variables (name, text) of a node."""
         self._inside = {each: received for each, received in self._inside.items()
                         if each != node and now - received[0] <= STALE}

@@ -17,7 +17,7 @@ from tb3_labs.panel.ros_watch import Watch
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.parameters import read_config
-from tb3_labs.ros.rospy_internals import heard_by
+from tb3_labs.ros.rospy_internals import subscribers_of
 from tb3_labs.ros.reset_call import call_reset
 from tb3_labs.supervision.timeouts import LONGEST_GAP
 from tb3_labs.supervision.dead_man import DeadMan
@@ -52,19 +52,20 @@ class PanelRobot:
 
     def picture(self, now):
         """The picture, with the requests that have a listener, and the state of a page's pad."""
-        goal, joy = heard_by(self._goal), heard_by(self._joy) - {rospy.get_name()}
+        goal, joy = subscribers_of(self._goal), subscribers_of(self._joy) - {rospy.get_name()}
         # a node of the handout hears ctrl_relinq, but no goals
-        control = heard_by(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
+        control = subscribers_of(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
         return dict(self.watch.ask(lambda view: view.picture(now)), stops=self.dead_man.stops,
                     can={'goal': bool(goal), 'reset': bool(goal or control), 'pad': bool(joy),
-                         'turn': bool(heard_by(self._turn)), 'mouse': bool(heard_by(self._mouse))},
+                         'turn': bool(subscribers_of(self._turn)),
+                         'mouse': bool(subscribers_of(self._mouse))},
                     pad=self._pad_words(joy))
 
     def _pad_words(self, listeners):
         """'ready', or why the pad of a page does not drive."""
         if not listeners:
             return 'the node gamepad does not run'
-        if self.watch.hears_another_pad:
+        if self.watch.has_another_pad:
             return 'another node publishes joy'
         # a node of the handout does not publish control_holder
         holder = self.watch.ask(lambda view: view.latest('holder')) or 'gamepad'
@@ -141,7 +142,7 @@ class PanelRobot:
     @staticmethod
     def _require(publisher, what):
         """Raises ``ValueError`` if nobody hears it; `what`: its topic, and what to look at."""
-        if not heard_by(publisher):
+        if not subscribers_of(publisher):
             raise ValueError('no node listens on ' + what)
 
     def _refuse_beside_move_to_goal(self):
@@ -181,7 +182,7 @@ class PanelRobot:
     def _confirm(self, page, request, since):
         """Answer `page` as soon as the nodes show that the robot is stopped, or after
         `CONFIRM_WITHIN`; `since`: the time of the stop [s]."""
-        if not (heard_by(self._control) | heard_by(self._cmd_vel)) - {rospy.get_name()}:
+        if not (subscribers_of(self._control) | subscribers_of(self._cmd_vel)) - {rospy.get_name()}:
             page.answer(request, False, 'no node hears it')
             return
         problem, answer = self.watch.ask(lambda view: (view.unstopped(since), (
@@ -202,7 +203,7 @@ class PanelRobot:
 
     def _send_pad(self, pad, lateness=0.0):
         """Publish a `joy` as the package joy does; `lateness`: the delay of the page [s]."""
-        if self.watch.hears_another_pad:
+        if self.watch.has_another_pad:
             return    # the sticks of both would be treated as one pad's
         axes, buttons = pad.as_joy(self._pad_config)
         message = Joy(axes=axes, buttons=buttons)

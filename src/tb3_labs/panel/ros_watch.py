@@ -53,7 +53,7 @@ class Watch:
                 ('/tf_static', *transforms)):
             subscribe(topic, *how, queue_size=None)
         for topic, rest, *how in (    # the latest sample is read, then none for `rest` [s]
-                ('odom', ODOMETRY_PERIOD, Odometry, self._write(RobotView.hear_odometry),
+                ('odom', ODOMETRY_PERIOD, Odometry, self._write(RobotView.on_odometry),
                  to_odometry_sample),
                 ('local_pose', NUMBERS_PERIOD, PoseStamped, self._hear('local'), _pose),
                 ('ground_truth', NUMBERS_PERIOD, PoseStamped, self._hear('truth'),
@@ -72,7 +72,7 @@ class Watch:
             return question(self._view)
 
     @property
-    def hears_another_pad(self):
+    def has_another_pad(self):
         """Does another node publish `joy`? One of the connections leads to this node's own
         publisher."""
         return self._joy.get_num_connections() > 1
@@ -82,7 +82,7 @@ class Watch:
         return lambda value: self.ask(lambda view: store(view, value, steady_time()))
 
     def _hear(self, name):
-        return self._write(lambda view, value, now: view.hear(name, value, now))
+        return self._write(lambda view, value, now: view.on_message(name, value, now))
 
     def _read_transforms(self, message):
         """Returns [(kind, pose)] of the transforms for a picture; ValueError if one is invalid."""
@@ -107,14 +107,14 @@ class Watch:
 
 
 def _command(view, message, now):
-    view.hear_command(sender_of(connection_of(message)), message.linear.x, message.angular.z, now)
+    view.on_command(sender_of(connection_of(message)), message.linear.x, message.angular.z, now)
 
 
 def _variables(view, message, now):
     for status in message.status:
-        view.hear_variables(status.name, ((each.key, each.value) for each in status.values), now)
+        view.on_variables(status.name, ((each.key, each.value) for each in status.values), now)
 
 
 def _transforms(view, poses, now):
     for kind, pose in poses:
-        view.hear(kind, pose, now)
+        view.on_message(kind, pose, now)

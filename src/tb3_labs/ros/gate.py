@@ -120,7 +120,7 @@ class CmdVel:
         write_at_once(self._publisher)
 
     @property
-    def is_heard(self):
+    def has_subscribers(self):
         """Does a robot (or any node) listen?"""
         return self._publisher.get_num_connections() > 0
 
@@ -186,7 +186,7 @@ class Watchdog:
 
     def feed(self):
         """Tell the watchdog that a message has arrived and was processed."""
-        self._messages.heard(steady_time())
+        self._messages.received(steady_time())
 
     def _run(self):
         while not rospy.is_shutdown():
@@ -204,7 +204,7 @@ class Watchdog:
             now = rospy.get_time()
             if now != self._last:
                 self._last = now
-                self._clock.heard(steady_time())
+                self._clock.received(steady_time())
             self._note_clock(self._clock.is_fresh(steady_time()))
 
 

@@ -21,7 +21,7 @@ import rosgraph
 import rospy
 
 from tb3_labs.ros.rospy_internals import (
-    answer_side_by_side, hear_all_publishers, log_without_the_master, note_connections)
+    answer_side_by_side, find_late_publishers, log_without_the_master, note_connections)
 from tb3_labs.terminal import SafeStream
 
 #: Time between two looks: does a master answer, has another thread ended the node? [s]
@@ -56,7 +56,7 @@ def run(name, make_node, interface=None):
         rospy.on_shutdown(_end_has_begun.set)
         log_without_the_master()
         answer_side_by_side()
-        hear_all_publishers()
+        find_late_publishers()
         note_connections()
         node = make_node()    # noqa: F841 (it lives as long as this name)
         rospy.on_shutdown(_last_words)

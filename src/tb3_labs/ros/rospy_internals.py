@@ -87,18 +87,18 @@ def is_wall_time():
     return rospy.rostime.is_wallclock()
 
 
-_others_alone = set()    # names of topics; see hear_others_alone
+_ignored_topics = set()    # names of topics; see ignore_own_messages
 
 
-def hear_others_alone(topic):
+def ignore_own_messages(topic):
     """Returns the full name of `topic`, on which this node does not hear itself from now on; to be
     called before it subscribes. Its own commands would come back to it 30 times a second."""
     name = rospy.resolve_name(topic)
-    _others_alone.add(name)
+    _ignored_topics.add(name)
     return name
 
 
-def hear_all_publishers(manager=None):
+def find_late_publishers(manager=None):
     """Make subscribers find publishers that register just after them; call it after init_node().
 
     The subscriber gets two lists of publishers: the answer to its own registration, without that
@@ -115,12 +115,12 @@ def hear_all_publishers(manager=None):
         with manager.cond:
             together = set(addresses).union(
                 *(others for topic, others in manager.updates if topic == name))
-            update(name, sorted(together - {name in _others_alone and manager.uri}))
+            update(name, sorted(together - {name in _ignored_topics and manager.uri}))
 
     manager.publisher_update = joined
 
 
-def heard_by(publisher):
+def subscribers_of(publisher):
     """The names of the nodes that are connected to `publisher` (`endpoint_id`): a stop that no node
     hears is not shown as done (test/ros/panel.test)."""
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}

@@ -82,7 +82,7 @@ class FakeRobot:
     def tick(self, step, epoch):
         """Let one SIMULATION_STEP pass, and send what is due; `epoch`: the robot's time 0 [s]."""
         truth_is_due = step % TRUTH_EVERY == 0 and (
-            self._pipe.is_heard() if self._pipe
+            self._pipe.has_subscribers() if self._pipe
             else self._truth and self._truth.get_num_connections())
         with self._lock:
             if self._hidden:
@@ -140,7 +140,7 @@ class TruthPipe:
     def __init__(self, path):
         self._path, self._pipe = path, -1
 
-    def is_heard(self):
+    def has_subscribers(self):
         """Does anybody read? While nobody does, this looks for the pipe again."""
         if self._pipe < 0:
             with suppress(OSError):     # there is no reader yet

@@ -76,7 +76,7 @@ class GoalRequests:
         self._answers: List[GoalAnswer] = []
         self._rows: Dict[str, _Repetition] = {}    # by sender
 
-    def hear(self, request: GoalRequest, now: float) -> None:
+    def receive(self, request: GoalRequest, now: float) -> None:
         """A goal has arrived; to be called for each, also for one that is refused."""
         self._forget(now)
         row = self._row_of(request)
@@ -84,7 +84,7 @@ class GoalRequests:
             row = self._rows[request.sender] = _Repetition(request)
         else:
             row.is_repeated, row.latest = True, request
-        row.source.heard(now)
+        row.source.received(now)
 
     def stays_ended(self, request: GoalRequest) -> bool:
         """Is a goal that was just heard the repetition of one that was ended?"""

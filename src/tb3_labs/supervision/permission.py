@@ -42,16 +42,16 @@ class _Grant:
         #: Were the sensors there since it was given?
         self.has_robot = False
         self._renews = renews
-        self._heard_for = 0.0
+        self._received_for = 0.0
         self._source = Freshness('control', LAPSE)
-        self._source.heard(now)
+        self._source.received(now)
 
     def renewed(self, now: float) -> None:
-        self._source.heard(now)
-        self._heard_for = heard_for = now - self.given_at
-        too_early = RENEWAL * (self._source.count - 1) - heard_for    # by its renewals
+        self._source.received(now)
+        self._received_for = received_for = now - self.given_at
+        too_early = RENEWAL * (self._source.count - 1) - received_for    # by its renewals
         # after the longest lapse the clocks may differ by as much
-        is_late = self._renews and too_early > 0.0 and heard_for < LONGEST_LAPSE
+        is_late = self._renews and too_early > 0.0 and received_for < LONGEST_LAPSE
         self.sent_before = self.given_at - (too_early if is_late else 0.0)
 
     def silent_for(self, now: float) -> float:
@@ -61,7 +61,7 @@ class _Grant:
     def holds(self, now: float) -> bool:
         """Does the grant hold? False if its sender is silent, or has not renewed it yet."""
         return not self._renews or (
-            self._source.is_fresh(now) and self._heard_for >= CONFIRMATION)
+            self._source.is_fresh(now) and self._received_for >= CONFIRMATION)
 
 
 class Permission:

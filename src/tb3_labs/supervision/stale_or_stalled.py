@@ -56,9 +56,9 @@ class Sensor(Freshness):
         self.longest_gap = 0.0
         self._changed_at = math.nan    # the reading; NaN: at the next look
 
-    def heard(self, now: float, reading: Any = None) -> float:
+    def received(self, now: float, reading: Any = None) -> float:
         """A valid message with this content arrived. Returns the silence before it [s]."""
-        silence = super().heard(now)
+        silence = super().received(now)
         if self.count > 2 and silence > self.longest_gap:
             self.longest_gap = silence
         if reading != self.reading:
@@ -77,8 +77,8 @@ class Sensor(Freshness):
 
     def clock_went_back(self, now: float) -> None:
         """The receiver's clock may have gone back to `now`."""
-        if self._heard_at is not None:
-            self._heard_at = min(self._heard_at, now)
+        if self._received_at is not None:
+            self._received_at = min(self._received_at, now)
 
 
 class SensorWatch:

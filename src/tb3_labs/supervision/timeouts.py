@@ -73,7 +73,7 @@ MAX_BEHIND = 0.5
 #: The least delay is taken over the messages of this time.
 WINDOW = 5.0
 #: A sender is treated as heard for this long before each of its messages.
-HEARD_BEFORE = 0.1
+RECEIVED_BEFORE = 0.1
 #: The delay of a pad's messages is known this long after the first one.
 LATENESS_SHOWS = 0.3
 #: A sample of this age, or a silence of this length, shows that the network stalls.
@@ -127,17 +127,17 @@ class Freshness:
         self.timeout = timeout
         #: Number of valid messages so far.
         self.count = 0
-        self._heard_at: Optional[float] = None
+        self._received_at: Optional[float] = None
 
-    def heard(self, now: float) -> float:
+    def received(self, now: float) -> float:
         """A valid message arrived at `now`. Returns the silence before it [s]."""
-        silence, self._heard_at = self.age(now), now
+        silence, self._received_at = self.age(now), now
         self.count += 1
         return silence
 
     def age(self, now: float) -> float:
         """Seconds since the last message; infinite before the first."""
-        age = math.inf if self._heard_at is None else now - self._heard_at
+        age = math.inf if self._received_at is None else now - self._received_at
         return age if age > 0.0 else 0.0
 
     def is_fresh(self, now: float) -> bool:
@@ -147,7 +147,7 @@ class Freshness:
     @property
     def silence(self) -> str:
         """The text for a source that is not fresh: 'no imu', or 'no imu yet'."""
-        return f'no {self.name} yet' if self._heard_at is None else f'no {self.name}'
+        return f'no {self.name} yet' if self._received_at is None else f'no {self.name}'
 
     def silence_with_age(self, now: float) -> str:
         """The text of `silence` with its duration: 'no imu for 1.2 s'."""
@@ -169,7 +169,7 @@ class SleepWatch:
 
     def update(self, now: float) -> None:
         """Look at the clock: several times a second, and before each message is used."""
-        gap = self._looks.heard(now)
+        gap = self._looks.received(now)
         self.slept_for = gap if LONGEST_GAP < gap < math.inf else 0.0
         if self.slept_for:
             self.woke_at = now
@@ -178,7 +178,7 @@ class SleepWatch:
     def start(self, now: float) -> None:
         """Begin to look now; the time before is ignored."""
         self.slept_for, self.is_waking, self.woke_at = 0.0, False, -math.inf
-        self._looks.heard(now)
+        self._looks.received(now)
 
     @property
     def doubt(self) -> str:
@@ -198,13 +198,13 @@ class Lateness:
 
     def __init__(self) -> None:
         self._least = Least()
-        self._heard_for = 0.0
+        self._received_for = 0.0
         self._last = Freshness('the sender')
 
     def of(self, stamp: float, arrival: float) -> float:
         """The extra delay [s] of a message of this stamp [sender's clock] and arrival."""
-        self._heard_for += min(self._last.heard(arrival), HEARD_BEFORE)
-        self._least.add(self._heard_for, arrival - stamp)
+        self._received_for += min(self._last.received(arrival), RECEIVED_BEFORE)
+        self._least.add(self._received_for, arrival - stamp)
         assert self._least.value is not None
         return arrival - stamp - self._least.value
 

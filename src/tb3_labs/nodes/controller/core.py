@@ -51,7 +51,7 @@ class ControllerCore:
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
-        self.imu.heard(now, sample[1:])
+        self.imu.received(now, sample[1:])
         jump = heading_jump(timed.before, sample)
         if jump and self.driver is Driver.TURN:
             self._happens(DriverEvent.TURN_OVER, jump)
@@ -73,7 +73,7 @@ class ControllerCore:
     def on_mouse(self, message: 'Event[MouseState]') -> None:
         self._update(message.at)
         was_active, active = self.mouse.active, message.what.active
-        deactivated = self.mouse.heard(message)
+        deactivated = self.mouse.received(message)
         if self.mouse.active:
             if not was_active:
                 self._log.add('The mouse is active: it drives outside the middle of the screen; '

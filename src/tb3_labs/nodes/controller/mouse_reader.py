@@ -46,7 +46,7 @@ class _Sender:
     def active(self) -> bool:
         return self.says_active and not self.is_lost
 
-    def heard(self, message: 'Event[MouseState]', rests: bool) -> None:
+    def received(self, message: 'Event[MouseState]', rests: bool) -> None:
         """A message arrived; `rests`: does it ask for zero?"""
         active, now, stamp = message.what.active, message.at, message.sent_at
         is_first = not self.source.count
@@ -57,7 +57,7 @@ class _Sender:
         elif not self.source.is_fresh(now) and (active if is_first else self.says_active):
             self._back_at = now
         if message.age is not Age.SAME:
-            self.source.heard(now)
+            self.source.received(now)
         self.says_active = active
         if rests and now - self._back_at >= WAKING:
             self.is_lost = False
@@ -89,14 +89,14 @@ class Mouse:
         """Is any mouse active, and not lost?"""
         return any(sender.active for sender in self._senders.values())
 
-    def heard(self, message: 'Event[MouseState]') -> bool:
+    def received(self, message: 'Event[MouseState]') -> bool:
         """A message of a mouse arrived. Returns True if it deactivates this mouse, also a lost one.
         This is a stop."""
         (active, x, y), now, sender = message.what, message.at, self._senders[message.sender]
         twist = mouse_twist(x, y)
         was_active, deactivated = sender.active, not active and sender.says_active
-        self.source.heard(now)
-        sender.heard(message, not active or twist == Twist2())
+        self.source.received(now)
+        sender.received(message, not active or twist == Twist2())
         if deactivated or was_active and not sender.active:
             self.lose(now, but=sender)
         if sender.active:

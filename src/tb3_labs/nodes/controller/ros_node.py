@@ -78,7 +78,7 @@ class ControllerNode:
 
     def _wait_for_robot(self):
         wait_until(
-            lambda: self._gate.cmd_vel.is_heard and self._core.imu.is_fresh(ros_time()),
+            lambda: self._gate.cmd_vel.has_subscribers and self._core.imu.is_fresh(ros_time()),
             self._robot_wait - time.monotonic())
 
     @staticmethod

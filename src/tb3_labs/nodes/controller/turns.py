@@ -181,7 +181,7 @@ class Repetitions:
             last = self._requests[event.sender] = _Request(event.what)
         else:
             last.is_repeated = True
-        last.source.heard(event.at)
+        last.source.received(event.at)
         last.is_doubted = last.is_doubted or event.age.is_doubtful
         last.doubts += last.is_doubted
         last.is_doubted = last.is_doubted or is_waking

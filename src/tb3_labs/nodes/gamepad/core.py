@@ -66,7 +66,7 @@ class GamepadCore:
         """Take in the state of the pad."""
         now, state = joy.at, joy.what
         self._look_at_clock(now)
-        self._pad.hear(state, now, joy.sent_at, joy.age is Age.SAME)
+        self._pad.receive(state, now, joy.sent_at, joy.age is Age.SAME)
         before, pushed_at = self._pad.before, now - self._pad.lateness
         self._is_new = True
         if state.regain and not before.regain:

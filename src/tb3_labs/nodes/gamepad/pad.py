@@ -74,13 +74,13 @@ class PadListener:
         #: Does the pad repeat an unchanged state? Does its driver repeat one message?
         self.repeats = self.hangs = False
         self._lateness = Lateness()
-        self._heard_since = math.inf     # from then on the lateness of messages is learned
+        self._received_since = math.inf    # from then on the lateness of messages is learned
         self._last: Optional[PadState] = None
         self._newest = -math.inf         # stamp
         #: About the last message: the state before it, its delay [s]; did it come after a loss?
         self.before, self.lateness, self.came_after_loss = PadState(), 0.0, False
 
-    def hear(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
+    def receive(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
         """Take in the state in a message, sent at `stamp` (0: unknown); `hangs`: it comes again. Of
         the buttons that are down in the first one only the stop is treated as pressed now."""
         self.repeats = self.repeats or self._last is not None and state.sent == self._last.sent
@@ -91,9 +91,9 @@ class PadListener:
         self._newest = max(stamp, self._newest)    # a driver may repeat several messages
         self.came_after_loss = self.repeats and not (is_silence or self.source.is_fresh(now))
         if not is_silence:
-            self.source.heard(now)
-        if math.isinf(self._heard_since) or (self.came_after_loss and stamp <= 0.0):
-            self._heard_since = now
+            self.source.received(now)
+        if math.isinf(self._received_since) or (self.came_after_loss and stamp <= 0.0):
+            self._received_since = now
         before, self.state = self.state, state
         if before is None or self.came_after_loss:
             before = state._replace(regain=False)
@@ -101,7 +101,7 @@ class PadListener:
 
     def tells_lateness(self, now: float) -> bool:
         """Has the pad been heard for long enough to know how late a message is?"""
-        return now - self._heard_since >= LATENESS_SHOWS and (
+        return now - self._received_since >= LATENESS_SHOWS and (
             not self.hangs or self.source.is_fresh(now))    # a driver may stamp two at once
 
     def is_current(self, now: float) -> bool:

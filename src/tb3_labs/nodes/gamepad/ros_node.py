@@ -13,7 +13,7 @@ from tb3_labs.ros.gate import Diagnostics, Gate, values_of
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reset_call import call_reset
-from tb3_labs.ros.rospy_internals import hear_others_alone
+from tb3_labs.ros.rospy_internals import ignore_own_messages
 from tb3_labs.ros.topics import RENEWS, say_what_is_awaited, subscribe_events
 
 
@@ -33,7 +33,7 @@ class GamepadNode:
         subscribe_events(
             'joy', Joy, lambda joy: self._gate.take_in(self._core.on_joy, joy),
             lambda joy: read_pad(joy.axes, joy.buttons, config))
-        subscribe_events(hear_others_alone('ctrl_relinq'), Bool,
+        subscribe_events(ignore_own_messages('ctrl_relinq'), Bool,
                          lambda word: self._gate.take_in(self._core.on_ctrl_relinq, word))
         subscribe_events('has_control', Bool,
                          lambda word: self._gate.take_in(self._core.on_has_control, word))

@@ -102,14 +102,14 @@ class MoveToGoalCore:
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
-        self.imu.heard(now, sample[1:])
+        self.imu.received(now, sample[1:])
         self._gyro.on_imu(timed, sends_wheels)
         self._localizer.on_imu(timed)
         self._look_at_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
         timed = self._timing.on_odometry(sample, now)
-        self.odometry.heard(now, sample[1:])
+        self.odometry.received(now, sample[1:])
         self._encoders.on_odometry(sample)
         self._localizer.on_odometry(timed)
         self._look_at_localizer()
@@ -170,7 +170,7 @@ class MoveToGoalCore:
         """A goal was sent again, by the name that it had before."""
         self._update_control(now)    # finds a sleep: the goal may be older than that
         self._look_at_end(now)
-        self._requests.hear(request, now)
+        self._requests.receive(request, now)
 
     def on_cancel(self, now: float, name: str = '', stamp: int = 0) -> None:
         """A person or program cancels goals, see GoalRequest."""

@@ -25,7 +25,7 @@ from tb3_labs.ros.gate import Diagnostics, Gate, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import roslaunch_of_this
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.rospy_internals import connection_of, hear_others_alone, sender_of
+from tb3_labs.ros.rospy_internals import connection_of, ignore_own_messages, sender_of
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import say_what_is_awaited, subscribe, subscribe_events
 
@@ -94,7 +94,7 @@ class MoveToGoalNode:
         self._goals = GoalServer(gate, core)
         self._goals.offer()
         Resets(gate, core).offer()
-        subscribe(hear_others_alone('cmd_vel'), Twist, self._on_command_of_others)
+        subscribe(ignore_own_messages('cmd_vel'), Twist, self._on_command_of_others)
         LiveSettings(drive, lambda new: gate.take_in(core.set_law, self._law(new)))
         gate.look()
         subscribe_events('ctrl_relinq', Bool, lambda word: gate.take_in(core.on_ctrl_relinq, word))
