@@ -13,7 +13,7 @@ from std_msgs.msg import Float64
 
 from node_case import STARTING, ZERO, NodeCase
 from tb3_labs.msg import MouseController
-from tb3_labs.nodes.controller.mouse_reader import to_mouse
+from tb3_labs.nodes.controller.mouse import to_mouse
 from tb3_labs.ros.clocks import wait_until
 from virtual_screen import VirtualScreen
 

@@ -4,7 +4,7 @@ from tb3_labs.control.commands import LawStep
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
-from tb3_labs.nodes.controller.mouse_reader import MouseState
+from tb3_labs.nodes.controller.mouse import MouseState
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
@@ -283,7 +283,7 @@ class Pad(Process):
         """Carry out what the core wants after an action at `at`."""
         output = self.core.tick(self.world.now)
         self.world.judge(output.command, self.oracle)
-        if output.asks_reset:
+        if output.reset_requested:
             self.judge_reset(at)
         for word in output.relinquishes:
             for _ in range(1 if word else 2):    # as GamepadNode does

@@ -13,7 +13,7 @@ from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.core import ControllerCore
-from tb3_labs.nodes.controller.mouse_reader import to_mouse
+from tb3_labs.nodes.controller.mouse import to_mouse
 from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample

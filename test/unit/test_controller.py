@@ -8,7 +8,7 @@ from rollout import control, run
 from tb3_labs.control.commands import LONGEST_IDLE, LawStep
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.nodes.controller.core import ControllerCore
-from tb3_labs.nodes.controller.mouse_reader import MouseState
+from tb3_labs.nodes.controller.mouse import MouseState
 from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, TurnConfig, make_turn
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model

@@ -5,7 +5,7 @@ import pytest
 
 from exhaust import CASTS, search, walk
 from tb3_labs.localization.gyro_check import GyroWatch
-from tb3_labs.nodes.controller.mouse_reader import Mouse
+from tb3_labs.nodes.controller.mouse import Mouse
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.supervision.events import Age, MessageAges
 from tb3_labs.supervision.goal_requests import GoalRequests
@@ -74,8 +74,9 @@ def one_for_all(self, message):
     ('goals', '', GoalRequests, 'stays_ended', lambda *_: False, 3),
     ('two mice', '', Mouse, 'received', one_for_all, 3),
     # Y, and a reset, that are late
-    ('a pad', '.*stopped.* requests.*|Y of.*|(1.95|2.15) s pass', GamepadCore, '_counts', lambda *_: True, 3),
-    ('a pad', 'the network holds up pad.*|Y of.*|(0.31|1.95|2.15) s pass', GamepadCore, '_counts', lambda *_: True, 3),
+    ('a pad', '.*stopped.* requests.*|Y of.*|(1.95|2.15) s pass', GamepadCore, '_is_accepted', lambda *_: True, 3),
+    ('a pad', 'the network holds up pad.*|Y of.*|(0.31|1.95|2.15) s pass', GamepadCore, '_is_accepted', lambda *_: True,
+     3),
     ('a sleep', '', SleepWatch, 'doubt', '', 3)])
 def test_a_defect_is_found_by_its_shortest_story(monkeypatch, name, events, owner, method, defect, number):
     """Among all events it is found, too, but that takes longer."""

@@ -20,7 +20,7 @@ class Core(GamepadCore):
     def __init__(self, config, model):
         super().__init__(config, model)
         self.now = 0.0
-        self.put_out = {'news': [], 'words': [], 'asks_reset': []}
+        self.put_out = {'news': [], 'words': [], 'reset_requested': []}
 
     def on_joy(self, joy):
         self.now = joy.at
@@ -30,7 +30,7 @@ class Core(GamepadCore):
         self.now, output = now, super().tick(now)
         self.put_out['news'] += output.log_lines
         self.put_out['words'] += output.relinquishes
-        self.put_out['asks_reset'] += [True] * output.asks_reset
+        self.put_out['reset_requested'] += [True] * output.reset_requested
         return output
 
     def take(self, what):
@@ -137,7 +137,7 @@ def test_full_stick_is_the_robots_own_limit_or_the_scale_that_is_set(config, sti
 
 def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
     assert pad.holder is GAMEPAD and not pad.controller.messages.grants and pad.said() == []
-    assert not pad.controller.take('asks_reset')
+    assert not pad.controller.take('reset_requested')
     pad.press(A)
     assert pad.holder is GOAL and pad.controller.messages.grants and pad.said() == [True]
     assert set(pad.run(1.0, sticks=(1.0, 1.0))) == {None}
@@ -179,7 +179,7 @@ def test_each_press_counts_though_the_messages_come_all_at_once(pad):
     for pressed in (), (B,), (B, Y), (Y,), (), (A,), (), (B,), ():
         hear(pad.controller, pad.now, 0.0, *pressed)
     assert pad.controller.take('words') == [False, True, False]
-    assert pad.controller.take('asks_reset') and not pad.controller.take('asks_reset')
+    assert pad.controller.take('reset_requested') and not pad.controller.take('reset_requested')
     assert pad.holder is GAMEPAD
 
 
@@ -211,7 +211,7 @@ def test_a_y_that_the_network_held_up_would_declare_another_place(stamped, late,
     look(stamped, 101.0, 101.05 + late)
     hear(stamped, 101.05 + late, 8.04)
     hear(stamped, 101.05 + late, 8.05, Y)
-    assert bool(stamped.take('asks_reset')) is counts
+    assert bool(stamped.take('reset_requested')) is counts
     assert warned(stamped, 'Y does not count') is not counts
 
 
@@ -226,7 +226,7 @@ def test_a_driver_that_repeats_several_messages_is_a_pad_that_is_lost(stamped, r
     assert commands[0] != Twist2() and set(commands[ring + 11:]) == {Twist2()}
 
 
-@pytest.mark.parametrize('button, wanted', [(A, 'words'), (Y, 'asks_reset')])
+@pytest.mark.parametrize('button, wanted', [(A, 'words'), (Y, 'reset_requested')])
 def test_a_press_counts_beside_a_stick_in_two_messages_of_one_stamp(stamped, button, wanted):
     hear(stamped, 101.05, 8.05, forward=1.0)
     hear(stamped, 101.0505, 8.05, button, forward=1.0, age=Age.SAME)
@@ -251,7 +251,7 @@ def test_a_driver_that_hangs_is_a_pad_that_is_lost(stamped, clock_runs):
     assert stamped.holder is NOBODY and repeat(10.0) == {Twist2()}
     assert warned(stamped, 'joy_node repeats one message')
     repeat(0.1, A, Y)
-    assert not stamped.take('asks_reset') and True not in stamped.take('words')
+    assert not stamped.take('reset_requested') and True not in stamped.take('words')
     repeat(0.1, B)
     assert stamped.take('words') == [False]        # a stop is obeyed
 
@@ -359,7 +359,7 @@ def test_hold_to_drive():
 
 @pytest.mark.parametrize('after, counts', [(0.1, False), (0.4, True)])
 @pytest.mark.parametrize('stamped', [False, True])
-@pytest.mark.parametrize('button, what', [(A, 'words'), (Y, 'asks_reset')])
+@pytest.mark.parametrize('button, what', [(A, 'words'), (Y, 'reset_requested')])
 def test_a_press_on_a_pad_that_was_heard_for_a_moment_only_does_not_count(
         after, counts, stamped, button, what):
     """It may have waited with the first message, or be held since the pad's start: joy_node sends
@@ -391,10 +391,10 @@ def test_a_button_that_is_held_through_a_loss_is_not_pressed_by_the_return(pad, 
     pad.press(A)
     pad.run(0.05, pressed=(held,))
     pad.run(1.0, plugged=False)
-    pad.said(), pad.controller.take('asks_reset')
+    pad.said(), pad.controller.take('reset_requested')
     pad.run(1.0, plugged=True)
     assert pad.holder is not GOAL and not pad.controller.messages.grants
-    assert True not in pad.said() and not pad.controller.take('asks_reset')
+    assert True not in pad.said() and not pad.controller.take('reset_requested')
 
 
 def test_the_operator_is_told_of_each_change_of_hands_once(pad):

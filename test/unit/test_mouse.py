@@ -1,7 +1,7 @@
 """Mouse positions into velocities, by the numbers of the course's mouse lab."""
 import pytest
 
-from tb3_labs.nodes.controller.mouse_reader import Mouse, MouseState, mouse_twist
+from tb3_labs.nodes.controller.mouse import Mouse, MouseState, mouse_twist
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import Age, Event
 

@@ -5,7 +5,7 @@ import pytest
 
 from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadState, read_pad
 from tb3_labs.supervision.control_holder import ControlMessages
-from tb3_labs.supervision.timeouts import LATENESS_SHOWS
+from tb3_labs.supervision.timeouts import LATENESS_KNOWN_AFTER
 
 AXES = [0.0] * 8
 BUTTONS = [0] * 11
@@ -60,10 +60,10 @@ def test_what_is_pressed_in_the_first_message_was_pressed_before_but_a_stop_coun
 
 def test_lateness_shows_after_a_while_and_a_late_message_is_not_current():
     listener = PadListener()
-    assert not listener.tells_lateness(1e9)
+    assert not listener.knows_lateness(1e9)
     listener.receive(read_pad(AXES, pressed(), CONFIG), 1.0, 501.0)
-    assert not listener.is_current(1.0 + 0.9 * LATENESS_SHOWS)
-    assert listener.is_current(1.0 + LATENESS_SHOWS)
+    assert not listener.is_current(1.0 + 0.9 * LATENESS_KNOWN_AFTER)
+    assert listener.is_current(1.0 + LATENESS_KNOWN_AFTER)
     listener.receive(read_pad(AXES, pressed(), CONFIG), 2.0, 501.5)
     assert listener.lateness == pytest.approx(0.5)
     assert not listener.is_current(2.0)
@@ -77,7 +77,7 @@ def test_after_a_loss_lateness_is_known_by_stamps_alone(stamps, lateness):
         listener.receive(read_pad(AXES, pressed(), CONFIG), now, stamp)
     listener.receive(read_pad(AXES, pressed(), CONFIG), 2.0, stamps[2])
     assert listener.came_after_loss and listener.lateness == pytest.approx(lateness)
-    assert listener.tells_lateness(2.0) is (lateness > 0.0)
+    assert listener.knows_lateness(2.0) is (lateness > 0.0)
 
 
 def test_a_late_b_does_not_hide_a_later_stop():

@@ -13,7 +13,7 @@ from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
-from tb3_labs.nodes.controller.mouse_reader import MouseState
+from tb3_labs.nodes.controller.mouse import MouseState
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, PadState
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
@@ -144,7 +144,7 @@ class Pad(Bench):
         output = self.core.tick(self.now)
         self.tell(*[line.text for line in output.log_lines])
         self.has_moved = (self.has_moved or output.command not in (None, Twist2())
-                          or output.asks_reset or True in output.relinquishes)
+                          or output.reset_requested or True in output.relinquishes)
 
     def hold(self, **state):
         self.state = PadState(**state)

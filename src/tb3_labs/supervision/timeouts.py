@@ -75,7 +75,7 @@ WINDOW = 5.0
 #: A sender is treated as heard for this long before each of its messages.
 RECEIVED_BEFORE = 0.1
 #: The delay of a pad's messages is known this long after the first one.
-LATENESS_SHOWS = 0.3
+LATENESS_KNOWN_AFTER = 0.3
 #: A sample of this age, or a silence of this length, shows that the network stalls.
 LONGEST_AGE = 0.1
 #: A sender that repeats a message does so within this time.

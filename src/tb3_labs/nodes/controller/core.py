@@ -9,7 +9,7 @@ from tb3_labs.control.approach import PreciseTurn
 from tb3_labs.control.commands import LONGEST_IDLE, Pace
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.sample_timing import SampleTiming
-from tb3_labs.nodes.controller.mouse_reader import Mouse, MouseState
+from tb3_labs.nodes.controller.mouse import Mouse, MouseState
 from tb3_labs.nodes.controller.turns import (
     NEXT_DRIVER, ActiveTurn, Driver, DriverEvent, Heading, Repetitions)
 from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump
@@ -44,7 +44,7 @@ class ControllerCore:
         self._repetitions = Repetitions()        # of turns
         self._refused_at = -math.inf             # time of the last line about a refused turn
         self._mouse_is_new = False               # True: a command is due
-        self._mouse_told = False                 # has its user had the line on a lost mouse?
+        self._mouse_logged = False               # has its user had the line on a lost mouse?
         self._log = LogQueue()
 
     # -- what comes in
@@ -54,7 +54,7 @@ class ControllerCore:
         self.imu.received(now, sample[1:])
         jump = heading_jump(timed.before, sample)
         if jump and self.driver is Driver.TURN:
-            self._happens(DriverEvent.TURN_OVER, jump)
+            self._handle(DriverEvent.TURN_OVER, jump)
         self._gyro.on_imu(timed, sends_wheels)
         self._heading.on_imu(timed)
         rate = abs(self._heading.rate)
@@ -79,14 +79,14 @@ class ControllerCore:
                 self._log.add('The mouse is active: it drives outside the middle of the screen; '
                               'scroll up to stop')
             self._mouse_is_new = True
-            self._happens(DriverEvent.MOUSE_CENTRED if self.mouse.twist == Twist2()
-                          else DriverEvent.MOUSE_MOVED, 'the mouse took over')
+            self._handle(DriverEvent.MOUSE_CENTRED if self.mouse.twist == Twist2()
+                         else DriverEvent.MOUSE_MOVED, 'the mouse took over')
         elif was_active or deactivated:
-            self._mouse_told = active
+            self._mouse_logged = active
             self._released('messages of the mouse are late: move it to the middle of the screen to '
                            'use it again' if active else 'the mouse was deactivated')
-        elif active and not self._mouse_told:
-            self._mouse_told = True
+        elif active and not self._mouse_logged:
+            self._mouse_logged = True
             self._log.add('The mouse was active before: move it to the middle of the screen to '
                           'use it')
 
@@ -132,7 +132,7 @@ class ControllerCore:
             extended.extend(angle)
         requested = angle if extended is None else extended.requested
         self._log.add(f'Turning {round(math.degrees(requested), 6):g} degrees')
-        self._happens(DriverEvent.TURN_REQUESTED)
+        self._handle(DriverEvent.TURN_REQUESTED)
 
     def _update(self, now: float) -> None:
         """Give up a turn in which this process slept, and a mouse that is lost; as Event.at."""
@@ -140,12 +140,12 @@ class ControllerCore:
         if self._sleep.slept_for > RESUME_TIME:
             self._repetitions.stop()
             if self.driver is Driver.TURN:
-                self._happens(DriverEvent.TURN_OVER, self._sleep.in_words())
+                self._handle(DriverEvent.TURN_OVER, self._sleep.in_words())
         was_active, silence = self.mouse.active, self.mouse.silence(now)
         if self._sleep.slept_for or silence:
             self.mouse.lose(now)
         if was_active and not self.mouse.active:
-            self._mouse_is_new = self._mouse_told = True
+            self._mouse_is_new = self._mouse_logged = True
             self._released(silence + ': move it to the middle of the screen to use it again')
 
     def set_law(self, law: PreciseTurn) -> None:
@@ -234,7 +234,7 @@ class ControllerCore:
             self._start_law(turn)
         elif self._sensors.status is SensorStatus.LATE:
             reason = self._sensors.hold_reason or 'the IMU was silent'
-            self._happens(DriverEvent.TURN_OVER, f'{reason} for {self._sensors.silent_for:.1f} s')
+            self._handle(DriverEvent.TURN_OVER, f'{reason} for {self._sensors.silent_for:.1f} s')
         return self.driver is Driver.TURN and self._sensors.status is not SensorStatus.SILENT
 
     def _turn_on(self, now: float) -> Optional[Twist2]:
@@ -250,7 +250,7 @@ class ControllerCore:
         if not step.finished and not problem:
             return step.command
         turn.left_at_end = step.remaining
-        self._happens(DriverEvent.TURN_OVER, problem)
+        self._handle(DriverEvent.TURN_OVER, problem)
         return None
 
     def _judge_turn(self, turn: ActiveTurn, now: float) -> None:
@@ -262,9 +262,9 @@ class ControllerCore:
 
     def _released(self, reason: str) -> None:
         self._log.add(reason[0].upper() + reason[1:])
-        self._happens(DriverEvent.MOUSE_RELEASED, reason)
+        self._handle(DriverEvent.MOUSE_RELEASED, reason)
 
-    def _happens(self, event: DriverEvent, reason: str = '') -> None:
+    def _handle(self, event: DriverEvent, reason: str = '') -> None:
         """Apply the table of drivers. If this ends a turn for a `reason`, the turn is given up."""
         before, self.driver = self.driver, NEXT_DRIVER.get((self.driver, event), self.driver)
         if self.driver is Driver.MOUSE:

@@ -14,7 +14,7 @@ from tb3_labs.handout import CONTROLLER_GOODBYE
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.core import ControllerCore
-from tb3_labs.nodes.controller.mouse_reader import to_mouse
+from tb3_labs.nodes.controller.mouse import to_mouse
 from tb3_labs.nodes.controller.turns import TurnConfig, degrees_of, make_turn
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.gate import Diagnostics, Gate, values_of

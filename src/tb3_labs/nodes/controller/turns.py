@@ -171,14 +171,14 @@ class Repetitions:
     the same sender, without a pause of `SENDER_PAUSE`."""
 
     def __init__(self) -> None:
-        self._requests: Dict[str, _Request] = {}    # by sender
+        self._requests: Dict[str, _TurnRequest] = {}    # by sender
 
     def count(self, event: Event, is_waking: bool = False) -> int:
         """The number of doubtful requests up to this one; 0 if it is accepted. `is_waking`: it may
         be older than a sleep of this process, and so may its repetitions."""
         last = self._requests.get(event.sender)
         if last is None or last.what != event.what or not last.source.is_fresh(event.at):
-            last = self._requests[event.sender] = _Request(event.what)
+            last = self._requests[event.sender] = _TurnRequest(event.what)
         else:
             last.is_repeated = True
         last.source.received(event.at)
@@ -193,7 +193,7 @@ class Repetitions:
             last.is_doubted = last.is_doubted or last.is_repeated
 
 
-class _Request:
+class _TurnRequest:
     """The last request of one sender, until it changes, or pauses."""
 
     def __init__(self, what: object) -> None:

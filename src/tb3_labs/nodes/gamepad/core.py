@@ -35,7 +35,7 @@ class PadOutput(Output):
     relinquishes: Sequence[bool] = ()
     renews: bool = False
     #: Was the reset button pressed?
-    asks_reset: bool = False
+    reset_requested: bool = False
 
     @property
     def has_more(self) -> bool:
@@ -55,7 +55,7 @@ class GamepadCore:
         self._sleep = SleepWatch()
         self._silent_until = 0.0
         self._is_new = False         # something changed, so a command is due
-        self._asks_reset = False     # since the last tick
+        self._reset_requested = False    # since the last tick
         self._published_holder: Optional[ControlHolder] = None
         self._restless_since = math.inf    # the sticks drive nothing, and are not at rest
         self._log = LogQueue()
@@ -71,29 +71,30 @@ class GamepadCore:
         self._is_new = True
         if state.regain and not before.regain:
             self.messages.stop(pushed_at)
-            self._happens(ControlEvent.REGAIN, now)
+            self._handle(ControlEvent.REGAIN, now)
         elif state.relinquish and not before.relinquish and not state.regain:
-            if self._counts('A', LONGEST_LAPSE, now) and not self.messages.grants:
+            if self._is_accepted('A', LONGEST_LAPSE, now) and not self.messages.grants:
                 self.messages.grant(now, self._pad.lateness)
-                self._happens(ControlEvent.RELINQUISH, now)
+                self._handle(ControlEvent.RELINQUISH, now)
         is_ready = (state.hold and not before.hold) if self._config.has_hold else state.at_rest
         if is_ready and self._is_current(now):
-            self._happens(ControlEvent.READY, now)
+            self._handle(ControlEvent.READY, now)
         elif self._pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
-            self._happens(ControlEvent.LOST, now)    # the loss is noticed only now
+            self._handle(ControlEvent.LOST, now)    # the loss is noticed only now
         elif self._drives() and pushed_at < self.messages.stopped_at:
-            self._happens(ControlEvent.STOPPED, now)    # it was pushed before the stop
+            self._handle(ControlEvent.STOPPED, now)    # it was pushed before the stop
         if state.reset and not before.reset:    # a late one would declare another place
-            self._asks_reset = self._counts('Y', LONGEST_GAP, now) or self._asks_reset
+            self._reset_requested = self._is_accepted('Y', LONGEST_GAP,
+                                                      now) or self._reset_requested
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
         """move_to_goal says whether it has control."""
         now = has_control.at
         if has_control.what:
             self.messages.given_at = -math.inf    # it has heard the True
-            self._happens(ControlEvent.GRANTED, now)
+            self._handle(ControlEvent.GRANTED, now)
         elif now - self.messages.given_at >= CROSSING:
-            self._happens(ControlEvent.TAKEN, now)
+            self._handle(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
         """Another node sent True or False. Its False takes the control that this pad gave, or stops
@@ -109,9 +110,9 @@ class GamepadCore:
     def _on_taken(self, now: float) -> None:
         self.messages.stopped_at = now
         if self.messages.grants:
-            self._happens(ControlEvent.TAKEN, now)
+            self._handle(ControlEvent.TAKEN, now)
         elif self._drives():
-            self._happens(ControlEvent.STOPPED, now)
+            self._handle(ControlEvent.STOPPED, now)
 
     # -- what comes out
 
@@ -124,10 +125,11 @@ class GamepadCore:
         holder = None if self.holder is self._published_holder else self.holder
         watched = self.messages.grants or self._drives() or (
             self._pad.state is not None and self.holder is ControlHolder.NOBODY)
-        asks_reset, self._published_holder, self._asks_reset = self._asks_reset, self.holder, False
+        reset_requested, self._published_holder, self._reset_requested = (self._reset_requested,
+                                                                          self.holder, False)
         return PadOutput(
             command, log_lines=self._log.pop_all(), watched=watched, holder=holder,
-            asks_reset=asks_reset,
+            reset_requested=reset_requested,
             relinquishes=self.messages.pop_all(), renews=self.messages.renews(now))
 
     def _look_at_rest(self, now: float) -> None:
@@ -138,7 +140,7 @@ class GamepadCore:
             return
         self._restless_since = math.inf if state.at_rest else min(self._restless_since, now)
         if state.at_rest and self._is_current(now):
-            self._happens(ControlEvent.READY, now)
+            self._handle(ControlEvent.READY, now)
         if now - self._restless_since > RESTLESS:
             self._restless_since = math.nan    # it was named
             axes, _ = state.sent
@@ -170,15 +172,15 @@ class GamepadCore:
                           warning=True)
             self._on_taken(now)
         elif self._sleep.slept_for and self.holder is ControlHolder.GAMEPAD:
-            self._happens(ControlEvent.LOST, now)
+            self._handle(ControlEvent.LOST, now)
 
     def _is_current(self, now: float) -> bool:
         return self._pad.is_current(now) and not self._sleep.is_waking
 
-    def _counts(self, button: str, longest: float, now: float) -> bool:
+    def _is_accepted(self, button: str, longest: float, now: float) -> bool:
         """Is a press accepted? False, with a line, if it is older than `longest` [s], or may be."""
         lateness, doubt = self._pad.lateness, self._sleep.doubt
-        if not doubt and not self._pad.tells_lateness(now):
+        if not doubt and not self._pad.knows_lateness(now):
             doubt = 'it was pressed the moment the pad was first heard'
         elif not doubt and (lateness > longest or now - lateness < self.messages.stopped_at):
             doubt = f'it was pressed {lateness:.1f} s ago, or before something took control'
@@ -188,7 +190,7 @@ class GamepadCore:
 
     # -- who holds the robot
 
-    def _happens(self, event: ControlEvent, now: float) -> None:
+    def _handle(self, event: ControlEvent, now: float) -> None:
         before, self.holder = self.holder, NEXT_HOLDER.get((self.holder, event), self.holder)
         self._is_new = self._is_new or self.holder is not before
         if before is ControlHolder.MOVE_TO_GOAL is not self.holder:
@@ -226,4 +228,4 @@ class GamepadCore:
         self._pad.state = None      # the last one is void now
         self._is_new = True
         self.messages.stop(now)
-        self._happens(ControlEvent.LOST, now)
+        self._handle(ControlEvent.LOST, now)

@@ -12,7 +12,7 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 from tb3_labs.config import Config, setting
 from tb3_labs.handout import (
     ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_TURN)
-from tb3_labs.supervision.timeouts import LATENESS_SHOWS, PAD_TIMEOUT, Freshness, Lateness
+from tb3_labs.supervision.timeouts import LATENESS_KNOWN_AFTER, PAD_TIMEOUT, Freshness, Lateness
 
 #: The highest index of an axis or button. No pad has as many.
 MOST = 31
@@ -99,14 +99,14 @@ class PadListener:
             before = state._replace(regain=False)
         self.before = before
 
-    def tells_lateness(self, now: float) -> bool:
+    def knows_lateness(self, now: float) -> bool:
         """Has the pad been heard for long enough to know how late a message is?"""
-        return now - self._received_since >= LATENESS_SHOWS and (
+        return now - self._received_since >= LATENESS_KNOWN_AFTER and (
             not self.hangs or self.source.is_fresh(now))    # a driver may stamp two at once
 
     def is_current(self, now: float) -> bool:
         """Does the last message show the present state of the pad?"""
-        return self.tells_lateness(now) and self.lateness <= PAD_TIMEOUT
+        return self.knows_lateness(now) and self.lateness <= PAD_TIMEOUT
 
 
 def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -> PadState:

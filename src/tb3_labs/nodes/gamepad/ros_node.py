@@ -48,7 +48,7 @@ class GamepadNode:
                 self._control.publish(word)
         if output.renews:
             self._control.publish(True)
-        if output.asks_reset:    # no terminal holds it up; a node that sleeps answers late
+        if output.reset_requested:    # no terminal holds it up; a node that sleeps answers late
             threading.Thread(target=guarded(_reset), daemon=True).start()
 
     def _carry_out(self, output):

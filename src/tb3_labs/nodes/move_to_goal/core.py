@@ -142,7 +142,7 @@ class MoveToGoalCore:
     def set_goal(self, goal: Pose2) -> None:
         """Replace the goal."""
         self._machine.set_goal(goal)
-        self._begin_anew()
+        self._restart()
 
     def on_goal(self, request: GoalRequest, now: float) -> None:
         """Drive to the RequestedPose of a goal, unless this repeats the present goal, or is void;
@@ -209,7 +209,7 @@ class MoveToGoalCore:
             # the robot may have been driven elsewhere meanwhile
             if machine.failure or machine.active:
                 machine.restart()
-            self._begin_anew()
+            self._restart()
         elif self.has_control and not before:
             machine.interrupt()
         elif before and not self.has_control:
@@ -340,7 +340,7 @@ class MoveToGoalCore:
         self._sensors.pause()
         self._sent = Twist2()
 
-    def _begin_anew(self) -> None:
+    def _restart(self) -> None:
         """A person or node asked for a motion, which begins from standing."""
         self._pause()
         self._sensors.request_motion()
@@ -357,6 +357,6 @@ class MoveToGoalCore:
         for reset in self._localizer.pop_resets():
             if reset.done:
                 self._machine.restart()
-                self._begin_anew()
+                self._restart()
                 reset.hint = '' if self._machine.active else '; no goal: send one'
                 self._log.add(reset.answer)

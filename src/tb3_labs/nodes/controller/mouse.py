@@ -31,34 +31,34 @@ def to_mouse(message) -> MouseState:
     return MouseState(message.status.data, x, y)
 
 
-class _Sender:
+class _MouseSource:
     """One mouse, as its messages show it."""
 
     def __init__(self) -> None:
         self.source = Freshness('mouse', MOUSE_TIMEOUT)
         #: Was its last message active? An active mouse repeats itself.
-        self.says_active = False
+        self.reported_active = False
         self.is_lost = True
         self._back_at = -math.inf    # end of the last silence
         self._lateness = Lateness()
 
     @property
     def active(self) -> bool:
-        return self.says_active and not self.is_lost
+        return self.reported_active and not self.is_lost
 
     def received(self, message: 'Event[MouseState]', rests: bool) -> None:
         """A message arrived; `rests`: does it ask for zero?"""
         active, now, stamp = message.what.active, message.at, message.sent_at
         is_first = not self.source.count
-        if not (is_first or self.says_active) and now - self._back_at >= WAKING:
+        if not (is_first or self.reported_active) and now - self._back_at >= WAKING:
             self.is_lost = False    # it was inactive until now
         if stamp > 0.0 and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
             self._back_at, self.is_lost = now, self.is_lost or active
-        elif not self.source.is_fresh(now) and (active if is_first else self.says_active):
+        elif not self.source.is_fresh(now) and (active if is_first else self.reported_active):
             self._back_at = now
         if message.age is not Age.SAME:
             self.source.received(now)
-        self.says_active = active
+        self.reported_active = active
         if rests and now - self._back_at >= WAKING:
             self.is_lost = False
 
@@ -82,7 +82,7 @@ class Mouse:
         self.source = Freshness('mouse', MOUSE_TIMEOUT)    # any mouse
         #: The velocity that an active mouse asks for; zero in the middle of the screen.
         self.twist = Twist2()
-        self._senders: DefaultDict[str, _Sender] = defaultdict(_Sender)
+        self._senders: DefaultDict[str, _MouseSource] = defaultdict(_MouseSource)
 
     @property
     def active(self) -> bool:
@@ -94,7 +94,7 @@ class Mouse:
         This is a stop."""
         (active, x, y), now, sender = message.what, message.at, self._senders[message.sender]
         twist = mouse_twist(x, y)
-        was_active, deactivated = sender.active, not active and sender.says_active
+        was_active, deactivated = sender.active, not active and sender.reported_active
         self.source.received(now)
         sender.received(message, not active or twist == Twist2())
         if deactivated or was_active and not sender.active:
@@ -108,7 +108,7 @@ class Mouse:
         return next((sender.source.silence_with_age(now) for sender in self._senders.values()
                      if sender.active and not sender.source.is_fresh(now)), '')
 
-    def lose(self, now: float, but: Optional[_Sender] = None) -> None:
+    def lose(self, now: float, but: Optional[_MouseSource] = None) -> None:
         """Every mouse is lost: one that is not active may have been activated since."""
         for sender in self._senders.values():
             if sender is not but:
