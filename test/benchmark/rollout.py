@@ -25,8 +25,8 @@ from tb3_labs.nodes.controller.turns import Driver, TurnConfig, make_turn
 from tb3_labs.supervision.events import LogLine
 
 #: Time between two looks at the robot's true pose [s].
-LOOK_PERIOD = 0.02
-TURN_LOOK_PERIOD = 0.005
+POLL_PERIOD = 0.02
+TURN_POLL_PERIOD = 0.005
 #: A robot that does not move for this long has come to rest for good [s].
 SETTLED_TIME = 0.5
 #: A robot slower than this moves on by less than 0.3 mm and 0.1 deg [m/s], [rad/s].
@@ -82,11 +82,11 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
     commands: List[Twist2] = []
     overrun = -math.inf
     while navigator.status(robot.now).active and robot.now - begun < give_up_after:
-        commands += _navigate(robot, navigator, LOOK_PERIOD)
+        commands += _navigate(robot, navigator, POLL_PERIOD)
         overrun = max(overrun, (along @ robot.truth).x)
     rested = all(abs(speed) <= rest for speed, rest in zip(robot.true_velocity, AT_REST))
     while _moves(robot):
-        robot.step(LOOK_PERIOD)
+        robot.step(POLL_PERIOD)
     here = local_T_world @ robot.truth
     status = navigator.status(robot.now)
     return Drive(
@@ -102,7 +102,7 @@ def _reset(robot: Simulator, navigator: MoveToGoalCore, declared: Pose2) -> None
     reset = Reset(RequestedPose(declared))
     navigator.on_reset(reset, robot.now, robot.now)
     if reset.problem:
-        _navigate(robot, navigator, LOOK_PERIOD)
+        _navigate(robot, navigator, POLL_PERIOD)
         _reset(robot, navigator, declared)
 
 
@@ -124,7 +124,7 @@ def _turn(robot: Simulator, controller: ControllerCore, degrees: float) -> SpotT
     overshoot = 0.0
     controller.ask(degrees, robot.now)
     while controller.driver is Driver.TURN or robot.now - resting_since < SETTLED_TIME:
-        commands += _control(robot, controller, TURN_LOOK_PERIOD)
+        commands += _control(robot, controller, TURN_POLL_PERIOD)
         yaw = continuous(robot.truth.yaw, yaw)
         overshoot = max(overshoot, sign * (yaw - start - goal))
         if _moves(robot):

@@ -52,7 +52,7 @@ class Process:
             for method, details in self.waiting.pop(sender, ()):
                 getattr(self, method)(*details)
 
-    def look_at_clock(self):
+    def check_clock(self):
         """Wake, and hear what was held up, when it is time."""
         now = self.world.now + 1e-9
         if self.asleep_since is not None and now >= self.asleep_until:

@@ -59,7 +59,7 @@ class World:
             self.now += step
             self.passed()
             for node in self.nodes:
-                node.look_at_clock()
+                node.check_clock()
             for node in self.nodes:
                 if node.asleep_since is None and not node.is_dead:
                     node.tick()

@@ -15,11 +15,11 @@ from std_msgs.msg import Header
 
 from tb3_labs.doctor import computer, examination
 from tb3_labs.doctor.computer import (
-    Address, judge_address, judge_nat, judge_python, own_addresses, way_out)
+    Address, judge_address, judge_nat, judge_python, outgoing_address, own_addresses)
 from tb3_labs.doctor.examination import examine
 from tb3_labs.doctor.graph import (
-    PROBLEMS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_robot, judge_types,
-    judge_way_back)
+    PROBLEMS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
+    judge_robot, judge_types)
 from tb3_labs.doctor import fault, ok, printed, summary, warning
 from tb3_labs.doctor.ros_listening import ReceivedMessage
 from tb3_labs.doctor.streams import (
@@ -63,7 +63,7 @@ def test_the_last_line_is_the_sum(lines, words):
 # ----- judgements
 
 CORE, HERE, AFAR = '/turtlebot3_core', 'http://localhost:40001/', 'http://robot3:40001/'
-LAN = dict(own=('192.168.0.5', '10.8.0.2'), way_out='192.168.0.5', master_here=False)
+LAN = dict(own=('192.168.0.5', '10.8.0.2'), outgoing_address='192.168.0.5', master_here=False)
 GOOD = Address(ros_ip='192.168.0.5', resolved='192.168.0.5', **LAN)
 NAMED = Address(ros_hostname='ann', resolved='192.168.0.5', **LAN)
 WRONG = Address(ros_hostname='localhost', resolved='127.0.0.1', **LAN)
@@ -109,7 +109,7 @@ JUDGEMENTS = [
      'not an address of this computer (it has 192.168.0.5, 10.8.0.2)',
      'Do: export ROS_IP=192.168.0.5,'),
     (address(**LAN, ros_hostname='nn', resolved=''), FAULT, 'ROS_HOSTNAME=nn does not resolve'),
-    (address(ros_hostname='nn', own=('10.8.0.2',), way_out='127.0.0.1'), FAULT,
+    (address(ros_hostname='nn', own=('10.8.0.2',), outgoing_address='127.0.0.1'), FAULT,
      'Do: unset ROS_HOSTNAME; export ROS_IP=10.8.0.2,'),
     (judge_address(WRONG), FAULT, 'the robot itself'),
     (address(**LAN, ros_ip='192.168.0.5 '), FAULT, "ROS_IP='192.168.0.5 ' does not resolve"),
@@ -146,14 +146,14 @@ JUDGEMENTS = [
      'add "ITS_ADDRESS robot3" to /etc/hosts'),
     (node_at(AFAR, 'silent', '192.168.0.8'), FAULT, 'does not answer', 'ping 192.168.0.8'),
     # the way back
-    (judge_way_back(NEXT_DRIVER, {'http://ann:40002'}, CORE, NAMED, True), FAULT, CORE,
+    (judge_return_path(NEXT_DRIVER, {'http://ann:40002'}, CORE, NAMED, True), FAULT, CORE,
      '/pad at http://ann:40003:', 'commands do not arrive', 'ROS_IP=192.168.0.5'),
-    (judge_way_back(NEXT_DRIVER, {'http://ann:40002', 'http://ann:40003'}, CORE, NAMED, True), OK,
+    (judge_return_path(NEXT_DRIVER, {'http://ann:40002', 'http://ann:40003'}, CORE, NAMED, True), OK,
      'connected to /move_to_goal, /pad'),
-    (judge_way_back({}, (), CORE, WRONG, False), OK, 'on this computer'),
-    (judge_way_back({}, (), CORE, GOOD, True), OK, '192.168.0.5'),
-    (judge_way_back({}, (), CORE, NAMED, True), WARNING, 'must resolve the name ann'),
-    (judge_way_back({}, (), CORE, WRONG, True), FAULT, 'cannot reach localhost'),
+    (judge_return_path({}, (), CORE, WRONG, False), OK, 'on this computer'),
+    (judge_return_path({}, (), CORE, GOOD, True), OK, '192.168.0.5'),
+    (judge_return_path({}, (), CORE, NAMED, True), WARNING, 'must resolve the name ann'),
+    (judge_return_path({}, (), CORE, WRONG, True), FAULT, 'cannot reach localhost'),
     # messages
     (judge_drivers({}), OK, 'no node drives', 'if it jerks'),
     (judge_drivers({'/a': 50}), OK, '/a drives'),
@@ -427,8 +427,8 @@ def test_an_address_of_the_master_without_http_is_the_only_fault(monkeypatch):
 def test_without_a_master_the_way_there_is_judged(monkeypatch):
     monkeypatch.setenv('ROS_MASTER_URI', 'http://localhost:1')
     monkeypatch.setattr(examination, 'nat_kind', lambda: 'WSL')
-    monkeypatch.setattr(computer, 'way_out', lambda _: '172.20.0.5')
+    monkeypatch.setattr(computer, 'outgoing_address', lambda _: '172.20.0.5')
     lines = {line.subject: line for line in examine('/')}
     check(lines['NAT'], OK, 'good for the simulated robot alone')
     check(lines['Master'], FAULT, 'refuses')
-    assert [way_out(address) for address in own_addresses()] == list(own_addresses())
+    assert [outgoing_address(address) for address in own_addresses()] == list(own_addresses())

@@ -119,7 +119,7 @@ def test_programs_that_start_others_without_end_are_ended(monkeypatch):
     ('OWN_DISK', 0, 'files of more than 0 MB'),
     ('OF_OTHERS', 10 ** 6, 'more than 1 MB of the memory of master, robot and check')])
 def test_a_sandbox_that_uses_too_much_is_ended(monkeypatch, family, limit, most, words):
-    monkeypatch.setattr(processes, 'LOOK_PERIOD_OF_LIMITS', 0.01)
+    monkeypatch.setattr(processes, 'LIMITS_POLL_PERIOD', 0.01)
     monkeypatch.setattr(processes, 'OF_OTHERS', 10 ** 12)
     calm = ResourceWatch(family.pid, [], os.getpid())
     calm.over.set()

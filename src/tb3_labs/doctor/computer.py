@@ -23,7 +23,7 @@ PACKAGES = ('rospy', 'numpy', 'squaternion', 'geometry_msgs.msg', 'nav_msgs.msg'
 NAT = ipaddress.ip_network('172.16.0.0/12')
 
 
-def look_at_python() -> Line:
+def check_python() -> Line:
     """Returns the line on the interpreter and its packages. Each package is imported, because it
     may be installed but lack a package that it needs."""
     missing = {}
@@ -81,7 +81,7 @@ def resolved(name: str) -> str:
         return ''
 
 
-def way_out(address: str) -> str:
+def outgoing_address(address: str) -> str:
     """Returns this computer's address on the way to `address`; '' without a way. Sends nothing."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
@@ -100,18 +100,18 @@ class Address:
     hostname: str = ''             # the computer's own name
     resolved: str = ''             # the address of that name, as looked up here
     own: Tuple[str, ...] = ()      # all addresses but the loopback
-    way_out: str = ''              # the address from which packets go to the master
+    outgoing_address: str = ''     # the address from which packets go to the master
     master_here: bool = True       # does the master run on this computer?
 
     @property
-    def told(self) -> str:
+    def advertised(self) -> str:
         """The address or name that this computer tells others."""
         return self.ros_hostname or self.ros_ip or self.hostname
 
     @property
     def towards_others(self) -> str:
         """The address on the way to the master; if that is here, the first one; '' without any."""
-        return next((each for each in (self.way_out, *self.own)
+        return next((each for each in (self.outgoing_address, *self.own)
                      if each and not is_loopback(each)), '')
 
     @property
@@ -127,7 +127,7 @@ def address_here(master: str) -> Address:
     ros_ip, ros_hostname = os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', '')
     hostname = socket.gethostname()
     return Address(ros_ip, ros_hostname, hostname, resolved(ros_hostname or ros_ip or hostname),
-                   own_addresses(), way_out(master) if master else '',
+                   own_addresses(), outgoing_address(master) if master else '',
                    is_own(master) if master else not os.environ.get('ROS_MASTER_URI'))
 
 
@@ -139,9 +139,9 @@ def judge_address(here: Address) -> Line:
             return ok('Address', unset + 'good for this computer alone')
         return warning('Address', '{}the robot is told the name {}, and may not resolve it'.format(
             unset, here.hostname), here.advice)
-    known = here.resolved in ('', here.told) or is_loopback(here.resolved)
+    known = here.resolved in ('', here.advertised) or is_loopback(here.resolved)
     source = 'ROS_{}={}{}{}'.format(
-        'HOSTNAME' if here.ros_hostname else 'IP', shown(here.told),
+        'HOSTNAME' if here.ros_hostname else 'IP', shown(here.advertised),
         '' if known else ' ({})'.format(here.resolved),
         ' (it goes before ROS_IP={})'.format(shown(here.ros_ip))
         if here.ros_hostname and here.ros_ip else '')
@@ -176,16 +176,16 @@ def nat_kind() -> str:
     return 'a container' if is_container and not has_hardware else ''
 
 
-def judge_nat(kind: str, way_out: str, others_elsewhere: bool) -> Line:
+def judge_nat(kind: str, outgoing_address: str, others_elsewhere: bool) -> Line:
     """Can a robot reach this computer through NAT? `kind`: see :func:`nat_kind`;
     `others_elsewhere`: is the master or the robot on another computer?"""
-    if not kind or not way_out or ipaddress.ip_address(way_out) not in NAT:
+    if not kind or not outgoing_address or ipaddress.ip_address(outgoing_address) not in NAT:
         return ok('NAT', f'this is {kind}, but its address is not one of NAT' if kind else
                   'this computer has no network of its own behind another computer')
     if not others_elsewhere:
         return ok('NAT', 'this is {} behind NAT ({}): good for the simulated robot alone'.format(
-            kind, way_out))
+            kind, outgoing_address))
     return fault(
-        'NAT', f'this is {kind} behind NAT: no robot can reach {way_out}',
+        'NAT', f'this is {kind} behind NAT: no robot can reach {outgoing_address}',
         'networkingMode=mirrored in .wslconfig (Windows 11), then wsl --shutdown; else use a Linux '
         'of its own' if kind == 'WSL' else 'start the container with the network of its host')

@@ -4,15 +4,15 @@ import time
 from dataclasses import replace
 
 from tb3_labs.doctor.computer import (
-    address_here, is_own, judge_address, judge_nat, look_at_python, nat_kind, way_out)
+    address_here, check_python, is_own, judge_address, judge_nat, nat_kind, outgoing_address)
 from tb3_labs.doctor.graph import (
-    Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_robot, judge_types,
-    judge_way_back, peers_of)
+    Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path, judge_robot,
+    judge_types, peers_of)
 
 
 def examine(namespace):
     """Yields the lines on this computer and on the robot in `namespace`, such as '/robot3/'."""
-    python = look_at_python()
+    python = check_python()
     yield python
     master = Peer(os.environ.get('ROS_MASTER_URI', ''))
     state = master.ask('getSystemState')
@@ -36,15 +36,15 @@ def examine(namespace):
     alive = {node: peer for node, peer in robot.items() if not peer.problem}
     if not alive:
         return    # no node is left that could be asked or heard
-    yield from _look_at_way_back(here, graph, alive, drivers)
+    yield from _check_return_path(here, graph, alive, drivers)
     if not python.remedy:
         from tb3_labs.doctor.ros_listening import examine_messages    # needs all packages
         yield from examine_messages(
-            graph, here.way_out, min(peer.round_trip for peer in alive.values()),
+            graph, here.outgoing_address, min(peer.round_trip for peer in alive.values()),
             not Peer(master.uri).ask('getParam', '/use_sim_time'))
 
 
-def _look_at_way_back(here, graph, alive, drivers):
+def _check_return_path(here, graph, alive, drivers):
     """Yields the lines on the messages of the drivers, and on the way from the robot to this
     computer. `alive`, `drivers`: {node: Peer} of the robot's nodes that answer, and of those that
     publish cmd_vel."""
@@ -68,8 +68,9 @@ def _look_at_way_back(here, graph, alive, drivers):
     if connections is not None:
         address = alive[robot_node].address
         connected = {str(row[1]).rstrip('/') for row in connections if row[2] == 'i'}
-        yield judge_way_back(mine, connected, robot_node, replace(here, way_out=way_out(address)),
-                             not is_own(address))
+        yield judge_return_path(mine, connected, robot_node,
+                                replace(here, outgoing_address=outgoing_address(address)),
+                                not is_own(address))
 
 
 def _type_of(topic, peer, question):

@@ -204,7 +204,7 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
 
 def judge_nodes(peers: Mapping[str, Peer]) -> Line:
     """Do the robot's nodes answer at the addresses that they gave the master? {node: Peer}"""
-    tell = 'on the robot: export ROS_IP=ITS_ADDRESS, then start it again'
+    remedy = 'on the robot: export ROS_IP=ITS_ADDRESS, then start it again'
     for node, peer in sorted(peers.items()):
         if not peer.problem:
             continue
@@ -212,13 +212,13 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Line:
             node, peer.uri.rstrip('/') or '(nothing)', PROBLEMS[peer.problem])
         if is_loopback(peer.address):
             return fault('Nodes', text + ': others cannot reach that',
-                         'if it has ended: rosnode cleanup; else ' + tell)
+                         'if it has ended: rosnode cleanup; else ' + remedy)
         return fault('Nodes', text, {
-            'unresolved': f'{tell}; or here: add "ITS_ADDRESS {peer.name}" to /etc/hosts',
+            'unresolved': f'{remedy}; or here: add "ITS_ADDRESS {peer.name}" to /etc/hosts',
             'refused': 'rosnode cleanup, then start {} again; is {} really {}?'.format(
                 node, peer.name, peer.address),
         }.get(peer.problem, 'is the robot on, and in this network? ping {}; {}'.format(
-            peer.address or peer.name, tell)))
+            peer.address or peer.name, remedy)))
     return ok('Nodes', ', '.join('{} answers in {:.0f} ms'.format(
         node, 1e3 * peer.round_trip) for node, peer in sorted(peers.items())))
 
@@ -233,11 +233,12 @@ def judge_types(topic: str, robot: str, received: str, other_types: Mapping[str,
 
 # The way back -----------------------------------------------------------------------------------
 
-def judge_way_back(drivers: Mapping[str, str], received: Collection[str], robot: str,
-                   here: Address, robot_elsewhere: bool) -> Line:
+def judge_return_path(drivers: Mapping[str, str], received: Collection[str], robot: str,
+                      here: Address, robot_elsewhere: bool) -> Line:
     """Do commands of this computer reach the robot's node `robot`, which hears cmd_vel? `drivers`:
     {node of this computer that publishes it: URI}; `received`: URIs of the nodes that
-    `robot` is connected to; `here.way_out`: this computer's address on the way to the robot."""
+    `robot` is connected to; `here.outgoing_address`: this computer's address on the way to the
+    robot."""
     for node, uri in sorted(drivers.items()):
         if uri.rstrip('/') not in received:
             return fault('Way back', '{} cannot reach {} at {}: commands do not arrive'.format(
@@ -247,11 +248,11 @@ def judge_way_back(drivers: Mapping[str, str], received: Collection[str], robot:
         return ok('Way back', f"{robot} is connected to {', '.join(sorted(drivers))}")
     if not robot_elsewhere:
         return ok('Way back', 'the robot is on this computer')
-    if here.resolved != here.way_out:
+    if here.resolved != here.outgoing_address:
         return fault('Way back', 'the robot cannot reach {}: it needs the address {}'.format(
-            here.told, here.way_out or 'nowhere'), here.advice)
-    if here.told != here.way_out:
+            here.advertised, here.outgoing_address or 'nowhere'), here.advice)
+    if here.advertised != here.outgoing_address:
         return warning('Way back', 'the robot must resolve the name {}; start a lab, then this '
-                       'line shows it'.format(here.told), here.advice)
+                       'line shows it'.format(here.advertised), here.advice)
     return ok('Way back', '{} is the address towards the robot; start a lab, then this line shows '
-              'a firewall'.format(here.told))
+              'a firewall'.format(here.advertised))

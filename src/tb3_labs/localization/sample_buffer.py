@@ -86,12 +86,12 @@ class SampleBuffer:
 
     def add_imu(self, timed: TimedSample) -> None:
         """Remember a sample of the IMU."""
-        self._look_at_epoch(timed.epoch)
+        self._check_epoch(timed.epoch)
         self._imu.add(timed.time, timed.sample.yaw)
 
     def add_odometry(self, timed: TimedSample) -> None:
         """Remember a message of the odometry."""
-        self._look_at_epoch(timed.epoch)
+        self._check_epoch(timed.epoch)
         self._odometry.add(timed.time, timed.sample.pose)
         self._unpaired.append((timed.time, timed.sample))
         while self._unpaired[0][0] < timed.time - SAMPLE_MEMORY:
@@ -133,6 +133,6 @@ class SampleBuffer:
             yaw += drift * (time - begin) / (end - begin)
         return wrap(yaw)
 
-    def _look_at_epoch(self, epoch: int) -> None:
+    def _check_epoch(self, epoch: int) -> None:
         if epoch != self._epoch:
             self._forget(epoch)

@@ -15,7 +15,7 @@ import rospy
 from tb3_labs.ros.rospy_internals import is_wall_time
 
 #: Time between two looks at a condition [s, wall clock].
-LOOK_PERIOD = 0.05
+POLL_PERIOD = 0.05
 
 
 def ros_time():
@@ -31,7 +31,7 @@ def steady_time():
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
-def wait_until(condition, seconds, period=LOOK_PERIOD):
+def wait_until(condition, seconds, period=POLL_PERIOD):
     """Check `condition()` every `period` [s]: is it true within `seconds` of wall time?"""
     deadline = time.monotonic() + seconds
     while not condition():

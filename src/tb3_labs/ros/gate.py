@@ -191,7 +191,7 @@ class Watchdog:
     def _run(self):
         while not rospy.is_shutdown():
             is_awake = self._awake.wait(IDLE_PERIOD)
-            self._look_at_clock()
+            self._check_clock()
             quiet_time = self._messages.timeout if is_awake else IDLE_PERIOD
             patient_for = quiet_time - self._messages.age(steady_time())
             if patient_for <= 0.0:
@@ -199,7 +199,7 @@ class Watchdog:
             if is_awake:
                 time.sleep(max(CHECK_PERIOD, patient_for))
 
-    def _look_at_clock(self):
+    def _check_clock(self):
         if not is_wall_time():
             now = rospy.get_time()
             if now != self._last:

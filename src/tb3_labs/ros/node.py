@@ -25,11 +25,11 @@ from tb3_labs.ros.rospy_internals import (
 from tb3_labs.terminal import SafeStream
 
 #: Time between two looks: does a master answer, has another thread ended the node? [s]
-LOOK_PERIOD = 0.2
+POLL_PERIOD = 0.2
 #: Time for rospy's queues to send the last messages [s].
 LAST_WORDS = 0.1
 #: A node that ends waits no longer than this for its hooks and its master; period of the looks [s].
-LONGEST_END, END_LOOK = 4.0, 0.01
+LONGEST_END, END_POLL = 4.0, 0.01
 #: These end a node: Ctrl+C, `kill`, a closed terminal, Ctrl+Z.
 END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
 
@@ -51,7 +51,7 @@ def run(name, make_node, interface=None):
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
                   'roscore too')
             while not rosgraph.is_master_online():
-                pause(LOOK_PERIOD)
+                pause(POLL_PERIOD)
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(_end_has_begun.set)
         log_without_the_master()
@@ -61,7 +61,7 @@ def run(name, make_node, interface=None):
         node = make_node()    # noqa: F841 (it lives as long as this name)
         rospy.on_shutdown(_last_words)
         while not _end_has_begun.is_set():
-            pause(LOOK_PERIOD)
+            pause(POLL_PERIOD)
     except (ValueError, OverflowError) as problem:    # the latter: an integer that rospy cannot set
         ignore_signals()
         end_roslaunch()
@@ -77,7 +77,7 @@ def leave(status=0):
     and computes for most of that time."""
     deadline = time.monotonic() + LONGEST_END
     while not rospy.is_shutdown() and time.monotonic() < deadline:
-        time.sleep(END_LOOK)
+        time.sleep(END_POLL)
     sys.stdout.flush()
     os._exit(1 if _failures else status)
 

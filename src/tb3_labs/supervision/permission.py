@@ -125,7 +125,7 @@ class Permission:
             self._refused.discard(sender)
         elif sender in self._grants:
             self._grants[sender].renewed(now)
-            self._look_at_delay(sender, self._grants[sender])
+            self._check_delay(sender, self._grants[sender])
         elif message.age.is_doubtful:
             self._refuse(sender, f'Control was given by {sender} before this node could hear it, '
                                  'and does not count: False, then True, gives it again')
@@ -164,7 +164,7 @@ class Permission:
             elif grant.silent_for(now) > LONGEST_LAPSE:
                 self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
-    def _look_at_delay(self, sender: str, grant: _Grant) -> None:
+    def _check_delay(self, sender: str, grant: _Grant) -> None:
         """End a grant whose renewals show that its True was delayed."""
         if grant.given_at - grant.sent_before > LONGEST_LAPSE:
             self._end(sender, f'the network delayed it by more than {LONGEST_LAPSE:.0f} s')

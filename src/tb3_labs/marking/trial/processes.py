@@ -23,7 +23,7 @@ MEMORY, OWN_DISK, PROCESSES = 2 * 10 ** 9, 300 * 10 ** 6, 100
 #: without them [bytes].
 OF_OTHERS = 600 * 10 ** 6
 #: The period of the watch [s].
-LOOK_PERIOD_OF_LIMITS = 0.25
+LIMITS_POLL_PERIOD = 0.25
 
 
 # -- a program, observed from outside
@@ -150,7 +150,7 @@ class ResourceWatch:
         threading.Thread(target=self._look, daemon=True).start()
 
     def _look(self):
-        while not self.over.wait(LOOK_PERIOD_OF_LIMITS):
+        while not self.over.wait(LIMITS_POLL_PERIOD):
             self.exceeded = self._excess()
             if self.exceeded:
                 with suppress(ProcessLookupError):      # it has ended already

@@ -65,7 +65,7 @@ class GamepadCore:
     def on_joy(self, joy: 'Event[PadState]') -> None:
         """Take in the state of the pad."""
         now, state = joy.at, joy.what
-        self._look_at_clock(now)
+        self._check_clock(now)
         self._pad.receive(state, now, joy.sent_at, joy.age is Age.SAME)
         before, pushed_at = self._pad.before, now - self._pad.lateness
         self._is_new = True
@@ -118,9 +118,9 @@ class GamepadCore:
 
     def tick(self, now: float) -> PadOutput:
         """Look at the clock, and decide."""
-        self._look_at_clock(now)
-        self._look_at_rest(now)
-        self._look_at_loss(now)
+        self._check_clock(now)
+        self._check_rest(now)
+        self._check_loss(now)
         command = self._command(now) if self._is_new else None
         holder = None if self.holder is self._published_holder else self.holder
         watched = self.messages.grants or self._drives() or (
@@ -132,7 +132,7 @@ class GamepadCore:
             reset_requested=reset_requested,
             relinquishes=self.messages.pop_all(), renews=self.messages.renews(now))
 
-    def _look_at_rest(self, now: float) -> None:
+    def _check_rest(self, now: float) -> None:
         """A pad at rest is ready once it has sent messages for a while. Another stick is named."""
         state, config = self._pad.state, self._config
         if self.holder is not ControlHolder.NOBODY or state is None or config.has_hold:
@@ -164,7 +164,7 @@ class GamepadCore:
         return (self.holder is ControlHolder.GAMEPAD and state is not None
                 and not state.at_rest and (state.hold or not self._config.has_hold))
 
-    def _look_at_clock(self, now: float) -> None:
+    def _check_clock(self, now: float) -> None:
         """After a sleep the pad must be ready again; a long one takes its permission back."""
         self._sleep.update(now)
         if self.messages.grants and self._sleep.slept_for > LONGEST_LAPSE:
@@ -213,7 +213,7 @@ class GamepadCore:
         return ('press the hold button' if self._config.has_hold
                 else 'let go of the sticks') + ' to drive again'
 
-    def _look_at_loss(self, now: float) -> None:
+    def _check_loss(self, now: float) -> None:
         needs_pad = self._drives() or (self.messages.grants and not self._config.drive_without_pad)
         if not needs_pad or self.joy.is_fresh(now):
             return

@@ -105,14 +105,14 @@ class MoveToGoalCore:
         self.imu.received(now, sample[1:])
         self._gyro.on_imu(timed, sends_wheels)
         self._localizer.on_imu(timed)
-        self._look_at_localizer()
+        self._check_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
         timed = self._timing.on_odometry(sample, now)
         self.odometry.received(now, sample[1:])
         self._encoders.on_odometry(sample)
         self._localizer.on_odometry(timed)
-        self._look_at_localizer()
+        self._check_localizer()
 
     def on_wheels(self, sample: WheelSample) -> None:
         """Take in a sample of the wheels, if they are sent: they only check IMU and odometry."""
@@ -169,7 +169,7 @@ class MoveToGoalCore:
     def on_repetition(self, request: GoalRequest, now: float) -> None:
         """A goal was sent again, by the name that it had before."""
         self._update_control(now)    # finds a sleep: the goal may be older than that
-        self._look_at_end(now)
+        self._check_end(now)
         self._requests.receive(request, now)
 
     def on_cancel(self, now: float, name: str = '', stamp: int = 0) -> None:
@@ -224,7 +224,7 @@ class MoveToGoalCore:
         # at the law's own rate, and whenever a sensor is lost
         is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         command = self._command(now) if is_due else None
-        self._look_at_end(steady)
+        self._check_end(steady)
         return DriveOutput(
             command, command is None and (is_due or not self._drives), status=self._new_status(now),
             log_lines=self._log.pop_all(),
@@ -233,7 +233,7 @@ class MoveToGoalCore:
             fix=self._localizer.pop_fix(), odom_T_local=self.odom_T_local)
 
     def _command(self, now: float) -> Optional[Twist2]:
-        self._look_at_sensors(now)
+        self._check_sensors(now)
         refusal = POSE_LOST if self._localizer.is_lost else self._sensor_conflict()
         if not self._drives:
             self._pause()
@@ -244,7 +244,7 @@ class MoveToGoalCore:
             motion = self._localizer.motion(now)
             if motion is not None:
                 dt = self._pace.step(now)
-                self._look_at_readings(now)
+                self._check_readings(now)
                 command = self._machine.step(motion, dt)
                 # in each period a repeated reading is checked: its sensor may be frozen
                 if self._machine.steady and max(
@@ -257,7 +257,7 @@ class MoveToGoalCore:
         self._pace.skip(now)
         return None
 
-    def _look_at_end(self, now: float) -> None:
+    def _check_end(self, now: float) -> None:
         """Find the end of a drive, once; `now` as in permission.Permission."""
         machine = self._machine
         if machine.goal is None or machine.active or machine.attempt == self._ended:
@@ -307,7 +307,7 @@ class MoveToGoalCore:
     def _sensor_conflict(self) -> str:
         return self._gyro.problem() or self._encoders.problem()
 
-    def _look_at_sensors(self, now: float) -> None:
+    def _check_sensors(self, now: float) -> None:
         sensors = self._sensors
         sensors.update(now, self._gyro.is_checked)
         self._permission.set_sensor_problem(sensors.problem(now))
@@ -320,7 +320,7 @@ class MoveToGoalCore:
             self._machine.give_up(f'{sensors.hold_reason or "sensors were silent"} for '
                                   f'{sensors.silent_for:.1f} s')
 
-    def _look_at_readings(self, now: float) -> None:
+    def _check_readings(self, now: float) -> None:
         """Give up if a sensor repeats a reading that the last command must have changed."""
         drives = abs(self._sent.linear) > SURELY_DRIVES
         turns = abs(self._sent.angular) > SURELY_TURNS
@@ -345,7 +345,7 @@ class MoveToGoalCore:
         self._pause()
         self._sensors.request_motion()
 
-    def _look_at_localizer(self) -> None:
+    def _check_localizer(self) -> None:
         """Give up a drive in which a sensor jumped; begin it again after a reset."""
         for jump in self._localizer.pop_jumps():
             if jump.outcome:
