@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from typing import Callable, List, Optional, Sequence, Union
 
-from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig, GoalState
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import continuous, difference
@@ -71,7 +71,7 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
     model = robot_model(robot_config.model)
     robot = Simulator(robot_config)
     response = Response()
-    navigator = MoveToGoalCore(PreciseLaw(drive_config, model, response), True, response)
+    navigator = MoveToGoalCore(DriveLaw(drive_config, model, response), True, response)
     _navigate(robot, navigator, 0.2)
     _reset(robot, navigator, declared)
     _navigate(robot, navigator, 0.5)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from rollout import STILL_ANGULAR, STILL_LINEAR, control, navigation, run
 
-from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.angles import continuous
 from tb3_labs.geometry.se2 import Pose2
@@ -47,7 +47,7 @@ class Stop:
 def stop_of_a_drive(state, fault, robot_config=ROBOT, drive_config=DriveConfig()):
     """Stop of a drive to GOAL: `fault` (robot -> None) begins during a GoalState."""
     robot = Simulator(robot_config)
-    navigator = MoveToGoalCore(PreciseLaw(drive_config, robot_model(robot_config.model)), True)
+    navigator = MoveToGoalCore(DriveLaw(drive_config, robot_model(robot_config.model)), True)
     hear = navigation(robot, navigator)
     run(robot, navigator, hear, 0.5)
     navigator.set_goal(GOAL)

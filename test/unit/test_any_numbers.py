@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from geometry_msgs.msg import Pose
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
-from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
@@ -66,7 +66,7 @@ class Driven:
 
     def __init__(self):
         self.now, self.tremble = 1000.0, 1e-9
-        self.mover = MoveToGoalCore(PreciseLaw(DriveConfig(), BURGER), True)
+        self.mover = MoveToGoalCore(DriveLaw(DriveConfig(), BURGER), True)
         self.controller = ControllerCore(make_turn(TurnConfig(), BURGER))
         self.commands = 0
         self.run()

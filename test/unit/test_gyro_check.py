@@ -8,7 +8,7 @@ import pytest
 
 from real_recordings import NAMES, arrays_of
 from rollout import obey
-from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.gyro_check import GyroWatch
@@ -83,7 +83,7 @@ class Watched:
 
 
 def navigator():
-    return MoveToGoalCore(PreciseLaw(DriveConfig(), BURGER), has_control=True)
+    return MoveToGoalCore(DriveLaw(DriveConfig(), BURGER), has_control=True)
 
 
 def controller():

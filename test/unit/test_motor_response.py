@@ -8,7 +8,7 @@ import pytest
 
 from rollout import navigation, run
 from tb3_labs.control.commands import CommandHistory
-from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import (
     CRUISING, LEARNING, LEARNING_TIME, LEAST_SAMPLE_DELAY, SPEEDING_UP, Identification, Response,
@@ -177,7 +177,7 @@ def reset_in_a_spin(robot_config, rate=1.0, after=None):
     The navigator has driven to the goal `after` before this test."""
     rng = random.Random(robot_config.seed)
     robot, model, response = Simulator(robot_config), robot_model(robot_config.model), Response()
-    navigator = MoveToGoalCore(PreciseLaw(DriveConfig(), model, response), response=response)
+    navigator = MoveToGoalCore(DriveLaw(DriveConfig(), model, response), response=response)
     node, hear = OtherNode(navigator), navigation(robot, navigator)
 
     def spin(at, seconds):

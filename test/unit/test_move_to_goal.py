@@ -6,7 +6,7 @@ import pytest
 
 from played_nodes import Ahead
 from tb3_labs.control.commands import LONGEST_IDLE
-from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import (
     DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
@@ -26,7 +26,7 @@ class Robot:
 
     def __init__(self, has_control=True):
         self.now = START
-        self.core = MoveToGoalCore(PreciseLaw(DriveConfig(), robot_model('burger')), has_control)
+        self.core = MoveToGoalCore(DriveLaw(DriveConfig(), robot_model('burger')), has_control)
         self.imu = self.odom = True
         self.imu_yaw, self.odom_pose = 1.0, Pose2(1.0, 2.0, 0.3)
         self.tremble = 1e-10           # noise: sensors that are not frozen never repeat themselves
@@ -463,7 +463,7 @@ def test_the_time_of_a_stand_does_not_make_a_sensor_look_frozen(stand):
     assert robot.status.failure == ''
 
 
-class Resumed(PreciseLaw):
+class Resumed(DriveLaw):
     """Counts how often a drive that was interrupted goes on."""
 
     times = 0

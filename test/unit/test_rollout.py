@@ -7,7 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 import pytest
 from rollout import drive, navigation, run
 
-from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
@@ -55,7 +55,7 @@ def test_random_drives_all_arrive_within_the_limits():
 
 def test_at_full_speed_on_its_line_a_robot_is_commanded_in_every_second_period():
     robot = Simulator(SimulatorConfig())
-    core = MoveToGoalCore(PreciseLaw(DriveConfig(), BURGER), True)
+    core = MoveToGoalCore(DriveLaw(DriveConfig(), BURGER), True)
     hear = navigation(robot, core)
     run(robot, core, hear, 0.5)
     core.set_goal(Pose2(1.0, 0.0, 0.0))

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from played_nodes import Ahead
-from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
@@ -85,7 +85,7 @@ class Mover(Bench):
     """move_to_goal, which has control and is at its goal."""
 
     def make(self):
-        core = MoveToGoalCore(PreciseLaw(DriveConfig(), BURGER), True)
+        core = MoveToGoalCore(DriveLaw(DriveConfig(), BURGER), True)
         core.set_goal(Pose2())
         return core
 

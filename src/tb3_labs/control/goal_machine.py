@@ -1,6 +1,6 @@
 """Driving to a goal in the four states of :class:`tb3_labs.control.goal_state.GoalState`.
 
-The *law* (:mod:`tb3_labs.control.driving`) gives the command in each of the three driving states,
+The *law* (:mod:`tb3_labs.control.drive_law`) gives the command in each of the three driving states,
 and says when the state is finished. This module chooses the state. If the robot gets no nearer,
 the drive is given up with a reason. The goal is reached when the robot has settled there, as shown
 by samples that were measured while it rested.
@@ -13,7 +13,7 @@ failure the command is None, not a zero.
 from collections import defaultdict
 from typing import Dict, Optional
 
-from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import GoalState
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion, is_slow
@@ -28,7 +28,7 @@ MORE_TRIES = 2
 class GoalMachine:
     """One robot, one goal at a time."""
 
-    def __init__(self, law: PreciseLaw) -> None:
+    def __init__(self, law: DriveLaw) -> None:
         self.law = law
         self.goal: Optional[Pose2] = None
         self.state = GoalState.GOAL_REACHED

@@ -11,7 +11,7 @@ from typing import Dict, Optional, Sequence
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.commands import LONGEST_IDLE, Pace
-from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose
@@ -75,7 +75,7 @@ class DriveOutput(Output):
 class MoveToGoalCore:
     """Localizer, goal machine and permission of one robot."""
 
-    def __init__(self, law: PreciseLaw, has_control: bool = False,
+    def __init__(self, law: DriveLaw, has_control: bool = False,
                  response: Optional[Response] = None,
                  gyro: Optional[GyroWatch] = None) -> None:
         """`response`: the known delays of this robot; `law` and this node improve it."""
@@ -132,7 +132,7 @@ class MoveToGoalCore:
             self._log.add(f'{sender or "another program"} drives the robot, too: stop one of the '
                           'two (False on ctrl_relinq stops this one)', warning=True)
 
-    def set_law(self, law: PreciseLaw) -> None:
+    def set_law(self, law: DriveLaw) -> None:
         """Drive by another law from now on; a present drive begins again."""
         self._machine.law = law
         self._pace = Pace(law.period)

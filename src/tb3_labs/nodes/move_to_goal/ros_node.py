@@ -10,7 +10,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, ColorRGBA, Float32, String
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tb3_labs.control.driving import PreciseLaw
+from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig, errors
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import difference
@@ -110,7 +110,7 @@ class MoveToGoalNode:
         say_what_is_awaited({'imu': lambda: core.imu.count, 'odom': lambda: core.odometry.count})
 
     def _law(self, drive):
-        return PreciseLaw(drive, self._model, self._response)
+        return DriveLaw(drive, self._model, self._response)
 
     def _on_command_of_others(self, message):
         self._gate.ask(lambda: self._core.on_command(

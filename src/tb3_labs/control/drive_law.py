@@ -27,7 +27,7 @@ def driving_approach(config: DriveConfig) -> ApproachConfig:
         backwards_from=OUTSIDE * config.distance_tolerance, nudge_time=PreciseTurn.period)
 
 
-class PreciseLaw:
+class DriveLaw:
     """Drives as fast as the limits allow, and stops exactly.
 
     Each turn is a PreciseTurn. The way along the line from start to goal is an Approach. While

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tb3_labs.control.approach import ApproachConfig
 from tb3_labs.control.commands import LawStep
-from tb3_labs.control.driving import PreciseLaw, driving_approach
+from tb3_labs.control.drive_law import DriveLaw, driving_approach
 from tb3_labs.control.goal_state import DriveConfig, GoalState
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
@@ -22,8 +22,8 @@ def at(x, y, yaw, linear=0.0, angular=0.0):
 
 
 def begun(goal, **settings):
-    """A PreciseLaw that has begun a drive from the origin."""
-    law = PreciseLaw(DriveConfig(**settings), BURGER)
+    """A DriveLaw that has begun a drive from the origin."""
+    law = DriveLaw(DriveConfig(**settings), BURGER)
     law.start(Pose2(), goal)
     return law
 
@@ -42,7 +42,7 @@ places = st.floats(-5.0, 5.0)
 def test_no_command_exceeds_a_limit(x, y, yaw, goal_x, goal_y, goal_yaw, linear, angular, name,
                                     reverse):
     model = robot_model(name)
-    law = PreciseLaw(DriveConfig(allow_reverse=reverse), model)
+    law = DriveLaw(DriveConfig(allow_reverse=reverse), model)
     goal = Pose2(goal_x, goal_y, goal_yaw)
     law.start(Pose2(x, y, yaw), goal)
     for move in (law.rotate_to_goal, law.move_forward, law.rotate_to_final):
@@ -69,7 +69,7 @@ def test_reverse_is_taken_only_where_it_is_shorter_and_allowed(goal, backwards):
 
 
 def test_shortfall_names_both_numbers():
-    law = PreciseLaw(DriveConfig(), BURGER)
+    law = DriveLaw(DriveConfig(), BURGER)
     assert law.shortfall(Pose2(0.0, 0.0099), Pose2()) == ''
     assert law.shortfall(Pose2(0.0, 0.0301), Pose2()) == (
         'stopped 30 mm from the goal (tolerance 10 mm)')
@@ -102,7 +102,7 @@ def test_the_limits_that_are_set_hold_either_way_of_driving(goal, forwards):
 
 @pytest.mark.parametrize('goal, forwards', EITHER_WAY)
 def test_each_drive_begins_from_standing(goal, forwards):
-    law = PreciseLaw(DriveConfig(**SLOWLY), BURGER)
+    law = DriveLaw(DriveConfig(**SLOWLY), BURGER)
     for _ in range(2):
         law.start(Pose2(), goal)
         for tick in range(1, 6):      # 0.6 m/s^2 over 1/30 s
