@@ -12,7 +12,7 @@ from typing import Callable, List, Optional, Sequence, Union
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig, GoalState
 from tb3_labs.control.motor_response import Response
-from tb3_labs.geometry.angles import continuous, difference
+from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
@@ -125,7 +125,7 @@ def _turn(robot: Simulator, controller: ControllerCore, degrees: float) -> SpotT
     controller.ask(degrees, robot.now)
     while controller.driver is Driver.TURN or robot.now - resting_since < SETTLED_TIME:
         commands += _control(robot, controller, TURN_POLL_PERIOD)
-        yaw = continuous(robot.truth.yaw, yaw)
+        yaw = unwrap(robot.truth.yaw, yaw)
         overshoot = max(overshoot, sign * (yaw - start - goal))
         if _moves(robot):
             resting_since = robot.now

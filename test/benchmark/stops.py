@@ -12,7 +12,7 @@ from rollout import STILL_ANGULAR, STILL_LINEAR, control, navigation, run
 
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
-from tb3_labs.geometry.angles import continuous
+from tb3_labs.geometry.angles import unwrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
@@ -89,7 +89,7 @@ def _stop(robot, driver, hear, fault, reason, log_lines=None):
             zero_at, said = robot.now, reason()
         here = robot.truth
         way += last.distance_to(here)
-        now_yaw = continuous(here.yaw, yaw)
+        now_yaw = unwrap(here.yaw, yaw)
         turn += abs(now_yaw - yaw)
         last, yaw = here, now_yaw
         linear, angular = robot.true_velocity

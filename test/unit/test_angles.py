@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from known_motion import angle_between
 from tb3_labs.geometry.angle_arrays import difference_degrees, wrap_all
-from tb3_labs.geometry.angles import WHOLE_TURN, clamp, continuous, difference, wrap
+from tb3_labs.geometry.angles import WHOLE_TURN, clamp, difference, unwrap, wrap
 
 PI = math.pi
 ANGLES = st.floats(-1e4, 1e4)
@@ -33,7 +33,7 @@ def test_wrap_ends_in_its_interval_and_wrapping_again_changes_nothing(angle):
 
 def test_nan_stays_nan_and_infinity_is_refused():
     for value in (wrap(math.nan), difference(math.nan, 1.0), difference(1.0, math.nan),
-                  continuous(math.nan, 1.0)):
+                  unwrap(math.nan, 1.0)):
         assert math.isnan(value)
     with pytest.raises(ValueError):
         wrap(math.inf)
@@ -54,7 +54,7 @@ def test_continuous_follows_any_turning_with_less_than_half_a_turn_between_sampl
     for turn in turns:
         truth += turn
         sensor = math.atan2(math.sin(truth), math.cos(truth))
-        followed = continuous(sensor, followed)
+        followed = unwrap(sensor, followed)
         assert followed == pytest.approx(truth, abs=1e-9)
 
 

@@ -134,7 +134,7 @@ def test_a_robot_has_been_told_to_rest_only_when_its_last_command_is_over(age, r
     approach = make_approach(1e3, Response(delay=0.1, lag=0.0), backwards_from=10.0)
     assert approach.step(1.0, 0.0, 1.0, TICK) == 1.0
     assert [approach.step(0.0, 0.0, 1.0, TICK) for _ in range(15)] == 15 * [0.0]
-    assert approach.told_to_rest(age) is rests
+    assert approach.must_rest(age) is rests
 
 
 def test_an_approach_that_waits_at_its_goal_identifies_the_robot_once_the_goal_moves():

@@ -59,8 +59,8 @@ def test_a_command_that_stays_is_prolonged_by_one_period():
 def test_steps_after_the_first_are_rather_early_than_late():
     """The clock is read at 200 Hz, not in phase with the steps: they are at most 2 ms late."""
     pace, begun, taken = Pace(1.0 / 30.0), None, 0
-    for look in range(1000):
-        now = 2.0 + 0.005 * look
+    for update in range(1000):
+        now = 2.0 + 0.005 * update
         if pace.due(now):
             begun = now if begun is None else begun
             pace.step(now)

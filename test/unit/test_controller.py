@@ -6,7 +6,7 @@ import pytest
 
 from rollout import control, run
 from tb3_labs.control.commands import LONGEST_IDLE, LawStep
-from tb3_labs.geometry.angles import continuous
+from tb3_labs.geometry.angles import unwrap
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import MouseState
 from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, TurnConfig, make_turn
@@ -355,7 +355,7 @@ class Bench:
         commands = []
         for _ in range(round(seconds / 0.05)):
             commands += run(self.robot, self.core, self._hear, 0.05, self.log_lines)
-            self._yaw = continuous(self.robot.truth.yaw, self._yaw)
+            self._yaw = unwrap(self.robot.truth.yaw, self._yaw)
         return commands
 
     @property

@@ -15,7 +15,7 @@ from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
 from tb3_labs.marking.trial.evidence import remarks_on
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
-from tb3_labs.marking.text.program_text import look, text_of
+from tb3_labs.marking.text.program_text import analyse, text_of
 from tb3_labs.marking.labs.ros_turn import mouse_fields
 from tb3_labs.marking.labs.turn import EACH_TURN, MOUSE_PLACES
 from tb3_labs.report.run_data import Twists
@@ -536,12 +536,12 @@ MOVED = 'pass'
     ('event.y - 2 * event.y', MOVED, 0), ('0', MOVED, 0)])
 def test_a_mouse_client_counts_up_or_down(sent, moved, up):
     text = CLIENT.format(sent, moved).encode()
-    assert look([text])['up'] == up
-    assert look([text.replace(b'mouse_info', b'pointer')])['up'] == 0      # another client
+    assert analyse([text])['up'] == up
+    assert analyse([text.replace(b'mouse_info', b'pointer')])['up'] == 0    # another client
     hears = text.replace(b'Publisher', b'Subscriber') + b"        Publisher('cmd_vel', Twist)\n"
-    assert look([hears])['up'] == 0         # a controller, which may call the message event
+    assert analyse([hears])['up'] == 0      # a controller, which may call the message event
     other = CLIENT.format('event.y', MOVED).encode()
-    assert look([text, other, b'no ( Python'])['up'] == (up if up < 0 else 0 if up else -1)
+    assert analyse([text, other, b'no ( Python'])['up'] == (up if up < 0 else 0 if up else -1)
 
 
 def test_the_text_of_a_submission_is_read_in_a_process_with_limits(tmp_path):
@@ -553,11 +553,11 @@ def test_the_text_of_a_submission_is_read_in_a_process_with_limits(tmp_path):
 
 def test_an_angle_that_is_given_to_a_quaternion_costs_a_remark():
     plain = (ROOT / 'scripts' / 'plain_gamepad.py').read_text()
-    assert look([plain.encode()])['remarks'] == []
+    assert analyse([plain.encode()])['remarks'] == []
     wrong = plain.replace('orientation.z = math.sin(theta / 2.0)', 'orientation.x = theta')
-    assert 'send_set_pose_request' in look([wrong.encode()])['remarks'][0]
+    assert 'send_set_pose_request' in analyse([wrong.encode()])['remarks'][0]
     right = 'def pose(x, y, z, w):\n p.orientation.z = z\n p.orientation.w = w\ndef at(x, q_z):\n p.orientation.z = q_z'
-    assert look([right.encode()])['remarks'] == []
+    assert analyse([right.encode()])['remarks'] == []
 
 
 # ----- what was seen in place of a movement -----

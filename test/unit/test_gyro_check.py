@@ -282,7 +282,7 @@ def test_a_lying_gyro_is_neither_driven_nor_turned_by():
     drives.set_goal(Pose2(1.0, 0.0, 0.0))
     watched.run(1.0)
     status = drives.status(watched.robot.now)
-    for words in status.words, status.sensor_problem:
+    for words in status.text, status.sensor_problem:
         assert 'the gyro contradicts the wheels' in words
     with pytest.raises(ValueError, match='cannot turn: the gyro contradicts the wheels'):
         turns.ask(90.0, watched.robot.now)
@@ -337,7 +337,7 @@ def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
     drives.on_reset(Reset(RequestedPose(Pose2())), *2 * (watched.robot.now,))
     watched.run(6.0)
     assert watched.robot.truth.distance_to(Pose2(0.3, 0.0)) < 0.01
-    assert drives.status(watched.robot.now).words == 'GOAL_REACHED'
+    assert drives.status(watched.robot.now).text == 'GOAL_REACHED'
 
 
 def accused(rate, said_first, said, sign):

@@ -12,7 +12,7 @@ from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import (
     CRUISING, LEARNING, LEARNING_TIME, LEAST_SAMPLE_DELAY, SPEEDING_UP, Identification, Response,
-    look_at_start)
+    identify_at_start)
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
@@ -46,8 +46,8 @@ def identified(delay, lag, command=1.0, begin_speed=0.0, prompt=True, seconds=1.
         if tick:
             history.advance(PERIOD)
             travelled, speed = response_at(history.now - age, gain * command, delay, lag)
-            identification.look(history, travelled + chance.gauss(0.0, noise),
-                                speed + chance.gauss(0.0, 0.2 * noise), 1.0, age)
+            identification.update(history, travelled + chance.gauss(0.0, noise),
+                                  speed + chance.gauss(0.0, 0.2 * noise), 1.0, age)
         history.send(command)
     return identification.estimate, learned
 
@@ -57,7 +57,7 @@ def identified(delay, lag, command=1.0, begin_speed=0.0, prompt=True, seconds=1.
 def test_one_sample_of_a_robot_that_speeds_up_tells_delay_and_lag(delay, lag, sign):
     for later in (0.2 * lag, lag, 2.0 * lag):
         travelled, speed = response_at(delay + later, sign * 1.5, delay, lag)
-        assert look_at_start(delay + later, sign * 1.5, travelled, speed) == pytest.approx(
+        assert identify_at_start(delay + later, sign * 1.5, travelled, speed) == pytest.approx(
             (delay, lag), abs=1e-9)
 
 
@@ -68,7 +68,7 @@ def test_one_sample_of_a_robot_that_speeds_up_tells_delay_and_lag(delay, lag, si
     (0.1, 1.0, 0.2, 0.3, None)])       # a lag beyond all motors
 def test_a_sample_of_motors_without_lag_and_one_that_says_too_little(
         since, first, travelled, speed, told):
-    assert look_at_start(since, first, travelled, speed) == (told and pytest.approx(told))
+    assert identify_at_start(since, first, travelled, speed) == (told and pytest.approx(told))
 
 
 @pytest.mark.parametrize('gain, sign', [(0.97, -1.0), (1.03, 1.0)])
@@ -104,7 +104,7 @@ def test_a_robot_that_has_hardly_begun_to_move_or_moves_otherwise_tells_nothing(
     identification.begin(0.0)
     history.send(1.0)
     history.advance(0.1)
-    identification.look(history, -0.001, share, 1.0)
+    identification.update(history, -0.001, share, 1.0)
     assert (identification.estimate.gain != 1.0) is tells
 
 

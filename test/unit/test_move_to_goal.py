@@ -140,18 +140,18 @@ def test_a_pose_that_was_lost_is_not_driven_by_until_it_is_declared(silence, is_
     if is_reached:
         robot.core.set_goal(Pose2())
         robot.run(0.5)
-        assert robot.status.words == 'GOAL_REACHED'
+        assert robot.status.text == 'GOAL_REACHED'
     robot.now += silence
     robot.odom_pose = Pose2()
     assert set(robot.run(0.5)) <= {None}
     lost = 'gave up: pose lost: reset_pose, or place the robot and reset'
-    assert robot.status.words == lost and not robot.status.active
+    assert robot.status.text == lost and not robot.status.active
     assert robot.fix is None
     robot.control(False)
     robot.control(True)
     assert set(robot.run(0.5)) <= {None}
     robot.core.set_goal(Pose2(1.0, 0.0, 0.0))
-    assert set(robot.run(0.5)) <= {None} and robot.status.words == lost
+    assert set(robot.run(0.5)) <= {None} and robot.status.text == lost
     robot.reset()
     assert None not in robot.run(0.3)[3:]
 
@@ -228,23 +228,23 @@ def test_the_words_of_a_drive_from_waiting_to_its_end():
     robot = Robot(has_control=False)
     assert robot.status.goal is None and robot.tick().fix is None
     robot.core.set_goal(Pose2(0.5, 0.0, 0.0))
-    assert robot.status.words == WAITING_FOR_CONTROL and not is_stopped(WAITING_FOR_CONTROL)
+    assert robot.status.text == WAITING_FOR_CONTROL and not is_stopped(WAITING_FOR_CONTROL)
     attempt = robot.status.attempt
     robot.control(True)
     assert robot.status.attempt == attempt + 1      # it may have been driven elsewhere meanwhile
-    assert robot.status.words == 'waiting: no imu yet, no odom yet' and not robot.status.begun
+    assert robot.status.text == 'waiting: no imu yet, no odom yet' and not robot.status.begun
     robot.run(0.1)
-    assert robot.status.words == robot.status.state.name in DRIVING and robot.status.begun
+    assert robot.status.text == robot.status.state.name in DRIVING and robot.status.begun
     robot.imu = False
     robot.run(0.5)
-    assert robot.status.words == 'stopped: no imu' and is_stopped(robot.status.words)
+    assert robot.status.text == 'stopped: no imu' and is_stopped(robot.status.text)
     assert robot.status.sensor_problem == 'no imu'
     assert robot.reset().problem.startswith('no imu for 0.5 s')
     robot.run(RESUME_TIME)
-    assert robot.status.words == 'gave up: no imu for 2.0 s'
+    assert robot.status.text == 'gave up: no imu for 2.0 s'
     robot.imu = True
     assert set(robot.run(0.5)) == {None}
-    assert is_over(robot.status.words) and not robot.status.active
+    assert is_over(robot.status.text) and not robot.status.active
     robot.core.set_goal(Pose2(1.0, 0.0, 0.0))
     assert None not in robot.run(0.2)[2:]
 
@@ -263,7 +263,7 @@ def test_a_tick_gives_the_zero_at_once_and_each_event_once():
     output = robot.tick()
     assert output.command is None and output.stops_first
     words = [robot.tick().status for _ in range(2)]
-    assert output.status.words == 'gave up: canceled' and words == [None, None]
+    assert output.status.text == 'gave up: canceled' and words == [None, None]
     assert [line.text for line in output.log_lines] == [
         'Goal (x=-0.610, y=0.610, yaw=0.0 deg) given up: canceled']
 
@@ -396,11 +396,11 @@ def test_a_repeated_goal_does_not_drive_on_after_a_failure_nor_renew_the_wait_fo
     repeat(1.0)
     robot.imu = robot.odom = False
     repeat(3.0)
-    assert robot.status.words.startswith('gave up: no imu')
+    assert robot.status.text.startswith('gave up: no imu')
     robot.imu = robot.odom = True
     attempt = robot.status.attempt
     repeat(1.0)
-    assert robot.status.attempt == attempt and robot.status.words.startswith('gave up: no imu')
+    assert robot.status.attempt == attempt and robot.status.text.startswith('gave up: no imu')
 
 
 def test_poses_in_odom_are_converted_by_the_frame_that_the_reset_before_them_made():

@@ -13,9 +13,9 @@ import math
 from dataclasses import dataclass
 
 from tb3_labs.control.commands import (
-    CommandHistory, Estimate, LawStep, braking_speed, followed, way_at_rest)
+    CommandHistory, Estimate, LawStep, braking_speed, followed, remaining_at_rest)
 from tb3_labs.control.motor_response import TIME_DOUBT, Identification, Response
-from tb3_labs.geometry.angles import clamp, continuous, difference
+from tb3_labs.geometry.angles import clamp, difference, unwrap
 from tb3_labs.robot.samples import REST_ANGULAR
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 from tb3_labs.supervision.stale_or_stalled import Settling
@@ -86,7 +86,7 @@ class Approach:
         self._start_remaining += by
         self.at_rest.shift(by, 0.0)
 
-    def told_to_rest(self, age: float) -> bool:
+    def must_rest(self, age: float) -> bool:
         """Has the robot obeyed only stops for at least the last `age` [s]?"""
         history = self._history
         return history.only_stops_since(
@@ -111,14 +111,15 @@ class Approach:
         else:
             dt = self._config.period
             self._begin(remaining, speed)
-        self._identification.look(
+        self._identification.update(
             self._history, self._start_remaining - remaining, speed, fastest, age)
         self._motor_speed = self._speed_of_motors(speed, dt)
         if self._now - age > self._measured_at + SAME_SAMPLE:
             self._measured_at = self._now - age
             estimate = self._identification.estimate
-            self.at_rest.add(way_at_rest(remaining, self._motor_speed, self._history,
-                                         estimate.delay + age, estimate.lag, estimate.gain), noise)
+            self.at_rest.add(remaining_at_rest(remaining, self._motor_speed, self._history,
+                                               estimate.delay + age, estimate.lag, estimate.gain),
+                             noise)
         wanted = self._wanted(fastest)
         latest, change = self._history.command, self._config.acceleration * dt
         self._history.send(clamp(wanted, latest - change, latest + change))
@@ -222,9 +223,9 @@ class PreciseTurn:
         deviation of the sample's yaw [rad].
         """
         self._time += dt
-        self.remaining = continuous(self._face - yaw, self.remaining)
+        self.remaining = unwrap(self._face - yaw, self.remaining)
         command = self._approach.step(self.remaining, rate, self._fastest, dt, noise, age)
-        rests = abs(rate) <= REST_ANGULAR and self._approach.told_to_rest(age)
+        rests = abs(rate) <= REST_ANGULAR and self._approach.must_rest(age)
         self._settling.update(rests, self._time - age)
         if rests:
             self.remaining = self._approach.at_rest.value

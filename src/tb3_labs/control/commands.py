@@ -180,8 +180,8 @@ def followed(speed: float, command: float, lag: float, dt: float) -> float:
     return speed - math.expm1(-dt / max(lag, LEAST_LAG)) * (command - speed)
 
 
-def way_at_rest(remaining: float, motor_speed: float, history: CommandHistory, delay: float,
-                lag: float, gain: float = 1.0) -> float:
+def remaining_at_rest(remaining: float, motor_speed: float, history: CommandHistory, delay: float,
+                      lag: float, gain: float = 1.0) -> float:
     """The part of `remaining` that would remain if the robot were told to stop now."""
     return remaining - motor_speed * lag - gain * history.travel_under_way(delay)
 

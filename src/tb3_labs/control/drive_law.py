@@ -112,8 +112,8 @@ class DriveLaw:
                                                self._max_linear, dt)
         at_rest = self._driving.at_rest.value
         slips = at_rest < -0.3 * self.distance_tolerance and abs(motion.linear) > self.REST_SPEED
-        look = wrap(self._line + math.atan2(-aside, self.LOOK_AHEAD))
-        self._turning.aim(wrap(look + math.pi) if self._reverse else look)
+        line_direction = wrap(self._line + math.atan2(-aside, self.LOOK_AHEAD))
+        self._turning.aim(wrap(line_direction + math.pi) if self._reverse else line_direction)
         arrived = -self._outside <= at_rest <= self.STOP_AHEAD and not slips
         turn = self._turn(motion, dt)
         steady = (self._driving.cruises(self._max_linear)

@@ -119,8 +119,8 @@ class Response:
         self.gain += LEARNING * (other.gain - self.gain)
 
 
-def look_at_start(time: float, first: float, travelled: float,
-                  speed: float) -> Optional[Tuple[float, float]]:
+def identify_at_start(time: float, first: float, travelled: float,
+                      speed: float) -> Optional[Tuple[float, float]]:
     """(delay, lag) [s] from one sample of a robot that speeds up; None if it shows too little.
 
     `time` [s] counts from the first command, which was not changed since; `first` is the steady
@@ -148,7 +148,7 @@ class Identification:
         self._first = copy(response)    # the equations are solved for the difference
         self._speed_is_prompt = speed_is_prompt
         self._from_rest = False          # did the robot stand when the approach began,
-        self._seen_to_start = False      # and was it seen to speed up?
+        self._start_observed = False     # and was it seen to speed up?
         gain, delay, lag = DOUBTS
         doubts = np.array([gain, delay, lag if speed_is_prompt else BELIEVED])
         self._squares, self._right = np.diag(doubts ** -2.0), np.zeros(3)
@@ -158,32 +158,33 @@ class Identification:
         rest shows delay and lag: earlier commands caused any other motion."""
         self._from_rest = abs(speed) <= ONSET
 
-    def look(self, history: CommandHistory, travelled: float, speed: float,
-             fastest: float, age: float = 0.0) -> None:
+    def update(self, history: CommandHistory, travelled: float, speed: float,
+               fastest: float, age: float = 0.0) -> None:
         """Take in a sample, measured `age` [s] ago: travel since the start, and `speed`."""
         if age > LONGEST_AGE:
             self._from_rest = False    # commands may be delayed, too
         if not self._from_rest:
             return
-        if self._speed_is_prompt and not self._seen_to_start and abs(speed) > ONSET:
-            self._look_at_start(history, travelled, speed, age)
+        if self._speed_is_prompt and not self._start_observed and abs(speed) > ONSET:
+            self._identify_at_start(history, travelled, speed, age)
         command = history.command
         if abs(command) < CRUISING * fastest or history.now > LEARNING_TIME:
             return
         cruises = (history.unchanged_for > STEADY_TIME
                    and abs(speed - command) < STEADY * abs(command))
         least, most = SPEEDING_UP
-        speeds_up = (self._seen_to_start and least < speed / command < most
+        speeds_up = (self._start_observed and least < speed / command < most
                      and history.unchanged_for > self.estimate.delay + age)
         if cruises or speeds_up:
             self._solve(history, travelled, speed, fastest, age)
         if cruises:
             self._response.measured(self.estimate)
 
-    def _look_at_start(self, history: CommandHistory, travelled: float, speed: float,
-                       age: float) -> None:
-        self._seen_to_start = True
-        seen = look_at_start(history.now - age, history.first * self._first.gain, travelled, speed)
+    def _identify_at_start(self, history: CommandHistory, travelled: float, speed: float,
+                           age: float) -> None:
+        self._start_observed = True
+        seen = identify_at_start(history.now - age, history.first * self._first.gain, travelled,
+                                 speed)
         if seen is not None:
             self._first.delay, self._first.lag = seen
             self.estimate = copy(self._first)

@@ -38,7 +38,7 @@ def difference(target: float, start: float) -> float:
     return wrap(target - start)
 
 
-def continuous(angle: float, previous: float) -> float:
+def unwrap(angle: float, previous: float) -> float:
     """`angle` plus the whole turns that bring it nearest to `previous`: no jump at +/-pi."""
     return previous + difference(angle, previous)
 

@@ -216,7 +216,7 @@ class _Interval:
     def __init__(self) -> None:
         self.begin, self.end = math.inf, -math.inf
 
-    def look(self, is_true: bool, stamp: float) -> None:
+    def update(self, is_true: bool, stamp: float) -> None:
         """Take in a sample. A clock that goes back begins again."""
         if not (is_true and self.begin <= stamp):
             self.begin = stamp
@@ -244,14 +244,14 @@ class EncoderWatch:
     def on_wheels(self, sample: WheelSample) -> None:
         """Take in a sample of the wheels."""
         stands = self._wheels is not None and self._wheels[1:] == sample[1:]
-        self._stand.look(stands, sample.stamp)
+        self._stand.update(stands, sample.stamp)
         self._wheels = sample
 
     def on_odometry(self, sample: OdometrySample) -> None:
         """Take in a sample of the odometry. A repeated pose is not a motion."""
         rolls = (self._odometry is not None and self._odometry.pose != sample.pose
                  and not is_slow(sample.linear, 0.0))
-        self._rolls.look(rolls, sample.stamp)
+        self._rolls.update(rolls, sample.stamp)
         self._odometry = sample
 
     def problem(self) -> str:

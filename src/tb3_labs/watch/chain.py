@@ -70,7 +70,7 @@ def quaternion_of(samples: Any) -> Sequence[np.ndarray]:
 
 
 #: What looks at a link.
-Look = Callable[[Inside], Optional[Broken]]
+Check = Callable[[Inside], Optional[Broken]]
 
 
 class Link(NamedTuple):
@@ -79,7 +79,7 @@ class Link(NamedTuple):
     all."""
 
     question: str
-    look: Look
+    check: Check
     heading: str
     step: int = 0
     sheet: str = 'imu_lab.md'
@@ -98,7 +98,7 @@ def first_broken(inside: Inside, links: Iterable[Link], parts: Optional[Iterable
     law that is not the handout's broken, too?"""
     wanted = [link for link in links
               if parts is None or not link.parts or set(link.parts) & set(parts)]
-    return next(((link, found) for link in wanted for found in [link.look(inside)]
+    return next(((link, found) for link in wanted for found in [link.check(inside)]
                  if found is not None and (weak or not found.is_weak)), None)
 
 

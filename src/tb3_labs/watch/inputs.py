@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Se
 
 import numpy as np
 
-from tb3_labs.watch.chain import Broken, Inside, Look
+from tb3_labs.watch.chain import Broken, Check, Inside
 from tb3_labs.watch.quantities import RECENT, SOON, Quantity, ages, thinned
 from tb3_labs.watch.variables import Series
 
@@ -135,7 +135,7 @@ def unanswered(sent: Any, device: Device, drives: Callable[[np.ndarray], Any],
     return None
 
 
-def link_of(laws: Callable[[Inside], List[Optional[Broken]]], weak: bool) -> Look:
+def link_of(laws: Callable[[Inside], List[Optional[Broken]]], weak: bool) -> Check:
     """The link that is broken by the first of the laws that is weak, or that is not."""
     return lambda inside: next((each for each in inside.known(laws)
                                 if each is not None and each.is_weak == weak), None)

@@ -31,11 +31,11 @@ CHAINS: Dict[str, Sequence[Link]] = {
              TURN_LAB, 5, parts=TURNS),
         Link('Which command belongs to an error of 90, of -90, of 270?', turn_links.wrong_command,
              TURN_LAB, 5, parts=TURNS),
-        *(Link('At which error does a turn end, and by which command?', look, TURN_LAB, 5,
-               parts=TURNS) for look in (turn_links.wrong_stop, turn_links.not_over)),
+        *(Link('At which error does a turn end, and by which command?', check, TURN_LAB, 5,
+               parts=TURNS) for check in (turn_links.wrong_stop, turn_links.not_over)),
         *(Link('Which command belongs to the mouse at the upper edge, at the left one, in the '
-               'middle, inactive?', look, TURN_LAB, 2, parts=MOUSE)
-          for look in input_links.MOUSE_LINKS),
+               'middle, inactive?', check, TURN_LAB, 2, parts=MOUSE)
+          for check in input_links.MOUSE_LINKS),
         Link('How large is the command for an error of 90?', turn_links.slow_law, TURN_LAB, 5,
              parts=TURNS)),
     'move2goal': (
@@ -52,7 +52,7 @@ CHAINS: Dict[str, Sequence[Link]] = {
              drive_links.not_silent, STATES, 2, DRIVE_SHEET, CONTROL),
         Link('How large is each command?', drive_links.slow_law, STATES, 1, DRIVE_SHEET, DRIVES)),
     'gamepad': tuple(
-        Link(question, look, THUMB, 1, DRIVE_SHEET, STICKS) for question, look in zip((
+        Link(question, check, THUMB, 1, DRIVE_SHEET, STICKS) for question, check in zip((
             'rostopic echo /joy, and /cmd_vel: which number belongs to which?',
             'rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, B, Y.',
             'How large is each command?'), input_links.PAD_LINKS))}
@@ -66,7 +66,7 @@ def remarks(run: Any, lab: str) -> List[str]:
     """Sentences on a node that earned everything."""
     inside = Inside(run)
     return [f'{sentence(found)} See {link.place}.' for link in CHAINS[lab]
-            if link.look in REMARKED for found in [link.look(inside)] if found is not None]
+            if link.check in REMARKED for found in [link.check(inside)] if found is not None]
 
 
 def found_in(run: Any) -> List[Tuple[str, Link, Broken]]:

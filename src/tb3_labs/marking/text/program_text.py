@@ -2,7 +2,7 @@
 own mouse client, and an angle in the place of a number of a quaternion.
 
 The text is a stranger's. So this is a program, too: it reads within limits, and prints what
-:func:`look` returns.
+:func:`analyse` returns.
 """
 import ast
 import json
@@ -31,10 +31,10 @@ def text_of(paths: Iterable[str]) -> Dict[str, Any]:
     done = subprocess.run(
         [*LIMITS, sys.executable, '-I', os.path.abspath(__file__), *paths], stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL, cwd='/', universal_newlines=True)
-    return dict(json.loads(done.stdout)) if done.returncode == 0 else look([])
+    return dict(json.loads(done.stdout)) if done.returncode == 0 else analyse([])
 
 
-def look(texts: Iterable[bytes]) -> Dict[str, Any]:
+def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
     """The same for these texts."""
     downs, remarks = set(), []
     for text in texts:
@@ -142,4 +142,4 @@ def _texts(paths: Iterable[str]) -> Iterable[bytes]:
 
 
 if __name__ == '__main__':
-    print(json.dumps(look(_texts(sys.argv[1:]))))
+    print(json.dumps(analyse(_texts(sys.argv[1:]))))

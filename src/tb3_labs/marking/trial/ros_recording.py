@@ -27,7 +27,7 @@ from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu, Joy
 from std_msgs.msg import Bool, Header, String
 
-from tb3_labs.geometry.angles import continuous
+from tb3_labs.geometry.angles import unwrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import CMD_VEL, CTRL_RELINQ, IMU_TOPIC, JOY, ODOM
 from tb3_labs.marking.trial.observation import EVENTS, PRINTED, TRUTH, VARIABLES
@@ -178,7 +178,7 @@ class Recorder:
             for line in pipe:
                 at, (x, y, yaw) = self.now, map(float, line.split())
                 with self._lock:
-                    yaw = continuous(yaw, self._truth[-1][3]) if self._truth else yaw
+                    yaw = unwrap(yaw, self._truth[-1][3]) if self._truth else yaw
                     self._truth.append([at, x, y, yaw])
                 self.recording.add(TRUTH, to_pose_stamped(Pose2(x, y, yaw), 'world', at), at)
         self.recording.event('finding', text='The robot was ended while the node ran.')

@@ -13,7 +13,7 @@ from tb3_labs.config import Config, setting
 from tb3_labs.control.approach import PreciseTurn
 from tb3_labs.control.commands import Estimate
 from tb3_labs.control.motor_response import Response
-from tb3_labs.geometry.angles import continuous
+from tb3_labs.geometry.angles import unwrap
 from tb3_labs.handout import LEFT, MAX_ANG_Z, RIGHT, TURN_DEG
 from tb3_labs.localization.sample_timing import TimedSample, YawNoise
 from tb3_labs.robot.turtlebot3 import RobotModel
@@ -71,7 +71,7 @@ class Heading:
     def on_imu(self, timed: TimedSample) -> None:
         """Take in a sample of the IMU."""
         sample = timed.sample
-        self.yaw = sample.yaw if self.yaw is None else continuous(sample.yaw, self.yaw)
+        self.yaw = sample.yaw if self.yaw is None else unwrap(sample.yaw, self.yaw)
         self.rate = sample.yaw_rate
         self._noise.learn(timed)
         if self.noise:

@@ -274,7 +274,7 @@ class MoveToGoalCore:
         if self._machine.goal is None:
             return None
         status = self.status(now)
-        is_new = self._announcer.look(status, lambda: self._localizer.motion(now), now)
+        is_new = self._announcer.update(status, lambda: self._localizer.motion(now), now)
         return status if is_new else None
 
     # -- state

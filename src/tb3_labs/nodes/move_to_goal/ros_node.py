@@ -138,7 +138,7 @@ class MoveToGoalNode:
         status = core.status(now)
         return status.failure or status.sensor_problem, dict(
             values_of('imu', core.imu, now), **values_of('odom', core.odometry, now),
-            state=status.words or 'about to begin',
+            state=status.text or 'about to begin',
             control='granted' if status.has_control else 'not granted', goal=status.goal)
 
 
@@ -216,7 +216,7 @@ class Display:
     def show_status(self, status):
         """Publish a DriveStatus: its words, also above the robot; the goal with its tolerance."""
         self._goal = goal = status.goal
-        self._state.publish(status.words)
+        self._state.publish(status.text)
         self._present_goal.publish(to_pose_stamped(goal, self._local, ros_time()))
         arrow = _marker('goal', 0, self._local, goal, Marker.ARROW, MARKER_ORANGE,
                         (0.20, 0.03, 0.03))
@@ -225,7 +225,7 @@ class Display:
         text = _marker('words', 2, frame('base_footprint'), Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
                        (0.0, 0.0, 0.1))
         disc.pose.position.z, text.pose.position.z = 0.02, 0.3
-        text.text = status.words + '\n\n\n\n'    # they lift the centred text off the robot
+        text.text = status.text + '\n\n\n\n'    # they lift the centred text off the robot
         self._markers = MarkerArray(markers=[arrow, disc, text])
         self._marker.publish(self._markers)
 

@@ -35,7 +35,7 @@ class DriveStatus(NamedTuple):
         return distance, abs(math.degrees(angle))
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """The text on `goal_state`; '' until the first command."""
         if self.failure:
             return with_reason(GAVE_UP, self.failure)
@@ -62,12 +62,12 @@ class Announcer:
              now: float) -> bool:
         """Returns True if the status is new. A drive's progress is one line a second, too.
         `motion()`: the robot's Motion now."""
-        said = (status.attempt, status.goal, status.words)
-        if not status.words or said == self._said:
+        said = (status.attempt, status.goal, status.text)
+        if not status.text or said == self._said:
             if abs(now - self._progress_at) >= PROGRESS_PERIOD:
                 self._progress_at = now
-                if status.words in DRIVING:
-                    self._log.add(f'{status.words}: {to_go(*status.left(motion()))}')
+                if status.text in DRIVING:
+                    self._log.add(f'{status.text}: {to_go(*status.left(motion()))}')
             return False
         self._said, self._progress_at = said, now
         begins = status.begun and status.attempt != self._begun
@@ -79,13 +79,13 @@ class Announcer:
             distance, angle = status.left(motion())
             self._log.add(f'{handout.SAYS_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '
                           f'after {now - self._begun_at:.1f} s')
-        elif status.words in DRIVING:
+        elif status.text in DRIVING:
             if begins:
                 self._log.add(f'Goal ({status.goal}): {to_go(*status.left(motion()))}')
-            self._log.add(status.words)
-        elif is_stopped(status.words):
-            self._log.add(status.words.capitalize(), warning=True)
+            self._log.add(status.text)
+        elif is_stopped(status.text):
+            self._log.add(status.text.capitalize(), warning=True)
         else:
-            hint = ' (True on ctrl_relinq)' if status.words == WAITING_FOR_CONTROL else ''
-            self._log.add(f'Goal ({status.goal}): {status.words}{hint}')
+            hint = ' (True on ctrl_relinq)' if status.text == WAITING_FOR_CONTROL else ''
+            self._log.add(f'Goal ({status.goal}): {status.text}{hint}')
         return True
