@@ -16,7 +16,7 @@ import pytest
 from geometry_msgs.msg import Twist, Vector3
 from pages import SCRIPTS
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.ros import gate, start, topics
+from tb3_labs.ros import core_runner, start, topics
 from rosgraph.network import encode_ros_handshake_header
 from rospy.impl.registration import RegManager
 from rospy.impl.tcpros_base import TCPROSTransport, TCPServer
@@ -181,11 +181,11 @@ def test_ctrl_c_ends_a_node_that_still_imports(name, before_it):
     ((1e-40, -1e-40), None)])
 def test_a_speed_that_turns_no_motor_is_sent_as_zero(monkeypatch, command, sent):
     published = []
-    monkeypatch.setattr(gate.rospy, 'Publisher',
+    monkeypatch.setattr(core_runner.rospy, 'Publisher',
                         lambda *_, **__: SimpleNamespace(publish=lambda twist: published.append(
                             (twist.linear.x, twist.angular.z))))
-    monkeypatch.setattr(gate, 'write_at_once', lambda publisher: None)
-    gate.CmdVel().send(Twist2(*command))
+    monkeypatch.setattr(core_runner, 'write_at_once', lambda publisher: None)
+    core_runner.CmdVel().send(Twist2(*command))
     assert published == ([sent] if sent else [])
 
 

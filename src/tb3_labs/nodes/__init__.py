@@ -1,7 +1,7 @@
 """What does each node decide? Each node of `scripts/` that decides something has a room here: its
 core, which knows neither ROS nor a clock, and its ROS side in a file `ros_*.py`.
 
-How every core is used (:class:`tb3_labs.ros.gate.Gate` does so):
+How every core is used (:class:`tb3_labs.ros.core_runner.CoreRunner` does so):
 
 * *In*: ``on_<what>(...)`` takes in a sample, a message or a request, and answers nothing. A message
   that a person may have caused comes as an events.Event.

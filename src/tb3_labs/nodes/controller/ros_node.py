@@ -17,7 +17,7 @@ from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import to_mouse
 from tb3_labs.nodes.controller.turns import TurnConfig, degrees_of, make_turn
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
-from tb3_labs.ros.gate import Diagnostics, Gate, values_of
+from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import end, end_roslaunch, guarded
 from tb3_labs.ros.parameters import read_config, read_model
@@ -36,31 +36,31 @@ class ControllerNode:
         self._core = core = ControllerCore(self._law(config), GyroWatch(
             self._model, rospy.resolve_name('reset')))
         self._robot_wait = time.monotonic() + ROBOT_WAIT
-        self._gate = gate = Gate(lambda: core.tick(ros_time(), steady_time()))
+        self._runner = runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()))
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
-        self._sends_wheels = subscribe_wheels(lambda sample: gate.ask(core.on_wheels, sample))
+        self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
         # every message is read: scrolling up stops at once, even if later messages came with it
         subscribe_events('mouse_info', MouseController,
-                         lambda mouse: gate.take_in(core.on_mouse, mouse), to_mouse)
+                         lambda mouse: runner.handle(core.on_mouse, mouse), to_mouse)
         subscribe_events('turn', Float64, self._on_turn)
         rospy.loginfo('Type l (left), r (right), b (about turn), a number of degrees, or q (quit), '
                       'and Enter')
         Keyboard(self._on_line, self._on_keyboard_end)
-        Diagnostics(self._model.name, lambda: gate.ask(self._diagnose))
+        Diagnostics(self._model.name, lambda: runner.query(self._diagnose))
         say_what_is_awaited({'imu': lambda: core.imu.count})
-        LiveSettings(config, lambda new: gate.take_in(core.set_law, self._law(new)))
-        gate.look()
+        LiveSettings(config, lambda new: runner.handle(core.set_law, self._law(new)))
+        runner.check()
 
     def _law(self, config):
         return make_turn(config, self._model, self._response)
 
     def _on_imu(self, sample):
-        self._gate.take_in(lambda: self._core.on_imu(
+        self._runner.handle(lambda: self._core.on_imu(
             sample, ros_time(), self._sends_wheels()))
 
     def _on_turn(self, turn):
-        self._gate.take_in(lambda: self._core.on_turn(turn, ros_time()))
+        self._runner.handle(lambda: self._core.on_turn(turn, ros_time()))
 
     def _on_line(self, line):
         if line.lower() == 'q':
@@ -74,11 +74,11 @@ class ControllerNode:
             return
         self._wait_for_robot()
         turn = Event(degrees, steady_time())
-        self._gate.take_in(lambda: self._core.on_typed(turn, ros_time()))
+        self._runner.handle(lambda: self._core.on_typed(turn, ros_time()))
 
     def _wait_for_robot(self):
         wait_until(
-            lambda: self._gate.cmd_vel.has_subscribers and self._core.imu.is_fresh(ros_time()),
+            lambda: self._runner.cmd_vel.has_subscribers and self._core.imu.is_fresh(ros_time()),
             self._robot_wait - time.monotonic())
 
     @staticmethod

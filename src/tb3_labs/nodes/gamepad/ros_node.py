@@ -9,7 +9,7 @@ from tb3_labs.handout import SAYS_RESET
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.ros.clocks import steady_time
-from tb3_labs.ros.gate import Diagnostics, Gate, values_of
+from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reset_call import call_reset
@@ -26,18 +26,19 @@ class GamepadNode:
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=20, latch=True,
                                         headers=RENEWS)
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
-        self._gate = Gate(lambda: self._core.tick(steady_time()), self._say, self._carry_out)
-        rospy.on_shutdown(lambda: self._gate.take_in(lambda: self._core.on_leave(steady_time())))
-        self._gate.look()
+        self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._say,
+                                  self._carry_out)
+        rospy.on_shutdown(lambda: self._runner.handle(lambda: self._core.on_leave(steady_time())))
+        self._runner.check()
         # every message is read: a press is seen even if many messages arrive at once
         subscribe_events(
-            'joy', Joy, lambda joy: self._gate.take_in(self._core.on_joy, joy),
+            'joy', Joy, lambda joy: self._runner.handle(self._core.on_joy, joy),
             lambda joy: read_pad(joy.axes, joy.buttons, config))
         subscribe_events(ignore_own_messages('ctrl_relinq'), Bool,
-                         lambda word: self._gate.take_in(self._core.on_ctrl_relinq, word))
+                         lambda word: self._runner.handle(self._core.on_ctrl_relinq, word))
         subscribe_events('has_control', Bool,
-                         lambda word: self._gate.take_in(self._core.on_has_control, word))
-        Diagnostics(model.name, lambda: self._gate.ask(self._diagnose))
+                         lambda word: self._runner.handle(self._core.on_has_control, word))
+        Diagnostics(model.name, lambda: self._runner.query(self._diagnose))
         say_what_is_awaited({'joy': lambda: self._core.joy.count}, 'is joy_node running (Debian '
                             'has none)? The page of web:=true is a pad, too')
 

@@ -21,7 +21,7 @@ from tb3_labs.nodes.move_to_goal.ros_requests import GoalServer, Resets
 from tb3_labs.ros.clocks import ros_time, steady_time
 from tb3_labs.ros.conversions import (
     frame, to_odometry_sample, to_pose_stamped, to_transform)
-from tb3_labs.ros.gate import Diagnostics, Gate, values_of
+from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import roslaunch_of_this
 from tb3_labs.ros.parameters import read_config, read_model
@@ -89,35 +89,35 @@ class MoveToGoalNode:
         self._display = Display()
         self._has_control = None
         self._control = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
-        self._gate = gate = Gate(lambda: core.tick(ros_time(), steady_time()), self._say,
-                                 self._carry_out)
-        self._goals = GoalServer(gate, core)
+        self._runner = runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()), self._say,
+                                           self._carry_out)
+        self._goals = GoalServer(runner, core)
         self._goals.offer()
-        Resets(gate, core).offer()
+        Resets(runner, core).offer()
         subscribe(ignore_own_messages('cmd_vel'), Twist, self._on_command_of_others)
-        LiveSettings(drive, lambda new: gate.take_in(core.set_law, self._law(new)))
-        gate.look()
-        subscribe_events('ctrl_relinq', Bool, lambda word: gate.take_in(core.on_ctrl_relinq, word))
-        self._sends_wheels = subscribe_wheels(lambda sample: gate.ask(core.on_wheels, sample))
+        LiveSettings(drive, lambda new: runner.handle(core.set_law, self._law(new)))
+        runner.check()
+        subscribe_events('ctrl_relinq', Bool, lambda word: runner.handle(core.on_ctrl_relinq, word))
+        self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
         # every message is read: any of them may have the displacement that the firmware reverses;
         # what it shows is decided with the next sample of the IMU, which is fresher
         subscribe('odom', Odometry,
-                  lambda sample: gate.ask(lambda: core.on_odometry(sample, ros_time())),
+                  lambda sample: runner.query(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, queue_size=None)
         core.begin_control(steady_time())    # a slow start is not a sleep
-        Diagnostics(self._model.name, lambda: gate.ask(self._diagnose))
+        Diagnostics(self._model.name, lambda: runner.query(self._diagnose))
         say_what_is_awaited({'imu': lambda: core.imu.count, 'odom': lambda: core.odometry.count})
 
     def _law(self, drive):
         return DriveLaw(drive, self._model, self._response)
 
     def _on_command_of_others(self, message):
-        self._gate.ask(lambda: self._core.on_command(
+        self._runner.query(lambda: self._core.on_command(
             sender_of(connection_of(message)), message.linear.x, message.angular.z, ros_time()))
 
     def _on_imu(self, sample):
-        output = self._gate.take_in(lambda: self._core.on_imu(
+        output = self._runner.handle(lambda: self._core.on_imu(
             sample, ros_time(), self._sends_wheels()))
         if output.fix is not None:
             self._display.show(output.fix, output.odom_T_local)
@@ -171,7 +171,7 @@ class LocalPath:
 
 class Display:
     """Shows each Fix, in the thread of the IMU: pose and path in local, the frame itself. Shows
-    each new status, in the thread of the gate: its words, the goal, markers for RViz.
+    each new status, in the thread of the CoreRunner: its words, the goal, markers for RViz.
 
     Making a message costs more time than a step of a control law. So a message without a subscriber
     is not made, and displays are sent only as often as the eye needs.

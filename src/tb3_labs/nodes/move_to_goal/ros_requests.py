@@ -44,7 +44,7 @@ TELLS = {GoalOutcome.ACCEPTED: ServerGoalHandle.set_accepted,
 
 
 class GoalServer(ActionServer):
-    """An ActionServer whose goals a MoveToGoalCore takes, behind its ros.gate.Gate.
+    """An ActionServer whose goals a MoveToGoalCore takes, behind its CoreRunner.
 
     A goal or cancel is given to the core with actionlib's lock held, so that both know one order.
     The answers of the core come back by :meth:`answer`, which no lock waits for.
@@ -54,10 +54,10 @@ class GoalServer(ActionServer):
     the robot drives again after a reset. So each message comes here first (test/ros/stops.test).
     """
 
-    def __init__(self, gate, core):
+    def __init__(self, runner, core):
         super().__init__('move2goal', MoveBaseAction, ServerGoalHandle.set_rejected,
                          auto_start=False)    # _hear takes the goals
-        self._gate, self._core = gate, core
+        self._runner, self._core = runner, core
         self._present = None    # actionlib's handle of the present goal
         self._complaints = Complaints()
         self._hear_goal = guarded(only_new('move2goal/goal', self._on_goal))
@@ -124,11 +124,11 @@ class GoalServer(ActionServer):
                     self.answer([(request, GoalOutcome.REJECTED, str(problem))])
                 return
             take = self._core.on_goal if handle else self._core.on_repetition
-            self._gate.take_in(lambda: take(request, steady_time()))
+            self._runner.handle(lambda: take(request, steady_time()))
 
     def _on_cancel(self, goal_id):
         with self.lock:
-            self._gate.take_in(lambda: self._core.on_cancel(
+            self._runner.handle(lambda: self._core.on_cancel(
                 steady_time(), goal_id.id, goal_id.stamp.to_nsec()))
             super().internal_cancel_callback(goal_id)
 
@@ -137,8 +137,8 @@ class Resets:
     """Offers `reset_pose`, `set_pose` and `initialpose`. A reset waits in a MoveToGoalCore for the
     samples of its moment."""
 
-    def __init__(self, gate, core):
-        self._gate, self._core = gate, core
+    def __init__(self, runner, core):
+        self._runner, self._core = runner, core
         self._complaints = Complaints()
 
     def offer(self):
@@ -183,10 +183,10 @@ class Resets:
     def _reset(self, requested):
         """Reset to an RequestedPose. Returns the localizer.Reset; ``ValueError`` if it is refused,
         or not carried out within ANSWER_WITHIN."""
-        reset, gate = Reset(requested), self._gate
-        gate.take_in(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
-        if not wait_until(lambda: gate.ask(lambda: reset.is_over), ANSWER_WITHIN, LOOK):
-            gate.ask(reset.give_up)
+        reset, runner = Reset(requested), self._runner
+        runner.handle(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
+        if not wait_until(lambda: runner.query(lambda: reset.is_over), ANSWER_WITHIN, LOOK):
+            runner.query(reset.give_up)
         if reset.problem:
             raise ValueError(reset.problem)
         return reset

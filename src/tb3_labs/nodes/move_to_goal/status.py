@@ -58,8 +58,8 @@ class Announcer:
         self._begun_at = 0.0           # the time at which it began
         self._progress_at = 0.0
 
-    def look(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
-             now: float) -> bool:
+    def check(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
+              now: float) -> bool:
         """Returns True if the status is new. A drive's progress is one line a second, too.
         `motion()`: the robot's Motion now."""
         said = (status.attempt, status.goal, status.text)

@@ -1,4 +1,4 @@
-"""The gate of a node that drives: what is heard goes in, what its core decides leaves in order.
+"""The runner of a core: messages go in, and what the core decides leaves in order.
 
 When a node that drives stops, for any reason, it publishes exactly one zero and is then silent, so
 that another node may drive. The zero is also sent when the node shuts down (a signal, an exception
@@ -7,7 +7,7 @@ that ended it), and when its clock stands still.
 Locks are taken in this order, each only before those below it:
     1  locks of the parts that call a node back: the hooks of its end, dynamic settings,
        diagnostics, actionlib. A node that calls these parts holds no lock.
-    2  the lock of the node, its Gate's, which guards its core and its commands
+    2  the lock of the node, its CoreRunner's, which guards its core and its commands
     3  locks of rospy's topics, and of its log
 A thread that holds a node's lock does not wait for a service, a message or a subscriber.
 """
@@ -34,7 +34,7 @@ LEAST_SPEED = 1e-4
 REPORT_PERIOD = 1.0
 
 
-class Gate:
+class CoreRunner:
     """Guards a core (:mod:`tb3_labs.nodes`) by one lock, which is taken once for each message.
 
     The command is sent while the lock is held: no drive that was decided before a stop follows it.
@@ -49,12 +49,12 @@ class Gate:
         self._tick, self._at_once, self._carry_out = tick, at_once, carry_out
         self._lock = threading.Lock()
         self._waiting = queue.SimpleQueue()    # Outputs that are not carried out yet
-        threading.Thread(target=guarded(self._run), name='gate', daemon=True).start()
+        threading.Thread(target=guarded(self._run), name='core runner', daemon=True).start()
         self.cmd_vel = CmdVel()
         rospy.on_shutdown(self._close)
-        self._watchdog = Watchdog(self.look, self._note_clock)
+        self._watchdog = Watchdog(self.check, self._note_clock)
 
-    def take_in(self, method, *arguments):
+    def handle(self, method, *arguments):
         """Hand over what was heard by ``method(*arguments)`` of the core, and let it decide.
         Returns the Output. `method` reads the clock: an earlier time may be older than one that the
         core knows already."""
@@ -64,12 +64,12 @@ class Gate:
         self._watchdog.feed()
         return output
 
-    def look(self):
+    def check(self):
         """Let the core look at the clock."""
         with self._lock:
             self._decide()
 
-    def ask(self, method, *arguments):
+    def query(self, method, *arguments):
         """Returns the answer of ``method(*arguments)`` of the core. Nothing is decided: it is a
         question, or a sample that only checks other samples."""
         with self._lock:
@@ -109,7 +109,7 @@ class Gate:
 
 
 class CmdVel:
-    """Publishes `cmd_vel` (geometry_msgs/Twist). Its caller holds the lock of the gate."""
+    """Publishes `cmd_vel` (geometry_msgs/Twist). Its caller holds the lock of the CoreRunner."""
 
     def __init__(self):
         self._clock_runs = is_wall_time()

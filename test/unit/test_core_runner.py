@@ -1,10 +1,10 @@
-"""The gate of a node: commands leave in the order of the decisions, even if other parts wait."""
+"""The runner of a core: commands leave in the order of the decisions, even if other parts wait."""
 import ast
 import pathlib
 import threading
 
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.ros import gate
+from tb3_labs.ros import core_runner
 from tb3_labs.supervision.events import LogLine, Output
 
 DRIVE, STOP = Twist2(0.1, 0.0), Twist2()
@@ -30,10 +30,10 @@ class Record(list):
 
 def test_what_waits_outside_holds_up_neither_a_drive_nor_a_stop(monkeypatch):
     record, told, go_on = Record(), [], threading.Event()
-    monkeypatch.setattr(gate, 'CmdVel', lambda: record)
-    monkeypatch.setattr(gate, 'Watchdog', lambda *_: record)
+    monkeypatch.setattr(core_runner, 'CmdVel', lambda: record)
+    monkeypatch.setattr(core_runner, 'Watchdog', lambda *_: record)
     for level in ('info', 'warn'):
-        monkeypatch.setattr(gate.rospy, 'log' + level, lambda form, text, level=level: go_on.wait(
+        monkeypatch.setattr(core_runner.rospy, 'log' + level, lambda form, text, level=level: go_on.wait(
             20.0) and told.append((form % text, level == 'warn')))
     outputs, lines = [], [LogLine('driving, 50 %', False), LogLine('stopped', True)]
     carried = threading.Event()
@@ -42,12 +42,12 @@ def test_what_waits_outside_holds_up_neither_a_drive_nor_a_stop(monkeypatch):
         assert not node._lock.locked()
         (carried.set if output.log_lines[0] is lines[1] else record.copy)()
 
-    node = gate.Gate(lambda: outputs.pop(0), record.append, carry_out)
+    node = core_runner.CoreRunner(lambda: outputs.pop(0), record.append, carry_out)
     outputs += [Output(DRIVE, True, lines[:1], True), Output(STOP, log_lines=lines[1:]), Output()]
     all_of_them = list(outputs)
-    node.take_in(list)
-    node.look()
-    node.look()
+    node.handle(list)
+    node.check()
+    node.check()
     assert record == ['a zero', DRIVE, all_of_them[0], True, STOP, all_of_them[1], False,
                       all_of_them[2], False]
     assert told == []
@@ -58,7 +58,7 @@ def test_what_waits_outside_holds_up_neither_a_drive_nor_a_stop(monkeypatch):
 def test_a_time_is_read_while_the_lock_is_held():
     """The second of two resets had the older stamp: its time was read before it had waited for the lock."""
     early = []
-    for path in pathlib.Path(gate.__file__).parents[1].rglob('*.py'):
+    for path in pathlib.Path(core_runner.__file__).parents[1].rglob('*.py'):
         for call in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
             if isinstance(call, ast.Call) and getattr(call.func, 'attr', '') in ('take_in', 'ask'):
                 early += ['{}:{}'.format(path.name, call.lineno) for given in call.args
