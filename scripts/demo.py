@@ -101,7 +101,7 @@ class Demo:
     def _run(self):
         for topic in ('local_pose', 'current_goal'):
             self._first(topic)
-        if self._config.record and not wait_until(recorder_hears, RECORDER_TIMEOUT):
+        if self._config.record and not wait_until(recorder_listens, RECORDER_TIMEOUT):
             rospy.logwarn('The recorder does not listen: the recording will be incomplete')
         drives, problem = [], 'a drive ended outside the tolerance'
         try:
@@ -176,7 +176,7 @@ def is_reset():
         return rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0).success
 
 
-def recorder_hears():
+def recorder_listens():
     """Does the node record subscribe to all topics RECORDED?"""
     subscribed = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1])
     return all(rospy.resolve_name('record') in subscribed.get(rospy.resolve_name(topic), [])

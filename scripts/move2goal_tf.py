@@ -36,9 +36,9 @@ Parameters
 """
 import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
 
-from tb3_labs.nodes.move_to_goal.ros_node import MoveToGoalNode, take_permission
+from tb3_labs.nodes.move_to_goal.ros_node import MoveToGoalNode, pop_permission
 from tb3_labs.ros.node import run
 
 if __name__ == '__main__':
-    take_permission()
+    pop_permission()
     run('move_to_goal', MoveToGoalNode, __doc__)

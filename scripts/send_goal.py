@@ -27,7 +27,7 @@ from tb3_labs.command_line import number_or_text
 from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_over, to_go
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.ros.conversions import to_pose_stamped
-from tb3_labs.ros.node import Interrupted, pause, take_signals
+from tb3_labs.ros.node import Interrupted, catch_signals, pause
 from tb3_labs.ros.topics import require_master, subscribe
 from tb3_labs.terminal import run_tool
 
@@ -115,7 +115,7 @@ def main(words):
     except ValueError as problem:
         print(f'send_goal: {problem}', file=sys.stderr)
         return 2
-    take_signals()    # from here on Ctrl+C, `kill` and a closed terminal raise Interrupted
+    catch_signals()    # from here on Ctrl+C, `kill` and a closed terminal raise Interrupted
     try:
         return drive(goal)
     except Interrupted:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields
 
 import yaml
 
-from tb3_labs.config import NOT_GIVEN, Config, bounds_in_words, setting
+from tb3_labs.config import NOT_GIVEN, Config, bounds_text, setting
 from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.simulation.simulator_config import STARTING
 
@@ -109,7 +109,7 @@ def annotated_yaml(node):
         if item.name in node.arguments + node.pad:
             value = '#' + value
         meaning = item.metadata['meaning'] + (' (live)' if live else '')
-        lines.append(f'{value:<28} # {bounds_in_words(item)}: {meaning}')
+        lines.append(f'{value:<28} # {bounds_text(item)}: {meaning}')
     return '\n'.join(lines) + '\n'
 
 

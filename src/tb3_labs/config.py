@@ -64,11 +64,11 @@ def _checked(item: Field, value: Any) -> Any:
                 and (rule['high'] is None or value <= rule['high'])
                 and (not rule['choices'] or value in rule['choices']))
     if not is_valid:
-        raise ValueError(f'{item.name} = {value!r} is not valid: {bounds_in_words(item)}')
+        raise ValueError(f'{item.name} = {value!r} is not valid: {bounds_text(item)}')
     return value
 
 
-def bounds_in_words(item: Field) -> str:
+def bounds_text(item: Field) -> str:
     """The valid values of a field, as a phrase: 'a number from 0 to 10 rad/s'."""
     rule = item.metadata
     if rule['choices']:

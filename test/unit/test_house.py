@@ -29,7 +29,7 @@ ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 
 ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'launch',
                'robot_description'},
               {'clocks'}, {'node'}, {'topics', 'live_settings'},
-              {'dynparam', 'core_runner', 'sensor_topics', 'reset_call'}]
+              {'dynparam', 'core_runner', 'sensor_topics', 'reset_client'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: This file alone touches private parts of libraries.
 INTERNALS = 'rospy_internals.py'

@@ -24,7 +24,7 @@ from tb3_labs.marking.student_page import as_run, student_page, timeline_of
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of
 from tb3_labs.marking.class_table import Table
 from tb3_labs.marking.trial.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
-from tb3_labs.marking.labs.gamepad import pad_called, pad_in_words
+from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.labs.ros_gamepad import AXES, PAD_BUTTONS_SENT
 from tb3_labs.marking.trial.ros_stage import SCRIPTS, Stage, changed
 from tb3_labs.nodes.gamepad.pad import PadConfig
@@ -157,8 +157,8 @@ def test_a_pad_is_played_by_the_numbers_that_the_launch_file_loads():
     assert PadConfig(**pad_called('handout')) == PadConfig()
     xbox = PadConfig(**pad_called('xbox'))
     assert (xbox.angular_axis, xbox.reset_button) == (3, 3)
-    assert pad_in_words('f310_d') == ('The pad was "f310_d": axis 1 drives, axis 2 turns; button 1 '
-                                      'is A, 2 is B, 3 is Y.')
+    assert pad_text('f310_d') == ('The pad was "f310_d": axis 1 drives, axis 2 turns; button 1 '
+                                  'is A, 2 is B, 3 is Y.')
 
 
 def test_the_sticks_and_buttons_of_every_pad_are_there():

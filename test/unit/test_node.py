@@ -28,12 +28,12 @@ from tb3_labs.ros.rospy_internals import (
 
 BEGIN = '''
 import os, time
-from tb3_labs.ros.node import Interrupted, pause, take_signals
+from tb3_labs.ros.node import Interrupted, pause, catch_signals
 
 def say(word):
     os.write(1, (word + '\\n').encode())
 
-take_signals()
+catch_signals()
 '''
 WAIT = '''
 try:

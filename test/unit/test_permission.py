@@ -267,7 +267,7 @@ def test_a_message_with_the_stamp_of_the_one_before_is_that_message(stamp, clock
 def test_a_gap_beyond_the_limit_is_a_sleep_that_is_found_once(gap, slept):
     watch = SleepWatch()
     watch.update(10.0)
-    assert watch.slept_for == 0.0 and watch.in_words() == ''
+    assert watch.slept_for == 0.0 and watch.as_text() == ''
     watch.start(100.0)          # no clock was needed before the start
     assert watch.slept_for == 0.0 and not watch.is_waking
     watch.update(100.0 + gap)

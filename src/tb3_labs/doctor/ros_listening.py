@@ -81,7 +81,7 @@ def listen(namespace, address):
     os.environ['ROS_IP'] = address
     received = []
 
-    def hear(message, name):
+    def on_message(message, name):
         header = connection_of(message)
         received.append(ReceivedMessage(name, time.time(), sender_of(header), message,
                                         header['type']))
@@ -90,7 +90,7 @@ def listen(namespace, address):
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,
                         disable_rostime=True, disable_signals=True)
         for name, (kind, _) in TOPICS.items():
-            rospy.Subscriber(namespace + name, kind, hear, name)
+            rospy.Subscriber(namespace + name, kind, on_message, name)
         time.sleep(HEARING_TIME)
         return list(received), time.time()
     finally:

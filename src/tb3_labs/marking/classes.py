@@ -96,7 +96,7 @@ class MarkedClass:
                         self._unchanged += kept is not None
                         self._failed = self._failed or kept is not None and not kept.is_known
                     if kept is not None:
-                        tell(f'{name}: {in_words(kept)}, tried before')
+                        tell(f'{name}: {as_text(kept)}, tried before')
                         return
                 if not is_last:
                     tell(name + ' ...')
@@ -109,7 +109,7 @@ class MarkedClass:
                     name, marks.observation.longest_gap))
         found.seconds = time.monotonic() - begun
         self._write(found, '' if marks.delayed or marks.unjudged else reading.digest)
-        tell(f'{name}: {in_words(marks)}, {found.seconds:.0f} s')
+        tell(f'{name}: {as_text(marks)}, {found.seconds:.0f} s')
 
     def _write(self, found, digest):
         """Keep what was found of a submission; `digest`: '' if it is to be tried again."""
@@ -118,7 +118,7 @@ class MarkedClass:
             self._failed = self._failed or not marks.is_known
 
 
-def in_words(marks: Marks) -> str:
+def as_text(marks: Marks) -> str:
     """The points, or that there are none."""
     return f'{marks.points:g} of {marks.worth:g} points' if marks.is_known else NOT_JUDGED
 

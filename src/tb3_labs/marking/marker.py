@@ -106,7 +106,7 @@ class Marker:
         launch = prepare(reading, work / 'ws', own, sandbox)
         marks.node = f'{launch.package}/{os.path.basename(launch.program)}'
         if self._option is not None:
-            marks.remarks.append(self._option.in_words(self._options.option))
+            marks.remarks.append(self._option.as_text(self._options.option))
         sandbox.hand_over(work / 'ws')
         # the node alone gets the environment of the student's workspace: modules of the submission
         own.update(launch.written(work / 'launch.json'))

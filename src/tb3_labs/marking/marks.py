@@ -43,7 +43,7 @@ class Option(NamedTuple):
     default: str
     help: str
     read: Callable[[str], Any]                  # ValueError with the valid words
-    in_words: Callable[[str], str]              # a sentence for the student
+    as_text: Callable[[str], str]               # a sentence for the student
     parameters: Callable[[Any], Dict[str, Any]]     # for nodes that read them: name -> value
 
 
@@ -76,7 +76,7 @@ LABS = {
                    move2goal.remarks_on_parts),
     GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA, option=Option(
         'pad', gamepad.HANDOUT, 'numbers of the gamepad that is played, '
-        'launch/params/pad_NAME.yaml', gamepad.pad_called, gamepad.pad_in_words,
+        'launch/params/pad_NAME.yaml', gamepad.pad_called, gamepad.pad_text,
         lambda pad: {GAMEPAD: pad}))}
 
 

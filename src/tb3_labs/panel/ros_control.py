@@ -18,7 +18,7 @@ from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import subscribers_of
-from tb3_labs.ros.reset_call import call_reset
+from tb3_labs.ros.reset_client import call_reset
 from tb3_labs.supervision.timeouts import LONGEST_GAP
 from tb3_labs.supervision.dead_man import DeadMan
 

@@ -83,14 +83,14 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
     return Twist2(linear, angular)
 
 
-def robot_model(name: str, said_by: str = 'model') -> RobotModel:
-    """The model called `name`; ``ValueError`` if it is unknown. `said_by`: the parameter
+def robot_model(name: str, source: str = 'model') -> RobotModel:
+    """The model called `name`; ``ValueError`` if it is unknown. `source`: the parameter
     or variable that has the name."""
     try:
         return MODELS[name]
     except (KeyError, TypeError):     # a parameter may be a list
         raise ValueError(
-            f'{said_by} = {name!r} is not valid: one of {", ".join(MODELS)}') from None
+            f'{source} = {name!r} is not valid: one of {", ".join(MODELS)}') from None
 
 
 def model_called(name: str, environment: Mapping[str, str]) -> RobotModel:

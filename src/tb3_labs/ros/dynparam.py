@@ -87,13 +87,13 @@ def carry_out(command, node='', name='', text=None):
         raise ValueError(f'{name} is unknown; {nearest(name, settings)}')
     if command == 'get':
         for each in [name] if name else sorted(settings):
-            print(f'{each}: {shown(settings[each])}')
+            print(f'{each}: {in_yaml(settings[each])}')
     else:
         value = value_of(text, type(settings[name]))
-        print(f'{name} is {shown(call(node, encoded({name: value}))[name])} now')
+        print(f'{name} is {in_yaml(call(node, encoded({name: value}))[name])} now')
 
 
-def shown(value):
+def in_yaml(value):
     """Returns a value as it is written in YAML."""
     return yaml.safe_dump(value).split('\n')[0]
 

@@ -20,7 +20,7 @@ from dynamic_reconfigure.msg import (
 from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
-from tb3_labs.config import bounds_in_words, nearest
+from tb3_labs.config import bounds_text, nearest
 from tb3_labs.ros.node import guarded
 
 _TYPES = {bool: 'bool', int: 'int', float: 'double', str: 'str'}
@@ -98,7 +98,7 @@ def _description(config, offered):
     """Returns the dynamic_reconfigure/ConfigDescription of the fields `offered` of `config`."""
     parameters = [ParamDescription(
         name=item.name, type=_TYPES[type(item.default)],
-        description=f'{item.metadata["meaning"]}: {bounds_in_words(item)}') for item in offered]
+        description=f'{item.metadata["meaning"]}: {bounds_text(item)}') for item in offered]
     return ConfigDescription(
         groups=[Group(name=_GROUP, parameters=parameters)],
         max=_bounds(offered, 'high', _HIGHEST), min=_bounds(offered, 'low', _LOWEST),

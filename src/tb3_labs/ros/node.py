@@ -27,7 +27,7 @@ from tb3_labs.terminal import SafeStream
 #: Time between two looks: does a master answer, has another thread ended the node? [s]
 POLL_PERIOD = 0.2
 #: Time for rospy's queues to send the last messages [s].
-LAST_WORDS = 0.1
+LOG_TIME = 0.1
 #: A node that ends waits no longer than this for its hooks and its master; period of the looks [s].
 LONGEST_END, END_POLL = 4.0, 0.01
 #: These end a node: Ctrl+C, `kill`, a closed terminal, Ctrl+Z.
@@ -45,7 +45,7 @@ def run(name, make_node, interface=None):
     if set(rospy.myargv()[1:]) & {'-h', '--help'}:
         print((interface or make_node.__init__.__globals__['__doc__']).strip())
         sys.exit(0)
-    take_signals()
+    catch_signals()
     try:
         if not rosgraph.is_master_online():    # rospy does not wait if parameters are typed
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
@@ -59,7 +59,7 @@ def run(name, make_node, interface=None):
         find_late_publishers()
         note_connections()
         node = make_node()    # noqa: F841 (it lives as long as this name)
-        rospy.on_shutdown(_last_words)
+        rospy.on_shutdown(_log_failure)
         while not _end_has_begun.is_set():
             pause(POLL_PERIOD)
     except (ValueError, OverflowError) as problem:    # the latter: an integer that rospy cannot set
@@ -111,15 +111,15 @@ def end(failure=''):
 
 def _shut_down(failure):
     if failure and failure == _failures[0]:    # other threads may fail, too
-        rospy.on_shutdown(lambda: _last_words(failure))
+        rospy.on_shutdown(lambda: _log_failure(failure))
     rospy.signal_shutdown(failure or 'done')
 
 
-def _last_words(failure=''):
+def _log_failure(failure=''):
     """The last hook, after the last zero, since a blocked terminal delays it."""
     if failure:
         rospy.logfatal('%s', failure)
-    time.sleep(LAST_WORDS)
+    time.sleep(LOG_TIME)
 
 
 def roslaunch_of_this():
@@ -141,7 +141,7 @@ class Interrupted(BaseException):
     """A signal of END_SIGNALS; a BaseException, so that no ``except Exception`` catches it."""
 
 
-def take_signals():
+def catch_signals():
     """The first signal of END_SIGNALS now raises Interrupted in the main thread, also one that is
     ignored, as SIGINT in a script's background job; but not nohup's SIGHUP."""
     for number in END_SIGNALS:

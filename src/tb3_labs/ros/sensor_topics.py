@@ -46,7 +46,7 @@ def _stamp(message):
 def subscribe_wheels(callback):
     """Hear samples of the wheels on `joint_states`, but no message of other joints, such as an
     arm's. Returns a function that answers whether anybody publishes there."""
-    def hear(message):
+    def on_message(message):
         try:
             sample = to_wheel_sample(message)
         except ValueError:
@@ -54,5 +54,6 @@ def subscribe_wheels(callback):
         callback(sample)
 
     were_sent = bool(publishers_of(rospy.resolve_name('joint_states')))
-    subscriber = subscribe('joint_states', JointState, hear, idle_for=lambda now: WHEEL_PERIOD)
+    subscriber = subscribe('joint_states', JointState, on_message,
+                           idle_for=lambda now: WHEEL_PERIOD)
     return lambda: were_sent or subscriber.get_num_connections() > 0

@@ -21,21 +21,21 @@ RENEWS = {'renewed': '1'}
 #: {topic: number of its invalid messages, which were dropped}
 DROPPED = Counter()
 #: Time between two warnings of one kind [s, wall clock].
-COMPLAINT_PERIOD = 1.0
+WARNING_PERIOD = 1.0
 #: Time before the first reminder of what is missing, and between later ones [s, wall clock].
 FIRST_REMINDER, NEXT_REMINDER = 2.0, 10.0
 
 
-class Complaints:
-    """At most one warning of a kind in COMPLAINT_PERIOD, with any text. rospy's own throttle stops
+class WarningThrottle:
+    """At most one warning of a kind in WARNING_PERIOD, with any text. rospy's own throttle stops
     with a simulated clock."""
 
     def __init__(self):
-        self._warned_at = -COMPLAINT_PERIOD
+        self._warned_at = -WARNING_PERIOD
 
     def warn(self, text, *arguments):
         """Log a warning, unless there was one a moment ago."""
-        if time.monotonic() - self._warned_at >= COMPLAINT_PERIOD:
+        if time.monotonic() - self._warned_at >= WARNING_PERIOD:
             self._warned_at = time.monotonic()
             rospy.logwarn(text, *arguments)
 
@@ -51,13 +51,13 @@ def subscribe(topic, kind, callback, read=None, queue_size=1, idle_for=None):
     saves most of a rospy node's cost. With simulated time every message is read.
     """
     in_rhythm = idle_for is not None and is_wall_time()
-    complaints = Complaints()
+    warnings = WarningThrottle()
 
     def handle(message):
         try:
             value = message if read is None else read(message)
         except ValueError as problem:
-            complaints.warn('invalid message on %s dropped: %s', topic, problem)
+            warnings.warn('invalid message on %s dropped: %s', topic, problem)
             DROPPED[topic] += 1
             return
         callback(value)
@@ -117,7 +117,7 @@ def publishers_of(topic):
     return {node for name, nodes in published if name == topic for node in nodes}
 
 
-def say_what_is_awaited(heard, hint='is the robot running?'):
+def log_missing_topics(heard, hint='is the robot running?'):
     """Remind of a /clock without a message so far, and of other topics. `heard`: {topic: function
     that answers whether a message was heard}; `hint`: what to look at."""
     def run():

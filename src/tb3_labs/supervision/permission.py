@@ -156,7 +156,7 @@ class Permission:
             self._began_at = now
             if self._grants:
                 self._grants = {}
-                self._log('Control is gone: ' + self.sleep.in_words(), True)
+                self._log('Control is gone: ' + self.sleep.as_text(), True)
         for sender, grant in list(self._grants.items()):
             if not grant.has_robot and now - grant.given_at > self._patience:
                 self._end(sender, f'{self._sensor_problem} for {self._patience:.0f} s (is the '

@@ -185,7 +185,7 @@ class SleepWatch:
         """The reason why a request that moves the robot, or its frame, is ignored now; or ''."""
         return 'it may have been asked for while this node did not run' if self.is_waking else ''
 
-    def in_words(self) -> str:
+    def as_text(self) -> str:
         """The sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
         return f'this node did not run for {self.slept_for:.1f} s' if self.slept_for else ''
 

@@ -67,7 +67,7 @@ def pad_called(name: str) -> Dict[str, int]:
     return dict(yaml.safe_load(known[name].read_text(encoding='utf-8')))
 
 
-def pad_in_words(name: str) -> str:
+def pad_text(name: str) -> str:
     """Returns a sentence on the pad and the numbers of its axes and buttons."""
     return ('The pad was "{}": axis {linear_axis} drives, axis {angular_axis} turns; button '
             '{relinquish_button} is A, {regain_button} is B, {reset_button} is Y.').format(

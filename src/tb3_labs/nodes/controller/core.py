@@ -140,7 +140,7 @@ class ControllerCore:
         if self._sleep.slept_for > RESUME_TIME:
             self._repetitions.stop()
             if self.driver is Driver.TURN:
-                self._handle(DriverEvent.TURN_OVER, self._sleep.in_words())
+                self._handle(DriverEvent.TURN_OVER, self._sleep.as_text())
         was_active, silence = self.mouse.active, self.mouse.silence(now)
         if self._sleep.slept_for or silence:
             self.mouse.lose(now)

@@ -22,7 +22,7 @@ from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import end, end_roslaunch, guarded
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
-from tb3_labs.ros.topics import say_what_is_awaited, subscribe, subscribe_events
+from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.timeouts import ROBOT_WAIT
 
@@ -48,7 +48,7 @@ class ControllerNode:
                       'and Enter')
         Keyboard(self._on_line, self._on_keyboard_end)
         Diagnostics(self._model.name, lambda: runner.query(self._diagnose))
-        say_what_is_awaited({'imu': lambda: core.imu.count})
+        log_missing_topics({'imu': lambda: core.imu.count})
         LiveSettings(config, lambda new: runner.handle(core.set_law, self._law(new)))
         runner.check()
 

@@ -168,7 +168,7 @@ class GamepadCore:
         """After a sleep the pad must be ready again; a long one takes its permission back."""
         self._sleep.update(now)
         if self.messages.grants and self._sleep.slept_for > LONGEST_LAPSE:
-            self._log.add(f'{self._sleep.in_words()}: press A to let move_to_goal drive again',
+            self._log.add(f'{self._sleep.as_text()}: press A to let move_to_goal drive again',
                           warning=True)
             self._on_taken(now)
         elif self._sleep.slept_for and self.holder is ControlHolder.GAMEPAD:

@@ -12,9 +12,9 @@ from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.reset_call import call_reset
+from tb3_labs.ros.reset_client import call_reset
 from tb3_labs.ros.rospy_internals import ignore_own_messages
-from tb3_labs.ros.topics import RENEWS, say_what_is_awaited, subscribe_events
+from tb3_labs.ros.topics import RENEWS, log_missing_topics, subscribe_events
 
 
 class GamepadNode:
@@ -39,8 +39,8 @@ class GamepadNode:
         subscribe_events('has_control', Bool,
                          lambda word: self._runner.handle(self._core.on_has_control, word))
         Diagnostics(model.name, lambda: self._runner.query(self._diagnose))
-        say_what_is_awaited({'joy': lambda: self._core.joy.count}, 'is joy_node running (Debian '
-                            'has none)? The page of web:=true is a pad, too')
+        log_missing_topics({'joy': lambda: self._core.joy.count}, 'is joy_node running (Debian '
+                           'has none)? The page of web:=true is a pad, too')
 
     def _say(self, output):
         """A stop is sent twice: a listener may take a connection's first message for latched."""

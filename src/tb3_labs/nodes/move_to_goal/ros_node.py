@@ -27,7 +27,7 @@ from tb3_labs.ros.node import roslaunch_of_this
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.rospy_internals import connection_of, ignore_own_messages, sender_of
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
-from tb3_labs.ros.topics import say_what_is_awaited, subscribe, subscribe_events
+from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 
 #: The path gets a new point after this distance [m].
 PATH_STEP = 0.02
@@ -50,7 +50,7 @@ WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 _permissions = [False]    # the last one was typed last
 
 
-def take_permission():
+def pop_permission():
     """Take `_has_control:=VALUE` out of this process's arguments, before init_node(): rospy would
     make a parameter of it, which outlives node and launch. A later start would then drive."""
     for word in [word for word in sys.argv if word.startswith('_has_control:=')]:
@@ -107,7 +107,7 @@ class MoveToGoalNode:
                   to_odometry_sample, queue_size=None)
         core.begin_control(steady_time())    # a slow start is not a sleep
         Diagnostics(self._model.name, lambda: runner.query(self._diagnose))
-        say_what_is_awaited({'imu': lambda: core.imu.count, 'odom': lambda: core.odometry.count})
+        log_missing_topics({'imu': lambda: core.imu.count, 'odom': lambda: core.odometry.count})
 
     def _law(self, drive):
         return DriveLaw(drive, self._model, self._response)

@@ -2,7 +2,7 @@
 
 Goals come by the `move2goal` action; a goal on `move_base_simple/goal` becomes a goal of this
 action, as in move_base. Resets come in three ways: the services `reset_pose` and `set_pose`, and
-`initialpose`, RViz's 2D Pose Estimate. The other side is :mod:`tb3_labs.ros.reset_call`.
+`initialpose`, RViz's 2D Pose Estimate. The other side is :mod:`tb3_labs.ros.reset_client`.
 """
 import math
 
@@ -19,7 +19,7 @@ from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.conversions import frame, to_pose2, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
-from tb3_labs.ros.topics import Complaints, ages, sender_connection, subscribe
+from tb3_labs.ros.topics import WarningThrottle, ages, sender_connection, subscribe
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
 from tb3_labs.supervision.events import Age
@@ -59,7 +59,7 @@ class GoalServer(ActionServer):
                          auto_start=False)    # _hear takes the goals
         self._runner, self._core = runner, core
         self._present = None    # actionlib's handle of the present goal
-        self._complaints = Complaints()
+        self._warnings = WarningThrottle()
         self._hear_goal = guarded(only_new('move2goal/goal', self._on_goal))
 
     def offer(self):
@@ -74,7 +74,7 @@ class GoalServer(ActionServer):
         """Give GoalAnswers to their clients, without the lock of the core."""
         for request, outcome, text in answers:
             if outcome is GoalOutcome.REJECTED and text != STAYS_ENDED:
-                self._complaints.warn('Goal refused: %s', text)
+                self._warnings.warn('Goal refused: %s', text)
             if outcome is not GoalOutcome.REJECTED:
                 self._present = request.client if outcome is GoalOutcome.ACCEPTED else None
             result = () if outcome is GoalOutcome.ACCEPTED else (MoveBaseResult(),)
@@ -139,7 +139,7 @@ class Resets:
 
     def __init__(self, runner, core):
         self._runner, self._core = runner, core
-        self._complaints = Complaints()
+        self._warnings = WarningThrottle()
 
     def offer(self):
         """Take resets from now on."""
@@ -177,7 +177,7 @@ class Resets:
         return None
 
     def _refused(self, problem):
-        self._complaints.warn(REFUSED, problem)
+        self._warnings.warn(REFUSED, problem)
         return str(problem)
 
     def _reset(self, requested):
@@ -202,7 +202,7 @@ def only_new(topic, callback):
     are doubtful with a warning."""
     to_age = ages(topic)
 
-    def hear(message):
+    def on_message(message):
         if to_age(message) in (Age.LATCHED, Age.OLD):
             rospy.logwarn('%s: a message of %s from before this node could hear it does not count; '
                           'say it again', rospy.resolve_name(topic),
@@ -210,7 +210,7 @@ def only_new(topic, callback):
         else:
             callback(message)
 
-    return hear
+    return on_message
 
 
 def to_requested_pose(header, pose):
