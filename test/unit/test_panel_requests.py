@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.nodes.gamepad.pad import PadConfig
-from tb3_labs.panel.requests import Held, Pad, Request, Viewer, read_request
+from tb3_labs.panel.requests import BrowserPad, Held, PageRequest, Viewer, read_request
 
 PAD = {'forward': 0.4, 'left': -0.1, 'a': False, 'y': False, 'hold': True}
 GOAL = {'x': 1.0, 'y': -0.5, 'yaw_deg': 90}
@@ -17,7 +17,7 @@ VALID = {
     'turn': ({'degrees': -90}, -90.0),
     'goal': (GOAL, TypedPose(1.0, -0.5, 90.0)), 'reset': (GOAL, TypedPose(1.0, -0.5, 90.0)),
     'joy': ({'pad': PAD, 'mouse': [0.25, -1], 'first': True},
-            Held(Pad(0.4, -0.1, hold=True), (0.25, -1.0), True)),
+            Held(BrowserPad(0.4, -0.1, hold=True), (0.25, -1.0), True)),
     'stop': ({}, None)}
 #: Numbers of a message, and their bounds.
 NUMBERS = [('turn', 'degrees', 360, 'deg'), ('goal', 'x', 100, 'm'), ('goal', 'y', 100, 'm'),
@@ -51,27 +51,27 @@ def refusal(text):
 
 @pytest.mark.parametrize('kind', VALID)
 def test_each_type_is_read(kind):
-    assert read_request(text_of(kind)) == Request(kind, VALID[kind][1])
+    assert read_request(text_of(kind)) == PageRequest(kind, VALID[kind][1])
 
 
 @pytest.mark.parametrize('button', BUTTONS)
 def test_each_button_is_itself_and_true_or_false(button):
     pad = {'forward': 0, 'left': 0, button: True}    # the others are not named
-    assert read_request(json.dumps({'type': 'joy', 'pad': pad})).value.pad == Pad(**{button: True})
+    assert read_request(json.dumps({'type': 'joy', 'pad': pad})).value.pad == BrowserPad(**{button: True})
     for literal in '0', '1', 'null', '"true"':
         assert refusal(pad_with(button, literal)) == f'{button} is not valid: bool'
 
 
 def test_any_message_may_have_an_id_its_time_and_the_stops_that_its_page_knew():
-    assert read_request(text_of('stop', id=7, t=86400.5, stops=3)) == Request(
+    assert read_request(text_of('stop', id=7, t=86400.5, stops=3)) == PageRequest(
         'stop', id=7, sent_at=86400.5, stops=3)
 
 
 @pytest.mark.parametrize('sent_at, lateness', [(99.5, 0.5), (100.1, 0.0), (0.0, 100.0), (-4e9, 4e9 + 100.0)])
 def test_a_message_is_never_newer_than_now(sent_at, lateness):
-    assert Request('stop', sent_at=sent_at).lateness(100.0) == lateness
+    assert PageRequest('stop', sent_at=sent_at).lateness(100.0) == lateness
     with pytest.raises(ValueError, match='t = 4000000000.0 is not valid: at most 100.0, which is now'):
-        Request('stop', sent_at=4e9).lateness(100.0)
+        PageRequest('stop', sent_at=4e9).lateness(100.0)
 
 
 @pytest.mark.parametrize('kind, name, most, unit', NUMBERS)
@@ -97,8 +97,8 @@ def test_sticks_and_mouse_reach_from_minus_one_to_one(sign):
 
 
 @pytest.mark.parametrize('text, request_', [
-    ('{"type": "joy", "pad": null, "mouse": null}', Request('joy', Held())),
-    ('{"type": "joy"}', Request('joy', Held()))])
+    ('{"type": "joy", "pad": null, "mouse": null}', PageRequest('joy', Held())),
+    ('{"type": "joy"}', PageRequest('joy', Held()))])
 def test_nothing_gripped_is_null_or_missing(text, request_):
     assert read_request(text) == request_
 
@@ -165,13 +165,13 @@ OWN = dict(relinquish_button=4, regain_button=9, reset_button=0, hold_button=7)
 
 @pytest.mark.parametrize('pad, config, axes, buttons, sizes', [
     # with the handout's numbers; there no button is held
-    (Pad(0.5, -0.25, a=True, y=True), {}, {1: 0.5, 3: -0.25}, {0, 2}, (8, 11)),
-    (Pad(hold=True), {}, {}, set(), (8, 11)),
-    *[(Pad(**{button: True}), OWN, {}, {number}, (8, 11))
+    (BrowserPad(0.5, -0.25, a=True, y=True), {}, {1: 0.5, 3: -0.25}, {0, 2}, (8, 11)),
+    (BrowserPad(hold=True), {}, {}, set(), (8, 11)),
+    *[(BrowserPad(**{button: True}), OWN, {}, {number}, (8, 11))
       for button, number in (('a', 4), ('b', 9), ('y', 0), ('hold', 7))],
-    (Pad(0.5, -0.25, b=True), dict(linear_axis=31, angular_axis=0, regain_button=10),
+    (BrowserPad(0.5, -0.25, b=True), dict(linear_axis=31, angular_axis=0, regain_button=10),
      {31: 0.5, 0: -0.25}, {10}, (32, 11)),
-    (Pad(0.5, -0.25, b=True), dict(linear_axis=7, angular_axis=8, regain_button=11),
+    (BrowserPad(0.5, -0.25, b=True), dict(linear_axis=7, angular_axis=8, regain_button=11),
      {7: 0.5, 8: -0.25}, {11}, (9, 12))])
 def test_a_pad_is_a_joy_with_the_numbers_of_its_functions(pad, config, axes, buttons, sizes):
     shown, states = pad.as_joy(PadConfig(**config))
@@ -199,9 +199,9 @@ def test_a_number_that_json_does_not_have_is_never_sent(viewer):
 
 
 def test_answers_have_the_number_of_their_request(viewer, messages):
-    viewer.answer(Request('stop', id=7), True, 'done')
-    viewer.answer(Request('stop'), True, 'done')    # without a number nobody waits for it
-    viewer.answer(Request('stop'), False, 'why')
+    viewer.answer(PageRequest('stop', id=7), True, 'done')
+    viewer.answer(PageRequest('stop'), True, 'done')    # without a number nobody waits for it
+    viewer.answer(PageRequest('stop'), False, 'why')
     viewer.answer(None, False, 'unreadable')
     assert messages == [
         {'type': 'answer', 'id': 7, 'ok': True, 'text': 'done'},
@@ -234,4 +234,4 @@ def test_any_text_gives_a_request_or_a_reason(text):
     except ValueError as problem:
         assert str(problem)
     else:
-        assert isinstance(request, Request) and request.kind in VALID and is_valid(request)
+        assert isinstance(request, PageRequest) and request.kind in VALID and is_valid(request)

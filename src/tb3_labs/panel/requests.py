@@ -36,7 +36,7 @@ MOST_DEGREES = 360.0
 PAD_AXES, PAD_BUTTONS = 8, 11
 
 
-class Pad(NamedTuple):
+class BrowserPad(NamedTuple):
     """The pad of a page: sticks from -1 to 1, forward and left positive; buttons pressed. A page
     sends no b: its B is a "stop"."""
 
@@ -66,12 +66,12 @@ class Pad(NamedTuple):
 class Held(NamedTuple):
     """The pad and the mouse pad that a person grips on a page; None if not gripped."""
 
-    pad: Optional[Pad] = None
+    pad: Optional[BrowserPad] = None
     mouse: Optional[Tuple[float, float]] = None
     is_first: bool = False         # is it the first message of this grip?
 
 
-class Request(NamedTuple):
+class PageRequest(NamedTuple):
     """One message of a page."""
 
     kind: str
@@ -99,7 +99,7 @@ class Viewer:
         """Send a message of this type."""
         self._send(json.dumps(dict(values, type=kind), allow_nan=False))
 
-    def answer(self, request: Optional[Request], fulfilled: bool, text: str) -> None:
+    def answer(self, request: Optional[PageRequest], fulfilled: bool, text: str) -> None:
         """Answer `request` by a text; `request` is None if it could not be read."""
         if request is not None and request.id is not None:
             self.send('answer', id=request.id, ok=fulfilled, text=text)
@@ -108,8 +108,8 @@ class Viewer:
             self.send('refused', text=text)
 
 
-def read_request(text: Union[str, bytes]) -> Request:
-    """Returns the Request in a message. Raises ``ValueError``, with the reason, if it is
+def read_request(text: Union[str, bytes]) -> PageRequest:
+    """Returns the PageRequest in a message. Raises ``ValueError``, with the reason, if it is
     invalid."""
     if len(text) > LONGEST_REQUEST:
         raise ValueError(f'a message of {len(text)} characters is refused: at most '
@@ -122,14 +122,14 @@ def read_request(text: Union[str, bytes]) -> Request:
     if message['type'] == 'stop':      # it is used, whatever stands beside it
         with suppress(ValueError):
             return _request(message, read)
-        return Request('stop')
+        return PageRequest('stop')
     return _request(message, read)
 
 
-def _request(message: Dict, read: Callable[[Dict], Any]) -> Request:
+def _request(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
     sent_at = 0.0 if message.get('t') is None else _number(message, 't', LATEST)
-    return Request(message['type'], read(message), _checked(message, 'id', int, None),
-                   _checked(message, 'stops', int, None), sent_at)
+    return PageRequest(message['type'], read(message), _checked(message, 'id', int, None),
+                       _checked(message, 'stops', int, None), sent_at)
 
 
 def _pose(message: Dict) -> TypedPose:
@@ -142,8 +142,8 @@ def _pose(message: Dict) -> TypedPose:
 def _held(message: Dict) -> Held:
     pad, mouse = _checked(message, 'pad', dict, None), _checked(message, 'mouse', list, None)
     if pad is not None:
-        pad = Pad(_number(pad, 'forward', 1.0), _number(pad, 'left', 1.0),
-                  *[_checked(pad, button, bool, False) for button in ('a', 'y', 'hold')])
+        pad = BrowserPad(_number(pad, 'forward', 1.0), _number(pad, 'left', 1.0),
+                         *[_checked(pad, button, bool, False) for button in ('a', 'y', 'hold')])
     if mouse is not None:
         if len(mouse) != 2:
             raise ValueError('mouse is not valid: [x, y], or null')

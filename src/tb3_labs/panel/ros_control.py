@@ -11,9 +11,9 @@ from std_msgs.msg import Bool, Float64
 
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.gamepad.pad import PadConfig
-from tb3_labs.panel.requests import Pad
+from tb3_labs.panel.requests import BrowserPad
 from tb3_labs.panel.ros_server import in_thread
-from tb3_labs.panel.ros_watch import Watch
+from tb3_labs.panel.ros_subscriptions import RobotSubscriptions
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.parameters import read_config
@@ -46,7 +46,7 @@ class PanelRobot:
         self._goal = publish('move_base_simple/goal', PoseStamped, queue_size=5)
         self._cmd_vel = publish('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         #: Hears the robot's topics.
-        self.watch = Watch(lambda: server.soon(self._stopped))
+        self.subscriptions = RobotSubscriptions(lambda: server.soon(self._stopped))
 
     # -- what a page sees
 
@@ -55,7 +55,8 @@ class PanelRobot:
         goal, joy = subscribers_of(self._goal), subscribers_of(self._joy) - {rospy.get_name()}
         # a node of the handout hears ctrl_relinq, but no goals
         control = subscribers_of(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
-        return dict(self.watch.ask(lambda view: view.picture(now)), stops=self.dead_man.stops,
+        return dict(self.subscriptions.read_view(lambda view: view.picture(now)),
+                    stops=self.dead_man.stops,
                     can={'goal': bool(goal), 'reset': bool(goal or control), 'pad': bool(joy),
                          'turn': bool(subscribers_of(self._turn)),
                          'mouse': bool(subscribers_of(self._mouse))},
@@ -65,10 +66,10 @@ class PanelRobot:
         """'ready', or why the pad of a page does not drive."""
         if not listeners:
             return 'the node gamepad does not run'
-        if self.watch.has_another_pad:
+        if self.subscriptions.has_another_pad:
             return 'another node publishes joy'
         # a node of the handout does not publish control_holder
-        holder = self.watch.ask(lambda view: view.latest('holder')) or 'gamepad'
+        holder = self.subscriptions.read_view(lambda view: view.latest('holder')) or 'gamepad'
         return {'gamepad': 'ready', 'move_to_goal': 'move_to_goal has control: B takes it'}.get(
             holder, 'connecting: hold still')
 
@@ -146,7 +147,7 @@ class PanelRobot:
             raise ValueError('no node listens on ' + what)
 
     def _refuse_beside_move_to_goal(self):
-        if self.watch.ask(lambda view: view.is_driving):
+        if self.subscriptions.read_view(lambda view: view.is_driving):
             raise ValueError('move_to_goal drives: take control first')
 
     # -- stops
@@ -154,7 +155,7 @@ class PanelRobot:
     def stop(self):
         """Stop the robot, whoever drives it."""
         self._control.publish(False)
-        self._send_pad(Pad(b=True))    # a gamepad of the handout hears no False of others
+        self._send_pad(BrowserPad(b=True))    # a gamepad of the handout hears no False of others
         self._send_mouse((0.0, 0.0))   # a mouse that is deactivated ends a turn, too
         self._release()
         self._cmd_vel.publish(Twist())    # for a robot that a simple node drives
@@ -185,7 +186,7 @@ class PanelRobot:
         if not (subscribers_of(self._control) | subscribers_of(self._cmd_vel)) - {rospy.get_name()}:
             page.answer(request, False, 'no node hears it')
             return
-        problem, answer = self.watch.ask(lambda view: (view.unstopped(since), (
+        problem, answer = self.subscriptions.read_view(lambda view: (view.unstopped(since), (
             'the robot stands' if view.latest('has_control') is None
             else 'control taken, the robot stands')))
         if not problem:
@@ -198,12 +199,12 @@ class PanelRobot:
     # -- messages
 
     def _release(self):
-        self._send_pad(Pad())
+        self._send_pad(BrowserPad())
         self._send_mouse(None)
 
     def _send_pad(self, pad, lateness=0.0):
         """Publish a `joy` as the package joy does; `lateness`: the delay of the page [s]."""
-        if self.watch.has_another_pad:
+        if self.subscriptions.has_another_pad:
             return    # the sticks of both would be treated as one pad's
         axes, buttons = pad.as_joy(self._pad_config)
         message = Joy(axes=axes, buttons=buttons)

@@ -92,7 +92,7 @@ class Pages:
         """Keep a line of /rosout. The lines of each node come in a thread of their own."""
         level = next((name for least, name in LOG_LEVELS if message.level >= least), None)
         if level is not None and message.name.startswith(rospy.get_namespace()):
-            self._robot.watch.ask(lambda view: view.on_log_line(message.msg))
+            self._robot.subscriptions.read_view(lambda view: view.on_log_line(message.msg))
             line = {'time': time.strftime('%H:%M:%S'), 'level': level, 'node': message.name,
                     'text': message.msg[:LONGEST_LINE]}
             self._server.soon(lambda: self._keep(line))

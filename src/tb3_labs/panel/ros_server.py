@@ -91,14 +91,14 @@ class Server:
             websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_WITHIN)
         # A body would be read before Access is asked. The page sends none, but tornado 5 takes 0
         # for no limit.
-        server = _Door(application, max_body_size=1, body_timeout=REQUEST_WITHIN,
-                       idle_connection_timeout=REQUEST_WITHIN)
+        server = _ConnectionLimit(application, max_body_size=1, body_timeout=REQUEST_WITHIN,
+                                  idle_connection_timeout=REQUEST_WITHIN)
         server.admitted = self._admitted
         server.add_sockets(self._sockets)
         self._loop.run_forever()
 
 
-class _Door(httpserver.HTTPServer):
+class _ConnectionLimit(httpserver.HTTPServer):
     """Keeps the number of open connections within its limits. A new one closes the oldest one that
     is not a page's: a browser sends its request at once. A page's connection is never closed for
     another; if there are only pages, the new one is closed."""
@@ -125,7 +125,7 @@ def in_thread(job):
     threading.Thread(target=guarded(job), name='job', daemon=True).start()
 
 
-class _Guarded:
+class _CheckedHandler:
     """Answers each request that Access refuses with one line, the reason."""
 
     def initialize(self, access, **options):
@@ -146,11 +146,11 @@ class _Guarded:
             self.finish(f'tb3_labs: {refusal}\n')
 
 
-class _File(_Guarded, web.StaticFileHandler):
+class _File(_CheckedHandler, web.StaticFileHandler):
     """Serves the files of the page, and no file outside of their folder."""
 
 
-class _Socket(_Guarded, websocket.WebSocketHandler):
+class _Socket(_CheckedHandler, websocket.WebSocketHandler):
     """The connection of one page."""
 
     def initialize(self, access, open_page, admit):

@@ -11,7 +11,7 @@ from sensor_msgs.msg import Imu, Joy
 from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
 
-from tb3_labs.panel.picture import RobotView
+from tb3_labs.panel.robot_view import RobotView
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame, to_odometry_sample, to_pose2, transform_to_pose2
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
@@ -31,7 +31,7 @@ def _pose(message):
     return to_pose2(message.pose)
 
 
-class Watch:
+class RobotSubscriptions:
     """Writes the messages on the robot's topics into a RobotView.
 
     `on_stop()` is called when another node stops the robot.
@@ -66,7 +66,7 @@ class Watch:
             subscribe(topic, *how, idle_for=lambda now, rest=rest: rest)
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
 
-    def ask(self, question):
+    def read_view(self, question):
         """Returns ``question(view)``, which may change the view; any thread may call this."""
         with self._lock:
             return question(self._view)
@@ -79,7 +79,7 @@ class Watch:
 
     def _write(self, store):
         """Returns a callback that calls ``store(view, value, now)``."""
-        return lambda value: self.ask(lambda view: store(view, value, steady_time()))
+        return lambda value: self.read_view(lambda view: store(view, value, steady_time()))
 
     def _hear(self, name):
         return self._write(lambda view, value, now: view.on_message(name, value, now))
@@ -97,7 +97,7 @@ class Watch:
             self._on_stop()
 
     def _on_control(self, granted):
-        had_control = self.ask(lambda view: view.latest('has_control'))
+        had_control = self.read_view(lambda view: view.latest('has_control'))
         self._hear('has_control')(granted)
         if had_control and not granted:
             self._on_stop()

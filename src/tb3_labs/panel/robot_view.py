@@ -65,7 +65,7 @@ class RobotView:
         self._latest: Dict[str, Any] = {}          # kind: value
         self._arrivals: Dict[str, float] = {}      # kind: its arrival
         self._commands: Dict[str, Tuple[float, float, float]] = {}   # sender: arrival, v, w
-        self._inside: Dict[str, Tuple[float, List[List[str]]]] = {}  # node: arrival, variables
+        self._variables: Dict[str, Tuple[float, List[List[str]]]] = {}  # node: arrival, variables
         self._computed: Optional[Pose2] = None     # the frame, for a node that publishes none
 
     # -- input
@@ -96,10 +96,10 @@ class RobotView:
 
     def on_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
         """Store the variables (name, text) of a node."""
-        self._inside = {each: received for each, received in self._inside.items()
-                        if each != node and now - received[0] <= STALE}
-        if len(self._inside) < MOST_NODES:
-            self._inside[node[:LONGEST_TEXT]] = now, [
+        self._variables = {each: received for each, received in self._variables.items()
+                           if each != node and now - received[0] <= STALE}
+        if len(self._variables) < MOST_NODES:
+            self._variables[node[:LONGEST_TEXT]] = now, [
                 [name[:LONGEST_TEXT], text[:LONGEST_TEXT]]
                 for name, text in islice(values, MOST_VARIABLES)]
 
@@ -170,7 +170,8 @@ class RobotView:
             'heading_deg': heading and _rounded(round(math.degrees(heading) % 360.0, 1) % 360.0),
             'ages': {source: self._silence(source, now) for source in ('imu', 'odom')},
             'inside': [{'node': node, 'values': values}
-                       for node, (at, values) in sorted(self._inside.items()) if now - at <= STALE]}
+                       for node, (at, values) in sorted(self._variables.items())
+                       if now - at <= STALE]}
 
     def _silence(self, kind: str, now: float) -> Optional[float]:
         if kind not in self._arrivals:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tb3_labs.control.goal_state import (
     GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, with_reason)
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.panel.picture import RobotView
+from tb3_labs.panel.robot_view import RobotView
 from tb3_labs.robot.samples import OdometrySample
 
 HALF_PI = math.pi / 2.0
