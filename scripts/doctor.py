@@ -20,7 +20,7 @@ except ImportError:
     sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir, 'src'))
 
 from tb3_labs.command_line import Parser    # noqa: E402
-from tb3_labs.doctor.examination import examine    # noqa: E402
+from tb3_labs.doctor.checks import examine    # noqa: E402
 from tb3_labs.doctor import printed, summary    # noqa: E402
 from tb3_labs.terminal import run_tool    # noqa: E402
 

@@ -13,10 +13,10 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Header
 
-from tb3_labs.doctor import computer, examination
+from tb3_labs.doctor import checks, computer
 from tb3_labs.doctor.computer import (
     Address, judge_address, judge_nat, judge_python, outgoing_address, own_addresses)
-from tb3_labs.doctor.examination import examine
+from tb3_labs.doctor.checks import examine
 from tb3_labs.doctor.graph import (
     PROBLEMS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
     judge_robot, judge_types)
@@ -426,7 +426,7 @@ def test_an_address_of_the_master_without_http_is_the_only_fault(monkeypatch):
 
 def test_without_a_master_the_way_there_is_judged(monkeypatch):
     monkeypatch.setenv('ROS_MASTER_URI', 'http://localhost:1')
-    monkeypatch.setattr(examination, 'nat_kind', lambda: 'WSL')
+    monkeypatch.setattr(checks, 'nat_kind', lambda: 'WSL')
     monkeypatch.setattr(computer, 'outgoing_address', lambda _: '172.20.0.5')
     lines = {line.subject: line for line in examine('/')}
     check(lines['NAT'], OK, 'good for the simulated robot alone')

@@ -1,7 +1,7 @@
 """What is wrong with this computer, its network or a robot? Each finding is a line.
 
 A function ``judge_*`` turns numbers and names into one Line: its severity, the reason, and what to
-do. `examination` measures, and calls these functions in order.
+do. `checks` measures, and calls these functions in order.
 
 At first the doctor needs neither rospy nor a node of its own: a question is an XML-RPC call that
 only reads. After the line `Way back` it listens to the robot, as an ordinary node that publishes

@@ -49,7 +49,7 @@ def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> L
 
 # Addresses --------------------------------------------------------------------------------------
 
-def shown(value: str) -> str:
+def quoted(value: str) -> str:
     """A value of the environment; in quotes if blanks are in it, which nobody would see."""
     return repr(value) if len(value.split()) != 1 or value != value.strip() else value
 
@@ -141,9 +141,9 @@ def judge_address(here: Address) -> Line:
             unset, here.hostname), here.advice)
     known = here.resolved in ('', here.advertised) or is_loopback(here.resolved)
     source = 'ROS_{}={}{}{}'.format(
-        'HOSTNAME' if here.ros_hostname else 'IP', shown(here.advertised),
+        'HOSTNAME' if here.ros_hostname else 'IP', quoted(here.advertised),
         '' if known else ' ({})'.format(here.resolved),
-        ' (it goes before ROS_IP={})'.format(shown(here.ros_ip))
+        ' (it goes before ROS_IP={})'.format(quoted(here.ros_ip))
         if here.ros_hostname and here.ros_ip else '')
     if not here.resolved:
         return fault('Address', source + ' does not resolve, not even here', here.advice)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Collection, Iterator, Mapping
 
 from tb3_labs.doctor import Line, fault, ok, warning
-from tb3_labs.doctor.computer import Address, is_loopback, resolved, shown
+from tb3_labs.doctor.computer import Address, is_loopback, quoted, resolved
 
 #: The name under which the doctor asks; it is registered nowhere.
 CALLER = f'/doctor_{os.getpid()}'
@@ -84,7 +84,7 @@ def peers_of(master, nodes):
 
 def judge_master(master: Peer) -> Line:
     """Does a master answer?"""
-    where = shown(master.uri) if master.uri else '(empty)'
+    where = quoted(master.uri) if master.uri else '(empty)'
     if master.address and master.address not in where:
         where += f' ({master.address})'
     if not master.problem:
