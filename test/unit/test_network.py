@@ -7,7 +7,7 @@ from operator import itemgetter
 
 import pytest
 
-from tb3_labs.simulation.network import Interruptions, Link
+from tb3_labs.simulation.network import Interruptions, NetworkLink
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 SPARSE = [float(k) for k in range(20000)]           # no message waits for an earlier one [s]
@@ -16,7 +16,7 @@ STALLING = SimulatorConfig(stalls_per_min=20.0, longest_stall=0.3)
 
 
 def link_of(settings, direction='sensor', seed=1):
-    link = Link(direction, seed)
+    link = NetworkLink(direction, seed)
     link.configure(settings, 0.0)
     return link
 

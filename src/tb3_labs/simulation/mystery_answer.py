@@ -93,13 +93,14 @@ def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, 
     off = abs(difference_degrees(value, truth) if meaning.unit == 'deg' else value - truth)
     given, by = _given(hidden, value), _given(hidden, off)
     if off <= meaning.tolerance + ROUNDING:
-        return True, (f'Right: mystery {number} is {hidden.name!r}, {shown(hidden, truth)}. Your '
+        return True, (f'Right: mystery {number} is {hidden.name!r}, {with_unit(hidden, truth)}. '
+                      f'Your '
                       f'{given} is off by {by}.')
     return False, (f'The fault is right, its value is not: {given} is off by {by}; right is within '
                    f'{_given(hidden, meaning.tolerance)}. The value is {meaning.value}.')
 
 
-def shown(fault: Fault, value: float) -> str:
+def with_unit(fault: Fault, value: float) -> str:
     """A value as it was drawn, with its unit; a signed value shows its +, too."""
     sign = '+' if fault.signed else ''
     return f'{value:{sign}.{fault.digits}f} {MEANINGS[fault.name].unit}'

@@ -4,7 +4,7 @@ import re
 from itertools import chain
 from typing import List, Sequence
 
-from tb3_labs.simulation.mystery_answer import MEANINGS, shown
+from tb3_labs.simulation.mystery_answer import MEANINGS, with_unit
 from tb3_labs.simulation.mystery_robot import draw
 
 
@@ -16,7 +16,7 @@ def key(words: Sequence[str]) -> List[str]:
         raise ValueError('which key? A number such as 7, or a range such as 1-12')
     for number in chain.from_iterable(map(_range, words)):
         fault, value, _ = draw(number)
-        lines.append(f'{number:6}  {fault.name:15}  {shown(fault, value)} '
+        lines.append(f'{number:6}  {fault.name:15}  {with_unit(fault, value)} '
                      f'(within {MEANINGS[fault.name].tolerance:g})')
     return lines
 

@@ -8,7 +8,7 @@ same stalls.
 
 Stalls begin at random (a Poisson process). A stall does not begin within another one, so a stall is
 not longer than `longest_stall`. Everything random comes from the seed, by separate generators, and
-does not depend on how often :meth:`Link.pop` is called.
+does not depend on how often :meth:`NetworkLink.pop` is called.
 
 Units: seconds. Edge cases: a message due at the very end of a stall is not delayed by it; a change
 of delay or jitter does not change messages under way; a change of the stalls ends the present
@@ -67,7 +67,7 @@ class Interruptions:
         return self._end if moment >= self._start else moment
 
 
-class Link:
+class NetworkLink:
     """One direction of the network, 'sensor' or 'command'. Messages arrive in their order."""
 
     def __init__(self, direction: str, seed: int) -> None:

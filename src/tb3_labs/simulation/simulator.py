@@ -24,7 +24,7 @@ from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
 from tb3_labs.simulation.body import RAW_BIAS, Body
 from tb3_labs.simulation.firmware import RESET_COMMAND, Board, motor_speeds
-from tb3_labs.simulation.network import Link
+from tb3_labs.simulation.network import NetworkLink
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
@@ -47,8 +47,8 @@ class Simulator:
         #: Time since the start [s].
         self.now = 0.0
         self._control_rhythm = Rhythm(CONTROL_RATE)
-        self._command_link = Link('command', config.seed)
-        self._sensor_link = Link('sensor', config.seed)
+        self._command_link = NetworkLink('command', config.seed)
+        self._sensor_link = NetworkLink('sensor', config.seed)
         self._board = Board()
         self._obeyed = 0.0, 0.0     # (forward speed, rate of turn) that the motors follow
         self._apply(config)
