@@ -12,8 +12,8 @@ from tb3_labs.handout import MAX_SPEED
 from tb3_labs.marking.trial.from_bag import with_stimuli
 from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
 from tb3_labs.report.run_data import Variables
-from tb3_labs.watch.chain import Inside, first_broken
-from tb3_labs.watch.labs import CHAINS
+from tb3_labs.watch.broken_link import NodeRun, first_broken
+from tb3_labs.watch.chains import CHAINS
 from tb3_labs.watch.drive_pose import APART, places, wrong_pose
 from tb3_labs.watch.quantities import RECENT
 
@@ -97,7 +97,7 @@ WRONG = {
 
 
 def broken(run, **more):
-    found = first_broken(Inside(run), CHAINS['move2goal'], **more)
+    found = first_broken(NodeRun(run), CHAINS['move2goal'], **more)
     return None if found is None else found[1]
 
 
@@ -144,7 +144,7 @@ def changed(run, name, value_at):
 
 def test_a_place_that_comes_late():
     run = played()
-    _, x = next(places(Inside(run)))
+    _, x = next(places(NodeRun(run)))
     late = changed(run, 'local_x', lambda time: x.value.real[
         (np.searchsorted(x.time, time - 2.0) - 1).clip(0)])
     assert 'local_x came up to 2.0 s late' in broken(late).words
@@ -160,12 +160,12 @@ def test_a_place_is_identified_as_what_it_follows_or_as_one_that_is_equal_on_thi
         RUNS[robot] = played(pose=robot[0], offset=robot[1])
     run, rows = RUNS[robot], RUNS[robot].variables
     run = replace(run, variables=rows.take([not name.startswith('initial') for name in rows.name]))
-    table = [each for _, each in places(Inside(run))]
+    table = [each for _, each in places(NodeRun(run))]
     quantity = table[k]
     for name, value in (('local_x', quantity.value.real), ('local_y', quantity.value.imag)):
         run = changed(run, name, lambda time: value[
             (np.searchsorted(quantity.time, time) - 1).clip(0)])  # noqa: B023
-    found = wrong_pose(Inside(run))
+    found = wrong_pose(NodeRun(run))
     right = table[0]
     if found is None:
         assert np.quantile(np.abs(quantity.value - right.value), 0.5) < 2.0 * APART

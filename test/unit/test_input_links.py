@@ -10,8 +10,8 @@ from hypothesis import strategies as some
 from made_run import made
 
 from tb3_labs.report.run_data import MouseSamples, Orientations, PadSamples, States, Twists, Values, Variables
-from tb3_labs.watch.chain import Inside, first_broken
-from tb3_labs.watch.labs import CHAINS
+from tb3_labs.watch.broken_link import NodeRun, first_broken
+from tb3_labs.watch.chains import CHAINS
 
 #: Messages of a device come every EVERY [s]; a node answers within ANSWER [s].
 EVERY, ANSWER = 0.05, 0.004
@@ -54,26 +54,26 @@ def pad_run(react=right, played=PLAYED):
             calls += [(at + ANSWER, '{"kind": "call"}')] if node.pop('call', False) else []
             own += [(at + 0.03, 'gamepad', 'has_control' if name == 'mine' else name, str(value))
                     for name, value in node.items()]
-    return Inside(made(
+    return NodeRun(made(
         duration=float(len(played)), pad=samples(PadSamples, heard), commands=samples(Twists, sent),
         control=samples(Values, control), events=samples(States, calls[:2]), variables=samples(Variables, own),
         states=samples(States, [(float(k), name) for k, (name, _, _) in enumerate(played)])))
 
 
-def told(inside, lab='gamepad', weak=True):
-    found = first_broken(inside, CHAINS[lab], ['mouse'] if lab == 'turn' else None, weak)
+def told(node_run, lab='gamepad', weak=True):
+    found = first_broken(node_run, CHAINS[lab], ['mouse'] if lab == 'turn' else None, weak)
     return found and found[1].words
 
 
 def test_a_run_without_a_device_breaks_no_link():
     sent = Twists(*(np.arange(30.0) for _ in range(8)))
     for links in 'gamepad', 'turn', 'imu':
-        assert told(Inside(made(commands=sent)), links) is None
+        assert told(NodeRun(made(commands=sent)), links) is None
 
 
 def test_of_a_pad_that_is_not_known_another_axis_is_weak():
-    inside = pad_run(driving(lambda axes: (0.22 * axes[0], 2.84 * axes[2])), [('', *each[1:]) for each in PLAYED])
-    assert told(inside, weak=False) is None and 'linear.x follows 0.22 times axis 0' in told(inside)
+    node_run = pad_run(driving(lambda axes: (0.22 * axes[0], 2.84 * axes[2])), [('', *each[1:]) for each in PLAYED])
+    assert told(node_run, weak=False) is None and 'linear.x follows 0.22 times axis 0' in told(node_run)
 
 
 def driving(command):
@@ -130,10 +130,10 @@ def forgets_b(axes, buttons, node):
     (forgets_b, 'with axis 1 at 1 nothing came on cmd_vel for 1.0 s; has_control was False', False)])
 def test_the_first_link_of_a_pad_that_breaks_is_named(react, said, is_weak):
     """It is weak if the robot moves to the right side, and not faster."""
-    inside = pad_run(react)
-    found = told(inside)
+    node_run = pad_run(react)
+    found = told(node_run)
     assert found is None if said is None else said in found
-    assert (told(inside, weak=False) is None) == is_weak
+    assert (told(node_run, weak=False) is None) == is_weak
 
 
 def test_the_axes_are_those_of_the_pad_that_was_played():
@@ -168,7 +168,7 @@ def mouse_run(react, up):
     heard = [(at, *place) for k, place in enumerate(places) for at in np.arange(k, k + 1.0 - 1e-9, EVERY)]
     sent = [(at + ANSWER, *command, 0.0, 0.0, 0.0, 0.0) for at, *place in heard
             for command in [react(*place)] if command is not None]
-    return Inside(made(
+    return NodeRun(made(
         duration=8.0, mouse=samples(MouseSamples, heard), commands=samples(Twists, sent),
         events=samples(States, [(0.0, json.dumps({'kind': 'mouse client', 'up': up}))])))
 
@@ -199,7 +199,7 @@ def test_commands_of_the_mouse_in_a_turn_are_told(zeros, said):
     """The turn is commanded from 1.0 s; turning is True until 3.3 s; the mouse is in its middle."""
     sent = sorted([(at, 0.0, 1.5) for at in np.arange(1.0, 3.0, 0.1)] + [(at, 0.0, 0.0) for at in zeros])
     times = np.arange(0.0, 4.0, EVERY)
-    found = told(Inside(made(
+    found = told(NodeRun(made(
         duration=4.0, commands=samples(Twists, [(*row, 0.0, 0.0, 0.0, 0.0) for row in sent]),
         mouse=samples(MouseSamples, [(at, 0.0, 0.0, 1.0) for at in times]), variables=samples(Variables, [
             (at, 'controller', 'turning', str(1.0 <= at < 3.3)) for at in times]))), 'turn')
@@ -217,7 +217,7 @@ def printed_run(number, late=0):
     imu = Orientations(time, time, np.radians(yaw), 0.0 * time, *quaternion)
     lines = [(time[k] + 0.002, 'Current heading is {:f} degrees.\n'.format(
         number(yaw[k - late], roll[k - late]))) for k in range(late, len(time), 10)]
-    return Inside(made(duration=12.0, imu=imu, printed=samples(States, lines)))
+    return NodeRun(made(duration=12.0, imu=imu, printed=samples(States, lines)))
 
 
 @pytest.mark.parametrize('number, late, said', [

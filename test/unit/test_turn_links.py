@@ -8,8 +8,8 @@ from hypothesis import strategies as some
 from made_run import made, values
 
 from tb3_labs.report.run_data import Orientations, Twists, Variables
-from tb3_labs.watch.chain import Inside, first_broken, is_heading, sentence
-from tb3_labs.watch.labs import CHAINS
+from tb3_labs.watch.broken_link import NodeRun, first_broken, is_heading, sentence
+from tb3_labs.watch.chains import CHAINS
 from tb3_labs.watch.quantities import Quantity, followed, headings
 from tb3_labs.watch.variables import Series, find
 
@@ -19,7 +19,7 @@ EVERY, TICK, CALLBACK, READING = 6.0, 0.01, 10, 5
 LETTERS = 'lrrllr'
 
 
-class Node:
+class HandoutNode:
     """The handout's node; a wrong one has another method."""
 
     def __init__(self):
@@ -92,15 +92,15 @@ def played(node):
 
 def told(run):
     """The sentence on the first broken link; '' if there is none."""
-    found = first_broken(Inside(run), CHAINS['turn'])
+    found = first_broken(NodeRun(run), CHAINS['turn'])
     return '' if found is None else sentence(found[1], {'goal_yaw': [7, 9]})
 
 
 def test_a_right_node_is_not_accused():
-    assert told(played(Node())) == ''
+    assert told(played(HandoutNode())) == ''
 
 
-class Continuous(Node):
+class Continuous(HandoutNode):
     """It goes on over whole turns, and wraps the error alone."""
 
     def heading(self, yaw):
@@ -110,7 +110,7 @@ class Continuous(Node):
         return self.curr_yaw + (90.0 if letter == 'l' else -90.0)
 
 
-class Radians(Node):
+class Radians(HandoutNode):
     """All of it in radians."""
 
     def heading(self, yaw):
@@ -160,18 +160,18 @@ WRONG = {
 @pytest.mark.parametrize('method, wrong, words', [
     (method, wrong, words) for method, each in WRONG.items() for wrong, words in each])
 def test_the_first_broken_link_is_told_by_its_numbers(method, wrong, words):
-    node = type('Wrong', (Node,), {method: wrong})()
+    node = type('Wrong', (HandoutNode,), {method: wrong})()
     node.curr_yaw = node.heading(40.0)
     assert words.lower() in told(played(node)).lower()
 
 
 def test_the_lines_that_assign_the_variable_are_told():
-    wrong = type('Wrong', (Node,), {'goal': lambda self, letter: 0.0})
+    wrong = type('Wrong', (HandoutNode,), {'goal': lambda self, letter: 0.0})
     assert told(played(wrong())).endswith(' (goal_yaw is assigned in lines 7, 9).')
 
 
 def test_zeros_from_elsewhere_and_rare_commands_are_told():
-    run = played(Node())
+    run = played(HandoutNode())
     sent = run.commands
     zeros = Twists(*(0.0 * getattr(sent, name) + (sent.arrival + 0.05) * (name in ('arrival', 'time'))
                      for name in ('arrival', 'time', 'linear', 'angular', 'sideways', 'upward', 'rolling',

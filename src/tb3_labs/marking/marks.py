@@ -25,8 +25,8 @@ from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.evidence import (
     faults_in, remarks_on, tracebacks_before_the_end, untold)
 from tb3_labs.marking.trial.observation import LONGEST, Observation
-from tb3_labs.watch import labs
-from tb3_labs.watch.chain import Broken, Inside, Link, first_broken, sentence
+from tb3_labs.watch import chains
+from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, first_broken, sentence
 
 #: At most this many remarks and as many findings are written for one student.
 MOST_SENTENCES = 100
@@ -104,7 +104,7 @@ class Marks:
     verdicts: List[Verdict] = field(default_factory=list)
     observation: Optional[Observation] = None  # None: nothing could be observed
     decision: Optional[Decision] = None
-    link: Optional[Tuple[Link, Broken]] = None      # the first broken one, if it lost points
+    link: Optional[Tuple[Link, BrokenLink]] = None    # the first broken one, if it lost points
 
     @property
     def is_known(self) -> bool:
@@ -199,7 +199,7 @@ def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mappi
         if not marks.is_full:
             marks.link = _broken_link(seen, marks.graded)
         elif seen.run is not None:
-            marks.remarks += labs.remarks(seen.run, lab)
+            marks.remarks += chains.remarks(seen.run, lab)
     except Exception as problem:        # a node's variables may hold anything
         marks.findings = marks.findings + ['The marker could not look inside the node ({}: {}).'
                                            .format(type(problem).__name__, problem)]
@@ -213,14 +213,15 @@ def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mappi
     return marks
 
 
-def _broken_link(seen: Observation, verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, Broken]]:
+def _broken_link(seen: Observation,
+                 verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
     """The first broken link in the parts of the lab that lost points; None if it is not known. An
     exception, or a sensor's topic that nobody publishes, is the mistake itself."""
     if seen.run is None or seen.deaf or seen.odd or tracebacks_before_the_end(seen):
         return None
     missed = {verdict.criterion.part for verdict in verdicts
               if verdict.outcome is not Outcome.MET}
-    return first_broken(Inside(seen.run), labs.CHAINS[seen.lab], missed)
+    return first_broken(NodeRun(seen.run), chains.CHAINS[seen.lab], missed)
 
 
 def _cleaned(sentences: Sequence[str]) -> List[str]:

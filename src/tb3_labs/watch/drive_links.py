@@ -10,7 +10,7 @@ from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_X, GOAL_Y,
     GOAL_YAW_DEG, MAX_SPEED, STATES)
-from tb3_labs.watch.chain import Broken, Inside, other_fields, stays
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, other_fields, stays
 from tb3_labs.watch.drive_pose import (
     APART, LATE, MOST, SOON, USED, frames, steered, unit_of)
 from tb3_labs.watch.variables import short
@@ -23,52 +23,52 @@ GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians(GOAL_YA
 PAUSE = 0.45
 
 
-def given(inside: Inside) -> List[Tuple[float, float, float]]:
+def given(node_run: NodeRun) -> List[Tuple[float, float, float]]:
     """(begin, end, value) of each message on ctrl_relinq."""
-    control = inside.run.control
-    return list(zip(control.arrival, np.append(control.arrival[1:], inside.run.duration),
+    control = node_run.run.control
+    return list(zip(control.arrival, np.append(control.arrival[1:], node_run.run.duration),
                     control.value))
 
 
-def wrong_control(inside: Inside) -> Optional[Broken]:
+def wrong_control(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does has_control follow ctrl_relinq?"""
-    series = inside.find('has_control')
-    for begin, end, value in given(inside):
+    series = node_run.find('has_control')
+    for begin, end, value in given(node_run):
         if series is None:
             return None
         part = series.between(begin + LATE, end)
         if (np.abs(part.value - value) == 1.0).sum() > max(4, len(part.value) / 2):
-            return Broken('{:.1f} s after a {} on ctrl_relinq {} was {}'.format(
+            return BrokenLink('{:.1f} s after a {} on ctrl_relinq {} was {}'.format(
                 part.time[-1] - begin, bool(value), series.name, part.text[-1]),
-                float(part.time[0]), series.name)
+                    float(part.time[0]), series.name)
     return None
 
 
-def state_kept(inside: Inside) -> Optional[Broken]:
+def state_kept(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is the state set back by a reset?"""
-    series = inside.find('state')
-    for frame in inside.known(frames):
+    series = node_run.find('state')
+    for frame in node_run.known(frames):
         if series is None:
             return None
         part = series.between(frame.begin + LATE, frame.end)
         if frame.is_reset and len(part.text) and (
                 series.text_at(frame.begin - SOON) == part.text[0] in STATES[1:]) and (
-                own_pose(inside, part.time[:1]).left(STATES[0]) > TOLERANCES[STATES[0]] + APART):
-            return Broken('{}{} stayed {}; it should be {}'.format(
+                own_pose(node_run, part.time[:1]).left(STATES[0]) > TOLERANCES[STATES[0]] + APART):
+            return BrokenLink('{}{} stayed {}; it should be {}'.format(
                 frame.words, series.name, part.text[0], STATES[0]), frame.begin, series.name)
     return None
 
 
-def wrong_goal(inside: Inside) -> Optional[Broken]:
+def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is the own goal the one that was asked for? A yaw may be in degrees."""
-    goals = inside.run.goals
+    goals = node_run.run.goals
     for name, requested in zip(GOAL, (goals.x, goals.y, goals.yaw)) if len(goals) else ():
-        series = inside.find(name)
+        series = node_run.find(name)
         rights = [requested[0], np.degrees(requested[0]) if 'yaw' in name else requested[0]]
         if series is not None and stays(series) and np.abs(series.value[-1] - rights).min() > 1e-3:
-            return Broken('{} is {}; it should be {:g}'.format(
+            return BrokenLink('{} is {}; it should be {:g}'.format(
                 series.name, short(series.text[-1]), requested[0]), float(series.time[0]),
-                          series.name)
+                              series.name)
     return None
 
 
@@ -88,13 +88,13 @@ class Pose(NamedTuple):
         return np.abs(wrap_all(target - self.yaw))
 
 
-def own_pose(inside: Inside, time: np.ndarray) -> Pose:
+def own_pose(node_run: NodeRun, time: np.ndarray) -> Pose:
     """The Pose at each time."""
     yaw, x, y, goal_x, goal_y, goal = (
         np.full(len(time), GOAL.get(name, np.nan)) if series is None else
         np.interp(time, series.time, series.value)
-        for name in (*USED, *GOAL) for series in [inside.find(name)])
-    series = inside.find('local_yaw')
+        for name in (*USED, *GOAL) for series in [node_run.find(name)])
+    series = node_run.find('local_yaw')
     unit = 1.0 if series is None else unit_of(series)
     return Pose(goal_x - x + 1j * (goal_y - y), yaw * unit, goal * unit)
 
@@ -113,17 +113,17 @@ class Part(NamedTuple):
     pose: Pose
 
 
-def parts(inside: Inside) -> List[Part]:
+def parts(node_run: NodeRun) -> List[Part]:
     """The Parts of a run, in their order; [] without the handout's variables."""
-    series, found, sent = inside.find('state'), [], inside.run.commands
+    series, found, sent = node_run.find('state'), [], node_run.run.commands
     if series is None or not set(series.text) & set(STATES):
         return []
-    cuts = [*(each.begin for each in inside.known(frames)), *inside.run.control.arrival]
+    cuts = [*(each.begin for each in node_run.known(frames)), *node_run.run.control.arrival]
     gaps = series.time[1:][np.diff(series.time) > 4.0 * SOON]
-    edges = np.unique([*series.changes, *cuts, *gaps, inside.run.duration])
+    edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])
     for begin, end in zip(edges[:-1], edges[1:]):
-        part = steered(inside, series.between(begin, end), 0.0)
-        pose = own_pose(inside, part.time)
+        part = steered(node_run, series.between(begin, end), 0.0)
+        pose = own_pose(node_run, part.time)
         if not len(part.time) or np.isnan(pose.left(STATES[0])).all():
             continue
         is_change = end in series.changes and end not in gaps and (
@@ -133,11 +133,11 @@ def parts(inside: Inside) -> List[Part]:
             str(part.text[-1]), part.time[0], part.time[-1],
             series.text_at(end) if is_change else '',
             sent.arrival[at], sent.linear[at], sent.angular[at],
-            own_pose(inside, sent.arrival[at])))
+            own_pose(node_run, sent.arrival[at])))
     return found
 
 
-def forms(part: Part, inside: Inside) -> Iterator[Tuple[str, np.ndarray]]:
+def forms(part: Part, node_run: NodeRun) -> Iterator[Tuple[str, np.ndarray]]:
     """(words, angle) of what a node may take for the heading error; the first is right."""
     dx, dy = part.pose.away.real, part.pose.away.imag
     targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', part.pose.goal)]
@@ -146,7 +146,7 @@ def forms(part: Part, inside: Inside) -> Iterator[Tuple[str, np.ndarray]]:
         ('atan(dy / dx)', np.arctan(dy / dx)), ('0', 0.0 * dx)]
     heard = [('the yaw of the ' + name, samples.yaw[(np.searchsorted(
         samples.arrival, part.time) - 1).clip(0)]) for name, samples in (
-            ('IMU', inside.run.imu), ('odometry', inside.run.odometry))]
+            ('IMU', node_run.run.imu), ('odometry', node_run.run.odometry))]
     yaw = part.pose.yaw
     own = [('local_yaw', yaw), *heard, ('0', 0.0 * yaw), ('-local_yaw', -yaw),
            ('local_yaw in degrees', np.degrees(yaw))]
@@ -155,11 +155,11 @@ def forms(part: Part, inside: Inside) -> Iterator[Tuple[str, np.ndarray]]:
             yield f'{target} - {heading}{more}', value
 
 
-def law(inside: Inside, part: Part) -> Tuple[str, float]:
+def law(node_run: NodeRun, part: Part) -> Tuple[str, float]:
     """(words, gain) of the heading error that the commands of a rotation follow, if possible
     with the handout's gain; '': of none."""
     requested, found = GAINS[part.state], [('', GAINS[part.state])]
-    for words, value in forms(part, inside):
+    for words, value in forms(part, node_run):
         inner = (part.angular != 0.0) & ((np.abs(value) < 3.0) | ('not' in words)) & (value != 0.0)
         command, value = part.angular[inner], value[inner]      # where it jumps, both are right
         if len(value) < 5:
@@ -173,58 +173,62 @@ def law(inside: Inside, part: Part) -> Tuple[str, float]:
     return min(found[1:] or found, key=lambda each: abs(each[1]) != requested)
 
 
-def wrong_law(inside: Inside) -> Optional[Broken]:
+def wrong_law(node_run: NodeRun) -> Optional[BrokenLink]:
     """In each state: have the commands the side and the size of the law, and does it end at its
     tolerance, with the next one?"""
-    return next(filter(None, (check(inside, part) for part in inside.known(parts)
+    return next(filter(None, (check(node_run, part) for part in node_run.known(parts)
                               for check in (wrong_command, wrong_end))), None)
 
 
-def wrong_command(inside: Inside, part: Part) -> Optional[Broken]:
+def wrong_command(node_run: NodeRun, part: Part) -> Optional[BrokenLink]:
     """Is a command of a state wrong?"""
     if part.state not in TOLERANCES or part.end - part.begin < 1.0:
         return None
     name = 'linear.x' if part.state == STATES[1] else 'angular.z'
-    said = f'in {part.state} {name} was '
+    text = f'in {part.state} {name} was '
     if not len(part.time):
-        return Broken('in {} no command came for {:.1f} s'.format(
+        return BrokenLink('in {} no command came for {:.1f} s'.format(
             part.state, part.end - part.begin), part.begin)
     if part.state == STATES[1]:
         speed = float(np.median(part.linear))
-        return None if 0.0 < speed <= MAX_SPEED + 0.01 else Broken(
-            said + '{:.2f}, by the handout it is {:g}{}'.format(
-                speed, DRIVE_SPEED, '' if speed else inside.known(other_fields)), part.begin, name)
-    (words, gain), (right, left) = law(inside, part), next(forms(part, inside))
+        return None if 0.0 < speed <= MAX_SPEED + 0.01 else BrokenLink(
+            text + '{:.2f}, by the handout it is {:g}{}'.format(
+                speed, DRIVE_SPEED, '' if speed else node_run.known(other_fields)), part.begin,
+            name)
+    (words, gain), (right, left) = law(node_run, part), next(forms(part, node_run))
     if words and (words != right or gain < 0.0):
-        return Broken(said + '{:.2g} x ({}); by the handout it is {:g} x ({})'.format(
+        return BrokenLink(text + '{:.2g} x ({}); by the handout it is {:g} x ({})'.format(
             gain, words, GAINS[part.state], right), part.begin, name)
     wrong = np.flatnonzero((np.abs(left) > 2.0 * TOLERANCES[part.state]) & (np.abs(left) < 3.0) & (
         part.angular * left < (0.0 if part.angular.any() else 1e-9)))
-    return None if len(wrong) < 3 else Broken(said + '{:+.2f} for an error of {:+.2f} rad{}'.format(
-        part.angular[wrong[0]], left[wrong[0]], '' if part.angular.any()
-        else inside.known(other_fields)), part.time[wrong[0]], name)
+    return None if len(wrong) < 3 else BrokenLink(text
+                                                  + '{:+.2f} for an error of {:+.2f} rad{}'.format(
+                                                      part.angular[wrong[0]], left[wrong[0]],
+                                                      '' if part.angular.any()
+                                                      else node_run.known(other_fields)),
+                                                  part.time[wrong[0]], name)
 
 
-def wrong_end(inside: Inside, part: Part) -> Optional[Broken]:
+def wrong_end(node_run: NodeRun, part: Part) -> Optional[BrokenLink]:
     """Does a state end at its tolerance, and is the next one the handout's?"""
     if part.state not in TOLERANCES:
-        return None if part.state in STATES else Broken(
+        return None if part.state in STATES else BrokenLink(
             f"state became {part.state}, which is none of {', '.join(STATES)}",
             part.begin, 'state')
     at = np.append(np.arange(part.begin, part.end, 0.05), part.end)
-    pose = own_pose(inside, at)
+    pose = own_pose(node_run, at)
     passed = STATES[STATES.index(part.state):STATES.index(part.after)] \
         if part.after in STATES else ()
     for state in passed:
         if pose.left(state)[-1] > TOLERANCES[state] + APART:
-            return Broken('state went from {} to {} at {}'.format(
+            return BrokenLink('state went from {} to {} at {}'.format(
                 part.state, part.after, left_words(state, pose.left(state)[-1])), part.end, 'state')
     left, tolerance = pose.left(part.state), TOLERANCES[part.state]
     near = np.flatnonzero(left < tolerance)
     if not part.after and len(near) and part.end - at[near[0]] > 1.0 and (
             left[near[0]:].max() > tolerance + APART
             or not part.angular[part.time > at[near[0]] + LATE].any()):
-        return Broken('state stayed {} at {}'.format(
+        return BrokenLink('state stayed {} at {}'.format(
             part.state, left_words(part.state, left[near[-1]])), float(at[near[-1]]), 'state')
     return None
 
@@ -236,42 +240,44 @@ def left_words(state: str, left: float) -> str:
         TOLERANCES[state])
 
 
-def not_silent(inside: Inside) -> Optional[Broken]:
+def not_silent(node_run: NodeRun) -> Optional[BrokenLink]:
     """At the goal, and as soon as control is taken: is a zero the last command?"""
-    sent = inside.run.commands
+    sent = node_run.run.commands
     moving = (sent.linear != 0.0) | (sent.angular != 0.0)
     ends = [(part.begin, part.end, 'state became ' + STATES[3], moving | True)
-            for part in inside.known(parts) if part.state == STATES[3]]
+            for part in node_run.known(parts) if part.state == STATES[3]]
     ends += [(begin, end, 'ctrl_relinq became False', moving)
-             for begin, end, value in given(inside) if not value and end > begin + LATE]
+             for begin, end, value in given(node_run) if not value and end > begin + LATE]
     for begin, end, words, counted in sorted(ends, key=lambda each: each[0]):
         last = np.flatnonzero((sent.arrival > begin - 1.0) & (sent.arrival < begin + LATE))
         late = np.flatnonzero((sent.arrival > begin + LATE) & (sent.arrival < end) & counted)
         if len(late) > 3:
-            return Broken(
+            return BrokenLink(
                 '{}, and {} commands came later: linear.x {:.2f}, angular.z {:.2f}'.format(
                     words, len(late), sent.linear[late[0]], sent.angular[late[0]]),
                 float(sent.arrival[late[0]]))
         if len(last) and moving[last][sent.arrival[last] > begin - SOON].all() and moving[last[-1]]:
-            return Broken('{}, and the last command was linear.x {:.2f}, angular.z {:.2f}: no zero '
-                          'followed'.format(words, sent.linear[last[-1]], sent.angular[last[-1]]),
-                          begin)
+            return BrokenLink('{}, and the last command was linear.x {:.2f}, angular.z {:.2f}: no '
+                              'zero '
+                              'followed'.format(words, sent.linear[last[-1]],
+                                                sent.angular[last[-1]]),
+                              begin)
     return None
 
 
-def slow_law(inside: Inside) -> Optional[Broken]:
+def slow_law(node_run: NodeRun) -> Optional[BrokenLink]:
     """Are gains and speed those of the handout, ten times a second?"""
-    for part in inside.known(parts):
+    for part in node_run.known(parts):
         if len(part.time) < 4 or part.state not in TOLERANCES:
             continue
         pause = float(np.median(np.diff(part.time)))
         if pause > PAUSE:
-            return Broken('commands came every {:.1f} s; the handout has ten a second'.format(
+            return BrokenLink('commands came every {:.1f} s; the handout has ten a second'.format(
                 pause), part.begin)
         requested = GAINS.get(part.state, DRIVE_SPEED)
-        own = law(inside, part)[1] if part.state in GAINS else float(np.median(part.linear))
+        own = law(node_run, part)[1] if part.state in GAINS else float(np.median(part.linear))
         if abs(own - requested) > 0.05 * requested:
-            return Broken('in {} {} {:.2g}, by the handout it is {:g}'.format(
+            return BrokenLink('in {} {} {:.2g}, by the handout it is {:g}'.format(
                 part.state, 'linear.x was' if part.state == STATES[1] else
                 'angular.z was the error times', own, requested), part.begin, is_weak=True)
     return None

@@ -10,7 +10,7 @@ from typing import Any, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.watch.chain import Broken, Inside
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun
 from tb3_labs.watch.quantities import SAME, Quantity, ages, followed
 from tb3_labs.watch.variables import Series, short
 
@@ -43,12 +43,12 @@ class Frame(NamedTuple):
         return f'after the reset at {self.begin:.0f} s ' if self.is_reset else ''
 
 
-def frames(inside: Inside) -> List[Frame]:
+def frames(node_run: NodeRun) -> List[Frame]:
     """The frames of a run, in their order."""
-    run = inside.run
-    if not inside.variables or not len(run.odometry) or not len(run.imu):
+    run = node_run.run
+    if not node_run.variables or not len(run.odometry) or not len(run.imu):
         return []
-    times = next(iter(inside.variables.values())).time
+    times = next(iter(node_run.variables.values())).time
     begins = [(min(times[min(int(np.searchsorted(times, start)), len(times) - 1)], start + RESTS),
                0j, 0.0, False) for start in run.starts or times[:1]]
     begins = sorted(begins + [(at, complex(x, y), yaw, True) for at, x, y, yaw in zip(
@@ -60,15 +60,17 @@ def frames(inside: Inside) -> List[Frame]:
         found.append(Frame(begin[0], end, *begin[1:], complex(odometry.x, odometry.y),
                            odometry.yaw, imu.yaw))
     if not run.starts:      # the node was started before the recording, perhaps: its own references
-        x, y, theta, yaw = (np.nan if each is None else each.value[0] for each in map(inside.find, (
-            'initial_global_x', 'initial_global_y', 'initial_odom_yaw', 'initial_global_yaw')))
+        x, y, theta, yaw = (np.nan if each is None else each.value[0]
+                            for each in map(node_run.find, (
+                                'initial_global_x', 'initial_global_y', 'initial_odom_yaw',
+                                'initial_global_yaw')))
         found[0] = found[0]._replace(place=complex(x, y), theta=theta, yaw=yaw)
     return found
 
 
-def around(inside: Inside, time: np.ndarray) -> Tuple[Frame, Frame]:
+def around(node_run: NodeRun, time: np.ndarray) -> Tuple[Frame, Frame]:
     """The frame of each time and the one before, each as a Frame of arrays."""
-    known = inside.known(frames)
+    known = node_run.known(frames)
     this = np.searchsorted([each.begin for each in known], time, 'right').clip(1) - 1
     columns = [np.array(column) for column in zip(*known)]
     return (Frame(*(column[this] for column in columns)),
@@ -85,10 +87,10 @@ def combined(*options: Any) -> Iterator[Tuple[Any, ...]]:
         yield (sum(one is not each[0] for one, each in zip(chosen, options)), *chosen)
 
 
-def places(inside: Inside) -> Iterator[Wrong]:
+def places(node_run: NodeRun) -> Iterator[Wrong]:
     """What a node may take for its local place, complex; the first is right."""
-    samples = inside.run.odometry
-    this, before = around(inside, samples.arrival)
+    samples = node_run.run.odometry
+    this, before = around(node_run, samples.arrival)
     here, now, theta = samples.x + 1j * samples.y, samples.yaw, this.theta - this.turned
     forms = (('', lambda z: z), ('with x and y swapped, ', lambda z: z.imag + 1j * z.real),
              ('with the other sign, ', lambda z: -z))
@@ -118,19 +120,19 @@ SINCE = ((' since the reset', 1, 1, 0), (' since the reset before', 1, 0, 1),
 AT = ((' at the reset', 0, -1, 0), (' at the reset before', 0, 0, -1), ('', 1, 0, 0))
 
 
-def readings(inside: Inside, name: str) -> Iterator[Tuple[int, Frame, Quantity, Any, Any]]:
+def readings(node_run: NodeRun, name: str) -> Iterator[Tuple[int, Frame, Quantity, Any, Any]]:
     """(mistakes, frame of each sample, what a node may read for a yaw or a reference, this at the
     begin of the frame, and of the frame before); the first is right."""
-    run, of = inside.run, ('IMU', 'yaw') if name in ('local_yaw', 'initial_global_yaw') else (
+    run, of = node_run.run, ('IMU', 'yaw') if name in ('local_yaw', 'initial_global_yaw') else (
         'odometry', 'theta' if 'yaw' in name else 'place')
     samples = run.imu if of[0] == 'IMU' else run.odometry
-    this, before = around(inside, samples.arrival)
+    this, before = around(node_run, samples.arrival)
     yield 0, this, Quantity(
         f"the {'yaw' if 'yaw' in name else 'place'} of the {of[0]}", samples.arrival,
         samples.yaw if 'yaw' in name else samples.x + 1j * samples.y, 0.0), getattr(
             this, of[1]), getattr(before, of[1])
-    for table in (inside.imu, inside.odometry) if 'yaw' in name else ():
-        this, before = around(inside, table[0].time)
+    for table in (node_run.imu, node_run.odometry) if 'yaw' in name else ():
+        this, before = around(node_run, table[0].time)
         first, old = (np.searchsorted(table[0].time, frame.begin).clip(0, len(this.begin) - 1)
                       for frame in (this, before))
         for each in table:
@@ -142,15 +144,15 @@ def readings(inside: Inside, name: str) -> Iterator[Tuple[int, Frame, Quantity, 
                        this, each._replace(words=words), each.value[first], each.value[old])
 
 
-def table(inside: Inside, name: str) -> Iterator[Wrong]:
+def table(node_run: NodeRun, name: str) -> Iterator[Wrong]:
     """What a variable of the pose or a reference may follow, as it is compared; the first is right,
     and the second one of a reference, too."""
     if name in ('local_x', 'local_y'):
-        for wrong, each in places(inside):
+        for wrong, each in places(node_run):
             yield wrong, each._replace(value=compared(name, each.value))
         return
     is_local = name in USED
-    for wrong, this, each, first, old in readings(inside, name):
+    for wrong, this, each, first, old in readings(node_run, name):
         declared = this.turned * (180.0 / np.pi if ' in degrees' in each.words else 1.0)
         if 'yaw' not in name:
             declared = this.declared * np.exp(1j * (this.theta - this.turned))
@@ -175,10 +177,10 @@ def unit_of(series: Series) -> float:
     return np.pi / 180.0 if np.nan_to_num(np.abs(series.value)).max(initial=0.0) > 7.0 else 1.0
 
 
-def steered(inside: Inside, part: Series, late: float = LATE) -> Series:
+def steered(node_run: NodeRun, part: Series, late: float = LATE) -> Series:
     """The part of a variable in which the node has had control for this time [s]; without
     ctrl_relinq all of it."""
-    control = inside.run.control
+    control = node_run.run.control
     if not len(control):
         return part
     now, before = (np.searchsorted(control.arrival, part.time - each, 'right') - 1
@@ -186,26 +188,26 @@ def steered(inside: Inside, part: Series, late: float = LATE) -> Series:
     return part.take((before >= 0) & (control.value[now] == 1.0) & (control.value[before] == 1.0))
 
 
-def wrong_pose(inside: Inside) -> Optional[Broken]:
+def wrong_pose(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is the local pose that of the sensors, since the reset, in the local frame? If not, is its
     reference that of the reset?"""
-    for frame, name in product(inside.known(frames), USED):
-        wrong = wrong_variable(inside, frame, name)
+    for frame, name in product(node_run.known(frames), USED):
+        wrong = wrong_variable(node_run, frame, name)
         if wrong is not None:
-            return next(filter(None, (wrong_variable(inside, frame, each)
+            return next(filter(None, (wrong_variable(node_run, frame, each)
                                       for each in USED[name])), wrong)
     return None
 
 
-def wrong_variable(inside: Inside, frame: Frame, name: str) -> Optional[Broken]:
+def wrong_variable(node_run: NodeRun, frame: Frame, name: str) -> Optional[BrokenLink]:
     """What a variable follows in a frame, if it is not what it should follow."""
-    series, is_local = inside.find(name), name in USED
+    series, is_local = node_run.find(name), name in USED
     if series is None or np.isnan([frame.place, frame.theta, frame.yaw]).any():
         return None         # it is unknown
     value = compared(name, series.value * (unit_of(series) if is_local else 1.0))
-    part = steered(inside, Series(name, series.time, series.text, value).between(
+    part = steered(node_run, Series(name, series.time, series.text, value).between(
         frame.begin + LATE, frame.end))
-    candidates = table(inside, name)
+    candidates = table(node_run, name)
     rights = [each for _, each in islice(candidates, 1 if is_local else 2)]
     if np.isfinite(part.value).sum() < FEW or followed(part, rights, MOST):
         return None
@@ -219,10 +221,10 @@ def wrong_variable(inside: Inside, frame: Frame, name: str) -> Optional[Broken]:
         return None         # it has another meaning here
     should = right.value[np.searchsorted(right.time, part.time).clip(1) - 1]
     worst = int(np.argmax(np.nan_to_num(np.abs(part.value - should), nan=-1.0)))
-    return Broken('{}{} {}; it should be {}: it was {} when this was {:.3g}'.format(
+    return BrokenLink('{}{} {}; it should be {}: it was {} when this was {:.3g}'.format(
         frame.words, series.name, words, right.words, short(part.text[worst]),
         np.angle(should[worst]) if 'yaw' in name else should[worst]),
-        float(part.time[worst]), series.name)
+            float(part.time[worst]), series.name)
 
 
 def other_words(part: Series, right: Quantity, candidates: Iterable[Wrong]) -> str:
@@ -232,7 +234,7 @@ def other_words(part: Series, right: Quantity, candidates: Iterable[Wrong]) -> s
     found = followed(part, followed(some, [each for _, each in mistakes.values()], 0.6), MOST)
     if found:
         fewest = min(mistakes[id(each)][0] for each in found)
-        said = dict.fromkeys(each.words for each in found if mistakes[id(each)][0] == fewest)
-        return 'followed ' + ', or '.join(list(said)[:2])
+        texts = dict.fromkeys(each.words for each in found if mistakes[id(each)][0] == fewest)
+        return 'followed ' + ', or '.join(list(texts)[:2])
     late = np.sort(ages(part, right._replace(scale=1.0), 60.0))[int(MOST * (len(part.time) - 1))]
     return f'came up to {late:.1f} s late' if late < np.inf else 'did not follow it'

@@ -12,8 +12,9 @@ import numpy as np
 
 from tb3_labs.handout import (
     ANGULAR_AXIS, LINEAR_AXIS, MAX_SPEED, MAX_TURN, MOUSE_DEAD_ZONE, MOUSE_FULL, SAYS_HEADING)
-from tb3_labs.watch.chain import Broken, Inside, belief, example, stays
-from tb3_labs.watch.inputs import ANSWERED, Device, events_of, law, link_of, stimulus, unanswered
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, belief, example, stays
+from tb3_labs.watch.device_laws import (
+    ANSWERED, Device, events_of, law, link_of, stimulus, unanswered)
 from tb3_labs.watch.quantities import Quantity, delay, followed
 from tb3_labs.watch.variables import Series
 
@@ -25,63 +26,63 @@ FIELDS = ('linear.x', 'angular.z')
 STICKS = 'left stick up', 'right stick left'
 
 
-def axes(inside: Inside) -> List[int]:
+def axes(node_run: NodeRun) -> List[int]:
     """The axes that drive and turn on the pad that the check played, or those of the handout."""
-    received, found = inside.run.pad, []
-    for begin, usual in zip([stimulus(inside, stick) for stick in STICKS],
+    received, found = node_run.run.pad, []
+    for begin, usual in zip([stimulus(node_run, stick) for stick in STICKS],
                             (LINEAR_AXIS, ANGULAR_AXIS)):
         moved = np.abs(received.between(begin - 0.01, begin + 0.2).axes).sum(axis=0)
         found.append(int(np.argmax(moved)) if moved.any() else usual)
     return found
 
 
-def played(inside: Inside) -> Device:
+def played(node_run: NodeRun) -> Device:
     """What a node heard of the pad."""
-    received = inside.run.pad
+    received = node_run.run.pad
     return Device(received.arrival, np.hstack([received.axes, received.buttons]), [
         *map('axis {}'.format, range(received.AXES)),
         *map('button {}'.format, range(received.BUTTONS))])
 
 
-def stick_laws(inside: Inside) -> List[Optional[Broken]]:
-    """The Broken of each field that follows a stick; weak if the pad is not known."""
-    pad = played(inside)
+def stick_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
+    """The BrokenLink of each field that follows a stick; weak if the pad is not known."""
+    pad = played(node_run)
     forms = [Quantity(name, pad.time, value, 1.0) for name, value in zip(pad.names, pad.value.T)]
-    found = [law(inside, pad, inside.run.commands, name,
+    found = [law(node_run, pad, node_run.run.commands, name,
                  [forms[axis], *forms], factor)
-             for name, factor, axis in zip(FIELDS, (MAX_SPEED, MAX_TURN), inside.known(axes))]
-    return [each and each._replace(is_weak=each.is_weak or stimulus(inside, STICKS[0]) == np.inf)
+             for name, factor, axis in zip(FIELDS, (MAX_SPEED, MAX_TURN), node_run.known(axes))]
+    return [each and each._replace(is_weak=each.is_weak or stimulus(node_run, STICKS[0]) == np.inf)
             for each in found]
 
 
-def wrong_button(inside: Inside, name: str, begin: float, end: float) -> Optional[Broken]:
+def wrong_button(node_run: NodeRun, name: str, begin: float, end: float) -> Optional[BrokenLink]:
     """What follows a press: does A hand the robot over, B take it, and Y call the reset?"""
-    control, sent = inside.run.control, inside.run.commands.arrival
-    said = [str(value == 1.0) for at, value in zip(control.arrival, control.value)
-            if begin < at < min(end, begin + 1.0)][-1:]
+    control, sent = node_run.run.control, node_run.run.commands.arrival
+    published = [str(value == 1.0) for at, value in zip(control.arrival, control.value)
+                 if begin < at < min(end, begin + 1.0)][-1:]
     came = ((sent > begin + ANSWERED) & (sent < end)).sum()
-    resets = sum(begin < at < end for at, _ in events_of(inside, 'call'))
-    is_right = {'A': said == ['True'] and not came and not resets,
-                'B': said == ['False'] and not resets, 'Y': resets > 0}
-    return None if is_right[name] or begin == np.inf else Broken(
+    resets = sum(begin < at < end for at, _ in events_of(node_run, 'call'))
+    is_right = {'A': published == ['True'] and not came and not resets,
+                'B': published == ['False'] and not resets, 'Y': resets > 0}
+    return None if is_right[name] or begin == np.inf else BrokenLink(
         'after {} ctrl_relinq said {}, {} commands came, and {} resets were called'.format(
-            name, *said or ['nothing'], came, resets), begin)
+            name, *published or ['nothing'], came, resets), begin)
 
 
-def wrong_control(inside: Inside) -> Optional[Broken]:
+def wrong_control(node_run: NodeRun) -> Optional[BrokenLink]:
     """Do the sticks drive, and the buttons do what they should?"""
-    a, b, y = begins = [stimulus(inside, name) for name in 'ABY']
+    a, b, y = begins = [stimulus(node_run, name) for name in 'ABY']
     found = [unanswered(
-        inside.run.commands, played(inside), lambda row: row[inside.known(axes)].any(),
-        lambda begin, end: stimulus(inside, STICKS[0]) == np.inf or a <= begin < b)]
-    found += map(wrong_button, [inside] * 3, 'ABY', begins, (b, y, np.inf))
+        node_run.run.commands, played(node_run), lambda row: row[node_run.known(axes)].any(),
+        lambda begin, end: stimulus(node_run, STICKS[0]) == np.inf or a <= begin < b)]
+    found += map(wrong_button, [node_run] * 3, 'ABY', begins, (b, y, np.inf))
     broken = min(filter(None, found), key=lambda each: each.moment, default=None)
-    for each in inside.variables.values():
+    for each in node_run.variables.values():
         if broken and set(each.text) == {'True', 'False'} and any(
                 each.at(at) != each.at(at + ANSWERED) for at in begins if at <= broken.moment):
-            return Broken('{}; {} was {}'.format(
+            return BrokenLink('{}; {} was {}'.format(
                 broken.words, each.name, each.text_at(broken.moment + ANSWERED)), broken.moment,
-                each.name if broken is found[0] else '')
+                    each.name if broken is found[0] else '')
     return broken
 
 
@@ -95,27 +96,27 @@ READ, MIXED = 0.15, 0.3
 BESIDE = 'l beside the mouse'
 
 
-def mouse(inside: Inside) -> Device:
+def mouse(node_run: NodeRun) -> Device:
     """What a node heard of the mouse."""
-    received = inside.run.mouse
+    received = node_run.run.mouse
     return Device(received.arrival,
                   np.column_stack([received.x, received.y, 1.0 - received.active]),
                   ('mouse x', 'mouse y', 'mouse inactive'))
 
 
-def turning(inside: Inside, time: np.ndarray) -> np.ndarray:
+def turning(node_run: NodeRun, time: np.ndarray) -> np.ndarray:
     """The part of the time around these times in which the node turned; 0.5 if it is not known."""
-    flag = inside.find('turning')
+    flag = node_run.find('turning')
     if flag is None or not set(flag.text) <= {'True', 'False'}:
-        return 0.5 * (time > stimulus(inside, BESIDE))
+        return 0.5 * (time > stimulus(node_run, BESIDE))
     return np.array([np.append(flag.between(at - READ, at + READ).value, flag.at(at)).mean()
                      for at in time])
 
 
-def mouse_laws(inside: Inside) -> List[Optional[Broken]]:
-    """The Broken of each field that follows the mouse."""
-    commands, received = inside.run.commands, inside.run.mouse
-    commands = commands.take(turning(inside, commands.arrival) == 0.0)
+def mouse_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
+    """The BrokenLink of each field that follows the mouse."""
+    commands, received = node_run.run.commands, node_run.run.mouse
+    commands = commands.take(turning(node_run, commands.arrival) == 0.0)
     x, y = np.abs(received.x) > MOUSE_DEAD_ZONE, np.abs(received.y) > MOUSE_DEAD_ZONE
     forms = {axis: [Quantity(axis + zone + active, received.arrival, place * is_far * is_on, 1.0)
                     for (zone, is_far), (active, is_on) in product(
@@ -124,32 +125,32 @@ def mouse_laws(inside: Inside) -> List[Optional[Broken]]:
                         (('', received.active), (', also while it is not active', 1.0)))]
              for axis, place, far in (('x', received.x, x), ('y', received.y, y))}
     straight, back, turn = (
-        law(inside, mouse(inside), commands, FIELDS[axis == 'x'], forms[axis] + other, factor)
+        law(node_run, mouse(node_run), commands, FIELDS[axis == 'x'], forms[axis] + other, factor)
         for axis, other, factor in (
             ('y', forms['x'], MOUSE_FULL), ('y', forms['x'], -MOUSE_FULL),
             ('x', forms['y'], -MOUSE_FULL)))
-    is_up = any(event.get('up') for _, event in events_of(inside, 'mouse client'))
+    is_up = any(event.get('up') for _, event in events_of(node_run, 'mouse client'))
     # the y of a client that is not known may count down
     return [straight if is_up or back else None, turn]
 
 
-def mouse_ignored(inside: Inside) -> Optional[Broken]:
+def mouse_ignored(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does the mouse give commands, and a zero in its middle and when it is deactivated?"""
     return unanswered(
-        inside.run.commands, mouse(inside),
+        node_run.run.commands, mouse(node_run),
         lambda row: not row[2] and np.abs(row[:2]).max() > MOUSE_DEAD_ZONE,
-        lambda begin, end: turning(inside, np.arange(begin - READ, end, READ)).any())
+        lambda begin, end: turning(node_run, np.arange(begin - READ, end, READ)).any())
 
 
-def mouse_in_turn(inside: Inside) -> Optional[Broken]:
+def mouse_in_turn(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does the mouse give no command while the node turns?"""
-    commands = inside.run.commands
-    inner = commands.take((turning(inside, commands.arrival) == 1.0) & (
-        mouse(inside).sample(commands.arrival) >= 0))
+    commands = node_run.run.commands
+    inner = commands.take((turning(node_run, commands.arrival) == 1.0) & (
+        mouse(node_run).sample(commands.arrival) >= 0))
     is_zero = inner.angular == 0.0
     if len(inner) < 3 or np.diff(is_zero).mean() < MIXED:
         return None
-    return Broken('{} of {} commands while turning was True were those of the mouse'.format(
+    return BrokenLink('{} of {} commands while turning was True were those of the mouse'.format(
         is_zero.sum(), len(inner)), float(inner.arrival[np.argmax(is_zero)]))
 
 
@@ -161,9 +162,9 @@ MOUSE_LINKS = (link_of(mouse_laws, weak=False), mouse_ignored, mouse_in_turn,
 HEADING_LINE = re.compile(SAYS_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 
 
-def printed(inside: Inside) -> Series:
+def printed(node_run: NodeRun) -> Series:
     """The headings that the node printed in its first run."""
-    rows, end = inside.run.printed, [*inside.run.starts[1:], np.inf][0]
+    rows, end = node_run.run.printed, [*node_run.run.starts[1:], np.inf][0]
     words = list(map(str, rows.words))
     at = np.repeat(rows.arrival, list(map(len, words)))
     lines = [(at[line.end() - 1], line.group(1)) for line in HEADING_LINE.finditer(''.join(words))]
@@ -171,9 +172,9 @@ def printed(inside: Inside) -> Series:
     return Series('the printed number', time.astype(float), text, text.astype(float))
 
 
-def wrong_heading(inside: Inside) -> Optional[Broken]:
+def wrong_heading(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is the printed number the heading from 0 to 360?"""
-    series, quantities = printed(inside), inside.imu
+    series, quantities = printed(node_run), node_run.imu
     if len(series.time) < 3 or not quantities:
         return None
     right, found = quantities[0], followed(series, quantities)
@@ -191,5 +192,5 @@ def wrong_heading(inside: Inside) -> Optional[Broken]:
     if not found:
         return belief(series, quantities)[1]
     moment, apart = example(series, right)
-    return None if found[0] is right else Broken('{} follows {}; it should be {}: {}'.format(
+    return None if found[0] is right else BrokenLink('{} follows {}; it should be {}: {}'.format(
         series.name, found[0].words, right.words, apart), moment)

@@ -159,12 +159,12 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
     roll, pitch, yaw = np.degrees(euler(*quaternion))
     for (unit, factor, rounding), (words, form, sign) in itertools.product(UNITS, RANGES):
         # the range is made of degrees, or after the conversion of its number
-        for said, value in ((f'the yaw{of} in {unit}, {words}', form(yaw) * factor),
+        for name, value in ((f'the yaw{of} in {unit}, {words}', form(yaw) * factor),
                             ('the yaw{} in {}, {}'.format(of, unit, words.replace(
                                  'from 0 to 360', 'its number plus 360 where it is negative')),
                              form(yaw * factor)))[:1 if factor == 1.0 else 2]:
             yield Quantity(
-                HEADING + of if said == RIGHT.format(of) else said, time,
+                HEADING + of if name == RIGHT.format(of) else name, time,
                 rounding(value) if rounding else value, max(360.0 * min(factor, 1.0), 1.0),
                 sign * factor)
     for (axis, value), (words, form, _), (unit, factor, _) in itertools.product(

@@ -4,7 +4,7 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from tb3_labs.handout import HDG_TOL, K_HDG, MAX_ANG_Z, TURN_DEG
-from tb3_labs.watch.chain import Broken, Inside, other_fields
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, other_fields
 from tb3_labs.watch.typed_turns import READ, Turn, heading, turns
 from tb3_labs.watch.variables import number, short
 
@@ -14,20 +14,20 @@ NEAR, CLEAR = 3.0, 20.0
 PAUSE = 0.45
 
 
-def wrong_heading(inside: Inside) -> Optional[Broken]:
+def wrong_heading(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is curr_yaw the heading, in a range that can be used?"""
-    return inside.known(heading)[2]
+    return node_run.known(heading)[2]
 
 
-def wrong_goal(inside: Inside) -> Optional[Broken]:
+def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is goal_yaw 90 degrees from curr_yaw after a letter, to its side?"""
-    series, quantity, _ = inside.known(heading)
-    goal, turning = inside.find('goal_yaw'), inside.find('turning')
+    series, quantity, _ = node_run.known(heading)
+    goal, turning = node_run.find('goal_yaw'), node_run.find('turning')
     right: Optional[Turn] = None
     if series is None or quantity is None or goal is None:
         return None
     unit = quantity.per_degree
-    for turn in inside.known(turns):
+    for turn in node_run.known(turns):
         if turning is not None and turning.at(turn.begin) == 1.0:
             continue        # the letter is not read yet
         off = (number(turn.after) - turn.own) / unit - TURN_DEG * np.array(
@@ -36,17 +36,18 @@ def wrong_goal(inside: Inside) -> Optional[Broken]:
             right = right or turn
             moved = turn.goal[turn.moving][-1:] - number(turn.after)
             if len(moved) and len(set(turn.goal[turn.moving])) > 5 and abs(moved[0]) > NEAR * unit:
-                return Broken('{} went on from {:.4g} to {:.4g} in the turn after {}; it should '
-                              'stay'.format(goal.name, number(turn.after), moved[0] + number(
-                                  turn.after), turn.letter), turn.begin, goal.name)
+                return BrokenLink('{} went on from {:.4g} to {:.4g} in the turn after {}; it '
+                                  'should '
+                                  'stay'.format(goal.name, number(turn.after), moved[0] + number(
+                                      turn.after), turn.letter), turn.begin, goal.name)
             continue
         words = 'after {}, with {} {:.4g}, {} {} {}; it should be {}'.format(
             turn.letter, series.name, turn.own, goal.name,
             'stayed' if turn.before == turn.after else 'became', short(turn.after),
             '{:.4g}'.format((turn.own + turn.side * TURN_DEG * unit) % (360.0 * unit)) if turn.side
             else '{:g} more or less'.format(TURN_DEG * unit))
-        begun = max([at for at in inside.run.starts if at < turn.begin], default=turn.begin)
-        printed = inside.run.printed.arrival
+        begun = max([at for at in node_run.run.starts if at < turn.begin], default=turn.begin)
+        printed = node_run.run.printed.arrival
         if unit < 0.5:
             words += f'. {series.name} is in radians here'
         elif turn.before == turn.after and begun < turn.begin and not (
@@ -54,58 +55,59 @@ def wrong_goal(inside: Inside) -> Optional[Broken]:
             words += f'. It had asked for nothing, {turn.begin - begun:.1f} s after its start'
         elif right:
             words += '; after {} with {:.4g} it was right{}'.format(
-                right.letter, right.own, flags(inside, turn, right))
-        return Broken(words, turn.begin, goal.name)
+                right.letter, right.own, flags(node_run, turn, right))
+        return BrokenLink(words, turn.begin, goal.name)
     return None
 
 
-def flags(inside: Inside, turn: Turn, right: Turn) -> str:
+def flags(node_run: NodeRun, turn: Turn, right: Turn) -> str:
     """Words on what was True or False at this letter, and otherwise at the right one."""
     texts = [(name, series.text_at(turn.begin), series.text_at(right.begin))
-             for name, series in inside.variables.items() if set(series.text) == {'True', 'False'}]
+             for name, series in node_run.variables.items()
+             if set(series.text) == {'True', 'False'}]
     return ''.join('; {} was {} now, and {} then'.format(*each) for each in texts
                    if each[1] != each[2])
 
 
-def not_turning(inside: Inside) -> Optional[Broken]:
+def not_turning(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does `turning` become True by a letter?"""
-    turning = inside.find('turning')
+    turning = node_run.find('turning')
     if turning is None:
         return None
-    for turn in inside.known(turns):
+    for turn in node_run.known(turns):
         part = turning.between(turn.begin + READ / 2.0, min(turn.end, turn.begin + 1.0))
         if len(part.value) > 4 and not (part.value == 1.0).any():
             error = f', at an error of {turn.error[0]:+.0f} degrees' if np.isfinite(
                 turn.error[:1]).any() else ''
-            return Broken('after {}{}, {} stayed {}, or was {} again at once'.format(
+            return BrokenLink('after {}{}, {} stayed {}, or was {} again at once'.format(
                 turn.letter, error, turning.name, part.text[-1], part.text[-1]), turn.begin,
-                turning.name)
+                    turning.name)
     return None
 
 
-def too_seldom(inside: Inside) -> Optional[Broken]:
+def too_seldom(node_run: NodeRun) -> Optional[BrokenLink]:
     """Do commands come ten times a second, none of them from elsewhere?"""
-    turning = inside.find('turning')
-    for turn in inside.known(turns):
+    turning = node_run.find('turning')
+    for turn in node_run.known(turns):
         if not len(turn.time) and turning is not None and (turning.between(
                 turn.begin, turn.begin + 1.0).value == 1.0).sum() > 10:
-            return Broken('after {} {} was True, and no command came'.format(
+            return BrokenLink('after {} {} was True, and no command came'.format(
                 turn.letter, turning.name), turn.begin)
         if len(turn.moving) in (1, 2) and turn.moving[-1] == len(turn.time) - 1 and (
                 turn.end - turn.time[-1] > PAUSE):
-            return Broken('after {} the command {:+.2f} rad/s came {}, and then none'.format(
+            return BrokenLink('after {} the command {:+.2f} rad/s came {}, and then none'.format(
                 turn.letter, turn.command[-1], ('once', 'twice')[len(turn.moving) - 1]), turn.begin)
         if len(turn.moving) < 3:
             continue
         span = slice(turn.moving[0], turn.moving[-1] + 1)
         is_zero = turn.command[span] == 0.0
         if np.median(np.diff(turn.time[span])) > PAUSE:
-            return Broken('commands came every {:.1f} s; the handout has ten a second'.format(
+            return BrokenLink('commands came every {:.1f} s; the handout has ten a second'.format(
                 np.median(np.diff(turn.time[span]))), turn.begin)
         if (np.diff(is_zero.astype(int)) > 0).sum() >= 3:
-            return Broken('{} of {} commands in the turn after {} were zero: another callback '
-                          'publishes, too'.format(is_zero.sum(), len(is_zero), turn.letter),
-                          turn.begin)
+            return BrokenLink('{} of {} commands in the turn after {} were zero: another callback '
+                              'publishes, too'.format(is_zero.sum(), len(is_zero), turn.letter),
+                              turn.begin)
     return None
 
 
@@ -115,13 +117,15 @@ KINDS = (('differences up to 180', lambda turn, k: abs(turn.difference[k]) <= 18
          ('errors to the right', lambda turn, k: turn.error[k] < 0.0))
 
 
-def wrong_command(inside: Inside) -> Optional[Broken]:
+def wrong_command(node_run: NodeRun) -> Optional[BrokenLink]:
     """Has each command the side of the error, and a speed within the limits?"""
-    found, sent = inside.known(turns), inside.run.commands
+    found, sent = node_run.known(turns), node_run.run.commands
     for turn in found:
         if len(turn.time) > 5 and not len(turn.moving) and abs(turn.error[-1]) > CLEAR:
-            return Broken('after {}, for an error of {:.0f} degrees, angular.z stayed 0{}'.format(
-                turn.letter, turn.error[-1], other_fields(inside)), turn.begin, 'angular.z')
+            return BrokenLink('after {}, for an error of {:.0f} degrees, angular.z stayed '
+                              '0{}'.format(
+                                  turn.letter, turn.error[-1], other_fields(node_run)), turn.begin,
+                              'angular.z')
     wrong: List[Tuple[Turn, int]] = []
     right: List[Tuple[Turn, int]] = []
     for turn in found:
@@ -132,32 +136,33 @@ def wrong_command(inside: Inside) -> Optional[Broken]:
         turn, k = wrong[0]
         if len(set(turn.command[turn.moving])) == 1 and len(turn.moving) > 5 and (
                 abs(turn.difference[k]) <= 180.0):
-            return Broken('in the turn after {} the command stayed {:+.2f} rad/s, while the error '
-                          'went from {:+.0f} to {:+.0f} degrees'.format(
-                              turn.letter, turn.command[k], turn.error[turn.moving[0]],
-                              turn.error[k]), float(turn.time[k]), 'angular.z')
-        return Broken(turn.said(k) + (steered_by(inside, found) or next(
+            return BrokenLink('in the turn after {} the command stayed {:+.2f} rad/s, while the '
+                              'error '
+                              'went from {:+.0f} to {:+.0f} degrees'.format(
+                                  turn.letter, turn.command[k], turn.error[turn.moving[0]],
+                                  turn.error[k]), float(turn.time[k]), 'angular.z')
+        return BrokenLink(turn.moment_text(k) + (steered_by(node_run, found) or next(
             (f'; for {words} it was right' for words, is_so in KINDS
              if any(is_so(*each) for each in right) and not any(is_so(*each) for each in wrong)),
             '')), float(turn.time[k]), 'angular.z')
     for turn in found:
         if len(turn.moving) and np.abs(turn.command).max() > MAX_ANG_Z + 0.01:
             k = int(np.argmax(np.abs(turn.command)))
-            return Broken('{}, at most {:g} are asked for{}'.format(
-                turn.said(k), MAX_ANG_Z, inside.constant('MAX_ANG_Z', MAX_ANG_Z)),
-                float(turn.time[k]), 'angular.z')
+            return BrokenLink('{}, at most {:g} are asked for{}'.format(
+                turn.moment_text(k), MAX_ANG_Z, node_run.constant('MAX_ANG_Z', MAX_ANG_Z)),
+                    float(turn.time[k]), 'angular.z')
         ahead = sent.linear[np.isin(sent.arrival, turn.time[turn.moving])]
         if (np.abs(ahead) > 0.01).sum() > 2:
-            return Broken('in the turn after {} linear.x was {:.2g}'.format(
+            return BrokenLink('in the turn after {} linear.x was {:.2g}'.format(
                 turn.letter, ahead[1]), turn.begin, 'linear.x')
     return None
 
 
-def steered_by(inside: Inside, found: Sequence[Turn]) -> str:
+def steered_by(node_run: NodeRun, found: Sequence[Turn]) -> str:
     """Words on another variable from which the commands turn to goal_yaw; '' if there is none."""
-    _, quantity, _ = inside.known(heading)
+    _, quantity, _ = node_run.known(heading)
     unit = quantity.per_degree if quantity is not None else 1.0
-    for series in inside.variables.values():
+    for series in node_run.variables.values():
         if not np.isfinite(series.value).all() or np.ptp(series.value) < CLEAR * unit:
             continue
         sides = []
@@ -172,56 +177,59 @@ def steered_by(inside: Inside, found: Sequence[Turn]) -> str:
     return ''
 
 
-def wrong_stop(inside: Inside) -> Optional[Broken]:
+def wrong_stop(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does a turn end within the tolerance, by a zero?"""
-    turning, tolerance = inside.find('turning'), inside.constant('HDG_TOL', HDG_TOL)
-    for turn in inside.known(turns):
+    turning, tolerance = node_run.find('turning'), node_run.constant('HDG_TOL', HDG_TOL)
+    for turn in node_run.known(turns):
         if not len(turn.moving):
             continue
         last = int(turn.moving[-1])
         if last + 1 < len(turn.time) and abs(turn.error[last + 1]) > HDG_TOL + 4.0:
-            return Broken('the turn after {} was ended at an error of {:+.0f} degrees; {:g} are '
-                          'the tolerance{}'.format(
-                              turn.letter, turn.error[last + 1], HDG_TOL,
-                              tolerance or same_time(inside)),
-                          float(turn.time[last + 1]), 'turning')
+            return BrokenLink('the turn after {} was ended at an error of {:+.0f} degrees; {:g} '
+                              'are '
+                              'the tolerance{}'.format(
+                                  turn.letter, turn.error[last + 1], HDG_TOL,
+                                  tolerance or same_time(node_run)),
+                              float(turn.time[last + 1]), 'turning')
         if last + 1 == len(turn.time) and turn.end - turn.time[last] > PAUSE:
-            return Broken('no zero followed the last command of the turn after {}: {}'.format(
-                turn.letter, turn.said(last)), float(turn.time[last]), 'angular.z')
+            return BrokenLink('no zero followed the last command of the turn after {}: {}'.format(
+                turn.letter, turn.moment_text(last)), float(turn.time[last]), 'angular.z')
         inner = np.flatnonzero(np.abs(turn.error[:last + 1]) < HDG_TOL / 2.0)
         if len(inner) and turn.time[last] - turn.time[inner[0]] > 0.5:
             is_on = turning is not None and turning.at(turn.time[inner[0]] + 0.3) == 1.0
-            return Broken('{}, and the turn after {} went on{}{}'.format(
-                turn.said(inner[0]), turn.letter, ', with turning still True' if is_on else '',
+            return BrokenLink('{}, and the turn after {} went on{}{}'.format(
+                turn.moment_text(inner[0]), turn.letter,
+                ', with turning still True' if is_on else '',
                 tolerance), float(turn.time[inner[0]]), 'turning')
     return None
 
 
-def same_time(inside: Inside) -> str:
+def same_time(node_run: NodeRun) -> str:
     """Words on turns that all took the same time, wherever they ended; else ''."""
-    took = [np.ptp(turn.time[turn.moving]) for turn in inside.known(turns) if len(turn.moving)]
+    took = [np.ptp(turn.time[turn.moving]) for turn in node_run.known(turns) if len(turn.moving)]
     return '; each turn took {:.1f} s, at whatever error it ended'.format(
         np.mean(took)) if len(took) > 2 and np.ptp(took) < 0.15 else ''
 
 
-def not_over(inside: Inside) -> Optional[Broken]:
+def not_over(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does `turning` become False at the goal?"""
-    turning = inside.find('turning')
-    for turn in inside.known(turns):
+    turning = node_run.find('turning')
+    for turn in node_run.known(turns):
         if turning is not None and turning.at(turn.begin - READ) == 1.0:
-            return Broken('{} was still True when {} was typed: it did not become False at the '
-                          'goal before'.format(turning.name, turn.letter), turn.begin, turning.name)
+            return BrokenLink('{} was still True when {} was typed: it did not become False at the '
+                              'goal before'.format(turning.name, turn.letter), turn.begin,
+                              turning.name)
     return None
 
 
-def slow_law(inside: Inside) -> Optional[Broken]:
+def slow_law(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is the command the gain times the error, within the limits?"""
-    for turn in inside.known(turns):
+    for turn in node_run.known(turns):
         clear = np.flatnonzero((np.abs(turn.error) > 2.0 * MAX_ANG_Z / K_HDG) & (
             turn.command * turn.error > 0.0))
         if len(clear) and np.median(np.abs(turn.command[clear])) < 0.9 * MAX_ANG_Z:
-            return Broken('{}, by the handout it is {:+.2f}{}{}'.format(
-                turn.said(clear[0]), np.copysign(MAX_ANG_Z, turn.error[clear[0]]),
-                inside.constant('K_HDG', K_HDG), inside.constant('MAX_ANG_Z', MAX_ANG_Z)),
-                float(turn.time[clear[0]]), 'angular.z', is_weak=True)
+            return BrokenLink('{}, by the handout it is {:+.2f}{}{}'.format(
+                turn.moment_text(clear[0]), np.copysign(MAX_ANG_Z, turn.error[clear[0]]),
+                node_run.constant('K_HDG', K_HDG), node_run.constant('MAX_ANG_Z', MAX_ANG_Z)),
+                    float(turn.time[clear[0]]), 'angular.z', is_weak=True)
     return None

@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple
 import numpy as np
 
 from tb3_labs.handout import TURN_DEG
-from tb3_labs.watch.chain import Broken, Inside, belief, is_heading
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, belief, is_heading
 from tb3_labs.watch.quantities import Quantity, followed
 from tb3_labs.watch.variables import Series
 
@@ -57,12 +57,13 @@ class Turn:
         return f'{words} the command was {self.command[k]:+.2f} rad/s'
 
 
-def heading(inside: Inside) -> Tuple[Optional[Series], Optional[Quantity], Optional[Broken]]:
-    """(the variable for the heading, the quantity that it follows, the Broken if it is wrong)."""
-    quantities = inside.imu
-    series = inside.find('curr_yaw')
+def heading(node_run: NodeRun) -> Tuple[Optional[Series], Optional[Quantity], Optional[BrokenLink]]:
+    """(the variable for the heading, the quantity that it follows, the BrokenLink if it is
+    wrong)."""
+    quantities = node_run.imu
+    series = node_run.find('curr_yaw')
     if series is None:      # another name
-        found = [(each, followed(each, quantities)) for each in inside.variables.values()
+        found = [(each, followed(each, quantities)) for each in node_run.variables.values()
                  if 'goal' not in each.name and np.isfinite(each.value).any()
                  and np.nanmax(each.value) - np.nanmin(each.value) > 0.5]
         found.sort(key=lambda each: not (each[1] and is_heading(each[1][0], quantities[0])))
@@ -70,9 +71,9 @@ def heading(inside: Inside) -> Tuple[Optional[Series], Optional[Quantity], Optio
     return (None, None, None) if series is None else (series, *belief(series, quantities))
 
 
-def letters(inside: Inside) -> List[Tuple[float, float, int]]:
+def letters(node_run: NodeRun) -> List[Tuple[float, float, int]]:
     """(begin, end, side) of each letter, as it was typed, else as `turning` or `goal_yaw` tell."""
-    typed, turning, goal = inside.run.letters, inside.find('turning'), inside.find('goal_yaw')
+    typed, turning, goal = node_run.run.letters, node_run.find('turning'), node_run.find('goal_yaw')
     if len(typed):
         times, sides = typed.arrival, typed.value
     elif turning is not None:
@@ -83,16 +84,16 @@ def letters(inside: Inside) -> List[Tuple[float, float, int]]:
         sides = np.zeros(len(times))
     is_end = (sides == 0.0) & bool(len(typed))
     return [(float(begin), float(end), int(side)) for begin, end, side, over in zip(
-        times, np.append(times[1:], inside.run.duration), sides, is_end) if not over]
+        times, np.append(times[1:], node_run.run.duration), sides, is_end) if not over]
 
 
-def turns(inside: Inside) -> List[Turn]:
+def turns(node_run: NodeRun) -> List[Turn]:
     """The turns of a run. Without goal_yaw their goals are those of the letters."""
-    series, quantity, _ = inside.known(heading)
-    used, goal, sent = quantity or inside.imu[0], inside.find('goal_yaw'), inside.run.commands
+    series, quantity, _ = node_run.known(heading)
+    used, goal, sent = quantity or node_run.imu[0], node_run.find('goal_yaw'), node_run.run.commands
     goal = goal if quantity is not None and goal is not None and len(goal.time) else None
     found = []
-    for begin, end, side in letters(inside):
+    for begin, end, side in letters(node_run):
         newest = max(0, int(np.searchsorted(used.time, begin)) - 1)
         own = series.at(begin) if series is not None and quantity is not None else float(
             used.value[newest])

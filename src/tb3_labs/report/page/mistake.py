@@ -8,8 +8,8 @@ from html import escape
 from typing import Callable, Dict, List, Optional, Tuple
 
 from tb3_labs.report.run_data import RunData
-from tb3_labs.watch.chain import Broken, Link, sentence
-from tb3_labs.watch.labs import found_in
+from tb3_labs.watch.broken_link import BrokenLink, Link, sentence
+from tb3_labs.watch.chains import found_in
 
 #: rospy's words before a traceback of a callback, and the line that it names.
 RAISED, LINE_NUMBER = ('Traceback (most recent call last)', 'bad callback'), re.compile(
@@ -48,7 +48,7 @@ def sections(run: RunData) -> List[str]:
             for node, link, broken in found_in(run)]
 
 
-def section(found: Optional[Tuple[Link, Broken]], words: str,
+def section(found: Optional[Tuple[Link, BrokenLink]], words: str,
             linked: Callable[[str], str] = escape) -> str:
     """HTML of a broken link, in these `words`; '' if there is none. ``linked(text)``:
     HTML of a text."""

@@ -72,7 +72,7 @@ def script_frames():
         if mains else []
 
 
-class Node:
+class WatchedNode:
     """The node's own classes, its objects, and what they hold."""
 
     def __init__(self, script):
@@ -81,7 +81,7 @@ class Node:
         self._folder = self._package = os.path.dirname(os.path.abspath(self.file))
         while self._package != '/' and not os.path.isfile(self._package + '/package.xml'):
             self._package = os.path.dirname(self._package)
-        self._is_own, self._objects, self._pause, self._next = {Node: False}, [], 0.25, 0.0
+        self._is_own, self._objects, self._pause, self._next = {WatchedNode: False}, [], 0.25, 0.0
 
     def is_own(self, kind):
         """Is this a class of the script, or of a module beside it or in src of its package?"""
@@ -238,7 +238,7 @@ def run():
         """Nothing of the node outlives this reading, not even the frame of a function."""
         nonlocal node
         frames = script_frames()
-        node = node or frames and Node(frames[0].f_globals)
+        node = node or frames and WatchedNode(frames[0].f_globals)
         if node and publisher.get_num_connections():
             found = node.variables(frames)
             if [each.key for each in status.values] != list(found):     # new ones cost more

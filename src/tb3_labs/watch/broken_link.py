@@ -20,7 +20,7 @@ SELDOM = 0.3
 COARSE = 30.0
 
 
-class Broken(NamedTuple):
+class BrokenLink(NamedTuple):
     """A link that is broken: a sentence without its full stop, the moment [s], the variable that
     is wrong. `is_weak`: the handout's law is not kept, but a node may turn and drive well so."""
 
@@ -30,7 +30,7 @@ class Broken(NamedTuple):
     is_weak: bool = False
 
 
-class Inside:
+class NodeRun:
     """A run and the variables of a node. `run`: a RunData; `node`: its name, by default that of the
     node with the most variables."""
 
@@ -70,7 +70,7 @@ def quaternion_of(samples: Any) -> Sequence[np.ndarray]:
 
 
 #: What looks at a link.
-Check = Callable[[Inside], Optional[Broken]]
+Check = Callable[[NodeRun], Optional[BrokenLink]]
 
 
 class Link(NamedTuple):
@@ -92,17 +92,17 @@ class Link(NamedTuple):
         return f'doc/{self.sheet}, "{self.heading}"{step}'
 
 
-def first_broken(inside: Inside, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
-                 weak: bool = True) -> Optional[Tuple[Link, Broken]]:
+def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
+                 weak: bool = True) -> Optional[Tuple[Link, BrokenLink]]:
     """The first link that is broken, of those that show in these `parts` of the lab. `weak`: is a
     law that is not the handout's broken, too?"""
     wanted = [link for link in links
               if parts is None or not link.parts or set(link.parts) & set(parts)]
-    return next(((link, found) for link in wanted for found in [link.check(inside)]
+    return next(((link, found) for link in wanted for found in [link.check(node_run)]
                  if found is not None and (weak or not found.is_weak)), None)
 
 
-def sentence(found: Broken, assigned: Mapping[str, Sequence[int]] = {}) -> str:
+def sentence(found: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
     """A broken link as a sentence. `assigned`: variable -> the lines of the node's file that assign
     it."""
     lines = assigned.get(found.variable, assigned.get(found.variable.rpartition('.')[2], ()))
@@ -141,9 +141,9 @@ def example(series: Series, right: Quantity) -> Tuple[float, str]:
 
 
 def belief(series: Series,
-           quantities: List[Quantity]) -> Tuple[Optional[Quantity], Optional[Broken]]:
-    """(the quantity that a variable follows, None; or None, the Broken if it is not the first of
-    `quantities`, in any range)."""
+           quantities: List[Quantity]) -> Tuple[Optional[Quantity], Optional[BrokenLink]]:
+    """(the quantity that a variable follows, None; or None, the BrokenLink if it is not the first
+    of `quantities`, in any range)."""
     right, name = quantities[0], series.name
     found = followed(series, quantities)
     usable = [each for each in found if is_heading(each, right)] or followed(
@@ -155,15 +155,15 @@ def belief(series: Series,
     requested = 'it should be ' + right.words
     moment, numbers = example(series, right)
     if stays(series) and not found:
-        return None, Broken(f'{name} stays at {series.text[-1][:40]}; {requested}',
-                            moment, name)
+        return None, BrokenLink(f'{name} stays at {series.text[-1][:40]}; {requested}',
+                                moment, name)
     if found:
         also = [each.words for each in found[1:2] if not np.allclose(
             each.value, found[0].value, atol=1e-3 * each.scale)]
-        return None, Broken('{} follows {}; {}: {}'.format(
+        return None, BrokenLink('{} follows {}; {}: {}'.format(
             name, ', or '.join([found[0].words] + also), requested, numbers), moment, name)
     rare = pause(series, right)
-    return None, Broken('{} does not follow {}{}: {}'.format(
+    return None, BrokenLink('{} does not follow {}{}: {}'.format(
         name, right.words, ', but changes only every {:.1f} s while that changes'.format(
             rare) if rare > SELDOM else '', numbers), moment, name)
 
@@ -182,7 +182,7 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED) -> str:
     return ''
 
 
-def other_fields(inside: Inside) -> str:
+def other_fields(node_run: NodeRun) -> str:
     """Words on a field of the commands in which there is a speed that was not asked for."""
-    found = wrong_field(inside.run.commands, (*UNUSED, ('linear', 'linear.x')))
+    found = wrong_field(node_run.run.commands, (*UNUSED, ('linear', 'linear.x')))
     return found and '; ' + found

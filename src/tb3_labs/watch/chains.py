@@ -4,7 +4,7 @@ from typing import Any, Dict, List, Sequence, Tuple
 import numpy as np
 
 from tb3_labs.watch import drive_links, drive_pose, input_links, turn_links
-from tb3_labs.watch.chain import Broken, Inside, Link, first_broken, sentence
+from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, first_broken, sentence
 from tb3_labs.watch.variables import bare
 
 EXERCISE, TURN_LAB = '2. Exercise: the heading', '3. Lab: turn 90 and 180 degrees'
@@ -64,20 +64,20 @@ REMARKED = turn_links.too_seldom, input_links.mouse_in_turn
 
 def remarks(run: Any, lab: str) -> List[str]:
     """Sentences on a node that earned everything."""
-    inside = Inside(run)
+    node_run = NodeRun(run)
     return [f'{sentence(found)} See {link.place}.' for link in CHAINS[lab]
-            if link.check in REMARKED for found in [link.check(inside)] if found is not None]
+            if link.check in REMARKED for found in [link.check(node_run)] if found is not None]
 
 
-def found_in(run: Any) -> List[Tuple[str, Link, Broken]]:
+def found_in(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
     """(node, link, what is broken) of each node in a recording whose lab is known. A law that is
     not the handout's is not broken: the node may be right."""
     found = []
     for node in np.unique(run.variables.node.astype(str)):
-        inside = Inside(run, str(node))
-        names = {bare(name) for name in inside.variables}
+        node_run = NodeRun(run, str(node))
+        names = {bare(name) for name in node_run.variables}
         lab = next((lab for lab, known in NAMES.items() if known <= names), '')
-        broken = first_broken(inside, CHAINS.get(lab, ()), weak=False)
+        broken = first_broken(node_run, CHAINS.get(lab, ()), weak=False)
         if broken:
             found.append((str(node), *broken))
     return found

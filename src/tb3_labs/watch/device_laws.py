@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Se
 
 import numpy as np
 
-from tb3_labs.watch.chain import Broken, Check, Inside
+from tb3_labs.watch.broken_link import BrokenLink, Check, NodeRun
 from tb3_labs.watch.quantities import RECENT, SOON, Quantity, ages, thinned
 from tb3_labs.watch.variables import Series
 
@@ -50,16 +50,16 @@ class Device(NamedTuple):
                 yield float(begin), float(end), self.value[np.searchsorted(self.time, begin)]
 
 
-def events_of(inside: Inside, kind: str) -> List[Tuple[float, Dict[str, Any]]]:
+def events_of(node_run: NodeRun, kind: str) -> List[Tuple[float, Dict[str, Any]]]:
     """The events of this kind in a trial, with their times."""
-    events = inside.run.events
+    events = node_run.run.events
     return [(at, event) for at, words in zip(events.arrival, events.words)
             for event in [json.loads(words)] if event['kind'] == kind]
 
 
-def stimulus(inside: Inside, name: str) -> float:
+def stimulus(node_run: NodeRun, name: str) -> float:
     """The time at which a stimulus of a trial began; infinite if there was none."""
-    states = inside.run.states
+    states = node_run.run.states
     return float(dict(zip(states.words[::-1], states.arrival[::-1])).get(name, np.inf))
 
 
@@ -76,10 +76,10 @@ def factor_of(series: Series, form: Quantity, part: float) -> float:
     return factor if np.mean(np.isfinite(ages(few, times))) >= part else np.nan
 
 
-def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Quantity],
-        factor: float) -> Optional[Broken]:
-    """The Broken of a field, linear.x or angular.z, that should be `factor` times the first of the
-    forms. It is weak if the field has the right sign and is not larger."""
+def law(node_run: NodeRun, device: Device, commands: Any, name: str, forms: List[Quantity],
+        factor: float) -> Optional[BrokenLink]:
+    """The BrokenLink of a field, linear.x or angular.z, that should be `factor` times the first of
+    the forms. It is weak if the field has the right sign and is not larger."""
     last, value = device.sample(commands.arrival), getattr(commands, name.split('.')[0])
     series, last = Series(name, commands.arrival, value, value).take(last >= 0), last[last >= 0]
     right = forms[0]
@@ -87,7 +87,7 @@ def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Qu
     if not wanted.any():
         return None
     own = [Quantity(each.name, each.time - READ_LATER, each.value, 1.0)
-           for each in inside.variables.values() if len(set(each.text)) > 5
+           for each in node_run.variables.values() if len(set(each.text)) > 5
            and np.isfinite(each.value).all() and 'cmd' not in each.name]
     # forms may be equal by what happened: the handout's number is the likely one
     found = [sorted((abs(share - factor), share, form.words) for form in some
@@ -99,7 +99,7 @@ def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Qu
     settled = series.time - device.changed[last] > ANSWERED
     is_weak = (series.value * wanted > 0.0) & (np.abs(series.value) < 1.02 * abs(factor))
     if words:
-        wrong, said = series.value != 0.0, f'follows {share:.3g} times {words}'
+        wrong, text = series.value != 0.0, f'follows {share:.3g} times {words}'
     else:
         wrong = settled & ~np.isfinite(ages(series, right._replace(
             value=factor * right.value, scale=abs(factor))))
@@ -107,17 +107,17 @@ def law(inside: Inside, device: Device, commands: Any, name: str, forms: List[Qu
             return None
         row = device.value[last[np.argmax(wrong)]]
         here = settled & (device.value[last] == row).all(axis=1)
-        said = 'was {:.2g} in {} of {} commands with {}'.format(
+        text = 'was {:.2g} in {} of {} commands with {}'.format(
             series.value[np.argmax(wrong)], (here & wrong).sum(), here.sum(), device.place(row))
         if (here & ~wrong).sum() > 2 and not series.value[here & wrong].any():
-            said += ', as if another callback published, too'
-    return Broken('{} {}; it should be {:g} times {}'.format(
-        name, said, factor, right.words), float(series.time[np.argmax(wrong)]), name,
-        bool(is_weak[settled & ((wanted != 0.0) | (series.value != 0.0))].all()))
+            text += ', as if another callback published, too'
+    return BrokenLink('{} {}; it should be {:g} times {}'.format(
+        name, text, factor, right.words), float(series.time[np.argmax(wrong)]), name,
+            bool(is_weak[settled & ((wanted != 0.0) | (series.value != 0.0))].all()))
 
 
 def unanswered(sent: Any, device: Device, drives: Callable[[np.ndarray], Any],
-               is_off: Callable[[float, float], Any]) -> Optional[Broken]:
+               is_off: Callable[[float, float], Any]) -> Optional[BrokenLink]:
     """Does a command come while an input is held, and a zero when it is let go? ``drives(row)``: it
     asks for a movement; ``is_off(begin, end)``: none is to come."""
     speeds = np.abs(sent.linear) + np.abs(sent.angular)
@@ -127,15 +127,16 @@ def unanswered(sent: Any, device: Device, drives: Callable[[np.ndarray], Any],
         if is_off(begin, end):
             continue
         if drives(row) and before == last:
-            return Broken('with {} nothing came on cmd_vel for {:.1f} s'.format(
+            return BrokenLink('with {} nothing came on cmd_vel for {:.1f} s'.format(
                 device.place(row), end - begin), begin)
         if not drives(row) and is_driven and (soon == before or speeds[soon - 1]):
-            return Broken('no zero velocity followed with {}: {} commands came in {:g} s'.format(
-                device.place(row), soon - before, ANSWERED), begin)
+            return BrokenLink('no zero velocity followed with {}: {} commands came in {:g} '
+                              's'.format(
+                                  device.place(row), soon - before, ANSWERED), begin)
     return None
 
 
-def link_of(laws: Callable[[Inside], List[Optional[Broken]]], weak: bool) -> Check:
+def link_of(laws: Callable[[NodeRun], List[Optional[BrokenLink]]], weak: bool) -> Check:
     """The link that is broken by the first of the laws that is weak, or that is not."""
-    return lambda inside: next((each for each in inside.known(laws)
-                                if each is not None and each.is_weak == weak), None)
+    return lambda node_run: next((each for each in node_run.known(laws)
+                                  if each is not None and each.is_weak == weak), None)
