@@ -9,7 +9,7 @@ import zipfile
 import pytest
 
 from tb3_labs.marking.intake import archives, reading
-from tb3_labs.marking.intake.archives import DEEPEST, Budget, sort_out, unpack
+from tb3_labs.marking.intake.archives import DEEPEST, UnpackLimits, sort_out, unpack
 from tb3_labs.marking.intake.submissions import (
     HandedIn, Submission, by_student, file_name, lay_out, read_name, submissions_in, without_wrapping)
 from tb3_labs.marking.intake.packages import NotJudged, digest
@@ -85,10 +85,10 @@ def test_what_is_nobodys_work_is_not_unpacked(tmp_path):
         'a/.git/config': 'x', 'a/build/x.py': 'x', 'a/builder.py': 'x', 'a\\b\\c.py': 'x'},
         mode=0o755)
     link = zipped(tmp_path / 'b.zip', {'passwd': '/etc/passwd'}, mode=0o120777)
-    assert unpack(path, tmp_path / 'out', Budget()) == []
-    assert unpack(link, tmp_path / 'out', Budget()) == ['Left out, because each is a link: passwd.']
+    assert unpack(path, tmp_path / 'out', UnpackLimits()) == []
+    assert unpack(link, tmp_path / 'out', UnpackLimits()) == ['Left out, because each is a link: passwd.']
     assert files_below(tmp_path / 'out') == {'a/' + NODE, 'a/builder.py', 'a/b/c.py'}
-    unpack(zipped(tmp_path / 'c.zip', {'n.py': 'x'}), tmp_path / 'plain', Budget())
+    unpack(zipped(tmp_path / 'c.zip', {'n.py': 'x'}), tmp_path / 'plain', UnpackLimits())
     assert [os.access(str(tmp_path / name), os.X_OK) for name in ('out/a/' + NODE, 'plain/n.py')
             ] == [True, False]
 
@@ -97,7 +97,7 @@ def test_what_is_nobodys_work_is_not_unpacked(tmp_path):
 def test_paths_that_lead_out_are_refused(tmp_path, name):
     path = zipped(tmp_path / 'in' / 'a.zip', {'good.py': 'x', name: 'x'})
     with pytest.raises(NotJudged, match='leads out of it'):
-        unpack(path, tmp_path / 'in' / 'out', Budget())
+        unpack(path, tmp_path / 'in' / 'out', UnpackLimits())
     assert files_below(tmp_path) == {'in/a.zip'}
 
 
@@ -123,14 +123,14 @@ def test_what_is_no_zip_file_is_refused(tmp_path):
     for data in (b'', b'no zip file', b'PK\x03\x04 cut off', liar):
         (tmp_path / 'a.zip').write_bytes(data)
         with pytest.raises(NotJudged, match='cannot be unpacked: .*'):
-            unpack(tmp_path / 'a.zip', tmp_path / 'out', Budget())
+            unpack(tmp_path / 'a.zip', tmp_path / 'out', UnpackLimits())
 
 
 @pytest.mark.filterwarnings('ignore:Duplicate name')
 def test_of_two_entries_of_one_place_the_last_one_counts_as_for_any_program(tmp_path):
     path = zipped(tmp_path / 'a.zip', [('n.py', 'old, and longer'), ('a/b.py', 'x'), ('n.py', 'new'),
                                        ('./a//b.py', 'y'), ('a\\b.py', 'z'), ('n.py/in.py', 'in')])
-    assert unpack(path, tmp_path / 'out', Budget()) == [
+    assert unpack(path, tmp_path / 'out', UnpackLimits()) == [
         'Left out, because the zip file has it twice, and the last one counts: a/b.py, a/b.py, n.py.',
         'Left out, because no file here can have that name: n.py/in.py.']
     assert [(tmp_path / 'out' / name).read_text() for name in ('n.py', 'a/b.py')] == ['new', 'z']
@@ -141,7 +141,7 @@ def test_an_entry_that_cannot_be_written_costs_no_other(tmp_path):
     data = zipped(tmp_path / 'b.zip', {'n.py': 'x', 'Q': 'x', './': ''}).read_bytes()     # Q becomes no name at all
     path.with_name('b.zip').write_bytes(data.replace(b'Q', b'\0'))
     for file, left in ((path, ['x' * 200, 'y/' * 9 + 'z' * 182]), (path.with_name('b.zip'), [''])):
-        assert unpack(file, tmp_path / file.stem, Budget()) == [
+        assert unpack(file, tmp_path / file.stem, UnpackLimits()) == [
             'Left out, because no file here can have that name: {}.'.format(', '.join(left))]
         assert 'n.py' in files_below(tmp_path / file.stem)
     assert (tmp_path / 'a' / 'a:b.txt').exists()
@@ -154,10 +154,10 @@ def test_an_entry_that_is_damaged_packed_otherwise_or_has_a_password_costs_no_ot
     for number, (at, byte) in enumerate([(entry + 16, 0), (entry + 10, 97), (entry + 8, 1)]):
         file, out = tmp_path / 'b.zip', tmp_path / str(number)      # its CRC, method, flags
         file.write_bytes(data[:at] + bytes([byte]) + data[at + 1:])
-        assert unpack(file, out, Budget()) == [
+        assert unpack(file, out, UnpackLimits()) == [
             'Left out, because the zip file is damaged there, or has a password: a.py.']
         assert files_below(out) == {'n.py'}
-    assert unpack(zipped(tmp_path / 'c.zip', {'a/': ''}), tmp_path / 'c', Budget()) == []
+    assert unpack(zipped(tmp_path / 'c.zip', {'a/': ''}), tmp_path / 'c', UnpackLimits()) == []
 
 
 def test_a_full_disk_is_no_matter_of_names(tmp_path, monkeypatch):
@@ -167,7 +167,7 @@ def test_a_full_disk_is_no_matter_of_names(tmp_path, monkeypatch):
         raise OSError(28, 'No space left on device', '/tmp/of/the/marker')
     monkeypatch.setattr(archives.shutil, 'copyfileobj', full)
     with pytest.raises(NotJudged, match=r'cannot be unpacked: No space left on device\.$'):
-        unpack(path, tmp_path / 'out', Budget())
+        unpack(path, tmp_path / 'out', UnpackLimits())
 
 
 @pytest.mark.parametrize('data, said', [
@@ -179,7 +179,7 @@ def test_a_full_disk_is_no_matter_of_names(tmp_path, monkeypatch):
 def test_what_is_called_a_zip_file_and_is_none_is_named(tmp_path, data, said):
     (tmp_path / 'a.zip').write_bytes(data)
     with pytest.raises(NotJudged, match='cannot be unpacked: {}'.format(said)):
-        unpack(tmp_path / 'a.zip', tmp_path / 'out', Budget())
+        unpack(tmp_path / 'a.zip', tmp_path / 'out', UnpackLimits())
 
 
 @pytest.mark.parametrize('name', ['a/' * 1500 + 'x.py', 'x' * 300 + '.py', '"\n\u202e.py',
@@ -200,7 +200,7 @@ def test_a_folder_that_programs_make_is_read_if_the_node_is_nowhere_else(tmp_pat
         path = zipped(tmp_path / 'a.zip', dict(files, **{'n.py': 'x'} if with_own else {}))
         if not is_zip:
             path = tmp_path / str(with_own)
-            unpack(tmp_path / 'a.zip', path, Budget(), archives.NEVER)
+            unpack(tmp_path / 'a.zip', path, UnpackLimits(), archives.NEVER)
         found, said = laid_out(Submission(str(with_own), {path: 'a.zip'}), tmp_path)
         assert (found, said) == ({'a.unpacked/' * is_zip + name for name in expected}, [])
 
@@ -346,7 +346,7 @@ def test_the_packages_of_a_python_environment_leave_room_for_the_node(tmp_path, 
     files.update({'a/deep/pictures/{}.png'.format(number): '' for number in range(30)}, **{NODE: 'x'})
     path = zipped(tmp_path / 'work.zip', files)
     if not is_zip:
-        unpack(path, tmp_path / 'ann', Budget(9))
+        unpack(path, tmp_path / 'ann', UnpackLimits(9))
         path = tmp_path / 'ann'
     copied, said = laid_out(Submission('Ann', {path: path.name}), tmp_path)
     assert ('work.unpacked/' * is_zip + NODE) in copied and len(copied) == 20

@@ -82,7 +82,7 @@ def sort_out(folder: Path, skipped: Pattern[str] = MADE) -> Tuple[List[Path], Li
     return files, others + sorted(set(found) - set(files))
 
 
-class Budget:
+class UnpackLimits:
     """The number of files and bytes that submissions may still have."""
 
     def __init__(self, submissions: int = 1) -> None:
@@ -103,7 +103,8 @@ class Budget:
         return True
 
 
-def unpack(path: Path, folder: Path, budget: Budget, skipped: Pattern[str] = MADE) -> List[str]:
+def unpack(path: Path, folder: Path, limits: UnpackLimits,
+           skipped: Pattern[str] = MADE) -> List[str]:
     """Unpack the zip file `path` into `folder`, as far as the budget reaches; remarks on files that
     were left out.
 
@@ -129,7 +130,7 @@ def unpack(path: Path, folder: Path, budget: Budget, skipped: Pattern[str] = MAD
             folder.mkdir(parents=True, exist_ok=True)
             for place, info in sorted(wanted.items(), key=lambda item: turn(
                     item[0], item[1].file_size)):
-                if budget.spend(info.file_size):
+                if limits.spend(info.file_size):
                     try:
                         with archive.open(info) as source:
                             if not write(None if place.endswith('/') else source,

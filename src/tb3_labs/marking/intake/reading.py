@@ -15,7 +15,7 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Set, Tuple
 
-from tb3_labs.marking.intake.archives import CLASS, NEVER, Budget, unpack
+from tb3_labs.marking.intake.archives import CLASS, NEVER, UnpackLimits, unpack
 from tb3_labs.marking.intake.catkin import modules_of
 from tb3_labs.marking.intake.packages import (
     MANIFEST, Choice, NotJudged, digest, find_node, interface_files, is_name, is_slip, name_in,
@@ -97,10 +97,10 @@ def _call(failure: str, function: Callable[..., Any], *arguments: Any) -> Any:
 # -- in the limited process
 
 def _unpack_class(path, folder):
-    budget = Budget(CLASS)
-    remarks = unpack(Path(path), Path(folder), budget, NEVER)
-    if budget.exceeded:
-        raise NotJudged(budget.exceeded)
+    limits = UnpackLimits(CLASS)
+    remarks = unpack(Path(path), Path(folder), limits, NEVER)
+    if limits.exceeded:
+        raise NotJudged(limits.exceeded)
     return remarks
 
 

@@ -19,8 +19,8 @@ from typing import Callable, Dict, Iterable, List, NamedTuple, Tuple
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.archives import (
-    MADE, NEVER, NO_NAME, OTHER_ARCHIVES, ZIP, Budget, is_zip, left_out, sort_out, turn, unpack,
-    write)
+    MADE, NEVER, NO_NAME, OTHER_ARCHIVES, ZIP, UnpackLimits, is_zip, left_out, sort_out, turn,
+    unpack, write)
 from tb3_labs.marking.intake.packages import MANIFEST, NotJudged, files_in, shortened
 
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
@@ -145,7 +145,7 @@ def lay_out(handed_in: Dict[Path, str], folder: Path,
 
 def _lay_out(handed_in, folder, has_node, skipped):
     folder.mkdir(parents=True)
-    budget, remarks, unread, lost = Budget(), [], [], []
+    limits, remarks, unread, lost = UnpackLimits(), [], [], []
     files = {}      # place -> file, its name on the platform
     for path, name in sorted(handed_in.items(), key=lambda item: _upload(item[0].name)):
         for source, place in (_files_in(path, remarks, skipped) if path.is_dir()
@@ -158,7 +158,7 @@ def _lay_out(handed_in, folder, has_node, skipped):
     for place in sorted(set(files) - set(zips), key=lambda place: turn(
             str(place), files[place][0].stat().st_size)):
         source = files[place][0]
-        if budget.spend(source.stat().st_size):
+        if limits.spend(source.stat().st_size):
             with open(str(source), 'rb') as file:
                 if not write(file, folder / place, os.access(str(source), os.X_OK)):
                     lost.append(place)
@@ -166,16 +166,16 @@ def _lay_out(handed_in, folder, has_node, skipped):
     if zips and has_node():
         remarks += left_out('it is a zip file beside the node', zips)
     else:
-        _unpack({place: files[place][0] for place in zips}, folder, budget, skipped, (
+        _unpack({place: files[place][0] for place in zips}, folder, limits, skipped, (
             remarks, unread))
     others = [path.name for path in sort_out(folder, NEVER)[0]
               if path.suffix.lower() in OTHER_ARCHIVES]
     unread += ['{} was not unpacked: only zip files are, and none in others.'.format(
         printable(name)) for name in others[:1]]
-    return remarks, unread + ([budget.exceeded] if budget.exceeded else [])
+    return remarks, unread + ([limits.exceeded] if limits.exceeded else [])
 
 
-def _unpack(zips, folder, budget, skipped, said):
+def _unpack(zips, folder, limits, skipped, said):
     """Unpack zip files, each into a folder of its own, unless they belong together: one has a
     package.xml that another lacks, and no file is in two of them."""
     remarks, unread = said
@@ -185,7 +185,7 @@ def _unpack(zips, folder, budget, skipped, said):
         while root.exists():        # two names may differ in their endings alone
             root = root.with_name(root.name + '_')
         try:
-            remarks += unpack(file, root, budget, skipped)
+            remarks += unpack(file, root, limits, skipped)
         except NotJudged as reason:
             unread.append(str(reason))
         roots.append(root)

@@ -17,7 +17,7 @@ import numpy as np
 
 from tb3_labs.geometry.angles import WHOLE_TURN, wrap, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.bag import budget
+from tb3_labs.report.bag import read_limits
 from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.run_data import (
     LogLines, MouseSamples, OdometrySamples, Orientations, PadSamples, Poses, States, Twists,
@@ -96,9 +96,9 @@ def make_collectors(parts, prefix, limits):
             if each.child_frame_id.lstrip('/') == (prefix + 'local').strip('/'))),
         'log': (LogLines, _lines(prefix)),
         'variables': (Variables, _variables)}
-    larger = {'events': {'longest': budget.LONGEST_EVENT},
-              'printed': {'longest': budget.LONGEST_EVENT},
-              'variables': {'most': budget.MOST_VARIABLES}}
+    larger = {'events': {'longest': read_limits.LONGEST_EVENT},
+              'printed': {'longest': read_limits.LONGEST_EVENT},
+              'variables': {'most': read_limits.MOST_VARIABLES}}
     return {part: Collector(*special.get(part, (Poses, _pose)), limits, **larger.get(part, {}))
             for part in parts}
 
@@ -110,10 +110,10 @@ class Collector:
     and the sample's numbers or words. It raises ``ValueError`` for an invalid quaternion.
     """
 
-    def __init__(self, kind, rows_of, limits, longest=budget.LONGEST_LINE, most=None):
+    def __init__(self, kind, rows_of, limits, longest=read_limits.LONGEST_LINE, most=None):
         """`longest`: characters of a word; `most`: samples with words, None: MOST_LINES."""
         self._kind, self._rows_of, self._limits, self._letters = kind, rows_of, limits, 0
-        self._longest, self._most = longest, most or budget.MOST_LINES
+        self._longest, self._most = longest, most or read_limits.MOST_LINES
         self._has_words = kind in (States, LogLines, Variables)
         self._values = [] if self._has_words else array('d')
         self.arrival, self.stamp, self.number, self.bad = array('d'), array('d'), array('q'), 0
@@ -138,7 +138,7 @@ class Collector:
             row = [word[:self._longest] for word in row]
             self._letters += sum(map(len, row))
             self.is_full = self.is_full or len(self.arrival) >= self._most or (
-                self._letters > budget.MOST_LETTERS)
+                self._letters > read_limits.MOST_LETTERS)
         elif not all(-LARGEST < value < LARGEST for value in row):      # false for NaN
             self.bad += 1
             return

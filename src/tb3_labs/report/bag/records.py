@@ -2,7 +2,7 @@
 
 A bag may come from a stranger. Its index is not used, so each byte is read once, and a recording
 that was cut off is read up to its last whole record. The definitions of its messages are not used.
-Memory and time are limited by a Budget.
+Memory and time are limited by a ReadLimits.
 
 Source: http://wiki.ros.org/Bags/Format/2.0
 """
@@ -14,9 +14,9 @@ from io import BytesIO
 from shlex import quote
 from typing import BinaryIO, Callable, Dict, Iterator, NamedTuple, Tuple
 
-from tb3_labs.report.bag import budget
-from tb3_labs.report.bag.budget import (
-    MIB, MOST_CONNECTION, MOST_HEADER, MOST_MESSAGE, Budget, TooLarge)
+from tb3_labs.report.bag import read_limits
+from tb3_labs.report.bag.read_limits import (
+    MIB, MOST_CONNECTION, MOST_HEADER, MOST_MESSAGE, ReadLimits, TooLarge)
 
 #: A bag begins with this.
 BAG_VERSION = b'#ROSBAG V2'
@@ -72,11 +72,11 @@ class Bag:
         self._begin = first.find(b'\n') + 1
 
     def messages(self, is_wanted: Callable[[Connection], bool],
-                 limits: Budget) -> Iterator[Record]:
+                 limits: ReadLimits) -> Iterator[Record]:
         """Yields the messages of all connections, with the data of those that are wanted."""
         self._file.seek(self._begin)
         self._connections: Dict[int, Connection] = {}
-        self._budget, self._is_whole, self.problem = limits, False, ''
+        self._limits, self._is_whole, self.problem = limits, False, ''
         try:
             yield from self._records(self._file, is_wanted)
             if not self._is_whole:
@@ -94,7 +94,7 @@ class Bag:
             length = source.read(LENGTH.size)
             if not length:
                 return
-            self._budget.spend('records')
+            self._limits.spend('records')
             header = _fields(self._read(source, LENGTH.unpack(length)[0], MOST_HEADER))
             kind, size = header[b'op'][0], LENGTH.unpack(self._read(source, LENGTH.size))[0]
             if kind == CHUNK and header[b'compression'] == b'none':
@@ -117,29 +117,29 @@ class Bag:
     def _read(self, source: BinaryIO, size: int, most: int = MOST_MESSAGE) -> bytes:
         if size > most:
             raise ValueError(f'{size} bytes in place of {most} at most')
-        self._budget.spend('MiB', size / MIB)
+        self._limits.spend('MiB', size / MIB)
         data = source.read(size)
         if len(data) < size:
             raise EOFError
         return data
 
     def _connect(self, header: Dict[bytes, bytes], data: bytes) -> None:
-        self._budget.spend('connections')
+        self._limits.spend('connections')
         known = _fields(data)
         self._connections[LENGTH.unpack(header[b'conn'])[0]] = Connection(*(
-            value[:budget.MOST_NAME].decode(errors='replace') for value in (
+            value[:read_limits.MOST_NAME].decode(errors='replace') for value in (
                 header[b'topic'], *(known.get(name, b'?')
                                     for name in (b'type', b'md5sum', b'callerid')))))
 
     def _unpacked(self, compression: bytes, size: int) -> BinaryIO:
         """Returns the records of the packed chunk that begins here, `size` bytes long."""
         pieces_of, chunk = _unpacker(compression), BytesIO()
-        for at in range(0, size, budget.PART):
-            for piece in pieces_of(self._read(self._file, min(budget.PART, size - at))):
-                self._budget.spend('MiB', len(piece) / MIB)
-                if chunk.tell() + len(piece) > budget.MOST_CHUNK:
+        for at in range(0, size, read_limits.PART):
+            for piece in pieces_of(self._read(self._file, min(read_limits.PART, size - at))):
+                self._limits.spend('MiB', len(piece) / MIB)
+                if chunk.tell() + len(piece) > read_limits.MOST_CHUNK:
                     raise TooLarge('a packed chunk holds more than {:g} MiB'.format(
-                        budget.MOST_CHUNK / MIB))
+                        read_limits.MOST_CHUNK / MIB))
                 chunk.write(piece)
         chunk.seek(0)
         return chunk
@@ -174,9 +174,9 @@ def _unpacker(compression: bytes) -> Callable[[bytes], Iterator[bytes]]:
         unpacker = bz2.BZ2Decompressor()
 
         def pieces_of(part: bytes) -> Iterator[bytes]:
-            yield unpacker.decompress(part, budget.PIECE)
+            yield unpacker.decompress(part, read_limits.PIECE)
             while not (unpacker.needs_input or unpacker.eof):
-                yield unpacker.decompress(b'', budget.PIECE)
+                yield unpacker.decompress(b'', read_limits.PIECE)
         return pieces_of
     if compression == b'lz4':
         import roslz4    # only for the bags that need it

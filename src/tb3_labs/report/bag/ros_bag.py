@@ -17,9 +17,9 @@ from std_msgs.msg import Bool, Empty, Float32, Float64, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
-from tb3_labs.report.bag.budget import Budget, TooLarge
 from tb3_labs.report.bag.clock import one_clock
 from tb3_labs.report.bag.messages import make_collectors, samples_of
+from tb3_labs.report.bag.read_limits import ReadLimits, TooLarge
 from tb3_labs.report.bag.records import Bag, BagProblem, open_bag
 from tb3_labs.report.run_data import RunData
 
@@ -66,7 +66,7 @@ def _sorted_out(bag):
     """Returns ({topic: (its installed class or None, number of messages)}, {topic: names of its
     senders}, [topics of other types, with the types], the records if they are few and whole)."""
     numbers, records, left = Counter(), [], MOST_KEPT
-    for record in bag.messages(_is_known, Budget()):
+    for record in bag.messages(_is_known, ReadLimits()):
         numbers[record.connection] += 1
         left -= RECORD + len(record.data)
         if left > 0:
@@ -100,7 +100,7 @@ def _read(bag, path, namespace, tell):
              'bag: {}{}'.format(path, ', '.join(others[:NAMED_TOPICS]),
                                 ', {} more'.format(more) if more > 0 else ''))
     prefix = parent(topics['odometry'])
-    limits = Budget()
+    limits = ReadLimits()
     collectors = make_collectors([*topics, 'sent'], prefix, limits)
     names = {name: k for k, name in enumerate(sorted(senders.get(topics.get('commands'), ())))}
     start, problem = _collect(

@@ -1,7 +1,8 @@
 """The budget of reading a bag: a stranger's file may have too much of anything.
 
-Each read, each unpacked piece, each record and each sample takes from one Budget; nothing is read
-in a larger piece than the limits below. So memory and time are bounded, whatever the file claims.
+Each read, each unpacked piece, each record and each sample takes from one ReadLimits; nothing is
+read in a larger piece than the limits below. So memory and time are bounded, whatever the file
+claims.
 """
 import time
 from typing import Dict
@@ -27,7 +28,7 @@ class TooLarge(Exception):
     """The budget is used up; the message names what is too much, and the limit."""
 
 
-class Budget:
+class ReadLimits:
     """What is left for one reading of a bag."""
 
     def __init__(self) -> None:
