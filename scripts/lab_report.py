@@ -52,7 +52,7 @@ def main(words):
         from tb3_labs.report.motion.movements import LAB_GOAL, completed
         from tb3_labs.report.page.files import write_report    # needs matplotlib
         from tb3_labs.report.bag.ros_bag import read_run
-        run = completed(read_run(str(given.bag), given.ns, _tell), given.goal or LAB_GOAL)
+        run = completed(read_run(str(given.bag), given.ns, _print), given.goal or LAB_GOAL)
         folder = given.folder or given.bag.with_name(given.bag.stem + '_report')
         page, *others = write_report(run, robot_model(given.model), folder, given.turn)
         print(f'Report: {page}\nBeside it: {", ".join(path.name for path in others)}')
@@ -69,11 +69,11 @@ def main(words):
 
 
 def _fail(problem):
-    _tell(problem)
+    _print(problem)
     return 1
 
 
-def _tell(words):
+def _print(words):
     """Print words that may quote a stranger's bag: what does not show is escaped."""
     print(f'lab_report.py: {printable(str(words)[:LONGEST])}', file=sys.stderr)
 

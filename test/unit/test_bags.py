@@ -125,7 +125,7 @@ def test_a_definition_in_a_bag_is_never_run(tmp_path, topic, kind, checksum, lef
                   connection_header={'topic': topic, 'type': kind, 'md5sum': checksum,
                                      'message_definition': 'float64 data\nuint8 open({!r},"w").x=1'
                                      .format(str(tmp_path / 'harm'))})
-    run = read_run(path, tell=told.append)
+    run = read_run(path, log=told.append)
     assert len(run.imu) > 100 and [math.degrees(turn) for turn in run.requested.value] == (
         [] if left_out else [90.0])
     assert sorted(os.listdir(str(tmp_path))) == ['evil.bag']
@@ -238,12 +238,12 @@ def chunk(content, by=b'bz2', **header):
 EMPTY_MESSAGE = record(b'', op=b'\2', conn=bytes(4), time=bytes(8))
 
 
-def read_within(path, tell=lambda line: None):
+def read_within(path, log=lambda line: None):
     """(the reader's result, its greatest memory in MiB, its processor time)."""
     tracemalloc.start()
     begun = process_time()
     try:
-        read = read_run(path, tell=tell)
+        read = read_run(path, log=log)
     except BagProblem as problem:
         read = str(problem)
     finally:
@@ -334,9 +334,9 @@ def test_all_packed_chunks_share_one_budget(tmp_path, monkeypatch):
     with rosbag.Bag(str(path), 'w', compression='bz2', chunk_threshold=10000) as bag:
         for time, topic, message in sorted(sensors(known_run()), key=lambda row: row[0]):
             bag.write('/' + topic, message, rospy.Time.from_sec(BEGIN + time))
-    assert read_run(path, tell=told.append).duration == pytest.approx(12.0) and not told
+    assert read_run(path, log=told.append).duration == pytest.approx(12.0) and not told
     monkeypatch.setitem(read_limits.MOST_READ, 'MiB', 0.2)
-    run = read_run(path, tell=told.append)
+    run = read_run(path, log=told.append)
     line, = told
     assert 0.5 < run.duration < 6.0 and re.search(
         r'it has more than 0.2 MiB: the report ends at {:.1f} s$'.format(run.duration), line)
@@ -382,7 +382,7 @@ def chatty(run):
 def test_of_too_many_or_too_long_lines_the_first_are_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(read_limits, 'MOST_LINES', 100)
     told = []
-    run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, chatty)), tell=told.append)
+    run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, chatty)), log=told.append)
     assert len(run.log) == 100 and run.dropped['log'] == 1 and len(run.notes) == 1
     assert told[0].endswith('/rosout has more than 100 messages: the later ones are left out')
 

@@ -53,11 +53,11 @@ def declared_by(line: str) -> Optional[Pose2]:
 
 def resets_in(log: LogLines) -> Poses:
     """Returns the poses that were declared by resets, as the log lines have them."""
-    said = [(k, pose) for k, pose in enumerate(map(declared_by, log.texts))
-            if pose is not None][:MOST_RESETS]
-    lines = log.take([k for k, _ in said])
+    declared = [(k, pose) for k, pose in enumerate(map(declared_by, log.texts))
+                if pose is not None][:MOST_RESETS]
+    lines = log.take([k for k, _ in declared])
     return Poses(lines.arrival, lines.time,
-                 *np.array([(pose.x, pose.y, pose.yaw) for _, pose in said]).reshape(-1, 3).T)
+                 *np.array([(pose.x, pose.y, pose.yaw) for _, pose in declared]).reshape(-1, 3).T)
 
 
 def presses_of(pad: PadSamples) -> Values:

@@ -45,14 +45,14 @@ DEVICES = 'joy', 'mouse_info'
 NAMED_TOPICS = 5
 
 
-def read_run(path, namespace=None, tell=lambda line: None):
+def read_run(path, namespace=None, log=lambda line: None):
     """Returns the RunData of the bag file `path`; `namespace` chooses one robot of several.
 
-    ``tell(line)`` gets a line on what is not read. Raises BagProblem.
+    ``log(line)`` gets a line on what is not read. Raises BagProblem.
     """
     try:
         with open_bag(path) as file:
-            return _read(Bag(file, path), path, namespace, tell)
+            return _read(Bag(file, path), path, namespace, log)
     except BagProblem as problem:
         raise BagProblem(f'{path}: {problem}') from None
     except FileNotFoundError:
@@ -88,7 +88,7 @@ def _is_known(connection):
     return (connection.kind, connection.checksum) in CLASSES
 
 
-def _read(bag, path, namespace, tell):
+def _read(bag, path, namespace, log):
     types, senders, others, records = _sorted_out(bag)
     try:
         topics = choose_topics(types, namespace)
@@ -96,9 +96,9 @@ def _read(bag, path, namespace, tell):
         raise _missing(problem, bag.problem, types) from None
     if others:
         more = len(others) - NAMED_TOPICS
-        tell('{}: not read, since these types are not installed here, or not as they are in the '
-             'bag: {}{}'.format(path, ', '.join(others[:NAMED_TOPICS]),
-                                ', {} more'.format(more) if more > 0 else ''))
+        log('{}: not read, since these types are not installed here, or not as they are in the '
+            'bag: {}{}'.format(path, ', '.join(others[:NAMED_TOPICS]),
+                               ', {} more'.format(more) if more > 0 else ''))
     prefix = parent(topics['odometry'])
     limits = ReadLimits()
     collectors = make_collectors([*topics, 'sent'], prefix, limits)
@@ -117,7 +117,7 @@ def _read(bag, path, namespace, tell):
             topic, len(collectors[part].arrival))
         for part, topic in topics.items() if collectors[part].is_full]
     for note in notes:
-        tell(f'{path}: {note}')
+        log(f'{path}: {note}')
     absolute = {_absolute(topic) for topic in types}
     return RunData(str(path), start, duration, topics=topics, notes=tuple(notes),
                    senders=tuple(names), devices=tuple(

@@ -78,8 +78,8 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
     figure = new_figure(4.3)
     left, rate = figure.subplots(2, 1, sharex=True)
     ends = [turn.begin for turn in found[1:]] + [math.inf]
-    first, *_ = shown = [alone - 1] if alone else range(min(len(found), MOST_DRAWN))
-    for number in shown:
+    first, *_ = chosen = [alone - 1] if alone else range(min(len(found), MOST_DRAWN))
+    for number in chosen:
         turn, following = found[number], ends[number]
         until = min(turn.end + AFTER, following)
         sign = math.copysign(1.0, turn.requested)
@@ -129,12 +129,12 @@ def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     goals = [(drive, drive.goal) for drive in driven if drive.goal]
     _ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
     _ends(in_local, local, [goal for _, goal in goals])
-    shown = [(epoch.odom_T_local, f', reset {number}' if number else '')
-             for number, epoch in enumerate(frames[:MOST_DRAWN])]
-    size = _same_scale((in_odom, [pose for pose, _ in shown]),
-                       (in_local, [pose.inverse() for pose, _ in shown]))
-    _frames(in_odom, 'odom', [(pose, 'local' + after) for pose, after in shown], size)
-    _frames(in_local, 'local', [(pose.inverse(), 'odom' + after) for pose, after in shown], size)
+    chosen = [(epoch.odom_T_local, f', reset {number}' if number else '')
+              for number, epoch in enumerate(frames[:MOST_DRAWN])]
+    size = _same_scale((in_odom, [pose for pose, _ in chosen]),
+                       (in_local, [pose.inverse() for pose, _ in chosen]))
+    _frames(in_odom, 'odom', [(pose, 'local' + after) for pose, after in chosen], size)
+    _frames(in_local, 'local', [(pose.inverse(), 'odom' + after) for pose, after in chosen], size)
     for axes, title in ((in_odom, 'global frame (odom)'), (in_local, 'local frame')):
         axes.set(title=title, xlabel='x [m]', ylabel='y [m]')
         axes.grid(True, linewidth=0.3)

@@ -18,7 +18,7 @@ import numpy as np
 from tb3_labs import drawing
 from tb3_labs.report.motion.epochs import Epoch, epochs, local_in_odom
 from tb3_labs.report.motion.goals import goal_errors, spans
-from tb3_labs.report.page import inside
+from tb3_labs.report.page import variable_figures
 from tb3_labs.report.page.curves import curves, mark_line, thinned, variable_curves
 from tb3_labs.report.run_data import GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
@@ -90,8 +90,8 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
                   for span in spans(run)[:MOST_MARKS]],
         'marks': sorted(marked, key=lambda each: each['begin'])[:MOST_MARKS],
         'log': _lines(run.log),
-        'nodes': inside.nodes(run), 'variables': inside.texts(run),
-        'figures': inside.figures(run)}
+        'nodes': variable_figures.nodes(run), 'variables': variable_figures.texts(run),
+        'figures': variable_figures.figures(run)}
 
 
 def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
@@ -112,9 +112,9 @@ def _commands(commands: Commands) -> List[List[Any]]:
     rows: List[List[Any]] = []
     for at, following, *speeds in zip(time, [*time[1:], math.inf], commands.linear,
                                       commands.angular):
-        said = [round(float(speed), 3) for speed in speeds]
-        if not rows or rows[-1][1:] != said:
-            rows.append([round(float(at), 3), *said])
+        rounded = [round(float(speed), 3) for speed in speeds]
+        if not rows or rows[-1][1:] != rounded:
+            rows.append([round(float(at), 3), *rounded])
         if following - at > COMMAND_TIMEOUT:
             rows.append([round(float(at) + COMMAND_TIMEOUT, 3), None, None])
     return rows
@@ -129,11 +129,11 @@ def mark(kind: str, begin: float, text: str, end: Optional[float] = None) -> Mar
 def _lines(log: LogLines) -> List[List[Any]]:
     """[time, level, text] of the log lines; the text begins with the node's name. A line that is
     repeated stands once."""
-    said = [(level, f"{node.lstrip('/')}: {text}"[:LONGEST_TEXT], at)
-            for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
-            if node.rpartition('/')[2] != RECORDER]
+    lines = [(level, f"{node.lstrip('/')}: {text}"[:LONGEST_TEXT], at)
+             for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
+             if node.rpartition('/')[2] != RECORDER]
     rows: List[List[Any]] = []
-    for (level, text), group in groupby(said, key=lambda line: line[:2]):
+    for (level, text), group in groupby(lines, key=lambda line: line[:2]):
         times = [at for *_, at in group]
         rows.append([round(float(times[0]), 3), str(level),
                      text + (f' ({len(times)} times)' if len(times) > 1 else '')])

@@ -18,11 +18,11 @@ RAISED, LINE_NUMBER = ('Traceback (most recent call last)', 'bad callback'), re.
 MOST_ERRORS, LONGEST_ERROR = 5, 300
 #: The skeletons' nodes print the name of each TODO that they reach.
 OPEN_TODO = re.compile(r'TODO \d+ is open')
-SAID = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
+PRINTED = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
 FOLDED = '<details><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
 
 
-def said_by_node(run: RunData) -> str:
+def printed_faults(run: RunData) -> str:
     """HTML of the faults that the node itself printed: exceptions, each once, and open TODOs."""
     log = run.log
     errors: Dict[str, List[float]] = {}
@@ -31,13 +31,13 @@ def said_by_node(run: RunData) -> str:
             at = LINE_NUMBER.findall(text)
             words = text.strip().splitlines()[-1] + (f' (line {at[-1]})' if at else '')
             errors.setdefault(words, []).append(float(time))
-    parts = [SAID.format(escape('An exception came {}: {}.'.format(
+    parts = [PRINTED.format(escape('An exception came {}: {}.'.format(
         'once' if len(times) == 1 else '{} times'.format(len(times)), words[:LONGEST_ERROR])),
-        times[0]) for words, times in list(errors.items())[:MOST_ERRORS]]
+           times[0]) for words, times in list(errors.items())[:MOST_ERRORS]]
     todos = [(float(time), found.group()) for time, text in zip(log.time, log.texts)
              for found in [OPEN_TODO.match(text)] if found]
     if todos:
-        parts.append(SAID.format('The node said: {}.'.format(', '.join(dict.fromkeys(
+        parts.append(PRINTED.format('The node said: {}.'.format(', '.join(dict.fromkeys(
             words for _, words in todos))), todos[0][0]))
     return '\n'.join(parts)
 

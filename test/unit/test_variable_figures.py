@@ -10,7 +10,7 @@ pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from test_timeline import data_of, path_in
 
-from tb3_labs.report.page import inside, timeline
+from tb3_labs.report.page import timeline, variable_figures
 from tb3_labs.report.page.curves import NO_LINE
 from tb3_labs.report.run_data import ImuSamples, Variables
 
@@ -27,7 +27,7 @@ def variables(nodes=None, time=TIME, **texts):
 
 
 def figures(run, **texts):
-    return {tuple(figure.names): figure for figure in inside.figures(made(
+    return {tuple(figure.names): figure for figure in variable_figures.figures(made(
         variables=variables(**texts), **run))}
 
 
@@ -81,14 +81,14 @@ def test_what_is_no_number_is_left_out_of_a_line_of_numbers():
 
 def test_a_constant_has_a_text_and_no_figure():
     run = made(variables=variables(K_HDG='0.1', zero=['0', '0.0'] * 100 + ['0'], goal=['0'] * 100 + ['90.5'] * 101))
-    assert [figure.names for figure in inside.figures(run)] == [['goal']]
-    assert inside.texts(run) == [['K_HDG', [0.0], ['0.1']], ['zero', [0.0], ['0']],
-                                 ['goal', [0.0, 5.0], ['0', '90.5']]]
+    assert [figure.names for figure in variable_figures.figures(run)] == [['goal']]
+    assert variable_figures.texts(run) == [['K_HDG', [0.0], ['0.1']], ['zero', [0.0], ['0']],
+                                           ['goal', [0.0, 5.0], ['0', '90.5']]]
 
 
 def test_the_names_of_two_nodes_are_told_apart():
     run = made(variables=variables({'b': '/lab/second'}, a=TIME, b=TIME))
-    assert [figure.names for figure in inside.figures(run)] == [['controller: a'], ['lab/second: b']]
+    assert [figure.names for figure in variable_figures.figures(run)] == [['controller: a'], ['lab/second: b']]
 
 
 def test_the_page_has_the_lines_and_no_text_of_a_node_can_end_it():
@@ -106,6 +106,6 @@ def test_the_largest_page_is_bounded():
     assert len(timeline.section(data_of(made(variables=variables(nodes, **texts))))) < 2e5
     time = np.arange(18000) / 20.0
     noise = np.random.RandomState(1).normal(0.0, 1.0, len(time))
-    (points, breaks) = inside.line(time, noise)
-    assert len(points) <= inside.MOST_POINTS and breaks == []
-    assert inside.line(time, np.full(len(time), math.nan)) == NO_LINE
+    (points, breaks) = variable_figures.line(time, noise)
+    assert len(points) <= variable_figures.MOST_POINTS and breaks == []
+    assert variable_figures.line(time, np.full(len(time), math.nan)) == NO_LINE
