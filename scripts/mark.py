@@ -17,7 +17,7 @@ from pathlib import Path
 
 from tb3_labs.command_line import Parser, printable, whole_number
 from tb3_labs.marking.marks import LABS
-from tb3_labs.marking.classes import mark_class
+from tb3_labs.marking.mark_class import mark_class
 from tb3_labs.terminal import run_tool
 
 #: Signals that end the marking: Ctrl+C, the command kill, a terminal that is closed.

@@ -100,12 +100,12 @@ def test_the_ros_of_a_tool_is_seen_by_the_names_of_its_files():
 
 #: A room of marking imports none of these: an intake knows no criterion, a lab starts no process.
 APART = {'intake': {'labs', 'trial'}, 'labs': {'subprocess', 'os', 'pty', 'signal', 'processes'}}
-HALL = {'student_page', 'class_table', 'marks', 'marks_folder', 'marker', 'classes'}
+ABOVE_ROOMS = {'student_page', 'class_table', 'marks', 'marks_folder', 'trial_runner', 'mark_class'}
 
 
 def test_the_rooms_of_marking_stay_apart():
     assert [(path, module) for path, module in imports() if path.parts[0] == 'marking'
-            and len(path.parts) > 2 and (APART.get(path.parts[1], set()) | HALL) & set(module)] == []
+            and len(path.parts) > 2 and (APART.get(path.parts[1], set()) | ABOVE_ROOMS) & set(module)] == []
     folders = [SOURCES / 'marking', *(path for path in (SOURCES / 'marking').iterdir() if path.is_dir())]
     assert max(len(list(folder.glob('[!_]*.py'))) for folder in folders) <= 10
     assert [module for path, module in imports() if path.name == 'lab_names.py'] == [['typing']]

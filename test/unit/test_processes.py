@@ -14,7 +14,7 @@ from sandboxes import MISSING
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox
 from tb3_labs.marking.trial.processes import IDENTITY, ResourceWatch, sweep
-from tb3_labs.marking.marker import environment_in
+from tb3_labs.marking.trial_runner import environment_in
 from tb3_labs.marking.intake.sandbox import (
     ADDRESS_SPACE, HOME, LARGEST_FILE, OWN_FOLDERS, ROOM, TASKS, USERS, NoSandbox, Sandbox)
 

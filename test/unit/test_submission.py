@@ -24,7 +24,7 @@ from tb3_labs.marking.intake.packages import is_slip
 from tb3_labs.marking.intake.reading import _read, imports_of, read
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
-from tb3_labs.marking import marker
+from tb3_labs.marking import trial_runner
 from tb3_labs.marking.intake.sandbox import NoSandbox
 from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare
 from tb3_labs.msg import MouseController
@@ -465,9 +465,9 @@ def test_whatever_is_sourced_a_submission_has_ros_this_package_and_no_other(tmp_
                  'under/share/lab3/x', 'under/share/actionlib/x', 'noetic/share/rospy/x'):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / path).touch()
-    monkeypatch.setattr(marker.rospkg, 'RosPack', lambda: SimpleNamespace(
+    monkeypatch.setattr(trial_runner.rospkg, 'RosPack', lambda: SimpleNamespace(
         get_path=lambda name: str(tmp_path / 'src' / name)))
-    made = marker.ros_alone(tmp_path / 'own', {
+    made = trial_runner.ros_alone(tmp_path / 'own', {
         'CMAKE_PREFIX_PATH': ':'.join(spaces), 'ROS_PACKAGE_PATH': str(tmp_path / 'src') + ':/x',
         'PYTHONPATH': ':'.join(space + '/lib/python3/dist-packages' for space in spaces),
         'PATH': over + '/bin:/home/ann/bin', 'LD_LIBRARY_PATH': over + '/lib', 'HOME': '/home/ann',
@@ -476,7 +476,7 @@ def test_whatever_is_sourced_a_submission_has_ros_this_package_and_no_other(tmp_
     for name, folder in (('CMAKE_PREFIX_PATH', ''), ('ROS_PACKAGE_PATH', '/share'), (
             'PYTHONPATH', '/lib/python3/dist-packages'), ('LD_LIBRARY_PATH', '/lib')):
         assert made.pop(name) == '{0}{2}:{1}{2}'.format(own, ros, folder)
-    assert made.pop('PATH').split(':')[1:] == [own + '/bin', ros + '/bin', *marker.SYSTEM.split(':')]
+    assert made.pop('PATH').split(':')[1:] == [own + '/bin', ros + '/bin', *trial_runner.SYSTEM.split(':')]
     assert made == {'HOME': '/home/ann', 'LANG': 'de_DE.UTF-8'}
     assert sorted(str(path.relative_to(own)) for path in (tmp_path / 'own').rglob('*')
                   if path.is_symlink()) == ['lib/python3/dist-packages/tb3_labs/msg',

@@ -19,15 +19,15 @@ import yaml
 
 from recorded_trial import write_trial
 from test_marking import TABLE, Strict, handed_in, marks_of, observation, turned
-from tb3_labs.marking import classes, marks_folder, trial_key
+from tb3_labs.marking import mark_class, marks_folder, trial_key
 from tb3_labs.marking import marks as marks_module
 from tb3_labs.marking.labs import criteria
 from tb3_labs.marking.intake.packages import digest
 from tb3_labs.marking.intake.submissions import chosen, submissions_in
 from tb3_labs.marking.marks import Decision, points_of
 from tb3_labs.marking.marks_folder import MarksFolder, alone_in
-from tb3_labs.marking.classes import MarkedClass
-from tb3_labs.marking.marker import Marker
+from tb3_labs.marking.mark_class import MarkedClass
+from tb3_labs.marking.trial_runner import TrialRunner
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.class_table import Table
 from tb3_labs.report.page.document import safe
@@ -379,7 +379,7 @@ def marked(path, acts, problems):
     """(a class marked by a marker that needs no robot, its submissions); `acts`: student -> what
     the marker does."""
     folder = folder_of(path / 'marks')
-    marker = Marker(folder)
+    marker = TrialRunner(folder)
 
     def try_out(submission, *_):
         act = acts.get(submission.student)
@@ -446,7 +446,7 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
         go_on.set()
         raise KeyboardInterrupt
     marking, found = marked(tmp_path, {'ann': None, 'bob': slowly}, [])
-    monkeypatch.setattr(classes, 'wait', interrupted)
+    monkeypatch.setattr(mark_class, 'wait', interrupted)
     assert marking.mark_all(found, 2) is True
     assert list(marks_below(tmp_path / 'marks')) == ['ann', 'bob']
 
@@ -466,7 +466,7 @@ def test_what_was_marked_and_has_not_changed_is_not_tried_again(tmp_path, capsys
     marking, found = marked(tmp_path, {'ann': None}, [])
     assert marking.mark_all(found, 1) is False
     before = marks_below(tmp_path / 'marks')
-    marker = Marker(folder_of(tmp_path / 'marks'))      # as the next run of mark.py has it
+    marker = TrialRunner(folder_of(tmp_path / 'marks'))    # as the next run of mark.py has it
     marker.try_out = None
     assert MarkedClass(marker, False, print).mark_all(found, 1) is False
     assert marks_below(tmp_path / 'marks') == before
@@ -494,7 +494,7 @@ def test_a_machine_that_is_too_busy_is_told(tmp_path, capsys, gaps, told, remark
     assert gaps == [] and ('may be unfair' in words) is remark
     _, notes = folder_of(tmp_path / 'marks').write_overview()
     assert any('Type the same command again.' in note for note in notes) is remark
-    assert MarkedClass(Marker(folder_of(tmp_path / 'marks')), False, print)._folder.kept(
+    assert MarkedClass(TrialRunner(folder_of(tmp_path / 'marks')), False, print)._folder.kept(
         'Ann', digest(tmp_path / 'in' / 'Ann')) is None or not remark     # it alone is repeated
 
 

@@ -65,7 +65,7 @@ class MarkingInterrupted(RuntimeError):
     """A person has interrupted the marking."""
 
 
-class Marker:
+class TrialRunner:
     """Marks the submissions of a class. Several threads may use it at a time."""
 
     def __init__(self, folder: MarksFolder, options: Options = Options()) -> None:

@@ -20,8 +20,8 @@ from tb3_labs.marking.intake.submissions import (
     Submission, chosen, submissions_in, without_wrapping)
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, alone_in
-from tb3_labs.marking.marker import (
-    LOOK, Marker, MarkingInterrupted, Options, handed_in, ros_alone)
+from tb3_labs.marking.trial_runner import (
+    LOOK, MarkingInterrupted, Options, TrialRunner, handed_in, ros_alone)
 
 
 def tell(line: str) -> None:
@@ -33,9 +33,10 @@ def tell(line: str) -> None:
 class MarkedClass:
     """A class whose submissions are marked."""
 
-    def __init__(self, marker: Marker, anew: bool, tell_problem: Callable[[str], None]) -> None:
-        """`anew`: repeat all trials, also of submissions that were marked and have not changed."""
-        self._marker, self._folder, self._anew = marker, marker.folder, anew
+    def __init__(self, runner: TrialRunner, retry: bool,
+                 tell_problem: Callable[[str], None]) -> None:
+        """`retry`: repeat all trials, also of submissions that were marked and have not changed."""
+        self._runner, self._folder, self._retry = runner, runner.folder, retry
         self._tell_problem = tell_problem
         self._failed, self._unchanged = False, 0
         self._writing = threading.Lock()
@@ -52,11 +53,11 @@ class MarkedClass:
                     tasks.append(pool.submit(self._mark, submission, '[{}/{}] {}'.format(
                         number, len(submissions), submission.student)))
                 while wait(tasks, LOOK).not_done:
-                    if self._marker.interrupted.is_set():     # where a signal's exception was lost
+                    if self._runner.interrupted.is_set():     # where a signal's exception was lost
                         raise KeyboardInterrupt
             except KeyboardInterrupt:
                 self._failed = True
-                self._marker.interrupted.set()
+                self._runner.interrupted.set()
                 for task in tasks:
                     task.cancel()
                 self._tell_problem('interrupted; the marks so far are written, and the same '
@@ -89,8 +90,8 @@ class MarkedClass:
         begun = time.monotonic()
         for is_last in (False, True):       # once more if the machine held up the robot
             with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
-                reading = self._marker.read(submission, Path(work))
-                if not (self._anew or is_last):
+                reading = self._runner.read(submission, Path(work))
+                if not (self._retry or is_last):
                     with self._writing:
                         kept = self._folder.kept(submission.student, reading.digest)
                         self._unchanged += kept is not None
@@ -100,7 +101,7 @@ class MarkedClass:
                         return
                 if not is_last:
                     tell(name + ' ...')
-                found = self._marker.try_out(submission, reading, Path(work))
+                found = self._runner.try_out(submission, reading, Path(work))
             marks = self._folder.judged(found)
             if not marks.delayed:
                 break
@@ -134,12 +135,12 @@ def mark_class(given, tell_problem, interrupted):
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work, ExitStack() as stack:
         stack.enter_context(_environment(ros_alone(Path(work) / 'ros', os.environ)))
         try:
-            marker, found = _begun(given, Path(work), tell_problem, stack)
-            marker.interrupted = interrupted
-            failed = MarkedClass(marker, bool(given.only), tell_problem).mark_all(found, given.jobs)
+            runner, found = _begun(given, Path(work), tell_problem, stack)
+            runner.interrupted = interrupted
+            failed = MarkedClass(runner, bool(given.only), tell_problem).mark_all(found, given.jobs)
             with ThreadPoolExecutor(1) as pool:     # an interruption comes after its end
                 page, notes = pool.submit(
-                    marker.folder.write_overview, given.unprotected).result()
+                    runner.folder.write_overview, given.unprotected).result()
         except (OSError, ValueError, NotJudged) as problem:
             tell_problem(reason(problem))
             return 2
@@ -203,7 +204,7 @@ def _begun(given, work, tell_problem, stack):
     stack.enter_context(alone_in(given.folder))
     folder = MarksFolder(given.folder, given.lab, parts, worth, asdict(options),
                          given.points is not None)
-    return Marker(folder, options), found
+    return TrialRunner(folder, options), found
 
 
 def _checked_option(given):
