@@ -66,9 +66,9 @@ def main(words):
         for each in ENDS:
             if each != signal.SIGHUP or signal.getsignal(each) != signal.SIG_IGN:    # nohup's
                 signal.signal(each, interrupt)
-        return mark_class(given, tell_problem, INTERRUPTED)
+        return mark_class(given, print_problem, INTERRUPTED)
     except KeyboardInterrupt:
-        tell_problem('interrupted')
+        print_problem('interrupted')
         return 130
 
 
@@ -80,7 +80,7 @@ def interrupt(*_):
     raise KeyboardInterrupt
 
 
-def tell_problem(words):
+def print_problem(words):
     """Print why something was not done."""
     print('mark.py: {}'.format(printable(words)), file=sys.stderr)
 

@@ -38,16 +38,16 @@ def main(words):
                                 Path(node).stem)
         write(skeleton(templates, package), target)
     except FileExistsError as problem:
-        return tell_problem(f'{problem.filename} is already there, and stays as it is; --name '
-                            'gives another name, or give another folder')
+        return print_problem(f'{problem.filename} is already there, and stays as it is; --name '
+                             'gives another name, or give another folder')
     except (OSError, RuntimeError, ValueError) as problem:      # ~nobody has no home: RuntimeError
-        return tell_problem(reason(problem))
+        return print_problem(reason(problem))
     print(f'{target} is written. The TODOs are in src/{node}. Next: cd {target.parent.parent}; '
           f'catkin_make; source devel/setup.bash; roslaunch {package} {given.lab}.launch sim:=true')
     return 0
 
 
-def tell_problem(problem):
+def print_problem(problem):
     """Print why nothing was written. Returns the exit status."""
     print(f'skeleton.py: {problem}', file=sys.stderr)
     return 2

@@ -61,16 +61,16 @@ def marked():
         option = lab.option.read(rospy.get_param('~' + lab.option.name, lab.option.default))
         for key, value in lab.option.parameters(option).items():
             rospy.set_param('/' + key, value)
-    tell(f'{lab.title}, {", ".join(parts or lab.parts)}: {package}/{executable} is judged'
-         + whose(package, executable))
+    print_line(f'{lab.title}, {", ".join(parts or lab.parts)}: {package}/{executable} is judged'
+               + whose(package, executable))
 
     with tempfile.TemporaryDirectory() as folder:
         path = record or os.path.join(folder, 'trial.bag')
-        try_out(name, package, executable, parts, path, option, tell)
+        try_out(name, package, executable, parts, path, option, print_line)
         return None if of_a_class() else judged(Marks(''), read_trial(path), name, worth, parts)
 
 
-def tell(line):
+def print_line(line):
     """Print a line on the terminal while rostest waits."""
     print(line, file=sys.stderr, flush=True)
 
@@ -190,7 +190,7 @@ def main():
     try:
         marks = marked()
     except (OSError, ValueError) as problem:
-        tell(f'check_lab.py: nothing was judged: {problem}')
+        print_line(f'check_lab.py: nothing was judged: {problem}')
         return report([Check('test_runs', f'nothing was judged: {problem}')])
     if marks is None:
         return report([])
@@ -198,7 +198,7 @@ def main():
     for line in [*lines_of(marks.graded), *marks.remarks, marks.hint, total(marks),
                  'Beyond the handout:' if extra else '', *extra]:
         if line:
-            tell(line)
+            print_line(line)
     return report(checks_of(marks, rospy.get_param('~strict')))
 
 

@@ -131,7 +131,7 @@ def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, 
     events = []
     stage = Stage.__new__(Stage)
     vars(stage).update(
-        node=node, part='', _tell=lambda said: None, recorder=SimpleNamespace(now=1.0),
+        node=node, part='', _print_line=lambda said: None, recorder=SimpleNamespace(now=1.0),
         recording=SimpleNamespace(event=lambda kind, **facts: events.append(facts)))
     stage.ctrl_c(was_moving=was_moving)
     assert (events[-1]['facts'][TOOK] is not None) is took

@@ -24,7 +24,7 @@ from tb3_labs.marking.trial_runner import (
     LOOK, MarkingInterrupted, Options, TrialRunner, handed_in, ros_alone)
 
 
-def tell(line: str) -> None:
+def print_line(line: str) -> None:
     """Print a line of progress; several threads may do so."""
     sys.stdout.write(printable(line) + '\n')
     sys.stdout.flush()
@@ -34,10 +34,10 @@ class MarkedClass:
     """A class whose submissions are marked."""
 
     def __init__(self, runner: TrialRunner, retry: bool,
-                 tell_problem: Callable[[str], None]) -> None:
+                 print_problem: Callable[[str], None]) -> None:
         """`retry`: repeat all trials, also of submissions that were marked and have not changed."""
         self._runner, self._folder, self._retry = runner, runner.folder, retry
-        self._tell_problem = tell_problem
+        self._print_problem = print_problem
         self._failed, self._unchanged = False, 0
         self._writing = threading.Lock()
 
@@ -60,16 +60,16 @@ class MarkedClass:
                 self._runner.interrupted.set()
                 for task in tasks:
                     task.cancel()
-                self._tell_problem('interrupted; the marks so far are written, and the same '
-                                   'command goes on from here')
+                self._print_problem('interrupted; the marks so far are written, and the same '
+                                    'command goes on from here')
         for task in tasks:
             problem = None if task.cancelled() else task.exception()
             if problem is not None:
-                self._tell_problem(reason(problem))      # its marks cannot be written
+                self._print_problem(reason(problem))     # its marks cannot be written
                 self._failed = True
         if self._unchanged:
-            tell('{} of {} had been tried and have not changed (--only NAME tries one again)'
-                 .format(self._unchanged, len(submissions)))
+            print_line('{} of {} had been tried and have not changed (--only NAME tries one again)'
+                       .format(self._unchanged, len(submissions)))
         return self._failed
 
     def _mark(self, submission, name):
@@ -78,11 +78,11 @@ class MarkedClass:
         except MarkingInterrupted:
             pass
         except NotJudged as problem:
-            tell(f'{name}: {NOT_JUDGED}')
+            print_line(f'{name}: {NOT_JUDGED}')
             self._write(handed_in(submission, unjudged=str(problem)), '')
         except Exception as problem:    # any error: the other submissions are still marked
             why = f'{reason(problem)} ({type(problem).__name__})'
-            self._tell_problem(f'{name}: {NOT_JUDGED}: {why}')
+            self._print_problem(f'{name}: {NOT_JUDGED}: {why}')
             self._write(handed_in(submission, unjudged=f'The marking of it failed: {why}.'), '')
 
     def _try(self, submission, name):
@@ -97,20 +97,20 @@ class MarkedClass:
                         self._unchanged += kept is not None
                         self._failed = self._failed or kept is not None and not kept.is_known
                     if kept is not None:
-                        tell(f'{name}: {as_text(kept)}, tried before')
+                        print_line(f'{name}: {as_text(kept)}, tried before')
                         return
                 if not is_last:
-                    tell(name + ' ...')
+                    print_line(name + ' ...')
                 found = self._runner.try_out(submission, reading, Path(work))
             marks = self._folder.judged(found)
             if not marks.delayed:
                 break
             if not is_last:
-                tell('{}: the machine held the robot up for {:.2f} s; tried again'.format(
+                print_line('{}: the machine held the robot up for {:.2f} s; tried again'.format(
                     name, marks.observation.longest_gap))
         found.seconds = time.monotonic() - begun
         self._write(found, '' if marks.delayed or marks.unjudged else reading.digest)
-        tell(f'{name}: {as_text(marks)}, {found.seconds:.0f} s')
+        print_line(f'{name}: {as_text(marks)}, {found.seconds:.0f} s')
 
     def _write(self, found, digest):
         """Keep what was found of a submission; `digest`: '' if it is to be tried again."""
@@ -126,28 +126,29 @@ def as_text(marks: Marks) -> str:
 
 # -- the command
 
-def mark_class(given, tell_problem, interrupted):
+def mark_class(given, print_problem, interrupted):
     """Mark a class as the arguments of mark.py say. Returns the exit status.
 
-    ``tell_problem(words)`` gets the reason why something was not done. `interrupted`: an Event;
+    ``print_problem(words)`` gets the reason why something was not done. `interrupted`: an Event;
     once it is set, all that runs is ended.
     """
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work, ExitStack() as stack:
         stack.enter_context(_environment(ros_alone(Path(work) / 'ros', os.environ)))
         try:
-            runner, found = _begun(given, Path(work), tell_problem, stack)
+            runner, found = _begun(given, Path(work), print_problem, stack)
             runner.interrupted = interrupted
-            failed = MarkedClass(runner, bool(given.only), tell_problem).mark_all(found, given.jobs)
+            failed = MarkedClass(runner, bool(given.only), print_problem).mark_all(found,
+                                                                                   given.jobs)
             with ThreadPoolExecutor(1) as pool:     # an interruption comes after its end
                 page, notes = pool.submit(
                     runner.folder.write_overview, given.unprotected).result()
         except (OSError, ValueError, NotJudged) as problem:
-            tell_problem(reason(problem))
+            print_problem(reason(problem))
             return 2
     for note in notes[given.unprotected:]:      # the note on --unprotected was printed before
-        tell(note)
+        print_line(note)
     if page is not None:
-        tell(f'Overview: {page}')
+        print_line(f'Overview: {page}')
     return 1 if failed else 0
 
 
@@ -164,7 +165,7 @@ def _environment(made):
         os.environ.update(before)
 
 
-def _begun(given, work, tell_problem, stack):
+def _begun(given, work, print_problem, stack):
     """(Marker, Submissions) of these arguments, which are checked before anything is
     started; a class's zip file is unpacked below `work`. Until the end of the ExitStack `stack`
     nobody else writes into the folder of marks."""
@@ -180,17 +181,17 @@ def _begun(given, work, tell_problem, stack):
         if not (source.is_file() and is_zip(source.name)):
             raise ValueError(f'{given.submissions} is neither a folder nor a zip file')
         for remark in unpack_class(source, work / 'all'):
-            tell_problem(remark)
+            print_problem(remark)
         source = without_wrapping(work / 'all')
-    found = submissions_in(source, tell_problem)
+    found = submissions_in(source, print_problem)
     if given.only:
         names = chosen([submission.student for submission in found], given.only)
         found = [submission for submission in found if submission.student in names]
     if given.container and sandbox_problem():
-        tell(f'{sandbox_problem()}: this container, which is thrown away, is the sandbox.')
+        print_line(f'{sandbox_problem()}: this container, which is thrown away, is the sandbox.')
         given.unprotected = True
     elif given.unprotected:
-        tell(UNPROTECTED)
+        print_line(UNPROTECTED)
     elif sandbox_problem():
         raise ValueError("nothing was started, since the submissions' programs cannot be kept in "
                          'sandboxes here ({}); --unprotected marks without them: {}'.format(

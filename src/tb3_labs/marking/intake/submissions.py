@@ -207,8 +207,9 @@ def _upload(name):
     return int(again.group(1)) if again else 0, int(canvas['upload']) if canvas else 0, name
 
 
-def submissions_in(folder: Path, tell: Callable[[str], None]) -> List[Submission]:
-    """The Submissions in a folder, sorted by name; ``tell(line)`` gets the files that are left out.
+def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Submission]:
+    """The Submissions in a folder, sorted by name; ``print_line(line)`` gets the files that are
+    left out.
 
     ``ValueError`` or ``OSError`` if there is nothing to mark.
     """
@@ -223,7 +224,7 @@ def submissions_in(folder: Path, tell: Callable[[str], None]) -> List[Submission
             continue
         why = f"neither a folder nor a {'zip file' if stat.S_ISREG(mode) else 'file'}"
         # a link may lead to another student's work, or out of here
-        tell(f"left out, because it is {'a link' if stat.S_ISLNK(mode) else why}: {path}")
+        print_line(f"left out, because it is {'a link' if stat.S_ISLNK(mode) else why}: {path}")
     if not names:
         raise ValueError(f'there is no folder and no zip file in {folder}')
     return [Submission(student, {folder / name: names[name].file or name for name in together},

@@ -43,9 +43,9 @@ SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_mo
 class Stage:
     """One robot, one node, and the recording of both."""
 
-    def __init__(self, lab, package, executable, path, option, tell):
-        """`path`: of the bag; `option`: the value of the lab's option. ``tell(words)`` is called
-        with the present step."""
+    def __init__(self, lab, package, executable, path, option, print_line):
+        """`path`: of the bag; `option`: the value of the lab's option. ``print_line(words)`` is
+        called with the present step."""
         node = f'{package}/{executable}'
         self.recording = Recording(path)
         self.recording.event('trial', lab=lab, node=node)
@@ -53,13 +53,13 @@ class Stage:
         self.robot, self.option, self.part = RobotHand(self.recorder), option, ''
         self.node = StudentNode(node, NODES[lab].sensors, self.recording)
         self.settings = RobotSettings(self.recording)
-        self._name, self._tell, self._slip = node, tell, 0.0
+        self._name, self._print_line, self._slip = node, print_line, 0.0
 
     @contextmanager
     def stimulus(self, name, facts=None):
         """Record the node's behaviour within the ``with`` block as the stimulus `name`, with these
         `facts`, and those that the block adds."""
-        self._tell(f'{self.part}: {name}')
+        self._print_line(f'{self.part}: {name}')
         self.node.flush()
         record = SimpleNamespace(begin=self.recording.event('begin', name=name),
                                  facts=dict(facts or {}))
@@ -223,12 +223,12 @@ def end_with_the_marker(recording):
     rospy.on_shutdown(on_shutdown)
 
 
-def try_out(lab, package, executable, parts, path, option, tell):
+def try_out(lab, package, executable, parts, path, option, print_line):
     """Start a node, try `parts` of its lab, [] for all of them, and record it.
 
     Stage explains the other arguments.
     """
-    stage = Stage(lab, package, executable, path, option, tell)
+    stage = Stage(lab, package, executable, path, option, print_line)
     end_with_the_marker(stage.recording)
     try:
         stage.read()
@@ -236,7 +236,7 @@ def try_out(lab, package, executable, parts, path, option, tell):
             if not parts or name in parts:
                 stage.part = name
                 stage.set_slip(0.0)
-                tell(f'{name}: the node is started')
+                print_line(f'{name}: the node is started')
                 with suppress(NotOffered, NotTried):    # the rest of the part cannot be tried
                     act(stage)
     except Exception as problem:
