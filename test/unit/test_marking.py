@@ -22,7 +22,7 @@ from tb3_labs.marking.intake import archives, sandbox, submissions
 from tb3_labs.marking.labs.criteria import TOOK, Criterion, Place, judge
 from tb3_labs.marking.student_page import as_run, student_page, timeline_of
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of
-from tb3_labs.marking.class_table import Table
+from tb3_labs.marking.marks_csv import MarksTable
 from tb3_labs.marking.trial.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.labs.ros_gamepad import AXES, PAD_BUTTONS_SENT
@@ -283,7 +283,7 @@ def test_the_table_of_marks():
                 Criterion('freer', '', 'freer', here, lambda seen: 'no', extra=True)]
     verdicts = judge(criteria, observation(),
                      {'one': 1.5, 'two': 2, 'more': 0.5, 'free': 0, 'freer': 0})
-    text = Table().renewed([Marks('Bobby', 'lab2/n.py', '17', True, ['Hm.'], verdicts=verdicts)])
+    text = MarksTable().renewed([Marks('Bobby', 'lab2/n.py', '17', True, ['Hm.'], verdicts=verdicts)])
     row, = csv.DictReader(io.StringIO(text))
     assert row == {'student': 'Bobby', 'points': '2', 'of': '3.5', 'one': '1.5', 'two': '0',
                    'extra_more': '0.5', 'extra_free': 'yes', 'extra_freer': 'no',

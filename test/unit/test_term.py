@@ -29,7 +29,7 @@ from tb3_labs.marking.marks_folder import MarksFolder, alone_in
 from tb3_labs.marking.mark_class import MarkedClass
 from tb3_labs.marking.trial_runner import TrialRunner
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
-from tb3_labs.marking.class_table import Table
+from tb3_labs.marking.marks_csv import MarksTable
 from tb3_labs.report.page.document import safe
 
 FULL = sum(points_of('turn', TABLE).values()) - sum(
@@ -143,13 +143,13 @@ def test_marks_are_not_written_through_a_link(tmp_path):
 def test_what_a_person_wrote_stays():
     """A spreadsheet's version of the table, with a column and a row of one's own."""
     ann, bo = marks_of('Ann', turned(90.0)), marks_of('Bo', turned(10.0))
-    rows, text = rows_of(Table().renewed([ann, bo])), io.StringIO()
+    rows, text = rows_of(MarksTable().renewed([ann, bo])), io.StringIO()
     writer = csv.DictWriter(text, list(rows['Ann']) + ['note'], delimiter=';')
     writer.writeheader()
     writer.writerow(dict(rows['Ann'], **{'note': 'ill in May ' * 20000}))     # longer than csv takes
     writer.writerow(rows['Bo'])
     writer.writerow({'student': 'Cy', 'points': '30'})
-    renewed = rows_of(Table('\ufeff' + text.getvalue()).renewed([ann, bo]))
+    renewed = rows_of(MarksTable('\ufeff' + text.getvalue()).renewed([ann, bo]))
     assert renewed['Ann']['note'].startswith('ill in May') and renewed['Bo']['note'] == ''
     assert renewed['Cy']['points'] == '30' and list(renewed) == ['Ann', 'Bo', 'Cy']
     assert float(renewed['Ann']['points']) == ann.points
@@ -240,12 +240,12 @@ def test_a_decision_that_is_no_number_of_points_is_refused(tmp_path, cell):
 def test_columns_and_rows_of_a_person_stay_wherever_they_are_also_if_their_headings_are_equal():
     """A name that a spreadsheet would take for a formula is found again."""
     ann = marks_of('=Ann', turned(90.0))
-    head, row = csv.reader(io.StringIO(Table().renewed([ann])))
+    head, row = csv.reader(io.StringIO(MarksTable().renewed([ann])))
     own = [['mean', '20'], ['mean', '21'], ['', 'late:'], ['Ann', 'again'], ['long'] * 60]
     table = [head[:4] + ['note', 'note', ''] + head[4:], row[:4] + ['a', 'b', 'c'] + row[4:], *own]
     text = '\n'.join(map(','.join, table))
     for _ in range(2):      # a person's cells stay, too
-        text = Table(text).renewed([ann])
+        text = MarksTable(text).renewed([ann])
         heads, renewed, *others = csv.reader(io.StringIO(text))
         assert heads[:len(head) + 3] == head + ['note', 'note', '']
         assert renewed[:len(head) + 3] == row + ['a', 'b', 'c']

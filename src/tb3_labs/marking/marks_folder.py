@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 from tb3_labs.command_line import output_folder, printable, reason, write_output
-from tb3_labs.marking.class_table import POINTS, WATCHED, Table, cells_of, overview
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.marks import LABS, Marks, judged
+from tb3_labs.marking.marks_csv import POINTS, WATCHED, MarksTable, cells_of, overview
 from tb3_labs.marking.student_page import results, student_page
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial_key import version
@@ -159,7 +159,7 @@ class MarksFolder:
     def _read_table(self):
         path = self._path / TABLE
         try:
-            table = Table(path.read_text(encoding='utf-8') if path.exists() else '')
+            table = MarksTable(path.read_text(encoding='utf-8') if path.exists() else '')
             self._decisions = table.decisions(
                 {safe(student): record['cells'] for student, record in self._records.items()})
             return table

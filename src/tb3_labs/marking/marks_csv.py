@@ -31,7 +31,7 @@ LONGEST_CELL = 32767
 csv.field_size_limit(2 ** 31 - 1)
 
 
-class Table:
+class MarksTable:
     """The table of the last run; ``ValueError`` if the text is not such a table. It is '' in the
     first run."""
 
