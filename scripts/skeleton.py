@@ -7,7 +7,7 @@ import rospkg
 
 from tb3_labs.command_line import Parser, reason
 from tb3_labs.skeletons import FOLDER, checked_target, skeleton, write
-from tb3_labs.marking.lab_names import NODES
+from tb3_labs.marking.lab_table import LAB_NODES
 from tb3_labs.terminal import run_tool
 
 OWN_PACKAGE = 'tb3_labs'
@@ -20,7 +20,7 @@ def parse(words):
         description='Writes the catkin package that a student begins a lab with: a launch file, '
         "and the lab's node with its TODOs. What is already there is not overwritten.",
         epilog='Example: rosrun tb3_labs skeleton.py turn ~/catkin_ws/src')
-    parser.add_argument('lab', metavar='LAB', choices=list(NODES), help=', '.join(NODES))
+    parser.add_argument('lab', metavar='LAB', choices=list(LAB_NODES), help=', '.join(LAB_NODES))
     parser.add_argument('folder', metavar='DIRECTORY', type=Path,
                         help='the folder src of a catkin workspace')
     parser.add_argument('--name', metavar='PACKAGE', help="the package's name; default: the lab's")
@@ -30,7 +30,7 @@ def parse(words):
 def main(words):
     """Write the package, and print the next steps. Returns the exit status."""
     given = parse(words)
-    lab = NODES[given.lab]
+    lab = LAB_NODES[given.lab]
     package, node = given.name or lab.packages[0], lab.files[0]
     templates = Path(rospkg.RosPack().get_path(OWN_PACKAGE)) / FOLDER / given.lab
     try:

@@ -8,7 +8,7 @@ import pytest
 from pages import ROOT
 
 from tb3_labs import handout
-from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, NODES, TURN
+from tb3_labs.marking.lab_table import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
 
 #: The node's file -> parts of its text, with the names of handout.py
 OWN_TEXT = {
@@ -56,7 +56,7 @@ def test_the_line_of_a_heading_and_the_heading_at_the_goal():
 
 
 def test_the_labs_topics_are_those_of_the_handout():
-    assert [NODES[lab].sensors for lab in (IMU, TURN, MOVE2GOAL, GAMEPAD)] == [
+    assert [LAB_NODES[lab].sensors for lab in (IMU, TURN, MOVE2GOAL, GAMEPAD)] == [
         (handout.IMU_TOPIC,), (handout.IMU_TOPIC,), (handout.ODOM, handout.IMU_TOPIC), (handout.JOY,)]
 
 

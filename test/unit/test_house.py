@@ -108,7 +108,7 @@ def test_the_rooms_of_marking_stay_apart():
             and len(path.parts) > 2 and (APART.get(path.parts[1], set()) | ABOVE_ROOMS) & set(module)] == []
     folders = [SOURCES / 'marking', *(path for path in (SOURCES / 'marking').iterdir() if path.is_dir())]
     assert max(len(list(folder.glob('[!_]*.py'))) for folder in folders) <= 10
-    assert [module for path, module in imports() if path.name == 'lab_names.py'] == [['typing']]
+    assert [module for path, module in imports() if path.name == 'lab_table.py'] == [['typing']]
 
 
 def test_every_room_says_which_question_it_answers():

@@ -151,15 +151,16 @@ def test_an_address_of_a_master_that_is_none_is_told_with_a_valid_one(address, m
 # ----- Ctrl+C while a node imports its modules
 
 RUNS = re.compile(r'^from tb3_labs\.ros\.node import .*\brun\b', re.MULTILINE)
-NODES = sorted(path.name for path in SCRIPTS.glob('*.py') if RUNS.search(path.read_text()))
+LAB_NODES = sorted(path.name for path in SCRIPTS.glob('*.py') if RUNS.search(path.read_text()))
 
 
 def test_a_node_first_imports_what_ends_it():
-    assert [name for name in NODES if re.search('^(?:import|from) (.*?)(?: |$)', (SCRIPTS / name).read_text(), re.M)[1]
+    assert [name for name in LAB_NODES
+            if re.search('^(?:import|from) (.*?)(?: |$)', (SCRIPTS / name).read_text(), re.M)[1]
             != 'tb3_labs.ros.start'] == []
 
 
-@pytest.mark.parametrize('name, before_it', [(NODES[0], None), (NODES[0], ignores_ctrl_c)])
+@pytest.mark.parametrize('name, before_it', [(LAB_NODES[0], None), (LAB_NODES[0], ignores_ctrl_c)])
 def test_ctrl_c_ends_a_node_that_still_imports(name, before_it):
     node = subprocess.Popen([sys.executable, '-X', 'importtime', str(SCRIPTS / name)],
                             stderr=subprocess.PIPE, text=True, preexec_fn=before_it,

@@ -16,8 +16,8 @@ sys.path.insert(0, str(ROOT / 'doc' / 'instructor'))
 
 import make_parameters
 
-NODES = make_parameters.nodes()
-every_node = pytest.mark.parametrize('node', NODES, ids=lambda node: node.name)
+LAB_NODES = make_parameters.nodes()
+every_node = pytest.mark.parametrize('node', LAB_NODES, ids=lambda node: node.name)
 
 
 def test_the_files_are_as_the_command_makes_them():
@@ -29,7 +29,7 @@ def test_the_files_are_as_the_command_makes_them():
 def test_each_node_that_reads_settings_is_among_the_nodes():
     places = [*(ROOT / 'scripts').glob('*.py'), *ROOT.glob('src/tb3_labs/nodes/*/ros_*.py')]
     readers = {path for path in places if 'read_config(' in path.read_text(encoding='utf-8')}
-    assert readers - {ROOT / 'scripts/demo.py'} == {node.source for node in NODES}
+    assert readers - {ROOT / 'scripts/demo.py'} == {node.source for node in LAB_NODES}
 
 
 @pytest.mark.parametrize('given', [5, True, [1, 2], 'text'])
@@ -64,7 +64,7 @@ def test_a_launch_file_starts_a_node_with_what_it_takes_by_itself(node):
 @pytest.mark.parametrize('path', sorted((ROOT / 'launch' / 'params').glob('pad_*.yaml')),
                          ids=lambda path: path.stem)
 def test_a_pads_file_holds_the_numbers_of_one(path):
-    gamepad = next(node for node in NODES if node.name == 'gamepad')
+    gamepad = next(node for node in LAB_NODES if node.name == 'gamepad')
     assert set(yaml.safe_load(path.read_text(encoding='utf-8'))) == set(gamepad.pad)
 
 
@@ -79,13 +79,13 @@ def test_what_may_change_while_it_runs_is_what_the_nodes_offer(node):
 
 def set_by(command):
     """(node, {name: value}) of the parameters that a command of a page gives."""
-    nodes = {node.name: node for node in NODES}
+    nodes = {node.name: node for node in LAB_NODES}
     for name, parameter, value in re.findall(r'dynparam set /(\w+) (\w+) (\S+)', command):
         assert dict((item.name, live) for item, live in nodes[name].settings)[parameter], command
         yield nodes[name], {parameter: yaml.safe_load(value)}
     file, = re.findall(r'tb3_labs (\w+\.launch)', command) or ['fake_robot.launch']
     for robot, text in re.findall(r'\b(robot_)?set:="([^"]*)"', command):
-        own = [node for node in NODES if node.launch_file == file]
+        own = [node for node in LAB_NODES if node.launch_file == file]
         yield nodes['turtlebot3'] if robot else own[0], yaml.safe_load(text)
 
 

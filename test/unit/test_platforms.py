@@ -17,7 +17,7 @@ from test_marking import Strict, turned
 from test_term import folder_of, write
 from tb3_labs.marking.intake import sandbox
 from tb3_labs.marking.intake.sandbox import LARGEST_FILE, TASKS, USERS, OtherUser
-from tb3_labs.marking.lab_names import NODES
+from tb3_labs.marking.lab_table import LAB_NODES
 
 MAKE = ROOT / 'doc' / 'instructor' / 'make_autograder.py'
 RUN = ROOT / 'doc' / 'instructor' / 'gradescope' / 'run_autograder'
@@ -201,9 +201,9 @@ def test_a_workflow_that_finds_nothing_fails_with_a_line(tmp_path):
 
 
 def test_the_workflow_knows_all_labs_and_the_reporter_its_step():
-    packages = {package for lab in NODES.values() for package in lab.packages}
+    packages = {package for lab in LAB_NODES.values() for package in lab.packages}
     assert {'**/{}/**'.format(name) for name in packages} == set(FLOW['on']['push']['paths'])
-    assert set(FLOW['env']['LABS'].split()) == set(NODES)
+    assert set(FLOW['env']['LABS'].split()) == set(LAB_NODES)
     reporter = JOB['steps'][-1]
     runner, = reporter['with'].values()
     assert reporter['env'] == {runner.upper() + '_RESULTS': '${{ steps.%s.outputs.result }}' % runner}

@@ -12,7 +12,7 @@ from roslaunch.xmlloader import XmlLoader
 from test_refusals import main_of
 
 from tb3_labs.skeletons import FOLDER, checked_target, skeleton
-from tb3_labs.marking.lab_names import NODES
+from tb3_labs.marking.lab_table import LAB_NODES
 
 #: The TODOs of the handouts, in their order: a piece of what each of them is filled with.
 ANSWERS = {
@@ -46,15 +46,15 @@ ADDED = re.compile(r' # added\b')
 
 
 def files_of(lab, package=None):
-    return skeleton(ROOT / FOLDER / lab, package or NODES[lab].packages[0])
+    return skeleton(ROOT / FOLDER / lab, package or LAB_NODES[lab].packages[0])
 
 
 def node_of(lab, package=None):
-    return files_of(lab, package)['src/' + NODES[lab].files[0]]
+    return files_of(lab, package)['src/' + LAB_NODES[lab].files[0]]
 
 
 def plain_node(lab):
-    name = NODES[lab].files[0]
+    name = LAB_NODES[lab].files[0]
     path = ROOT / 'scripts' / ('plain_' + name)
     return (path if path.exists() else path.with_name(name)).read_text(encoding='utf-8')
 
@@ -106,8 +106,8 @@ def test_a_skeleton_is_python_38_with_the_names_of_the_handout(lab):
     ast.parse(code, feature_version=(3, 8))
     # the states of move2goal are in global coordinates
     assert len(re.findall(r' - self\.(?:x|y|yaw)\b', code)) == 4 * (lab == 'move2goal')
-    assert 'class {}:'.format(NODES[lab].class_name) in code
-    assert "rospy.init_node('{}')".format(NODES[lab].node_name) in code
+    assert 'class {}:'.format(LAB_NODES[lab].class_name) in code
+    assert "rospy.init_node('{}')".format(LAB_NODES[lab].node_name) in code
     assert code.startswith('#!/usr/bin/env python3\n')
 
 
@@ -124,7 +124,7 @@ def test_a_plain_node_is_read_in_one_sitting(lab):
 
 @by_lab
 def test_a_package_names_all_that_it_needs(lab):
-    files, package = files_of(lab), NODES[lab].packages[0]
+    files, package = files_of(lab), LAB_NODES[lab].packages[0]
     manifest = ET.fromstring(files['package.xml'].encode())
     assert manifest.findtext('name') == package
     named = {item.text for item in manifest if item.tag.endswith('depend')}
@@ -134,11 +134,11 @@ def test_a_package_names_all_that_it_needs(lab):
     assert 'project({})'.format(package) in files['CMakeLists.txt']
     launch = ET.fromstring(files['launch/{}.launch'.format(lab)].encode())
     assert [(node.get('pkg'), node.get('type'), node.get('name')) for node in launch.iter('node')][0] \
-        == (package, NODES[lab].files[0], NODES[lab].node_name)
+        == (package, LAB_NODES[lab].files[0], LAB_NODES[lab].node_name)
     assert not any(re.search('@[A-Z_]+@', text) for text in files.values())
 
 
-@pytest.mark.parametrize('lab', sorted(NODES))
+@pytest.mark.parametrize('lab', sorted(LAB_NODES))
 def test_statistics_are_switched_on_if_they_are_asked_for(lab, tmp_path, among_namesakes):
     path, name = tmp_path / (lab + '.launch'), '/enable_statistics'
     path.write_text(files_of(lab)['launch/{}.launch'.format(lab)])

@@ -11,10 +11,10 @@ from test_skeletons import answers
 from tb3_labs.marking.marks import LABS
 
 pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING)
-NODES = ['scripts/turtlebot_controller.py', 'scripts/move2goal_tf.py', 'scripts/gamepad.py']
-PLAIN = ['scripts/imu_sub.py'] + [path.replace('/', '/plain_') for path in NODES]
-SOLUTIONS = NODES + ['src/tb3_labs/nodes/{}/ros_node.py'.format(room)
-                     for room in ('controller', 'gamepad', 'move_to_goal')]
+LAB_NODES = ['scripts/turtlebot_controller.py', 'scripts/move2goal_tf.py', 'scripts/gamepad.py']
+PLAIN = ['scripts/imu_sub.py'] + [path.replace('/', '/plain_') for path in LAB_NODES]
+SOLUTIONS = LAB_NODES + ['src/tb3_labs/nodes/{}/ros_node.py'.format(room)
+                         for room in ('controller', 'gamepad', 'move_to_goal')]
 #: Long lines of the solutions that any program may have.
 IDIOMS = {'rospy.on_shutdown(self._close)', 'self._lock = threading.Lock()',
           'self._changed.notify_all()', 'except ValueError as problem:',

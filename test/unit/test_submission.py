@@ -18,7 +18,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.intake import workspace
 from tb3_labs.marking.intake.catkin import modules_of
 from tb3_labs.marking.intake.submissions import Submission
-from tb3_labs.marking.lab_names import NODES
+from tb3_labs.marking.lab_table import LAB_NODES
 from tb3_labs.marking.intake.packages import NotJudged, find_node, is_aside, source_of
 from tb3_labs.marking.intake.packages import is_slip
 from tb3_labs.marking.intake.reading import _read, imports_of, read
@@ -31,7 +31,7 @@ from tb3_labs.msg import MouseController
 from tb3_labs.srv import ResetPoseRequest, SetInitialPoseRequest
 
 pytestmark = pytest.mark.usefixtures('ros_alone')
-TURN, PAD, LAB = NODES['turn'], NODES['gamepad'], NODES['move2goal']
+TURN, PAD, LAB = LAB_NODES['turn'], LAB_NODES['gamepad'], LAB_NODES['move2goal']
 PYTHON = '#!/usr/bin/env python3\n'
 NODE = PYTHON + 'print("runs")\n'
 

@@ -25,7 +25,7 @@ from tb3_labs.marking.intake.sandbox import (
     IDENTITY, MODULES, OWN_PACKAGE, PREFIXES, NoSandbox, OtherUser, Sandbox)
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare
-from tb3_labs.marking.lab_names import NODES
+from tb3_labs.marking.lab_table import LAB_NODES
 from tb3_labs.marking.marks import LABS, Marks
 from tb3_labs.marking.marks_folder import MarksFolder
 from tb3_labs.marking.trial.from_bag import read_trial
@@ -77,7 +77,7 @@ class TrialRunner:
 
     def read(self, submission: Submission, work: Path) -> Reading:
         """Copy a submission into `work`, an existing folder, and read it."""
-        return read(submission, work / 'ws' / COPY, NODES[self._lab], self._options.package,
+        return read(submission, work / 'ws' / COPY, LAB_NODES[self._lab], self._options.package,
                     self._options.name)
 
     def try_out(self, submission: Submission, reading: Reading, work: Path) -> Marks:

@@ -16,7 +16,7 @@ from os.path import commonprefix
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from tb3_labs.marking.lab_names import NODES, NodeNames
+from tb3_labs.marking.lab_table import LAB_NODES, NodeNames
 
 #: A name of a package, a type or a field that ROS allows. `\\w` would allow more letters.
 NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
@@ -242,7 +242,7 @@ def _signs(lab, text):
 def _can_be_the_node(candidate, names, name):
     said = candidate.said
     # a node of another lab may listen to the same topic
-    is_other = any(os.path.basename(candidate.path) in other.files for other in NODES.values())
+    is_other = any(os.path.basename(candidate.path) in other.files for other in LAB_NODES.values())
     return candidate.name < len(names) or not name and (len(said) >= 2 or not is_other and any(
         clause.startswith(LISTENS_TO) for clause in said))
 

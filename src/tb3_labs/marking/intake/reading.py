@@ -21,7 +21,7 @@ from tb3_labs.marking.intake.packages import (
     MANIFEST, Choice, NotJudged, digest, find_node, interface_files, is_name, is_slip, name_in,
     packages_in, source_of)
 from tb3_labs.marking.intake.submissions import Submission, lay_out
-from tb3_labs.marking.lab_names import NodeNames
+from tb3_labs.marking.lab_table import NodeNames
 
 #: The most that a call may use: memory [bytes], processor time [s].
 MEMORY, COMPUTING = 10 ** 9, 120

@@ -21,7 +21,7 @@ from tb3_labs.marking.intake.launch import Launch
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, TOOK
 from tb3_labs.marking.trial.evidence import CTRL_C
-from tb3_labs.marking.lab_names import GAMEPAD, IMU, MOVE2GOAL, NODES, TURN
+from tb3_labs.marking.lab_table import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.observation import LONGEST, WAS_MOVING, NotOffered, NotTried
 from tb3_labs.marking.text import lint
 from tb3_labs.marking.text.program_text import text_of
@@ -51,7 +51,7 @@ class Stage:
         self.recording.event('trial', lab=lab, node=node)
         self.recorder = Recorder(self.recording)
         self.robot, self.option, self.part = RobotHand(self.recorder), option, ''
-        self.node = StudentNode(node, NODES[lab].sensors, self.recording)
+        self.node = StudentNode(node, LAB_NODES[lab].sensors, self.recording)
         self.settings = RobotSettings(self.recording)
         self._name, self._print_line, self._slip = node, print_line, 0.0
 

@@ -15,7 +15,7 @@ class NodeNames(NamedTuple):
     sensors: Tuple[str, ...]    # topics that a node needs; it is ready if it listens to the first
 
 
-NODES = {
+LAB_NODES = {
     IMU: NodeNames(('ice6',), ('imu_sub.py',), 'IMU', 'imu_sub', ('imu',)),
     TURN: NodeNames(('lab2',), ('turtlebot_controller.py',), 'Controller', 'controller', ('imu',)),
     MOVE2GOAL: NodeNames(('lab7_tf', 'lab7'), ('move2goal_tf.py', 'move2goal.py'), 'MoveToGoal',
