@@ -25,7 +25,7 @@ SETTLED, MOVING = 1.5, 15.0
 _numbers = itertools.count(1)
 
 
-class Stage(contextlib.ExitStack):
+class StartOrder(contextlib.ExitStack):
     """A namespace, with a pad in a person's hands. Its nodes end with it, and unregister: a master
     that knows hundreds of dead nodes answers late."""
 

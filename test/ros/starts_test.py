@@ -9,7 +9,7 @@ from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
 from node_case import STARTING, Program
-from starts import Stage
+from starts import StartOrder
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2
@@ -21,7 +21,7 @@ from thumb import A, B
 class StartsTest(unittest.TestCase):
 
     def stage(self):
-        stage = Stage()
+        stage = StartOrder()
         self.addCleanup(stage.close)
         return stage
 

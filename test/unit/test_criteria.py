@@ -12,7 +12,7 @@ from test_marking import observation, stimulus
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import gamepad, move2goal
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
-from tb3_labs.marking.trial.evidence import remarks_on
+from tb3_labs.marking.trial.remarks import remarks_on
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
 from tb3_labs.marking.text.program_text import analyse, text_of

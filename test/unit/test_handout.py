@@ -103,7 +103,7 @@ def record(name, facts):
 # the stimulus of a drive; the node does not move
 stage = SimpleNamespace(node=None, recorder=SimpleNamespace(pose=Pose2()), stimulus=record,
                         moves_after=lambda act, within: False)
-ros_move2goal.Control.drive(SimpleNamespace(_stage=stage, give=None), move2goal.FIRST_DRIVE)
+ros_move2goal.Control.drive(SimpleNamespace(_trial=stage, give=None), move2goal.FIRST_DRIVE)
 facts = dict(given[0], moved=True, rested=True)
 
 def judged(x, y, yaw):

@@ -18,7 +18,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.marks import Marks, judged, points_of, read_points
 from tb3_labs.marking.trial.from_bag import KEPT, read_trial
 from tb3_labs.marking.trial import ros_recording
-from tb3_labs.marking.trial.ros_recording import CHUNK, PRINTED_A_SECOND, Output, Recording
+from tb3_labs.marking.trial.ros_recording import CHUNK, PRINTED_A_SECOND, NodeOutput, Recording
 from tb3_labs.ros.conversions import to_pose_stamped, to_quaternion, to_twist
 
 BEGIN = 1.7e9
@@ -50,7 +50,7 @@ def serialized(message):
 
 def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
     recording, step = Recording(tmp_path / 'trial.bag'), 0.05
-    output = Output(recording)
+    output = NodeOutput(recording)
     recording.event('trial', lab='turn', node='lab2/turtlebot_controller.py')
     recording.event('start', needed='imu')
     for k in range(41):     # a turn by 200 degrees, across 180
@@ -122,7 +122,7 @@ def test_who_records_does_not_wait_for_the_disk(tmp_path, monkeypatch):
 
 def test_of_an_endless_output_the_end_and_the_number_of_lines_are_kept(tmp_path, clock):
     recording = Recording(tmp_path / 'trial.bag')
-    output = Output(recording)
+    output = NodeOutput(recording)
     recording.event('trial', lab='imu', node='ice6/imu_sub.py')
     recording.event('start', needed='imu')
     recording.event('begin', name='a')

@@ -10,10 +10,10 @@ from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Set, T
 
 import numpy as np
 
-from tb3_labs.marking.trial.evidence import CTRL_C, STOPPED, idle, other_fields
 from tb3_labs.marking.trial.observation import (
     WAS_MOVING, NotOffered, NotSeen, NotTried, Observation, Scene)
-from tb3_labs.marking.trial.printed import NOT_THEIRS
+from tb3_labs.marking.trial.remarks import CTRL_C, STOPPED, idle, other_fields
+from tb3_labs.marking.trial.tracebacks import NOT_THEIRS
 
 
 #: Why a criterion is not met: a clause on the behaviour that was seen; '' if it is met.

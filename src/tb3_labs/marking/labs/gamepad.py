@@ -10,9 +10,9 @@ from tb3_labs.handout import CTRL_RELINQ, MAX_SPEED, MAX_TURN, SAYS_RESET, SET_P
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, ANY, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, THUMB, Criterion, Place,
     Reason, ends_cleanly, not_stopped, starts, steers, stops_robot, stops_when_lost, times, within)
-from tb3_labs.marking.trial.evidence import other_topics
 from tb3_labs.marking.trial.observation import NotSeen, Observation
-from tb3_labs.marking.trial.printed import last_words
+from tb3_labs.marking.trial.remarks import other_topics
+from tb3_labs.marking.trial.tracebacks import last_words
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'

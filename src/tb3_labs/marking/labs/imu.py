@@ -7,8 +7,8 @@ from tb3_labs.handout import IMU_GOODBYE, SAYS_HEADING
 from tb3_labs.marking.labs.criteria import (
     CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME, Criterion, Place, Reason,
     ends_cleanly, says, starts)
-from tb3_labs.marking.trial.evidence import unprinted
 from tb3_labs.marking.trial.observation import NotSeen, Observation
+from tb3_labs.marking.trial.remarks import unprinted
 
 #: The parts of the lab.
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'

@@ -15,9 +15,9 @@ from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STATES, STOPS_AT_ONCE,
     TRANSFORMATION_SHEET, Criterion, Look, Place, Reason, ends_cleanly, not_stopped, starts,
     stops_robot, stops_when_lost)
-from tb3_labs.marking.trial.evidence import idle
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
+from tb3_labs.marking.trial.remarks import idle
 
 #: The parts of the lab.
 DRIVE, RESET, CONTROL, DECLARED, OFFSET = 'drive', 'reset', 'control', 'declared', 'offset'

@@ -19,7 +19,7 @@ from tb3_labs.marking.labs import gamepad as asked
 from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.trial.observation import LONGEST
 from tb3_labs.marking.labs.ros_move2goal import NAMES, fields_of
-from tb3_labs.marking.trial.ros_robot import UNDER_WAY, Repeater
+from tb3_labs.marking.trial.ros_stimuli import UNDER_WAY, Repeater
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import connection_of
 
@@ -67,32 +67,32 @@ class HeldPad(Repeater):
         self.hold(Joy(axes=list(self._axes), buttons=list(self._buttons)))
 
 
-def _stick_up(stage, pad, name):
-    stage.watch(name, asked.HELD, lambda: pad.sticks(1.0))
+def _stick_up(trial, pad, name):
+    trial.watch(name, asked.HELD, lambda: pad.sticks(1.0))
     pad.sticks()
     time.sleep(UNDER_WAY)
 
 
-def sticks(stage):
+def sticks(trial):
     """The sticks at several places."""
-    with ResetServices(stage):
-        stage.node.start()
-        with HeldPad(stage.option) as pad:
+    with ResetServices(trial):
+        trial.node.start()
+        with HeldPad(trial.option) as pad:
             for name, place in asked.PLACES.items():
-                stage.watch(name, asked.HELD, lambda: pad.sticks(*place))
-            with stage.stimulus(asked.OTHER_AXES):
+                trial.watch(name, asked.HELD, lambda: pad.sticks(*place))
+            with trial.stimulus(asked.OTHER_AXES):
                 pad.others()
 
 
-def buttons(stage):
+def buttons(trial):
     """A, the sticks, B, the sticks, Y; then Ctrl+C while a stick drives."""
-    with ResetServices(stage) as services:
+    with ResetServices(trial) as services:
         calls = services.calls
-        if not stage.node.alive:
-            stage.node.start()
-        with HeldPad(stage.option) as pad:
-            _hand_over(stage, pad)
-            with stage.stimulus(asked.RESET_BUTTON) as record:
+        if not trial.node.alive:
+            trial.node.start()
+        with HeldPad(trial.option) as pad:
+            _hand_over(trial, pad)
+            with trial.stimulus(asked.RESET_BUTTON) as record:
                 for names in ((SET_POSE,), NAMES):    # then a wrong name is seen
                     if calls:
                         break
@@ -104,26 +104,26 @@ def buttons(stage):
                 record.facts.update({asked.CALLS: len(calls), asked.NAME: (calls or [['']])[0][0],
                                      asked.ORIGIN: all(map(is_origin, requests)),
                                      asked.UNIT: all(map(is_unit, requests))})
-            stage.remark(f'{said} See {asked.Y_STEP}.'
-                         for said in stage.text()['remarks'])
+            trial.remark(f'{said} See {asked.Y_STEP}.'
+                         for said in trial.text()['remarks'])
             if not all(map(has_covariance, requests)):
-                stage.remark(['The covariance of its reset is all zeros: TODO 4 is open.'])
-            stage.ctrl_c_in_motion(lambda: _start_driving(stage, pad))
+                trial.remark(['The covariance of its reset is all zeros: TODO 4 is open.'])
+            trial.ctrl_c_in_motion(lambda: _start_driving(trial, pad))
 
 
-def _start_driving(stage, pad):
+def _start_driving(trial, pad):
     def push():
         pad.sticks()
         pad.wait_until_heard()
         pad.sticks(1.0)
     pad.sticks()
-    return stage.set_in_motion(lambda: stage.node.alive, push, 1.5)
+    return trial.set_in_motion(lambda: trial.node.alive, push, 1.5)
 
 
-def _hand_over(stage, pad):
+def _hand_over(trial, pad):
     said, late = [], []
     listener = rospy.Subscriber(CTRL_RELINQ, Bool, lambda message: said.append(message.data))
-    with stage.stimulus(asked.HAND_OVER) as record:
+    with trial.stimulus(asked.HAND_OVER) as record:
         pad.press(pad.numbers.relinquish_button)
         wait_until(lambda: True in said, asked.SAYS)
         time.sleep(UNDER_WAY)
@@ -131,30 +131,30 @@ def _hand_over(stage, pad):
         record.facts.update({asked.LATCHED: wait_until(lambda: late, asked.SAYS),
                              asked.RELINQUISHED: said[-1] if said else None})
         latecomer.unregister()
-    _stick_up(stage, pad, asked.UP_HANDED_OVER)
+    _stick_up(trial, pad, asked.UP_HANDED_OVER)
     said.clear()
-    with stage.stimulus(asked.TAKE_BACK) as record:
+    with trial.stimulus(asked.TAKE_BACK) as record:
         pad.press(pad.numbers.regain_button)
         wait_until(lambda: said and not said[-1], asked.SAYS)
         record.facts[asked.RELINQUISHED] = said[-1] if said else None
     listener.unregister()
     time.sleep(UNDER_WAY)
-    _stick_up(stage, pad, asked.UP_TAKEN_BACK)
+    _stick_up(trial, pad, asked.UP_TAKEN_BACK)
 
 
-def no_service(stage):
+def no_service(trial):
     """Press Y while nobody offers a reset, and push a stick right after it."""
-    stage.node.start()
-    with HeldPad(stage.option) as pad, stage.stimulus(asked.RESET_WITHOUT_SERVICE):
+    trial.node.start()
+    with HeldPad(trial.option) as pad, trial.stimulus(asked.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
         pad.sticks(1.0)
         time.sleep(asked.RESET_TIME)
 
 
-def lost(stage):
+def lost(trial):
     """The pad falls silent while it drives."""
-    with HeldPad(stage.option) as pad:
-        stage.falls_silent(asked.PAD_SILENT, _start_driving(stage, pad), lambda: pad.hold(None))
+    with HeldPad(trial.option) as pad:
+        trial.falls_silent(asked.PAD_SILENT, _start_driving(trial, pad), lambda: pad.hold(None))
 
 
 PARTS = {asked.STICKS: sticks, asked.BUTTONS: buttons, asked.NO_SERVICE: no_service, LOST: lost}
@@ -206,9 +206,9 @@ class ResetServices:
     launch/checks/check_gamepad.test and test/ros/mark.test show it.
     """
 
-    def __init__(self, stage):
-        self.calls, self._types, self._services = [], stage.node.graph.types.by_sum(), {}
-        self._recording = stage.recording
+    def __init__(self, trial):
+        self.calls, self._types, self._services = [], trial.node.graph.types.by_sum(), {}
+        self._recording = trial.recording
         self.offer(NAMES)
 
     def __enter__(self):

@@ -17,7 +17,7 @@ from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, LONGEST, MOVED, RESTED, WAS_MOVING)
 from tb3_labs.marking.trial.observation import RESET as ROBOTS_RESET
-from tb3_labs.marking.trial.ros_robot import ODOM_SWITCH, RESTS, WELL_UNDER_WAY
+from tb3_labs.marking.trial.ros_stimuli import ODOM_SWITCH, RESTS, WELL_UNDER_WAY
 from tb3_labs.marking.trial.ros_student_node import OFFERS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
@@ -97,8 +97,8 @@ class ResetCaller:
 class Control:
     """Gives control of the robot to the node, and takes it; at first it is taken."""
 
-    def __init__(self, stage):
-        self._stage = stage
+    def __init__(self, trial):
+        self._trial = trial
         self._control = rospy.Publisher(CTRL_RELINQ, Bool, queue_size=1, latch=True)
         # a node may ignore a first True as old: it gets a False before
         self.give(False)
@@ -112,13 +112,13 @@ class Control:
 
         `local_T_base`: the robot's pose in the local frame when its true pose was `start`, or now.
         """
-        node, recorder = self._stage.node, self._stage.recorder
+        node, recorder = self._trial.node, self._trial.recorder
         start = start or recorder.pose
         local_T_world = local_T_base @ start.inverse()
         facts = {GOAL_POSE: asked.GOAL, MOVED: False, RESTED: False,
                  LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]}
-        with self._stage.stimulus(name, facts) as record:
-            record.facts[MOVED] = self._stage.moves_after(lambda: self.give(True), asked.REACTION)
+        with self._trial.stimulus(name, facts) as record:
+            record.facts[MOVED] = self._trial.moves_after(lambda: self.give(True), asked.REACTION)
             if record.facts[MOVED]:
                 wait_until(lambda: not node.alive or recorder.rests(ARRIVAL)
                            or recorder.pose.distance_to(start) > asked.ASTRAY, asked.DRIVE_TIME)
@@ -129,12 +129,12 @@ class Control:
 
         A node that runs and can be reset drives again after a reset. Any other is started again.
         """
-        return self._stage.set_in_motion(self._is_ready, lambda: self.give(True), asked.REACTION)
+        return self._trial.set_in_motion(self._is_ready, lambda: self.give(True), asked.REACTION)
 
     def _is_ready(self):
         self.give(False)
-        node = self._stage.node
-        if not (node.alive and wait_until(self._stage.recorder.rests, RESTS)
+        node = self._trial.node
+        if not (node.alive and wait_until(self._trial.recorder.rests, RESTS)
                 and reset_to_origin(node)):
             node.stop()
         return node.alive
@@ -146,101 +146,101 @@ def reset_to_origin(node):
     return bool(caller.found) and not caller.call(Pose2())
 
 
-def drive(stage):
+def drive(trial):
     """The node waits without control, drives from the odometry's origin, is silent at the goal."""
-    control = Control(stage)
-    start = stage.recorder.pose
-    stage.node.start()
-    stage.watch(asked.WITHOUT_CONTROL, asked.WATCHED)
+    control = Control(trial)
+    start = trial.recorder.pose
+    trial.node.start()
+    trial.watch(asked.WITHOUT_CONTROL, asked.WATCHED)
     control.drive(asked.FIRST_DRIVE, start=start)
-    stage.watch(asked.AT_GOAL, asked.WATCHED)
+    trial.watch(asked.AT_GOAL, asked.WATCHED)
 
 
-def reset(stage):
+def reset(trial):
     """The marker turns the robot, resets the frame, and has the node drive again."""
-    control = Control(stage)
-    if not stage.node.alive:
-        stage.node.start()
-        stage.robot.leave_origin()
+    control = Control(trial)
+    if not trial.node.alive:
+        trial.node.start()
+        trial.robot.leave_origin()
     time.sleep(0.3)
-    stage.robot.face(stage.recorder.heading_deg + asked.TURNED)
-    caller = ResetCaller(stage.node.graph)
+    trial.robot.face(trial.recorder.heading_deg + asked.TURNED)
+    caller = ResetCaller(trial.node.graph)
     if not caller.found:
-        stage.not_offered([asked.RESET_TO_ORIGIN, asked.SECOND_DRIVE], OFFERS_NONE)
-    if _reset(stage, asked.RESET_TO_ORIGIN, caller, Pose2()):
+        trial.not_offered([asked.RESET_TO_ORIGIN, asked.SECOND_DRIVE], OFFERS_NONE)
+    if _reset(trial, asked.RESET_TO_ORIGIN, caller, Pose2()):
         control.drive(asked.SECOND_DRIVE)
-        _reset_in_drive(stage, control, caller)
+        _reset_in_drive(trial, control, caller)
 
 
-def _reset(stage, name, caller, pose, seconds=asked.TAKES_EFFECT, straight=True):
-    facts = {WAS_MOVING: stage.recorder.moves(stage.recorder.now - WELL_UNDER_WAY),
+def _reset(trial, name, caller, pose, seconds=asked.TAKES_EFFECT, straight=True):
+    facts = {WAS_MOVING: trial.recorder.moves(trial.recorder.now - WELL_UNDER_WAY),
              asked.STRAIGHT: straight}
-    with stage.stimulus(name, facts) as record:
+    with trial.stimulus(name, facts) as record:
         record.facts.update({asked.PROBLEM: caller.call(pose)[:LONGEST], asked.NAME: caller.astray})
-        stage.recording.event('call', service=caller.found, pose=[pose.x, pose.y, pose.yaw],
+        trial.recording.event('call', service=caller.found, pose=[pose.x, pose.y, pose.yaw],
                               problem=record.facts[asked.PROBLEM])
         time.sleep(seconds)
     return not record.facts[asked.PROBLEM]
 
 
-def _reset_in_drive(stage, control, caller):
+def _reset_in_drive(trial, control, caller):
     """The frame is reset at the goal, the robot turned to the new goal; on the way there the frame
     is reset again."""
     control.give(False)
     caller.call(Pose2())
     x, y, _ = asked.GOAL
-    stage.robot.face(stage.recorder.heading_deg + math.degrees(math.atan2(y, x)))
-    begun = stage.recorder.now
+    trial.robot.face(trial.recorder.heading_deg + math.degrees(math.atan2(y, x)))
+    begun = trial.recorder.now
     control.give(True)
     straight = wait_until(
-        lambda: any(row[1] for row in stage.recorder.commands_since(begun)), asked.REACTION)
+        lambda: any(row[1] for row in trial.recorder.commands_since(begun)), asked.REACTION)
     time.sleep(WELL_UNDER_WAY)
-    _reset(stage, asked.RESET_IN_DRIVE, caller, Pose2(), asked.IN_DRIVE, straight)
+    _reset(trial, asked.RESET_IN_DRIVE, caller, Pose2(), asked.IN_DRIVE, straight)
     control.give(False)
 
 
-def control_taken(stage):
+def control_taken(trial):
     """Control is taken in the middle of a drive; then Ctrl+C in another."""
-    control = Control(stage)
+    control = Control(trial)
     facts = {WAS_MOVING: control.start_driving()}
-    stage.watch(asked.CONTROL_TAKEN, asked.WATCHED, lambda: control.give(False), facts)
-    stage.ctrl_c_in_motion(control.start_driving)
+    trial.watch(asked.CONTROL_TAKEN, asked.WATCHED, lambda: control.give(False), facts)
+    trial.ctrl_c_in_motion(control.start_driving)
     control.give(False)
 
 
-def declared(stage):
+def declared(trial):
     """The frame is reset to a pose that is not the origin; then the node drives."""
-    control = Control(stage)
-    stage.node.start()
-    caller = ResetCaller(stage.node.graph)
+    control = Control(trial)
+    trial.node.start()
+    caller = ResetCaller(trial.node.graph)
     if not caller.takes_pose:
-        stage.not_offered([asked.RESET_ELSEWHERE, asked.DECLARED_DRIVE],
+        trial.not_offered([asked.RESET_ELSEWHERE, asked.DECLARED_DRIVE],
                           'its reset takes no pose' if caller.found else OFFERS_NONE)
-    if _reset(stage, asked.RESET_ELSEWHERE, caller, DECLARED_POSE):
+    if _reset(trial, asked.RESET_ELSEWHERE, caller, DECLARED_POSE):
         control.drive(asked.DECLARED_DRIVE, DECLARED_POSE)
 
 
-def offset(stage):
+def offset(trial):
     """The robot's own `reset` sets the odometry to zero, not the IMU; then the node drives."""
-    control = Control(stage)
-    stage.node.stop()
+    control = Control(trial)
+    trial.node.stop()
     board = rospy.Publisher(ROBOTS_RESET, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
-    if not stage.robot.face(100.0):     # [deg]: both zeros differ clearly after the reset
-        stage.not_offered([asked.OFFSET_DRIVE],
+    if not trial.robot.face(100.0):     # [deg]: both zeros differ clearly after the reset
+        trial.not_offered([asked.OFFSET_DRIVE],
                           'the robot did not come to rest, so that it could not be reset')
     board.publish()
     time.sleep(3.2)     # it recalibrates for less
-    stage.node.start()
-    reset_to_origin(stage.node)
+    trial.node.start()
+    reset_to_origin(trial.node)
     control.drive(asked.OFFSET_DRIVE)
     control.give(False)
 
 
-def lost(stage):
+def lost(trial):
     """The odometry falls silent in the middle of a drive."""
-    control = Control(stage)
-    stage.sensor_falls_silent(asked.ODOMETRY_SILENT, control.start_driving(), ODOM_SWITCH)
+    control = Control(trial)
+    trial.sensor_falls_silent(asked.ODOMETRY_SILENT, control.start_driving(), ODOM_SWITCH)
     control.give(False)
 
 

@@ -16,7 +16,7 @@ from tb3_labs.marking.labs import turn as asked
 from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.trial.observation import (
     ASKED_DEG, MOVED, RESTED, WAS_MOVING, NotOffered)
-from tb3_labs.marking.trial.ros_robot import IMU_SWITCH, WELL_UNDER_WAY, Repeater
+from tb3_labs.marking.trial.ros_stimuli import IMU_SWITCH, WELL_UNDER_WAY, Repeater
 from tb3_labs.marking.trial.ros_student_node import LISTENS
 from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
@@ -32,34 +32,34 @@ HAIRS = (-1e-17, -1e-12, math.radians(-1e-8))
 QUIET_AFTER = 0.4
 
 
-def exercise(stage):
+def exercise(trial):
     """The robot is turned to several headings and stands at each; then Ctrl+C."""
-    node = stage.node
+    node = trial.node
     offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # before a node can change it
     node.start()
     for name, degrees in asked_imu.STANDS.items():
-        stage.robot.face(degrees - offset)
-        heading = (stage.recorder.heading_deg + offset) % 360.0
-        with stage.stimulus(name, {asked_imu.HEADING_DEG: heading}):
+        trial.robot.face(degrees - offset)
+        heading = (trial.recorder.heading_deg + offset) % 360.0
+        with trial.stimulus(name, {asked_imu.HEADING_DEG: heading}):
             wait_until(lambda: not node.alive or len(asked_imu.headings(node.printed)) > 2,
                        asked_imu.READING)      # at up to 200 a second
-    stage.ctrl_c()
+    trial.ctrl_c()
 
 
-def odd_samples(stage):
+def odd_samples(trial):
     """The marker's own IMU sends samples that a robot's IMU seldom sends."""
-    stage.node.start('imu:=' + PROBE, listens=[PROBE])
+    trial.node.start('imu:=' + PROBE, listens=[PROBE])
     with Repeater(PROBE, Imu) as hand:
         def send(orientation, seconds):
             hand.hold(Imu(orientation=orientation))
             time.sleep(seconds)
-        with stage.stimulus(asked_imu.HAIR_BELOW_ZERO):
+        with trial.stimulus(asked_imu.HAIR_BELOW_ZERO):
             for yaw in HAIRS:
                 send(to_quaternion(yaw), ODD)
-        with stage.stimulus(asked_imu.ZERO_QUATERNION):
+        with trial.stimulus(asked_imu.ZERO_QUATERNION):
             send(Quaternion(), ODD)
             send(to_quaternion(math.radians(asked_imu.AFTERWARDS)), asked_imu.NEXT)
-    stage.node.stop()
+    trial.node.stop()
 
 
 # ----- the lab -----
@@ -128,110 +128,110 @@ def _named(usual, names):
     return bare.get(usual.lower()) or bare.get(usual.lower().replace('pos', ''), '')
 
 
-def mouse_of(stage, names):
+def mouse_of(trial, names):
     """The HeldMouse of the node, inactive in the middle. If the node has no mouse that can be
     played, the stimuli `names` are not offered, which ends the part."""
-    if rospy.resolve_name(MOUSE_INFO) not in stage.node.graph.of_node(LISTENS):
-        stage.not_offered(names, 'it does not listen to mouse_info')
+    if rospy.resolve_name(MOUSE_INFO) not in trial.node.graph.of_node(LISTENS):
+        trial.not_offered(names, 'it does not listen to mouse_info')
     try:
-        mouse = HeldMouse(stage.node.graph, stage.recording)
+        mouse = HeldMouse(trial.node.graph, trial.recording)
     except ValueError as problem:
-        stage.not_offered(names, str(problem))
-    stage.remark(mouse.remarks)
-    up = stage.text(mouse.package)['up']
-    stage.recording.event('mouse client', up=up)
+        trial.not_offered(names, str(problem))
+    trial.remark(mouse.remarks)
+    up = trial.text(mouse.package)['up']
+    trial.recording.event('mouse client', up=up)
     mouse.up = up or 1      # as its own client sends it
     mouse.at(0.0, 0.0, active=False)
     mouse.wait_until_heard()
     return mouse
 
 
-def turns(stage):
+def turns(trial):
     """Six turns, each from its own heading even if the last turn failed; then an invalid input."""
     for name, turn in asked.EACH_TURN.items():
-        stage.set_slip(turn.slip)
-        _begin_at(stage, turn.begins_deg)
-        _try_turn(stage, name, turn.typed, {ASKED_DEG: turn.asked_deg})
-    _begin_at(stage, 40.0)      # where the last turn ends
-    stage.watch(asked.NONSENSE, asked.ANSWER, lambda: stage.node.type(asked.TYPED_NONSENSE))
+        trial.set_slip(turn.slip)
+        _begin_at(trial, turn.begins_deg)
+        _try_turn(trial, name, turn.typed, {ASKED_DEG: turn.asked_deg})
+    _begin_at(trial, 40.0)      # where the last turn ends
+    trial.watch(asked.NONSENSE, asked.ANSWER, lambda: trial.node.type(asked.TYPED_NONSENSE))
 
 
-def _begin_at(stage, heading):
+def _begin_at(trial, heading):
     """Have a node that waits for input, and a robot at rest near this heading [deg].
 
     If needed, the robot is turned and the node is started.
     """
-    astray = abs(difference_degrees(stage.recorder.heading_deg, heading)) > 25.0   # [deg]
-    if astray or not (stage.node.alive and stage.recorder.rests()):
-        stage.node.stop()
+    astray = abs(difference_degrees(trial.recorder.heading_deg, heading)) > 25.0   # [deg]
+    if astray or not (trial.node.alive and trial.recorder.rests()):
+        trial.node.stop()
         if astray:
-            stage.robot.face(heading)
-        stage.node.start()
+            trial.robot.face(heading)
+        trial.node.start()
 
 
-def _try_turn(stage, name, typed, facts=()):
+def _try_turn(trial, name, typed, facts=()):
     """Try a turn by the letter `typed`, and record it as the stimulus `name` with these `facts`."""
-    with stage.stimulus(name, {MOVED: False, RESTED: False, **dict(facts)}) as record:
-        moved = stage.moves_after(lambda: stage.node.type(typed), asked.TURN_REACTION)
+    with trial.stimulus(name, {MOVED: False, RESTED: False, **dict(facts)}) as record:
+        moved = trial.moves_after(lambda: trial.node.type(typed), asked.TURN_REACTION)
         record.facts[MOVED] = moved
         record.facts[RESTED] = wait_until(
-            lambda: not stage.node.alive or stage.recorder.rests(QUIET_AFTER),
+            lambda: not trial.node.alive or trial.recorder.rests(QUIET_AFTER),
             asked.TURN_TIME if moved else 0.0)
 
 
-def mouse(stage):
+def mouse(trial):
     """The mouse alone, before any key was pressed."""
-    stage.node.start()
-    with mouse_of(stage, asked.MOUSE_ALONE) as hand:
-        stage.watch(asked.NOT_ACTIVE, asked.MOUSE_HELD, lambda: hand.at(0.0, 1.0, active=False))
+    trial.node.start()
+    with mouse_of(trial, asked.MOUSE_ALONE) as hand:
+        trial.watch(asked.NOT_ACTIVE, asked.MOUSE_HELD, lambda: hand.at(0.0, 1.0, active=False))
         hand.at(0.0, 0.0, seconds=0.2)
         for name, place in asked.MOUSE_PLACES.items():
-            stage.watch(name, asked.MOUSE_HELD, lambda: hand.at(*place))
+            trial.watch(name, asked.MOUSE_HELD, lambda: hand.at(*place))
         hand.at(0.0, 1.0, seconds=0.4)
-        stage.watch(asked.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
+        trial.watch(asked.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
 
 
-def both(stage):
+def both(trial):
     """A turn while the mouse is active; then the mouse after a turn, and during a turn."""
-    if not _is_idle(stage):
-        stage.node.start()
-    with mouse_of(stage, asked.BESIDE_TURNS) as hand:
+    if not _is_idle(trial):
+        trial.node.start()
+    with mouse_of(trial, asked.BESIDE_TURNS) as hand:
         hand.at(0.0, 0.0, seconds=0.3)
-        _try_turn(stage, asked.TURN_BESIDE, LEFT)
-        stage.watch(asked.AFTER_TURN, asked.MOUSE_HELD, lambda: hand.at(0.0, 1.0))
+        _try_turn(trial, asked.TURN_BESIDE, LEFT)
+        trial.watch(asked.AFTER_TURN, asked.MOUSE_HELD, lambda: hand.at(0.0, 1.0))
         hand.at(0.0, 0.0)
-        wait_until(stage.recorder.rests, 2.0)
-        moving = stage.moves_after(lambda: stage.node.type(LEFT), asked.TURN_REACTION)
+        wait_until(trial.recorder.rests, 2.0)
+        moving = trial.moves_after(lambda: trial.node.type(LEFT), asked.TURN_REACTION)
         time.sleep(WELL_UNDER_WAY)
-        with stage.stimulus(asked.IN_TURN, {WAS_MOVING: moving}) as record:
+        with trial.stimulus(asked.IN_TURN, {WAS_MOVING: moving}) as record:
             hand.at(0.0, 1.0)
             wait_until(lambda: asked.drives(
-                stage.recorder.commands_since(record.begin), 1.0, -1.0), asked.AT_LAST)
+                trial.recorder.commands_since(record.begin), 1.0, -1.0), asked.AT_LAST)
         hand.at(0.0, 0.0, active=False, seconds=0.2)
 
 
-def _is_idle(stage):
-    return stage.node.alive and wait_until(lambda: stage.recorder.rests(QUIET_AFTER), 1.0)
+def _is_idle(trial):
+    return trial.node.alive and wait_until(lambda: trial.recorder.rests(QUIET_AFTER), 1.0)
 
 
-def _in_a_turn(stage):
-    return stage.set_in_motion(lambda: _is_idle(stage), lambda: stage.node.type(LEFT),
+def _in_a_turn(trial):
+    return trial.set_in_motion(lambda: _is_idle(trial), lambda: trial.node.type(LEFT),
                                asked.TURN_REACTION)
 
 
-def lost(stage):
+def lost(trial):
     """The mouse falls silent while it drives, the IMU in a turn."""
-    stage.node.start()
-    with suppress(NotOffered), mouse_of(stage, [asked.MOUSE_SILENT]) as hand:
+    trial.node.start()
+    with suppress(NotOffered), mouse_of(trial, [asked.MOUSE_SILENT]) as hand:
         hand.at(0.0, 0.0, seconds=0.3)
-        moving = stage.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
+        moving = trial.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
         time.sleep(WELL_UNDER_WAY)
-        stage.falls_silent(asked.MOUSE_SILENT, moving, lambda: hand.hold(None))
+        trial.falls_silent(asked.MOUSE_SILENT, moving, lambda: hand.hold(None))
         hand.at(0.0, 0.0, active=False, seconds=0.3)
-    stage.sensor_falls_silent(asked.IMU_SILENT, _in_a_turn(stage), IMU_SWITCH)
+    trial.sensor_falls_silent(asked.IMU_SILENT, _in_a_turn(trial), IMU_SWITCH)
 
 
 EXERCISE_PARTS = {asked_imu.HEADING: exercise, asked_imu.ODD_SAMPLES: odd_samples}
 PARTS = {asked.TURNS: turns, asked.MOUSE: mouse, asked.BOTH: both,
-         asked.SHUTDOWN: lambda stage: stage.ctrl_c_in_motion(lambda: _in_a_turn(stage)),
+         asked.SHUTDOWN: lambda trial: trial.ctrl_c_in_motion(lambda: _in_a_turn(trial)),
          LOST: lost}

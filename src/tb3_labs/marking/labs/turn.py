@@ -11,8 +11,8 @@ from tb3_labs.marking.labs.criteria import (
     ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, NO_ZERO, ROUNDING,
     STOPS_AT_ONCE, TURN_LAB, Criterion, Look, Place, Reason, ends_cleanly, not_stopped, says,
     starts, steers, stops_robot, stops_when_lost, times, within)
-from tb3_labs.marking.trial.evidence import STILL_DEG, idle
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
+from tb3_labs.marking.trial.remarks import STILL_DEG, idle
 
 #: The parts of the lab.
 TURNS, MOUSE, BOTH, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'

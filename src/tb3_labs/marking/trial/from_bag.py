@@ -8,7 +8,7 @@ import numpy as np
 
 from tb3_labs.marking.trial.observation import (
     ASKED_DEG, GOAL_POSE, MOST_FINDINGS, Observation, Run, Stimulus)
-from tb3_labs.marking.trial.printed import COLOUR
+from tb3_labs.marking.trial.tracebacks import COLOUR
 from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.report.run_data import Kind, Poses, RunData, States, Values
 

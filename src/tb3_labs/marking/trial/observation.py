@@ -13,7 +13,7 @@ from typing import Any, Dict, List, Optional
 import numpy as np
 
 from tb3_labs.handout import CMD_VEL
-from tb3_labs.marking.trial.printed import counted, exceptions, last_words
+from tb3_labs.marking.trial.tracebacks import counted, exceptions, last_words
 from tb3_labs.report.run_data import RunData
 
 #: The robot's own reset; all names of topics are relative.

@@ -105,7 +105,7 @@ class Recording:
             os.remove(self._path)
 
 
-class Output:
+class NodeOutput:
     """The output of one run of the node on its way into the bag."""
 
     def __init__(self, recording):

@@ -20,7 +20,7 @@ from tb3_labs.handout import CTRL_RELINQ, JOY, MOUSE_INFO
 from tb3_labs.marking.labs.criteria import START_TIME
 from tb3_labs.marking.trial.observation import VARIABLES, NotTried
 from tb3_labs.marking.trial.processes import Program, ResourceWatch
-from tb3_labs.marking.trial.ros_recording import ROBOT, Output
+from tb3_labs.marking.trial.ros_recording import ROBOT, NodeOutput
 from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.intake.sandbox import OWN_FOLDERS
 from tb3_labs.marking.intake.launch import Launch
@@ -74,7 +74,7 @@ class StudentNode:
         known = set(self.graph.nodes())
         self._starts, self._interrupted, self._noted = self._starts + 1, False, None
         self._recording.event('start', needed=needed[0].strip('/'))
-        self._output = Output(self._recording)
+        self._output = NodeOutput(self._recording)
         environment = dict(self._launch.environment or watched(os.environ))
         environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # each has its own
         self._process = Program([*self._launch.prefix, *self._what, *arguments], environment,

@@ -1,6 +1,6 @@
-"""The stage on which a node is tried out: one robot, one node, and the recording of both.
+"""The trial of a node: one robot, one node, and the recording of both.
 
-The script of a lab's part acts on `node` and `robot` within a :meth:`Stage.stimulus`, and looks at
+The script of a lab's part acts on `node` and `robot` within a :meth:`Trial.stimulus`, and looks at
 `recorder`.
 """
 import os
@@ -20,13 +20,13 @@ from tb3_labs.marking.intake.sandbox import OWN_PACKAGE
 from tb3_labs.marking.intake.launch import Launch
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, TOOK
-from tb3_labs.marking.trial.evidence import CTRL_C
+from tb3_labs.marking.trial.remarks import CTRL_C
 from tb3_labs.marking.lab_table import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.observation import LONGEST, WAS_MOVING, NotOffered, NotTried
 from tb3_labs.marking.text import lint
 from tb3_labs.marking.text.program_text import text_of
 from tb3_labs.marking.trial.ros_recording import ROBOT, Recorder, Recording
-from tb3_labs.marking.trial.ros_robot import SWITCHES, UNDER_WAY, WELL_UNDER_WAY, RobotHand
+from tb3_labs.marking.trial.ros_stimuli import SWITCHES, UNDER_WAY, WELL_UNDER_WAY, RobotHand
 from tb3_labs.marking.trial.ros_student_node import StudentNode
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.topics import subscribe
@@ -35,12 +35,12 @@ from tb3_labs.ros.topics import subscribe
 MOST_REPAIRS = 20
 #: A node's file lies in so many folders of its package, at most.
 DEPTH = 4
-#: lab -> part -> its script, given a Stage
+#: lab -> part -> its script, given a Trial
 SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_move2goal.PARTS,
            GAMEPAD: ros_gamepad.PARTS}
 
 
-class Stage:
+class Trial:
     """One robot, one node, and the recording of both."""
 
     def __init__(self, lab, package, executable, path, option, print_line):
@@ -228,24 +228,24 @@ def try_out(lab, package, executable, parts, path, option, print_line):
 
     Stage explains the other arguments.
     """
-    stage = Stage(lab, package, executable, path, option, print_line)
-    end_with_the_marker(stage.recording)
+    trial = Trial(lab, package, executable, path, option, print_line)
+    end_with_the_marker(trial.recording)
     try:
-        stage.read()
+        trial.read()
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:
-                stage.part = name
-                stage.set_slip(0.0)
+                trial.part = name
+                trial.set_slip(0.0)
                 print_line(f'{name}: the node is started')
                 with suppress(NotOffered, NotTried):    # the rest of the part cannot be tried
-                    act(stage)
+                    act(trial)
     except Exception as problem:
         # a stimulus that was not tried must not look like a failure of the node
-        stage.recording.event('broken', text=f'{type(problem).__name__}: {problem}'[:LONGEST])
+        trial.recording.event('broken', text=f'{type(problem).__name__}: {problem}'[:LONGEST])
         raise
     finally:
-        stage.node.stop()
-        stage.recorder.finish()
-        stage.recording.close()
-        if stage.recording.problem:
-            raise stage.recording.problem
+        trial.node.stop()
+        trial.recorder.finish()
+        trial.recording.close()
+        if trial.recording.problem:
+            raise trial.recording.problem

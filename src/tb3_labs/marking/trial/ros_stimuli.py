@@ -1,4 +1,4 @@
-"""The robot of the stage, moved by the marker, and its mouse or gamepad, played by the marker."""
+"""The robot of a trial, moved by the marker, and its mouse or gamepad, played by the marker."""
 import math
 import threading
 import time

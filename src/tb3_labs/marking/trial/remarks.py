@@ -11,7 +11,7 @@ import numpy as np
 
 from tb3_labs.handout import CMD_VEL
 from tb3_labs.marking.trial.observation import Observation, Run, Scene
-from tb3_labs.marking.trial.printed import counted, exceptions, last_words
+from tb3_labs.marking.trial.tracebacks import counted, exceptions, last_words
 from tb3_labs.watch.broken_link import wrong_field
 
 #: The type of cmd_vel.
