@@ -15,7 +15,7 @@ from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
 from tb3_labs.marking.trial.remarks import remarks_on
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
-from tb3_labs.marking.text.program_text import analyse, text_of
+from tb3_labs.marking.text.source_analysis import analyse, text_of
 from tb3_labs.marking.labs.ros_turn import mouse_fields
 from tb3_labs.marking.labs.turn import EACH_TURN, MOUSE_PLACES
 from tb3_labs.report.run_data import Twists

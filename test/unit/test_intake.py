@@ -8,11 +8,11 @@ import zipfile
 
 import pytest
 
-from tb3_labs.marking.intake import archives, reading
+from tb3_labs.marking.intake import archives, read_submission
 from tb3_labs.marking.intake.archives import DEEPEST, UnpackLimits, sort_out, unpack
 from tb3_labs.marking.intake.submissions import (
     HandedIn, Submission, by_student, file_name, lay_out, read_name, submissions_in, without_wrapping)
-from tb3_labs.marking.intake.packages import NotJudged, digest
+from tb3_labs.marking.intake.find_node import NotJudged, digest
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
 
@@ -279,7 +279,7 @@ def test_a_folder_of_everything(tmp_path):
 
 
 def in_zip(path, folder):
-    reading._unpack_class(str(path), str(folder / 'all'))
+    read_submission._unpack_class(str(path), str(folder / 'all'))
     return submissions_in(without_wrapping(folder / 'all'), print)
 
 
@@ -297,7 +297,7 @@ def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path,
     cy, di = in_zip(flat, tmp_path / 'third')
     assert laid_out(cy, tmp_path) == (set(), ['More than 0.0001 MB: not all of it was unpacked.'])
     assert laid_out(di, tmp_path) == ({NODE}, [])
-    monkeypatch.setattr(reading, 'CLASS', 1)
+    monkeypatch.setattr(read_submission, 'CLASS', 1)
     with pytest.raises(NotJudged, match='More than 0.0001 MB'):
         in_zip(flat, tmp_path / 'fourth')
 

@@ -12,8 +12,8 @@ from typing import Callable, Sequence
 
 from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.intake.archives import is_zip
-from tb3_labs.marking.intake.packages import NotJudged
-from tb3_labs.marking.intake.reading import unpack_class
+from tb3_labs.marking.intake.find_node import NotJudged
+from tb3_labs.marking.intake.read_submission import unpack_class
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.intake.sandbox import problem as sandbox_problem
 from tb3_labs.marking.intake.submissions import (

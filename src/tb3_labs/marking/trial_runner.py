@@ -19,8 +19,8 @@ from typing import Any, Dict, Mapping
 import rospkg
 
 from tb3_labs.command_line import write_output
-from tb3_labs.marking.intake.packages import NotJudged
-from tb3_labs.marking.intake.reading import Reading, read
+from tb3_labs.marking.intake.find_node import NotJudged
+from tb3_labs.marking.intake.read_submission import ParsedSubmission, read
 from tb3_labs.marking.intake.sandbox import (
     IDENTITY, MODULES, OWN_PACKAGE, PREFIXES, NoSandbox, OtherUser, Sandbox)
 from tb3_labs.marking.intake.submissions import Submission
@@ -75,12 +75,12 @@ class TrialRunner:
         #: Once this is set, all that runs is ended; each :meth:`try_out` raises MarkingInterrupted.
         self.interrupted = threading.Event()
 
-    def read(self, submission: Submission, work: Path) -> Reading:
+    def read(self, submission: Submission, work: Path) -> ParsedSubmission:
         """Copy a submission into `work`, an existing folder, and read it."""
         return read(submission, work / 'ws' / COPY, LAB_NODES[self._lab], self._options.package,
                     self._options.name)
 
-    def try_out(self, submission: Submission, reading: Reading, work: Path) -> Marks:
+    def try_out(self, submission: Submission, reading: ParsedSubmission, work: Path) -> Marks:
         """Record the trial of the submission that was read in `work`, into the folder of marks.
         Returns the Marks of what was handed in."""
         marks, identity = handed_in(submission), uuid.uuid4().hex

@@ -1,8 +1,8 @@
 """Files of strangers: zip files are unpacked, folders are read, within a budget of files and bytes,
 without links and devices.
 
-A zip file may be a bomb, or have paths that lead out of it: reading.py does this in a process of
-its own.
+A zip file may be a bomb, or have paths that lead out of it: read_submission.py does this in a
+process of its own.
 """
 import errno
 import os
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import IO, Dict, Iterable, List, Optional, Pattern, Tuple
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.packages import NotJudged, shortened
+from tb3_labs.marking.intake.find_node import NotJudged, shortened
 
 ZIP = '.zip'
 #: A submission, unpacked, has at most MOST_FILES files and MOST_BYTES bytes.

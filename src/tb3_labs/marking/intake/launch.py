@@ -19,7 +19,7 @@ class Launch(NamedTuple):
 
     prefix: Sequence[str] = ALWAYS + NoSandbox().command([])
     environment: Optional[Dict[str, str]] = None            # None: the environment of this process
-    types: Optional[Dict[str, Any]] = None      # of the student; see describe.py
+    types: Optional[Dict[str, Any]] = None      # of the student; see message_examples.py
     isolated: bool = False
     program: str = ''           # the path of the node; '': rosrun finds it
     package: str = ''           # its name

@@ -21,7 +21,7 @@ from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.archives import (
     MADE, NEVER, NO_NAME, OTHER_ARCHIVES, ZIP, UnpackLimits, is_zip, left_out, sort_out, turn,
     unpack, write)
-from tb3_labs.marking.intake.packages import MANIFEST, NotJudged, files_in, shortened
+from tb3_labs.marking.intake.find_node import MANIFEST, NotJudged, files_in, shortened
 
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(

@@ -8,7 +8,7 @@ that this machine lacks. A remark names each of these.
 A Python node needs nothing else of a build: messages, services, and the modules of a setup.py.
 catkin is not run. A CMakeLists.txt often needs packages that the marking machine does not have, and
 it is a program of the submission. Messages and services are made as modules, and described, in a
-sandbox alone, by describe.py.
+sandbox alone, by message_examples.py.
 """
 import codecs
 import json
@@ -25,12 +25,11 @@ from typing import Any, Dict, List, Mapping, Optional
 import rospkg
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.catkin import (
-    RELAY, RELAYED_MODULE, has_relay, modules_of)
-from tb3_labs.marking.intake.launch import ALWAYS, Launch
-from tb3_labs.marking.intake.packages import (
+from tb3_labs.marking.intake.cmake_files import RELAY, RELAYED_MODULE, has_relay, modules_of
+from tb3_labs.marking.intake.find_node import (
     ACTIONS, MANIFEST, MESSAGES, NAME, SERVICES, interface_files, is_name)
-from tb3_labs.marking.intake.reading import GIVEN, Reading
+from tb3_labs.marking.intake.launch import ALWAYS, Launch
+from tb3_labs.marking.intake.read_submission import GIVEN, ParsedSubmission
 from tb3_labs.marking.intake.sandbox import MODULES, OWN_PACKAGE, NoSandbox
 from tb3_labs.watch import PROBE, watched
 
@@ -48,7 +47,7 @@ EMPTY_MODULE = '''def __getattr__(name):
 '''
 #: The text of the program that makes the modules of messages and services; the name of such a
 #: module; all of a submission are built within this time [s].
-DESCRIBE = Path(__file__).with_name('describe.py').read_text(encoding='utf-8')
+DESCRIBE = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
 MODULE = re.compile(r'_[A-Za-z0-9_]+\.py')
 BUILD_TIME = 30.0
 #: Its start, with the most that it may use: memory [bytes], processor time [s].
@@ -61,7 +60,7 @@ ELSEWHERE = re.compile(
 COPY = 'src'
 
 
-def prepare(reading: Reading, workspace: Path, environment: Mapping[str, str],
+def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
             sandbox: NoSandbox = NoSandbox()) -> Launch:
     """The Launch of a submission that was read into the folder COPY of `workspace`.
 
@@ -174,7 +173,7 @@ def elsewhere(printed: str, copy: Path) -> List[str]:
 def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], remarks: List[str],
           sandbox: NoSandbox) -> Optional[Dict[str, Any]]:
     """Make the Python modules of `packages`, {name: folder}, below `folder`. Returns the
-    examples of their types, see describe.py; None if they define none.
+    examples of their types, see message_examples.py; None if they define none.
 
     `environment`: for the sandbox that reads the messages. Sentences are added to `remarks`.
     """

@@ -14,8 +14,8 @@ from typing import Any, Dict, Iterable, Iterator, List, Tuple
 
 from pyflakes import checker, messages
 
-from tb3_labs.marking.intake.packages import is_slip
-from tb3_labs.marking.text.program_text import LARGEST, LIMITS
+from tb3_labs.marking.intake.find_node import is_slip
+from tb3_labs.marking.text.source_analysis import LARGEST, LIMITS
 
 PROGRAM = '''import json, sys
 del sys.path[0]

@@ -24,7 +24,7 @@ from tb3_labs.marking.trial.remarks import CTRL_C
 from tb3_labs.marking.lab_table import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.observation import LONGEST, WAS_MOVING, NotOffered, NotTried
 from tb3_labs.marking.text import lint
-from tb3_labs.marking.text.program_text import text_of
+from tb3_labs.marking.text.source_analysis import text_of
 from tb3_labs.marking.trial.ros_recording import ROBOT, Recorder, Recording
 from tb3_labs.marking.trial.ros_stimuli import SWITCHES, UNDER_WAY, WELL_UNDER_WAY, RobotHand
 from tb3_labs.marking.trial.ros_student_node import StudentNode

@@ -2,7 +2,7 @@
 
 Importing a student's modules would run the student's code in the marker. Code that is generated
 from a student's messages may do so too. Therefore a sandbox makes an example of each type, as bytes
-(see describe.py). Here a few fields of it are replaced, and nothing is read from it.
+(see message_examples.py). Here a few fields of it are replaced, and nothing is read from it.
 """
 import importlib
 import struct
@@ -11,8 +11,8 @@ from typing import Any, BinaryIO, Dict, List, Optional
 
 import genpy
 
-from tb3_labs.marking.intake.describe import FORMS, example_of
-from tb3_labs.marking.intake.packages import is_name
+from tb3_labs.marking.intake.find_node import is_name
+from tb3_labs.marking.intake.message_examples import FORMS, example_of
 
 #: The packages of the services that the handout, its skeletons and the sheets call. A service of a
 #: student with the checksum of one of these is the same.

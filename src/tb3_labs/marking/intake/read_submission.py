@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Set, Tuple
 
 from tb3_labs.marking.intake.archives import CLASS, NEVER, UnpackLimits, unpack
-from tb3_labs.marking.intake.catkin import modules_of
-from tb3_labs.marking.intake.packages import (
+from tb3_labs.marking.intake.cmake_files import modules_of
+from tb3_labs.marking.intake.find_node import (
     MANIFEST, Choice, NotJudged, digest, find_node, interface_files, is_name, is_slip, name_in,
     packages_in, source_of)
 from tb3_labs.marking.intake.submissions import Submission, lay_out
@@ -28,10 +28,10 @@ MEMORY, COMPUTING = 10 ** 9, 120
 PROGRAM = '''import json, sys
 del sys.path[0]
 name, arguments = json.load(sys.stdin)
-from tb3_labs.marking.intake import reading
+from tb3_labs.marking.intake import read_submission
 try:
-    answer = getattr(reading, name)(*arguments), None
-except reading.NotJudged as problem:
+    answer = getattr(read_submission, name)(*arguments), None
+except read_submission.NotJudged as problem:
     answer = None, str(problem)
 json.dump(answer, sys.stdout)
 '''
@@ -43,7 +43,7 @@ FIELD = re.compile(r'^[ \t]*([A-Za-z]\w*)/[A-Za-z]\w*(?:\[\d*\])?\s+\w', re.MULT
 GIVEN = 'MouseController'
 
 
-class Reading(NamedTuple):
+class ParsedSubmission(NamedTuple):
     """What was handed in. Paths are relative to the folder of the copy."""
 
     digest: str                     # of all files of the copy
@@ -59,12 +59,12 @@ class Reading(NamedTuple):
 
 
 def read(submission: Submission, folder: Path, lab: NodeNames, package: str = '',
-         name: str = '') -> Reading:
-    """The Reading of a submission, copied into `folder`, which is made. `package`, `name`: of the
-    node, if given. ``NotJudged`` if no file can be the node, or if it lacks modules."""
-    return Reading(*_call('It cannot be read', _read, {
+         name: str = '') -> ParsedSubmission:
+    """The ParsedSubmission of a submission, copied into `folder`, which is made. `package`, `name`:
+    of the node, if given. ``NotJudged`` if no file can be the node, or if it lacks modules."""
+    return ParsedSubmission(*_call('It cannot be read', _read, {
         str(path): own_name for path, own_name in submission.files.items()}, str(folder), lab,
-        package, name))
+                 package, name))
 
 
 def unpack_class(path: Path, folder: Path) -> List[str]:
@@ -105,7 +105,7 @@ def _unpack_class(path, folder):
 
 
 def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
-          name: str) -> Reading:
+          name: str) -> ParsedSubmission:
     place = Path(folder)
 
     def found() -> Choice:
@@ -131,7 +131,7 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
                         .format(path, ' and '.join(needs.lacking)))
     slips = ['{} imports {}, and there is no such module; near it: {}.'.format(path, *slip)
              for slip in needs.slips]
-    return Reading(
+    return ParsedSubmission(
         digest(place), remarks + why + unread + slips, look_at + slips, path,
         str(source.relative_to(place)),
         *name_in(source / MANIFEST),

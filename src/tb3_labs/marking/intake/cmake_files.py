@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 from typing import List
 
-from tb3_labs.marking.intake.packages import LARGEST_MANIFEST
+from tb3_labs.marking.intake.find_node import LARGEST_MANIFEST
 
 #: catkin's relay: it starts a node's file from another folder, by this Python.
 RELAY = '''#!{}
