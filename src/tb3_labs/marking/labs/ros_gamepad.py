@@ -15,7 +15,7 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, Empty
 
 from tb3_labs.handout import CTRL_RELINQ, JOY, SET_POSE
-from tb3_labs.marking.labs import gamepad as asked
+from tb3_labs.marking.labs import gamepad as gamepad_lab
 from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.trial.observation import LONGEST
 from tb3_labs.marking.labs.ros_move2goal import NAMES, fields_of
@@ -68,7 +68,7 @@ class HeldPad(Repeater):
 
 
 def _stick_up(trial, pad, name):
-    trial.watch(name, asked.HELD, lambda: pad.sticks(1.0))
+    trial.watch(name, gamepad_lab.HELD, lambda: pad.sticks(1.0))
     pad.sticks()
     time.sleep(UNDER_WAY)
 
@@ -78,9 +78,9 @@ def sticks(trial):
     with ResetServices(trial):
         trial.node.start()
         with HeldPad(trial.option) as pad:
-            for name, place in asked.PLACES.items():
-                trial.watch(name, asked.HELD, lambda: pad.sticks(*place))
-            with trial.stimulus(asked.OTHER_AXES):
+            for name, place in gamepad_lab.PLACES.items():
+                trial.watch(name, gamepad_lab.HELD, lambda: pad.sticks(*place))
+            with trial.stimulus(gamepad_lab.OTHER_AXES):
                 pad.others()
 
 
@@ -92,19 +92,20 @@ def buttons(trial):
             trial.node.start()
         with HeldPad(trial.option) as pad:
             _hand_over(trial, pad)
-            with trial.stimulus(asked.RESET_BUTTON) as record:
+            with trial.stimulus(gamepad_lab.RESET_BUTTON) as record:
                 for names in ((SET_POSE,), NAMES):    # then a wrong name is seen
                     if calls:
                         break
                     services.offer(names)
                     pad.press(pad.numbers.reset_button, HOLD)
-                    wait_until(lambda: calls, asked.RESET_TIME - HOLD)
+                    wait_until(lambda: calls, gamepad_lab.RESET_TIME - HOLD)
                     time.sleep(UNDER_WAY)
                 requests = [request for _, request in calls]
-                record.facts.update({asked.CALLS: len(calls), asked.NAME: (calls or [['']])[0][0],
-                                     asked.ORIGIN: all(map(is_origin, requests)),
-                                     asked.UNIT: all(map(is_unit, requests))})
-            trial.remark(f'{said} See {asked.Y_STEP}.'
+                record.facts.update({gamepad_lab.CALLS: len(calls),
+                                     gamepad_lab.NAME: (calls or [['']])[0][0],
+                                     gamepad_lab.ORIGIN: all(map(is_origin, requests)),
+                                     gamepad_lab.UNIT: all(map(is_unit, requests))})
+            trial.remark(f'{said} See {gamepad_lab.Y_STEP}.'
                          for said in trial.text()['remarks'])
             if not all(map(has_covariance, requests)):
                 trial.remark(['The covariance of its reset is all zeros: TODO 4 is open.'])
@@ -123,41 +124,43 @@ def _start_driving(trial, pad):
 def _hand_over(trial, pad):
     said, late = [], []
     listener = rospy.Subscriber(CTRL_RELINQ, Bool, lambda message: said.append(message.data))
-    with trial.stimulus(asked.HAND_OVER) as record:
+    with trial.stimulus(gamepad_lab.HAND_OVER) as record:
         pad.press(pad.numbers.relinquish_button)
-        wait_until(lambda: True in said, asked.SAYS)
+        wait_until(lambda: True in said, gamepad_lab.SAYS)
         time.sleep(UNDER_WAY)
         latecomer = rospy.Subscriber(CTRL_RELINQ, Bool, late.append)
-        record.facts.update({asked.LATCHED: wait_until(lambda: late, asked.SAYS),
-                             asked.RELINQUISHED: said[-1] if said else None})
+        record.facts.update({gamepad_lab.LATCHED: wait_until(lambda: late, gamepad_lab.SAYS),
+                             gamepad_lab.RELINQUISHED: said[-1] if said else None})
         latecomer.unregister()
-    _stick_up(trial, pad, asked.UP_HANDED_OVER)
+    _stick_up(trial, pad, gamepad_lab.UP_HANDED_OVER)
     said.clear()
-    with trial.stimulus(asked.TAKE_BACK) as record:
+    with trial.stimulus(gamepad_lab.TAKE_BACK) as record:
         pad.press(pad.numbers.regain_button)
-        wait_until(lambda: said and not said[-1], asked.SAYS)
-        record.facts[asked.RELINQUISHED] = said[-1] if said else None
+        wait_until(lambda: said and not said[-1], gamepad_lab.SAYS)
+        record.facts[gamepad_lab.RELINQUISHED] = said[-1] if said else None
     listener.unregister()
     time.sleep(UNDER_WAY)
-    _stick_up(trial, pad, asked.UP_TAKEN_BACK)
+    _stick_up(trial, pad, gamepad_lab.UP_TAKEN_BACK)
 
 
 def no_service(trial):
     """Press Y while nobody offers a reset, and push a stick right after it."""
     trial.node.start()
-    with HeldPad(trial.option) as pad, trial.stimulus(asked.RESET_WITHOUT_SERVICE):
+    with HeldPad(trial.option) as pad, trial.stimulus(gamepad_lab.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
         pad.sticks(1.0)
-        time.sleep(asked.RESET_TIME)
+        time.sleep(gamepad_lab.RESET_TIME)
 
 
 def lost(trial):
     """The pad falls silent while it drives."""
     with HeldPad(trial.option) as pad:
-        trial.falls_silent(asked.PAD_SILENT, _start_driving(trial, pad), lambda: pad.hold(None))
+        trial.falls_silent(gamepad_lab.PAD_SILENT, _start_driving(trial, pad),
+                           lambda: pad.hold(None))
 
 
-PARTS = {asked.STICKS: sticks, asked.BUTTONS: buttons, asked.NO_SERVICE: no_service, LOST: lost}
+PARTS = {gamepad_lab.STICKS: sticks, gamepad_lab.BUTTONS: buttons,
+         gamepad_lab.NO_SERVICE: no_service, LOST: lost}
 
 
 # -- a reset service of any type

@@ -11,8 +11,8 @@ from std_msgs.msg import Header
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.handout import LEFT, MOUSE_INFO
-from tb3_labs.marking.labs import imu as asked_imu
-from tb3_labs.marking.labs import turn as asked
+from tb3_labs.marking.labs import imu as imu_lab
+from tb3_labs.marking.labs import turn as turn_lab
 from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.trial.observation import (
     ASKED_DEG, MOVED, RESTED, WAS_MOVING, NotOffered)
@@ -37,12 +37,12 @@ def exercise(trial):
     node = trial.node
     offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # before a node can change it
     node.start()
-    for name, degrees in asked_imu.STANDS.items():
+    for name, degrees in imu_lab.STANDS.items():
         trial.robot.face(degrees - offset)
         heading = (trial.recorder.heading_deg + offset) % 360.0
-        with trial.stimulus(name, {asked_imu.HEADING_DEG: heading}):
-            wait_until(lambda: not node.alive or len(asked_imu.headings(node.printed)) > 2,
-                       asked_imu.READING)      # at up to 200 a second
+        with trial.stimulus(name, {imu_lab.HEADING_DEG: heading}):
+            wait_until(lambda: not node.alive or len(imu_lab.headings(node.printed)) > 2,
+                       imu_lab.READING)        # at up to 200 a second
     trial.ctrl_c()
 
 
@@ -53,12 +53,12 @@ def odd_samples(trial):
         def send(orientation, seconds):
             hand.hold(Imu(orientation=orientation))
             time.sleep(seconds)
-        with trial.stimulus(asked_imu.HAIR_BELOW_ZERO):
+        with trial.stimulus(imu_lab.HAIR_BELOW_ZERO):
             for yaw in HAIRS:
                 send(to_quaternion(yaw), ODD)
-        with trial.stimulus(asked_imu.ZERO_QUATERNION):
+        with trial.stimulus(imu_lab.ZERO_QUATERNION):
             send(Quaternion(), ODD)
-            send(to_quaternion(math.radians(asked_imu.AFTERWARDS)), asked_imu.NEXT)
+            send(to_quaternion(math.radians(imu_lab.AFTERWARDS)), imu_lab.NEXT)
     trial.node.stop()
 
 
@@ -148,12 +148,13 @@ def mouse_of(trial, names):
 
 def turns(trial):
     """Six turns, each from its own heading even if the last turn failed; then an invalid input."""
-    for name, turn in asked.EACH_TURN.items():
+    for name, turn in turn_lab.EACH_TURN.items():
         trial.set_slip(turn.slip)
         _begin_at(trial, turn.begins_deg)
         _try_turn(trial, name, turn.typed, {ASKED_DEG: turn.asked_deg})
     _begin_at(trial, 40.0)      # where the last turn ends
-    trial.watch(asked.NONSENSE, asked.ANSWER, lambda: trial.node.type(asked.TYPED_NONSENSE))
+    trial.watch(turn_lab.NONSENSE, turn_lab.ANSWER,
+                lambda: trial.node.type(turn_lab.TYPED_NONSENSE))
 
 
 def _begin_at(trial, heading):
@@ -172,41 +173,42 @@ def _begin_at(trial, heading):
 def _try_turn(trial, name, typed, facts=()):
     """Try a turn by the letter `typed`, and record it as the stimulus `name` with these `facts`."""
     with trial.stimulus(name, {MOVED: False, RESTED: False, **dict(facts)}) as record:
-        moved = trial.moves_after(lambda: trial.node.type(typed), asked.TURN_REACTION)
+        moved = trial.moves_after(lambda: trial.node.type(typed), turn_lab.TURN_REACTION)
         record.facts[MOVED] = moved
         record.facts[RESTED] = wait_until(
             lambda: not trial.node.alive or trial.recorder.rests(QUIET_AFTER),
-            asked.TURN_TIME if moved else 0.0)
+            turn_lab.TURN_TIME if moved else 0.0)
 
 
 def mouse(trial):
     """The mouse alone, before any key was pressed."""
     trial.node.start()
-    with mouse_of(trial, asked.MOUSE_ALONE) as hand:
-        trial.watch(asked.NOT_ACTIVE, asked.MOUSE_HELD, lambda: hand.at(0.0, 1.0, active=False))
+    with mouse_of(trial, turn_lab.MOUSE_ALONE) as hand:
+        trial.watch(turn_lab.NOT_ACTIVE, turn_lab.MOUSE_HELD,
+                    lambda: hand.at(0.0, 1.0, active=False))
         hand.at(0.0, 0.0, seconds=0.2)
-        for name, place in asked.MOUSE_PLACES.items():
-            trial.watch(name, asked.MOUSE_HELD, lambda: hand.at(*place))
+        for name, place in turn_lab.MOUSE_PLACES.items():
+            trial.watch(name, turn_lab.MOUSE_HELD, lambda: hand.at(*place))
         hand.at(0.0, 1.0, seconds=0.4)
-        trial.watch(asked.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
+        trial.watch(turn_lab.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
 
 
 def both(trial):
     """A turn while the mouse is active; then the mouse after a turn, and during a turn."""
     if not _is_idle(trial):
         trial.node.start()
-    with mouse_of(trial, asked.BESIDE_TURNS) as hand:
+    with mouse_of(trial, turn_lab.BESIDE_TURNS) as hand:
         hand.at(0.0, 0.0, seconds=0.3)
-        _try_turn(trial, asked.TURN_BESIDE, LEFT)
-        trial.watch(asked.AFTER_TURN, asked.MOUSE_HELD, lambda: hand.at(0.0, 1.0))
+        _try_turn(trial, turn_lab.TURN_BESIDE, LEFT)
+        trial.watch(turn_lab.AFTER_TURN, turn_lab.MOUSE_HELD, lambda: hand.at(0.0, 1.0))
         hand.at(0.0, 0.0)
         wait_until(trial.recorder.rests, 2.0)
-        moving = trial.moves_after(lambda: trial.node.type(LEFT), asked.TURN_REACTION)
+        moving = trial.moves_after(lambda: trial.node.type(LEFT), turn_lab.TURN_REACTION)
         time.sleep(WELL_UNDER_WAY)
-        with trial.stimulus(asked.IN_TURN, {WAS_MOVING: moving}) as record:
+        with trial.stimulus(turn_lab.IN_TURN, {WAS_MOVING: moving}) as record:
             hand.at(0.0, 1.0)
-            wait_until(lambda: asked.drives(
-                trial.recorder.commands_since(record.begin), 1.0, -1.0), asked.AT_LAST)
+            wait_until(lambda: turn_lab.drives(
+                trial.recorder.commands_since(record.begin), 1.0, -1.0), turn_lab.AT_LAST)
         hand.at(0.0, 0.0, active=False, seconds=0.2)
 
 
@@ -216,22 +218,22 @@ def _is_idle(trial):
 
 def _in_a_turn(trial):
     return trial.set_in_motion(lambda: _is_idle(trial), lambda: trial.node.type(LEFT),
-                               asked.TURN_REACTION)
+                               turn_lab.TURN_REACTION)
 
 
 def lost(trial):
     """The mouse falls silent while it drives, the IMU in a turn."""
     trial.node.start()
-    with suppress(NotOffered), mouse_of(trial, [asked.MOUSE_SILENT]) as hand:
+    with suppress(NotOffered), mouse_of(trial, [turn_lab.MOUSE_SILENT]) as hand:
         hand.at(0.0, 0.0, seconds=0.3)
         moving = trial.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
         time.sleep(WELL_UNDER_WAY)
-        trial.falls_silent(asked.MOUSE_SILENT, moving, lambda: hand.hold(None))
+        trial.falls_silent(turn_lab.MOUSE_SILENT, moving, lambda: hand.hold(None))
         hand.at(0.0, 0.0, active=False, seconds=0.3)
-    trial.sensor_falls_silent(asked.IMU_SILENT, _in_a_turn(trial), IMU_SWITCH)
+    trial.sensor_falls_silent(turn_lab.IMU_SILENT, _in_a_turn(trial), IMU_SWITCH)
 
 
-EXERCISE_PARTS = {asked_imu.HEADING: exercise, asked_imu.ODD_SAMPLES: odd_samples}
-PARTS = {asked.TURNS: turns, asked.MOUSE: mouse, asked.BOTH: both,
-         asked.SHUTDOWN: lambda trial: trial.ctrl_c_in_motion(lambda: _in_a_turn(trial)),
+EXERCISE_PARTS = {imu_lab.HEADING: exercise, imu_lab.ODD_SAMPLES: odd_samples}
+PARTS = {turn_lab.TURNS: turns, turn_lab.MOUSE: mouse, turn_lab.BOTH: both,
+         turn_lab.SHUTDOWN: lambda trial: trial.ctrl_c_in_motion(lambda: _in_a_turn(trial)),
          LOST: lost}
