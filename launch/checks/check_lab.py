@@ -158,7 +158,7 @@ def checks_of(marks, strict):
 
 def lines_of(verdicts):
     """A line for each verdict, and one for all that could not be tried."""
-    untried = [verdict for verdict in verdicts if verdict.seen == NOT_TRIED]
+    untried = [verdict for verdict in verdicts if verdict.observed == NOT_TRIED]
     lines = [verdict.line for verdict in verdicts if verdict not in untried]
     if untried and not untried[0].criterion.extra:
         lines.append('  {:11}  {:8}  the other criteria could not be tried: {}'.format(

@@ -145,7 +145,7 @@ def verdicts(lab, seen, parts=()):
 def missed(lab, seen):
     """Names of the criteria that are missed; a criterion that is met has no sentence."""
     judged = verdicts(lab, seen)
-    assert all(isinstance(v.seen, str) and (v.seen == '') is (v.outcome is Outcome.MET)
+    assert all(isinstance(v.observed, str) and (v.observed == '') is (v.outcome is Outcome.MET)
                for v in judged)
     assert {v.outcome for v in judged} <= {Outcome.MET, Outcome.MISSED}
     return {v.criterion.name for v in judged if v.outcome is Outcome.MISSED}
@@ -284,7 +284,7 @@ def test_a_change_misses_these_criteria_and_no_others(lab, change, misses):
     seen = observed(lab, **dict(GOOD[lab], **change))
     assert missed(lab, seen) == set(misses.split())
     changed = {each.begin for each in seen.stimuli if each.name in change}     # "Watch it" leads there
-    assert {each.moment for each in verdicts(lab, seen) if each.seen} <= changed
+    assert {each.moment for each in verdicts(lab, seen) if each.observed} <= changed
 
 
 def test_each_criterion_is_missed_by_a_change():
@@ -328,7 +328,7 @@ def test_a_node_of_which_nothing_was_seen_misses_all_but_its_start(lab, runs, mi
     judged = verdicts(lab, Observation(lab, 'lab/node.py', runs=runs))
     met = {v.criterion.name for v in judged if v.outcome is Outcome.MET}
     assert met == (set() if misses_start else {'starts'})
-    first, *others = [v.seen for v in judged if v.points == 0.0]
+    first, *others = [v.observed for v in judged if v.points == 0.0]
     assert words in first and set(others) == {NOT_TRIED}
 
 
@@ -336,7 +336,7 @@ def test_the_sentence_says_how_far_it_turned():
     """The number that a student reads is how far the robot truly turned."""
     unseen = {'r across 0': scene(moved=True, rested=True)}
     seen = observed('turn', **dict(GOOD['turn'], l=turn(70.0), r=turn(-110.0), **unseen))
-    said = {v.criterion.name: v.seen for v in verdicts('turn', seen)}
+    said = {v.criterion.name: v.observed for v in verdicts('turn', seen)}
     assert '70.0 degrees to the left' in said['left'] and '20.0 degrees short' in said['left']
     assert '110.0 degrees to the right' in said['right']
     assert '20.0 degrees beyond' in said['right'] and '10 are allowed' in said['right']
@@ -455,7 +455,7 @@ def test_a_clean_exit(end, words):
     for parts, number in (first, 1), (again, 2):
         verdict = next(each for each in verdicts('turn', observed('turn', **parts))
                        if each.criterion.name == 'clean_exit')
-        assert words in verdict.seen and bool(verdict.seen) is bool(words)
+        assert words in verdict.observed and bool(verdict.observed) is bool(words)
         assert not words or verdict.moment == SLOT * number
 
 

@@ -22,7 +22,8 @@ from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.lab_table import GAMEPAD, IMU, MOVE2GOAL, TURN
-from tb3_labs.marking.trial.remarks import faults_in, remarks_on, tracebacks_before_the_end, untold
+from tb3_labs.marking.trial.remarks import (
+    faults_in, remarks_on, tracebacks_before_the_end, without_quoted)
 from tb3_labs.marking.trial.observation import LONGEST, Observation
 from tb3_labs.watch import chains
 from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, first_broken, sentence
@@ -52,7 +53,7 @@ class Lab(NamedTuple):
     title: str
     criteria: List[Criterion]
     #: Sentences on mistakes that cost no points; for the parts that were tried.
-    remarks: Callable[[Observation, Sequence[str]], List[str]] = lambda seen, parts: []
+    remarks: Callable[[Observation, Sequence[str]], List[str]] = lambda observation, parts: []
     option: Optional[Option] = None
 
     @property
@@ -156,7 +157,7 @@ class Marks:
         """The reason if it was not judged, or has no points; else ''."""
         if self.unjudged or self.points:
             return self.unjudged
-        return next((verdict.seen for verdict in self.graded if verdict.seen), '')
+        return next((verdict.observed for verdict in self.graded if verdict.observed), '')
 
     @property
     def points(self) -> float:
@@ -181,28 +182,29 @@ class Marks:
         return [verdict for verdict in self.verdicts if verdict.criterion.extra]
 
 
-def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mapping[str, float],
+def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
+           worth: Mapping[str, float],
            parts: Sequence[str] = ()) -> Marks:
     """The Marks of a submission by its trial; None: there was no trial. `worth`: criterion ->
     points; `parts` of the lab that were tried: [] for all."""
-    marks = replace(handed_in, observation=seen)
-    seen = seen or Observation(lab, marks.node)
-    marks.node = marks.node or seen.node
-    if seen.broken and not marks.unjudged:
-        marks.unjudged = f'The marker itself failed ({seen.broken}).'
-    marks.verdicts = judge(LABS[lab].criteria, seen, worth, parts)
-    said = ' '.join(each.seen for each in marks.verdicts)
-    marks.remarks = ([] if marks.is_full else faults_in(seen, said)) + untold(
-        marks.remarks + remarks_on(seen) + LABS[lab].remarks(seen, parts), said)
+    marks = replace(handed_in, observation=observation)
+    observation = observation or Observation(lab, marks.node)
+    marks.node = marks.node or observation.node
+    if observation.broken and not marks.unjudged:
+        marks.unjudged = f'The marker itself failed ({observation.broken}).'
+    marks.verdicts = judge(LABS[lab].criteria, observation, worth, parts)
+    said = ' '.join(each.observed for each in marks.verdicts)
+    marks.remarks = ([] if marks.is_full else faults_in(observation, said)) + without_quoted(
+        marks.remarks + remarks_on(observation) + LABS[lab].remarks(observation, parts), said)
     try:
         if not marks.is_full:
-            marks.link = _broken_link(seen, marks.graded)
-        elif seen.run is not None:
-            marks.remarks += chains.remarks(seen.run, lab)
+            marks.link = _broken_link(observation, marks.graded)
+        elif observation.run is not None:
+            marks.remarks += chains.remarks(observation.run, lab)
     except Exception as problem:        # a node's variables may hold anything
         marks.findings = marks.findings + ['The marker could not look inside the node ({}: {}).'
                                            .format(type(problem).__name__, problem)]
-    marks.findings = marks.findings + seen.findings
+    marks.findings = marks.findings + observation.findings
     if marks.delayed:
         marks.remarks.append(marks.delayed)
         marks.findings.append(f'{marks.delayed} Type the same command again.')
@@ -212,15 +214,17 @@ def judged(handed_in: Marks, seen: Optional[Observation], lab: str, worth: Mappi
     return marks
 
 
-def _broken_link(seen: Observation,
+def _broken_link(observation: Observation,
                  verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
     """The first broken link in the parts of the lab that lost points; None if it is not known. An
     exception, or a sensor's topic that nobody publishes, is the mistake itself."""
-    if seen.run is None or seen.deaf or seen.odd or tracebacks_before_the_end(seen):
+    if (
+            observation.run is None or observation.deaf or observation.odd
+            or tracebacks_before_the_end(observation)):
         return None
     missed = {verdict.criterion.part for verdict in verdicts
               if verdict.outcome is not Outcome.MET}
-    return first_broken(NodeRun(seen.run), chains.CHAINS[seen.lab], missed)
+    return first_broken(NodeRun(observation.run), chains.CHAINS[observation.lab], missed)
 
 
 def _cleaned(sentences: Sequence[str]) -> List[str]:

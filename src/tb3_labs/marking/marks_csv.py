@@ -99,10 +99,10 @@ def cells_of(marks: Marks) -> Dict[str, str]:
     cells = {STUDENT: safe(marks.student), POINTS: _points(marks.points) if marks.is_known else '',
              OF: _points(marks.worth)}
     for verdict in marks.graded + marks.extra:
-        says = 'yes' if verdict.outcome is Outcome.MET else 'no'
+        prints = 'yes' if verdict.outcome is Outcome.MET else 'no'
         is_free = verdict.criterion.extra and not verdict.worth
         cells[verdict.criterion.label] = '' if not is_judged else (
-            says if is_free else _points(verdict.points))
+            prints if is_free else _points(verdict.points))
     decision = marks.decision
     cells.update({
         'node': safe(marks.node), REMARKS: safe(' '.join(marks.sentences)[:LONGEST_CELL - 10]),

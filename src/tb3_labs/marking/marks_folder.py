@@ -80,14 +80,14 @@ class MarksFolder:
 
     def judged(self, handed_in: Marks) -> Marks:
         """The Marks, computed from the trial's bag and a person's decisions."""
-        seen = None
+        observation = None
         if not handed_in.unjudged:
             try:
-                seen = read_trial(self.bag(handed_in.student), handed_in.places)
+                observation = read_trial(self.bag(handed_in.student), handed_in.places)
             except ValueError as problem:
                 handed_in = replace(handed_in, unjudged='Its trial cannot be judged: {}.'.format(
                     reason(problem)))
-        marks = judged(handed_in, seen, self.lab, self.worth, self.parts)
+        marks = judged(handed_in, observation, self.lab, self.worth, self.parts)
         marks.decision = self._decisions.get(safe(handed_in.student))
         return marks
 

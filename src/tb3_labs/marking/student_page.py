@@ -53,17 +53,17 @@ pre { font-size: 8pt; background: #f3f3f3; padding: 4px; white-space: pre-wrap;
 def student_page(marks: Marks, lab: str) -> str:
     """A student's page, HTML; `lab`: its title."""
     places = Places()
-    parts, seen = _head(marks, places), marks.observation
-    has_timeline = seen is not None and bool(seen.truth)
+    parts, observed = _head(marks, places), marks.observation
+    has_timeline = observed is not None and bool(observed.truth)
     if not marks.unjudged:
         parts.append(_verdicts(marks.graded, has_timeline, places))
         if marks.extra:
             parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra, has_timeline, places)]
-    if seen is not None:
+    if observed is not None:
         if has_timeline:
-            parts += [section(timeline_of(as_run(seen), marks)),
+            parts += [section(timeline_of(as_run(observed), marks)),
                       node_faults.section(marks.link, marks.mistake, places.linked)]
-        parts += _printed(seen)
+        parts += _printed(observed)
     return document(f'{lab}: {marks.student}', parts + places.parts, STUDENTS)
 
 
@@ -116,33 +116,33 @@ def _text_at(sheet: str, heading: str, step: str) -> str:
 def timeline_of(run: RunData, marks: Marks) -> Dict[str, Any]:
     """The timeline's data of a run, the observation of these marks: the robot, the commands, the
     stimuli of the node, and the moments of criteria that were not met."""
-    seen = marks.observation or Observation('', '')
+    observed = marks.observation or Observation('', '')
     moments = [mark('drive' if GOAL_POSE in stimulus.facts else 'hand', stimulus.begin,
-                    stimulus.name, stimulus.end) for stimulus in seen.stimuli]
+                    stimulus.name, stimulus.end) for stimulus in observed.stimuli]
     moments += [mark('hand', begin, "the check's own movement of the robot", end)
-                for begin, end in seen.own_moves]
-    moments += [mark('start', start.begin, 'the node is started') for start in seen.runs]
+                for begin, end in observed.own_moves]
+    moments += [mark('start', start.begin, 'the node is started') for start in observed.runs]
     moments += [mark('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
                 for verdict in marks.verdicts
                 if verdict.outcome is Outcome.MISSED and verdict.moment is not None]
     return timeline(run, MODELS[DEFAULT_MODEL], moments)
 
 
-def as_run(seen: Observation) -> RunData:
+def as_run(observed: Observation) -> RunData:
     """Returns the recording of a trial as the timeline takes it. Its poses in ``local`` are the
     true ones; its resets are the poses at which a drive began; its states are the names of the
     stimuli."""
-    run = seen.run
+    run = observed.run
     if run is None:
         raise ValueError('there is no recording')
     true = run.ground_truth
-    drives = [stimulus for stimulus in seen.stimuli if GOAL_POSE in stimulus.facts]
+    drives = [stimulus for stimulus in observed.stimuli if GOAL_POSE in stimulus.facts]
     frames = [Pose2(*drive.facts[LOCAL_T_WORLD]) for drive in drives]
     ends = [drive.begin for drive in drives[1:]] + [math.inf]
     resets = [(drive.begin, frame @ true.at(drive.begin))
               for drive, frame in zip(drives, frames)]
     return replace(
-        run, name=seen.node, local_pose=Poses.joined(
+        run, name=observed.node, local_pose=Poses.joined(
             [true.between(drive.begin, end).seen_from(frame)
              for drive, end, frame in zip(drives, ends, frames)]) if drives else true,
         resets=samples_from_rows(Poses, [[at, pose.x, pose.y, pose.yaw] for at, pose in resets]),
@@ -152,8 +152,9 @@ def as_run(seen: Observation) -> RunData:
 def _verdicts(verdicts, has_timeline, places):
     rows, above = [], set()
     for v in verdicts:
-        sentence = places.linked((replace(v, seen='the same') if v.seen in above else v).sentence)
-        above |= {v.seen} - {'', NOT_TRIED}
+        sentence = places.linked((replace(v, observed='the same') if v.observed in above
+                                  else v).sentence)
+        above |= {v.observed} - {'', NOT_TRIED}
         if has_timeline and v.moment is not None and v.outcome is Outcome.MISSED:
             sentence = Markup(f'{sentence} <a href="#t={v.moment:.1f}">Watch it</a>')
         rows.append([v.criterion.meaning, symbol(v), '{:g} / {:g}'.format(

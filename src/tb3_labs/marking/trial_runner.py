@@ -120,8 +120,8 @@ class TrialRunner:
         if not record.exists():
             raise NotJudged(f'The check left no record; see {log}.')
         write_output(self.folder.bag(marks.student), record.read_bytes())
-        seen = read_trial(record)
-        marks.findings += elsewhere('\n'.join(run.printed for run in seen.runs),
+        observation = read_trial(record)
+        marks.findings += elsewhere('\n'.join(run.printed for run in observation.runs),
                                     work / 'ws' / COPY)
 
     def _check(self, node, sandbox, record, environment, output):

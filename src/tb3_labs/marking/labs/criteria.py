@@ -11,7 +11,7 @@ from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Set, T
 import numpy as np
 
 from tb3_labs.marking.trial.observation import (
-    WAS_MOVING, NotOffered, NotSeen, NotTried, Observation, Scene)
+    WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
 from tb3_labs.marking.trial.remarks import CTRL_C, STOPPED, idle, other_fields
 from tb3_labs.marking.trial.tracebacks import NOT_THEIRS
 
@@ -60,7 +60,7 @@ class Criterion:
     part: str                # part of the lab in which it is tried
     meaning: str             # what is asked
     where: Place             # where to look
-    judge: Callable[['Look'], Reason]
+    judge: Callable[['JudgedObservation'], Reason]
     extra: bool = False      # beyond what the handout asks for
     limits: str = ''         # the numbers by which it is judged; '' if `meaning` has them all
     also: str = ''           # another part in which it is tried
@@ -81,7 +81,7 @@ class Verdict:
 
     criterion: Criterion
     outcome: Outcome
-    seen: str                # '' if it is met
+    observed: str            # '' if it is met
     worth: float             # points for a criterion that is met
     #: The start of the stimulus by which the node was judged [s]; not kept in a record.
     moment: Optional[float] = field(default=None, compare=False)
@@ -94,9 +94,9 @@ class Verdict:
     @property
     def sentence(self) -> str:
         """The observation and its place in the sheet; '' if the criterion is met."""
-        if self.outcome is Outcome.MET or self.seen == NOT_TRIED:
-            return self.seen
-        return f'{self.seen}; see {self.criterion.where}'
+        if self.outcome is Outcome.MET or self.observed == NOT_TRIED:
+            return self.observed
+        return f'{self.observed}; see {self.criterion.where}'
 
     @property
     def line(self) -> str:
@@ -111,7 +111,7 @@ class Verdict:
 
 
 @dataclass
-class Look(Observation):
+class JudgedObservation(Observation):
     """An observation as one criterion looks at it. Its clause is about the stimulus that it looks
     at last."""
 
@@ -137,25 +137,27 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
     for criterion in criteria:
         if not criterion.is_tried(parts):
             continue
-        look = Look(**vars(observation))
+        judged_observation = JudgedObservation(**vars(observation))
         try:
-            seen = _once(criterion.judge(look), quoted)
-            outcome = Outcome.MISSED if seen else Outcome.MET
-        except NotSeen as reason:
+            clause = _once(criterion.judge(judged_observation), quoted)
+            outcome = Outcome.MISSED if clause else Outcome.MET
+        except NotObserved as reason:
             outcome = Outcome.NOT_OFFERED if isinstance(reason, NotOffered) else Outcome.MISSED
-            seen = _once(str(reason), quoted)
-            if isinstance(reason, NotTried) and seen in {verdict.seen for verdict in verdicts}:
-                seen = NOT_TRIED    # a node that fails at its start has one reason, not fifteen
-        verdicts.append(Verdict(criterion, outcome, seen, worth[criterion.name], look.moment))
+            clause = _once(str(reason), quoted)
+            if isinstance(reason, NotTried) and clause in {verdict.observed
+                                                           for verdict in verdicts}:
+                clause = NOT_TRIED    # a node that fails at its start has one reason, not fifteen
+        verdicts.append(Verdict(criterion, outcome, clause, worth[criterion.name],
+                                judged_observation.moment))
     return verdicts
 
 
-def _once(seen: Reason, quoted: Set[str]) -> Reason:
+def _once(clause: Reason, quoted: Set[str]) -> Reason:
     """The clause; an exception that is `quoted` is not quoted again."""
-    words, stopped, error = seen.partition(STOPPED + ', ')
+    words, stopped, error = clause.partition(STOPPED + ', ')
     if not stopped or error not in quoted:
         quoted.add(error)
-        return seen
+        return clause
     return words + 'the same exception had stopped it'
 
 
@@ -177,21 +179,21 @@ within = 'within {:g} s'.format
 IN_TIME, STOPS_AT_ONCE = within(START_TIME), within(AT_ONCE)
 
 
-def starts(seen: Observation) -> Reason:
+def starts(observed: Observation) -> Reason:
     """Does the node run, and listen to the robot?"""
-    return seen.why_missing() if not seen.runs or seen.runs[0].ready is None else ''
+    return observed.why_missing() if not observed.runs or observed.runs[0].ready is None else ''
 
 
-def _ends(seen):
-    tried = [name for name in CTRL_C if seen.has(name)] or CTRL_C[:1]
-    return (seen.during(name, may_die=True) for name in tried)     # as far as they are asked for
+def _ends(observed):
+    tried = [name for name in CTRL_C if observed.has(name)] or CTRL_C[:1]
+    return (observed.during(name, may_die=True) for name in tried)    # as far as they are asked for
 
 
 def ends_cleanly(part: str, where: Place) -> Criterion:
     """The criterion that the node ends properly at each Ctrl+C."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where,
-        lambda seen: next(filter(None, map(_clean_exit, _ends(seen))), ''),
+        lambda observed: next(filter(None, map(_clean_exit, _ends(observed))), ''),
         limits=f'{within(ENDING)}; "{NOT_THEIRS}", which rospy raises, does not count')
 
 
@@ -206,22 +208,22 @@ def _clean_exit(scene: Scene) -> Reason:
     return ''
 
 
-def stops_robot(seen: Observation) -> Reason:
+def stops_robot(observed: Observation) -> Reason:
     """Did the node send a zero velocity at one of its Ctrl+C?"""
-    scenes = [scene for scene in _ends(seen) if scene.facts[WAS_MOVING]]
+    scenes = [scene for scene in _ends(observed) if scene.facts[WAS_MOVING]]
     if not scenes:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
     for scene in scenes:
         soon = scene.commands[scene.commands[:, 0] <= scene.begin + AT_ONCE]
         if (soon[:, 1:] == 0.0).all(axis=1).any():
             return ''
-    seen.during(scenes[-1].name, may_die=True)
+    observed.during(scenes[-1].name, may_die=True)
     return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
 
 
-def says(seen: Observation, words: str) -> Reason:
+def prints(observed: Observation, words: str) -> Reason:
     """Was this text printed at Ctrl+C?"""
-    scene = seen.during(CTRL_C[0], may_die=True)
+    scene = observed.during(CTRL_C[0], may_die=True)
     return '' if words in scene.printed else f'"{words}" was not printed at Ctrl+C'
 
 
@@ -244,8 +246,8 @@ def not_stopped(scene: Scene, event: str, limit: float = AT_ONCE) -> Reason:
 
 def stops_when_lost(name: str, meaning: str, what: str, stimulus: str, where: Place) -> Criterion:
     """The criterion beyond the handout that the node stops after `what` fell silent."""
-    def drives_on(seen: Observation) -> Reason:
-        scene = seen.during(stimulus)
+    def drives_on(observed: Observation) -> Reason:
+        scene = observed.during(stimulus)
         return not_stopped(scene, what + ' fell silent', LOST_AFTER) if scene.facts[
             WAS_MOVING] else f'the robot was not moving when {what} fell silent'
     return Criterion(name, LOST, f'{meaning} after {what} fell silent', where, drives_on,
@@ -265,11 +267,11 @@ NOTHING, ANY = (-NEAR, NEAR), (-np.inf, np.inf)
 ROUNDING = 0.005
 
 
-def steers(seen: Observation, name: str, linear: Bounds = NOTHING, angular: Bounds = NOTHING,
+def steers(observed: Observation, name: str, linear: Bounds = NOTHING, angular: Bounds = NOTHING,
            of_moving: bool = False) -> Reason:
     """Is the latest command of the stimulus `name`, or the latest that is not zero (`of_moving`),
     within the bounds [m/s], [rad/s], ends included?"""
-    scene = seen.during(name)
+    scene = observed.during(name)
     commands = scene.moving if of_moving else scene.commands
     if not len(commands) or not commands[-1, 1:].any():
         return 'with the {} {} commanded: {}'.format(

@@ -10,9 +10,9 @@ from tb3_labs.handout import CTRL_RELINQ, MAX_SPEED, MAX_TURN, SAYS_RESET, SET_P
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, ANY, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, THUMB, Criterion, Place,
     Reason, ends_cleanly, not_stopped, starts, steers, stops_robot, stops_when_lost, times, within)
-from tb3_labs.marking.trial.observation import NotSeen, Observation
+from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import other_topics
-from tb3_labs.marking.trial.tracebacks import last_words
+from tb3_labs.marking.trial.tracebacks import last_line
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
@@ -74,26 +74,28 @@ def pad_text(name: str) -> str:
                 name, **pad_called(name))
 
 
-def _drives(seen: Observation) -> Reason:
-    return (steers(seen, UP, FORWARD) or steers(seen, DOWN, times(-1.0, FORWARD)) or steers(
-        seen, BOTH, times(seen.during(UP).commands[-1, LINEAR], HALF), ANY))
+def _drives(observation: Observation) -> Reason:
+    return (steers(observation, UP, FORWARD) or steers(observation, DOWN, times(-1.0, FORWARD))
+            or steers(
+                observation, BOTH, times(observation.during(UP).commands[-1, LINEAR], HALF), ANY))
 
 
-def _turns(seen: Observation) -> Reason:
-    return (steers(seen, TO_LEFT, angular=TURN_RANGE)
-            or steers(seen, TO_RIGHT, angular=times(-1.0, TURN_RANGE)) or steers(
-                seen, BOTH, ANY, times(seen.during(TO_RIGHT).commands[-1, ANGULAR], HALF)))
+def _turns(observation: Observation) -> Reason:
+    return (steers(observation, TO_LEFT, angular=TURN_RANGE)
+            or steers(observation, TO_RIGHT, angular=times(-1.0, TURN_RANGE)) or steers(
+                observation, BOTH, ANY,
+                times(observation.during(TO_RIGHT).commands[-1, ANGULAR], HALF)))
 
 
-def _lets_go(seen: Observation) -> Reason:
-    if not len(seen.during(TO_RIGHT).moving):
-        raise NotSeen('the sticks did not move the robot at all')
-    return not_stopped(seen.during(LET_GO), 'the sticks were let go')
+def _lets_go(observation: Observation) -> Reason:
+    if not len(observation.during(TO_RIGHT).moving):
+        raise NotObserved('the sticks did not move the robot at all')
+    return not_stopped(observation.during(LET_GO), 'the sticks were let go')
 
 
-def _control(seen: Observation, name: str, wanted: bool) -> Reason:
+def _control(observation: Observation, name: str, wanted: bool) -> Reason:
     """Is `wanted` the latest on ctrl_relinq after the button `name`?"""
-    scene = seen.during(name)
+    scene = observation.during(name)
     said = scene.facts[RELINQUISHED]
     if said is wanted:
         return ''
@@ -103,32 +105,32 @@ def _control(seen: Observation, name: str, wanted: bool) -> Reason:
                                    other_topics(scene.run, CTRL_RELINQ)]))
 
 
-def _handed_over(seen):
-    if _control(seen, HAND_OVER, True):
-        raise NotSeen('A did not hand the robot over')
+def _handed_over(observation):
+    if _control(observation, HAND_OVER, True):
+        raise NotObserved('A did not hand the robot over')
 
 
-def _silent_meanwhile(seen: Observation) -> Reason:
-    _handed_over(seen)
+def _silent_meanwhile(observation: Observation) -> Reason:
+    _handed_over(observation)
     return 'the stick still sent velocities while the robot was handed over' if len(
-        seen.during(UP_HANDED_OVER).commands) else ''
+        observation.during(UP_HANDED_OVER).commands) else ''
 
 
-def _regains(seen: Observation) -> Reason:
-    _handed_over(seen)
-    missed = _control(seen, TAKE_BACK, False)
-    if missed or len(seen.during(UP_TAKEN_BACK).moving):
+def _regains(observation: Observation) -> Reason:
+    _handed_over(observation)
+    missed = _control(observation, TAKE_BACK, False)
+    if missed or len(observation.during(UP_TAKEN_BACK).moving):
         return missed
     return 'after B the stick did not move the robot'
 
 
-def _resets(seen: Observation) -> Reason:
-    scene = seen.during(RESET_BUTTON)
+def _resets(observation: Observation) -> Reason:
+    scene = observation.during(RESET_BUTTON)
     facts = scene.facts
     if not facts[CALLS]:
         return 'after Y no reset service was called (reset_pose, set_pose, reset, ... were ' \
             'there), and it printed {}'.format(
-                last_words(scene.printed) + ': has its client one of these names?'
+                last_line(scene.printed) + ': has its client one of these names?'
                 if scene.printed.strip() else 'nothing: does it read the button of Y?')
     if facts[NAME] != SET_POSE:
         return f'after Y it called {facts[NAME]}, not /{SET_POSE}, which move2goal_tf.py offers'
@@ -138,8 +140,8 @@ def _resets(seen: Observation) -> Reason:
         'after Y the orientation of the call was not a rotation: its quaternion is not of length 1'
 
 
-def _not_blocked(seen: Observation) -> Reason:
-    scene = seen.during(RESET_WITHOUT_SERVICE)
+def _not_blocked(observation: Observation) -> Reason:
+    scene = observation.during(RESET_WITHOUT_SERVICE)
     moving = scene.moving
     if len(moving) and moving[0, 0] - scene.begin <= PROMPT:
         return ''
@@ -147,8 +149,8 @@ def _not_blocked(seen: Observation) -> Reason:
         'any more' if not len(moving) else 'for {:.1f} s'.format(moving[0, 0] - scene.begin))
 
 
-def _says_why_not(seen: Observation) -> Reason:
-    scene = seen.during(RESET_WITHOUT_SERVICE)
+def _says_why_not(observation: Observation) -> Reason:
+    scene = observation.during(RESET_WITHOUT_SERVICE)
     if scene.exceptions:
         return 'after Y without a reset service there was a traceback'
     if SAYS_RESET.lower() in scene.printed.lower():
@@ -159,8 +161,8 @@ def _says_why_not(seen: Observation) -> Reason:
             ', and the stick did not drive: does it wait for the service without a timeout?')
 
 
-def _once(seen: Observation) -> Reason:
-    calls = seen.during(RESET_BUTTON).facts[CALLS]
+def _once(observation: Observation) -> Reason:
+    calls = observation.during(RESET_BUTTON).facts[CALLS]
     return '' if calls == 1 else f'Y, held for a moment, called the reset {calls} times'
 
 
@@ -183,7 +185,7 @@ CRITERIA = [
     Criterion('resets', BUTTONS, f'Y calls /{SET_POSE} with (0, 0, 0)', Y_STEP, _resets,
               limits=within(RESET_TIME) + ', by a quaternion of length 1'),
     Criterion('says_success', BUTTONS, f'says "{SAYS_RESET}." after Y', Y_STEP,
-              lambda seen: '' if SAYS_RESET.lower() in seen.during(
+              lambda observation: '' if SAYS_RESET.lower() in observation.during(
                   RESET_BUTTON).printed.lower() else
               f'"{SAYS_RESET}." was not printed after Y',
               limits=within(RESET_TIME)),
@@ -196,7 +198,7 @@ CRITERIA = [
               _not_blocked, extra=True, limits='the stick drives ' + within(PROMPT)),
     Criterion('once', BUTTONS, 'Y, held, is one call', BEYOND, _once, extra=True),
     Criterion('latched', BUTTONS, 'ctrl_relinq is latched', BEYOND,
-              lambda seen: '' if seen.during(HAND_OVER).facts[LATCHED] else
+              lambda observation: '' if observation.during(HAND_OVER).facts[LATCHED] else
               'a subscriber that came after A heard nothing on ctrl_relinq', extra=True,
               limits='heard ' + within(SAYS)),
     stops_when_lost('lost_pad', 'stops the robot', 'the pad', PAD_SILENT, BEYOND),

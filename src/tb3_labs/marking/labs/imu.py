@@ -6,8 +6,8 @@ from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.handout import IMU_GOODBYE, SAYS_HEADING
 from tb3_labs.marking.labs.criteria import (
     CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME, Criterion, Place, Reason,
-    ends_cleanly, says, starts)
-from tb3_labs.marking.trial.observation import NotSeen, Observation
+    ends_cleanly, prints, starts)
+from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import unprinted
 
 #: The parts of the lab.
@@ -38,42 +38,42 @@ def headings(text: str) -> List[float]:
         SAYS_HEADING.format(r'(-?\d+(?:\.\d+)?)'), text)]
 
 
-def _standing(seen):
-    """Yields (heading [deg], headings printed there); NotSeen if no line was printed at all."""
-    scenes = [seen.during(name) for name in STANDS]
+def _standing(observation):
+    """Yields (heading [deg], headings printed there); NotObserved if no line was printed at all."""
+    scenes = [observation.during(name) for name in STANDS]
     if not any(headings(scene.printed) for scene in scenes):
         before = len(headings(scenes[0].run.printed))
-        raise NotSeen('no line "{}." was printed: {}'.format(
+        raise NotObserved('no line "{}." was printed: {}'.format(
             SAYS_HEADING.format('...'),
             'it printed {} at its start, and then none'.format(before) if before else
             unprinted(scenes[-1])))
-    for scene in map(seen.during, STANDS):      # up to the first that is printed
+    for scene in map(observation.during, STANDS):    # up to the first that is printed
         yield scene.facts[HEADING_DEG], headings(scene.printed)
 
 
-def _prints_heading(seen: Observation) -> Reason:
+def _prints_heading(observation: Observation) -> Reason:
     return next((f'nothing was printed while the robot stood at {heading:.0f} degrees'
-                 for heading, printed in _standing(seen) if not printed), '')
+                 for heading, printed in _standing(observation) if not printed), '')
 
 
-def _first_wrong(seen, is_wrong, words):
+def _first_wrong(observation, is_wrong, words):
     """The `words` on the first heading for which `is_wrong(printed, the IMU's)` [deg]; else ''."""
-    return next((words.format(number, heading) for heading, printed in _standing(seen)
+    return next((words.format(number, heading) for heading, printed in _standing(observation)
                  for number in printed if is_wrong(number, heading)), '')
 
 
-def _says_goodbye(seen: Observation) -> Reason:
-    missed = says(seen, IMU_GOODBYE)
+def _says_goodbye(observation: Observation) -> Reason:
+    missed = prints(observation, IMU_GOODBYE)
     if missed:
         return missed
-    printed = seen.during(CTRL_C[0], may_die=True).printed
+    printed = observation.during(CTRL_C[0], may_die=True).printed
     late = len(headings(printed[printed.rfind(IMU_GOODBYE):]))
     return '' if late <= LATE_HEADINGS else \
         f'{late} headings were printed after "{IMU_GOODBYE}"'
 
 
-def _never_360(seen: Observation) -> Reason:
-    printed = headings(seen.during(HAIR_BELOW_ZERO).printed)
+def _never_360(observation: Observation) -> Reason:
+    printed = headings(observation.during(HAIR_BELOW_ZERO).printed)
     if not printed:
         return 'nothing was printed while the IMU was just below zero'
     if max(printed) >= 360.0:
@@ -81,8 +81,8 @@ def _never_360(seen: Observation) -> Reason:
     return ''
 
 
-def _survives_nonsense(seen: Observation) -> Reason:
-    scene = seen.during(ZERO_QUATERNION)
+def _survives_nonsense(observation: Observation) -> Reason:
+    scene = observation.during(ZERO_QUATERNION)
     if scene.exceptions:
         return 'a quaternion of zeros gave a traceback'
     if not any(abs(number - AFTERWARDS) < HEADING_TOLERANCE for number in headings(scene.printed)):
@@ -95,13 +95,15 @@ CRITERIA = [
     Criterion('prints_heading', HEADING, 'prints "{}."'.format(SAYS_HEADING.format('...')),
               EXERCISE, _prints_heading, limits=f'within {READING:g} s at each heading'),
     Criterion('heading_right', HEADING, 'prints the heading of the IMU', EXERCISE,
-              lambda seen: _first_wrong(
-                  seen, lambda *pair: abs(difference_degrees(*pair)) > HEADING_TOLERANCE,
+              lambda observation: _first_wrong(
+                  observation, lambda *pair: abs(difference_degrees(*pair)) > HEADING_TOLERANCE,
                   'printed {:.1f} degrees while the IMU said {:.1f}'),
               limits=f'within {HEADING_TOLERANCE:g} degree'),
     Criterion('from_0_to_360', HEADING, 'counts the heading from 0 to 360 degrees', EXERCISE,
-              lambda seen: _first_wrong(seen, lambda number, _: not 0.0 <= number < 360.0,
-                                        'printed {:.1f} degrees while the robot stood at {:.0f}')),
+              lambda observation: _first_wrong(observation,
+                                               lambda number, _: not 0.0 <= number < 360.0,
+                                               'printed {:.1f} degrees while the robot stood at '
+                                               '{:.0f}')),
     Criterion('says_goodbye', HEADING, f'at Ctrl+C says "{IMU_GOODBYE}", then nothing',
               IMU_AT_CTRL_C, _says_goodbye,
               limits=f'{LATE_HEADINGS} more heading may follow'),

@@ -13,10 +13,10 @@ from tb3_labs.handout import (
     MAX_TURN, SAYS_POSE_SET, SAYS_REACHED, SET_POSE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STATES, STOPS_AT_ONCE,
-    TRANSFORMATION_SHEET, Criterion, Look, Place, Reason, ends_cleanly, not_stopped, starts,
-    stops_robot, stops_when_lost)
+    TRANSFORMATION_SHEET, Criterion, JudgedObservation, Place, Reason, ends_cleanly, not_stopped,
+    starts, stops_robot, stops_when_lost)
 from tb3_labs.marking.trial.observation import (
-    GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotSeen, Observation, Scene)
+    GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import idle
 
 #: The parts of the lab.
@@ -73,19 +73,19 @@ TURNED_STEP = Place(TRANSFORMATION_SHEET, '3. The reset', 2)
 TWO_ZEROS = Place(TRANSFORMATION_SHEET, '1. The local pose', 4)
 
 
-def _place(seen: Observation, name: str,
+def _place(observation: Observation, name: str,
            tolerance: float = DISTANCE_TOLERANCE + MORE_DISTANCE) -> Reason:
     """Did the drive `name` end at most `tolerance` [m] from the goal?"""
-    scene = _driven(seen, name)
+    scene = _driven(observation, name)
     away = _end_of(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
     if not scene.facts[RESTED]:
         return f'{_unended(scene)}, {away:.2f} m from the goal'
     return '' if away <= tolerance else f'it stopped {away:.2f} m from the goal'
 
 
-def _heading(seen: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE) -> Reason:
+def _heading(observation: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE) -> Reason:
     """Did it end at most `tolerance` [deg] from the goal's heading?"""
-    scene = _driven(seen, name)
+    scene = _driven(observation, name)
     if not scene.facts[RESTED]:
         return _unended(scene)
     faced, goal = wrap(_end_of(scene).yaw), wrap(scene.facts[GOAL_POSE][2])
@@ -100,12 +100,12 @@ def _unended(scene: Scene) -> str:
         'more than {:g} m from its start'.format(ASTRAY) if astray else 'the limit'))
 
 
-def _driven(seen: Observation, name: str) -> Scene:
-    """The scene of a drive; NotSeen if the node did not move the robot."""
-    scene = seen.during(name)
+def _driven(observation: Observation, name: str) -> Scene:
+    """The scene of a drive; NotObserved if the node did not move the robot."""
+    scene = observation.during(name)
     if not scene.facts[MOVED]:
         hears = '/' + CTRL_RELINQ in scene.run.listens or not scene.run.listens
-        raise NotSeen('it got control, but did not move the robot: {}'.format(
+        raise NotObserved('it got control, but did not move the robot: {}'.format(
             idle(scene) if hears else 'it does not listen to {}'.format(CTRL_RELINQ)))
     return scene
 
@@ -115,79 +115,80 @@ def _end_of(scene: Scene) -> Pose2:
     return Pose2(*scene.facts[LOCAL_T_WORLD]) @ Pose2(*scene.truth[-1, 1:])
 
 
-def _says_reached(seen: Observation) -> Reason:
-    number = len(REACHED.findall(seen.during(FIRST_DRIVE).printed + seen.during(AT_GOAL).printed))
+def _says_reached(observation: Observation) -> Reason:
+    number = len(REACHED.findall(observation.during(FIRST_DRIVE).printed
+                                 + observation.during(AT_GOAL).printed))
     return '' if number == 1 else f'"{SAYS_REACHED}!" was printed {number} times'
 
 
-def _silent_at_goal(seen: Observation) -> Reason:
-    drive = _driven(seen, FIRST_DRIVE)
+def _silent_at_goal(observation: Observation) -> Reason:
+    drive = _driven(observation, FIRST_DRIVE)
     if not drive.facts[RESTED]:
         return 'it never arrived'
     if drive.commands[-1, 1:].any():
         return NO_ZERO.format('its arrival')
-    scene = seen.during(AT_GOAL)
+    scene = observation.during(AT_GOAL)
     late = scene.commands[scene.commands[:, 0] > scene.begin + LAST_WORD]
     return 'it went on sending commands on cmd_vel after it had arrived' if len(late) else ''
 
 
-def _within_limits(seen: Look) -> Reason:
-    commands = np.vstack([seen.during(name).commands for name in (FIRST_DRIVE, SECOND_DRIVE)
-                          if seen.has(name)] or [seen.during(FIRST_DRIVE).commands])
+def _within_limits(observation: JudgedObservation) -> Reason:
+    commands = np.vstack([observation.during(name).commands for name in (FIRST_DRIVE, SECOND_DRIVE)
+                          if observation.has(name)] or [observation.during(FIRST_DRIVE).commands])
     if not len(commands):
         return 'it commanded nothing'
-    turn, forward = seen.fastest(commands, ANGULAR), np.abs(commands[:, LINEAR]).max()
+    turn, forward = observation.fastest(commands, ANGULAR), np.abs(commands[:, LINEAR]).max()
     if forward > MAX_SPEED + ROUNDING:
-        seen.fastest(commands, LINEAR)
+        observation.fastest(commands, LINEAR)
     return '' if forward <= MAX_SPEED + ROUNDING and turn <= MAX_TURN + ROUNDING else \
         f'it commanded up to {forward:.2f} m/s and {turn:.1f} rad/s'
 
 
-def _reset(seen: Observation, name: str = RESET_TO_ORIGIN) -> Reason:
-    problem = seen.during(name).facts[PROBLEM]
+def _reset(observation: Observation, name: str = RESET_TO_ORIGIN) -> Reason:
+    problem = observation.during(name).facts[PROBLEM]
     if 'returned None' in problem:
         problem += ' (does its callback return a response?)'
     return problem and 'the reset failed: ' + problem
 
 
-def _resets(seen: Observation) -> Reason:
+def _resets(observation: Observation) -> Reason:
     """Has the reset its name, and does it work at rest and in a drive?"""
-    name = seen.during(RESET_TO_ORIGIN).facts[NAME]
-    if _reset(seen) or name:
-        return _reset(seen) or f'its reset is called {name}, not /{SET_POSE}'
-    scene = seen.during(RESET_IN_DRIVE)
+    name = observation.during(RESET_TO_ORIGIN).facts[NAME]
+    if _reset(observation) or name:
+        return _reset(observation) or f'its reset is called {name}, not /{SET_POSE}'
+    scene = observation.during(RESET_IN_DRIVE)
     if scene.facts[WAS_MOVING] and not scene.facts[STRAIGHT]:
         return 'turned to its goal by hand after a reset, it did not drive straight there'
-    return _reset(seen, RESET_IN_DRIVE) or (
+    return _reset(observation, RESET_IN_DRIVE) or (
         'after a reset in the middle of a drive it did not turn to the goal of the new frame, but '
         'by {:.0f} degrees in {:g} s'.format(scene.turned_deg, IN_DRIVE)
         if scene.facts[WAS_MOVING] and abs(scene.turned_deg) < ANEW else '')
 
 
-def _waits(seen: Observation) -> Reason:
-    scenes = (seen.during(name, may_die=name == RESET_TO_ORIGIN) for name in (
-        WITHOUT_CONTROL, RESET_TO_ORIGIN) if name == WITHOUT_CONTROL or seen.has(name))
+def _waits(observation: Observation) -> Reason:
+    scenes = (observation.during(name, may_die=name == RESET_TO_ORIGIN) for name in (
+        WITHOUT_CONTROL, RESET_TO_ORIGIN) if name == WITHOUT_CONTROL or observation.has(name))
     return 'it moved the robot without having control: does control_loop look at has_control, ' \
         'which True on ctrl_relinq sets and False clears?' if any(
             len(scene.moving) and not scene.facts.get(WAS_MOVING) for scene in scenes) else ''
 
 
-def _control_taken(seen: Observation) -> Reason:
-    scene = seen.during(CONTROL_TAKEN)
+def _control_taken(observation: Observation) -> Reason:
+    scene = observation.during(CONTROL_TAKEN)
     if not scene.facts[WAS_MOVING]:
         return 'it did not move the robot, so that a stop could not be seen'
     return not_stopped(scene, 'control was taken')
 
 
-def _exact(seen: Observation, name: str) -> Reason:
-    return _place(seen, name, EXACT_DISTANCE) or _heading(seen, name, EXACT_ANGLE)
+def _exact(observation: Observation, name: str) -> Reason:
+    return _place(observation, name, EXACT_DISTANCE) or _heading(observation, name, EXACT_ANGLE)
 
 
-def _arrives(seen: Observation, name: str) -> Reason:
-    return _place(seen, name) or _heading(seen, name)
+def _arrives(observation: Observation, name: str) -> Reason:
+    return _place(observation, name) or _heading(observation, name)
 
 
-def remarks_on_parts(seen: Observation, parts: Sequence[str]) -> List[str]:
+def remarks_on_parts(observation: Observation, parts: Sequence[str]) -> List[str]:
     """A sentence if only parts were tried that a node passes which rotates by the IMU's yaw."""
     return [] if not parts or OFFSET in parts else [
         'Odometry and IMU had the same zero here, a real robot has two: add offset to the parts; '
@@ -213,15 +214,17 @@ CRITERIA = [
         SET_POSE), AT_RESET, _resets, limits='answers within {:g} s; in a drive it turns by {:g} '
               'degrees within {:g} s'.format(ANSWER_TIME, ANEW, IN_DRIVE)),
     Criterion('says_reset', RESET, f'says "{SAYS_POSE_SET} to x=..., y=..., yaw=..."',
-              AT_RESET, lambda seen: '' if SAYS_POSE_SET.lower() in seen.during(
+              AT_RESET, lambda observation: '' if SAYS_POSE_SET.lower() in observation.during(
                   RESET_TO_ORIGIN).printed.lower() else
               f'no line "{SAYS_POSE_SET} to x=..., y=..., yaw=..." was printed',
               limits=f'within {TAKES_EFFECT:g} s after the answer'),
     Criterion('second_place', RESET, 'does the same task after a turn by {:g} degrees and a '
               'reset'.format(TURNED), TURNED_STEP,
-              lambda seen: _reset(seen) or _place(seen, SECOND_DRIVE), limits='as goal_place'),
+              lambda observation: _reset(observation) or _place(observation, SECOND_DRIVE),
+              limits='as goal_place'),
     Criterion('second_heading', RESET, FACES + ' of the new frame', TURNED_STEP,
-              lambda seen: _reset(seen) or _heading(seen, SECOND_DRIVE), limits='as goal_heading'),
+              lambda observation: _reset(observation) or _heading(observation, SECOND_DRIVE),
+              limits='as goal_heading'),
     Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken', STATES,
               _control_taken, limits='zero velocity ' + STOPS_AT_ONCE),
     ends_cleanly(CONTROL, STATES),
@@ -229,10 +232,12 @@ CRITERIA = [
               stops_robot, extra=True, limits=STOPS_AT_ONCE),
     Criterion('exact', RESET, 'both drives are within {:g} m and {:g} degree'.format(
         EXACT_DISTANCE, EXACT_ANGLE), ANALYSIS,
-              lambda seen: _exact(seen, FIRST_DRIVE) or _exact(seen, SECOND_DRIVE),
+              lambda observation: _exact(observation, FIRST_DRIVE)
+              or _exact(observation, SECOND_DRIVE),
               extra=True, also=DRIVE),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',
-              BEYOND, lambda seen: _reset(seen, RESET_ELSEWHERE) or _arrives(seen, DECLARED_DRIVE),
+              BEYOND, lambda observation: _reset(observation, RESET_ELSEWHERE)
+              or _arrives(observation, DECLARED_DRIVE),
               extra=True, limits='as goal_place and goal_heading'),
     Criterion('offset_imu', OFFSET, 'drives with an IMU whose zero is not that of the odometry',
               TWO_ZEROS, partial(_arrives, name=OFFSET_DRIVE), extra=True,

@@ -9,9 +9,9 @@ from tb3_labs.handout import (
     CONTROLLER_GOODBYE, HDG_TOL, LEFT, MAX_ANG_Z, MOUSE_DEAD_ZONE, MOUSE_FULL, RIGHT, TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, NO_ZERO, ROUNDING,
-    STOPS_AT_ONCE, TURN_LAB, Criterion, Look, Place, Reason, ends_cleanly, not_stopped, says,
-    starts, steers, stops_robot, stops_when_lost, times, within)
-from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotSeen, Observation
+    STOPS_AT_ONCE, TURN_LAB, Criterion, JudgedObservation, Place, Reason, ends_cleanly, not_stopped,
+    prints, starts, steers, stops_robot, stops_when_lost, times, within)
+from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import STILL_DEG, idle
 
 #: The parts of the lab.
@@ -86,65 +86,68 @@ AS_LEFT = 'as left'
 ON_A_CARPET = f'as left, also if the wheels slip by {SLIPPERY:.0%}'
 
 
-def turned(seen: Observation, name: str, tolerance: float = HDG_TOL + AFTER_STOP) -> Reason:
+def turned(observation: Observation, name: str, tolerance: float = HDG_TOL + AFTER_STOP) -> Reason:
     """Did the robot do a turn, the stimulus `name`, within `tolerance` [deg]?"""
-    scene, turn = seen.during(name), EACH_TURN.get(name, EACH_TURN[LEFT])
+    scene, turn = observation.during(name), EACH_TURN.get(name, EACH_TURN[LEFT])
     after = f'after {turn.typed} ({name[2:]})' if name in ACROSS else f'after {turn.typed}'
-    seen_deg = scene.turned_deg
+    observed_deg = scene.turned_deg
     if not scene.facts[MOVED]:
-        return '{} {}: {}'.format(after, 'the robot did not turn' if abs(seen_deg) < STILL_DEG else
-                                  'it turned {}'.format(_degrees(seen_deg)), idle(scene))
+        return '{} {}: {}'.format(after,
+                                  'the robot did not turn' if abs(observed_deg) < STILL_DEG else
+                                  'it turned {}'.format(_degrees(observed_deg)), idle(scene))
     if not scene.facts[RESTED]:
-        return f'{after} it turned {_degrees(seen_deg)}, and was still moving after {TURN_TIME:g} s'
-    if abs(seen_deg - turn.asked_deg) <= tolerance:
+        return (f'{after} it turned {_degrees(observed_deg)}, and was still moving after '
+                f'{TURN_TIME:g} s')
+    if abs(observed_deg - turn.asked_deg) <= tolerance:
         return NO_ZERO.format('its turn ' + after) if scene.commands[-1:, 1:].any() else ''
     missed = '{}{} it turned {}, then stopped'.format(
-        after, ', where the wheels slip,' if turn.slip else '', _degrees(seen_deg))
-    if seen_deg * turn.asked_deg <= 0.0:
+        after, ', where the wheels slip,' if turn.slip else '', _degrees(observed_deg))
+    if observed_deg * turn.asked_deg <= 0.0:
         return missed
     return '{}: {:.1f} degrees {} the goal, where {:g} are allowed'.format(
-        missed, abs(seen_deg - turn.asked_deg),
-        'short of' if abs(seen_deg) < abs(turn.asked_deg) else 'beyond',
+        missed, abs(observed_deg - turn.asked_deg),
+        'short of' if abs(observed_deg) < abs(turn.asked_deg) else 'beyond',
         min(tolerance, HDG_TOL))
 
 
-def _degrees(seen_deg):
-    number = f'{abs(seen_deg):.1f}'
+def _degrees(observed_deg):
+    number = f'{abs(observed_deg):.1f}'
     if float(number) == 0.0:
         return number + ' degrees'
-    return f"{number} degrees to the {'left' if seen_deg > 0.0 else 'right'}"
+    return f"{number} degrees to the {'left' if observed_deg > 0.0 else 'right'}"
 
 
-def _turned_each(seen: Observation, names: Iterable[str], *tolerance: float) -> Reason:
-    return next(filter(None, (turned(seen, name, *tolerance) for name in names)), '')
+def _turned_each(observation: Observation, names: Iterable[str], *tolerance: float) -> Reason:
+    return next(filter(None, (turned(observation, name, *tolerance) for name in names)), '')
 
 
-def _turning(seen):
-    """The commands of all turns that were tried; NotSeen if there are none."""
-    scenes = [seen.during(name) for name in EACH_TURN if seen.has(name)] or [seen.during(LEFT)]
+def _turning(observation):
+    """The commands of all turns that were tried; NotObserved if there are none."""
+    scenes = [observation.during(name) for name in EACH_TURN
+              if observation.has(name)] or [observation.during(LEFT)]
     commands = np.vstack([scene.moving for scene in scenes])
     if not len(commands):
-        raise NotSeen('the robot was never turned')
+        raise NotObserved('the robot was never turned')
     return commands
 
 
-def _clamped(seen: Look) -> Reason:
-    commands = _turning(seen)
-    seen.fastest(commands, ANGULAR)
+def _clamped(observation: JudgedObservation) -> Reason:
+    commands = _turning(observation)
+    observation.fastest(commands, ANGULAR)
     rates = commands[:, ANGULAR]
     fast = [f'{rate:.1f} rad/s to the {way}' for rate, way in (
         (rates.max(), 'left'), (-rates.min(), 'right')) if rate > MAX_ANG_Z + ROUNDING]
     return '' if not fast else f"while turning it commanded up to {' and '.join(fast)}"
 
 
-def _on_the_spot(seen: Look) -> Reason:
-    fastest = seen.fastest(_turning(seen), LINEAR)
+def _on_the_spot(observation: JudgedObservation) -> Reason:
+    fastest = observation.fastest(_turning(observation), LINEAR)
     return '' if fastest < ROUNDING else \
         f'it commanded up to {fastest:.2f} m/s forward while turning'
 
 
-def _answers_nonsense(seen: Observation) -> Reason:
-    scene = seen.during(NONSENSE)
+def _answers_nonsense(observation: Observation) -> Reason:
+    scene = observation.during(NONSENSE)
     if len(scene.moving):
         return f'the robot moved after "{TYPED_NONSENSE}" was typed'
     if scene.lines > LEGIBLE:
@@ -156,31 +159,32 @@ def _answers_nonsense(seen: Observation) -> Reason:
     return ''
 
 
-def _mouse_drove(seen):
-    if not len(seen.during(MOUSE_UP).moving):
-        raise NotSeen('the mouse did not move the robot at all')
+def _mouse_drove(observation):
+    if not len(observation.during(MOUSE_UP).moving):
+        raise NotObserved('the mouse did not move the robot at all')
 
 
-def _has_dead_zone(seen: Observation) -> Reason:
-    _mouse_drove(seen)
-    return not_stopped(seen.during(NEAR_MIDDLE), f'the mouse came to {MOUSE_PLACES[NEAR_MIDDLE]}')
+def _has_dead_zone(observation: Observation) -> Reason:
+    _mouse_drove(observation)
+    return not_stopped(observation.during(NEAR_MIDDLE),
+                       f'the mouse came to {MOUSE_PLACES[NEAR_MIDDLE]}')
 
 
-def _can_be_off(seen: Observation) -> Reason:
-    if len(seen.during(NOT_ACTIVE).moving):
+def _can_be_off(observation: Observation) -> Reason:
+    if len(observation.during(NOT_ACTIVE).moving):
         return 'the mouse moved the robot before it was activated'
-    _mouse_drove(seen)
-    return not_stopped(seen.during(DEACTIVATED), 'the mouse was deactivated')
+    _mouse_drove(observation)
+    return not_stopped(observation.during(DEACTIVATED), 'the mouse was deactivated')
 
 
-def _drives_after_turn(seen: Observation) -> Reason:
-    up = upward(seen)
-    return '' if drives(seen.during(AFTER_TURN).commands, up) else \
+def _drives_after_turn(observation: Observation) -> Reason:
+    up = upward(observation)
+    return '' if drives(observation.during(AFTER_TURN).commands, up) else \
         'after a turn the mouse did not move the robot any more'
 
 
-def _drives_in_turn(seen: Observation) -> Reason:
-    up, scene = upward(seen), seen.during(IN_TURN)
+def _drives_in_turn(observation: Observation) -> Reason:
+    up, scene = upward(observation), observation.during(IN_TURN)
     if not scene.facts[WAS_MOVING]:
         return 'there was no turn in the middle of which the mouse could be moved'
     return '' if drives(scene.commands, up) else \
@@ -188,12 +192,12 @@ def _drives_in_turn(seen: Observation) -> Reason:
         'later'.format(scene.end - scene.begin)
 
 
-def upward(seen: Observation) -> float:
+def upward(observation: Observation) -> float:
     """The sign of the speed that a mouse at the upper edge shall give: 1.0. If the submission's own
     mouse client is not known, which may count down, the first such speed sets the sign."""
-    speeds = [speed for name in (MOUSE_UP, AFTER_TURN, IN_TURN) if seen.has(name)
-              for speed in seen.during(name, may_die=True).moving[:, LINEAR] if speed]
-    return -1.0 if not seen.mouse_up and speeds and speeds[0] < 0.0 else 1.0
+    speeds = [speed for name in (MOUSE_UP, AFTER_TURN, IN_TURN) if observation.has(name)
+              for speed in observation.during(name, may_die=True).moving[:, LINEAR] if speed]
+    return -1.0 if not observation.mouse_up and speeds and speeds[0] < 0.0 else 1.0
 
 
 def drives(commands: Iterable[Sequence[float]], *signs: float) -> bool:
@@ -202,24 +206,25 @@ def drives(commands: Iterable[Sequence[float]], *signs: float) -> bool:
     return any(sign * command[LINEAR] > AT_EDGE[0] for command in commands for sign in signs)
 
 
-def _mouse_drives(seen: Observation) -> Reason:
-    up = upward(seen)
-    return (steers(seen, MOUSE_UP, linear=times(up, AT_EDGE), of_moving=True)
-            or steers(seen, MOUSE_LEFT, angular=AT_EDGE, of_moving=True)
-            or steers(seen, HALF_WAY, times(-up, AT_HALF), times(-1.0, AT_HALF), of_moving=True))
+def _mouse_drives(observation: Observation) -> Reason:
+    up = upward(observation)
+    return (steers(observation, MOUSE_UP, linear=times(up, AT_EDGE), of_moving=True)
+            or steers(observation, MOUSE_LEFT, angular=AT_EDGE, of_moving=True)
+            or steers(observation, HALF_WAY, times(-up, AT_HALF), times(-1.0, AT_HALF),
+                      of_moving=True))
 
 
-def remarks_on_turns(seen: Observation, parts: Sequence[str] = ()) -> List[str]:
+def remarks_on_turns(observation: Observation, parts: Sequence[str] = ()) -> List[str]:
     """Sentences on mistakes that cost nothing."""
-    printed = [seen.during(name, may_die=True).printed.splitlines()[1:]
-               for name in (LEFT, NONSENSE) if seen.has(name)]
+    printed = [observation.during(name, may_die=True).printed.splitlines()[1:]
+               for name in (LEFT, NONSENSE) if observation.has(name)]
     remarks = []
     if len(printed) > 1 and len(printed[1]) == 1 and printed[0][-1:] == printed[1]:
         remarks.append('After "{}" it printed its prompt alone, and no error. See {}.'.format(
             TYPED_NONSENSE, TO_RIGHT))
-    if upward(seen) < 0.0:
+    if upward(observation) < 0.0:
         remarks.append(NO_CLIENT)
-    if seen.mouse_up < 0:
+    if observation.mouse_up < 0:
         remarks.append(COUNTS_DOWN)
     return remarks
 
@@ -231,7 +236,7 @@ CRITERIA = [
     Criterion('right', TURNS, f'r turns {TURN_DEG:g} degrees right', TO_RIGHT,
               partial(turned, name=RIGHT), limits=ON_A_CARPET),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees', LAW,
-              lambda seen: _turned_each(seen, ACROSS), limits=ON_A_CARPET),
+              lambda observation: _turned_each(observation, ACROSS), limits=ON_A_CARPET),
     Criterion('clamped', TURNS, f'turns no faster than {MAX_ANG_Z:g} rad/s', LAW,
               _clamped, limits=f'and {ROUNDING:g} for rounding'),
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW,
@@ -257,10 +262,10 @@ CRITERIA = [
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', AT_CTRL_C,
               stops_robot, limits=STOPS_AT_ONCE),
     Criterion('says_goodbye', SHUTDOWN, f'at Ctrl+C says "{CONTROLLER_GOODBYE}"', AT_CTRL_C,
-              partial(says, words=CONTROLLER_GOODBYE)),
+              partial(prints, words=CONTROLLER_GOODBYE)),
     ends_cleanly(SHUTDOWN, AT_CTRL_C),
     Criterion('within_1_deg', TURNS, f'all turns are within {EXACT:g} degree', IMU_EXTRAS,
-              lambda seen: _turned_each(seen, EACH_TURN, EXACT), extra=True),
+              lambda observation: _turned_each(observation, EACH_TURN, EXACT), extra=True),
     stops_when_lost('lost_imu', 'stops a turn', 'the IMU', IMU_SILENT, IMU_EXTRAS),
     stops_when_lost('lost_mouse', 'stops the robot', 'the mouse', MOUSE_SILENT, IMU_EXTRAS),
 ]

@@ -35,50 +35,52 @@ def observed(run: RunData, places: Sequence[str] = ()) -> Observation:
     run = replace(run, log=replace(run.log, texts=np.array(
         list(map(cleaned, run.log.texts)), dtype=object)))
     truth = run.ground_truth
-    seen = Observation('', '', run=run, commands=np.column_stack(
+    observation = Observation('', '', run=run, commands=np.column_stack(
         [run.commands.arrival, run.commands.linear, run.commands.angular]).tolist(),
-        truth=np.column_stack([truth.arrival, truth.x, truth.y, np.unwrap(truth.yaw)]).tolist())
+               truth=np.column_stack([truth.arrival, truth.x, truth.y,
+                                      np.unwrap(truth.yaw)]).tolist())
     texts = [(at, None, words) for at, words in zip(run.printed.arrival, run.printed.words)]
     events = [(at, json.loads(cleaned(words)), '') for at, words in zip(
         run.events.arrival, run.events.words)]
     for at, event, text in sorted(texts + events, key=lambda each: each[0]):
         if event is None:
-            _printed(seen, text, text.count('\n'))
+            _printed(observation, text, text.count('\n'))
         else:
-            _add_event(seen, event.pop('kind'), float(at), event)
-    if not seen.lab:
+            _add_event(observation, event.pop('kind'), float(at), event)
+    if not observation.lab:
         raise ValueError('the recording has no trial')
-    for each in seen.runs:
+    for each in observation.runs:
         text = each.printed = COLOUR.sub('', cleaned(each.printed))
         if len(text) > 2 * KEPT:
             each.printed = f'{text[:KEPT]}\n...\n{text[-KEPT:]}'
-    seen.stimuli = [each for each in seen.stimuli if not math.isnan(each.end)]
-    for stimulus in seen.stimuli:
+    observation.stimuli = [each for each in observation.stimuli if not math.isnan(each.end)]
+    for stimulus in observation.stimuli:
         stimulus.printed = COLOUR.sub('', cleaned(stimulus.printed))
-    seen.run = with_stimuli(run, seen)
-    return seen
+    observation.run = with_stimuli(run, observation)
+    return observation
 
 
-def with_stimuli(run: RunData, seen: Observation) -> RunData:
+def with_stimuli(run: RunData, observation: Observation) -> RunData:
     """The recording of a trial with what was done to the node: starts, stimuli, letters, goals, and
     the resets by the node's lines, else by their calls. After a call that failed the node's frame
     is unknown: until the next start its variables are left out."""
     declared, known = run.resets, np.ones(len(run.variables), bool)
     resets = np.column_stack([declared.arrival, declared.x, declared.y, declared.yaw]).tolist()
-    for at, pose, problem in seen.calls:
+    for at, pose, problem in observation.calls:
         if problem:
-            end = min([start.begin for start in seen.runs if start.begin > at], default=math.inf)
+            end = min([start.begin for start in observation.runs if start.begin > at],
+                      default=math.inf)
             known &= (run.variables.arrival < at) | (run.variables.arrival > end)
         elif not (np.abs(declared.arrival - at) < SAME_RESET).any():
             resets.append([at, *pose])
-    goals = [[each.begin, *each.facts[GOAL_POSE]] for each in seen.stimuli
+    goals = [[each.begin, *each.facts[GOAL_POSE]] for each in observation.stimuli
              if GOAL_POSE in each.facts]
-    letters = [row for each in seen.stimuli if ASKED_DEG in each.facts
+    letters = [row for each in observation.stimuli if ASKED_DEG in each.facts
                for row in ([each.begin, np.sign(each.facts[ASKED_DEG])], [each.end, 0.0])]
     return replace(
         run, resets=samples_from_rows(Poses, sorted(resets)), variables=run.variables.take(known),
-        starts=tuple(start.begin for start in seen.runs),
-        states=samples_from_rows(States, [[each.begin, each.name] for each in seen.stimuli]),
+        starts=tuple(start.begin for start in observation.runs),
+        states=samples_from_rows(States, [[each.begin, each.name] for each in observation.stimuli]),
         goals=samples_from_rows(Poses, goals), letters=samples_from_rows(Values, letters))
 
 
@@ -89,57 +91,57 @@ def samples_from_rows(kind: Type[Kind], rows: Sequence[Sequence[Any]]) -> Kind:
                   for column in columns[:1] + columns)) if rows else kind.none()
 
 
-def _printed(seen: Observation, text: str, lines: int) -> None:
+def _printed(observation: Observation, text: str, lines: int) -> None:
     """Add an output of so many lines to the run and the stimulus that are not over."""
-    for each in seen.runs[-1:]:
+    for each in observation.runs[-1:]:
         each.printed += text
-    for stimulus in seen.stimuli[-1:]:
+    for stimulus in observation.stimuli[-1:]:
         if math.isnan(stimulus.end):
             stimulus.printed = (stimulus.printed + text)[-KEPT:]
             stimulus.lines += lines
 
 
-def _add_event(seen: Observation, kind: str, at: float, facts: Dict[str, Any]) -> None:
+def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, Any]) -> None:
     """Add an event of a trial to its Observation."""
     if kind == 'trial':
-        seen.lab, seen.node = facts['lab'], facts['node']
+        observation.lab, observation.node = facts['lab'], facts['node']
     elif kind == 'begin':
-        seen.stimuli.append(Stimulus(facts['name'], at))
+        observation.stimuli.append(Stimulus(facts['name'], at))
     elif kind == 'end':
-        vars(seen.stimuli[-1]).update(facts, end=at)
+        vars(observation.stimuli[-1]).update(facts, end=at)
     elif kind == 'start':
-        seen.runs.append(Run(at, needed=facts['needed']))
+        observation.runs.append(Run(at, needed=facts['needed']))
     elif kind == 'ready':
-        seen.runs[-1].ready = at
+        observation.runs[-1].ready = at
     elif kind == 'run':
-        vars(seen.runs[-1]).update(facts)
+        vars(observation.runs[-1]).update(facts)
     elif kind == 'stop':
-        vars(seen.runs[-1]).update(facts, end=at)
+        vars(observation.runs[-1]).update(facts, end=at)
     elif kind == 'unprinted':
-        _printed(seen, f"\n... {facts['characters']} characters are left out here ...\n",
+        _printed(observation, f"\n... {facts['characters']} characters are left out here ...\n",
                  facts['lines'])
     elif kind == 'sender':
-        seen.senders.append([facts['name'], facts['process']])
+        observation.senders.append([facts['name'], facts['process']])
     elif kind == 'odd':
-        seen.lost[NOT_FINITE] = seen.lost.get(NOT_FINITE, 0) + 1
-        seen.odd.append([at, facts['text']])
+        observation.lost[NOT_FINITE] = observation.lost.get(NOT_FINITE, 0) + 1
+        observation.odd.append([at, facts['text']])
     elif kind == 'left out':
-        seen.lost[facts['what']] = facts['number']
+        observation.lost[facts['what']] = facts['number']
     elif kind == 'own move':
-        seen.own_moves.append([at - facts['seconds'], at])
+        observation.own_moves.append([at - facts['seconds'], at])
     elif kind == 'not offered':
-        seen.missing.update(dict.fromkeys(facts['names'], facts['reason']))
+        observation.missing.update(dict.fromkeys(facts['names'], facts['reason']))
     elif kind == 'program':
-        seen.assigned = facts['assigned']
+        observation.assigned = facts['assigned']
     elif kind == 'call' and 'pose' in facts:
-        seen.calls.append([at, facts['pose'], facts['problem']])
+        observation.calls.append([at, facts['pose'], facts['problem']])
     elif kind == 'mouse client':
-        seen.mouse_up = facts['up']
+        observation.mouse_up = facts['up']
     elif kind == 'fault':
-        seen.faults.append(facts['text'])
+        observation.faults.append(facts['text'])
     elif kind == 'broken':
-        seen.broken = facts['text']
+        observation.broken = facts['text']
     elif kind in ('remark', 'finding'):
-        known = seen.remarks if kind == 'remark' else seen.findings
+        known = observation.remarks if kind == 'remark' else observation.findings
         if facts['text'] not in known and len(known) < MOST_FINDINGS:
             known.append(facts['text'])

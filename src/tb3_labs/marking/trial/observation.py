@@ -13,7 +13,7 @@ from typing import Any, Dict, List, Optional
 import numpy as np
 
 from tb3_labs.handout import CMD_VEL
-from tb3_labs.marking.trial.tracebacks import counted, exceptions, last_words
+from tb3_labs.marking.trial.tracebacks import counted, exceptions, last_line
 from tb3_labs.report.run_data import RunData
 
 #: The robot's own reset; all names of topics are relative.
@@ -38,15 +38,15 @@ HELD_UP = 0.15
 MOST_FINDINGS, LONGEST = 20, 2000
 
 
-class NotSeen(Exception):
+class NotObserved(Exception):
     """The thing that a criterion judges was not seen; the text is the reason, a clause."""
 
 
-class NotOffered(NotSeen):
+class NotOffered(NotObserved):
     """The node does not have the topic or service that a criterion judges."""
 
 
-class NotTried(NotSeen):
+class NotTried(NotObserved):
     """The node did not run when a criterion should have been tried."""
 
 
@@ -88,7 +88,7 @@ class Run:
             return counted(errors[-1:])[0]
         if self.status == 0:
             return 'its main program was over, and nothing kept the node running'
-        return last_words(self.printed)
+        return last_line(self.printed)
 
     @property
     def never_ready(self) -> str:
@@ -177,15 +177,15 @@ class Observation:
     def during(self, name: str, may_die: bool = False) -> 'Scene':
         """The :class:`Scene` of a stimulus.
 
-        ``NotOffered`` if the node does not offer what it needs. ``NotSeen`` if it is missing for
-        another reason, or if the node ended during it, unless it `may_die`.
+        ``NotOffered`` if the node does not offer what it needs. ``NotObserved`` if it is missing
+        for another reason, or if the node ended during it, unless it `may_die`.
         """
         for stimulus in self.stimuli:
             if stimulus.name == name:
                 if stimulus.died and not may_die:
                     errors = exceptions(stimulus.printed, self.file)
-                    raise NotSeen('it ended in the middle of this: {}'.format(
-                        counted(errors[-1:])[0] if errors else last_words(stimulus.printed)))
+                    raise NotObserved('it ended in the middle of this: {}'.format(
+                        counted(errors[-1:])[0] if errors else last_line(stimulus.printed)))
                 return Scene(self, stimulus)
         if name in self.missing:
             raise NotOffered(self.missing[name])
@@ -212,7 +212,7 @@ class Scene(Stimulus):
 
     def __init__(self, observation: Observation, stimulus: Stimulus) -> None:
         super().__init__(**vars(stimulus))
-        self.seen = observation
+        self.observed = observation
         self.odd = [words for time, words in observation.odd if self.begin <= time <= self.end]
         self.commands = _between(observation.commands, 3, self.begin, self.end)
         self.truth = _between(observation.truth, 4, self.begin, self.end)
@@ -220,13 +220,13 @@ class Scene(Stimulus):
     @property
     def run(self) -> Run:
         """The run of the node in which it was."""
-        before = [run for run in self.seen.runs if run.begin <= self.begin]
-        return (before or self.seen.runs or [Run(self.begin)])[-1]
+        before = [run for run in self.observed.runs if run.begin <= self.begin]
+        return (before or self.observed.runs or [Run(self.begin)])[-1]
 
     @property
     def exceptions(self) -> List[str]:
         """The exceptions that the node printed in it."""
-        return exceptions(self.printed, self.seen.file)
+        return exceptions(self.printed, self.observed.file)
 
     @property
     def moving(self) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 
 from tb3_labs.handout import CMD_VEL
 from tb3_labs.marking.trial.observation import Observation, Run, Scene
-from tb3_labs.marking.trial.tracebacks import counted, exceptions, last_words
+from tb3_labs.marking.trial.tracebacks import counted, exceptions, last_line
 from tb3_labs.watch.broken_link import wrong_field
 
 #: The type of cmd_vel.
@@ -28,51 +28,52 @@ QUOTED = re.compile(r'^A traceback was printed .*?: ([\'"].*[\'"])\. The clean e
 UNDEFINED = re.compile(r"name '\w+' is not defined")
 
 
-def remarks_on(seen: Observation) -> List[str]:
+def remarks_on(observation: Observation) -> List[str]:
     """The sentences for the student that belong to no criterion."""
-    deaf = [f'Note that {seen.deaf}.'] if seen.deaf else []
-    return seen.remarks + deaf + tracebacks_before_the_end(seen) + seen.gaps
+    deaf = [f'Note that {observation.deaf}.'] if observation.deaf else []
+    return observation.remarks + deaf + tracebacks_before_the_end(observation) + observation.gaps
 
 
-def faults_in(seen: Observation, said: str) -> List[str]:
+def faults_in(observation: Observation, said: str) -> List[str]:
     """The faults that its text shows, without an undefined name that the verdicts (`said`) name."""
-    return [fault for fault in seen.faults if not any(
+    return [fault for fault in observation.faults if not any(
         name in said for name in UNDEFINED.findall(fault))]
 
 
-def tracebacks_before_the_end(seen: Observation) -> List[str]:
+def tracebacks_before_the_end(observation: Observation) -> List[str]:
     """A sentence on each exception before Ctrl+C: no criterion is about it."""
     names: Dict[str, List[str]] = defaultdict(list)
-    for stimulus in seen.stimuli:
+    for stimulus in observation.stimuli:
         if stimulus.name not in CTRL_C:
-            for error in exceptions(stimulus.printed, seen.file):
+            for error in exceptions(stimulus.printed, observation.file):
                 names[error].append(stimulus.name)
     return ['A traceback was printed during "{}"{}{}. The clean exit is about Ctrl+C alone.'.format(
         each[0], ', {} times in all'.format(len(each)) if len(each) > 1 else '',
         error and ': {!r}'.format(error)) for error, each in names.items()]
 
 
-def untold(remarks: List[str], said: str) -> List[str]:
+def without_quoted(remarks: List[str], said: str) -> List[str]:
     """The remarks, without the exceptions that the verdicts' sentences (`said`) quote."""
     return [remark for remark in remarks if not any(
         error in said for error in QUOTED.findall(remark))]
 
 
-def errors_in(seen: Observation, run: Run) -> List[str]:
+def errors_in(observation: Observation, run: Run) -> List[str]:
     """The exceptions of a run before it got Ctrl+C, without those that cannot be read."""
     text = run.printed
-    for stimulus in seen.stimuli:
+    for stimulus in observation.stimuli:
         if stimulus.name in CTRL_C and stimulus.begin >= run.begin:
             text = text.replace(stimulus.printed, '')
-    return list(filter(None, exceptions(text, seen.file)))
+    return list(filter(None, exceptions(text, observation.file)))
 
 
 def idle(scene: Scene) -> str:
     """A clause on the reason why a node did not move the robot in this scene."""
     run = scene.run
-    errors = errors_in(scene.seen, run)
+    errors = errors_in(scene.observed, run)
     if errors:
-        number = sum(errors_in(scene.seen, each).count(errors[0]) for each in scene.seen.runs)
+        number = sum(errors_in(scene.observed, each).count(errors[0])
+                     for each in scene.observed.runs)
         return f'{STOPPED}, {counted(errors[:1] * number)[0]}'
     if scene.odd:
         return f'{len(scene.odd)} of its commands were not finite numbers, such as {scene.odd[0]}'
@@ -89,9 +90,9 @@ def idle(scene: Scene) -> str:
 
 def other_fields(scene: Scene) -> str:
     """A clause on a field of the scene's commands that no wheel follows; '' if there is none."""
-    if scene.seen.run is None:
+    if scene.observed.run is None:
         return ''
-    sent = scene.seen.run.commands
+    sent = scene.observed.run.commands
     return wrong_field(sent.take((sent.arrival >= scene.begin) & (sent.arrival <= scene.end)))
 
 
@@ -101,7 +102,7 @@ def _silence(scene, run):
         return f'it publishes {CMD_VEL} as {kind}, and the robot takes {TWIST} alone'
     if other_topics(run, CMD_VEL):
         return other_topics(run, CMD_VEL)
-    whole = np.array([time for time, _, _ in scene.seen.commands if run.begin <= time and (
+    whole = np.array([time for time, _, _ in scene.observed.commands if run.begin <= time and (
         run.end is None or time <= run.end)])
     if len(whole) > 2:      # else no rate is known
         return 'nothing came on {} for {:.1f} s (in this run a command every {:.2g} s)'.format(
@@ -117,18 +118,18 @@ def other_topics(run: Run, topic: str) -> str:
 
 def _printed(scene):
     printed = re.sub(r'^\w\r?\n', '', scene.printed)   # a terminal shows what was typed
-    return f", and it printed {last_words(printed) if printed.strip() else 'nothing'}"
+    return f", and it printed {last_line(printed) if printed.strip() else 'nothing'}"
 
 
 def unprinted(scene: Scene) -> str:
     """A clause on the reason why a node did not print its line in this scene."""
     run = scene.run
-    errors = errors_in(scene.seen, run)
+    errors = errors_in(scene.observed, run)
     if errors:
         return f'its callback failed: {counted(errors)[0]}'
     if run.unconnected:
         return 'no message of {} reached it: does its type agree with that of the topic?'.format(
             ' and '.join(run.unconnected))
     if scene.printed.strip():
-        return f'it printed {last_words(scene.printed)}'
+        return f'it printed {last_line(scene.printed)}'
     return 'it printed nothing'

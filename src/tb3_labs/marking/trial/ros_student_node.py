@@ -93,10 +93,10 @@ class StudentNode:
 
         def is_ready():     # it listens to its topic, and has registered nothing new for 0.5 s
             nonlocal new, since
-            seen = {name: registered for name, registered in self.graph.nodes().items()
-                    if name not in known}
-            if seen != new:
-                new, since = seen, time.monotonic()
+            observation = {name: registered for name, registered in self.graph.nodes().items()
+                           if name not in known}
+            if observation != new:
+                new, since = observation, time.monotonic()
             return any((LISTENS, needed[0]) in registered for registered in new.values()) and (
                 time.monotonic() - since >= 0.5)
         # a busy computer, with several processes that wait for each processor, is slower
@@ -151,17 +151,17 @@ class StudentNode:
         if self._process is None:
             return
         self._output.flush()
-        seen = {}
+        observation = {}
         if self.alive:
             with suppress(OSError, rosgraph.MasterException):   # the master does not answer
                 listens, publishes = self.graph.topics()
-                seen = dict(listens=listens, publishes=publishes,
-                            unconnected=self.graph.unconnected(self._needed))
+                observation = dict(listens=listens, publishes=publishes,
+                                   unconnected=self.graph.unconnected(self._needed))
         elif not self._interrupted:
-            seen = dict(ended_by_itself=True, status=self.status)
-        if seen and seen != self._noted:
-            self._noted = seen
-            self._recording.event('run', **seen)
+            observation = dict(ended_by_itself=True, status=self.status)
+        if observation and observation != self._noted:
+            self._noted = observation
+            self._recording.event('run', **observation)
 
 
 class Graph:

@@ -57,7 +57,7 @@ def counted(errors: List[str]) -> List[str]:
             for error, number in Counter(errors).items()]
 
 
-def last_words(printed: str) -> str:
+def last_line(printed: str) -> str:
     """The last line that a node printed, in quotes, or a clause if there is none."""
     lines = list(filter(None, map(str.strip, printed.splitlines())))
     return repr(lines[-1][:LONGEST_LINE]) if lines else 'it printed nothing'
