@@ -193,9 +193,12 @@ def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
     if observation.broken and not marks.unjudged:
         marks.unjudged = f'The marker itself failed ({observation.broken}).'
     marks.verdicts = judge(LABS[lab].criteria, observation, worth, parts)
-    said = ' '.join(each.observed for each in marks.verdicts)
-    marks.remarks = ([] if marks.is_full else faults_in(observation, said)) + without_quoted(
-        marks.remarks + remarks_on(observation) + LABS[lab].remarks(observation, parts), said)
+    verdict_text = ' '.join(each.observed for each in marks.verdicts)
+    marks.remarks = ([] if marks.is_full
+                     else faults_in(observation, verdict_text)) + without_quoted(
+                         marks.remarks + remarks_on(observation)
+                         + LABS[lab].remarks(observation, parts),
+                         verdict_text)
     try:
         if not marks.is_full:
             marks.link = _broken_link(observation, marks.graded)

@@ -146,7 +146,7 @@ class _Candidate(NamedTuple):
     folder: int             # place among the usual folders
     depth: int
     path: str
-    said: Tuple[str, ...]   # the signs that were found
+    sign_texts: Tuple[str, ...]   # the signs that were found
     text: str
 
 
@@ -210,14 +210,14 @@ def _is_program(path):
 
 def _candidate(lab, path, package, text, packages, names):
     *folders, name = path.lower().split('/')
-    said = _signs(lab, text)
+    sign_texts = _signs(lab, text)
     lower = [usual.lower() for usual in names]
     return _Candidate(
         is_aside(path),
         min(_package_rank(usual.lower(), [package.lower()] + folders) for usual in packages),
-        lower.index(name) if name in lower else len(names), 3 - len(said),
+        lower.index(name) if name in lower else len(names), 3 - len(sign_texts),
         FOLDERS.index(folders[-1]) if folders and folders[-1] in FOLDERS else len(FOLDERS),
-        len(folders), path, said, text)
+        len(folders), path, sign_texts, text)
 
 
 def _package_rank(usual, called):
@@ -230,7 +230,7 @@ def _package_rank(usual, called):
 def _signs(lab, text):
     """Returns the signs of the lab's node in a program, as clauses such as 'listens to imu'."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
-    return tuple(said for pattern, said in (
+    return tuple(sign_texts for pattern, sign_texts in (
         (r'Subscriber\(\s*(name\s*=\s*)?[\'"]/?(\w+/)*{}[\'"]'.format(lab.sensors[0]),
          LISTENS_TO + lab.sensors[0]),
         (rf'^[ \t]*class\s+{lab.class_name}\b', 'has the class ' + lab.class_name),
@@ -240,16 +240,18 @@ def _signs(lab, text):
 
 
 def _can_be_the_node(candidate, names, name):
-    said = candidate.said
+    sign_texts = candidate.sign_texts
     # a node of another lab may listen to the same topic
     is_other = any(os.path.basename(candidate.path) in other.files for other in LAB_NODES.values())
-    return candidate.name < len(names) or not name and (len(said) >= 2 or not is_other and any(
-        clause.startswith(LISTENS_TO) for clause in said))
+    return candidate.name < len(names) or not name and (len(sign_texts) >= 2 or not is_other
+                                                        and any(
+                                                            clause.startswith(LISTENS_TO)
+                                                            for clause in sign_texts))
 
 
 def _remarks(found, packages, names):
     best, *others = found
-    signs = ' and '.join(best.said)
+    signs = ' and '.join(best.sign_texts)
     if not others:
         return [] if best.name < len(names) else [
             f"There is no {' or '.join(names)}; judged was {best.path}, which {signs}."]

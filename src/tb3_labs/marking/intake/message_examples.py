@@ -29,7 +29,7 @@ FORMS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
 
 def describe(search, definitions):
     """Make the modules in the present folder. Returns the object that is printed."""
-    said = {'problems': {}, 'msg': {}, 'srv': {}, 'modules': []}
+    result = {'problems': {}, 'msg': {}, 'srv': {}, 'modules': []}
     paths = [os.path.join('in', package, kind, f'{name}.{kind}')
              for package, kind, name, _ in definitions]
     for path, (package, *_, text) in zip(paths, definitions):
@@ -45,7 +45,7 @@ def describe(search, definitions):
                 genmsg.MsgContext.create_default(), f'{package}/{name}', path, target,
                 search)
         except Exception as problem:    # any error: the other files may be valid
-            said['problems'][os.path.relpath(path, 'in')] = str(problem).replace(
+            result['problems'][os.path.relpath(path, 'in')] = str(problem).replace(
                 path + ': ', '') or repr(problem)
             if os.path.exists(module):
                 os.remove(module)
@@ -54,15 +54,15 @@ def describe(search, definitions):
     for folder, _, names in os.walk('out'):
         for name in names:
             with open(os.path.join(folder, name), encoding='utf-8') as file:
-                said['modules'].append(folder.split(os.sep)[1:] + [name, file.read()])
+                result['modules'].append(folder.split(os.sep)[1:] + [name, file.read()])
     sys.path.insert(0, os.path.abspath('out'))
     for package, kind, name, _ in definitions:
         try:
-            said[kind][f'{package}/{name}'] = example_of(getattr(
+            result[kind][f'{package}/{name}'] = example_of(getattr(
                 importlib.import_module(f'{package}.{kind}._{name}'), name))
         except Exception:   # any error: it was not built, or is too large
             continue
-    return said
+    return result
 
 
 def example_of(kind):

@@ -82,9 +82,10 @@ def by_student(names: Dict[str, HandedIn]) -> Dict[str, List[str]]:
     file.
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
-    for name, said in names.items():
-        alone = '' if said.number else name
-        groups.setdefault((file_name(said.student), said.number, alone), []).append(name)
+    for name, name_parts in names.items():
+        alone = '' if name_parts.number else name
+        groups.setdefault((file_name(name_parts.student), name_parts.number, alone),
+                          []).append(name)
     times = Counter(student for student, _, _ in groups)
     students: Dict[str, List[str]] = {}
     for (student, number, alone), together in groups.items():
@@ -175,10 +176,10 @@ def _lay_out(handed_in, folder, has_node, skipped):
     return remarks, unread + ([limits.exceeded] if limits.exceeded else [])
 
 
-def _unpack(zips, folder, limits, skipped, said):
+def _unpack(zips, folder, limits, skipped, notes):
     """Unpack zip files, each into a folder of its own, unless they belong together: one has a
     package.xml that another lacks, and no file is in two of them."""
-    remarks, unread = said
+    remarks, unread = notes
     roots = []
     for place, file in zips.items():
         root = folder / place.parent / (place.stem + '.unpacked')
@@ -218,9 +219,9 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
         if path.name.startswith('.') or NEVER.search(path.name):
             continue
         mode = path.lstat().st_mode
-        said = read_name(path.name, stat.S_ISDIR(mode))
-        if stat.S_ISDIR(mode) or stat.S_ISREG(mode) and (said.number or is_zip(path.name)):
-            names[path.name] = said
+        name_parts = read_name(path.name, stat.S_ISDIR(mode))
+        if stat.S_ISDIR(mode) or stat.S_ISREG(mode) and (name_parts.number or is_zip(path.name)):
+            names[path.name] = name_parts
             continue
         why = f"neither a folder nor a {'zip file' if stat.S_ISREG(mode) else 'file'}"
         # a link may lead to another student's work, or out of here

@@ -133,29 +133,29 @@ def _name(reading, source, packages, remarks):
 
 
 def _repair(node, remarks, look_at, relayed):
-    code, said = node.read_bytes(), []
+    code, repairs = node.read_bytes(), []
     if code.startswith(codecs.BOM_UTF8):
         code = code[len(codecs.BOM_UTF8):]
-        said.append('begins with a byte order mark: removed')
+        repairs.append('begins with a byte order mark: removed')
     if b'\r\n' in code:
         code = code.replace(b'\r\n', b'\n')
-        said.append('has Windows line endings: changed')
+        repairs.append('has Windows line endings: changed')
     first = code.partition(b'\n')[0]
     python = NAMES_PYTHON.match(first)
     if not code.strip():
-        said.append('is empty')
+        repairs.append('is empty')
     elif b'\0' in code:
-        said.append('is not text in UTF-8: save it as UTF-8')
+        repairs.append('is not text in UTF-8: save it as UTF-8')
     elif relayed:       # its first line and its exec bit do not matter
         pass
     elif not code.startswith(b'#!'):
-        said.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
+        repairs.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
     elif python and not shutil.which(os.fsdecode(python.group(1))):
         look_at.append('It begins with {}, which this machine lacks: on another one it may '
                        'run.'.format(printable(os.fsdecode(first[:80]))))
     if not relayed and not os.access(str(node), os.X_OK):
-        said.append('is not executable: it was made so')
-    remarks += [f'{node.name} {each}.' for each in said]
+        repairs.append('is not executable: it was made so')
+    remarks += [f'{node.name} {each}.' for each in repairs]
     node.write_bytes(code)
     node.chmod(0o755)
 

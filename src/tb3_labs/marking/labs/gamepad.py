@@ -96,11 +96,11 @@ def _lets_go(observation: Observation) -> Reason:
 def _control(observation: Observation, name: str, wanted: bool) -> Reason:
     """Is `wanted` the latest on ctrl_relinq after the button `name`?"""
     scene = observation.during(name)
-    said = scene.facts[RELINQUISHED]
-    if said is wanted:
+    published = scene.facts[RELINQUISHED]
+    if published is wanted:
         return ''
-    if said is not None:
-        return f'after {name} it published {said} on ctrl_relinq'
+    if published is not None:
+        return f'after {name} it published {published} on ctrl_relinq'
     return ': '.join(filter(None, [f'after {name} nothing was published on ctrl_relinq',
                                    other_topics(scene.run, CTRL_RELINQ)]))
 

@@ -45,14 +45,14 @@ class HeldPad(Repeater):
         self._axes = [0.0] * AXES
         self._axes[self.numbers.linear_axis] = forward
         self._axes[self.numbers.angular_axis] = left
-        self._show()
+        self._publish()
 
     def others(self, seconds=0.3):
         """Push each axis without a function this long [s]: a node may follow one of them."""
         used = self.numbers.linear_axis, self.numbers.angular_axis
         for number in sorted(set(range(AXES)) - set(used)):
             self._axes[number] = 1.0
-            self._show()
+            self._publish()
             time.sleep(seconds)
             self.sticks()
 
@@ -60,10 +60,10 @@ class HeldPad(Repeater):
         """Press a button for this time [s], and let it go."""
         for down, held in ((1, seconds), (0, PRESS)):
             self._buttons[button] = down
-            self._show()
+            self._publish()
             time.sleep(held)
 
-    def _show(self):
+    def _publish(self):
         self.hold(Joy(axes=list(self._axes), buttons=list(self._buttons)))
 
 
@@ -105,8 +105,8 @@ def buttons(trial):
                                      gamepad_lab.NAME: (calls or [['']])[0][0],
                                      gamepad_lab.ORIGIN: all(map(is_origin, requests)),
                                      gamepad_lab.UNIT: all(map(is_unit, requests))})
-            trial.remark(f'{said} See {gamepad_lab.Y_STEP}.'
-                         for said in trial.text()['remarks'])
+            trial.remark(f'{received} See {gamepad_lab.Y_STEP}.'
+                         for received in trial.text()['remarks'])
             if not all(map(has_covariance, requests)):
                 trial.remark(['The covariance of its reset is all zeros: TODO 4 is open.'])
             trial.ctrl_c_in_motion(lambda: _start_driving(trial, pad))
@@ -122,22 +122,22 @@ def _start_driving(trial, pad):
 
 
 def _hand_over(trial, pad):
-    said, late = [], []
-    listener = rospy.Subscriber(CTRL_RELINQ, Bool, lambda message: said.append(message.data))
+    received, late = [], []
+    listener = rospy.Subscriber(CTRL_RELINQ, Bool, lambda message: received.append(message.data))
     with trial.stimulus(gamepad_lab.HAND_OVER) as record:
         pad.press(pad.numbers.relinquish_button)
-        wait_until(lambda: True in said, gamepad_lab.SAYS)
+        wait_until(lambda: True in received, gamepad_lab.SAYS)
         time.sleep(UNDER_WAY)
         latecomer = rospy.Subscriber(CTRL_RELINQ, Bool, late.append)
         record.facts.update({gamepad_lab.LATCHED: wait_until(lambda: late, gamepad_lab.SAYS),
-                             gamepad_lab.RELINQUISHED: said[-1] if said else None})
+                             gamepad_lab.RELINQUISHED: received[-1] if received else None})
         latecomer.unregister()
     _stick_up(trial, pad, gamepad_lab.UP_HANDED_OVER)
-    said.clear()
+    received.clear()
     with trial.stimulus(gamepad_lab.TAKE_BACK) as record:
         pad.press(pad.numbers.regain_button)
-        wait_until(lambda: said and not said[-1], gamepad_lab.SAYS)
-        record.facts[gamepad_lab.RELINQUISHED] = said[-1] if said else None
+        wait_until(lambda: received and not received[-1], gamepad_lab.SAYS)
+        record.facts[gamepad_lab.RELINQUISHED] = received[-1] if received else None
     listener.unregister()
     time.sleep(UNDER_WAY)
     _stick_up(trial, pad, gamepad_lab.UP_TAKEN_BACK)

@@ -72,7 +72,7 @@ class HeldMouse(Repeater):
     """
 
     def __init__(self, graph, recording):
-        self.up, self._recording, self._shown = 1, recording, None
+        self.up, self._recording, self._last_sent = 1, recording, None
         self._kind = graph.kind_of(MOUSE_INFO) or graph.types.message(MouseController._type)
         self.package = self._kind._type.split('/')[0]
         self._names, self.remarks = mouse_fields(self._kind.fields)
@@ -84,7 +84,7 @@ class HeldMouse(Repeater):
         message = self._kind()
         for name, value in zip(self._names, (active, x, self.up * y)):
             message.put(name, value)
-        self._shown = BoolMessage(active), x, y
+        self._last_sent = BoolMessage(active), x, y
         self.hold(message)
         time.sleep(seconds)
 
@@ -96,7 +96,7 @@ class HeldMouse(Repeater):
                 message.put(name, now.secs, now.nsecs)
         super().send(message)
         if message is not None:
-            self._recording.add(MOUSE_INFO, MouseController(Header(stamp=now), *self._shown))
+            self._recording.add(MOUSE_INFO, MouseController(Header(stamp=now), *self._last_sent))
 
 
 #: The mouse lab's names of fields; FLAGS and NUMBERS are the types that they may have.

@@ -136,15 +136,16 @@ def _of_pyflakes(tree: ast.Module) -> Iterator[Fault]:
            and isinstance(node.ctx, ast.Load)}
     everywhere = {target.id for node in tree.body if isinstance(node, ast.Assign)
                   for target in node.targets if isinstance(target, ast.Name)}
-    for told in checker.Checker(tree).messages:
-        name, line = str(told.message_args[0])[:QUOTED] if told.message_args else '', told.lineno
-        if isinstance(told, messages.UndefinedName) and (line, name) in run and not dynamic:
+    for finding in checker.Checker(tree).messages:
+        name, line = str(
+            finding.message_args[0])[:QUOTED] if finding.message_args else '', finding.lineno
+        if isinstance(finding, messages.UndefinedName) and (line, name) in run and not dynamic:
             yield line, f"name '{name}' is not defined"
-        elif isinstance(told, messages.UnusedVariable) and name in own | everywhere:
+        elif isinstance(finding, messages.UnusedVariable) and name in own | everywhere:
             yield line, '{} is a local variable here, and never used: {} is another one'.format(
                 name, 'self.' + name if name in own else 'the global ' + name)
-        elif isinstance(told, messages.RedefinedWhileUnused):
-            first = told.message_args[1]
+        elif isinstance(finding, messages.RedefinedWhileUnused):
+            first = finding.message_args[1]
             if {(line, name), (first, name)} <= plain:
                 yield line, f'{name} is defined a second time: that of line {first} is never used'
 

@@ -143,12 +143,12 @@ class Observation:
     @property
     def gaps(self) -> List[str]:
         """Sentences on what is missing in this record, and on what must not be in it."""
-        told = ['{} {} came on {}: they are not recorded, and not judged.'.format(
+        texts = ['{} {} came on {}: they are not recorded, and not judged.'.format(
             number, what, CMD_VEL) for what, number in sorted(self.lost.items())]
         if self.drivers:
-            told.append('{} sent commands by turns with another program.'.format(
+            texts.append('{} sent commands by turns with another program.'.format(
                 ' and '.join(self.drivers)))
-        return told
+        return texts
 
     @property
     def longest_gap(self) -> float:

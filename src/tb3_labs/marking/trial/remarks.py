@@ -34,10 +34,11 @@ def remarks_on(observation: Observation) -> List[str]:
     return observation.remarks + deaf + tracebacks_before_the_end(observation) + observation.gaps
 
 
-def faults_in(observation: Observation, said: str) -> List[str]:
-    """The faults that its text shows, without an undefined name that the verdicts (`said`) name."""
+def faults_in(observation: Observation, verdict_text: str) -> List[str]:
+    """The faults that its text shows, without an undefined name that the verdicts (`verdict_text`)
+    name."""
     return [fault for fault in observation.faults if not any(
-        name in said for name in UNDEFINED.findall(fault))]
+        name in verdict_text for name in UNDEFINED.findall(fault))]
 
 
 def tracebacks_before_the_end(observation: Observation) -> List[str]:
@@ -52,10 +53,10 @@ def tracebacks_before_the_end(observation: Observation) -> List[str]:
         error and ': {!r}'.format(error)) for error, each in names.items()]
 
 
-def without_quoted(remarks: List[str], said: str) -> List[str]:
-    """The remarks, without the exceptions that the verdicts' sentences (`said`) quote."""
+def without_quoted(remarks: List[str], verdict_text: str) -> List[str]:
+    """The remarks, without the exceptions that the verdicts' sentences (`verdict_text`) quote."""
     return [remark for remark in remarks if not any(
-        error in said for error in QUOTED.findall(remark))]
+        error in verdict_text for error in QUOTED.findall(remark))]
 
 
 def errors_in(observation: Observation, run: Run) -> List[str]:

@@ -30,21 +30,21 @@ class Types:
     def message(self, kind: str) -> Any:
         """The class of a message type ('lab2/MouseController'), an Example; None if unknown."""
         known = _imported(kind, 'msg')
-        said = example_of(known) if known else self._messages.get(kind)
-        return said and _example(kind, said['sum'], said['data'], said['fields'])
+        example = example_of(known) if known else self._messages.get(kind)
+        return example and _example(kind, example['sum'], example['data'], example['fields'])
 
     def service(self, kind: str) -> Any:
         """The class of a service type; None if it is unknown."""
-        said = self._services.get(kind)
-        return _imported(kind, 'srv') or said and self.by_sum().get(said['sum'])
+        example = self._services.get(kind)
+        return _imported(kind, 'srv') or example and self.by_sum().get(example['sum'])
 
     def by_sum(self) -> Dict[str, Any]:
         """Returns checksum -> class of all known services."""
-        found = {said['sum']: SimpleNamespace(
-            _type=kind, _md5sum=said['sum'],
-            _request_class=_example(kind, said['sum'], said['request']),
-            _response_class=_example(kind, said['sum'], said['response']))
-            for kind, said in self._services.items()}
+        found = {example['sum']: SimpleNamespace(
+            _type=kind, _md5sum=example['sum'],
+            _request_class=_example(kind, example['sum'], example['request']),
+            _response_class=_example(kind, example['sum'], example['response']))
+            for kind, example in self._services.items()}
         for package in KNOWN_SERVICES:
             found.update({kind._md5sum: kind for kind in vars(importlib.import_module(
                 package + '.srv')).values() if hasattr(kind, '_request_class')})
