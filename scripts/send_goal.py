@@ -42,22 +42,22 @@ class Progress:
 
     def __init__(self):
         self._left = {}    # {topic: its latest value [m] or [deg]}
-        self._said = None
+        self._last_state = None
         for topic in ('distance_error', 'angle_error_deg'):
             subscribe(topic, Float32, lambda left, topic=topic: self._left.update(
                 {topic: left.data}))
         subscribe('goal_state', String, self._on_state, queue_size=None)
 
-    def tell(self):
+    def print_if_new(self):
         """Print a line of progress, if the robot drives."""
-        if self._said in DRIVING and len(self._left) == 2:
+        if self._last_state in DRIVING and len(self._left) == 2:
             left = to_go(self._left['distance_error'], self._left['angle_error_deg'])
-            print(f'{self._said}: {left}', flush=True)
+            print(f'{self._last_state}: {left}', flush=True)
 
     def _on_state(self, message):
-        is_of_the_last_goal = self._said is None and is_over(message.data)
-        if message.data != self._said and not is_of_the_last_goal:
-            self._said = message.data
+        is_of_the_last_goal = self._last_state is None and is_over(message.data)
+        if message.data != self._last_state and not is_of_the_last_goal:
+            self._last_state = message.data
             hint = f': rostopic pub -1 {rospy.resolve_name("ctrl_relinq")} std_msgs/Bool true'
             print(message.data + (hint if message.data == WAITING_FOR_CONTROL else ''), flush=True)
 
@@ -92,7 +92,7 @@ def drive(goal):
                       'control, and send the goal again', file=sys.stderr)
                 return 1
             if not is_over:
-                progress.tell()
+                progress.print_if_new()
     except Interrupted:
         sent.cancel()
         over.wait(ANSWERED_WITHIN)    # move_to_goal reports the canceled goal

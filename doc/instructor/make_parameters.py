@@ -40,7 +40,7 @@ class ModelConfig(Config):
     model: str = setting(NOT_GIVEN, 'kind of TurtleBot3', choices=(NOT_GIVEN,) + tuple(MODELS))
 
 
-class Node:
+class NodeParameters:
     """A node with the configurations that it reads, and its element in the launch file."""
 
     def __init__(self, name, script, launch_file, kinds):
@@ -91,7 +91,7 @@ class Node:
 
 def nodes():
     """All NODES."""
-    return [Node(*each) for each in NODES]
+    return [NodeParameters(*each) for each in NODES]
 
 
 def annotated_yaml(node):
