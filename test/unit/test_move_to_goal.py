@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from played_nodes import Ahead
+from story_nodes import Ahead
 from tb3_labs.control.commands import LONGEST_IDLE
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import (

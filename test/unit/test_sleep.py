@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from played_nodes import Ahead
+from story_nodes import Ahead
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import Pose2, RequestedPose

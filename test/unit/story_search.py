@@ -2,11 +2,11 @@
 
 A story is a sequence of events: what persons do with pads, terminals, a mouse; messages that the
 network holds up; nodes that sleep, wake, die and start; and times just below and above each limit
-of the rule. The real cores run all stories, the shortest first. The oracle, which shares no code
+of the rule. The real cores run all stories, the shortest first. The rule, which shares no code
 with the cores, judges each command.
 
-    python3 test/unit/exhaust.py [seconds for each cast, default 120] [casts]
-    python3 test/unit/exhaust.py walks [number for each cast, default 1000]    # long random stories
+    python3 test/unit/story_search.py [seconds for each cast, default 120] [casts]
+    python3 test/unit/story_search.py walks [number for each cast, default 1000]    # long random stories
 
 Units: seconds.
 """
@@ -20,9 +20,10 @@ from collections import deque
 from concurrent.futures import ProcessPoolExecutor
 from typing import NamedTuple, Tuple
 
-from played_pages import Pages
-from played_worlds import (
-    NOTHING, GoneRobot, Labs, LateRobot, LateTurns, MouseAndTurns, OnePad, TwoMice, TwoPads, Unheard, Wrong)
+from story_pages import Pages
+from story_worlds import (
+    NOTHING, GoneRobot, Labs, LateRobot, LateTurns, MouseAndTurns, OnePad, TwoMice, TwoPads,
+    Unheard, Wrong)
 
 
 class Cast(NamedTuple):
@@ -94,7 +95,7 @@ class Searched:
 
 
 def search(cast, seconds=math.inf, depth=99):
-    """Follow all stories of a Cast, the shortest first, until time or depth is reached, or the oracle objects."""
+    """Follow all stories of a Cast, the shortest first, until time or depth is reached, or The rule objects."""
     found, until = Searched(), time.monotonic() + seconds
     frontier = deque([((), pickle.dumps(cast.begun(), -1))])
     while frontier and time.monotonic() < until and len(frontier[0][0]) < depth:
@@ -134,7 +135,7 @@ def listens(world):
         pass
 
 
-def walk(cast, seed, length=30):
+def random_story(cast, seed, length=30):
     """One long random story; the Searched."""
     found, world, chance, story = Searched(), cast.begun(), random.Random(seed), []
     events = cast.chosen()
@@ -155,10 +156,10 @@ def walk(cast, seed, length=30):
     return found
 
 
-def walks(cast, number):
+def random_stories(cast, number):
     """Random stories until one is wrong; the Searched of the last."""
     for seed in range(number):
-        found = walk(cast, seed)
+        found = random_story(cast, seed)
         if found.story:
             break
     return found
@@ -170,7 +171,7 @@ if __name__ == '__main__':
     MUCH = int(WORDS[0]) if WORDS else 1000 if WALKS else 120
     NAMES = WORDS[1:] or list(CASTS)
     with ProcessPoolExecutor() as pool:
-        RESULTS = list(pool.map(walks if WALKS else search, map(CASTS.get, NAMES), [MUCH] * len(NAMES)))
+        RESULTS = list(pool.map(random_stories if WALKS else search, map(CASTS.get, NAMES), [MUCH] * len(NAMES)))
     for name, result in zip(NAMES, RESULTS):
         print('{}: {}'.format(name, result))
     sys.exit(any(result.story for result in RESULTS))

@@ -1,5 +1,5 @@
-"""The nodes of a story: the real cores, with messages that may wait, and with their oracles."""
-from oracle import GoalOracle, HandOracle
+"""The nodes of a story: the real cores, with messages that may wait, and with their rules."""
+from reference_rule import GoalRule, HandRule
 from tb3_labs.control.commands import LawStep
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
@@ -82,7 +82,7 @@ class Process:
         return robot.is_on
 
     def at(self, at):
-        """The time of a person's action, as the oracle shall know it: what waited for a moment only
+        """The time of a person's action, as The rule shall know it: what waited for a moment only
         has no order."""
         return self.world.now if self.stalled and at is not None else at
 
@@ -160,9 +160,9 @@ class Mover(Process):
         self.core._localizer = Still()
         self.core.set_goal(Pose2(50.0))
         self.core.begin_control(world.now)
-        self.oracle = GoalOracle(world.now)
+        self.rule = GoalRule(world.now)
         if has_control:
-            self.oracle.hear(world.now, 'start', True, world.now)
+            self.rule.hear(world.now, 'start', True, world.now)
         self.has_control = None      # its pads do not know yet
         if not connects_after:
             self.connect(sorted(world.senders))
@@ -183,8 +183,8 @@ class Mover(Process):
         doubtful = connection.sender in self.unheard and connection.latches and not connection.renews
         self.unheard.discard(connection.sender)
         if word or not is_old:
-            self.oracle.hear(now, connection.sender, word,
-                             None if word and (doubtful or self.waking) else self.at(at), connection.renews)
+            self.rule.hear(now, connection.sender, word,
+                           None if word and (doubtful or self.waking) else self.at(at), connection.renews)
         self.core.on_ctrl_relinq(Event(word, now, connection.sender, age, connection.renews))
 
     def forget(self, name):
@@ -197,24 +197,24 @@ class Mover(Process):
         now, request = self.world.now, GoalRequest(RequestedPose(Pose2(40.0)), sender)
         self.core.on_goal(request, now)
         if at is not None and not self.waking and self.core._requests.present is request:
-            self.oracle.goal(now, self.at(at))
+            self.rule.goal(now, self.at(at))
 
     def on_cancel(self, at):
         self.core.on_cancel(self.world.now)
-        self.oracle.cancel(self.at(at))
+        self.rule.cancel(self.at(at))
 
     def on_reset(self, at):
         reset = Reset(RequestedPose(Pose2()))
         self.core.on_reset(reset, self.world.now, self.world.now)
         if not reset.problem:
             self.judge_reset(at)
-            self.oracle.ask(self.world.now, 'goal')
+            self.rule.ask(self.world.now, 'goal')
 
     def woke(self, slept_for):
         if self.backwards:
             self.hear_sensors()      # before any request
         if slept_for > OVER:
-            self.oracle.slept(self.world.now)
+            self.rule.slept(self.world.now)
 
     def hear_sensors(self):
         now, is_there = self.world.now, self.hear_robot()
@@ -227,9 +227,9 @@ class Mover(Process):
         if self.connects_at and now >= self.connects_at - 1e-9:
             self.connects_at = 0.0
             self.connect(sorted(set(self.world.senders) - set(self.ways)))
-        self.oracle.look(now, self.hear_sensors())
+        self.rule.look(now, self.hear_sensors())
         output = core.tick(now, now)
-        self.world.judge(output.command, self.oracle)
+        self.world.judge(output.command, self.rule)
         if output.has_grant is not self.has_control and not self.connects_at:
             self.has_control = output.has_grant
             for pad in self.world.pads:
@@ -243,7 +243,7 @@ class Pad(Process):
         super().__init__(world)
         self.name = name
         self.core = GamepadCore(PAD, robot_model('burger'))
-        self.oracle = HandOracle(world.now)
+        self.rule = HandRule(world.now)
         self.plugged, self.button, self.stick, self.clock = True, None, 0.0, CLOCK
         self.decide(world.now)
 
@@ -251,24 +251,24 @@ class Pad(Process):
         axes, buttons = [0.0, stick, 0.0, 0.0], [0] * 4
         if button is not None:
             buttons[button] = 1
-        self.oracle.hear(self.world.now, stick != 0.0, self.at(at))
+        self.rule.hear(self.world.now, stick != 0.0, self.at(at))
         self.core.on_joy(Event(read_pad(axes, buttons, PAD), self.world.now, sent_at=stamp))
         self.decide(at)
 
     def on_control(self, granted):
         self.core.on_has_control(Event(granted, self.world.now))
         if granted:
-            self.oracle.lose(self.world.now)
+            self.rule.lose(self.world.now)
         self.decide(self.world.now)
 
     def on_taken(self):
         self.core.on_ctrl_relinq(Event(False, self.world.now))
-        self.oracle.stop(self.world.now)
+        self.rule.stop(self.world.now)
         self.decide(self.world.now)
 
     def woke(self, slept_for):
         if slept_for > STALL:
-            self.oracle.lose(self.world.now)
+            self.rule.lose(self.world.now)
 
     def show(self):
         """The pad repeats its state."""
@@ -282,7 +282,7 @@ class Pad(Process):
     def decide(self, at):
         """Carry out what the core wants after an action at `at`."""
         output = self.core.tick(self.world.now)
-        self.world.judge(output.command, self.oracle)
+        self.world.judge(output.command, self.rule)
         if output.reset_requested:
             self.judge_reset(at)
         for word in output.relinquishes:
@@ -311,8 +311,8 @@ class Turner(Process):
         self.message_ages, self.script = MessageAges(['script'] * world.repeats, world.now), world.now
         self.core = RequestingController(Ahead())
         self.core.tick(world.now, world.now)
-        self.by_turn = GoalOracle(world.now)
-        self.by_mice = {name: HandOracle(world.now) for name in world.hands}
+        self.by_turn = GoalRule(world.now)
+        self.by_mice = {name: HandRule(world.now) for name in world.hands}
 
     def forget_script(self):
         """A new process has a new name."""
@@ -332,9 +332,9 @@ class Turner(Process):
     def on_mouse(self, name, active, y, at):
         """A mouse that is deactivated stops the others, too."""
         now, pushed, was_active = self.world.now, active and y != 0.0, self.core.mouse.active
-        for other, oracle in self.by_mice.items():
+        for other, rule in self.by_mice.items():
             if other != name and self.by_mice[name].repeats and not active:
-                oracle.lose(now)
+                rule.lose(now)
         self.by_mice[name].hear(now, pushed, self.at(at), repeats=active)
         self.core.on_mouse(Event(MouseState(active, 0.0, y), now, name, sent_at=at + CLOCK))
         if (was_active and not self.core.mouse.active) or (pushed and self.core.mouse.active):
@@ -342,8 +342,8 @@ class Turner(Process):
 
     def woke(self, slept_for):
         if slept_for > STALL:
-            for oracle in self.by_mice.values():
-                oracle.lose(self.world.now)
+            for rule in self.by_mice.values():
+                rule.lose(self.world.now)
         if slept_for > OVER:
             self.by_turn.slept(self.world.now)
 

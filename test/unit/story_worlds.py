@@ -4,8 +4,8 @@ An event is (words for a story, name of a method, its arguments). Units: seconds
 """
 from types import SimpleNamespace
 
-from oracle import COMPARED, OVER, GoalOracle
-from played_nodes import CLOCK, TICK, Ahead, Mover, Pad, Sender, Turner, Wrong
+from reference_rule import COMPARED, OVER, GoalRule
+from story_nodes import CLOCK, TICK, Ahead, Mover, Pad, Sender, Turner, Wrong
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.timeouts import LATCHED_WITHIN
 
@@ -67,11 +67,11 @@ class World:
     def passed(self):
         """A moment has passed."""
 
-    def judge(self, command, oracle):
+    def judge(self, command, rule):
         if command is not None and command != Twist2():
-            robot, objection = self.robot, oracle.objection(self.now)
+            robot, objection = self.robot, rule.objection(self.now)
             new_at = max(robot.new_at, self.nodes[0].born_at)
-            if robot.sends_wheels and isinstance(oracle, GoalOracle) and (
+            if robot.sends_wheels and isinstance(rule, GoalRule) and (
                     robot.gyro_error or self.now - new_at < COMPARED):
                 objection = objection or 'its gyro was not compared with the wheels, or is wrong'
             if objection:

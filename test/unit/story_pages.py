@@ -2,14 +2,14 @@
 
 Units: seconds.
 """
-from oracle import OVER, HandOracle
-from played_nodes import Process
-from played_worlds import NOTHING, WAITING, World, held_up, sleeping
+from reference_rule import OVER, HandRule
+from story_nodes import Process
+from story_worlds import NOTHING, WAITING, World, held_up, sleeping
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.dead_man import DeadMan
 
 
-class PageOracle(HandOracle):
+class PageRule(HandRule):
     """A page names the stops that its person knew."""
 
     same_time = 0.0
@@ -21,13 +21,13 @@ class Panel(Process):
     def __init__(self, world):
         super().__init__(world)
         self.core, self.command = DeadMan(), Twist2()
-        self.oracles = {page: PageOracle(world.now) for page in 'ab'}
+        self.rules = {page: PageRule(world.now) for page in 'ab'}
         self.core.begin(world.now)
 
     def on_joy(self, page, stops, stick, sent, first):
         """A message that was sent at `sent`; `stick`: None if nothing is held."""
         now = self.world.now
-        self.oracles[page].hear(now, bool(stick), self.at(sent))
+        self.rules[page].hear(now, bool(stick), self.at(sent))
         try:
             if stick is None:
                 has_subscribers = self.core.let_go(page)
@@ -40,21 +40,21 @@ class Panel(Process):
         self.tick()
 
     def on_stop(self):
-        for oracle in self.oracles.values():
-            oracle.stop(self.world.now)
+        for rule in self.rules.values():
+            rule.stop(self.world.now)
         self.core.stop()
 
     def woke(self, slept_for):
         if slept_for > OVER:
-            for oracle in self.oracles.values():
-                oracle.lose(self.world.now)
+            for rule in self.rules.values():
+                rule.lose(self.world.now)
 
     def tick(self):
         if self.core.silence(self.world.now):
             self.on_stop()
         if self.core.page is None:
             self.command = Twist2()
-        self.world.judge(self.command, self.oracles.get(self.core.page))
+        self.world.judge(self.command, self.rules.get(self.core.page))
 
 
 class Page:

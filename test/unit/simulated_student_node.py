@@ -27,7 +27,7 @@ def posed(x, y, yaw):
         position=SimpleNamespace(x=x, y=y), orientation=turned(yaw))))
 
 
-class Played:
+class SimulatedNode:
     """A node and its robot; `offset`: the IMU's yaw minus the odometry's."""
 
     def __init__(self, text, pose=(0.0, 0.0, 0.0), offset=0.3):
@@ -123,7 +123,7 @@ def played(*changes, **robot):
     for old, new in changes:
         assert old in text, old
         text = text.replace(old, new)
-    trial = Played(text, **robot)
+    trial = SimulatedNode(text, **robot)
     trial.give(False)
     trial.run(1.5)
     trial.drive()

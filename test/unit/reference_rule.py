@@ -19,7 +19,7 @@ ROBOT, FIRST_ROBOT, COMPARED = 2.1, 20.1, 0.9
 LOST = 0.3
 
 
-class GoalOracle:
+class GoalRule:
     """Judges move_to_goal. Its start is a stop."""
 
     def __init__(self, now):
@@ -86,7 +86,7 @@ class GoalOracle:
         return ''
 
 
-class HandOracle:
+class HandRule:
     """Judges what is driven by hand, a stick or a mouse: it must be there, and have rested since it
     was lost, or since the node slept or started."""
 
