@@ -68,7 +68,7 @@ class Demo:
 
     def __init__(self):
         self._config = read_config(DemoConfig)
-        self._heard = {}        # {topic: [(arrival [s], value)]}
+        self._received = {}     # {topic: [(arrival [s], value)]}
         self._granted = False   # does move_to_goal have control from this node?
         self._taken = False
         # not latched: a latched message could come from an earlier node
@@ -82,12 +82,12 @@ class Demo:
 
     def _keep(self, topic, kind, read):
         """Keep the latest value of `topic`; of goal_state, all."""
-        heard = self._heard[topic] = []
+        received = self._received[topic] = []
 
         def keep(message):
-            heard.append((rospy.get_time(), read(message)))
+            received.append((rospy.get_time(), read(message)))
             if topic != 'goal_state':
-                del heard[:-1]
+                del received[:-1]
         self._listen(topic, kind, keep)
 
     @staticmethod
@@ -127,7 +127,7 @@ class Demo:
         after_reset = after_reset or self._first('has_control')[1]
         _, world_T_local = self._first('ground_truth', rospy.get_time())
         for attempt in range(TRIES):
-            self._heard['goal_state'].clear()
+            self._received['goal_state'].clear()
             if after_reset or attempt:
                 self._wait_for('a reset', is_reset)
             self._give_control()
@@ -158,7 +158,7 @@ class Demo:
         def values():
             if self._taken:
                 raise ControlTaken
-            return [(at, value) for at, value in list(self._heard[topic])
+            return [(at, value) for at, value in list(self._received[topic])
                     if at >= since and found(value)]
         self._wait_for(topic, values)
         return values()[0]
@@ -166,7 +166,7 @@ class Demo:
     def _wait_for(self, what, condition):
         if not wait_until(condition, LONGEST_WAIT):
             raise RuntimeError('waited {:.0f} s in vain for {}; states: {}'.format(
-                LONGEST_WAIT, what, [state for _, state in self._heard['goal_state']]))
+                LONGEST_WAIT, what, [state for _, state in self._received['goal_state']]))
 
 
 def is_reset():

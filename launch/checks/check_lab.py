@@ -104,16 +104,16 @@ def place_of(package, executable):
         raise ValueError(f'there is no package {package} in this terminal; build its workspace, '
                          'and type: source devel/setup.bash') from None
     # the order of workspaces, relays and links is rosrun's own matter
-    asked = subprocess.run(['rosrun', '--prefix', 'echo', package, executable],
-                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                           stderr=subprocess.STDOUT, universal_newlines=True)
-    several = re.findall(r'^\d+\) (.*)$', asked.stdout, re.MULTILINE)
+    rosrun = subprocess.run(['rosrun', '--prefix', 'echo', package, executable],
+                            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                            stderr=subprocess.STDOUT, universal_newlines=True)
+    several = re.findall(r'^\d+\) (.*)$', rosrun.stdout, re.MULTILINE)
     if several:
         raise ValueError(f'rosrun finds {len(several)} files {executable} of the package '
                          f'{package}: {", ".join(sorted(several))}; give each its own name, or '
                          'source one workspace alone')
-    if asked.returncode == 0:
-        return asked.stdout.splitlines()[-1]
+    if rosrun.returncode == 0:
+        return rosrun.stdout.splitlines()[-1]
     files = [path for depth in DEPTHS for path in sorted(folder.glob(depth)) if path.is_file()]
     for path in files:
         if path.name == executable:

@@ -15,7 +15,7 @@ K_HDG, MIN_ANG_Z, MAX_ANG_Z = 0.1, 0.5, 1.5
 #: the screen it commands MOUSE_FULL [m/s], [rad/s].
 MOUSE_DEAD_ZONE, MOUSE_FULL = 0.25, 0.5
 #: The line with a heading, and the last line of each node.
-SAYS_HEADING = 'Current heading is {} degrees'
+PRINTED_HEADING = 'Current heading is {} degrees'
 IMU_GOODBYE = 'Shutting down the IMU subscriber'
 CONTROLLER_GOODBYE = 'Controller exiting. Halting robot.'
 
@@ -35,9 +35,9 @@ MAX_SPEED, MAX_TURN = 0.22, 2.84
 LINEAR_AXIS, ANGULAR_AXIS = 1, 3
 BUTTON_A, BUTTON_B, BUTTON_Y = 0, 1, 2
 #: The first words of three lines.
-SAYS_REACHED = 'Goal reached'
-SAYS_POSE_SET = 'Local pose set'
-SAYS_RESET = 'Pose reset successfully'
+PRINTED_REACHED = 'Goal reached'
+PRINTED_POSE_SET = 'Local pose set'
+PRINTED_RESET = 'Pose reset successfully'
 
 # -- the relative names of topics, and of the service of both labs
 

@@ -75,7 +75,7 @@ class FaultsTest(DriveCase):
     def drive(self, goal=Pose2(2.0, 0.0, 0.0)):
         """A drive straight ahead, in full motion; `begin` is its first true pose."""
         node = self.node(MOVER)
-        self.wait_until_heard(self.control, self.goals)
+        self.wait_for_subscriber(self.control, self.goals)
         self.control.publish(False)
         self.begin = self.rest()
         self.declare()

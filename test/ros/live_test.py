@@ -19,7 +19,7 @@ class LiveTest(NodeCase):
         cls.seen.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
         cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=5)    # each word counts
         cls.turn = rospy.Publisher('turn', Float64, queue_size=1)
-        cls.wait_until_heard(cls.control, cls.turn)
+        cls.wait_for_subscriber(cls.control, cls.turn)
 
     def diagnosis(self, node, is_right):
         """{name: value} of a node's diagnosis without a problem, as soon as `is_right`: its first

@@ -47,7 +47,7 @@ class Move2GoalTest(DriveCase):
         cls.set_pose = rospy.ServiceProxy('set_pose', SetInitialPose)
         cls.seen.wait_for('local_pose', seconds=STARTING)
         cls.seen.wait_for('ground_truth', seconds=STARTING)
-        cls.wait_until_heard(cls.control, cls.goals, cls.initialpose, cls.wheels)
+        cls.wait_for_subscriber(cls.control, cls.goals, cls.initialpose, cls.wheels)
         assert cls.action.wait_for_server(rospy.Duration(4.0 * STARTING))    # simulated time
 
     def setUp(self):

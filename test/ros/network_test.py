@@ -59,7 +59,7 @@ class Scenes(DriveCase):
     def drive(self, x):
         """Drive towards (x, 0, 0); returns in full motion."""
         self.seen.wait_for('goal_state', seconds=STARTING)
-        self.wait_until_heard(self.control, self.goals)
+        self.wait_for_subscriber(self.control, self.goals)
         self.go_to(Pose2(x))
         self.control.publish(False)
         self.control.publish(True)

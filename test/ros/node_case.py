@@ -160,7 +160,7 @@ class NodeCase(unittest.TestCase):
         return node
 
     @classmethod
-    def wait_until_heard(cls, *publishers, seconds=STARTING):
+    def wait_for_subscriber(cls, *publishers, seconds=STARTING):
         """Wait until each publisher has a subscriber."""
         cls.seen.wait_until(lambda: all(p.get_num_connections() for p in publishers), seconds,
                             'subscribers of ' + ', '.join(p.name for p in publishers))

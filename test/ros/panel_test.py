@@ -184,7 +184,7 @@ class PanelTest(PanelCase):
         topics['/tf'].transforms[0].child_frame_id = 'local'    # a quaternion of four zeros
         publishers = {rospy.Publisher(topic, type(message), queue_size=5): message
                       for topic, message in topics.items()}
-        self.wait_until_heard(*publishers)
+        self.wait_for_subscriber(*publishers)
         for publisher, message in publishers.items():
             publisher.publish(message)
         before = self.page.pictures
@@ -196,7 +196,7 @@ class PanelTest(PanelCase):
     def test_variables_of_a_node_are_shown(self):
         publisher = rospy.Publisher('variables', DiagnosticArray, queue_size=1)
         self.addCleanup(publisher.unregister)
-        self.wait_until_heard(publisher)
+        self.wait_for_subscriber(publisher)
         publisher.publish(status=[DiagnosticStatus(name='/controller', values=[
             KeyValue('curr_yaw', '<b>90.5</b>')] + [KeyValue(str(k), 300 * 'x') for k in range(100)])])
         self.page.wait_until(lambda: self.page.picture['inside'], 5.0, 'the variables')

@@ -33,7 +33,7 @@ class SoakTest(DriveCase):
         super().setUpClass()
         cls.turns = rospy.Publisher('turn', Float64, queue_size=1)
         cls.seen.watch('/rosout', Log, lambda line: line.msg)
-        cls.wait_until_heard(cls.control, cls.goals, cls.turns)
+        cls.wait_for_subscriber(cls.control, cls.goals, cls.turns)
         cls.seen.wait_for('ground_truth', seconds=STARTING)
 
     def drive(self, chance):

@@ -66,7 +66,7 @@ class StopsTest(WithThumb, DriveCase):
         """A node with a goal far away, without control."""
         node = self.start('move2goal_tf.py', '_goal_x:=90', '_max_angular:=0.3', *arguments)
         self.wait_for_state('waiting for control', seconds=STARTING)
-        self.wait_until_heard(self.control, self.goals, self.actions, self.cancels)
+        self.wait_for_subscriber(self.control, self.goals, self.actions, self.cancels)
         return node
 
     def wait_until_turns_are_heard(self):
@@ -74,7 +74,7 @@ class StopsTest(WithThumb, DriveCase):
         self.wait_until_hears('controller', 'imu')
         self.turns = rospy.Publisher('turn', Float64, queue_size=5)
         self.addCleanup(self.turns.unregister)
-        self.wait_until_heard(self.turns)
+        self.wait_for_subscriber(self.turns)
 
     def student(self):
         """A student's node that has a terminal."""
@@ -302,7 +302,7 @@ class StopsTest(WithThumb, DriveCase):
             terminal, process = run_in_terminal(executable)
             self.addCleanup(process.kill)
             if executable == 'move2goal_tf.py':
-                self.wait_until_heard(self.control)
+                self.wait_for_subscriber(self.control)
                 self.closed_send_goal_cancels()
                 self.let_it_drive(self.drive_far)
             else:
@@ -328,7 +328,7 @@ class StopsTest(WithThumb, DriveCase):
     def test_a_terminal_that_takes_no_text_holds_up_neither_a_drive_nor_its_stop(self):
         node = self.start('move2goal_tf.py', '_goal_x:=90', terminal=True)
         self.wait_for_state('waiting for control', seconds=STARTING)
-        self.wait_until_heard(self.control, self.goals)
+        self.wait_for_subscriber(self.control, self.goals)
         node.type('\x13')     # Ctrl+S
         for _ in range(2):
             self.drive_far()

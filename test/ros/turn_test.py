@@ -38,7 +38,7 @@ class TurnTest(NodeCase):
         # after the controller, so that its first turn is accepted
         self.turn = rospy.Publisher('turn', Float64, queue_size=5)
         self.addCleanup(self.turn.unregister)
-        self.wait_until_heard(self.turn)
+        self.wait_for_subscriber(self.turn)
         self.wait_until_hears('controller', 'imu')
         self.seen.forget('cmd_vel')
         return node

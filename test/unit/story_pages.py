@@ -77,7 +77,7 @@ class Page:
         self.is_new = False
 
 
-class Pages(World):
+class StoryPages(World):
     """Two pages that drive, and STOP of a third."""
 
     EVENTS = WAITING + sleeping('the panel', 0) + [('STOP', 'stop')] + [event for page in 'ab' for event in [

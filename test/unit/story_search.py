@@ -20,7 +20,7 @@ from collections import deque
 from concurrent.futures import ProcessPoolExecutor
 from typing import NamedTuple, Tuple
 
-from story_pages import Pages
+from story_pages import StoryPages
 from story_worlds import (
     NOTHING, GoneRobot, Labs, LateRobot, LateTurns, MouseAndTurns, OnePad, TwoMice, TwoPads,
     Unheard, Wrong)
@@ -69,9 +69,9 @@ CASTS = {
     'a robot that goes': Cast(GoneRobot, 'the robot.*|move_to_goal is k.*|a .*goal.*|a new.*|[ABY] of.*|.* pass', GAVE),
     'a robot that comes': Cast(LateRobot, 'the robot.*|move_to_goal is k.*|a goal.*|a new.*|[AB] of.*|.* pass',
                                (*GAVE, 'the robot is switched on')),
-    'pages': Cast(Pages, '.*', depth=3),
-    'a page that drives': Cast(Pages, '.*', ('page a is pushed',), 3),
-    'a late page': Cast(Pages, r'.*holds up page a.*|page a.*|STOP|(0.06|0.31) s pass', depth=5),
+    'pages': Cast(StoryPages, '.*', depth=3),
+    'a page that drives': Cast(StoryPages, '.*', ('page a is pushed',), 3),
+    'a late page': Cast(StoryPages, r'.*holds up page a.*|page a.*|STOP|(0.06|0.31) s pass', depth=5),
     'a mouse and turns': Cast(MouseAndTurns, '.*'),
     'a turn': Cast(MouseAndTurns, '.*', ('the mouse is activated', '0.31 s pass', 'a turn is asked for')),
     'a mouse and a sleep': Cast(MouseAndTurns, r'the mouse .*|.* for 1.1 s.* requests.*|(0.31|0.95) s pass',

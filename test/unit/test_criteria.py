@@ -353,8 +353,8 @@ def test_parts_are_those_of_the_lab():
 
 def test_turns_across_180_and_0_degrees_cross_them_and_no_others_do():
     for name, requested in EACH_TURN.items():
-        assert requested.asked_deg == {'l': 90.0, 'r': -90.0}[requested.typed] and name[0] == requested.typed
-        ends = sorted((requested.begins_deg, requested.begins_deg + requested.asked_deg))
+        assert requested.requested_deg == {'l': 90.0, 'r': -90.0}[requested.typed] and name[0] == requested.typed
+        ends = sorted((requested.begins_deg, requested.begins_deg + requested.requested_deg))
         crossed = [jump for jump in (0.0, 180.0, 360.0) if ends[0] - 20.0 < jump < ends[1] + 20.0]
         assert ['across {:.0f}'.format(jump) for jump in crossed] == (
             [name[2:]] if 'across' in name else []), name

@@ -51,7 +51,7 @@ def demo(monkeypatch):
     monkeypatch.setitem(kind._give_control.__globals__, 'wait_until',
                         lambda condition, seconds: any(condition() for _ in range(3)))
     made = object.__new__(kind)
-    made._heard = {'has_control': [(1.0, False)], 'goal_state': []}
+    made._received = {'has_control': [(1.0, False)], 'goal_state': []}
     made._granted = made._taken = False
     made.said, made.refuses, made._control = [], 0, made
 
@@ -59,7 +59,7 @@ def demo(monkeypatch):
         made.said.append(word)
         # a True is accepted after a False only
         counts = made.said[-2:] == [False, True] and len(made.said) > 2 * made.refuses
-        made._heard['has_control'] = [(1.0, counts)]
+        made._received['has_control'] = [(1.0, counts)]
     made.publish = publish
     return made
 
@@ -78,13 +78,13 @@ def test_control_is_given_until_it_counts(demo, refuses):
 def test_a_false_is_a_stop_after_control_was_given_and_none_before(demo):
     demo._on_control(said(False, '/gamepad'))    # it starts
     demo._give_control()
-    demo._heard['goal_state'].append((2.0, 'ROTATE_TO_GOAL'))
+    demo._received['goal_state'].append((2.0, 'ROTATE_TO_GOAL'))
     demo._on_control(said(False, '/unnamed'))    # its own: rospy without a node
     demo._on_control(said(True, '/gamepad'))
     assert demo._first('goal_state') == (2.0, 'ROTATE_TO_GOAL')
     demo._on_control(said(False, '/gamepad'))
     with pytest.raises(demo._first.__globals__['ControlTaken']):
         demo._first('goal_state')
-    demo._heard['has_control'] = [(3.0, False)]
+    demo._received['has_control'] = [(3.0, False)]
     demo._give_control()    # before the next drive
     assert demo.said == [False, True]

@@ -29,17 +29,17 @@ OWN_TEXT = {
         'abs(yaw_error) > {ANGLE_TOLERANCE:g}:\n                cmd.angular.z = {GAIN_TO_GOAL:g} * yaw_error',
         'abs(yaw_error) > {ANGLE_TOLERANCE:g}:\n                cmd.angular.z = {GAIN_TO_FINAL:g} * yaw_error',
         'distance > {DISTANCE_TOLERANCE:g}:\n                cmd.linear.x = {DRIVE_SPEED:g}\n', "'{CMD_VEL}'",
-        "'{ODOM}'", "'{SET_POSE}'", "'{CTRL_RELINQ}'", "'{SAYS_REACHED}!'", "{SAYS_POSE_SET} to x="],
+        "'{ODOM}'", "'{SET_POSE}'", "'{CTRL_RELINQ}'", "'{PRINTED_REACHED}!'", "{PRINTED_POSE_SET} to x="],
     'doc/skeletons/move2goal/src/move2goal_tf.py': [
-        'self.goal_x = {GOAL_X}\n', 'self.goal_y = {GOAL_Y}\n', "'{SAYS_REACHED}!'", "{SAYS_POSE_SET} to x="],
+        'self.goal_x = {GOAL_X}\n', 'self.goal_y = {GOAL_Y}\n', "'{PRINTED_REACHED}!'", "{PRINTED_POSE_SET} to x="],
     'scripts/plain_gamepad.py': [
         'cmd.linear.x = {MAX_SPEED:g} * msg.axes[{LINEAR_AXIS}]',
         'cmd.angular.z = {MAX_TURN:g} * msg.axes[{ANGULAR_AXIS}]',
         'if msg.buttons[{BUTTON_A}]:\n            self.has_control = False',
         'if msg.buttons[{BUTTON_B}]:\n            self.has_control = True',
         'if msg.buttons[{BUTTON_Y}]:\n            self.send_set_pose_request',
-        "'{JOY}'", "'{CTRL_RELINQ}'", "'{SET_POSE}'", "'{SAYS_RESET}.'"],
-    'doc/skeletons/gamepad/src/gamepad.py': ["'{SAYS_RESET}.'"]}
+        "'{JOY}'", "'{CTRL_RELINQ}'", "'{SET_POSE}'", "'{PRINTED_RESET}.'"],
+    'doc/skeletons/gamepad/src/gamepad.py': ["'{PRINTED_RESET}.'"]}
 
 
 @pytest.mark.parametrize('path', sorted(OWN_TEXT))
@@ -50,7 +50,7 @@ def test_the_handouts_own_text_has_the_same_values(path):
 
 def test_the_line_of_a_heading_and_the_heading_at_the_goal():
     for path in 'scripts/imu_sub.py', 'doc/skeletons/imu/src/imu_sub.py':
-        assert handout.SAYS_HEADING.format('%f') in (ROOT / path).read_text(encoding='utf-8')
+        assert handout.PRINTED_HEADING.format('%f') in (ROOT / path).read_text(encoding='utf-8')
     for path in 'scripts/plain_move2goal_tf.py', 'doc/skeletons/move2goal/src/move2goal_tf.py':
         assert 'self.goal_yaw = 0.0\n' in (ROOT / path).read_text(encoding='utf-8') and handout.GOAL_YAW_DEG == 0.0
 
@@ -62,7 +62,8 @@ def test_the_labs_topics_are_those_of_the_handout():
 
 def test_no_other_module_defines_the_goal_and_the_printed_words():
     texts = {path.name: path.read_text(encoding='utf-8') for path in (ROOT / 'src').rglob('*.py')}
-    for words in ('0.61', handout.IMU_GOODBYE, handout.CONTROLLER_GOODBYE, handout.SAYS_RESET, handout.SAYS_REACHED,
+    for words in ('0.61', handout.IMU_GOODBYE, handout.CONTROLLER_GOODBYE, handout.PRINTED_RESET,
+                  handout.PRINTED_REACHED,
                   'Current heading'):
         assert [name for name, text in texts.items() if words in text] == ['handout.py'], words
 

@@ -47,7 +47,7 @@ def turned(degrees, typed='l', moved=True, rested=True, forward=0.0, rate=1.5):
     angle = math.radians(degrees)
     return observation(
         stimuli=[stimulus(typed, facts=dict({'moved': moved, 'rested': rested}, **(
-            {'asked_deg': 90.0 if typed == 'l' else -90.0} if typed in 'lr' else {})))],
+            {'requested_deg': 90.0 if typed == 'l' else -90.0} if typed in 'lr' else {})))],
         truth=[[0.02 * k, 0.0, 0.0, 3.0 + angle * k / 100.0] for k in range(101)],
         commands=[[0.1, forward, math.copysign(rate, degrees)], [1.9, 0.0, 0.0]])
 

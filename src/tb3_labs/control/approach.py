@@ -153,12 +153,13 @@ class Approach:
         config = self._config
         self._nudges = self._nudges or bool(self._direction and not self._history.command)
         left = config.leave_alone if self._nudges else 0.0
-        way, near = self.at_rest.value, self.at_rest.uncertainty + max(config.close_enough, left)
-        if way > near or way < -max(near, config.backwards_from):
+        distance, near = self.at_rest.value, self.at_rest.uncertainty + max(config.close_enough,
+                                                                            left)
+        if distance > near or distance < -max(near, config.backwards_from):
             caution = 1.0 + config.reversal_caution * self._reversals
             gain = config.gain / (caution + config.nudge_caution * self._nudges)
-            size = abs(braking_speed(way, config.braking, gain))
-            wanted = math.copysign(clamp(size, min(config.slowest, fastest), fastest), way)
+            size = abs(braking_speed(distance, config.braking, gain))
+            wanted = math.copysign(clamp(size, min(config.slowest, fastest), fastest), distance)
             if wanted * self._direction < 0.0:
                 self._reversals += 1
             self._direction = wanted

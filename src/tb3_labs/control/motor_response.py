@@ -129,11 +129,11 @@ def identify_at_start(time: float, first: float, travelled: float,
     """
     if abs(first) < TELLING or not 0.0 < speed * first:
         return None
-    reached, way = speed / first, travelled / first
-    lag = 0.0 if reached > PROMPT_SHARE else way / (-math.log1p(-reached) - reached)
+    reached, distance = speed / first, travelled / first
+    lag = 0.0 if reached > PROMPT_SHARE else distance / (-math.log1p(-reached) - reached)
     if not 0.0 <= lag <= MAX_LAG:
         return None
-    return clamp(time - way - lag * reached, 0.0, MAX_DELAY), lag
+    return clamp(time - distance - lag * reached, 0.0, MAX_DELAY), lag
 
 
 class Identification:
@@ -183,10 +183,10 @@ class Identification:
     def _identify_at_start(self, history: CommandHistory, travelled: float, speed: float,
                            age: float) -> None:
         self._start_observed = True
-        seen = identify_at_start(history.now - age, history.first * self._first.gain, travelled,
-                                 speed)
-        if seen is not None:
-            self._first.delay, self._first.lag = seen
+        observed = identify_at_start(history.now - age, history.first * self._first.gain, travelled,
+                                     speed)
+        if observed is not None:
+            self._first.delay, self._first.lag = observed
             self.estimate = copy(self._first)
 
     def _solve(self, history: CommandHistory, travelled: float, speed: float, fastest: float,

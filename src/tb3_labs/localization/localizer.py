@@ -19,7 +19,7 @@ from typing import List, Optional
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
-from tb3_labs.handout import SAYS_POSE_SET
+from tb3_labs.handout import PRINTED_POSE_SET
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFilter
 from tb3_labs.localization.sample_buffer import SampleBuffer
@@ -69,7 +69,7 @@ class Reset:
     @property
     def answer(self) -> str:
         """Its outcome in words, once it is over."""
-        return self.problem or '{} to {}{}'.format(SAYS_POSE_SET, self.declared, self.hint)
+        return self.problem or '{} to {}{}'.format(PRINTED_POSE_SET, self.declared, self.hint)
 
     def give_up(self) -> None:
         """The caller waits no longer: the old frame stays."""

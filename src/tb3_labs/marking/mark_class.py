@@ -21,7 +21,7 @@ from tb3_labs.marking.intake.submissions import (
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, alone_in
 from tb3_labs.marking.trial_runner import (
-    LOOK, MarkingInterrupted, Options, TrialRunner, handed_in, ros_alone)
+    POLL_PERIOD, MarkingInterrupted, Options, TrialRunner, handed_in, ros_alone)
 
 
 def print_line(line: str) -> None:
@@ -52,7 +52,7 @@ class MarkedClass:
                 for number, submission in enumerate(submissions, 1):
                     tasks.append(pool.submit(self._mark, submission, '[{}/{}] {}'.format(
                         number, len(submissions), submission.student)))
-                while wait(tasks, LOOK).not_done:
+                while wait(tasks, POLL_PERIOD).not_done:
                     if self._runner.interrupted.is_set():     # where a signal's exception was lost
                         raise KeyboardInterrupt
             except KeyboardInterrupt:

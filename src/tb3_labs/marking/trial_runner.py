@@ -48,7 +48,7 @@ handlers: {stream: {class: rosgraph.roslogging.RosStreamHandler}}
 loggers: {rosout: {level: INFO, handlers: [stream], propagate: false}}
 '''
 #: The time for one submission, and between two looks at its check [s].
-LIMIT, LOOK = 300.0, 0.1
+LIMIT, POLL_PERIOD = 300.0, 0.1
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ class TrialRunner:
             env=environment, cwd=environment['ROS_HOME'], stdin=subprocess.DEVNULL, stdout=output,
             stderr=output, start_new_session=True)
         begun = time.monotonic()
-        while check.poll() is None and not self.interrupted.wait(LOOK) and (
+        while check.poll() is None and not self.interrupted.wait(POLL_PERIOD) and (
                 time.monotonic() < begun + LIMIT):
             pass
         in_time = check.poll() is not None or self.interrupted.is_set()

@@ -36,7 +36,7 @@ from typing import Any, Dict, Iterable, List, Optional, Tuple
 from tb3_labs.control.goal_state import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.handout import SAYS_POSE_SET
+from tb3_labs.handout import PRINTED_POSE_SET
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
@@ -44,7 +44,7 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 JUMP, TURN_JUMP = 0.2, math.radians(60.0)
 #: The line of the handout by which a node says that local was declared: x, y [m], yaw [rad].
 DECLARED = re.compile(
-    SAYS_POSE_SET + r' to x=([-+.\de]+), y=([-+.\de]+), yaw=([-+.\de]+?)\.?$')
+    PRINTED_POSE_SET + r' to x=([-+.\de]+), y=([-+.\de]+), yaw=([-+.\de]+?)\.?$')
 #: Truth and odometry that are farther apart in time than this are not compared [s].
 SAME_PICTURE = 0.3
 #: Ages below this are shown as 0 [s]: streams are read only a few times a second, so a small age

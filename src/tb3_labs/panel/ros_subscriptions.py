@@ -45,20 +45,20 @@ class RobotSubscriptions:
         transforms = TFMessage, self._write(_transforms), self._read_transforms
         subscribe_events('ctrl_relinq', Bool, self._on_permission)
         for topic, *how in (    # every message counts
-                ('goal_state', String, self._hear('state'), _data),
+                ('goal_state', String, self._store('state'), _data),
                 ('has_control', Bool, self._on_control, _data),
-                ('control_holder', String, self._hear('holder'), _data),
-                ('current_goal', PoseStamped, self._hear('goal'), _pose),
+                ('control_holder', String, self._store('holder'), _data),
+                ('current_goal', PoseStamped, self._store('goal'), _pose),
                 ('move2goal/cancel', GoalID, lambda goal: on_stop()),
                 ('/tf_static', *transforms)):
             subscribe(topic, *how, queue_size=None)
         for topic, rest, *how in (    # the latest sample is read, then none for `rest` [s]
                 ('odom', ODOMETRY_PERIOD, Odometry, self._write(RobotView.on_odometry),
                  to_odometry_sample),
-                ('local_pose', NUMBERS_PERIOD, PoseStamped, self._hear('local'), _pose),
-                ('ground_truth', NUMBERS_PERIOD, PoseStamped, self._hear('truth'),
+                ('local_pose', NUMBERS_PERIOD, PoseStamped, self._store('local'), _pose),
+                ('ground_truth', NUMBERS_PERIOD, PoseStamped, self._store('truth'),
                  lambda truth: (to_pose2(truth.pose), truth.header.stamp.to_sec())),
-                ('imu', NUMBERS_PERIOD, Imu, self._hear('imu'),
+                ('imu', NUMBERS_PERIOD, Imu, self._store('imu'),
                  lambda imu: to_imu_sample(imu).yaw),
                 ('cmd_vel', NUMBERS_PERIOD, Twist, self._write(_command)),
                 ('variables', NUMBERS_PERIOD, DiagnosticArray, self._write(_variables)),
@@ -81,7 +81,7 @@ class RobotSubscriptions:
         """Returns a callback that calls ``store(view, value, now)``."""
         return lambda value: self.read_view(lambda view: store(view, value, steady_time()))
 
-    def _hear(self, name):
+    def _store(self, name):
         return self._write(lambda view, value, now: view.on_message(name, value, now))
 
     def _read_transforms(self, message):
@@ -98,7 +98,7 @@ class RobotSubscriptions:
 
     def _on_control(self, granted):
         had_control = self.read_view(lambda view: view.latest('has_control'))
-        self._hear('has_control')(granted)
+        self._store('has_control')(granted)
         if had_control and not granted:
             self._on_stop()
 

@@ -179,11 +179,11 @@ class ImuModel:
         remainder, exp = math.remainder, math.exp
         samples = []
         for stamp, (first, second) in zip(stamps, self._noise):
-            seen = stamp - age
-            while len(motions) > 1 and motions[1][0] <= seen:
+            observed = stamp - age
+            while len(motions) > 1 and motions[1][0] <= observed:
                 motions.popleft()
             since, yaw, rate, fading_rate, lag = motions[0]
-            dt = seen - since
+            dt = observed - since
             yaw += rate * dt
             if fading_rate:
                 fading = fading_rate * exp(-dt / lag)

@@ -75,7 +75,7 @@ class NetworkLink:
         self._random = random.Random(f'jitter of {direction}s {seed}')
         self._settings = SimulatorConfig()
         self._stalls: Optional[Interruptions] = None
-        self._under_way: Deque[Arrival] = deque()   # (due at [s], message), in order
+        self._in_flight: Deque[Arrival] = deque()   # (due at [s], message), in order
         self._last_due = -math.inf
         self._arrived: List[Arrival] = []
 
@@ -90,12 +90,12 @@ class NetworkLink:
                 settings.stalls_per_min / 60.0, (0.0, settings.longest_stall), now,
                 f'stalls {self._seed}') if settings.stalls_per_min else None
         # Messages that waited for the end of a stall are due now.
-        self._under_way = deque((max(due, now), thing) for due, thing in self._under_way)
+        self._in_flight = deque((max(due, now), thing) for due, thing in self._in_flight)
 
     def send(self, things: Sequence[Any], moments: Sequence[float]) -> None:
         """Each of `things` is sent at its moment [s]."""
         delay, jitter = (getattr(self._settings, name) for name in self._names)
-        latest, append = self._last_due, self._under_way.append
+        latest, append = self._last_due, self._in_flight.append
         for thing, moment in zip(things, moments):
             due = moment + delay
             if jitter:
@@ -108,11 +108,11 @@ class NetworkLink:
     def pop(self, until: float) -> List[Arrival]:
         """The messages that have arrived by `until` [s], in order of their arrival."""
         arrived, self._arrived = self._arrived, []
-        under_way, stalls = self._under_way, self._stalls
+        in_flight, stalls = self._in_flight, self._stalls
         if not self._settings.network_cut:
-            while under_way and under_way[0][0] <= until:
-                arrival = stalls.release(under_way[0][0]) if stalls else under_way[0][0]
+            while in_flight and in_flight[0][0] <= until:
+                arrival = stalls.release(in_flight[0][0]) if stalls else in_flight[0][0]
                 if arrival > until:
                     break
-                arrived.append((arrival, under_way.popleft()[1]))
+                arrived.append((arrival, in_flight.popleft()[1]))
         return arrived

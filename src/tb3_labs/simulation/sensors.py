@@ -149,8 +149,8 @@ class Sensors:
         ticks = None if self._config.battery_cut else (encoder(left), encoder(right))
         if self.resetting:
             self.odometer.reset(ticks)
-        seen = self._body.imu.measure([stamp])[0]
-        sample = self.odometer.update(stamp, ticks, seen.yaw)
+        observed = self._body.imu.measure([stamp])[0]
+        sample = self.odometer.update(stamp, ticks, observed.yaw)
         if self.resetting:
             self.resetting = False
             self.origin = self._body.drivetrain.pose @ sample.pose.inverse()

@@ -222,18 +222,18 @@ def wrong_end(node_run: NodeRun, part: Part) -> Optional[BrokenLink]:
     for state in passed:
         if pose.left(state)[-1] > TOLERANCES[state] + APART:
             return BrokenLink('state went from {} to {} at {}'.format(
-                part.state, part.after, left_words(state, pose.left(state)[-1])), part.end, 'state')
+                part.state, part.after, left_text(state, pose.left(state)[-1])), part.end, 'state')
     left, tolerance = pose.left(part.state), TOLERANCES[part.state]
     near = np.flatnonzero(left < tolerance)
     if not part.after and len(near) and part.end - at[near[0]] > 1.0 and (
             left[near[0]:].max() > tolerance + APART
             or not part.angular[part.time > at[near[0]] + LATE].any()):
         return BrokenLink('state stayed {} at {}'.format(
-            part.state, left_words(part.state, left[near[-1]])), float(at[near[-1]]), 'state')
+            part.state, left_text(part.state, left[near[-1]])), float(at[near[-1]]), 'state')
     return None
 
 
-def left_words(state: str, left: float) -> str:
+def left_text(state: str, left: float) -> str:
     """Words on what is left of a state."""
     return 'a {} of {:.2f} {}; {:g} is the tolerance'.format(*(
         ('distance', left, 'm') if state == STATES[1] else ('heading error', left, 'rad')),

@@ -213,7 +213,7 @@ def wrong_variable(node_run: NodeRun, frame: Frame, name: str) -> Optional[Broke
         return None
     right, moved = rights[0], np.nan_to_num(np.abs(
         part.value - part.value[0])).max(initial=0.0)
-    words = other_words(part, right, candidates if moved > 2.0 * APART or not is_local else ())
+    words = other_text(part, right, candidates if moved > 2.0 * APART or not is_local else ())
     if len(set(part.text)) == 1 and (is_local or frame.is_reset and (
             series.text_at(frame.begin - SOON) == part.text[0])):
         words = 'stayed ' + short(part.text[0])
@@ -227,7 +227,7 @@ def wrong_variable(node_run: NodeRun, frame: Frame, name: str) -> Optional[Broke
             float(part.time[worst]), series.name)
 
 
-def other_words(part: Series, right: Quantity, candidates: Iterable[Wrong]) -> str:
+def other_text(part: Series, right: Quantity, candidates: Iterable[Wrong]) -> str:
     """What a variable does, if it does not follow the right quantity."""
     some = part.take(np.linspace(0, len(part.time) - 1, 15).astype(int))
     mistakes = {id(each): (wrong, each) for wrong, each in candidates}

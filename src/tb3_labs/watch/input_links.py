@@ -11,7 +11,7 @@ from typing import List, Optional
 import numpy as np
 
 from tb3_labs.handout import (
-    ANGULAR_AXIS, LINEAR_AXIS, MAX_SPEED, MAX_TURN, MOUSE_DEAD_ZONE, MOUSE_FULL, SAYS_HEADING)
+    ANGULAR_AXIS, LINEAR_AXIS, MAX_SPEED, MAX_TURN, MOUSE_DEAD_ZONE, MOUSE_FULL, PRINTED_HEADING)
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, belief, example, stays
 from tb3_labs.watch.device_laws import (
     ANSWERED, Device, events_of, law, link_of, stimulus, unanswered)
@@ -159,7 +159,7 @@ MOUSE_LINKS = (link_of(mouse_laws, weak=False), mouse_ignored, mouse_in_turn,
 
 # -- the IMU exercise
 
-HEADING_LINE = re.compile(SAYS_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
+HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 
 
 def printed(node_run: NodeRun) -> Series:

@@ -6,7 +6,7 @@ from typing import Dict
 import rospkg
 import yaml
 
-from tb3_labs.handout import CTRL_RELINQ, MAX_SPEED, MAX_TURN, SAYS_RESET, SET_POSE
+from tb3_labs.handout import CTRL_RELINQ, MAX_SPEED, MAX_TURN, PRINTED_RESET, SET_POSE
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, ANY, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, THUMB, Criterion, Place,
     Reason, ends_cleanly, not_stopped, starts, steers, stops_robot, stops_when_lost, times, within)
@@ -45,9 +45,9 @@ FORWARD, TURN_RANGE = (0.15, MAX_SPEED + ROUNDING), (1.5, MAX_TURN + ROUNDING)
 HALF = (0.25, 0.75)
 #: A node obeys a stick within this time if it is not blocked [s]. Waiting for a service takes 1 s.
 PROMPT = 0.7
-#: A stick is held for HELD [s]. A value is heard on ctrl_relinq within SAYS [s]. A reset is called,
-#: or has failed, within RESET_TIME [s].
-HELD, SAYS, RESET_TIME = 0.8, 1.0, 2.5
+#: A stick is held for HELD [s]. A value is heard on ctrl_relinq within PUBLISH_TIME [s]. A reset is
+#: called, or has failed, within RESET_TIME [s].
+HELD, PUBLISH_TIME, RESET_TIME = 0.8, 1.0, 2.5
 #: The limits of full sticks, in words.
 STICK_LIMITS = '{:g} to {:g} {} within {:g} s, and at most {:g} of the other speed; half way, ' \
     'beside the other stick, {:g} to {:g} of full'
@@ -153,8 +153,8 @@ def _says_why_not(observation: Observation) -> Reason:
     scene = observation.during(RESET_WITHOUT_SERVICE)
     if scene.exceptions:
         return 'after Y without a reset service there was a traceback'
-    if SAYS_RESET.lower() in scene.printed.lower():
-        return f'after Y without a reset service it said "{SAYS_RESET}"'
+    if PRINTED_RESET.lower() in scene.printed.lower():
+        return f'after Y without a reset service it said "{PRINTED_RESET}"'
     return '' if scene.printed.strip() else \
         'after Y without a reset service nothing was printed within {:.1f} s{}'.format(
             scene.end - scene.begin, '' if len(scene.moving) else
@@ -177,17 +177,17 @@ CRITERIA = [
     Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', THUMB, _lets_go,
               limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', THUMB,
-              partial(_control, name=HAND_OVER, wanted=True), limits=within(SAYS)),
+              partial(_control, name=HAND_OVER, wanted=True), limits=within(PUBLISH_TIME)),
     Criterion('silent_meanwhile', BUTTONS, 'sends no velocity while the robot is handed over',
               THUMB, _silent_meanwhile, limits=f'the stick is up for {HELD:g} s'),
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
-              THUMB, _regains, limits=f'within {SAYS:g} s; the stick within {HELD:g} s'),
+              THUMB, _regains, limits=f'within {PUBLISH_TIME:g} s; the stick within {HELD:g} s'),
     Criterion('resets', BUTTONS, f'Y calls /{SET_POSE} with (0, 0, 0)', Y_STEP, _resets,
               limits=within(RESET_TIME) + ', by a quaternion of length 1'),
-    Criterion('says_success', BUTTONS, f'says "{SAYS_RESET}." after Y', Y_STEP,
-              lambda observation: '' if SAYS_RESET.lower() in observation.during(
+    Criterion('says_success', BUTTONS, f'says "{PRINTED_RESET}." after Y', Y_STEP,
+              lambda observation: '' if PRINTED_RESET.lower() in observation.during(
                   RESET_BUTTON).printed.lower() else
-              f'"{SAYS_RESET}." was not printed after Y',
+              f'"{PRINTED_RESET}." was not printed after Y',
               limits=within(RESET_TIME)),
     ends_cleanly(BUTTONS, THUMB),
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', THUMB,
@@ -200,6 +200,6 @@ CRITERIA = [
     Criterion('latched', BUTTONS, 'ctrl_relinq is latched', BEYOND,
               lambda observation: '' if observation.during(HAND_OVER).facts[LATCHED] else
               'a subscriber that came after A heard nothing on ctrl_relinq', extra=True,
-              limits='heard ' + within(SAYS)),
+              limits='heard ' + within(PUBLISH_TIME)),
     stops_when_lost('lost_pad', 'stops the robot', 'the pad', PAD_SILENT, BEYOND),
 ]

@@ -3,7 +3,7 @@ import re
 from typing import List
 
 from tb3_labs.geometry.angle_arrays import difference_degrees
-from tb3_labs.handout import IMU_GOODBYE, SAYS_HEADING
+from tb3_labs.handout import IMU_GOODBYE, PRINTED_HEADING
 from tb3_labs.marking.labs.criteria import (
     CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME, Criterion, Place, Reason,
     ends_cleanly, prints, starts)
@@ -35,7 +35,7 @@ LISTENING, EXERCISE, IMU_AT_CTRL_C = (
 def headings(text: str) -> List[float]:
     """Returns the headings in a node's output [deg]."""
     return [float(number) for number in re.findall(
-        SAYS_HEADING.format(r'(-?\d+(?:\.\d+)?)'), text)]
+        PRINTED_HEADING.format(r'(-?\d+(?:\.\d+)?)'), text)]
 
 
 def _standing(observation):
@@ -44,7 +44,7 @@ def _standing(observation):
     if not any(headings(scene.printed) for scene in scenes):
         before = len(headings(scenes[0].run.printed))
         raise NotObserved('no line "{}." was printed: {}'.format(
-            SAYS_HEADING.format('...'),
+            PRINTED_HEADING.format('...'),
             'it printed {} at its start, and then none'.format(before) if before else
             unprinted(scenes[-1])))
     for scene in map(observation.during, STANDS):    # up to the first that is printed
@@ -92,7 +92,7 @@ def _survives_nonsense(observation: Observation) -> Reason:
 
 CRITERIA = [
     Criterion('starts', HEADING, 'runs and listens to imu', LISTENING, starts, limits=IN_TIME),
-    Criterion('prints_heading', HEADING, 'prints "{}."'.format(SAYS_HEADING.format('...')),
+    Criterion('prints_heading', HEADING, 'prints "{}."'.format(PRINTED_HEADING.format('...')),
               EXERCISE, _prints_heading, limits=f'within {READING:g} s at each heading'),
     Criterion('heading_right', HEADING, 'prints the heading of the IMU', EXERCISE,
               lambda observation: _first_wrong(

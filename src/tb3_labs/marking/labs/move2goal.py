@@ -10,7 +10,7 @@ from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, CTRL_RELINQ, DISTANCE_TOLERANCE, GOAL_X, GOAL_Y, GOAL_YAW_DEG, MAX_SPEED,
-    MAX_TURN, SAYS_POSE_SET, SAYS_REACHED, SET_POSE)
+    MAX_TURN, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STATES, STOPS_AT_ONCE,
     TRANSFORMATION_SHEET, Criterion, JudgedObservation, Place, Reason, ends_cleanly, not_stopped,
@@ -45,7 +45,7 @@ TURNED = 100.0
 #: A reset in a drive comes where the robot faces its goal. Within IN_DRIVE [s] a node then turns to
 #: the goal of the new frame, by more than ANEW [deg].
 IN_DRIVE, ANEW = 3.0, 20.0
-REACHED = re.compile(SAYS_REACHED, re.IGNORECASE)
+REACHED = re.compile(PRINTED_REACHED, re.IGNORECASE)
 
 #: The goal as a fact of a drive: x, y [m], heading [rad].
 GOAL = (GOAL_X, GOAL_Y, math.radians(GOAL_YAW_DEG))
@@ -118,7 +118,7 @@ def _end_of(scene: Scene) -> Pose2:
 def _says_reached(observation: Observation) -> Reason:
     number = len(REACHED.findall(observation.during(FIRST_DRIVE).printed
                                  + observation.during(AT_GOAL).printed))
-    return '' if number == 1 else f'"{SAYS_REACHED}!" was printed {number} times'
+    return '' if number == 1 else f'"{PRINTED_REACHED}!" was printed {number} times'
 
 
 def _silent_at_goal(observation: Observation) -> Reason:
@@ -203,7 +203,7 @@ CRITERIA = [
               partial(_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
     Criterion('goal_heading', DRIVE, FACES + ' there', STATES,
               partial(_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
-    Criterion('says_reached', DRIVE, f'says "{SAYS_REACHED}!" once', STATES, _says_reached),
+    Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', STATES, _says_reached),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', STATES,
               _silent_at_goal, limits='a zero velocity, then nothing from {:g} s after its arrival '
               'on'.format(LAST_WORD)),
@@ -213,10 +213,10 @@ CRITERIA = [
     Criterion('resets', RESET, 'a service /{} resets the local frame, also in a drive'.format(
         SET_POSE), AT_RESET, _resets, limits='answers within {:g} s; in a drive it turns by {:g} '
               'degrees within {:g} s'.format(ANSWER_TIME, ANEW, IN_DRIVE)),
-    Criterion('says_reset', RESET, f'says "{SAYS_POSE_SET} to x=..., y=..., yaw=..."',
-              AT_RESET, lambda observation: '' if SAYS_POSE_SET.lower() in observation.during(
+    Criterion('says_reset', RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
+              AT_RESET, lambda observation: '' if PRINTED_POSE_SET.lower() in observation.during(
                   RESET_TO_ORIGIN).printed.lower() else
-              f'no line "{SAYS_POSE_SET} to x=..., y=..., yaw=..." was printed',
+              f'no line "{PRINTED_POSE_SET} to x=..., y=..., yaw=..." was printed',
               limits=f'within {TAKES_EFFECT:g} s after the answer'),
     Criterion('second_place', RESET, 'does the same task after a turn by {:g} degrees and a '
               'reset'.format(TURNED), TURNED_STEP,

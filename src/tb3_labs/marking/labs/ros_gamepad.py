@@ -38,7 +38,7 @@ class HeldPad(Repeater):
         self.numbers = SimpleNamespace(**numbers)
         self._buttons = [0] * PAD_BUTTONS_SENT
         self.sticks()
-        self.wait_until_heard()
+        self.wait_for_subscriber()
 
     def sticks(self, forward=0.0, left=0.0):
         """Hold the sticks at these values, each -1 to 1."""
@@ -115,7 +115,7 @@ def buttons(trial):
 def _start_driving(trial, pad):
     def push():
         pad.sticks()
-        pad.wait_until_heard()
+        pad.wait_for_subscriber()
         pad.sticks(1.0)
     pad.sticks()
     return trial.set_in_motion(lambda: trial.node.alive, push, 1.5)
@@ -126,17 +126,18 @@ def _hand_over(trial, pad):
     listener = rospy.Subscriber(CTRL_RELINQ, Bool, lambda message: received.append(message.data))
     with trial.stimulus(gamepad_lab.HAND_OVER) as record:
         pad.press(pad.numbers.relinquish_button)
-        wait_until(lambda: True in received, gamepad_lab.SAYS)
+        wait_until(lambda: True in received, gamepad_lab.PUBLISH_TIME)
         time.sleep(UNDER_WAY)
         latecomer = rospy.Subscriber(CTRL_RELINQ, Bool, late.append)
-        record.facts.update({gamepad_lab.LATCHED: wait_until(lambda: late, gamepad_lab.SAYS),
+        record.facts.update({gamepad_lab.LATCHED: wait_until(lambda: late,
+                                                             gamepad_lab.PUBLISH_TIME),
                              gamepad_lab.RELINQUISHED: received[-1] if received else None})
         latecomer.unregister()
     _stick_up(trial, pad, gamepad_lab.UP_HANDED_OVER)
     received.clear()
     with trial.stimulus(gamepad_lab.TAKE_BACK) as record:
         pad.press(pad.numbers.regain_button)
-        wait_until(lambda: received and not received[-1], gamepad_lab.SAYS)
+        wait_until(lambda: received and not received[-1], gamepad_lab.PUBLISH_TIME)
         record.facts[gamepad_lab.RELINQUISHED] = received[-1] if received else None
     listener.unregister()
     time.sleep(UNDER_WAY)

@@ -14,8 +14,7 @@ from tb3_labs.handout import LEFT, MOUSE_INFO
 from tb3_labs.marking.labs import imu as imu_lab
 from tb3_labs.marking.labs import turn as turn_lab
 from tb3_labs.marking.labs.criteria import LOST
-from tb3_labs.marking.trial.observation import (
-    ASKED_DEG, MOVED, RESTED, WAS_MOVING, NotOffered)
+from tb3_labs.marking.trial.observation import MOVED, REQUESTED_DEG, RESTED, WAS_MOVING, NotOffered
 from tb3_labs.marking.trial.ros_stimuli import IMU_SWITCH, WELL_UNDER_WAY, Repeater
 from tb3_labs.marking.trial.ros_student_node import LISTENS
 from tb3_labs.msg import MouseController
@@ -142,7 +141,7 @@ def mouse_of(trial, names):
     trial.recording.event('mouse client', up=up)
     mouse.up = up or 1      # as its own client sends it
     mouse.at(0.0, 0.0, active=False)
-    mouse.wait_until_heard()
+    mouse.wait_for_subscriber()
     return mouse
 
 
@@ -151,7 +150,7 @@ def turns(trial):
     for name, turn in turn_lab.EACH_TURN.items():
         trial.set_slip(turn.slip)
         _begin_at(trial, turn.begins_deg)
-        _try_turn(trial, name, turn.typed, {ASKED_DEG: turn.asked_deg})
+        _try_turn(trial, name, turn.typed, {REQUESTED_DEG: turn.requested_deg})
     _begin_at(trial, 40.0)      # where the last turn ends
     trial.watch(turn_lab.NONSENSE, turn_lab.ANSWER,
                 lambda: trial.node.type(turn_lab.TYPED_NONSENSE))

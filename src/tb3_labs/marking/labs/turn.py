@@ -29,7 +29,7 @@ class WatchedTurn(NamedTuple):
     wheels' travel."""
 
     typed: str
-    asked_deg: float
+    requested_deg: float
     begins_deg: float
     slip: float = 0.0
 
@@ -98,15 +98,15 @@ def turned(observation: Observation, name: str, tolerance: float = HDG_TOL + AFT
     if not scene.facts[RESTED]:
         return (f'{after} it turned {_degrees(observed_deg)}, and was still moving after '
                 f'{TURN_TIME:g} s')
-    if abs(observed_deg - turn.asked_deg) <= tolerance:
+    if abs(observed_deg - turn.requested_deg) <= tolerance:
         return NO_ZERO.format('its turn ' + after) if scene.commands[-1:, 1:].any() else ''
     missed = '{}{} it turned {}, then stopped'.format(
         after, ', where the wheels slip,' if turn.slip else '', _degrees(observed_deg))
-    if observed_deg * turn.asked_deg <= 0.0:
+    if observed_deg * turn.requested_deg <= 0.0:
         return missed
     return '{}: {:.1f} degrees {} the goal, where {:g} are allowed'.format(
-        missed, abs(observed_deg - turn.asked_deg),
-        'short of' if abs(observed_deg) < abs(turn.asked_deg) else 'beyond',
+        missed, abs(observed_deg - turn.requested_deg),
+        'short of' if abs(observed_deg) < abs(turn.requested_deg) else 'beyond',
         min(tolerance, HDG_TOL))
 
 

@@ -7,7 +7,7 @@ from typing import Any, Dict, Sequence, Type
 import numpy as np
 
 from tb3_labs.marking.trial.observation import (
-    ASKED_DEG, GOAL_POSE, MOST_FINDINGS, Observation, Run, Stimulus)
+    GOAL_POSE, MOST_FINDINGS, REQUESTED_DEG, Observation, Run, Stimulus)
 from tb3_labs.marking.trial.tracebacks import COLOUR
 from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.report.run_data import Kind, Poses, RunData, States, Values
@@ -75,8 +75,8 @@ def with_stimuli(run: RunData, observation: Observation) -> RunData:
             resets.append([at, *pose])
     goals = [[each.begin, *each.facts[GOAL_POSE]] for each in observation.stimuli
              if GOAL_POSE in each.facts]
-    letters = [row for each in observation.stimuli if ASKED_DEG in each.facts
-               for row in ([each.begin, np.sign(each.facts[ASKED_DEG])], [each.end, 0.0])]
+    letters = [row for each in observation.stimuli if REQUESTED_DEG in each.facts
+               for row in ([each.begin, np.sign(each.facts[REQUESTED_DEG])], [each.end, 0.0])]
     return replace(
         run, resets=samples_from_rows(Poses, sorted(resets)), variables=run.variables.take(known),
         starts=tuple(start.begin for start in observation.runs),

@@ -27,7 +27,7 @@ VARIABLES = 'variables'
 #: RESTED: did the robot come to rest? WAS_MOVING: did the robot move when the stimulus began?
 MOVED, RESTED, WAS_MOVING = 'moved', 'rested', 'was_moving'
 #: Key of the facts of a turn: the angle that was asked for [deg].
-ASKED_DEG = 'asked_deg'
+REQUESTED_DEG = 'asked_deg'
 #: Keys of the facts of a drive. GOAL_POSE: the goal in the local frame. LOCAL_T_WORLD: the
 #: transform from the robot's true frame to the local frame. Both are [x, y, yaw] in [m], [rad].
 GOAL_POSE, LOCAL_T_WORLD = 'goal', 'local_T_world'

@@ -77,7 +77,7 @@ class Repeater:
         self._message = message
         self.send(message)
 
-    def wait_until_heard(self):
+    def wait_for_subscriber(self):
         """Wait until a node is connected and has heard the message that is held.
 
         A node may ignore a new pad that has not been at rest for a moment (this package's gamepad:

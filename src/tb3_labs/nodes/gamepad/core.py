@@ -100,14 +100,14 @@ class GamepadCore:
         """Another node sent True or False. Its False takes the control that this pad gave, or stops
         held sticks."""
         if not message.what:
-            self._on_taken(message.at)
+            self._on_control_taken(message.at)
 
     def on_leave(self, now: float) -> None:
         """The node ends: its operator leaves."""
         if self.messages.grants:
-            self._on_taken(now)
+            self._on_control_taken(now)
 
-    def _on_taken(self, now: float) -> None:
+    def _on_control_taken(self, now: float) -> None:
         self.messages.stopped_at = now
         if self.messages.grants:
             self._handle(ControlEvent.TAKEN, now)
@@ -170,7 +170,7 @@ class GamepadCore:
         if self.messages.grants and self._sleep.slept_for > LONGEST_LAPSE:
             self._log.add(f'{self._sleep.as_text()}: press A to let move_to_goal drive again',
                           warning=True)
-            self._on_taken(now)
+            self._on_control_taken(now)
         elif self._sleep.slept_for and self.holder is ControlHolder.GAMEPAD:
             self._handle(ControlEvent.LOST, now)
 

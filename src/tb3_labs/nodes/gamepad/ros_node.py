@@ -5,7 +5,7 @@ import rospy
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, String
 
-from tb3_labs.handout import SAYS_RESET
+from tb3_labs.handout import PRINTED_RESET
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.ros.clocks import steady_time
@@ -26,7 +26,7 @@ class GamepadNode:
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=20, latch=True,
                                         headers=RENEWS)
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
-        self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._say,
+        self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._publish_output,
                                   self._carry_out)
         rospy.on_shutdown(lambda: self._runner.handle(lambda: self._core.on_leave(steady_time())))
         self._runner.check()
@@ -42,7 +42,7 @@ class GamepadNode:
         log_missing_topics({'joy': lambda: self._core.joy.count}, 'is joy_node running (Debian '
                            'has none)? The page of web:=true is a pad, too')
 
-    def _say(self, output):
+    def _publish_output(self, output):
         """A stop is sent twice: a listener may take a connection's first message for latched."""
         for word in output.relinquishes:
             for _ in range(1 if word else 2):
@@ -65,6 +65,6 @@ class GamepadNode:
 def _reset():
     try:
         call_reset(0.0, 0.0, 0.0)
-        rospy.loginfo(SAYS_RESET + '.')
+        rospy.loginfo(PRINTED_RESET + '.')
     except ValueError as problem:
         rospy.logwarn('Pose not reset: %s', problem)

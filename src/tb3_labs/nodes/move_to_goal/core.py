@@ -15,7 +15,7 @@ from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose
-from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, SAYS_REACHED
+from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, PRINTED_REACHED
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
@@ -267,7 +267,7 @@ class MoveToGoalCore:
             self._requests.give_up(now)
         self._requests.end(GoalOutcome.CANCELED if machine.cancelled else
                            GoalOutcome.GIVEN_UP if machine.failure else GoalOutcome.REACHED,
-                           machine.failure or SAYS_REACHED + '!')
+                           machine.failure or PRINTED_REACHED + '!')
 
     def _new_status(self, now: float) -> Optional[DriveStatus]:
         """The status, if it is new."""

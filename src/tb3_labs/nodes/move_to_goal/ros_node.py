@@ -89,7 +89,8 @@ class MoveToGoalNode:
         self._display = Display()
         self._has_control = None
         self._control = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
-        self._runner = runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()), self._say,
+        self._runner = runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()),
+                                           self._publish_output,
                                            self._carry_out)
         self._goals = GoalServer(runner, core)
         self._goals.offer()
@@ -123,7 +124,7 @@ class MoveToGoalNode:
             self._display.show(output.fix, output.odom_T_local)
             self._goals.feedback(output.fix)
 
-    def _say(self, output):
+    def _publish_output(self, output):
         if output.has_grant is not self._has_control:
             self._has_control = output.has_grant
             self._control.publish(output.has_grant)

@@ -26,7 +26,7 @@ from tb3_labs.supervision.events import Age
 from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalOutcome, GoalRequest
 
 #: Longest time of a reset, which is answered within a second, and between two looks at it [s].
-ANSWER_WITHIN, LOOK = 0.85, 0.005
+ANSWER_WITHIN, ANSWER_POLL = 0.85, 0.005
 #: Time between two messages of the action's status [s].
 STATUS_PERIOD = 0.5
 #: Frames of a goal or a reset that mean ``local``; the handout's client sends `map`.
@@ -60,7 +60,7 @@ class GoalServer(ActionServer):
         self._runner, self._core = runner, core
         self._present = None    # actionlib's handle of the present goal
         self._warnings = WarningThrottle()
-        self._hear_goal = guarded(only_new('move2goal/goal', self._on_goal))
+        self._goal_callback = guarded(only_new('move2goal/goal', self._on_goal))
 
     def offer(self):
         """Take goals from now on."""
@@ -96,19 +96,19 @@ class GoalServer(ActionServer):
 
     def internal_goal_callback(self, goal):
         """actionlib's own subscriber calls this."""
-        self._hear_goal(goal)
+        self._goal_callback(goal)
 
     def internal_cancel_callback(self, goal_id):
         """actionlib's own subscriber calls this. Every cancel is obeyed, also an old one."""
         guarded(self._on_cancel)(goal_id)
 
     def _on_simple_goal(self, message):
-        self._hear(MoveBaseActionGoal(goal=MoveBaseGoal(message)), message)
+        self._on_request(MoveBaseActionGoal(goal=MoveBaseGoal(message)), message)
 
     def _on_goal(self, message):
-        self._hear(message, message)
+        self._on_request(message, message)
 
-    def _hear(self, goal, message):
+    def _on_request(self, goal, message):
         target, handles = goal.goal.target_pose, []
         with self.lock:
             self.register_goal_callback(handles.append)
@@ -185,7 +185,7 @@ class Resets:
         or not carried out within ANSWER_WITHIN."""
         reset, runner = Reset(requested), self._runner
         runner.handle(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
-        if not wait_until(lambda: runner.query(lambda: reset.is_over), ANSWER_WITHIN, LOOK):
+        if not wait_until(lambda: runner.query(lambda: reset.is_over), ANSWER_WITHIN, ANSWER_POLL):
             runner.query(reset.give_up)
         if reset.problem:
             raise ValueError(reset.problem)

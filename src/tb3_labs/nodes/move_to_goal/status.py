@@ -77,7 +77,7 @@ class Announcer:
             self._log.add(f'Goal ({status.goal}) given up: {status.failure}', True)
         elif not status.active:
             distance, angle = status.left(motion())
-            self._log.add(f'{handout.SAYS_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '
+            self._log.add(f'{handout.PRINTED_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '
                           f'after {now - self._begun_at:.1f} s')
         elif status.text in DRIVING:
             if begins:

@@ -18,7 +18,7 @@ SET_BACK = 0.05
 #: In a longer silence of all topics the clock was set, or the computer slept [s].
 LONGEST_OUTAGE = 3600.0
 #: A sender's lag is compared this long before and after a silence [s], for at most MOST_OUTAGES.
-LAG_LOOK, MOST_OUTAGES = 5.0, 100
+LAG_WINDOW, MOST_OUTAGES = 5.0, 100
 #: A recording whose clock was set more often has no times.
 MOST_SET = 20
 #: If the clocks of two senders differ by less than this, the senders share one clock [s].
@@ -142,8 +142,8 @@ def _lag_change(sensor: Any, number: int, last: float, first: float) -> float:
     message with this number. Those that waited in a queue come late, too: the quickest decide."""
     at, lag = np.array(sensor.arrival), np.array(sensor.arrival) - np.array(sensor.stamp)
     is_later = np.array(sensor.number) >= number
-    before = lag[~is_later & (at > last - LAG_LOOK)]
-    later = lag[is_later & (at < first + LAG_LOOK)]
+    before = lag[~is_later & (at > last - LAG_WINDOW)]
+    later = lag[is_later & (at < first + LAG_WINDOW)]
     return float(later.min() - np.median(before)) if len(before) and len(later) else 0.0
 
 

@@ -19,10 +19,10 @@ from tb3_labs.report.motion.goals import spans
 from tb3_labs.report.motion.movements import NO_SPEED, TERMINAL, Kind, Movement, movements, programs
 from tb3_labs.report.run_data import ImuSamples, RunData, once
 
-#: A robot rests if its mean rate of turn over REST_LOOK [s] is less than AT_REST [rad/s].
-AT_REST, REST_LOOK = 0.03, 0.15
+#: A robot rests if its mean rate of turn over REST_WINDOW [s] is less than AT_REST [rad/s].
+AT_REST, REST_WINDOW = 0.03, 0.15
 #: A robot comes to rest within REST_WAIT [s] after the last command. Its heading at rest is the
-#: mean over REST_MEAN [s]; this time begins REST_LOOK [s] after it came to rest.
+#: mean over REST_MEAN [s]; this time begins REST_WINDOW [s] after it came to rest.
 REST_WAIT, REST_MEAN = 2.0, 0.3
 #: The recorder may miss a new node's first commands: a rest may be this long before [s].
 MISSED = 1.0
@@ -113,17 +113,17 @@ def _turn(run: RunData, begin: float, end: float, until: float,
     may rest up to `until`, the time of its next command. A request before `since` belongs to
     another turn."""
     latest = min(end + REST_WAIT, until)
-    before = next((float(time) for time in begin - np.arange(0.0, MISSED, REST_LOOK / 3.0)
-                   if _rests(run.imu, time - REST_LOOK, time)), None)
+    before = next((float(time) for time in begin - np.arange(0.0, MISSED, REST_WINDOW / 3.0)
+                   if _rests(run.imu, time - REST_WINDOW, time)), None)
     rest = next((float(time) for time in run.imu.between(end, latest).time
-                 if _rests(run.imu, time, min(time + REST_LOOK, latest))), None)
+                 if _rests(run.imu, time, min(time + REST_WINDOW, latest))), None)
     if before is None or rest is None:
         return None
-    settled = min(rest + REST_LOOK + REST_MEAN, until)
-    imu = run.imu.between(before - REST_LOOK, settled)
+    settled = min(rest + REST_WINDOW + REST_MEAN, until)
+    imu = run.imu.between(before - REST_WINDOW, settled)
     yaw = np.unwrap(imu.yaw)
     yaw -= yaw[imu.time <= before].mean()
-    at_rest = imu.time >= rest + REST_LOOK
+    at_rest = imu.time >= rest + REST_WINDOW
     turned = float(yaw[at_rest if at_rest.any() else imu.time >= rest].mean())
     requested, was_sent = _requested(run, max(before - REQUESTED_BEFORE, since), end, turned)
     if not requested:
@@ -142,9 +142,9 @@ def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
 
 def _requested(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:
     """Returns (the angle that was asked for, 0 if there was none; was it sent on topic `turn`?)."""
-    said = run.requested.between(since, end)
-    if len(said):
-        return float(said.value.sum()), True
+    sent = run.requested.between(since, end)
+    if len(sent):
+        return float(sent.value.sum()), True
     if not LEAST_TURN <= abs(turned) <= MOST_TURN and not (
             {*programs(run, since, end)} - {TERMINAL} and abs(turned) > LEAST_BY_NODE):
         return 0.0, False
