@@ -85,7 +85,7 @@ class NetworkLink:
         before, self._settings = self._settings, settings
         if (settings.stalls_per_min, settings.longest_stall) != (
                 before.stalls_per_min, before.longest_stall):
-            # Stalls are planned anew. The links of both directions plan alike: one delays both.
+            # Stalls are planned again. The links of both directions plan alike: one delays both.
             self._stalls = Interruptions(
                 settings.stalls_per_min / 60.0, (0.0, settings.longest_stall), now,
                 f'stalls {self._seed}') if settings.stalls_per_min else None

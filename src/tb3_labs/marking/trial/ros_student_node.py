@@ -63,7 +63,7 @@ class StudentNode:
         return BY_SIGNAL - status if isolated else status
 
     def start(self, *arguments, listens=()):
-        """Start the node anew. ``NotTried`` if the node is not ready in time.
+        """Start the node again. ``NotTried`` if the node is not ready in time.
 
         If its first run was never ready, the node is not started again.
         """
