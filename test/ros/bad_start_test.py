@@ -19,7 +19,7 @@ class BadStartTest(NodeCase):
             ('gamepad.py', 'dead_zone:=0.2', '_dead_zone:=VALUE'),
             ('move2goal_tf.py', '_goal_x=1', '_goal_x=1 is not an argument', '_NAME:=VALUE'),
             ('fake_turtlebot3.py', '_imu_rate:=0', 'imu_rate', 'from 1 to 1000'))]
-        self.seen.forget('cmd_vel')
+        self.observer.forget('cmd_vel')
         nodes = [self.start(executable, '__name:=bad%d' % number, parameter)
                  for number, (executable, parameter, _) in enumerate(cases)]
         for node, (_, parameter, words) in zip(nodes, cases):
@@ -28,7 +28,7 @@ class BadStartTest(NodeCase):
             self.assertEqual(len(lines), 1, lines)
             for word in ['FATAL'] + words:
                 self.assertIn(word, lines[0])
-        self.assertEqual(self.seen.all('cmd_vel'), [])
+        self.assertEqual(self.observer.all('cmd_vel'), [])
 
     def test_a_node_without_a_robot_says_what_it_waits_for(self):
         both = '/nowhere/imu and /nowhere/odom'

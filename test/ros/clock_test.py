@@ -64,11 +64,11 @@ class ClockTest(NodeCase):
 
     @classmethod
     def watch(cls):
-        cls.seen.watch('cmd_vel', Twist, lambda message: (time.monotonic(), message.linear.x,
-                                                          message.angular.z))
+        cls.observer.watch('cmd_vel', Twist, lambda message: (time.monotonic(), message.linear.x,
+                                                              message.angular.z))
 
     def commands(self, since):
-        return [value for _, value in self.seen.all('cmd_vel') if value[0] >= since]
+        return [value for _, value in self.observer.all('cmd_vel') if value[0] >= since]
 
     def test_1_a_clock_that_never_comes_is_said_within_three_seconds(self):
         nodes = [self.start(executable) for executable in (
@@ -84,24 +84,24 @@ class ClockTest(NodeCase):
         robot = Robot()
         self.addCleanup(robot.end)
         node = self.start('move2goal_tf.py', '_has_control:=true', '_goal_x:=1.0', '_goal_y:=0.25')
-        self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.2, STARTING)
+        self.observer.wait_for('cmd_vel', lambda command: command[1] > 0.2, STARTING)
         # the clock stands still, though the sensors go on
         robot.runs = False
         stood = time.monotonic()
-        self.seen.wait_for('cmd_vel', lambda command: command[1:] == (0.0, 0.0))
-        zero, late = self.seen.latest('cmd_vel')[0], time.time() - time.monotonic()
+        self.observer.wait_for('cmd_vel', lambda command: command[1:] == (0.0, 0.0))
+        zero, late = self.observer.latest('cmd_vel')[0], time.time() - time.monotonic()
         self.assertLess(zero - stood, 0.5 + self.hiccups.since(stood + late, zero + late))
         node.wait_for('/clock stands still')
         self.assert_no_commands(PAUSED)
         robot.runs = True
-        self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.2)
+        self.observer.wait_for('cmd_vel', lambda command: command[1] > 0.2)
         # a bag that is played again
         jumped = time.monotonic()
         robot.now -= 500.0
-        self.seen.wait_until(lambda: time.monotonic() > jumped + 2.0)
+        self.observer.wait_until(lambda: time.monotonic() > jumped + 2.0)
         self.assertTrue(all(abs(linear) <= 0.2108 and abs(angular) <= 1.5 for _, linear, angular
                             in self.commands(jumped)))
-        self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.2)
+        self.observer.wait_for('cmd_vel', lambda command: command[1] > 0.2)
         node.wait_for('Goal reached!', STARTING)
         self.assertLess(math.hypot(robot.x - 1.0, robot.y - 0.25), 0.02)
         self.assertNotIn('Traceback', node.text)
@@ -110,5 +110,5 @@ class ClockTest(NodeCase):
     def assert_no_commands(self, seconds):
         """By the wall clock, since ROS time may stand still."""
         since = time.monotonic() + 0.1
-        self.seen.wait_until(lambda: time.monotonic() > since + seconds)
+        self.observer.wait_until(lambda: time.monotonic() > since + seconds)
         self.assertEqual(self.commands(since), [])

@@ -29,7 +29,7 @@ class DriveCase(NodeCase):
         def is_declared():
             answers.append(self.reset(pose.x, pose.y, math.degrees(pose.yaw)))
             return answers[-1].success
-        self.seen.wait_until(is_declared, STARTING, 'a reset')
+        self.observer.wait_until(is_declared, STARTING, 'a reset')
         return answers[-1]
 
     def give_control(self):
@@ -45,8 +45,8 @@ class DriveCase(NodeCase):
     @classmethod
     def wait_for_state(cls, *states, seconds=20.0):
         """Wait until the state of the goal begins with one of `states`; the state."""
-        return cls.seen.wait_for('goal_state', lambda state: state.startswith(states), seconds)
+        return cls.observer.wait_for('goal_state', lambda state: state.startswith(states), seconds)
 
     def wait_for_speed(self, linear, seconds=20.0):
         """Wait until more than this forward speed is commanded [m/s]."""
-        self.seen.wait_for('cmd_vel', lambda command: command[0] > linear, seconds)
+        self.observer.wait_for('cmd_vel', lambda command: command[0] > linear, seconds)

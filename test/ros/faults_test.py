@@ -33,12 +33,12 @@ class FaultsTest(DriveCase):
     def setUpClass(cls):
         super().setUpClass()
         cls.nodes = {}
-        cls.seen.watch('imu', Imu)
-        cls.seen.watch('odom', Odometry)
-        cls.seen.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
+        cls.observer.watch('imu', Imu)
+        cls.observer.watch('odom', Odometry)
+        cls.observer.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
         cls.bad_imu = rospy.Publisher('imu', Imu, queue_size=1)
         cls.bad_odom = rospy.Publisher('odom', Odometry, queue_size=1)
-        cls.seen.wait_for('ground_truth', seconds=STARTING)
+        cls.observer.wait_for('ground_truth', seconds=STARTING)
         cls.robot = Client('turtlebot3', timeout=STARTING)
 
     @classmethod
@@ -62,14 +62,14 @@ class FaultsTest(DriveCase):
         if executable not in self.nodes or self.nodes[executable].status is not None:
             if executable == MOVER:
                 self.wait_until_unheard({self.control: Bool(False)})
-                self.seen.forget('goal_state')
+                self.observer.forget('goal_state')
             self.nodes[executable] = Node(executable, terminal=True)
             self.printed[executable] = 0
         return self.nodes[executable]
 
     def wait_for_line(self, executable, words):
         """Wait until a node has printed `words` in this test."""
-        self.seen.wait_until(lambda: words in self.nodes[executable].text[
+        self.observer.wait_until(lambda: words in self.nodes[executable].text[
             self.printed[executable]:], what=words)
 
     def drive(self, goal=Pose2(2.0, 0.0, 0.0)):
@@ -80,25 +80,25 @@ class FaultsTest(DriveCase):
         self.begin = self.rest()
         self.declare()
         self.wait_for_state('waiting for control', seconds=STARTING)
-        self.seen.forget('cmd_vel')
+        self.observer.forget('cmd_vel')
         self.go_to(goal)
         self.control.publish(True)
         self.wait_for_speed(0.2)
-        self.seen.wait_for('ground_truth', lambda pose: pose.distance_to(self.begin) > 0.04)
+        self.observer.wait_for('ground_truth', lambda pose: pose.distance_to(self.begin) > 0.04)
         return node
 
     def turn(self):
         """A turn, in full motion."""
         node, start = self.node(TURNER), self.rest()
-        self.seen.forget('cmd_vel')
+        self.observer.forget('cmd_vel')
         node.type('b')      # a line that is typed waits for the robot
-        self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.4, STARTING)
-        self.seen.wait_for('ground_truth', lambda pose: difference(pose.yaw, start.yaw) > 0.2)
+        self.observer.wait_for('cmd_vel', lambda command: command[1] > 1.4, STARTING)
+        self.observer.wait_for('ground_truth', lambda pose: difference(pose.yaw, start.yaw) > 0.2)
         return node
 
     def place(self):
         """The robot's true place in the frame of move_to_goal."""
-        return self.begin.inverse() @ self.seen.latest('ground_truth')
+        return self.begin.inverse() @ self.observer.latest('ground_truth')
 
     def stop_since(self, last, within, what):
         """One zero comes within this time after `last`, and the robot rests."""
@@ -106,18 +106,18 @@ class FaultsTest(DriveCase):
         start = self.place_at(last)
         way = start.distance_to(self.rest())
         print('%-44s zero %.2f s after the fault, %.0f mm driven' % (what, zero - last, 1000 * way))
-        commands = [command for _, command in self.seen.all('cmd_vel')]
+        commands = [command for _, command in self.observer.all('cmd_vel')]
         self.assertNotIn((ZERO, ZERO), list(zip(commands, commands[1:])))
         self.assertEqual(commands[-1], ZERO)
 
     def place_at(self, time):
-        return min(self.seen.all('ground_truth'), key=lambda entry: abs(entry[0] - time))[1]
+        return min(self.observer.all('ground_truth'), key=lambda entry: abs(entry[0] - time))[1]
 
     def silence_of(self, *topics):
         """Wait until no message comes; the earliest of the topics' last arrivals."""
-        self.seen.wait_until(lambda: all(
-            rospy.get_time() - self.seen.all(topic)[-1][0] > 0.1 for topic in topics), 5.0)
-        return min(self.seen.all(topic)[-1][0] for topic in topics)
+        self.observer.wait_until(lambda: all(
+            rospy.get_time() - self.observer.all(topic)[-1][0] > 0.1 for topic in topics), 5.0)
+        return min(self.observer.all(topic)[-1][0] for topic in topics)
 
     # -- sensors
 
@@ -128,7 +128,7 @@ class FaultsTest(DriveCase):
             last = self.silence_of(*lost)
             self.stop_since(last, SILENCE, ' and '.join(lost) + ' silent in a drive')
             # of two that fall silent, one may be noticed first
-            self.seen.wait_for('goal_state', lambda state: state.startswith('stopped') and all(
+            self.observer.wait_for('goal_state', lambda state: state.startswith('stopped') and all(
                 'no ' + name in state for name in lost))
             self.assertFalse(self.reset(0.0, 0.0, 0.0).success)
             self.set(**{name + '_silent': False for name in lost})
@@ -137,12 +137,12 @@ class FaultsTest(DriveCase):
         self.wait_for_state('stopped')
         self.wait_for_state('gave up: no imu for 2.')      # the silence is too long for the drive to go on
         self.control.publish(False)
-        self.seen.forget('cmd_vel')
+        self.observer.forget('cmd_vel')
         self.control.publish(True)        # a robot that comes later does not move, either
         self.wait_for_line(MOVER, 'Control from {} is gone: no imu'.format(rospy.get_name()))
         self.set(imu_silent=False)
         self.let_pass(1.0)
-        self.assertEqual(self.seen.all('cmd_vel'), [])
+        self.assertEqual(self.observer.all('cmd_vel'), [])
 
     def test_the_gyro_lies(self):
         for executable, begin in ((MOVER, self.drive), (TURNER, self.turn)):
@@ -173,7 +173,7 @@ class FaultsTest(DriveCase):
             for imu, odom in itertools.cycle(bad):
                 self.bad_imu.publish(imu)
                 self.bad_odom.publish(odom)
-                if self.seen.latest(topic) == value:
+                if self.observer.latest(topic) == value:
                     return
                 self.assertLess(rospy.get_time(), give_up, value)
                 rospy.rostime.wallsleep(0.005)
@@ -182,8 +182,8 @@ class FaultsTest(DriveCase):
         flood_until('goal_state', 'GOAL_REACHED', 20.0)
         self.rest()
         self.assertLess(self.place().distance_to(Pose2(0.6)), 0.01)
-        status = self.seen.wait_for('/diagnostics',
-                                    lambda status: status.name.startswith('move_to_goal'))
+        status = self.observer.wait_for('/diagnostics',
+                                        lambda status: status.name.startswith('move_to_goal'))
         values = {value.key: value.value for value in status.values}
         for topic in ('imu', 'odom'):
             self.assertGreater(int(values[topic + ' dropped']), 10)
@@ -193,7 +193,7 @@ class FaultsTest(DriveCase):
         self.go_to(Pose2(3.0))
         self.wait_for_speed(0.2)
         self.set(imu_silent=True)
-        good = [at for at, imu in self.seen.all('imu') if abs(imu.orientation.w) <= 1.0][-1]
+        good = [at for at, imu in self.observer.all('imu') if abs(imu.orientation.w) <= 1.0][-1]
         flood_until('cmd_vel', ZERO, 3.0)
         self.zero_since(good, SILENCE)
 
@@ -207,7 +207,7 @@ class FaultsTest(DriveCase):
             if executable in self.nodes:
                 self.nodes[executable].end()
             self.rest()
-            self.seen.forget('cmd_vel')
+            self.observer.forget('cmd_vel')
             node = self.start('broken_node.py', executable, where, *arguments, terminal=True)
             if executable == TURNER:
                 node.type('b')
@@ -225,7 +225,7 @@ class FaultsTest(DriveCase):
         killed = rospy.get_time()
         start = self.place_at(killed)
         end = self.rest()
-        rested = [at for at, pose in self.seen.all('ground_truth')
+        rested = [at for at, pose in self.observer.all('ground_truth')
                   if pose.distance_to(end) > 1e-4][-1]
         print('%-44s rest %.2f s after it, %.0f mm driven' % (
             'SIGKILL', rested - killed, 1000 * start.distance_to(end)))

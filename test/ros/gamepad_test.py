@@ -26,7 +26,7 @@ class GamepadTest(WithThumb, DriveCase):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.seen.watch('local_pose', PoseStamped, lambda message: to_pose2(message.pose))
+        cls.observer.watch('local_pose', PoseStamped, lambda message: to_pose2(message.pose))
         cls.watch_data(String, 'control_holder')
         cls.watch_data(Bool, 'ctrl_relinq')
         cls.thumb = Thumb()
@@ -47,22 +47,22 @@ class GamepadTest(WithThumb, DriveCase):
         if self.mover.status is not None:
             type(self).mover = Node(*MOVER)
         self.thumb.press(B)
-        self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad', STARTING)
+        self.observer.wait_for('control_holder', lambda holder: holder == 'gamepad', STARTING)
         self.rest()
         self.printed = len(self.pad.text)
 
     def start_pad(self):
         """A new gamepad node, which holds the robot."""
-        self.seen.forget('control_holder')
+        self.observer.forget('control_holder')
         type(self).pad = Node('gamepad.py')
         self.printed = 0
-        self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad', STARTING)
+        self.observer.wait_for('control_holder', lambda holder: holder == 'gamepad', STARTING)
 
     def let_it_drive(self):
         """Press A; returns when the robot moves fast."""
-        self.seen.forget('cmd_vel')
+        self.observer.forget('cmd_vel')
         self.thumb.press(A)
-        self.seen.wait_for('cmd_vel', lambda command: abs(command[1]) > 1.0)
+        self.observer.wait_for('cmd_vel', lambda command: abs(command[1]) > 1.0)
 
     def said(self, words):
         """The number of times the gamepad node printed `words` in this test."""
@@ -72,7 +72,7 @@ class GamepadTest(WithThumb, DriveCase):
         words = 'Pose reset successfully.'
         resets = self.said(words)
         self.thumb.press(Y)
-        self.seen.wait_until(lambda: self.said(words) > resets, 5.0, words)
+        self.observer.wait_until(lambda: self.said(words) > resets, 5.0, words)
 
     def assert_at_goal(self, start):
         """The robot truly is at GOAL in a frame that stood at `start`."""
@@ -82,51 +82,51 @@ class GamepadTest(WithThumb, DriveCase):
 
     def test_the_whole_demonstration(self):
         # by stick
-        start = self.seen.latest('ground_truth')
-        self.seen.forget('cmd_vel')
+        start = self.observer.latest('ground_truth')
+        self.observer.forget('cmd_vel')
         self.thumb.sticks(1.0, 0.0)
-        self.seen.wait_for('ground_truth', lambda pose: (start.inverse() @ pose).x > 0.1)
-        self.assertAlmostEqual(self.seen.latest('cmd_vel')[0], 0.2108, places=4)
+        self.observer.wait_for('ground_truth', lambda pose: (start.inverse() @ pose).x > 0.1)
+        self.assertAlmostEqual(self.observer.latest('cmd_vel')[0], 0.2108, places=4)
         self.thumb.sticks(0.0, 1.0)
-        self.seen.wait_for('cmd_vel', lambda command: command == (0.0, 2.635))
+        self.observer.wait_for('cmd_vel', lambda command: command == (0.0, 2.635))
         self.thumb.sticks(0.0, 0.0)
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        self.observer.wait_for('cmd_vel', lambda command: command == ZERO)
         self.rest()
         self.assert_silence()
 
         # reset, A, goal; Y, goal again
         self.press_y()
-        start = self.seen.latest('ground_truth')
+        start = self.observer.latest('ground_truth')
         self.let_it_drive()
-        self.assertTrue(self.seen.latest('ctrl_relinq'))
+        self.assertTrue(self.observer.latest('ctrl_relinq'))
         self.thumb.sticks(1.0, 1.0)        # means nothing now
         self.wait_for_state('GOAL_REACHED')
         self.thumb.sticks(0.0, 0.0)
         self.assert_at_goal(start)
         self.assert_silence()
-        start = self.seen.latest('ground_truth')
-        self.seen.forget('goal_state')
+        start = self.observer.latest('ground_truth')
+        self.observer.forget('goal_state')
         self.press_y()
         self.wait_for_state('GOAL_REACHED')
         self.assert_at_goal(start)
 
         # B in mid-turn
-        self.seen.forget('goal_state')
+        self.observer.forget('goal_state')
         self.press_y()
-        self.seen.forget('cmd_vel')
-        self.seen.wait_for('cmd_vel', lambda command: abs(command[1]) > 1.0)
+        self.observer.forget('cmd_vel')
+        self.observer.wait_for('cmd_vel', lambda command: abs(command[1]) > 1.0)
         pressed = self.thumb.press(B)
         self.assert_stopped(pressed, 0.1)
-        self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad')
-        self.seen.wait_for('ctrl_relinq', lambda relinquished: not relinquished)
+        self.observer.wait_for('control_holder', lambda holder: holder == 'gamepad')
+        self.observer.wait_for('ctrl_relinq', lambda relinquished: not relinquished)
         self.assert_silence()
-        commands = [command for _, command in self.seen.all('cmd_vel', pressed)]
+        commands = [command for _, command in self.observer.all('cmd_vel', pressed)]
         self.assertEqual(commands.count(ZERO), 1)
 
     def test_a_driver_that_hangs_stops_the_robot_and_drives_again_by_a_new_message(self):
         """It repeats one message, stamp included."""
         self.thumb.sticks(1.0, 0.0)
-        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
+        self.observer.wait_for('cmd_vel', lambda command: command[0] > 0.2)
         self.thumb.hangs_since = rospy.Time.now()
         hung = rospy.get_time()
         self.pad.wait_for('joy_node repeats one message')
@@ -134,11 +134,11 @@ class GamepadTest(WithThumb, DriveCase):
         self.thumb.hangs_since = None
         self.assert_silence()        # its stick was not in its middle since
         self.thumb.sticks(0.0, 0.0)
-        self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad')
+        self.observer.wait_for('control_holder', lambda holder: holder == 'gamepad')
 
     def test_a_late_joiner_learns_who_holds_the_robot(self):
         self.thumb.press(A)
-        self.seen.wait_for('control_holder', lambda holder: holder == 'move_to_goal')
+        self.observer.wait_for('control_holder', lambda holder: holder == 'move_to_goal')
         late = Observer()
         late.watch('control_holder', String, lambda message: message.data)
         late.watch('ctrl_relinq', Bool, lambda message: message.data)
@@ -162,12 +162,12 @@ class GamepadTest(WithThumb, DriveCase):
         self.let_it_drive()
         self.mover.kill()
         self.rest()
-        self.seen.forget('cmd_vel')
-        self.seen.forget('goal_state')
+        self.observer.forget('cmd_vel')
+        self.observer.forget('goal_state')
         type(self).mover = Node(*MOVER)
         # two orders are possible: the node hears first that the pad gave control before; or the pad
         # hears first that the node has no control, and takes it back
-        self.seen.wait_until(
+        self.observer.wait_until(
             lambda: 'Control was given by /gamepad before this node could' in self.mover.text
             or self.said('Control was taken from move_to_goal'), STARTING, 'what became of it')
         self.wait_for_state('waiting for control')
@@ -197,22 +197,22 @@ class GamepadTest(WithThumb, DriveCase):
             student.wait_for('Local pose set to x=1.0, y=2.0, yaw=1.57')
             self.press_y()
             student.wait_for('Local pose set to x=0.0, y=0.0, yaw=0.0.')
-            self.seen.forget('cmd_vel')
+            self.observer.forget('cmd_vel')
             self.thumb.press(A)
-            self.seen.wait_for('cmd_vel', lambda command: command[1] > 0.5)
+            self.observer.wait_for('cmd_vel', lambda command: command[1] > 0.5)
             self.assert_stopped(self.thumb.press(B), 0.2)
 
     def test_a_pad_as_in_the_handout_resets_and_hands_over(self):
         self.pad.end(signal.SIGINT)
         student = self.start('plain_gamepad.py')
-        self.seen.forget('cmd_vel')
-        self.seen.wait_for('cmd_vel', seconds=STARTING)    # it repeats zeros
+        self.observer.forget('cmd_vel')
+        self.observer.wait_for('cmd_vel', seconds=STARTING)    # it repeats zeros
         rospy.wait_for_service('reset_pose', STARTING)     # an earlier test may have ended its node
         self.declare(Pose2(5.0, 5.0, 1.6))
-        self.seen.wait_for('local_pose', lambda pose: pose.x > 4.9)
+        self.observer.wait_for('local_pose', lambda pose: pose.x > 4.9)
         self.thumb.press(Y)
         student.wait_for('Pose reset successfully.')
-        self.seen.wait_for('local_pose', lambda pose: abs(pose.x) < 0.01 and abs(pose.y) < 0.01)
+        self.observer.wait_for('local_pose', lambda pose: abs(pose.x) < 0.01 and abs(pose.y) < 0.01)
         self.thumb.press(B)      # otherwise its first True could be a repetition by an earlier process
         self.let_it_drive()
         self.assert_stopped(self.thumb.press(B), 0.2)

@@ -16,7 +16,7 @@ class LiveTest(NodeCase):
     def setUpClass(cls):
         super().setUpClass()
         cls.watch_data(Float32, 'distance_error', 'angle_error_deg')
-        cls.seen.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
+        cls.observer.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
         cls.control = rospy.Publisher('ctrl_relinq', Bool, queue_size=5)    # each word counts
         cls.turn = rospy.Publisher('turn', Float64, queue_size=1)
         cls.wait_for_subscriber(cls.control, cls.turn)
@@ -27,7 +27,7 @@ class LiveTest(NodeCase):
         value), and a late machine counts a message in the next one."""
         def values(status):
             return {item.key: item.value for item in status.values}
-        return values(self.seen.wait_for('/diagnostics', lambda status: (
+        return values(self.observer.wait_for('/diagnostics', lambda status: (
             status.name == node + ': state' and status.level == DiagnosticStatus.OK
             and status.values and is_right(values(status)))))
 
@@ -44,34 +44,34 @@ class LiveTest(NodeCase):
         client = Client('move_to_goal', timeout=10.0)
         for word in (False, True):    # a True alone may be older than the node
             self.control.publish(word)
-        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
+        self.observer.wait_for('cmd_vel', lambda command: command[0] > 0.2)
         client.update_configuration({'max_linear': 0.1})
-        self.seen.wait_for('cmd_vel', lambda command: 0.0 < command[0] <= 0.1)
+        self.observer.wait_for('cmd_vel', lambda command: 0.0 < command[0] <= 0.1)
         changed = rospy.get_time()
         self.let_pass(0.5)
-        self.assertTrue(all(linear <= 0.1 for _, (linear, _) in self.seen.all('cmd_vel', changed)))
+        self.assertTrue(all(linear <= 0.1 for _, (linear, _) in self.observer.all('cmd_vel', changed)))
         # a limit beyond the robot's own has no effect
         client.update_configuration({'max_linear': 1.0})
-        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.2)
+        self.observer.wait_for('cmd_vel', lambda command: command[0] > 0.2)
         self.control.publish(False)
-        self.seen.wait_for('cmd_vel', lambda command: command == (0.0, 0.0))
-        self.assertTrue(all(linear <= BURGER_LINEAR for _, (linear, _) in self.seen.all('cmd_vel')))
+        self.observer.wait_for('cmd_vel', lambda command: command == (0.0, 0.0))
+        self.assertTrue(all(linear <= BURGER_LINEAR for _, (linear, _) in self.observer.all('cmd_vel')))
         # the remaining way from here to (-3, 3), for plots
         self.rest()
-        here = self.seen.latest('ground_truth')
+        here = self.observer.latest('ground_truth')
         left = ((here.x + 3.0) ** 2 + (here.y - 3.0) ** 2) ** 0.5
-        self.seen.wait_for('distance_error', lambda error: abs(error - left) < 0.01, 5.0)
-        self.assertIsNotNone(self.seen.latest('angle_error_deg'))
+        self.observer.wait_for('distance_error', lambda error: abs(error - left) < 0.01, 5.0)
+        self.assertIsNotNone(self.observer.latest('angle_error_deg'))
 
     def test_the_controller_in_the_middle_of_a_turn(self):
         client = Client('controller', timeout=10.0)
         self.rest()
         self.turn.publish(720.0)
-        self.seen.wait_for('cmd_vel', lambda command: command[1] == 1.5)
+        self.observer.wait_for('cmd_vel', lambda command: command[1] == 1.5)
         client.update_configuration({'max_ang_z': 0.6})
-        self.seen.wait_for('cmd_vel', lambda command: command[1] == 0.6)
+        self.observer.wait_for('cmd_vel', lambda command: command[1] == 0.6)
         client.update_configuration({'max_ang_z': 5.0})
-        self.seen.wait_for('cmd_vel', lambda command: command[1] == BURGER_ANGULAR)
+        self.observer.wait_for('cmd_vel', lambda command: command[1] == BURGER_ANGULAR)
         with self.assertRaises((DynamicReconfigureCallbackException, rospy.ServiceException)):
             client.update_configuration({'max_ang_z': 0.05})    # its bound is 0.1
-        self.seen.wait_for('cmd_vel', lambda command: command == (0.0, 0.0), 20.0)
+        self.observer.wait_for('cmd_vel', lambda command: command == (0.0, 0.0), 20.0)

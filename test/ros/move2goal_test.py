@@ -29,12 +29,12 @@ class Move2GoalTest(DriveCase):
 
     @classmethod
     def watch(cls):
-        watch_robot(cls.seen, stamped)
-        cls.seen.watch('current_goal', PoseStamped, lambda message: to_pose2(message.pose))
-        cls.seen.watch('local_pose', PoseStamped, stamped)
-        cls.seen.watch('local_path', Path)
-        cls.seen.watch('move2goal/result', MoveBaseActionResult, lambda message: message.status)
-        cls.seen.watch('/tf', TFMessage)
+        watch_robot(cls.observer, stamped)
+        cls.observer.watch('current_goal', PoseStamped, lambda message: to_pose2(message.pose))
+        cls.observer.watch('local_pose', PoseStamped, stamped)
+        cls.observer.watch('local_path', Path)
+        cls.observer.watch('move2goal/result', MoveBaseActionResult, lambda message: message.status)
+        cls.observer.watch('/tf', TFMessage)
 
     @classmethod
     def setUpClass(cls):
@@ -45,15 +45,15 @@ class Move2GoalTest(DriveCase):
         for service in ('reset_pose', 'set_pose'):
             rospy.wait_for_service(service, STARTING)
         cls.set_pose = rospy.ServiceProxy('set_pose', SetInitialPose)
-        cls.seen.wait_for('local_pose', seconds=STARTING)
-        cls.seen.wait_for('ground_truth', seconds=STARTING)
+        cls.observer.wait_for('local_pose', seconds=STARTING)
+        cls.observer.wait_for('ground_truth', seconds=STARTING)
         cls.wait_for_subscriber(cls.control, cls.goals, cls.initialpose, cls.wheels)
         assert cls.action.wait_for_server(rospy.Duration(4.0 * STARTING))    # simulated time
 
     def setUp(self):
         self.control.publish(False)
         # a drive that begins again shows that the message has arrived
-        self.seen.forget('goal_state')
+        self.observer.forget('goal_state')
         self.declare()
         self.wait_for_state('waiting for control')
         self.wait_for_rest()
@@ -61,31 +61,31 @@ class Move2GoalTest(DriveCase):
     # -- parts of the tests
 
     def wait_for_rest(self):
-        self.seen.wait_for_rest('ground_truth', lambda sample: sample[1])
+        self.observer.wait_for_rest('ground_truth', lambda sample: sample[1])
 
     def declared(self, x=0.0, y=0.0, yaw_deg=0.0):
         """Declare a pose; the true local_T_world from then on, by the reply's own instant."""
-        self.seen.forget('goal_state')
+        self.observer.forget('goal_state')
         pose = Pose2(x, y, math.radians(yaw_deg))
         instant = self.declare(pose).stamp
-        self.seen.wait_until(lambda: all(self.seen.latest(topic)[0] > instant for topic in (
+        self.observer.wait_until(lambda: all(self.observer.latest(topic)[0] > instant for topic in (
             'ground_truth', 'local_pose')), 5.0, 'poses after the reset')
         return pose @ self.truth_at(instant).inverse()
 
     def truth(self):
-        return self.seen.latest('ground_truth')[1]
+        return self.observer.latest('ground_truth')[1]
 
     def set_goal(self, pose, frame='local'):
         """Send a goal, and wait until it is the one in force."""
-        self.seen.forget('current_goal')
-        self.seen.forget('goal_state')
+        self.observer.forget('current_goal')
+        self.observer.forget('goal_state')
         self.go_to(pose, frame)
-        self.seen.wait_for('current_goal')
+        self.observer.wait_for('current_goal')
 
     def drive(self):
         """Give control; the state in which the drive ends."""
         self.give_control()
-        state = self.seen.wait_for('goal_state', is_over, 60.0)
+        state = self.observer.wait_for('goal_state', is_over, 60.0)
         self.wait_for_rest()
         return state
 
@@ -97,13 +97,13 @@ class Move2GoalTest(DriveCase):
 
     def test_waits_for_control_then_reaches_the_labs_goal_and_is_silent_twice(self):
         self.assert_silence(seconds=1.0)
-        self.assertEqual(self.seen.latest('goal_state'), 'waiting for control')
+        self.assertEqual(self.observer.latest('goal_state'), 'waiting for control')
         for _ in range(2):
             local_T_world = self.declared()
             self.set_goal(LAB_GOAL)
             self.assertEqual(self.drive(), 'GOAL_REACHED')
             self.assert_pose(local_T_world @ self.truth(), LAB_GOAL)
-            self.assertEqual(self.seen.latest('cmd_vel'), ZERO)
+            self.assertEqual(self.observer.latest('cmd_vel'), ZERO)
             self.assert_silence(seconds=1.0)
             self.assertEqual(self.states_driven()[-4:], [
                 'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED'])
@@ -112,7 +112,7 @@ class Move2GoalTest(DriveCase):
     def states_driven(self):
         """The states of the drive, without stops because this machine delayed the robot, for 0.1 s
         at this speed, and without the state in which it then went on."""
-        states = [state for _, state in self.seen.all('goal_state')
+        states = [state for _, state in self.observer.all('goal_state')
                   if not state.startswith('stopped: no')]
         states = [state for state, _ in groupby(states)]
         return states[states.index('ROTATE_TO_GOAL'):]
@@ -120,12 +120,12 @@ class Move2GoalTest(DriveCase):
     def test_declared_pose_is_honoured(self):
         goal = Pose2(1.6, 2.4, math.radians(90.0))
         local_T_world = self.declared(1.0, 2.0, -120.0)
-        here = self.seen.latest('local_pose')[1]
+        here = self.observer.latest('local_pose')[1]
         self.assert_pose(here, local_T_world @ self.truth(), 0.002, 0.1)
         self.set_goal(goal)
         self.assertEqual(self.drive(), 'GOAL_REACHED')
         self.assert_pose(local_T_world @ self.truth(), goal)
-        path = self.seen.wait_for('local_path', lambda path: to_pose2(
+        path = self.observer.wait_for('local_path', lambda path: to_pose2(
             path.poses[-1].pose).distance_to(goal) < 0.03)    # its last step is 20 mm
         self.assertEqual(path.header.frame_id, 'local')
         self.assertTrue(10 <= len(path.poses) <= 120, len(path.poses))    # it is thinned
@@ -164,9 +164,9 @@ class Move2GoalTest(DriveCase):
                     if answer.stamp == stamp]      # several may be carried out by one sample
             self.wait_for_rest()
             now = rospy.get_time()
-            self.seen.wait_until(lambda: self.seen.latest('local_pose')[0] > now, what='a pose')
+            self.observer.wait_until(lambda: self.observer.latest('local_pose')[0] > now, what='a pose')
             moved = self.truth_at(stamp).inverse() @ self.truth()
-            here = self.seen.latest('local_pose')[1]
+            here = self.observer.latest('local_pose')[1]
             self.assert_pose(here, min((pose @ moved for pose in last), key=here.distance_to),
                              0.001, 0.1)
 
@@ -185,7 +185,7 @@ class Move2GoalTest(DriveCase):
             pose.pose.pose.orientation.w = w
             with self.assertRaisesRegex(rospy.ServiceException, reason):
                 self.set_pose(pose)
-        self.assert_pose(self.seen.latest('local_pose')[1],
+        self.assert_pose(self.observer.latest('local_pose')[1],
                          Pose2(0.4, 0.3, math.radians(20.0)), 1e-3, 0.1)
 
     def test_set_pose_and_initialpose_are_resets_too(self):
@@ -199,7 +199,7 @@ class Move2GoalTest(DriveCase):
             message.header.frame_id = frame
             message.pose.pose = to_pose_stamped(place, frame, 0.0).pose
             declare(message)
-            self.seen.wait_for('local_pose', lambda s: s[1].distance_to(target) < 1e-3, 5.0)
+            self.observer.wait_for('local_pose', lambda s: s[1].distance_to(target) < 1e-3, 5.0)
 
     def test_requests_in_odom_are_converted_in_the_order_of_their_arrival(self):
         """`set_pose` in odom, and a goal there, 5 to 30 ms after a reset that waits for its samples:
@@ -208,31 +208,31 @@ class Move2GoalTest(DriveCase):
         message.header.frame_id = 'odom'
         self.declared()
         message.pose.pose = to_pose_stamped(
-            self.odom_T_local() @ self.seen.latest('local_pose')[1], 'odom', 0.0).pose
+            self.odom_T_local() @ self.observer.latest('local_pose')[1], 'odom', 0.0).pose
         there, goal = Pose2(5.0, 5.0, math.radians(90.0)), PoseStamped(message.header,
                                                                        message.pose.pose)
         for k in range(12):
             self.declare()
-            self.seen.forget('current_goal')
+            self.observer.forget('current_goal')
             with ThreadPoolExecutor(1) as pool:
                 first = pool.submit(self.reset, 5.0, 5.0, 90.0)
                 rospy.rostime.wallsleep((0.005, 0.015, 0.03)[k % 3])
                 self.set_pose(message)
                 self.assertTrue(first.result().success)
             now = rospy.get_time()
-            _, here = self.seen.wait_for('local_pose', lambda sample: sample[0] > now)
+            _, here = self.observer.wait_for('local_pose', lambda sample: sample[0] > now)
             self.assert_pose(here, there, 0.001, 0.3)
             self.goals.publish(goal)
-            self.seen.wait_for('current_goal', lambda pose: pose.distance_to(there) < 0.001)
+            self.observer.wait_for('current_goal', lambda pose: pose.distance_to(there) < 0.001)
 
     def odom_T_local(self):
         now = rospy.get_time()
 
         def transforms():
-            return [t.transform for _, message in self.seen.all('/tf', now)
+            return [t.transform for _, message in self.observer.all('/tf', now)
                     for t in message.transforms
                     if t.child_frame_id == 'local' and t.header.stamp.to_sec() > now]
-        self.seen.wait_until(transforms, 5.0, 'tf of local')
+        self.observer.wait_until(transforms, 5.0, 'tf of local')
         return transform_to_pose2(transforms()[-1])
 
     # -- goals of the action, and goals that end otherwise
@@ -249,15 +249,15 @@ class Move2GoalTest(DriveCase):
         self.assertEqual(self.action.get_state(), GoalStatus.SUCCEEDED)
         self.assertEqual(student_page[-1].base_position.header.frame_id, 'local')
         # a late machine delivers the last ones after the result
-        self.seen.wait_until(lambda: to_pose2(student_page[-1].base_position.pose).distance_to(
+        self.observer.wait_until(lambda: to_pose2(student_page[-1].base_position.pose).distance_to(
             Pose2(0.3, 0.0, 0.0)) < 0.1, what='the last feedback')
 
     def drive_by_action(self, goal):
         """Send an action goal; returns when the robot moves."""
-        self.seen.forget('goal_state')
+        self.observer.forget('goal_state')
         self.action.send_goal(self.goal(goal))
-        self.seen.wait_until(lambda: self.action.get_state() == GoalStatus.ACTIVE, 10.0, 'active')
-        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.1)
+        self.observer.wait_until(lambda: self.action.get_state() == GoalStatus.ACTIVE, 10.0, 'active')
+        self.observer.wait_for('cmd_vel', lambda command: command[0] > 0.1)
 
     def test_cancel_stops_and_a_newer_goal_replaces(self):
         self.declared()
@@ -266,11 +266,11 @@ class Move2GoalTest(DriveCase):
         self.action.cancel_goal()
         self.assertTrue(self.action.wait_for_result(rospy.Duration(20.0)))
         self.assertEqual(self.action.get_state(), GoalStatus.PREEMPTED)
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        self.observer.wait_for('cmd_vel', lambda command: command == ZERO)
         self.wait_for_rest()
         self.assertTrue(self.declare().message.endswith('; no goal: send one'))
         self.drive_by_action(Pose2(2.0, 0.0, 0.0))
-        self.go_to(self.seen.latest('local_pose')[1])
+        self.go_to(self.observer.latest('local_pose')[1])
         self.assertTrue(self.action.wait_for_result(rospy.Duration(20.0)))
         self.assertEqual(self.action.get_state(), GoalStatus.PREEMPTED)
         self.assertIn('newer', self.action.get_goal_status_text())
@@ -280,8 +280,8 @@ class Move2GoalTest(DriveCase):
                                     (Pose2(0.0, 1e9, 0.0), 'local', 'a number from -100 to 100 m'),
                                     (Pose2(), 'mars', 'mars')):
             # by the topic: SimpleActionClient loses answers that come before it has noted its goal
-            self.seen.forget('move2goal/result')
+            self.observer.forget('move2goal/result')
             self.action.send_goal(self.goal(pose, frame))
-            status = self.seen.wait_for('move2goal/result')
+            status = self.observer.wait_for('move2goal/result')
             self.assertEqual(status.status, GoalStatus.REJECTED)
             self.assertIn(reason, status.text)

@@ -45,7 +45,7 @@ class Scenes(DriveCase):
         self.master = start_master(self.stack, port)
         rospy.init_node('watcher', disable_signals=True)
         super().setUpClass()
-        self.seen.watch('imu', Imu)
+        self.observer.watch('imu', Imu)
         self.robot = self.start('fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=100',
                                 **on_robot)
         self.node = self.start('move2goal_tf.py')
@@ -58,7 +58,7 @@ class Scenes(DriveCase):
 
     def drive(self, x):
         """Drive towards (x, 0, 0); returns in full motion."""
-        self.seen.wait_for('goal_state', seconds=STARTING)
+        self.observer.wait_for('goal_state', seconds=STARTING)
         self.wait_for_subscriber(self.control, self.goals)
         self.go_to(Pose2(x))
         self.control.publish(False)
@@ -70,7 +70,7 @@ class Scenes(DriveCase):
         in each direction. Then the sensors' messages arrive again, but the commands do not yet."""
         outcome = ''
         for _ in range(3):
-            self.seen.forget('goal_state')
+            self.observer.forget('goal_state')
             self.go_to(Pose2(x))
             outcome = self.wait_for_state('GOAL_REACHED', 'gave up', seconds=30.0)
             if outcome == 'GOAL_REACHED':
@@ -89,15 +89,15 @@ class Scenes(DriveCase):
         self.drive(0.8)
         self.master.send(signal.SIGSTOP)
         self.wait_for_state('GOAL_REACHED', seconds=30.0)
-        times = [at for at, _ in self.seen.all('cmd_vel')]
+        times = [at for at, _ in self.observer.all('cmd_vel')]
         pauses = [after - before - self.hiccups.since(before, after)
                   for before, after in zip(times, times[1:])]
         self.assertLess(max(pauses), 0.4)
         self.drive(2.0)
         self.master.kill()
-        self.seen.wait_for('ground_truth', lambda pose: pose.x > 1.1)
+        self.observer.wait_for('ground_truth', lambda pose: pose.x > 1.1)
         self.robot.send(signal.SIGSTOP)
-        self.zero_since(self.seen.all('imu')[-1][0], 0.4)
+        self.zero_since(self.observer.all('imu')[-1][0], 0.4)
         self.robot.send(signal.SIGCONT)
         self.wait_for_speed(0.2)
         self.master = start_master(self.stack, self.port)
@@ -113,9 +113,9 @@ class Scenes(DriveCase):
         self.open_here()
         panel = self.start('panel.py', '_port:=%d' % free_port())
         address = address_of(panel)
-        self.seen.wait_until(lambda: {'/move_to_goal', '/turtlebot3'} <= connected_to('/panel'))
+        self.observer.wait_until(lambda: {'/move_to_goal', '/turtlebot3'} <= connected_to('/panel'))
         self.drive(3.0)
-        self.seen.wait_for('ground_truth', lambda pose: pose.x > 0.1)
+        self.observer.wait_for('ground_truth', lambda pose: pose.x > 0.1)
         self.master.kill()
         page = Page(address)
         page.hold(pad={})    # which makes the panel ask the master

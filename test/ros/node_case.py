@@ -58,11 +58,11 @@ def stamped(message):
     return message.header.stamp.to_sec(), to_pose2(message.pose)
 
 
-def watch_robot(seen, read_truth=lambda message: to_pose2(message.pose)):
-    """Let the Observer `seen` keep `cmd_vel` as (linear [m/s], angular [rad/s]), and `ground_truth`
+def watch_robot(observer, read_truth=lambda message: to_pose2(message.pose)):
+    """Let the Observer `observer` keep `cmd_vel` as (linear [m/s], angular [rad/s]), and `ground_truth`
     as Pose2."""
-    seen.watch('cmd_vel', Twist, lambda message: (message.linear.x, message.angular.z))
-    seen.watch('ground_truth', PoseStamped, read_truth)
+    observer.watch('cmd_vel', Twist, lambda message: (message.linear.x, message.angular.z))
+    observer.watch('ground_truth', PoseStamped, read_truth)
 
 
 class Program(processes.Program):
@@ -133,25 +133,25 @@ class Node(Program):
 
 
 class NodeCase(unittest.TestCase):
-    """A test case that starts nodes, and watches the robot with `seen`, an Observer."""
+    """A test case that starts nodes, and watches the robot with `observer`, an Observer."""
 
-    seen = hiccups = None
+    observer = hiccups = None
 
     @classmethod
     def setUpClass(cls):
-        cls.seen, cls.hiccups = Observer(), cls.hiccups or Hiccups()
+        cls.observer, cls.hiccups = Observer(), cls.hiccups or Hiccups()
         cls.watch()
 
     @classmethod
     def watch(cls):
         """Watch the robot."""
-        watch_robot(cls.seen)
+        watch_robot(cls.observer)
 
     @classmethod
     def watch_data(cls, kind, *topics):
         """Watch the field `data` of these topics."""
         for topic in topics:
-            cls.seen.watch(topic, kind, lambda message: message.data)
+            cls.observer.watch(topic, kind, lambda message: message.data)
 
     def start(self, executable, *arguments, **options):
         """Start a node; it is killed at the end of the test, unless it has ended."""
@@ -162,8 +162,8 @@ class NodeCase(unittest.TestCase):
     @classmethod
     def wait_for_subscriber(cls, *publishers, seconds=STARTING):
         """Wait until each publisher has a subscriber."""
-        cls.seen.wait_until(lambda: all(p.get_num_connections() for p in publishers), seconds,
-                            'subscribers of ' + ', '.join(p.name for p in publishers))
+        cls.observer.wait_until(lambda: all(p.get_num_connections() for p in publishers), seconds,
+                                'subscribers of ' + ', '.join(p.name for p in publishers))
 
     @classmethod
     def wait_until_hears(cls, name, topic, seconds=STARTING):
@@ -183,7 +183,7 @@ class NodeCase(unittest.TestCase):
             totals.update(received for subscription, connections in subscribed
                           if subscription == topic for _, received, *_ in connections)
             return len(totals - {0}) >= 3
-        cls.seen.wait_until(hears, seconds, '{} to hear {}'.format(name, topic))
+        cls.observer.wait_until(hears, seconds, '{} to hear {}'.format(name, topic))
 
     @classmethod
     def wait_until_unheard(cls, harmless, seconds=STARTING):
@@ -193,7 +193,7 @@ class NodeCase(unittest.TestCase):
             for publisher, message in harmless.items():
                 publisher.publish(message)
             return not any(publisher.get_num_connections() for publisher in harmless)
-        cls.seen.wait_until(is_unheard, seconds, 'the end of the last nodes')
+        cls.observer.wait_until(is_unheard, seconds, 'the end of the last nodes')
 
     @staticmethod
     def forget_parameters(*nodes):
@@ -205,43 +205,43 @@ class NodeCase(unittest.TestCase):
     def let_pass(self, seconds):
         """Wait for `seconds` of ROS time."""
         until = rospy.get_time() + seconds
-        self.seen.wait_until(lambda: rospy.get_time() > until, seconds + STARTING)
+        self.observer.wait_until(lambda: rospy.get_time() > until, seconds + STARTING)
 
     def assert_silence(self, since=None, seconds=SILENCE):
         """`cmd_vel` stays silent from `since` (default: now) until `seconds` from now."""
         since = rospy.get_time() if since is None else since
         self.let_pass(seconds)
-        self.assertEqual(self.seen.all('cmd_vel', since), [])
+        self.assertEqual(self.observer.all('cmd_vel', since), [])
 
     def zero_since(self, last, within):
         """The time of the zero, at most `within` after `last` [s], apart from delays of the
         machine."""
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO, within + 5.0)
-        zero, _ = self.seen.all('cmd_vel')[-1]
+        self.observer.wait_for('cmd_vel', lambda command: command == ZERO, within + 5.0)
+        zero, _ = self.observer.all('cmd_vel')[-1]
         self.assertLess(zero - last, within + self.hiccups.since(last, zero))
         return zero
 
     def assert_stopped(self, since, within):
         """The last movement was commanded at most `within` after `since` [s], apart from delays of
         the machine; a zero followed."""
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
-        moving = [at for at, command in self.seen.all('cmd_vel') if command != ZERO]
+        self.observer.wait_for('cmd_vel', lambda command: command == ZERO)
+        moving = [at for at, command in self.observer.all('cmd_vel') if command != ZERO]
         self.assertLess(moving[-1] - since, within + self.hiccups.since(since, moving[-1]))
 
     def truth_at(self, instant):
         """The robot's true pose at `instant`, by a `ground_truth` that is kept as stamped()."""
-        samples = [sample for _, sample in self.seen.all('ground_truth')]
+        samples = [sample for _, sample in self.observer.all('ground_truth')]
         after = bisect_left([stamp for stamp, _ in samples], instant)
         (before, start), (then, end) = samples[after - 1], samples[after]
         return interpolate(start, end, (instant - before) / (then - before))
 
     def wait_until_it_moves(self, start=None):
         """Wait until the robot has truly moved a little since it was at `start`, or since now."""
-        start = start or self.seen.latest('ground_truth') or self.seen.wait_for('ground_truth')
-        self.seen.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.01 or abs(
+        start = start or self.observer.latest('ground_truth') or self.observer.wait_for('ground_truth')
+        self.observer.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.01 or abs(
             difference(pose.yaw, start.yaw)) > 0.05)
 
     def rest(self, topic='ground_truth'):
         """Wait until the robot rests; its true pose."""
-        self.seen.wait_for_rest(topic, seconds=STARTING)
-        return self.seen.latest(topic)
+        self.observer.wait_for_rest(topic, seconds=STARTING)
+        return self.observer.latest(topic)

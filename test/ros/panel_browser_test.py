@@ -128,7 +128,7 @@ class PanelBrowserTest(PanelCase):
         self.page.move_pad(pressed=[0])
         self.page.wait_for(has_control=True)
         self.page.move_pad()
-        self.seen.wait_for('cmd_vel', lambda command: command != ZERO)
+        self.observer.wait_for('cmd_vel', lambda command: command != ZERO)
         self.page.move_pad(pressed=[1])
         self.page.wait_for(has_control=False)
         self.page.move_pad()
@@ -176,7 +176,7 @@ class PanelBrowserTest(PanelCase):
     def test_the_mouse_pad_drives_until_it_is_let_go(self):
         self.page.click('tab-mouse')
         self.page.grip('mouse-pad', across=-0.9, up=0.9)    # forward, and to the left
-        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.15 and command[1] > 0.2)
+        self.observer.wait_for('cmd_vel', lambda command: command[0] > 0.15 and command[1] > 0.2)
         since = rospy.get_time()
         self.page.let_go()
         self.assert_stopped(since)

@@ -18,7 +18,7 @@ LOSS = 0.3
 
 
 class PanelCase(NodeCase):
-    """A case with an Observer `seen` of cmd_vel and ground_truth."""
+    """A case with an Observer `observer` of cmd_vel and ground_truth."""
 
     @staticmethod
     def is_at(shown, place, within):
@@ -27,12 +27,12 @@ class PanelCase(NodeCase):
 
     def assert_drives_forward(self, start):
         """The robot drives forward from the true pose `start`."""
-        there = self.seen.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.1)
+        there = self.observer.wait_for('ground_truth', lambda pose: start.distance_to(pose) > 0.1)
         self.assertGreater((start.inverse() @ there).x, 0.09)
 
     def assert_turns(self, start, sign):
         """The robot turns from the true pose `start`: left if `sign` is 1, right if it is -1."""
-        self.seen.wait_for('ground_truth', lambda pose: 0.2 < sign * difference(
+        self.observer.wait_for('ground_truth', lambda pose: 0.2 < sign * difference(
             pose.yaw, start.yaw) < 2.0)
 
     def assert_stopped(self, since, within=LOSS):
@@ -45,7 +45,7 @@ class PanelCase(NodeCase):
         self.rest()
         since = rospy.get_time()
         self.let_pass(seconds)
-        commands = {command for _, command in self.seen.all('cmd_vel', since)}
+        commands = {command for _, command in self.observer.all('cmd_vel', since)}
         self.assertEqual(commands - {ZERO}, set())
 
     def excuse(self, _begun):

@@ -61,7 +61,7 @@ class PanelTest(PanelCase):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.seen.watch('/rosout', Log, lambda line: (line.name, line.msg))
+        cls.observer.watch('/rosout', Log, lambda line: (line.name, line.msg))
         may_open(USUAL_FILES)
         cls.panel = cls.start_panel()
         cls.addClassCleanup(cls.panel.kill)
@@ -141,7 +141,7 @@ class PanelTest(PanelCase):
         closed = select.poll()
         for each in half_sent:
             closed.register(each, select.POLLIN)
-        self.seen.wait_until(lambda: len(closed.poll(0)) > 980, 5.0, 'the end of the oldest')
+        self.observer.wait_until(lambda: len(closed.poll(0)) > 980, 5.0, 'the end of the oldest')
         for page in (self.page, *others):
             before = page.pictures
             page.wait_until(lambda now=page, had=before: now.pictures > had + 5, 5.0, 'pictures')
@@ -231,7 +231,7 @@ class PanelTest(PanelCase):
         for _ in range(20):
             self.page.send('joy', stops=stops, pad={'forward': 1.0, 'left': 0}, mouse=None)
             self.let_pass(0.1)
-        self.assertLessEqual({command for _, command in self.seen.all('cmd_vel', since + LOSS)},
+        self.assertLessEqual({command for _, command in self.observer.all('cmd_vel', since + LOSS)},
                              {ZERO})
         self.drive_by_stick()
         since = rospy.get_time()
@@ -297,7 +297,7 @@ class PanelTest(PanelCase):
         self.page.let_go()
         self.page.ask('stop')
         self.page.hold(mouse=[0.0, 1.0])
-        self.seen.wait_for('cmd_vel', lambda command: command[0] > 0.15)
+        self.observer.wait_for('cmd_vel', lambda command: command[0] > 0.15)
         since = rospy.get_time()
         self.page.let_go()
         self.assert_stopped(since)
@@ -330,7 +330,7 @@ class PanelTest(PanelCase):
         self.page.wait_until(lambda: any('known "type"' in note for note in self.page.notes), 5.0,
                              'the reason')
         self.page.send_text('x' * 100000)    # the connection ends, and nothing else
-        self.seen.wait_until(self.page.closed.is_set, 5.0, 'the end of that page')
+        self.observer.wait_until(self.page.closed.is_set, 5.0, 'the end of that page')
         self.assertIsNone(self.panel.status)
         self.rest()
 
@@ -383,7 +383,7 @@ class PanelTest(PanelCase):
         shows = self.start_panel('__name:=shows', '_address:=0.0.0.0', '_control:=false')
         self.addCleanup(shows.kill)
         address = address_of(shows)    # the next port is taken: this one is in use
-        self.seen.wait_for('/rosout', lambda line: line[0] == '/shows')
+        self.observer.wait_for('/rosout', lambda line: line[0] == '/shows')
         # The name that this computer's nodes bear: in a container the host's browser finds it, too.
         place, port, token = re.match(r'(http://{}:(\d+)/)\?token=(\S{{10,}})$'.format(
             re.escape(rosgraph.network.get_local_address())), address).groups()
@@ -395,8 +395,8 @@ class PanelTest(PanelCase):
             self.assertEqual(status, 403)
             self.assertIn('the token is missing or wrong: use the whole address', body)
         page = self.open(address)
-        self.seen.wait_for('/rosout', lambda line: line[0] == '/shows' and 'refused' in line[1])
-        self.assertEqual([line for _, line in self.seen.all('/rosout') if token in line[1]], [])
+        self.observer.wait_for('/rosout', lambda line: line[0] == '/shows' and 'refused' in line[1])
+        self.assertEqual([line for _, line in self.observer.all('/rosout') if token in line[1]], [])
         self.assertEqual(page.ask('stop'), (
             False, 'this panel only shows: it was started with control:=false'))
 

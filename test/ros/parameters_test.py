@@ -27,7 +27,7 @@ class ParametersTest(NodeCase):
         with open(mine, 'w') as file:
             file.write('max_linear: 0.2\nallow_reverse: true\nmodel: waffle\n')
         super().setUpClass()
-        cls.seen.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
+        cls.observer.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
         cls.launch = Program(['roslaunch', '--disable-title', '--skip-log-check', 'tb3_labs',
                               'move2goal.launch', 'params:=' + mine, 'set:={max_angular: 1}'],
                              environment={'ROS_NAMESPACE': 'mine'})
@@ -43,7 +43,7 @@ class ParametersTest(NodeCase):
     def test_1_a_file_of_ones_own_and_set_go_before_the_defaults(self):
         self.assertEqual(self.settings(), dict(vars(DriveConfig()), max_linear=0.2, groups=None,
                                                allow_reverse=True, max_angular=1.0))
-        self.seen.wait_for('/diagnostics', lambda status: 'waffle' in status.hardware_id)
+        self.observer.wait_for('/diagnostics', lambda status: 'waffle' in status.hardware_id)
 
     def test_2_dynparam_while_it_runs(self):
         done = self.tool('set {} max_linear 0.05'.format(NODE))

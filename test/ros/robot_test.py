@@ -60,7 +60,7 @@ class RobotTest(NodeCase):
         cls.make_robot()
         cls.start_sshd()
         super().setUpClass()
-        cls.seen.watch('/ground_truth', PoseStamped, lambda message: (
+        cls.observer.watch('/ground_truth', PoseStamped, lambda message: (
             message.header.stamp.to_sec(), to_pose2(message.pose)))    # by the robot's own time
 
     @classmethod
@@ -125,7 +125,7 @@ class RobotTest(NodeCase):
 
     def test_one_line_starts_the_robot_and_a_second_one_the_lab_which_turns_it(self):
         program = self.launch('port:=/dev/ttyACM7')
-        self.seen.wait_for('ground_truth', seconds=40.0)
+        self.observer.wait_for('ground_truth', seconds=40.0)
         self.assertEqual(rospy.get_param(CORE + '/port'), '/dev/ttyACM7')
         self.assertEqual(rospy.get_param(CORE + '/baud'), 115200)
         core = rosgraph.Master(rospy.get_name()).lookupNode(BOARD)
@@ -136,13 +136,13 @@ class RobotTest(NodeCase):
         forward = Twist()
         forward.linear.x = 1.0
         driving = rospy.Timer(rospy.Duration(0.1), lambda event: drive.publish(forward))
-        self.seen.wait_for('ground_truth', lambda pose: pose.x > 0.5)
+        self.observer.wait_for('ground_truth', lambda pose: pose.x > 0.5)
         (start, first), *_, (stop, last) = [
-            truth for _, truth in self.seen.all('/ground_truth', rospy.get_time() - 1.0)]
+            truth for _, truth in self.observer.all('/ground_truth', rospy.get_time() - 1.0)]
         driving.shutdown()
         self.assertGreater(first.distance_to(last) / (stop - start),
                            (MODELS['burger'].max_linear + MODELS['waffle'].max_linear) / 2.0)
-        self.seen.wait_for_rest('ground_truth')
+        self.observer.wait_for_rest('ground_truth')
 
         lab = Program(['roslaunch', '--disable-title', 'tb3_labs', 'turn.launch', 'model:=waffle'],
                       terminal=True, environment={'DISPLAY': ''})
@@ -150,8 +150,8 @@ class RobotTest(NodeCase):
         lab.wait_for('and Enter', 40.0)
         lab.type('l')
         lab.wait_for('Turned', 20.0)
-        self.seen.wait_for_rest('ground_truth')
-        self.assertAlmostEqual(math.degrees(self.seen.latest('ground_truth').yaw), 90.0, delta=0.5)
+        self.observer.wait_for_rest('ground_truth')
+        self.assertAlmostEqual(math.degrees(self.observer.latest('ground_truth').yaw), 90.0, delta=0.5)
 
         lab.end(seconds=40.0)
         program.end(seconds=40.0)

@@ -32,9 +32,9 @@ class SoakTest(DriveCase):
     def setUpClass(cls):
         super().setUpClass()
         cls.turns = rospy.Publisher('turn', Float64, queue_size=1)
-        cls.seen.watch('/rosout', Log, lambda line: line.msg)
+        cls.observer.watch('/rosout', Log, lambda line: line.msg)
         cls.wait_for_subscriber(cls.control, cls.goals, cls.turns)
-        cls.seen.wait_for('ground_truth', seconds=STARTING)
+        cls.observer.wait_for('ground_truth', seconds=STARTING)
 
     def drive(self, chance):
         """The true error at a goal: (distance [m], angle [deg])."""
@@ -43,7 +43,7 @@ class SoakTest(DriveCase):
         local_T_world = declared @ self.rest().inverse()
         # in simulated time a short pause of the computer makes the sensors look silent
         self.declare(declared)
-        self.seen.forget('goal_state')
+        self.observer.forget('goal_state')
         self.go_to(goal)
         self.give_control()
         self.wait_for_state('GOAL_REACHED', seconds=60.0)
@@ -57,9 +57,9 @@ class SoakTest(DriveCase):
         line = ''
         while not line.startswith('Turned'):
             start = self.rest().yaw
-            self.seen.forget('/rosout')
+            self.observer.forget('/rosout')
             self.turns.publish(angle)
-            line = self.seen.wait_for('/rosout', lambda line: line.startswith(ENDS), 60.0)
+            line = self.observer.wait_for('/rosout', lambda line: line.startswith(ENDS), 60.0)
         turned = math.degrees(self.rest().yaw - start)
         return abs(math.remainder(turned - angle, 360.0))
 

@@ -32,10 +32,10 @@ class StartOrder(contextlib.ExitStack):
     def __init__(self):
         super().__init__()
         self.name = '/stage{}'.format(next(_numbers))
-        self.seen = Observer()
+        self.observer = Observer()
         self.commands, self.control = self.name + '/cmd_vel', self.name + '/has_control'
-        self.seen.watch(self.commands, Twist, lambda twist: (twist.linear.x, twist.angular.z))
-        self.seen.watch(self.control, Bool, lambda message: message.data)
+        self.observer.watch(self.commands, Twist, lambda twist: (twist.linear.x, twist.angular.z))
+        self.observer.watch(self.control, Bool, lambda message: message.data)
         self.thumb = Thumb(self.name + '/joy')
         self.callback(setattr, self.thumb, 'closed', True)
         self.nodes = {}
@@ -70,12 +70,12 @@ class StartOrder(contextlib.ExitStack):
 
     def drives(self):
         """Does the robot drive by now, and with control?"""
-        return bool(self.seen.latest(self.control) and
-                    self.seen.latest(self.commands) not in (None, ZERO))
+        return bool(self.observer.latest(self.control) and
+                    self.observer.latest(self.commands) not in (None, ZERO))
 
     def outcome(self, expected):
         """'drives' or 'stands', judged as soon as it is `expected` and could have changed."""
         wait_until(self.drives, MOVING if expected == 'drives' else SETTLED)
         rospy.rostime.wallsleep(SETTLED)
-        has_moved = any(command != ZERO for _, command in self.seen.all(self.commands))
+        has_moved = any(command != ZERO for _, command in self.observer.all(self.commands))
         return 'drives' if self.drives() else 'was stopped' if has_moved else 'stands'

@@ -47,13 +47,13 @@ class StartsTest(unittest.TestCase):
         pad.wait_for('move_to_goal drives: press B to take the robot back')
         self.assertEqual(stage.outcome('drives'), 'drives')
         stage.thumb.press(B)
-        stage.seen.wait_for(stage.control, lambda has_control: not has_control)
+        stage.observer.wait_for(stage.control, lambda has_control: not has_control)
         self.assertEqual(stage.outcome('stands'), 'was stopped')
         pad.kill()       # A of the next one is accepted at once
         again = stage.start('gamepad')
         again.wait_for('The gamepad drives')
         stage.thumb.press(A)
-        stage.seen.wait_for(stage.control, lambda has_control: has_control)
+        stage.observer.wait_for(stage.control, lambda has_control: has_control)
 
     def test_a_true_that_is_only_repeated_drives_no_node_that_starts_anew(self):
         stage = self.stage()
@@ -69,7 +69,7 @@ class StartsTest(unittest.TestCase):
         person.publish(True)
         self.assertEqual(stage.outcome('drives'), 'drives')
         stage.nodes['move_to_goal'].end(signal.SIGKILL)
-        stage.seen.forget(stage.commands)
+        stage.observer.forget(stage.commands)
         stage.start('move_to_goal').wait_for('before this node could hear it')
         self.assertEqual(stage.outcome('stands'), 'stands')
 
@@ -77,28 +77,28 @@ class StartsTest(unittest.TestCase):
         one, other = stages = self.stage(), self.stage()
         for stage in stages:
             stage.local = stage.name + '/local_pose'
-            stage.seen.watch(stage.local, PoseStamped, lambda message: to_pose2(message.pose))
+            stage.observer.watch(stage.local, PoseStamped, lambda message: to_pose2(message.pose))
             stage.start_all(('turtlebot3', 'gamepad', 'move_to_goal'), False)
-            stage.seen.wait_for(stage.local, seconds=STARTING)
+            stage.observer.wait_for(stage.local, seconds=STARTING)
         for topic in '/tf', '/tf_static':    # heard by a node that comes later
-            one.seen.watch(topic, TFMessage, lambda message: {
+            one.observer.watch(topic, TFMessage, lambda message: {
                 (each.header.frame_id, each.child_frame_id) for each in message.transforms})
         reset = rospy.ServiceProxy(other.name + '/reset_pose', ResetPose)
         self.assertTrue(wait_until(lambda: reset(-1.0, 0.0, -2.0).success, STARTING))
-        other.seen.wait_for(other.local, lambda pose: pose.distance_to(Pose2(-1.0)) < 0.01)
+        other.observer.wait_for(other.local, lambda pose: pose.distance_to(Pose2(-1.0)) < 0.01)
         for stage in stages:
             stage.nodes['gamepad'].wait_for('The gamepad drives')
             stage.thumb.press(B)    # the pad may have been there before its node
         other.thumb.press(A)
         self.assertEqual(other.outcome('drives'), 'drives')
-        other.seen.wait_for(other.local, lambda pose: pose.distance_to(Pose2(-1.0)) > 0.1)
+        other.observer.wait_for(other.local, lambda pose: pose.distance_to(Pose2(-1.0)) > 0.1)
         self.assertEqual(one.outcome('stands'), 'stands')
-        self.assertLess(one.seen.latest(one.local).distance_to(Pose2()), 0.01)
+        self.assertLess(one.observer.latest(one.local).distance_to(Pose2()), 0.01)
         names = [stage.name[1:] + '/' for stage in stages]
         for topic, frames in (
                 ('/tf_static', {('world', name + 'odom') for name in names}),
                 ('/tf', {(name + 'odom', name + child) for name in names
                          for child in ('local', 'base_footprint')})):
-            self.assertEqual(set().union(*(pairs for _, pairs in one.seen.all(topic))), frames)
+            self.assertEqual(set().union(*(pairs for _, pairs in one.observer.all(topic))), frames)
         one.thumb.press(A)
         self.assertEqual([stage.outcome('drives') for stage in stages], 2 * ['drives'])

@@ -55,7 +55,7 @@ class StopsTest(WithThumb, DriveCase):
         self.forget_parameters('move_to_goal')
         self.thumb.sticks(0.0, 0.0)
         for topic in ('cmd_vel', 'goal_state', 'control_holder'):
-            self.seen.forget(topic)
+            self.observer.forget(topic)
 
     def tearDown(self):
         self.control.publish(False)
@@ -84,13 +84,13 @@ class StopsTest(WithThumb, DriveCase):
 
     def gamepad(self):
         node = self.start('gamepad.py')
-        self.seen.wait_for('control_holder', lambda holder: holder == 'gamepad', STARTING)
+        self.observer.wait_for('control_holder', lambda holder: holder == 'gamepad', STARTING)
         return node
 
     def let_it_drive(self, give):
         """`give` control; returns when the robot moves."""
-        start = self.seen.latest('ground_truth')
-        self.seen.forget('cmd_vel')
+        start = self.observer.latest('ground_truth')
+        self.observer.forget('cmd_vel')
         give()
         self.wait_until_it_moves(start)
 
@@ -103,7 +103,7 @@ class StopsTest(WithThumb, DriveCase):
     def is_stopped(self, since, within=PROMPT):
         """For a while no command moves the robot, except within `within` after `since`."""
         self.let_pass(PATIENCE)
-        late = [at - since for at, command in self.seen.all('cmd_vel', since + within)
+        late = [at - since for at, command in self.observer.all('cmd_vel', since + within)
                 if command != ZERO and at - since > within + self.hiccups.since(since, at)]
         self.assertEqual(late, [], 'commands after the stop')
 
@@ -115,7 +115,7 @@ class StopsTest(WithThumb, DriveCase):
         node.send(signal.SIGCONT)
         woke = rospy.get_time()
         self.is_stopped(woke, UNDER_WAY)
-        sent = [command for _, command in self.seen.all('cmd_vel', woke)]
+        sent = [command for _, command in self.observer.all('cmd_vel', woke)]
         self.assertTrue(not sent or sent[-1] == ZERO, sent)
         node.wait_for('this node did not run for')
 
@@ -123,9 +123,9 @@ class StopsTest(WithThumb, DriveCase):
         """Wait until the robot's true heading is `heading` [rad] to a degree, it was stopped, and
         it rests. A zero alone may come from a late machine, on which the turn pauses and goes on.
         """
-        self.seen.wait_for('ground_truth', lambda pose: abs(difference(pose.yaw, heading)) < (
+        self.observer.wait_for('ground_truth', lambda pose: abs(difference(pose.yaw, heading)) < (
             math.radians(1.0)), STARTING)
-        self.seen.wait_for('cmd_vel', lambda command: command == ZERO)
+        self.observer.wait_for('cmd_vel', lambda command: command == ZERO)
         self.rest()
 
     # -- grants, and control taken
@@ -175,7 +175,7 @@ class StopsTest(WithThumb, DriveCase):
             try:
                 launch.wait_for('MOVE_FORWARD', STARTING)
                 self.assertFalse(rospy.has_param('move_to_goal/has_control'))
-                self.seen.forget('goal_state')
+                self.observer.forget('goal_state')
                 node = rosgraph.Master('/stops_test').lookupNode('/move_to_goal')
                 os.kill(xmlrpc.client.ServerProxy(node).getPid('/stops_test')[2], signal.SIGKILL)
                 launch.wait_for('This launch gave control before', STARTING)
@@ -214,7 +214,7 @@ class StopsTest(WithThumb, DriveCase):
         self.let_pass(SENDER_PAUSE + 0.1)
         repeating = rospy.Timer(rospy.Duration(0.3), send)
         self.addCleanup(repeating.shutdown)
-        self.seen.wait_for('cmd_vel', lambda command: command != ZERO)
+        self.observer.wait_for('cmd_vel', lambda command: command != ZERO)
         self.let_pass(0.6)
         self.cancel()
         self.declare()
@@ -232,7 +232,7 @@ class StopsTest(WithThumb, DriveCase):
         """Two move_to_goal that drive to one goal; send_goal.py to a node that is killed."""
         first = self.move_to_goal()
         second = self.start('move2goal_tf.py', '_goal_x:=90', '__name:=second')
-        self.seen.wait_until(lambda: self.control.get_num_connections() == 2, STARTING, 'both')
+        self.observer.wait_until(lambda: self.control.get_num_connections() == 2, STARTING, 'both')
         self.wait_until_hears('second', 'odom')
         self.let_pass(1.5)        # in which the second compares gyro and wheels at rest
         self.let_it_drive(self.give_control)
@@ -252,7 +252,7 @@ class StopsTest(WithThumb, DriveCase):
             for _ in range(100):
                 self.go_to(pose, frame)
                 rospy.rostime.wallsleep(0.01)
-            self.seen.wait_until(lambda: mover.text.count('Goal refused') > lines, what='a line')
+            self.observer.wait_until(lambda: mover.text.count('Goal refused') > lines, what='a line')
             most = 1.0 + rospy.get_time() - begun
             self.assertLessEqual(mover.text.count('Goal refused') - lines, most)
         self.assertNotIn('\x1b[2J', mover.text)
@@ -359,7 +359,7 @@ class StopsTest(WithThumb, DriveCase):
         asked = rospy.get_time()
         node.send(signal.SIGTERM)
         self.is_stopped(asked)
-        self.assertEqual(self.seen.latest('cmd_vel'), ZERO)
+        self.assertEqual(self.observer.latest('cmd_vel'), ZERO)
         node.type('\x11')
         self.assertEqual(node.wait(STARTING), 0)
 

@@ -27,9 +27,9 @@ class TurnTest(NodeCase):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.seen.watch('mouse_info', MouseController, to_mouse)
-        cls.seen.watch('bad/mouse_info', MouseController)
-        cls.seen.wait_for('ground_truth')
+        cls.observer.watch('mouse_info', MouseController, to_mouse)
+        cls.observer.watch('bad/mouse_info', MouseController)
+        cls.observer.wait_for('ground_truth')
 
     def controller(self, **options):
         """A controller, ready; the only one."""
@@ -40,7 +40,7 @@ class TurnTest(NodeCase):
         self.addCleanup(self.turn.unregister)
         self.wait_for_subscriber(self.turn)
         self.wait_until_hears('controller', 'imu')
-        self.seen.forget('cmd_vel')
+        self.observer.forget('cmd_vel')
         return node
 
     def mouse(self):
@@ -74,12 +74,12 @@ class TurnTest(NodeCase):
         self.assertTrue(wait_until(is_activated, STARTING), node.text)
 
     def wait_for_command(self, *command):
-        self.seen.wait_for('cmd_vel', lambda sent: sent == command)
+        self.observer.wait_for('cmd_vel', lambda sent: sent == command)
 
     def stopped(self):
         """The robot was stopped by one zero; two zeros never followed each other."""
         self.wait_for_command(*ZERO)
-        commands = [command for _, command in self.seen.all('cmd_vel')]
+        commands = [command for _, command in self.observer.all('cmd_vel')]
         self.assertNotIn((ZERO, ZERO), list(zip(commands, commands[1:])))
 
     def stands(self):
@@ -89,7 +89,7 @@ class TurnTest(NodeCase):
         self.assert_silence()
 
     def heading(self):
-        return math.degrees(self.seen.latest('ground_truth').yaw)
+        return math.degrees(self.observer.latest('ground_truth').yaw)
 
     def turned_since(self, heading):
         return math.remainder(self.heading() - heading, 360.0)
@@ -97,7 +97,7 @@ class TurnTest(NodeCase):
     def turn_half_round(self, node):
         """Returns in the middle of a half turn."""
         node.type('b')
-        self.seen.wait_for('cmd_vel', lambda command: command[1] > 1.0)
+        self.observer.wait_for('cmd_vel', lambda command: command[1] > 1.0)
 
     # -- keyboard
 
@@ -105,7 +105,7 @@ class TurnTest(NodeCase):
         node = self.controller(terminal=True)
         start, total = self.heading(), 0.0
         for text, degrees in (('l', 90.0), ('r', -90.0), ('b', 180.0), ('-33.5', -33.5)):
-            self.seen.forget('cmd_vel')
+            self.observer.forget('cmd_vel')
             total += degrees
             before, reports = self.heading(), node.text.count('Turned')
             node.type(text)
@@ -116,7 +116,7 @@ class TurnTest(NodeCase):
             said = float(re.findall(r'Turned (-?[\d.]+) degrees', node.text)[-1])
             self.assertLess(abs(math.remainder(said - self.turned_since(before), 360.0)), 0.2)
             self.stopped()
-            self.assertTrue(all(linear == 0.0 for _, (linear, _) in self.seen.all('cmd_vel')))
+            self.assertTrue(all(linear == 0.0 for _, (linear, _) in self.observer.all('cmd_vel')))
         self.assert_silence()
 
         # Ctrl+C in the middle of a turn
@@ -125,7 +125,7 @@ class TurnTest(NodeCase):
         self.assertEqual(node.end(signal.SIGINT), 0)
         self.assertIn('Controller exiting. Halting robot.', node.text)
         self.stopped()
-        zero = self.seen.all('cmd_vel')[-1][0]
+        zero = self.observer.all('cmd_vel')[-1][0]
         self.assertLess(zero - asked, 0.2 + self.hiccups.since(asked, zero))
         self.assertNotIn('Traceback', node.text)
         self.rest()
@@ -161,16 +161,16 @@ class TurnTest(NodeCase):
         node, client = self.controller(terminal=True), self.mouse()
         # active: up is forward, left is left, the middle stops, by one zero each
         self.activate_mouse(node)
-        start = self.seen.latest('ground_truth')
-        self.seen.forget('cmd_vel')
+        start = self.observer.latest('ground_truth')
+        self.observer.forget('cmd_vel')
         self.point(0.0, 1.0)
-        self.seen.wait_for('ground_truth', lambda pose: (start.inverse() @ pose).x > 0.02)
-        self.assertEqual(self.seen.latest('cmd_vel'), (0.5, 0.0))
+        self.observer.wait_for('ground_truth', lambda pose: (start.inverse() @ pose).x > 0.02)
+        self.assertEqual(self.observer.latest('cmd_vel'), (0.5, 0.0))
         self.point(0.1, -0.1)
         self.stands()
         before = self.heading()
         self.point(-1.0, 0.0)
-        self.seen.wait_for('ground_truth', lambda pose: self.turned_since(before) > 5.0)
+        self.observer.wait_for('ground_truth', lambda pose: self.turned_since(before) > 5.0)
         self.point(0.0, 0.0)
         self.stopped()
 
@@ -188,7 +188,7 @@ class TurnTest(NodeCase):
         client.kill()
         node.wait_for('No mouse for')
         self.stopped()
-        last_heard, zero = self.seen.all('mouse_info')[-1][0], self.seen.all('cmd_vel')[-1][0]
+        last_heard, zero = self.observer.all('mouse_info')[-1][0], self.observer.all('cmd_vel')[-1][0]
         # required are 0.3 s, which the core's tests check; the time of the nodes is added
         self.assertLess(zero - last_heard, 0.4 + self.hiccups.since(last_heard, zero))
         self.stands()
@@ -207,7 +207,7 @@ class TurnTest(NodeCase):
 
         # q ends the node in the middle of a turn
         self.rest()
-        self.seen.forget('cmd_vel')
+        self.observer.forget('cmd_vel')
         self.turn_half_round(node)
         node.type('q')
         self.assertEqual(node.wait(), 0)

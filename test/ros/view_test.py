@@ -16,7 +16,7 @@ class ViewTest(NodeCase):
 
     @classmethod
     def watch(cls):
-        cls.seen.watch('robot3/ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
+        cls.observer.watch('robot3/ground_truth', PoseStamped, lambda message: to_pose2(message.pose))
 
     @classmethod
     def setUpClass(cls):
@@ -26,16 +26,16 @@ class ViewTest(NodeCase):
         cls.listener = tf2_ros.TransformListener(cls.tf)
 
     def test_the_wheels_turn_as_far_as_the_robot_drives(self):
-        start = self.seen.wait_for('robot3/ground_truth')
+        start = self.observer.wait_for('robot3/ground_truth')
         before = [self.wheel(side) for side in ('left', 'right')]
         rate = rospy.Rate(20)
-        while self.seen.latest('robot3/ground_truth').distance_to(start) < 0.08:
+        while self.observer.latest('robot3/ground_truth').distance_to(start) < 0.08:
             self.wheels.publish(to_twist(0.1, 0.0))
             rate.sleep()
         self.wheels.publish(to_twist(0.0, 0.0))
         angle = self.rest('robot3/ground_truth').distance_to(start) / WHEEL_RADIUS
         for side, old in zip(('left', 'right'), before):
-            self.seen.wait_until(
+            self.observer.wait_until(
                 lambda: abs(2.0 * math.acos(min(1.0, abs(self.wheel(side) @ old))) - angle) < 0.01,
                 5.0, '{} wheel turned by {:.2f} rad'.format(side, angle))
 
