@@ -54,7 +54,7 @@ REPEATS = 5
 ROW = '{:13} {:>11} {:>10} {:>11} {:>10} {:>11}'
 
 
-class Bench:
+class NodeBench:
     """The robot, a pad, and one node after the other beside bare ones."""
 
     def __init__(self, seconds, stack):
@@ -129,7 +129,7 @@ def main(seconds):
     """Measure and print."""
     with benchmark() as stack:
         print(ROW.format('node', 'CPU at rest', 'times bare', 'CPU driving', 'times bare', 'memory'))
-        bench = Bench(seconds, stack)
+        bench = NodeBench(seconds, stack)
         for name in NODES:
             print(bench.row(name), flush=True)
         print('simulated robot, with all its topics heard: {:.1f} %, {:.0f} MB'.format(

@@ -5,7 +5,7 @@ import signal
 import rosgraph
 
 from costs import cpu_time, free_port
-from node_case import STARTING, NodeCase, Program
+from node_case import STARTING, NodeCase, TestProgram
 
 
 class BadStartTest(NodeCase):
@@ -61,8 +61,8 @@ class BadStartTest(NodeCase):
     def test_what_a_node_refuses_ends_its_launch(self):
         """With a master of its own: none is left. demo.test tries the robot."""
         uri = 'http://localhost:{}'.format(free_port())
-        launch = Program(['roslaunch', '--disable-title', 'tb3_labs', 'turn.launch', 'set:={max_ang: 2}'],
-                         environment={'ROS_MASTER_URI': uri, 'DISPLAY': ''})
+        launch = TestProgram(['roslaunch', '--disable-title', 'tb3_labs', 'turn.launch', 'set:={max_ang: 2}'],
+                             environment={'ROS_MASTER_URI': uri, 'DISPLAY': ''})
         self.addCleanup(launch.kill)
         self.assertEqual(launch.wait(STARTING), 0, launch.text)
         fatal, = [each for each in launch.lines if 'FATAL' in each]

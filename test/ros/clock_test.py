@@ -19,7 +19,7 @@ STEP = 0.01
 PAUSED = 2.6
 
 
-class Robot:
+class ObedientRobot:
     """A robot that obeys at once, and its clock; all in wall time of this test."""
 
     def __init__(self):
@@ -81,7 +81,7 @@ class ClockTest(NodeCase):
             self.assertEqual(node.end(), 0)
 
     def test_2_a_clock_that_stands_still_and_one_that_jumps_back(self):
-        robot = Robot()
+        robot = ObedientRobot()
         self.addCleanup(robot.end)
         node = self.start('move2goal_tf.py', '_has_control:=true', '_goal_x:=1.0', '_goal_y:=0.25')
         self.observer.wait_for('cmd_vel', lambda command: command[1] > 0.2, STARTING)

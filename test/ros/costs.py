@@ -9,7 +9,7 @@ import xmlrpc.client
 import rosgraph
 import rospy
 
-from node_case import Program
+from node_case import TestProgram
 from tb3_labs.ros.clocks import wait_until
 
 #: Longest wait for a master, or a node [s].
@@ -34,13 +34,13 @@ def free_port():
 
 def start(stack, command, **options):
     """A Program, which the ExitStack ends."""
-    started = Program(command, **options)
+    started = TestProgram(command, **options)
     stack.callback(started.kill)
     return started
 
 
 def start_master(stack, port):
-    """The Program of this process's master; RuntimeError if it does not answer."""
+    """The TestProgram of this process's master; RuntimeError if it does not answer."""
     master = start(stack, ['rosmaster', '--core', '-p', str(port)])
     if not wait_until(rosgraph.is_master_online, MASTER_TIMEOUT, 0.02):
         raise RuntimeError('rosmaster does not answer after {:.0f} s'.format(MASTER_TIMEOUT))

@@ -16,7 +16,7 @@ from tb3_labs.report.motion.epochs import epochs
 from tb3_labs.robot.turtlebot3 import robot_model
 
 from costs import free_port
-from node_case import Program
+from node_case import TestProgram
 from rosunit_internals import needs_setup
 
 SCRIPT = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')
@@ -32,8 +32,8 @@ def demo(*arguments, **options):
     """demo.sh with a master of its own: (Program, address of the master)."""
     uri = 'http://localhost:{}'.format(free_port())
     environment = dict(options.pop('environment', {}), ROS_MASTER_URI=uri)
-    return Program(list(options.pop('prefix', ())) + [SCRIPT, *arguments],
-                   environment=environment, **options), uri
+    return TestProgram(list(options.pop('prefix', ())) + [SCRIPT, *arguments],
+                       environment=environment, **options), uri
 
 
 def left_behind(uri):

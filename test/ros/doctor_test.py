@@ -18,7 +18,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from node_case import STARTING, Node, NodeCase, Program, path_of
+from node_case import STARTING, NodeCase, NodeProgram, TestProgram, path_of
 from tb3_labs.ros.clocks import wait_until
 from two_hosts import PREFIX, TwoHosts
 
@@ -84,8 +84,8 @@ class Doctors:
         self._pool = ThreadPoolExecutor(20)
 
     def call(self, patient, *arguments, prefix=(), environment=None):
-        program = Program([*prefix, sys.executable, path_of('doctor.py'), *arguments],
-                          environment=environment)
+        program = TestProgram([*prefix, sys.executable, path_of('doctor.py'), *arguments],
+                              environment=environment)
         self._called[patient] = self._pool.submit(self._watch, program)
         return program
 
@@ -129,19 +129,19 @@ class DoctorTest(NodeCase):
     @classmethod
     def _start_patients(cls):
         for namespace in '/robot1', '/robot2':
-            cls.keep(Node(*ROBOT, '__ns:=' + namespace))
-        cls.keep(Node(*ROBOT, '_gyro_bias_deg:=-28', '__name:=robot', '__ns:=/robot3'))
-        cls.keep(Node(*ROBOT, '_imu_drift_deg_per_min:=60', '__ns:=/drifting'))
+            cls.keep(NodeProgram(*ROBOT, '__ns:=' + namespace))
+        cls.keep(NodeProgram(*ROBOT, '_gyro_bias_deg:=-28', '__name:=robot', '__ns:=/robot3'))
+        cls.keep(NodeProgram(*ROBOT, '_imu_drift_deg_per_min:=60', '__ns:=/drifting'))
         for name, kind in ('/robot3', 'Twist'), ('/drifting', 'TwistStamped'):
-            cls.keep(Program(['rostopic', 'pub', '-r', '10', '__name:=rival_of_' + name[1:],
-                              name + '/cmd_vel', 'geometry_msgs/' + kind, '{}']))
+            cls.keep(TestProgram(['rostopic', 'pub', '-r', '10', '__name:=rival_of_' + name[1:],
+                                  name + '/cmd_vel', 'geometry_msgs/' + kind, '{}']))
         cls.publishers = [rospy.Publisher(name, kind, queue_size=1) for name, kind in (
             ('/ahead/imu', Imu), ('/ahead/odom', Odometry), ('/robot3/cmd_vel', Twist),
             ('/robot2/imu', Imu))]
         rospy.Subscriber('/ahead/cmd_vel', Twist, lambda message: None)
-        cls.keep(Node('imu_sub.py', 'imu:=imu_data', '__name:=lab1', '__ns:=/ahead'))
-        cls.keep(Program(['rostopic', 'pub', '-r', '5', '__name:=lab2', '/ahead/turtle1/cmd_vel',
-                          'geometry_msgs/Twist', '{}']))
+        cls.keep(NodeProgram('imu_sub.py', 'imu:=imu_data', '__name:=lab1', '__ns:=/ahead'))
+        cls.keep(TestProgram(['rostopic', 'pub', '-r', '5', '__name:=lab2', '/ahead/turtle1/cmd_vel',
+                              'geometry_msgs/Twist', '{}']))
         cls.timer = rospy.Timer(rospy.Duration(0.05), lambda event: cls._publish())
         cls.register_silent()
         cls.wait_for_publisher('/robot1/odom', '/robot3/odom', '/robot3/cmd_vel',
@@ -164,16 +164,16 @@ class DoctorTest(NodeCase):
         """Two robots on one host; a driver of each on the other, one of them under a name that the
         robot cannot resolve. The master is on the laptop."""
         with cls.hosts.on('laptop'):
-            cls.keep(Program(['rosmaster', '--core', '-p', '11311']))
+            cls.keep(TestProgram(['rosmaster', '--core', '-p', '11311']))
         with cls.hosts.on('robot'):
             cls.wait_for(cls.state)
             for namespace in '/robot1', '/robot2':
-                cls.keep(Node(*ROBOT, *HOLDING, '__ns:=' + namespace))
+                cls.keep(NodeProgram(*ROBOT, *HOLDING, '__ns:=' + namespace))
         with cls.hosts.on('laptop'):
             for robot, name in (('robot1', cls.hosts.address('laptop')), ('robot2', 'ann.invalid')):
-                cls.keep(Program(['rostopic', 'pub', '-r', '5', '__name:=driver_of_' + robot,
-                                  '/%s/cmd_vel' % robot, 'geometry_msgs/Twist', '{}'],
-                                 environment={'ROS_HOSTNAME': name}))
+                cls.keep(TestProgram(['rostopic', 'pub', '-r', '5', '__name:=driver_of_' + robot,
+                                      '/%s/cmd_vel' % robot, 'geometry_msgs/Twist', '{}'],
+                                     environment={'ROS_HOSTNAME': name}))
             cls.wait_for_publisher('/robot1/cmd_vel', '/robot2/cmd_vel', '/robot2/odom')
 
     @staticmethod

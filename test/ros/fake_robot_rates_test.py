@@ -16,7 +16,7 @@ from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
 from costs import cpu_time
-from node_case import STARTING, Program, path_of
+from node_case import STARTING, TestProgram, path_of
 from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.conversions import yaw_of
 
@@ -97,9 +97,9 @@ class FakeRobotRatesTest(unittest.TestCase):
         """Mystery 4: an offset of the IMU of 115 deg."""
         node, logged = '/mystery/turtlebot3', []
         rospy.Subscriber('/rosout', Log, lambda log: log.name == node and logged.append(log.msg))
-        robot = Program([path_of('fake_turtlebot3.py'), '__ns:=mystery', '_mystery:=4'])
-        other = Program([path_of('fake_turtlebot3.py'), '__ns:=other', '_mystery:=4',
-                         '_network:=bad'])
+        robot = TestProgram([path_of('fake_turtlebot3.py'), '__ns:=mystery', '_mystery:=4'])
+        other = TestProgram([path_of('fake_turtlebot3.py'), '__ns:=other', '_mystery:=4',
+                             '_network:=bad'])
         self.addCleanup(robot.kill)
         self.addCleanup(other.kill)
         imu, odom = (Arrivals('/mystery/' + topic, kind, 1)

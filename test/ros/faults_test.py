@@ -15,7 +15,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool
 
 from drive_case import DriveCase
-from node_case import STARTING, ZERO, Node
+from node_case import STARTING, ZERO, NodeProgram
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
@@ -63,7 +63,7 @@ class FaultsTest(DriveCase):
             if executable == MOVER:
                 self.wait_until_unheard({self.control: Bool(False)})
                 self.observer.forget('goal_state')
-            self.nodes[executable] = Node(executable, terminal=True)
+            self.nodes[executable] = NodeProgram(executable, terminal=True)
             self.printed[executable] = 0
         return self.nodes[executable]
 

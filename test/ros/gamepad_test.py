@@ -8,9 +8,9 @@ from std_msgs.msg import Bool, String
 
 from costs import free_port
 from drive_case import DriveCase
-from node_case import STARTING, ZERO, Node
+from node_case import STARTING, ZERO, NodeProgram
 from observer import Observer
-from panel_page import Page, address_of
+from panel_page import PanelPage, address_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2
 from thumb import A, B, Y, Thumb, WithThumb
@@ -31,9 +31,9 @@ class GamepadTest(WithThumb, DriveCase):
         cls.watch_data(Bool, 'ctrl_relinq')
         cls.thumb = Thumb()
         # the pad second: a node doubts the first message of a pad that was there before
-        cls.mover = Node(*MOVER)
+        cls.mover = NodeProgram(*MOVER)
         cls.wait_for_state('waiting for control', seconds=STARTING)
-        cls.pad = Node('gamepad.py')
+        cls.pad = NodeProgram('gamepad.py')
 
     @classmethod
     def tearDownClass(cls):
@@ -45,7 +45,7 @@ class GamepadTest(WithThumb, DriveCase):
         if self.pad.status is not None:
             self.start_pad()
         if self.mover.status is not None:
-            type(self).mover = Node(*MOVER)
+            type(self).mover = NodeProgram(*MOVER)
         self.thumb.press(B)
         self.observer.wait_for('control_holder', lambda holder: holder == 'gamepad', STARTING)
         self.rest()
@@ -54,7 +54,7 @@ class GamepadTest(WithThumb, DriveCase):
     def start_pad(self):
         """A new gamepad node, which holds the robot."""
         self.observer.forget('control_holder')
-        type(self).pad = Node('gamepad.py')
+        type(self).pad = NodeProgram('gamepad.py')
         self.printed = 0
         self.observer.wait_for('control_holder', lambda holder: holder == 'gamepad', STARTING)
 
@@ -164,7 +164,7 @@ class GamepadTest(WithThumb, DriveCase):
         self.rest()
         self.observer.forget('cmd_vel')
         self.observer.forget('goal_state')
-        type(self).mover = Node(*MOVER)
+        type(self).mover = NodeProgram(*MOVER)
         # two orders are possible: the node hears first that the pad gave control before; or the pad
         # hears first that the node has no control, and takes it back
         self.observer.wait_until(
@@ -186,7 +186,7 @@ class GamepadTest(WithThumb, DriveCase):
         self.assertEqual(alone.end(), 0)
 
     def test_a_pad_and_a_page_reset_and_drive_a_node_as_in_the_handout(self):
-        page = Page(address_of(self.start('panel.py', '_port:={}'.format(free_port()))))
+        page = PanelPage(address_of(self.start('panel.py', '_port:={}'.format(free_port()))))
         self.addCleanup(page.close)
         for end in (self.mover.kill, lambda: student.end(signal.SIGINT)):
             end()    # after a kill the master still knows reset_pose

@@ -20,8 +20,8 @@ from sensor_msgs.msg import Imu
 
 from costs import free_port, start_master
 from drive_case import DriveCase
-from node_case import SILENCE, STARTING, Program
-from panel_page import Page, address_of
+from node_case import SILENCE, STARTING, TestProgram
+from panel_page import PanelPage, address_of
 from rosunit_internals import needs_setup
 from tb3_labs.geometry.se2 import Pose2
 from two_hosts import TwoHosts
@@ -117,7 +117,7 @@ class Scenes(DriveCase):
         self.drive(3.0)
         self.observer.wait_for('ground_truth', lambda pose: pose.x > 0.1)
         self.master.kill()
-        page = Page(address)
+        page = PanelPage(address)
         page.hold(pad={})    # which makes the panel ask the master
         page.wait_for(page='this')
         said_at = time.time()
@@ -134,7 +134,7 @@ class Scenes(DriveCase):
         robot = {'prefix': hosts.prefix('robot'), 'environment': hosts.environment('robot')}
         self.open(11311, **robot)
         # the robot's own messages of its true pose, on its side of the cut
-        truth = Program(
+        truth = TestProgram(
             robot['prefix'] + ['rostopic', 'echo', '-p', '/ground_truth/pose/position/x'],
             environment=robot['environment'])
         self.addCleanup(truth.kill)
@@ -241,8 +241,8 @@ class NetworkTest(unittest.TestCase):
         command = 'cd {} && {}exec {} drives:=1 record:={}'.format(
             folder.name, mount, DEMO, str(has_small_disk).lower())
         environment = {'ROS_MASTER_URI': 'http://localhost:%d' % free_port()}
-        demo = Program(['unshare', '-m'] * has_small_disk + ['sh', '-c', command],
-                       environment=environment)
+        demo = TestProgram(['unshare', '-m'] * has_small_disk + ['sh', '-c', command],
+                           environment=environment)
         self.addCleanup(demo.kill)
         demo.wait_for('MOVE_FORWARD', 3 * STARTING)    # by then all its programs run
         sockets = listening(environment)

@@ -65,7 +65,7 @@ def watch_robot(observer, read_truth=lambda message: to_pose2(message.pose)):
     observer.watch('ground_truth', PoseStamped, read_truth)
 
 
-class Program(processes.Program):
+class TestProgram(processes.Program):
     """A program whose output and end a test waits for. `environment` is added to this process's, or replaces it
     (`clean`). Without a `terminal` its input is the text `typed`, and then ends."""
 
@@ -117,8 +117,8 @@ class Program(processes.Program):
         return status
 
 
-class Node(Program):
-    """A node of this package as a process of its own, with the options of Program.
+class NodeProgram(TestProgram):
+    """A node of this package as a process of its own, with the options of TestProgram.
 
     It is started by its path. `rosrun` first searches the whole package for it, which costs as much
     CPU time as the node's own start. `prefix` is a command put before it.
@@ -155,7 +155,7 @@ class NodeCase(unittest.TestCase):
 
     def start(self, executable, *arguments, **options):
         """Start a node; it is killed at the end of the test, unless it has ended."""
-        node = Node(executable, *arguments, **options)
+        node = NodeProgram(executable, *arguments, **options)
         self.addCleanup(node.kill)
         return node
 

@@ -11,9 +11,9 @@ from tb3_labs.geometry.se2 import Pose2
 
 from browser import MISSING, Browser, Cable
 from costs import free_port
-from node_case import SILENCE, STARTING, ZERO, Node
+from node_case import SILENCE, STARTING, ZERO, NodeProgram
 from panel_case import LOSS, PanelCase
-from panel_page import Page, address_of
+from panel_page import PanelPage, address_of
 
 PORT = free_port()
 #: Pictures a second: to draw them is most of the computing here.
@@ -37,7 +37,7 @@ class PanelBrowserTest(PanelCase):
 
     @classmethod
     def start_panel(cls):
-        cls.panel = Node('panel.py', '_port:={}'.format(PORT), '_rate:={}'.format(RATE))
+        cls.panel = NodeProgram('panel.py', '_port:={}'.format(PORT), '_rate:={}'.format(RATE))
         cls.addClassCleanup(cls.panel.kill)
 
     @classmethod
@@ -158,7 +158,7 @@ class PanelBrowserTest(PanelCase):
 
     def test_b_takes_the_robot_from_another_page(self):
         """STOP by its key, and by a gamepad whose buttons were not let go since it was plugged in."""
-        other = Page(self.address)
+        other = PanelPage(self.address)
         self.others.append(other)
         self.addCleanup(other.close)
         for press in lambda: self.page.press_key('b'), lambda: self.page.move_pad(pressed=[1]):

@@ -21,7 +21,7 @@ def address_of(panel):
     return re.search(r'open (http\S+) in', panel.text).group(1)
 
 
-class Page:
+class PanelPage:
     """Connects to the panel at `address` ('http://localhost:8080/?token=...').
 
     It keeps the latest message of each type, all answers, and counts the pictures.

@@ -28,9 +28,9 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import steady_time
 
 from costs import free_port
-from node_case import SILENCE, STARTING, ZERO, Node
+from node_case import SILENCE, STARTING, ZERO, NodeProgram
 from panel_case import LOSS, PanelCase
-from panel_page import Page, address_of
+from panel_page import PanelPage, address_of
 
 PORT = free_port()
 #: An ordinary user's process may have so many files open.
@@ -69,7 +69,7 @@ class PanelTest(PanelCase):
 
     @staticmethod
     def start_panel(*arguments):
-        return Node('panel.py', '_port:={}'.format(PORT), *arguments)
+        return NodeProgram('panel.py', '_port:={}'.format(PORT), *arguments)
 
     def setUp(self):
         self.opened = []
@@ -79,7 +79,7 @@ class PanelTest(PanelCase):
         self.page.wait_for(page='', has_control=False)
 
     def open(self, address=None, **options):
-        page = Page(address or self.address, **options)
+        page = PanelPage(address or self.address, **options)
         self.addCleanup(page.close)
         self.opened.append(page)
         return page
@@ -376,7 +376,7 @@ class PanelTest(PanelCase):
         self.assertEqual(self.status_of('/', method='POST', **{'Content-Length': 10 ** 8})[0], 400)
         for headers in {'Origin': 'http://evil.example'}, {'Host': 'evil.example'}:
             with self.assertRaises(ConnectionRefusedError):
-                Page(self.address, headers=headers)
+                PanelPage(self.address, headers=headers)
         self.open(headers={'Origin': self.address.rstrip('/')})
 
     def test_another_address_needs_the_token_and_a_panel_may_only_show(self):
@@ -390,7 +390,7 @@ class PanelTest(PanelCase):
         self.assertGreater(int(port), PORT)
         for wrong in '', '?token=' + token[:-1], '?token=%C3%A9':
             with self.assertRaises(ConnectionRefusedError, msg=wrong):
-                Page(place + wrong)
+                PanelPage(place + wrong)
             status, body = self.status_of('/' + wrong, int(port))    # as a browser shows it
             self.assertEqual(status, 403)
             self.assertIn('the token is missing or wrong: use the whole address', body)

@@ -10,7 +10,7 @@ from dynamic_reconfigure.client import Client
 
 from tb3_labs.control.goal_state import DriveConfig
 
-from node_case import STARTING, NodeCase, Program
+from node_case import STARTING, NodeCase, TestProgram
 
 NODE = '/mine/move_to_goal'
 RUN = pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'run.py'
@@ -28,9 +28,9 @@ class ParametersTest(NodeCase):
             file.write('max_linear: 0.2\nallow_reverse: true\nmodel: waffle\n')
         super().setUpClass()
         cls.observer.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
-        cls.launch = Program(['roslaunch', '--disable-title', '--skip-log-check', 'tb3_labs',
-                              'move2goal.launch', 'params:=' + mine, 'set:={max_angular: 1}'],
-                             environment={'ROS_NAMESPACE': 'mine'})
+        cls.launch = TestProgram(['roslaunch', '--disable-title', '--skip-log-check', 'tb3_labs',
+                                  'move2goal.launch', 'params:=' + mine, 'set:={max_angular: 1}'],
+                                 environment={'ROS_NAMESPACE': 'mine'})
         cls.addClassCleanup(cls.launch.kill)
         cls.addClassCleanup(cls.launch.end, seconds=40.0)
 
@@ -69,6 +69,6 @@ class ParametersTest(NodeCase):
             self.assertIn(line, tool.text)
 
     def tool(self, words):
-        program = Program(DYNPARAM + words.split())
+        program = TestProgram(DYNPARAM + words.split())
         self.addCleanup(program.kill)
         return program

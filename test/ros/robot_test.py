@@ -19,7 +19,7 @@ from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.ros.conversions import to_pose2
 
 from costs import free_port
-from node_case import NodeCase, Program
+from node_case import NodeCase, TestProgram
 
 HOST = '127.0.0.1'
 CORE, BOARD = '/turtlebot3_core', '/board'
@@ -99,7 +99,7 @@ class RobotTest(NodeCase):
             'SetEnv ROS_HOME={}/ros_home'.format(cls.folder), '']))
         if os.geteuid() == 0:
             os.makedirs('/run/sshd', exist_ok=True)    # missing if the service never ran
-        cls.sshd = Program([SSHD, '-D', '-e', '-f', str(config)])
+        cls.sshd = TestProgram([SSHD, '-D', '-e', '-f', str(config)])
         cls.addClassCleanup(cls.sshd.kill)
         cls.sshd.wait_for('Server listening')
 
@@ -108,7 +108,7 @@ class RobotTest(NodeCase):
         given = {argument.split(':=')[0] for argument in arguments}
         common = {'robot': HOST, 'user': getpass.getuser(), 'ssh_port': self.port,
                   'env_loader': self.loader}
-        program = Program(
+        program = TestProgram(
             ['roslaunch', '--disable-title', '--skip-log-check', 'tb3_labs', 'robot.launch']
             + ['{}:={}'.format(*item) for item in common.items() if item[0] not in given]
             + list(arguments),
@@ -144,8 +144,8 @@ class RobotTest(NodeCase):
                            (MODELS['burger'].max_linear + MODELS['waffle'].max_linear) / 2.0)
         self.observer.wait_for_rest('ground_truth')
 
-        lab = Program(['roslaunch', '--disable-title', 'tb3_labs', 'turn.launch', 'model:=waffle'],
-                      terminal=True, environment={'DISPLAY': ''})
+        lab = TestProgram(['roslaunch', '--disable-title', 'tb3_labs', 'turn.launch', 'model:=waffle'],
+                          terminal=True, environment={'DISPLAY': ''})
         self.addCleanup(self.end, lab)
         lab.wait_for('and Enter', 40.0)
         lab.type('l')

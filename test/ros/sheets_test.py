@@ -20,7 +20,7 @@ import rospkg
 import rospy
 
 from costs import free_port
-from node_case import Program, plain_node
+from node_case import TestProgram, plain_node
 from rosunit_internals import needs_setup
 from sheets_steps import promised, steps_of
 
@@ -151,8 +151,8 @@ class Student:
             commands = ROBOT.sub(lambda found: faster(found, self._speed), commands)
         folder = 'cd ~/tb3_labs\n' if re.match(r'(source |\./)scripts/', commands) else 'cd\n'
         self._sourced = self._sourced or self._source()
-        return Program(['bash', '-c', 'set -e\n' + folder + commands], terminal=True,
-                       environment=self._sourced, clean=True)
+        return TestProgram(['bash', '-c', 'set -e\n' + folder + commands], terminal=True,
+                           environment=self._sourced, clean=True)
 
     def _source(self):
         """The environment of a terminal; it is kept, since each sourcing takes as long as a command."""

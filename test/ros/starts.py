@@ -9,7 +9,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool
 
 from costs import free_port
-from node_case import STARTING, ZERO, Node
+from node_case import STARTING, ZERO, NodeProgram
 from observer import Observer
 from tb3_labs.ros.clocks import wait_until
 from thumb import Thumb
@@ -52,7 +52,7 @@ class StartOrder(contextlib.ExitStack):
         """Start one of NODES; returns it."""
         if name == 'panel':
             arguments += '_port:={}'.format(free_port()),
-        self.nodes[name] = Node(*NODES[name], *arguments, '__ns:=' + self.name)
+        self.nodes[name] = NodeProgram(*NODES[name], *arguments, '__ns:=' + self.name)
         self.callback(self.nodes[name].kill)
         return self.nodes[name]
 

@@ -8,7 +8,7 @@ from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from node_case import STARTING, Program
+from node_case import STARTING, TestProgram
 from starts import StartOrder
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import wait_until
@@ -58,7 +58,7 @@ class StartsTest(unittest.TestCase):
     def test_a_true_that_is_only_repeated_drives_no_node_that_starts_anew(self):
         stage = self.stage()
         words = stage.name + '/ctrl_relinq'
-        repeater = Program(['rostopic', 'pub', '-r', '5', words, 'std_msgs/Bool', 'true'])
+        repeater = TestProgram(['rostopic', 'pub', '-r', '5', words, 'std_msgs/Bool', 'true'])
         self.addCleanup(repeater.kill)
         self.wait_for_topic(words)
         stage.start_all(('turtlebot3', 'move_to_goal'), False)

@@ -26,7 +26,7 @@ from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.supervision.timeouts import LATCHED_WITHIN, SENDER_PAUSE
 
 from drive_case import DriveCase
-from node_case import STARTING, ZERO, Program, path_of
+from node_case import STARTING, ZERO, TestProgram, path_of
 from thumb import A, B, Thumb, WithThumb
 
 #: Time from a stop to the last command that moves the robot [s].
@@ -171,7 +171,7 @@ class StopsTest(WithThumb, DriveCase):
                    '"screen" respawn="true" args="_goal_x:=90 _has_control:=true"/></launch>')
         file.flush()
         for _ in range(2):       # each launch is a person's act
-            launch = Program(['roslaunch', '--disable-title', '--skip-log-check', file.name])
+            launch = TestProgram(['roslaunch', '--disable-title', '--skip-log-check', file.name])
             try:
                 launch.wait_for('MOVE_FORWARD', STARTING)
                 self.assertFalse(rospy.has_param('move_to_goal/has_control'))

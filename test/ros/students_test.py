@@ -8,7 +8,7 @@ import unittest
 
 import squaternion
 
-from node_case import STARTING, Program
+from node_case import STARTING, TestProgram
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'unit'))
 
@@ -47,7 +47,7 @@ class StudentsTest(unittest.TestCase):
             place = pathlib.Path(folder) / 'src' / 'tb3_labs'
             place.parent.mkdir()
             unpack(place.parent)
-            program = Program(
+            program = TestProgram(
                 ['bash', '-c', SCRIPT.format(
                     folder=folder, python=sys.executable, solution=SOLUTION,
                     squaternion=pathlib.Path(squaternion.__file__).parent)],

@@ -29,7 +29,7 @@ class Wrong(Exception):
     """What must not happen."""
 
 
-class Process:
+class StoryNode:
     """A node. While it sleeps, or its link is cut, the messages of each sender wait in order."""
 
     def __init__(self, world):
@@ -148,7 +148,7 @@ class Sender:
         self.word = None             # the last one
 
 
-class Mover(Process):
+class Mover(StoryNode):
     """move_to_goal, with its sensors."""
 
     def __init__(self, world, has_control=False, connects_after=0.0):
@@ -236,7 +236,7 @@ class Mover(Process):
                 pad.send('mover', 'on_control', self.has_control)
 
 
-class Pad(Process):
+class PadNode(StoryNode):
     """A gamepad node, and its pad in a person's hands."""
 
     def __init__(self, world, name):
@@ -303,7 +303,7 @@ class RequestingController(ControllerCore):
         self.accepted = True
 
 
-class Turner(Process):
+class Turner(StoryNode):
     """controller, with its IMU. A script that repeats a turn may be there before it."""
 
     def __init__(self, world):

@@ -3,7 +3,7 @@
 Units: seconds.
 """
 from reference_rule import OVER, HandRule
-from story_nodes import Process
+from story_nodes import StoryNode
 from story_worlds import NOTHING, WAITING, World, held_up, sleeping
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.dead_man import DeadMan
@@ -15,7 +15,7 @@ class PageRule(HandRule):
     same_time = 0.0
 
 
-class Panel(Process):
+class PanelNode(StoryNode):
     """The panel, as ros_control.py handles the requests of pages."""
 
     def __init__(self, world):
@@ -57,7 +57,7 @@ class Panel(Process):
         self.world.judge(self.command, self.rules.get(self.core.page))
 
 
-class Page:
+class StoryPage:
     """A page, as pad.js: it sends the stick while a person holds it. A stop that it sees drops it."""
 
     def __init__(self, name):
@@ -89,7 +89,7 @@ class StoryPages(World):
 
     def __init__(self):
         super().__init__()
-        self.panel, self.pages = Panel(self), {page: Page(page) for page in 'ab'}
+        self.panel, self.pages = PanelNode(self), {page: StoryPage(page) for page in 'ab'}
         self.nodes = [self.panel]
         self.wait(1.0)
 

@@ -5,7 +5,7 @@ An event is (words for a story, name of a method, its arguments). Units: seconds
 from types import SimpleNamespace
 
 from reference_rule import COMPARED, OVER, GoalRule
-from story_nodes import CLOCK, TICK, Ahead, Mover, Pad, Sender, Turner, Wrong
+from story_nodes import CLOCK, TICK, Ahead, Mover, PadNode, Sender, Turner, Wrong
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.timeouts import LATCHED_WITHIN
 
@@ -253,7 +253,7 @@ class Labs(World):
         name = 'pad {}'.format(number)
         self.mover.waiting.pop(name, None)
         self.start_sender(name, latches=True, renews=True)
-        self.pads[number:number + 1] = [Pad(self, name)]
+        self.pads[number:number + 1] = [PadNode(self, name)]
         self.nodes = [self.mover] + self.pads
         if self.mover.has_control is not None:
             self.pads[number].on_control(self.mover.has_control)

@@ -8,7 +8,7 @@ from tb3_labs.config import Config, from_parameters, nearest, setting
 
 
 @dataclass(frozen=True)
-class Example(Config):
+class ExampleConfig(Config):
     """One field of each kind."""
 
     rate: float = setting(1.5, 'fastest turn', unit='rad/s', low=0.0, high=10.0)
@@ -27,7 +27,7 @@ class Example(Config):
     ('offset', -1e300), ('tries', 1), ('tries', 5), ('on', True), ('law', 'lab'), ('label', 'x'),
     ('plain', 'anything')])           # a field that is not made by setting()
 def test_bounds_are_closed(name, value):
-    assert getattr(Example(**{name: value}), name) == value
+    assert getattr(ExampleConfig(**{name: value}), name) == value
 
 
 @pytest.mark.parametrize('name, value, valid', [
@@ -39,23 +39,23 @@ def test_bounds_are_closed(name, value):
     *[('law', value, 'one of precise, lab') for value in ('fast', 1)], ('label', 5, 'text')])
 def test_a_refusal_names_field_value_and_bound(name, value, valid):
     with pytest.raises(ValueError) as caught:
-        Example(**{name: value})
+        ExampleConfig(**{name: value})
     assert str(caught.value) == '{} = {!r} is not valid: {}'.format(name, value, valid)
 
 
 def test_changed_copies_are_checked_too():
     with pytest.raises(ValueError, match='rate'):
-        replace(Example(), rate=-1.0)
+        replace(ExampleConfig(), rate=-1.0)
     with pytest.raises(FrozenInstanceError):
-        Example().rate = -1.0
+        ExampleConfig().rate = -1.0
 
 
 def test_parameters_make_a_configuration():
     given = {'rate': 2, 'law': 'default', 'somebody_elses': 'x'}
-    made = from_parameters(Example, given)
-    assert made == Example(rate=2.0) and type(made.rate) is float
+    made = from_parameters(ExampleConfig, given)
+    assert made == ExampleConfig(rate=2.0) and type(made.rate) is float
     with pytest.raises(ValueError, match="law = 'fast' is not valid"):
-        from_parameters(Example, {'law': 'fast'})
+        from_parameters(ExampleConfig, {'law': 'fast'})
 
 
 def test_a_name_that_is_unknown_gets_the_nearest_one():

@@ -20,7 +20,7 @@ BURGER = robot_model('burger')
 MOUSE_PERIOD = 0.05
 
 
-class Told:
+class GivenTurnLaw:
     """A law that returns what is left; a turn is finished at 0."""
 
     MAX_ANGLE = 100.0
@@ -47,7 +47,7 @@ class Desk:
     mouse repeats itself while it is held."""
 
     def __init__(self, law=None, step=0.05):
-        self.law = law or Told()
+        self.law = law or GivenTurnLaw()
         self.core = ControllerCore(self.law)
         self.step = step             # [s]
         self.now, self.yaw, self.rate, self.tremble = 100.0, 0.0, 0.0, 1e-6
@@ -210,7 +210,7 @@ def test_a_frozen_imu_ends_a_turn_and_the_time_before_does_not_count(desk):
 def test_another_law_has_its_own_time_to_get_nearer_and_its_own_period(desk):
     desk.ask()
     desk.run(1.0)
-    desk.core.set_law(Told(period=0.2))
+    desk.core.set_law(GivenTurnLaw(period=0.2))
     commands = desk.run(1.0)
     assert Twist2() not in commands and len(commands) == pytest.approx(5, abs=1)
 
@@ -229,7 +229,7 @@ def test_another_law_does_not_begin_a_turn_that_is_over(desk):
     desk.ask()
     desk.rate = 0.05                      # it is not judged yet
     desk.finish()
-    law = Told()
+    law = GivenTurnLaw()
     desk.core.set_law(law)
     assert law.requested == []
 
@@ -248,7 +248,7 @@ def test_what_is_no_turn_is_refused(good, bad):
 
 
 def test_refusals_of_turns_that_a_node_repeats_are_one_line_a_second():
-    core = ControllerCore(Told())
+    core = ControllerCore(GivenTurnLaw())
     for k in range(300):
         core.on_turn(Event(90.0, 10.0 + 0.01 * k, 'script'), 10.0 + 0.01 * k)
     assert [log_lines.warning for log_lines in core.tick(13.0, 13.0).log_lines] == 3 * [True]
@@ -258,7 +258,7 @@ def test_refusals_of_turns_that_a_node_repeats_are_one_line_a_second():
 
 
 def test_no_turn_without_the_imu():
-    controller = ControllerCore(Told())
+    controller = ControllerCore(GivenTurnLaw())
     with pytest.raises(ValueError, match='no imu yet'):
         controller.ask(90.0, 1.0)
     controller.on_imu(ImuSample(0.0, 0.0, 0.0), 1.0)
@@ -323,7 +323,7 @@ def test_another_mouse_that_is_deactivated_stops_a_turn_after_a_mouse_was_lost(d
 
 
 def test_the_user_of_a_mouse_that_was_active_before_is_told_what_to_do_once():
-    core, told = ControllerCore(Told()), []
+    core, told = ControllerCore(GivenTurnLaw()), []
     for now in 100.0, 100.1, 100.2, 100.3:
         core.on_mouse(Event(MouseState(True, 0.0, 1.0), now))
         output = core.tick(now, now)
@@ -334,7 +334,7 @@ def test_the_user_of_a_mouse_that_was_active_before_is_told_what_to_do_once():
 
 # -- on the simulated robot
 
-class Bench:
+class TurningRobot:
     """A robot and its controller, which asks for a turn [deg]."""
 
     def __init__(self, degrees):
@@ -369,7 +369,7 @@ class Bench:
 
 @pytest.mark.parametrize('second, total', [(90.0, 180.0), (-90.0, 0.0), (-180.0, -90.0)])
 def test_a_turn_during_a_turn_moves_its_goal(second, total):
-    bench = Bench(90.0)
+    bench = TurningRobot(90.0)
     bench.run(0.4)
     bench.ask(second)
     bench.run(4.0)
@@ -377,7 +377,7 @@ def test_a_turn_during_a_turn_moves_its_goal(second, total):
 
 
 def test_a_lower_limit_in_mid_turn_holds_from_the_next_command_on():
-    bench = Bench(180.0)
+    bench = TurningRobot(180.0)
     bench.run(0.5)
     bench.core.set_law(make_turn(TurnConfig(max_ang_z=0.6), BURGER))
     assert max(abs(command.angular) for command in bench.run(6.0)) <= 0.6 + 1e-9

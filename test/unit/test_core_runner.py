@@ -10,7 +10,7 @@ from tb3_labs.supervision.events import LogLine, Output
 DRIVE, STOP = Twist2(0.1, 0.0), Twist2()
 
 
-class Record(list):
+class RecordedCalls(list):
     """Takes the place of CmdVel, and of the Watchdog."""
 
     def send(self, command):
@@ -29,7 +29,7 @@ class Record(list):
 
 
 def test_what_waits_outside_holds_up_neither_a_drive_nor_a_stop(monkeypatch):
-    record, told, go_on = Record(), [], threading.Event()
+    record, told, go_on = RecordedCalls(), [], threading.Event()
     monkeypatch.setattr(core_runner, 'CmdVel', lambda: record)
     monkeypatch.setattr(core_runner, 'Watchdog', lambda *_: record)
     for level in ('info', 'warn'):

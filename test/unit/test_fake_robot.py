@@ -15,7 +15,7 @@ END = 2.0
 SILENT = SimpleNamespace(publish=lambda message: None)
 
 
-class Sensors:
+class FakeSensorTopics:
     """Stands in for SensorTopics."""
 
     frames = {'odom': 'odom'}
@@ -29,7 +29,7 @@ class Sensors:
 
 def test_its_fault_comes_and_goes_and_no_truth_is_said(monkeypatch):
     published = []
-    monkeypatch.setattr(ros_fake_robot, 'SensorTopics', Sensors)
+    monkeypatch.setattr(ros_fake_robot, 'SensorTopics', FakeSensorTopics)
     monkeypatch.setattr(ros_fake_robot, 'publisher', lambda *words, **_: published.append(words))
     monkeypatch.setattr(ros_fake_robot.rospy, 'Subscriber', lambda *words, **_: None)
     plain = SimulatorConfig(imu_rate=20.0)
@@ -58,7 +58,7 @@ class Computer:
         self.now += seconds
 
 
-class Robot:
+class TimedRobot:
     """Keeps the computer's time of each step; the computer pauses within one of them."""
 
     def __init__(self, computer):
@@ -79,7 +79,7 @@ def test_a_pause(clock, speed, made_up, monkeypatch):
     samples at once."""
     computer = Computer()
     monkeypatch.setattr(ros_fake_robot, 'time', computer)
-    robot = Robot(computer)
+    robot = TimedRobot(computer)
     with pytest.raises(EOFError):
         ros_fake_robot.keep_pace(robot, clock, speed)
     at_once = max(robot.steps.count(now) for now in robot.steps)

@@ -40,7 +40,7 @@ class Core(GamepadCore):
         return taken
 
 
-class Pad:
+class PluggedPad:
     """A pad that repeats its state until it is unplugged."""
 
     def __init__(self, config=PadConfig(), repeats=True):
@@ -117,7 +117,7 @@ BURGER_FULL = Twist2(0.2108, 0.0)
 
 @pytest.fixture
 def pad():
-    return Pad()
+    return PluggedPad()
 
 
 SLOW = PadConfig(dead_zone=0.0, linear_scale=0.1, angular_scale=1.0)
@@ -130,7 +130,7 @@ SLOW = PadConfig(dead_zone=0.0, linear_scale=0.1, angular_scale=1.0)
     (SLOW, (0.0, 1.0), (0.0, 1.0)),
     (PadConfig(), (1.0, 1.0), (0.1054, 1.3175))])    # each wheel within its limit
 def test_full_stick_is_the_robots_own_limit_or_the_scale_that_is_set(config, sticks, speed):
-    pad = Pad(config)
+    pad = PluggedPad(config)
     assert pad.run(0.3, sticks=sticks)[-1] == pytest.approx(Twist2(*speed), rel=1e-4)
     assert set(pad.run(0.3, sticks=REST)[1:]) == {None}
 
@@ -152,7 +152,7 @@ def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
 
 @pytest.mark.parametrize('repeats', [True, False])
 def test_a_stick_that_rests_outside_its_dead_zone_is_named_once(repeats):
-    pad = Pad(repeats=repeats)
+    pad = PluggedPad(repeats=repeats)
     pad.controller = Core(PadConfig(), BURGER)
     pad.run(2.9, sticks=(0.0, 0.12))
     assert not warned(pad.controller, 'No stick drives')
@@ -315,7 +315,7 @@ def test_what_somebody_else_gave_silences_the_sticks(pad):
 
 @pytest.mark.parametrize('repeats', [True, False])
 def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
-    pad = Pad(repeats=repeats)
+    pad = PluggedPad(repeats=repeats)
     pad.run(10.0, plugged=repeats)      # a silent pad in its middle is not lost
     assert pad.holder is GAMEPAD
     pad.run(0.1, plugged=True, sticks=PUSHED)
@@ -333,7 +333,7 @@ def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
     (False, False, False), (False, True, True), (True, False, True)])
 def test_a_pad_lost_while_move_to_goal_drives(by_hand, allowed, stays):
     """A pad that is lost does not take control that somebody else gave."""
-    pad = Pad(PadConfig(drive_without_pad=allowed))
+    pad = PluggedPad(PadConfig(drive_without_pad=allowed))
     pad.controller.on_has_control(Event(True, pad.now)) if by_hand else pad.press(A)
     pad.said()
     pad.plugged = False
@@ -345,7 +345,7 @@ def test_a_pad_lost_while_move_to_goal_drives(by_hand, allowed, stays):
 
 
 def test_hold_to_drive():
-    pad = Pad(PadConfig(hold_button=HOLD))
+    pad = PluggedPad(PadConfig(hold_button=HOLD))
     assert pad.holder is NOBODY             # its sticks are at rest
     assert set(pad.run(0.5, sticks=PUSHED)) == {None}
     assert pad.run(0.5, pressed=(HOLD,))[-1] == pytest.approx(BURGER_FULL)
@@ -373,7 +373,7 @@ def test_a_press_on_a_pad_that_was_heard_for_a_moment_only_does_not_count(
 
 def test_an_a_that_waited_while_this_node_slept_does_not_count():
     """B may have been pressed on another pad since."""
-    pad = Pad(repeats=False)
+    pad = PluggedPad(repeats=False)
     pad.now += 1.5
     pad.press(A)
     assert True not in pad.said() and warned(pad.controller, 'while this node did not run')

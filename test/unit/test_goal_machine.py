@@ -20,7 +20,7 @@ MOVING = Motion(Pose2(), 0.1, 0.0)
 STATES = 'rotate_to_goal', 'move_forward', 'rotate_to_final'
 
 
-class Told:
+class GivenDriveLaw:
     """A law that returns a given remaining way in each state; a state is finished at 0."""
 
     def __init__(self, shortfall='', left=1.0):
@@ -57,7 +57,7 @@ def machine_with(law):
 
 
 def test_finished_states_are_passed_through_within_one_step():
-    law = Told()
+    law = GivenDriveLaw()
     law.left.update(rotate_to_goal=0.0, move_forward=0.0)
     machine = machine_with(law)
     assert machine.step(STANDING, 0.1) == Twist2(0.1, 0.2)
@@ -66,7 +66,7 @@ def test_finished_states_are_passed_through_within_one_step():
 
 
 def test_a_cancelled_drive_does_not_begin_anew():
-    machine = GoalMachine(Told())
+    machine = GoalMachine(GivenDriveLaw())
     machine.cancel()
     machine.restart()       # without a goal
     assert (machine.failure, machine.begun, machine.step(STANDING, 0.1)) == ('', False, None)
@@ -90,7 +90,7 @@ def test_errors_are_distance_and_signed_angle_the_short_way():
 @pytest.mark.parametrize('misses, starts, reached', [
     (0, 1, True), (1, 2, True), (2, 3, True), (3, 3, False)])
 def test_a_drive_that_ends_outside_is_driven_on_from_there_twice(misses, starts, reached):
-    law = Told(left=0.0)
+    law = GivenDriveLaw(left=0.0)
     ends = iter(misses * ['stopped 30 mm from the goal'] + [''])
     law.shortfall = lambda pose, goal: next(ends)
     machine = machine_with(law)
@@ -101,7 +101,7 @@ def test_a_drive_that_ends_outside_is_driven_on_from_there_twice(misses, starts,
 
 
 def test_another_try_waits_for_rest_of_its_own():
-    law = Told('stopped 30 mm from the goal', left=0.0)
+    law = GivenDriveLaw('stopped 30 mm from the goal', left=0.0)
     machine = machine_with(law)
     answers = [machine.step(STANDING, 0.02) for _ in range(9)]
     # at rest for 0.03 s: after three looks, three times
@@ -110,7 +110,7 @@ def test_another_try_waits_for_rest_of_its_own():
 
 @pytest.mark.parametrize('ages', [('imu_age',), ('odometry_age',), ('imu_age', 'odometry_age')])
 def test_one_sample_at_rest_is_not_enough_however_often_it_is_looked_at(ages):
-    machine, age = machine_with(Told(left=0.0)), 0.0      # its law has finished
+    machine, age = machine_with(GivenDriveLaw(left=0.0)), 0.0    # its law has finished
     machine.step(MOVING, 0.033)
     for _ in range(30):
         age += 0.033      # no sample has come since
@@ -121,7 +121,7 @@ def test_one_sample_at_rest_is_not_enough_however_often_it_is_looked_at(ages):
 
 @pytest.mark.parametrize('finished, state', enumerate(STATES))
 def test_an_interrupted_drive_goes_on_where_its_law_says(finished, state):
-    law = Told()
+    law = GivenDriveLaw()
     machine = machine_with(law)
     law.left.update(dict.fromkeys(STATES[:finished], 0.0))
     machine.step(STANDING, 0.1)
@@ -140,7 +140,7 @@ def test_an_interrupted_drive_goes_on_where_its_law_says(finished, state):
 
 @pytest.mark.parametrize('motion, reason', [(STANDING, 'does not move'), (MOVING, 'missed it')])
 def test_a_drive_that_does_not_get_on_is_given_up_however_often_it_is_interrupted(motion, reason):
-    machine = machine_with(Told())
+    machine = machine_with(GivenDriveLaw())
     driven = 0.0
     while machine.step(motion, 0.033) is not None and driven < 10.0:
         driven += 0.033

@@ -21,7 +21,7 @@ from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE
 START = 100.0
 
 
-class Robot:
+class CoreRobot:
     """A standing robot that feeds a core, and counts its commands."""
 
     def __init__(self, has_control=True):
@@ -89,7 +89,7 @@ class Robot:
 
 
 def driving():
-    robot = Robot()
+    robot = CoreRobot()
     robot.run(0.1)
     robot.core.set_goal(Pose2(-0.61, 0.61, 0.0))
     assert None not in robot.run(0.2)
@@ -187,7 +187,7 @@ def test_what_may_have_been_said_during_a_short_sleep_sets_nothing_in_motion():
 
 
 def test_the_time_in_which_a_node_starts_is_no_sleep():
-    robot = Robot(has_control=False)
+    robot = CoreRobot(has_control=False)
     robot.control(False)
     robot.now += 5.0
     robot.core.begin_control(robot.now)
@@ -212,7 +212,7 @@ def test_a_drive_that_was_given_up_begins_anew_when_control_is_given_not_when_it
 
 
 def test_a_goal_that_was_reached_is_not_driven_to_again_when_control_is_given():
-    robot = Robot()
+    robot = CoreRobot()
     robot.run(0.1)
     robot.core.set_goal(Pose2())       # where it stands
     robot.run(0.5)
@@ -225,7 +225,7 @@ def test_a_goal_that_was_reached_is_not_driven_to_again_when_control_is_given():
 # Status and events --------------------------------------------------------------------------------
 
 def test_the_words_of_a_drive_from_waiting_to_its_end():
-    robot = Robot(has_control=False)
+    robot = CoreRobot(has_control=False)
     assert robot.status.goal is None and robot.tick().fix is None
     robot.core.set_goal(Pose2(0.5, 0.0, 0.0))
     assert robot.status.text == WAITING_FOR_CONTROL and not is_stopped(WAITING_FOR_CONTROL)
@@ -312,7 +312,7 @@ def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(
 
 
 def test_somebody_must_look_at_the_clock_while_it_drives_and_only_then():
-    robot = Robot(has_control=False)
+    robot = CoreRobot(has_control=False)
     robot.run(0.1)
     for act, is_watched in (
             (lambda: robot.core.set_goal(Pose2(1.0)), False), (lambda: robot.control(True), True),
@@ -405,7 +405,7 @@ def test_a_repeated_goal_does_not_drive_on_after_a_failure_nor_renew_the_wait_fo
 
 def test_poses_in_odom_are_converted_by_the_frame_that_the_reset_before_them_made():
     """`reset_pose` at the robot's place, and at once `set_pose` in odom, 1 m ahead."""
-    robot = Robot()
+    robot = CoreRobot()
     robot.run(0.1)
     first, second = robot.reset(Pose2(5.0, 5.0, math.pi / 2.0)), robot.reset(robot.odom_pose, True)
     assert robot.ask(Pose2(math.nan))[0][0] is GoalOutcome.REJECTED
@@ -435,7 +435,7 @@ def test_a_jump_ends_the_drive_with_the_message_that_shows_it(only):
     (0.0, -0.5, False, ['odom', 'imu']),
     (0.0, 0.05, False, []), (0.01, 0.0, True, [])])
 def test_the_command_decides_which_sensors_must_change(linear, angular, odometry_turns, frozen):
-    robot, law = Robot(), Ahead()
+    robot, law = CoreRobot(), Ahead()
     law.command = Twist2(linear, angular)
     robot.core.set_law(law)
     robot.core.set_goal(Pose2(50.0))
@@ -475,7 +475,7 @@ class Resumed(DriveLaw):
 
 @pytest.mark.parametrize('stand', ['silence', 'suspended'])
 def test_after_a_stand_the_law_is_told_that_its_drive_was_interrupted(stand):
-    robot, law = Robot(has_control=False), Resumed(DriveConfig(), robot_model('burger'))
+    robot, law = CoreRobot(has_control=False), Resumed(DriveConfig(), robot_model('burger'))
     robot.core.set_law(law)
     robot.core.set_goal(Pose2(-0.61, 0.61, 0.0))
 

@@ -46,7 +46,7 @@ except Interrupted:
 '''
 
 
-class Process(subprocess.Popen):
+class PythonProcess(subprocess.Popen):
     """A process that runs `code`, and has printed 'ready'."""
 
     def __init__(self, code, before_it=None):
@@ -81,21 +81,21 @@ def heeds_hangups():
     (signal.SIGINT, None), (signal.SIGINT, ignores_ctrl_c), (signal.SIGTERM, None),
     (signal.SIGHUP, heeds_hangups), (signal.SIGTSTP, None), (None, None)])
 def test_a_signal_or_its_time_ends_a_wait(number, before_it):
-    process = Process(WAIT if number else WAIT.replace('300', '1'), before_it)
+    process = PythonProcess(WAIT if number else WAIT.replace('300', '1'), before_it)
     if number:
         process.send_signal(number)
     assert process.rest() == ['interrupted' if number else 'woken']
 
 
 def test_nohup_is_respected():
-    process = Process(WAIT.replace('300', '5'),
-                      lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    process = PythonProcess(WAIT.replace('300', '5'),
+                            lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
     process.send_signal(signal.SIGHUP)
     assert process.rest() == ['woken']
 
 
 def test_a_signal_that_a_library_swallows_ends_the_wait_all_the_same():
-    process = Process('''
+    process = PythonProcess('''
 try:
     say('ready')
     time.sleep(10.0)

@@ -6,7 +6,7 @@ from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.timeouts import RENEWAL, SleepWatch
 
 
-class Senders:
+class PermissionSenders:
     """Hands, and pads that renew, as senders to one permission; time is counted in ticks of 10 ms.
     """
 
@@ -64,7 +64,7 @@ class Senders:
 
 @pytest.fixture
 def senders():
-    senders = Senders()
+    senders = PermissionSenders()
     senders.run(15.0)
     return senders
 
@@ -185,7 +185,7 @@ def test_a_grant_that_was_under_way_when_somebody_else_stopped_the_robot(
 
 def test_what_was_taken_before_this_node_lived_is_no_stop():
     """The sender's False was older than the start with control."""
-    senders = Senders()
+    senders = PermissionSenders()
     senders.permission = Permission(True, senders.desk.add)
     senders.hear('pad', False, Age.OLD, renews=True)
     assert senders.run(1.0) and senders.granted

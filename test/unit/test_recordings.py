@@ -19,7 +19,7 @@ from timed_part import TimedPart
 METRES, RADIANS = 0.001, math.radians(0.2)
 
 
-class Recording:
+class SensorRecording:
     """The raw messages as arrays; yaws unwrapped."""
 
     def __init__(self, name):
@@ -57,7 +57,7 @@ class Recording:
                 declared.yaw + imu - imu0)
 
 
-load = functools.lru_cache(maxsize=None)(Recording)
+load = functools.lru_cache(maxsize=None)(SensorRecording)
 
 
 @pytest.fixture(scope='module', params=NAMES)

@@ -101,12 +101,12 @@ def test_signals_in_quick_succession_interrupt_a_marking_once(first, monkeypatch
     mark, numbers, entered = main_of('mark.py'), (signal.SIGINT, signal.SIGTERM, signal.SIGHUP), []
     before = {number: signal.getsignal(number) for number in numbers}
 
-    class Interrupted:
+    class InterruptedEvent:
         def set(self):
             entered.append(self)
             for number in numbers if len(entered) < 9 else ():
                 signal.raise_signal(number)
-    monkeypatch.setitem(mark.__globals__, 'INTERRUPTED', Interrupted())
+    monkeypatch.setitem(mark.__globals__, 'INTERRUPTED', InterruptedEvent())
     monkeypatch.setitem(mark.__globals__, 'mark_class', lambda *_: signal.raise_signal(first))
     try:
         assert mark(MARK) == 130 and len(entered) == 1

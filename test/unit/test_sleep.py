@@ -28,7 +28,7 @@ WHILE_ASLEEP = 'while this node did not run'
 STEP = 0.05
 
 
-class Bench:
+class SleepingCore:
     """A core, with a robot that stands."""
 
     def __init__(self):
@@ -81,7 +81,7 @@ class Bench:
         return self.moves_by(act)
 
 
-class Mover(Bench):
+class SleepingMoveToGoal(SleepingCore):
     """move_to_goal, which has control and is at its goal."""
 
     def make(self):
@@ -115,7 +115,7 @@ class Mover(Bench):
         self.tell(reset.problem)
 
 
-class Turner(Bench):
+class SleepingController(SleepingCore):
     """controller, with a mouse that is not active."""
 
     def make(self):
@@ -130,7 +130,7 @@ class Turner(Bench):
         self.mouse(False, 0.0)
 
 
-class Pad(Bench):
+class SleepingGamepad(SleepingCore):
     """gamepad, with a pad that says only what changes."""
 
     def make(self):
@@ -157,7 +157,7 @@ class Pad(Bench):
         return self.core.messages.grants
 
 
-class Page(Bench):
+class SleepingPage(SleepingCore):
     """The panel's dead man switch, with a page."""
 
     def make(self):
@@ -177,24 +177,26 @@ class Page(Bench):
 
 
 #: What is held: no line says that it must be let go first.
-HANDS = [partial(Turner.mouse, active=True, y=1.0), partial(Pad.hold, forward=1.0)]
+HANDS = [partial(SleepingController.mouse, active=True, y=1.0), partial(SleepingGamepad.hold, forward=1.0)]
 #: What moves the robot, or its frame.
 GIVES = [
-    (Mover, Mover.give), (Mover, Mover.goal), (Mover, Mover.reset),
-    (Turner, lambda core: core.core.on_turn(core.event(90.0), core.now)),
-    (Turner, lambda core: core.core.on_typed(core.event(90.0), core.now)),
-    (Turner, HANDS[0]),
-    (Pad, partial(Pad.hold, relinquish=True)), (Pad, partial(Pad.hold, reset=True)), (Pad, HANDS[1]),
-    (Page, lambda page: page.ask(partial(page.core.hold, 'page'), 0.0, True)),
-    (Page, lambda page: page.ask(page.core.check, 0.0, 1.0))]      # a turn, a goal, a reset
+    (SleepingMoveToGoal, SleepingMoveToGoal.give), (SleepingMoveToGoal, SleepingMoveToGoal.goal),
+    (SleepingMoveToGoal, SleepingMoveToGoal.reset),
+    (SleepingController, lambda core: core.core.on_turn(core.event(90.0), core.now)),
+    (SleepingController, lambda core: core.core.on_typed(core.event(90.0), core.now)),
+    (SleepingController, HANDS[0]),
+    (SleepingGamepad, partial(SleepingGamepad.hold, relinquish=True)),
+    (SleepingGamepad, partial(SleepingGamepad.hold, reset=True)), (SleepingGamepad, HANDS[1]),
+    (SleepingPage, lambda page: page.ask(partial(page.core.hold, 'page'), 0.0, True)),
+    (SleepingPage, lambda page: page.ask(page.core.check, 0.0, 1.0))]    # a turn, a goal, a reset
 #: What stops it, and what moved it before.
 STOPS = [
-    (Mover, Mover.goal, lambda core: core.core.on_ctrl_relinq(core.event(False))),
-    (Mover, Mover.goal, lambda core: core.core.on_cancel(core.now)),
-    (Turner, lambda core: core.core.on_turn(core.event(90.0), core.now),
+    (SleepingMoveToGoal, SleepingMoveToGoal.goal, lambda core: core.core.on_ctrl_relinq(core.event(False))),
+    (SleepingMoveToGoal, SleepingMoveToGoal.goal, lambda core: core.core.on_cancel(core.now)),
+    (SleepingController, lambda core: core.core.on_turn(core.event(90.0), core.now),
      lambda core: core.mouse(True, 0.0) or core.let_go()),
-    *[(Pad, partial(Pad.hold, relinquish=True), stop) for stop in (
-        partial(Pad.hold, regain=True), lambda pad: pad.core.on_ctrl_relinq(pad.event(False)),
+    *[(SleepingGamepad, partial(SleepingGamepad.hold, relinquish=True), stop) for stop in (
+        partial(SleepingGamepad.hold, regain=True), lambda pad: pad.core.on_ctrl_relinq(pad.event(False)),
         lambda pad: pad.core.on_has_control(pad.event(False)))]]
 
 
