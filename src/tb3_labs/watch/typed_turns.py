@@ -48,7 +48,7 @@ class Turn:
         """The indices of the commands that turn."""
         return np.flatnonzero(self.command)
 
-    def said(self, k: int) -> str:
+    def moment_text(self, k: int) -> str:
         """Words on a command: how its error was wrapped, if it had to be."""
         words = f'for an error of {self.error[k]:+.0f} degrees'
         if abs(self.difference[k]) > 180.0:

@@ -53,23 +53,23 @@ class Announcer:
 
     def __init__(self, log_lines: LogQueue) -> None:
         self._log = log_lines
-        self._said: Tuple = ()         # the state of the last line
+        self._printed: Tuple = ()      # attempt, goal and text of the last line
         self._begun = 0                # the attempt that began last
         self._begun_at = 0.0           # the time at which it began
         self._progress_at = 0.0
 
-    def check(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
-              now: float) -> bool:
+    def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
+               now: float) -> bool:
         """Returns True if the status is new. A drive's progress is one line a second, too.
         `motion()`: the robot's Motion now."""
-        said = (status.attempt, status.goal, status.text)
-        if not status.text or said == self._said:
+        key = (status.attempt, status.goal, status.text)
+        if not status.text or key == self._printed:
             if abs(now - self._progress_at) >= PROGRESS_PERIOD:
                 self._progress_at = now
                 if status.text in DRIVING:
                     self._log.add(f'{status.text}: {to_go(*status.left(motion()))}')
             return False
-        self._said, self._progress_at = said, now
+        self._printed, self._progress_at = key, now
         begins = status.begun and status.attempt != self._begun
         if begins:
             self._begun, self._begun_at = status.attempt, now
