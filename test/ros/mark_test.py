@@ -26,7 +26,7 @@ import rospkg
 import tb3_labs.msg
 
 from tb3_labs.skeletons import FOLDER, skeleton, write
-from tb3_labs.marking.lab_table import NODES
+from tb3_labs.marking.lab_table import LAB_NODES
 from tb3_labs.ros.clocks import wait_until
 
 from node_case import path_of, plain_node
@@ -110,7 +110,7 @@ def hand_in(folder, case):
     nodes filled. The files have no exec bits, and one has Windows line endings."""
     repository = folder / case.student
     repository.mkdir(parents=True)
-    for name, lab in NODES.items():
+    for name, lab in LAB_NODES.items():
         package, node = lab.packages[0], lab.files[0]
         files = skeleton(PACKAGE / FOLDER / name, package)
         place, code = 'src/' + node, plain_node(node, 'lab2')

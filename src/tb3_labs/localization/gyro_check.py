@@ -9,7 +9,7 @@ slip and uneven wheels do not explain is added up.
 Times are the samples' stamps, so delays of the network do not matter. Cases:
 
 * Without stamps, or without samples of the wheels, no contradiction is found.
-* supervision.lost_or_stalled finds wheels that turn although the robot stands, and a gyro that
+* supervision.stale_or_stalled finds wheels that turn although the robot stands, and a gyro that
   repeats one reading.
 * After a silence the comparison begins again. A contradiction is over when gyro and wheels agreed
   for `AGREED`, with the wheels at rest.
@@ -103,7 +103,7 @@ class OrientationWatch:
         rate = 0.5 * (last.yaw_rate + yaw_rate)
         self._rested_for += seconds
         if yaw == last.yaw and yaw_rate == last.yaw_rate:
-            return    # a frozen IMU; lost_or_stalled finds it
+            return    # a frozen IMU; stale_or_stalled finds it
         if abs(rate) < SURELY_TURNS:
             self._turned = 0.0
             self.stands = self.stands and self._rested_for < AGREED
