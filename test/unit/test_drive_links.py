@@ -14,7 +14,7 @@ from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
 from tb3_labs.report.run_data import Variables
 from tb3_labs.watch.broken_link import NodeRun, first_broken
 from tb3_labs.watch.chains import CHAINS
-from tb3_labs.watch.drive_pose import APART, places, wrong_pose
+from tb3_labs.watch.drive_pose import APART, Frame, places, wrong_pose
 from tb3_labs.watch.quantities import RECENT
 
 X, Y = 'self.local_x = cos * dx + sin * dy', 'self.local_y = -sin * dx + cos * dy'
@@ -142,9 +142,13 @@ def changed(run, name, value_at):
     return replace(run, variables=Variables(rows.arrival, rows.time, rows.node, rows.name, texts))
 
 
+#: The frame of all samples of a run.
+WHOLE = Frame(-np.inf, np.inf, 0j, 0.0, False, 0j, 0.0, 0.0)
+
+
 def test_a_place_that_comes_late():
     run = played()
-    _, x = next(places(NodeRun(run)))
+    _, x = next(places(NodeRun(run), WHOLE))
     late = changed(run, 'local_x', lambda time: x.value.real[
         (np.searchsorted(x.time, time - 2.0) - 1).clip(0)])
     assert 'local_x came up to 2.0 s late' in broken(late).words
@@ -160,7 +164,7 @@ def test_a_place_is_identified_as_what_it_follows_or_as_one_that_is_equal_on_thi
         RUNS[robot] = played(pose=robot[0], offset=robot[1])
     run, rows = RUNS[robot], RUNS[robot].variables
     run = replace(run, variables=rows.take([not name.startswith('initial') for name in rows.name]))
-    table = [each for _, each in places(NodeRun(run))]
+    table = [each for _, each in places(NodeRun(run), WHOLE)]
     quantity = table[k]
     for name, value in (('local_x', quantity.value.real), ('local_y', quantity.value.imag)):
         run = changed(run, name, lambda time: value[

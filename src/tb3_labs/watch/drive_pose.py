@@ -87,9 +87,15 @@ def combined(*options: Any) -> Iterator[Tuple[Any, ...]]:
         yield (sum(one is not each[0] for one, each in zip(chosen, options)), *chosen)
 
 
-def places(node_run: NodeRun) -> Iterator[Wrong]:
-    """What a node may take for its local place, complex; the first is right."""
+def during(frame: Frame, time: np.ndarray) -> slice:
+    """The samples whose numbers a variable may have in a frame; `time`: of all samples."""
+    return slice(*np.searchsorted(time, (frame.begin - LATE, frame.end)))
+
+
+def places(node_run: NodeRun, frame: Frame) -> Iterator[Wrong]:
+    """What a node may take for its local place in a frame, complex; the first is right."""
     samples = node_run.run.odometry
+    samples = samples.take(during(frame, samples.arrival))
     this, before = around(node_run, samples.arrival)
     here, now, theta = samples.x + 1j * samples.y, samples.yaw, this.theta - this.turned
     forms = (('', lambda z: z), ('with x and y swapped, ', lambda z: z.imag + 1j * z.real),
@@ -120,39 +126,44 @@ SINCE = ((' since the reset', 1, 1, 0), (' since the reset before', 1, 0, 1),
 AT = ((' at the reset', 0, -1, 0), (' at the reset before', 0, 0, -1), ('', 1, 0, 0))
 
 
-def readings(node_run: NodeRun, name: str) -> Iterator[Tuple[int, Frame, Quantity, Any, Any]]:
-    """(mistakes, frame of each sample, what a node may read for a yaw or a reference, this at the
-    begin of the frame, and of the frame before); the first is right."""
+def readings(node_run: NodeRun, frame: Frame,
+             name: str) -> Iterator[Tuple[int, Frame, Quantity, Any, Any]]:
+    """(mistakes, frame of each sample, what a node may read for a yaw or a reference in a frame,
+    this at the begin of the frame, and of the frame before); the first is right."""
     run, of = node_run.run, ('IMU', 'yaw') if name in ('local_yaw', 'initial_global_yaw') else (
         'odometry', 'theta' if 'yaw' in name else 'place')
     samples = run.imu if of[0] == 'IMU' else run.odometry
+    samples = samples.take(during(frame, samples.arrival))
     this, before = around(node_run, samples.arrival)
     yield 0, this, Quantity(
         f"the {'yaw' if 'yaw' in name else 'place'} of the {of[0]}", samples.arrival,
         samples.yaw if 'yaw' in name else samples.x + 1j * samples.y, 0.0), getattr(
             this, of[1]), getattr(before, of[1])
     for table in (node_run.imu, node_run.odometry) if 'yaw' in name else ():
-        this, before = around(node_run, table[0].time)
-        first, old = (np.searchsorted(table[0].time, frame.begin).clip(0, len(this.begin) - 1)
-                      for frame in (this, before))
+        time = table[0].time
+        part = during(frame, time)
+        this, before = around(node_run, time[part])
+        first, old = (np.searchsorted(time, each.begin).clip(0, len(time) - 1)
+                      for each in (this, before))
         for each in table:
             # the other ranges are equal on the circle
             if 'from -180' in each.words or not each.per_degree:
                 words = re.sub(',? in radians|, from -180 to 180', '', each.words)
                 yield (1 + ('yaw' not in words) + ('odometry' in words)
                        + words.replace('x, y, z, w', '').count(','),
-                       this, each._replace(words=words), each.value[first], each.value[old])
+                       this, each._replace(words=words, time=time[part], value=each.value[part]),
+                       each.value[first], each.value[old])
 
 
-def table(node_run: NodeRun, name: str) -> Iterator[Wrong]:
-    """What a variable of the pose or a reference may follow, as it is compared; the first is right,
-    and the second one of a reference, too."""
+def table(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Wrong]:
+    """What a variable of the pose or a reference may follow in a frame, as it is compared; the
+    first is right, and the second one of a reference, too."""
     if name in ('local_x', 'local_y'):
-        for wrong, each in places(node_run):
+        for wrong, each in places(node_run, frame):
             yield wrong, each._replace(value=compared(name, each.value))
         return
     is_local = name in USED
-    for wrong, this, each, first, old in readings(node_run, name):
+    for wrong, this, each, first, old in readings(node_run, frame, name):
         declared = this.turned * (180.0 / np.pi if ' in degrees' in each.words else 1.0)
         if 'yaw' not in name:
             declared = this.declared * np.exp(1j * (this.theta - this.turned))
@@ -207,9 +218,10 @@ def wrong_variable(node_run: NodeRun, frame: Frame, name: str) -> Optional[Broke
     value = compared(name, series.value * (unit_of(series) if is_local else 1.0))
     part = steered(node_run, Series(name, series.time, series.text, value).between(
         frame.begin + LATE, frame.end))
-    candidates = table(node_run, name)
+    candidates = table(node_run, frame, name)
     rights = [each for _, each in islice(candidates, 1 if is_local else 2)]
-    if np.isfinite(part.value).sum() < FEW or followed(part, rights, MOST):
+    if np.isfinite(part.value).sum() < FEW or not len(rights[0].time) or followed(
+            part, rights, MOST):
         return None
     right, moved = rights[0], np.nan_to_num(np.abs(
         part.value - part.value[0])).max(initial=0.0)
