@@ -69,8 +69,8 @@ def test_resets_turns_and_control_that_were_recorded(tmp_path):
     run = read_run(write_bag(tmp_path / 'events.bag', sources=(sensors, events)))
     assert run.resets.time == pytest.approx([1.0], abs=5e-3)
     assert run.resets.pose(0) == Pose2(1.0, 0.5, 1.57)
-    assert (list(run.requested.time), run.dropped['requested']) == ([pytest.approx(2.0, abs=5e-3)], 1)
-    assert math.degrees(run.requested.value[0]) == pytest.approx(-90.0)
+    assert (list(run.turn_requests.time), run.dropped['turn_requests']) == ([pytest.approx(2.0, abs=5e-3)], 1)
+    assert math.degrees(run.turn_requests.value[0]) == pytest.approx(-90.0)
     assert list(run.control.value) == [1.0] and run.devices == ('joy',)
     # a button that is held is one press
     assert list(run.presses.value) == [2.0, 0.0]
@@ -109,7 +109,7 @@ def test_without_rosout_a_pose_estimate_is_a_reset(tmp_path):
 def test_a_reset_of_another_robot_is_none(tmp_path):
     run = read_run(write_bag(
         tmp_path / 'other.bag', namespaces=('/robot3',), sources=(sensors, events)))
-    assert len(run.resets) == 0 and len(run.requested) == 1
+    assert len(run.resets) == 0 and len(run.turn_requests) == 1
 
 
 @pytest.mark.parametrize('topic, kind, checksum, left_out', [
@@ -126,7 +126,7 @@ def test_a_definition_in_a_bag_is_never_run(tmp_path, topic, kind, checksum, lef
                                      'message_definition': 'float64 data\nuint8 open({!r},"w").x=1'
                                      .format(str(tmp_path / 'harm'))})
     run = read_run(path, log=told.append)
-    assert len(run.imu) > 100 and [math.degrees(turn) for turn in run.requested.value] == (
+    assert len(run.imu) > 100 and [math.degrees(turn) for turn in run.turn_requests.value] == (
         [] if left_out else [90.0])
     assert sorted(os.listdir(str(tmp_path))) == ['evil.bag']
     assert left_out in ' '.join(told) and len(told) == bool(left_out)

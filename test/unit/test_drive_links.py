@@ -14,6 +14,7 @@ from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
 from tb3_labs.report.run_data import Variables
 from tb3_labs.watch.broken_link import NodeRun, first_broken
 from tb3_labs.watch.chains import CHAINS
+from tb3_labs.watch.drive_links import state_kept
 from tb3_labs.watch.drive_pose import APART, Frame, places, wrong_pose
 from tb3_labs.watch.quantities import RECENT
 
@@ -140,6 +141,19 @@ def changed(run, name, value_at):
     chosen, texts = rows.name == name, rows.value.copy()
     texts[chosen] = [repr(float(value)) for value in value_at(rows.arrival[chosen])]
     return replace(run, variables=Variables(rows.arrival, rows.time, rows.node, rows.name, texts))
+
+
+def test_a_state_that_a_reset_sets_back_for_a_moment_was_not_kept():
+    """A node with another mistake may find nothing to rotate, and drive forward at once."""
+    run = played(*WRONG['state kept'][0])
+    rows, reset = run.variables, run.resets.arrival[-1]
+    for seconds, is_kept in ((0.0, True), (0.15, False)):
+        texts = rows.value.copy()
+        texts[(rows.name == 'state') & (rows.arrival >= reset) & (rows.arrival < reset + seconds)] = 'ROTATE_TO_GOAL'
+        last = state_kept(NodeRun(replace(
+            run, resets=run.resets.take(slice(-1, None)),
+            variables=Variables(rows.arrival, rows.time, rows.node, rows.name, texts))))
+        assert (last is not None) is is_kept
 
 
 #: The frame of all samples of a run.

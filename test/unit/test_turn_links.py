@@ -10,7 +10,7 @@ from made_run import made, values
 from tb3_labs.report.run_data import Orientations, Twists, Variables
 from tb3_labs.watch.broken_link import NodeRun, first_broken, is_heading, sentence
 from tb3_labs.watch.chains import CHAINS
-from tb3_labs.watch.quantities import Quantity, followed, headings
+from tb3_labs.watch.quantities import Quantity, matching_quantities, headings
 from tb3_labs.watch.variables import Series, find
 
 #: A letter every EVERY [s], and the time between two steps of robot and IMU [s]; a node's callback and a
@@ -206,7 +206,7 @@ def test_a_variable_follows_its_quantity_or_one_that_is_equal_on_this_motion(kno
     read = np.arange(1.0, 11.9, 0.05)
     newest = np.searchsorted(TIMES, read - age) - 1
     series = Series('yaw', read, np.array([''] * len(read)), chosen.value[newest])
-    first = followed(series, every)[0]
+    first = matching_quantities(series, every)[0]
     apart = np.abs(first.value[newest] - chosen.value[newest])
     assert first is chosen or np.quantile(apart, 0.9) <= 0.05 * chosen.scale, (first.words, chosen.words)
 

@@ -50,7 +50,7 @@ def test_a_turn_by_less_than_half_a_quarter_is_none_and_a_spin_is_by_hand(degree
 def test_a_turn_that_a_node_made_wrongly_is_listed_but_not_a_persons(sender, devices, number, degrees):
     run = driven([turn(3.0, degrees)], devices=devices)
     sent = values(run.commands.time, np.zeros(len(run.commands)))
-    assert len(turns(replace(run, senders=(sender,), sent=sent))) == number
+    assert len(turns(replace(run, senders=(sender,), sender_index=sent))) == number
 
 
 @pytest.mark.parametrize('said, requested', [
@@ -59,7 +59,7 @@ def test_a_turn_that_a_node_made_wrongly_is_listed_but_not_a_persons(sender, dev
     ([(0.9, 90.0), (2.9, 30.0)], 30.0)])      # the robot did not make the first turn
 def test_an_angle_that_was_said_was_asked_for(said, requested):
     times, angles = zip(*said)
-    found = one([turn(3.0, 31.0)], requested=values(times, np.radians(angles)))
+    found = one([turn(3.0, 31.0)], turn_requests=values(times, np.radians(angles)))
     assert found.was_sent and math.degrees(found.requested) == pytest.approx(requested)
     assert math.degrees(found.error) == pytest.approx(1.0, abs=0.15)
 

@@ -246,7 +246,7 @@ class RunData:
     frames: Poses = field(default_factory=Poses.none)          # of local in odom
     states: States = field(default_factory=States.none)
     resets: Poses = field(default_factory=Poses.none)          # of the robot in local, as declared
-    requested: Values = field(default_factory=Values.none)     # turns [rad], left positive
+    turn_requests: Values = field(default_factory=Values.none)  # turns [rad], left positive
     control: Values = field(default_factory=Values.none)       # ctrl_relinq: 1 = a node may drive
     presses: Values = field(default_factory=Values.none)       # numbers of a pad's buttons
     pad: PadSamples = field(default_factory=PadSamples.none)
@@ -254,7 +254,7 @@ class RunData:
     log: LogLines = field(default_factory=LogLines.none)       # of the robot's namespace
     devices: Tuple[str, ...] = ()                              # recorded ones of joy, mouse_info
     senders: Tuple[str, ...] = ()                              # of the commands; (): unknown
-    sent: Values = field(default_factory=Values.none)          # index in senders of each command
+    sender_index: Values = field(default_factory=Values.none)  # of each command, in senders
     starts: Tuple[float, ...] = ()                             # times of the node [s]; (): unknown
     letters: Values = field(default_factory=Values.none)       # typed: 1 for l, -1 for r, 0
     events: States = field(default_factory=States.none)        # of a trial, by the marker
@@ -269,7 +269,7 @@ class RunData:
 Result = TypeVar('Result')
 
 
-def once(find: Callable[[RunData], Result]) -> Callable[[RunData], Result]:
+def cached_per_run(find: Callable[[RunData], Result]) -> Callable[[RunData], Result]:
     """Makes a function of a run that computes its result only once: a page calls it often."""
     @functools.wraps(find)
     def found(run: RunData) -> Result:

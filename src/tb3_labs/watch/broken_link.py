@@ -10,14 +10,14 @@ from typing import (
 
 import numpy as np
 
-from tb3_labs.watch.quantities import Quantity, followed, headings, pause
+from tb3_labs.watch.quantities import Quantity, matching_quantities, headings, pause
 from tb3_labs.watch.variables import Series, find, variables_of
 
 
 #: A belief that changes less often is late [s].
-SELDOM = 0.3
+LONGEST_UPDATE_GAP = 0.3
 #: A heading that is off by less than this many times what is the same is still the heading.
-COARSE = 30.0
+COARSE_FACTOR = 30.0
 
 
 class BrokenLink(NamedTuple):
@@ -36,7 +36,7 @@ class NodeRun:
 
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
         self.run, self.variables = run, variables_of(run, node)
-        self.known = lru_cache(maxsize=None)(lambda function: function(self))
+        self.cached = lru_cache(maxsize=None)(lambda function: function(self))
 
     def find(self, name: str) -> Optional[Series]:
         """The first variable that has this name; None if there is none."""
@@ -145,27 +145,27 @@ def belief(series: Series,
     """(the quantity that a variable follows, None; or None, the BrokenLink if it is not the first
     of `quantities`, in any range)."""
     right, name = quantities[0], series.name
-    found = followed(series, quantities)
-    usable = [each for each in found if is_heading(each, right)] or followed(
+    found = matching_quantities(series, quantities)
+    usable = [each for each in found if is_heading(each, right)] or matching_quantities(
         # the samples of a busy machine come late, or not at all
-        series, [each._replace(scale=COARSE * each.scale) for each in quantities
+        series, [each._replace(scale=COARSE_FACTOR * each.scale) for each in quantities
                  if is_heading(each, right)] if not found else [])
     if usable:
         return usable[0], None
-    requested = 'it should be ' + right.words
+    expectation = 'it should be ' + right.words
     moment, numbers = example(series, right)
     if stays(series) and not found:
-        return None, BrokenLink(f'{name} stays at {series.text[-1][:40]}; {requested}',
+        return None, BrokenLink(f'{name} stays at {series.text[-1][:40]}; {expectation}',
                                 moment, name)
     if found:
         also = [each.words for each in found[1:2] if not np.allclose(
             each.value, found[0].value, atol=1e-3 * each.scale)]
         return None, BrokenLink('{} follows {}; {}: {}'.format(
-            name, ', or '.join([found[0].words] + also), requested, numbers), moment, name)
+            name, ', or '.join([found[0].words] + also), expectation, numbers), moment, name)
     rare = pause(series, right)
     return None, BrokenLink('{} does not follow {}{}: {}'.format(
         name, right.words, ', but changes only every {:.1f} s while that changes'.format(
-            rare) if rare > SELDOM else '', numbers), moment, name)
+            rare) if rare > LONGEST_UPDATE_GAP else '', numbers), moment, name)
 
 
 #: The fields of a command that no wheel follows: its name in Twists, and in the message.
@@ -182,7 +182,7 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED) -> str:
     return ''
 
 
-def other_fields(node_run: NodeRun) -> str:
+def other_field_text(node_run: NodeRun) -> str:
     """Words on a field of the commands in which there is a speed that was not asked for."""
     found = wrong_field(node_run.run.commands, (*UNUSED, ('linear', 'linear.x')))
     return found and '; ' + found

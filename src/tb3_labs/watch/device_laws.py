@@ -76,8 +76,8 @@ def factor_of(series: Series, form: Quantity, part: float) -> float:
     return factor if np.mean(np.isfinite(ages(few, times))) >= part else np.nan
 
 
-def law(node_run: NodeRun, device: Device, commands: Any, name: str, forms: List[Quantity],
-        factor: float) -> Optional[BrokenLink]:
+def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
+                 forms: List[Quantity], factor: float) -> Optional[BrokenLink]:
     """The BrokenLink of a field, linear.x or angular.z, that should be `factor` times the first of
     the forms. It is weak if the field has the right sign and is not larger."""
     last, value = device.sample(commands.arrival), getattr(commands, name.split('.')[0])
@@ -138,5 +138,5 @@ def unanswered(sent: Any, device: Device, drives: Callable[[np.ndarray], Any],
 
 def link_of(laws: Callable[[NodeRun], List[Optional[BrokenLink]]], weak: bool) -> Check:
     """The link that is broken by the first of the laws that is weak, or that is not."""
-    return lambda node_run: next((each for each in node_run.known(laws)
+    return lambda node_run: next((each for each in node_run.cached(laws)
                                   if each is not None and each.is_weak == weak), None)

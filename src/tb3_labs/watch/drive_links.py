@@ -10,9 +10,9 @@ from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_X, GOAL_Y,
     GOAL_YAW_DEG, MAX_SPEED, STATES)
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, other_fields, stays
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, other_field_text, stays
 from tb3_labs.watch.drive_pose import (
-    APART, LATE, MOST, SOON, USED, frames, steered, unit_of)
+    APART, LATE, MOST, SOON, USED, frames, part_with_control, unit_of)
 from tb3_labs.watch.variables import short
 
 #: The tolerance of each state [rad], [m]; the gain of each rotation [1/s]; the goal [m], [rad].
@@ -20,10 +20,10 @@ TOLERANCES = dict(zip(STATES, (ANGLE_TOLERANCE, DISTANCE_TOLERANCE, ANGLE_TOLERA
 GAINS = {STATES[0]: GAIN_TO_GOAL, STATES[2]: GAIN_TO_FINAL}
 GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians(GOAL_YAW_DEG))}
 #: A longer pause between commands is a mistake [s].
-PAUSE = 0.45
+LONGEST_COMMAND_GAP = 0.45
 
 
-def given(node_run: NodeRun) -> List[Tuple[float, float, float]]:
+def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
     """(begin, end, value) of each message on ctrl_relinq."""
     control = node_run.run.control
     return list(zip(control.arrival, np.append(control.arrival[1:], node_run.run.duration),
@@ -33,7 +33,7 @@ def given(node_run: NodeRun) -> List[Tuple[float, float, float]]:
 def wrong_control(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does has_control follow ctrl_relinq?"""
     series = node_run.find('has_control')
-    for begin, end, value in given(node_run):
+    for begin, end, value in control_intervals(node_run):
         if series is None:
             return None
         part = series.between(begin + LATE, end)
@@ -47,11 +47,12 @@ def wrong_control(node_run: NodeRun) -> Optional[BrokenLink]:
 def state_kept(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is the state set back by a reset?"""
     series = node_run.find('state')
-    for frame in node_run.known(frames):
+    for frame in node_run.cached(frames):
         if series is None:
             return None
         part = series.between(frame.begin + LATE, frame.end)
-        if frame.is_reset and len(part.text) and (
+        was_set_back = STATES[0] in series.between(frame.begin - SOON, frame.begin + LATE).text
+        if frame.is_reset and len(part.text) and not was_set_back and (
                 series.text_at(frame.begin - SOON) == part.text[0] in STATES[1:]) and (
                 own_pose(node_run, part.time[:1]).left(STATES[0]) > TOLERANCES[STATES[0]] + APART):
             return BrokenLink('{}{} stayed {}; it should be {}'.format(
@@ -118,11 +119,11 @@ def parts(node_run: NodeRun) -> List[Part]:
     series, found, sent = node_run.find('state'), [], node_run.run.commands
     if series is None or not set(series.text) & set(STATES):
         return []
-    cuts = [*(each.begin for each in node_run.known(frames)), *node_run.run.control.arrival]
+    cuts = [*(each.begin for each in node_run.cached(frames)), *node_run.run.control.arrival]
     gaps = series.time[1:][np.diff(series.time) > 4.0 * SOON]
     edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])
     for begin, end in zip(edges[:-1], edges[1:]):
-        part = steered(node_run, series.between(begin, end), 0.0)
+        part = part_with_control(node_run, series.between(begin, end), 0.0)
         pose = own_pose(node_run, part.time)
         if not len(part.time) or np.isnan(pose.left(STATES[0])).all():
             continue
@@ -155,7 +156,7 @@ def forms(part: Part, node_run: NodeRun) -> Iterator[Tuple[str, np.ndarray]]:
             yield f'{target} - {heading}{more}', value
 
 
-def law(node_run: NodeRun, part: Part) -> Tuple[str, float]:
+def fitted_formula(node_run: NodeRun, part: Part) -> Tuple[str, float]:
     """(words, gain) of the heading error that the commands of a rotation follow, if possible
     with the handout's gain; '': of none."""
     requested, found = GAINS[part.state], [('', GAINS[part.state])]
@@ -176,7 +177,7 @@ def law(node_run: NodeRun, part: Part) -> Tuple[str, float]:
 def wrong_law(node_run: NodeRun) -> Optional[BrokenLink]:
     """In each state: have the commands the side and the size of the law, and does it end at its
     tolerance, with the next one?"""
-    return next(filter(None, (check(node_run, part) for part in node_run.known(parts)
+    return next(filter(None, (check(node_run, part) for part in node_run.cached(parts)
                               for check in (wrong_command, wrong_end))), None)
 
 
@@ -185,7 +186,7 @@ def wrong_command(node_run: NodeRun, part: Part) -> Optional[BrokenLink]:
     if part.state not in TOLERANCES or part.end - part.begin < 1.0:
         return None
     name = 'linear.x' if part.state == STATES[1] else 'angular.z'
-    text = f'in {part.state} {name} was '
+    text = 'in {} {} was '.format(part.state, name)
     if not len(part.time):
         return BrokenLink('in {} no command came for {:.1f} s'.format(
             part.state, part.end - part.begin), part.begin)
@@ -193,20 +194,20 @@ def wrong_command(node_run: NodeRun, part: Part) -> Optional[BrokenLink]:
         speed = float(np.median(part.linear))
         return None if 0.0 < speed <= MAX_SPEED + 0.01 else BrokenLink(
             text + '{:.2f}, by the handout it is {:g}{}'.format(
-                speed, DRIVE_SPEED, '' if speed else node_run.known(other_fields)), part.begin,
+                speed, DRIVE_SPEED, '' if speed else node_run.cached(other_field_text)), part.begin,
             name)
-    (words, gain), (right, left) = law(node_run, part), next(forms(part, node_run))
+    (words, gain), (right, left) = fitted_formula(node_run, part), next(forms(part, node_run))
     if words and (words != right or gain < 0.0):
         return BrokenLink(text + '{:.2g} x ({}); by the handout it is {:g} x ({})'.format(
             gain, words, GAINS[part.state], right), part.begin, name)
     wrong = np.flatnonzero((np.abs(left) > 2.0 * TOLERANCES[part.state]) & (np.abs(left) < 3.0) & (
         part.angular * left < (0.0 if part.angular.any() else 1e-9)))
-    return None if len(wrong) < 3 else BrokenLink(text
-                                                  + '{:+.2f} for an error of {:+.2f} rad{}'.format(
-                                                      part.angular[wrong[0]], left[wrong[0]],
-                                                      '' if part.angular.any()
-                                                      else node_run.known(other_fields)),
-                                                  part.time[wrong[0]], name)
+    if len(wrong) < 3:
+        return None
+    k = wrong[0]
+    more = '' if part.angular.any() else node_run.cached(other_field_text)
+    return BrokenLink(text + '{:+.2f} for an error of {:+.2f} rad{}'.format(
+        part.angular[k], left[k], more), part.time[k], name)
 
 
 def wrong_end(node_run: NodeRun, part: Part) -> Optional[BrokenLink]:
@@ -245,9 +246,10 @@ def not_silent(node_run: NodeRun) -> Optional[BrokenLink]:
     sent = node_run.run.commands
     moving = (sent.linear != 0.0) | (sent.angular != 0.0)
     ends = [(part.begin, part.end, 'state became ' + STATES[3], moving | True)
-            for part in node_run.known(parts) if part.state == STATES[3]]
+            for part in node_run.cached(parts) if part.state == STATES[3]]
     ends += [(begin, end, 'ctrl_relinq became False', moving)
-             for begin, end, value in given(node_run) if not value and end > begin + LATE]
+             for begin, end, value in control_intervals(node_run)
+             if not value and end > begin + LATE]
     for begin, end, words, counted in sorted(ends, key=lambda each: each[0]):
         last = np.flatnonzero((sent.arrival > begin - 1.0) & (sent.arrival < begin + LATE))
         late = np.flatnonzero((sent.arrival > begin + LATE) & (sent.arrival < end) & counted)
@@ -257,25 +259,24 @@ def not_silent(node_run: NodeRun) -> Optional[BrokenLink]:
                     words, len(late), sent.linear[late[0]], sent.angular[late[0]]),
                 float(sent.arrival[late[0]]))
         if len(last) and moving[last][sent.arrival[last] > begin - SOON].all() and moving[last[-1]]:
-            return BrokenLink('{}, and the last command was linear.x {:.2f}, angular.z {:.2f}: no '
-                              'zero '
-                              'followed'.format(words, sent.linear[last[-1]],
-                                                sent.angular[last[-1]]),
-                              begin)
+            return BrokenLink(
+                '{}, and the last command was linear.x {:.2f}, angular.z {:.2f}: no zero '
+                'followed'.format(words, sent.linear[last[-1]], sent.angular[last[-1]]), begin)
     return None
 
 
 def slow_law(node_run: NodeRun) -> Optional[BrokenLink]:
     """Are gains and speed those of the handout, ten times a second?"""
-    for part in node_run.known(parts):
+    for part in node_run.cached(parts):
         if len(part.time) < 4 or part.state not in TOLERANCES:
             continue
         pause = float(np.median(np.diff(part.time)))
-        if pause > PAUSE:
+        if pause > LONGEST_COMMAND_GAP:
             return BrokenLink('commands came every {:.1f} s; the handout has ten a second'.format(
                 pause), part.begin)
         requested = GAINS.get(part.state, DRIVE_SPEED)
-        own = law(node_run, part)[1] if part.state in GAINS else float(np.median(part.linear))
+        own = fitted_formula(node_run, part)[1] if part.state in GAINS else float(
+            np.median(part.linear))
         if abs(own - requested) > 0.05 * requested:
             return BrokenLink('in {} {} {:.2g}, by the handout it is {:g}'.format(
                 part.state, 'linear.x was' if part.state == STATES[1] else

@@ -11,7 +11,7 @@ from typing import Any, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 import numpy as np
 
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun
-from tb3_labs.watch.quantities import SAME, Quantity, ages, followed
+from tb3_labs.watch.quantities import SAME, Quantity, ages, matching_quantities
 from tb3_labs.watch.variables import Series, short
 
 #: A pose is right within APART [m], [rad], in the part MOST of at least FEW values.
@@ -69,8 +69,8 @@ def frames(node_run: NodeRun) -> List[Frame]:
 
 
 def around(node_run: NodeRun, time: np.ndarray) -> Tuple[Frame, Frame]:
-    """The frame of each time and the one before, each as a Frame of arrays."""
-    known = node_run.known(frames)
+    """Two Frames of arrays: the frame at each time, and the frame before that frame."""
+    known = node_run.cached(frames)
     this = np.searchsorted([each.begin for each in known], time, 'right').clip(1) - 1
     columns = [np.array(column) for column in zip(*known)]
     return (Frame(*(column[this] for column in columns)),
@@ -81,7 +81,7 @@ def around(node_run: NodeRun, time: np.ndarray) -> Tuple[Frame, Frame]:
 Wrong = Tuple[int, Quantity]
 
 
-def combined(*options: Any) -> Iterator[Tuple[Any, ...]]:
+def mistake_combinations(*options: Any) -> Iterator[Tuple[Any, ...]]:
     """(how many are not the first option, one of each) of all combinations."""
     for chosen in product(*options):
         yield (sum(one is not each[0] for one, each in zip(chosen, options)), *chosen)
@@ -111,7 +111,7 @@ def places(node_run: NodeRun, frame: Frame) -> Iterator[Wrong]:
              ('rotated by {} the yaw without the declared one', this.theta),
              ('rotated by {} degrees', np.degrees(theta)))
     kept = (('', this.declared), (', without the declared place', 0.0))
-    for wrong, more, form, base, (words, turn), (side, sign) in combined(
+    for wrong, more, form, base, (words, turn), (side, sign) in mistake_combinations(
             kept, forms, bases, turns, (('minus', -1.0), ('plus', 1.0))):
         yield wrong, Quantity(
             f'{form[0]}{base[0]}, {words.format(side)}{more[0]}', samples.arrival,
@@ -160,23 +160,23 @@ def table(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Wrong]:
     first is right, and the second one of a reference, too."""
     if name in ('local_x', 'local_y'):
         for wrong, each in places(node_run, frame):
-            yield wrong, each._replace(value=compared(name, each.value))
+            yield wrong, each._replace(value=comparable(name, each.value))
         return
     is_local = name in USED
     for wrong, this, each, first, old in readings(node_run, frame, name):
         declared = this.turned * (180.0 / np.pi if ' in degrees' in each.words else 1.0)
         if 'yaw' not in name:
             declared = this.declared * np.exp(1j * (this.theta - this.turned))
-        for more, (words, now, of_this, of_before), (kept, share) in combined(
+        for more, (words, now, of_this, of_before), (kept, share) in mistake_combinations(
                 SINCE if is_local else AT,
                 (('', is_local), (', without the declared pose', is_local - 1))):
             value = now * each.value - of_this * first + share * declared
             value = value - of_before * old if of_before else value
             yield wrong + more, Quantity(
-                each.words + words + kept, each.time, compared(name, value), APART / SAME)
+                each.words + words + kept, each.time, comparable(name, value), APART / SAME)
 
 
-def compared(name: str, value: np.ndarray) -> np.ndarray:
+def comparable(name: str, value: np.ndarray) -> np.ndarray:
     """Numbers as they are compared: of a yaw on the unit circle, of a place its x or y."""
     if 'yaw' in name:
         return np.exp(1j * value)
@@ -188,7 +188,7 @@ def unit_of(series: Series) -> float:
     return np.pi / 180.0 if np.nan_to_num(np.abs(series.value)).max(initial=0.0) > 7.0 else 1.0
 
 
-def steered(node_run: NodeRun, part: Series, late: float = LATE) -> Series:
+def part_with_control(node_run: NodeRun, part: Series, late: float = LATE) -> Series:
     """The part of a variable in which the node has had control for this time [s]; without
     ctrl_relinq all of it."""
     control = node_run.run.control
@@ -202,7 +202,7 @@ def steered(node_run: NodeRun, part: Series, late: float = LATE) -> Series:
 def wrong_pose(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is the local pose that of the sensors, since the reset, in the local frame? If not, is its
     reference that of the reset?"""
-    for frame, name in product(node_run.known(frames), USED):
+    for frame, name in product(node_run.cached(frames), USED):
         wrong = wrong_variable(node_run, frame, name)
         if wrong is not None:
             return next(filter(None, (wrong_variable(node_run, frame, each)
@@ -215,12 +215,12 @@ def wrong_variable(node_run: NodeRun, frame: Frame, name: str) -> Optional[Broke
     series, is_local = node_run.find(name), name in USED
     if series is None or np.isnan([frame.place, frame.theta, frame.yaw]).any():
         return None         # it is unknown
-    value = compared(name, series.value * (unit_of(series) if is_local else 1.0))
-    part = steered(node_run, Series(name, series.time, series.text, value).between(
+    value = comparable(name, series.value * (unit_of(series) if is_local else 1.0))
+    part = part_with_control(node_run, Series(name, series.time, series.text, value).between(
         frame.begin + LATE, frame.end))
     candidates = table(node_run, frame, name)
     rights = [each for _, each in islice(candidates, 1 if is_local else 2)]
-    if np.isfinite(part.value).sum() < FEW or not len(rights[0].time) or followed(
+    if np.isfinite(part.value).sum() < FEW or not len(rights[0].time) or matching_quantities(
             part, rights, MOST):
         return None
     right, moved = rights[0], np.nan_to_num(np.abs(
@@ -243,7 +243,8 @@ def other_text(part: Series, right: Quantity, candidates: Iterable[Wrong]) -> st
     """What a variable does, if it does not follow the right quantity."""
     some = part.take(np.linspace(0, len(part.time) - 1, 15).astype(int))
     mistakes = {id(each): (wrong, each) for wrong, each in candidates}
-    found = followed(part, followed(some, [each for _, each in mistakes.values()], 0.6), MOST)
+    likely = matching_quantities(some, [each for _, each in mistakes.values()], 0.6)
+    found = matching_quantities(part, likely, MOST)
     if found:
         fewest = min(mistakes[id(each)][0] for each in found)
         texts = dict.fromkeys(each.words for each in found if mistakes[id(each)][0] == fewest)

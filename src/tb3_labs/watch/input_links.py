@@ -14,8 +14,8 @@ from tb3_labs.handout import (
     ANGULAR_AXIS, LINEAR_AXIS, MAX_SPEED, MAX_TURN, MOUSE_DEAD_ZONE, MOUSE_FULL, PRINTED_HEADING)
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, belief, example, stays
 from tb3_labs.watch.device_laws import (
-    ANSWERED, Device, events_of, law, link_of, stimulus, unanswered)
-from tb3_labs.watch.quantities import Quantity, delay, followed
+    ANSWERED, Device, events_of, link_of, stimulus, unanswered, wrong_factor)
+from tb3_labs.watch.quantities import Quantity, delay, matching_quantities
 from tb3_labs.watch.variables import Series
 
 # -- the gamepad
@@ -36,7 +36,7 @@ def axes(node_run: NodeRun) -> List[int]:
     return found
 
 
-def played(node_run: NodeRun) -> Device:
+def heard_pad(node_run: NodeRun) -> Device:
     """What a node heard of the pad."""
     received = node_run.run.pad
     return Device(received.arrival, np.hstack([received.axes, received.buttons]), [
@@ -46,11 +46,10 @@ def played(node_run: NodeRun) -> Device:
 
 def stick_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
     """The BrokenLink of each field that follows a stick; weak if the pad is not known."""
-    pad = played(node_run)
+    pad = heard_pad(node_run)
     forms = [Quantity(name, pad.time, value, 1.0) for name, value in zip(pad.names, pad.value.T)]
-    found = [law(node_run, pad, node_run.run.commands, name,
-                 [forms[axis], *forms], factor)
-             for name, factor, axis in zip(FIELDS, (MAX_SPEED, MAX_TURN), node_run.known(axes))]
+    found = [wrong_factor(node_run, pad, node_run.run.commands, name, [forms[axis], *forms], factor)
+             for name, factor, axis in zip(FIELDS, (MAX_SPEED, MAX_TURN), node_run.cached(axes))]
     return [each and each._replace(is_weak=each.is_weak or stimulus(node_run, STICKS[0]) == np.inf)
             for each in found]
 
@@ -73,7 +72,7 @@ def wrong_control(node_run: NodeRun) -> Optional[BrokenLink]:
     """Do the sticks drive, and the buttons do what they should?"""
     a, b, y = begins = [stimulus(node_run, name) for name in 'ABY']
     found = [unanswered(
-        node_run.run.commands, played(node_run), lambda row: row[node_run.known(axes)].any(),
+        node_run.run.commands, heard_pad(node_run), lambda row: row[node_run.cached(axes)].any(),
         lambda begin, end: stimulus(node_run, STICKS[0]) == np.inf or a <= begin < b)]
     found += map(wrong_button, [node_run] * 3, 'ABY', begins, (b, y, np.inf))
     broken = min(filter(None, found), key=lambda each: each.moment, default=None)
@@ -96,7 +95,7 @@ READ, MIXED = 0.15, 0.3
 BESIDE = 'l beside the mouse'
 
 
-def mouse(node_run: NodeRun) -> Device:
+def heard_mouse(node_run: NodeRun) -> Device:
     """What a node heard of the mouse."""
     received = node_run.run.mouse
     return Device(received.arrival,
@@ -125,7 +124,8 @@ def mouse_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
                         (('', received.active), (', also while it is not active', 1.0)))]
              for axis, place, far in (('x', received.x, x), ('y', received.y, y))}
     straight, back, turn = (
-        law(node_run, mouse(node_run), commands, FIELDS[axis == 'x'], forms[axis] + other, factor)
+        wrong_factor(node_run, heard_mouse(node_run), commands, FIELDS[axis == 'x'],
+                     forms[axis] + other, factor)
         for axis, other, factor in (
             ('y', forms['x'], MOUSE_FULL), ('y', forms['x'], -MOUSE_FULL),
             ('x', forms['y'], -MOUSE_FULL)))
@@ -137,7 +137,7 @@ def mouse_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
 def mouse_ignored(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does the mouse give commands, and a zero in its middle and when it is deactivated?"""
     return unanswered(
-        node_run.run.commands, mouse(node_run),
+        node_run.run.commands, heard_mouse(node_run),
         lambda row: not row[2] and np.abs(row[:2]).max() > MOUSE_DEAD_ZONE,
         lambda begin, end: turning(node_run, np.arange(begin - READ, end, READ)).any())
 
@@ -146,7 +146,7 @@ def mouse_in_turn(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does the mouse give no command while the node turns?"""
     commands = node_run.run.commands
     inner = commands.take((turning(node_run, commands.arrival) == 1.0) & (
-        mouse(node_run).sample(commands.arrival) >= 0))
+        heard_mouse(node_run).sample(commands.arrival) >= 0))
     is_zero = inner.angular == 0.0
     if len(inner) < 3 or np.diff(is_zero).mean() < MIXED:
         return None
@@ -162,7 +162,7 @@ MOUSE_LINKS = (link_of(mouse_laws, weak=False), mouse_ignored, mouse_in_turn,
 HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 
 
-def printed(node_run: NodeRun) -> Series:
+def printed_headings(node_run: NodeRun) -> Series:
     """The headings that the node printed in its first run."""
     rows, end = node_run.run.printed, [*node_run.run.starts[1:], np.inf][0]
     words = list(map(str, rows.words))
@@ -174,10 +174,10 @@ def printed(node_run: NodeRun) -> Series:
 
 def wrong_heading(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is the printed number the heading from 0 to 360?"""
-    series, quantities = printed(node_run), node_run.imu
+    series, quantities = printed_headings(node_run), node_run.imu
     if len(series.time) < 3 or not quantities:
         return None
-    right, found = quantities[0], followed(series, quantities)
+    right, found = quantities[0], matching_quantities(series, quantities)
     if not found and not stays(series):
         heading = right.value[(np.searchsorted(right.time, series.time) - 1).clip(0)]
         angle = float(np.median((series.value - heading + 180.0) % 360.0 - 180.0))
@@ -187,8 +187,8 @@ def wrong_heading(node_run: NodeRun) -> Optional[BrokenLink]:
         late = (each._replace(words=f'{each.words}, up to {longest:.1f} s late')
                 for each in quantities if 0.0 < abs(each.per_degree) <= 1.0
                 for longest in [delay(series, each)] if longest < np.inf)
-        found = followed(Series(series.name, series.time, series.text, series.value % 360.0),
-                         [moved]) or list(islice(late, 1))
+        wrapped = Series(series.name, series.time, series.text, series.value % 360.0)
+        found = matching_quantities(wrapped, [moved]) or list(islice(late, 1))
     if not found:
         return belief(series, quantities)[1]
     moment, apart = example(series, right)

@@ -73,10 +73,10 @@ def thinned(series: Series) -> Series:
     return series.take(known)
 
 
-def followed(series: Series, quantities: Iterable[Quantity],
-             part: float = PART) -> List[Quantity]:
-    """The quantities that a variable follows, in their order; those after the first cannot be told
-    from it by this run."""
+def matching_quantities(series: Series, quantities: Iterable[Quantity],
+                        part: float = PART) -> List[Quantity]:
+    """The quantities that a variable follows, in their order. If there are several, this run does
+    not show which of them the node uses."""
     # without the value before any message
     first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
     few, found = thinned(series.take(slice(first, None))), []

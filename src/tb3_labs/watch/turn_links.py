@@ -4,30 +4,30 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from tb3_labs.handout import HDG_TOL, K_HDG, MAX_ANG_Z, TURN_DEG
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, other_fields
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, other_field_text
 from tb3_labs.watch.typed_turns import READ, Turn, heading, turns
 from tb3_labs.watch.variables import number, short
 
 #: An angle is right within NEAR [deg]; an error is clear from CLEAR to 180 - CLEAR [deg].
 NEAR, CLEAR = 3.0, 20.0
 #: A longer pause between commands is a mistake [s].
-PAUSE = 0.45
+LONGEST_COMMAND_GAP = 0.45
 
 
 def wrong_heading(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is curr_yaw the heading, in a range that can be used?"""
-    return node_run.known(heading)[2]
+    return node_run.cached(heading)[2]
 
 
 def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is goal_yaw 90 degrees from curr_yaw after a letter, to its side?"""
-    series, quantity, _ = node_run.known(heading)
+    series, quantity, _ = node_run.cached(heading)
     goal, turning = node_run.find('goal_yaw'), node_run.find('turning')
     right: Optional[Turn] = None
     if series is None or quantity is None or goal is None:
         return None
     unit = quantity.per_degree
-    for turn in node_run.known(turns):
+    for turn in node_run.cached(turns):
         if turning is not None and turning.at(turn.begin) == 1.0:
             continue        # the letter is not read yet
         off = (number(turn.after) - turn.own) / unit - TURN_DEG * np.array(
@@ -36,10 +36,10 @@ def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
             right = right or turn
             moved = turn.goal[turn.moving][-1:] - number(turn.after)
             if len(moved) and len(set(turn.goal[turn.moving])) > 5 and abs(moved[0]) > NEAR * unit:
-                return BrokenLink('{} went on from {:.4g} to {:.4g} in the turn after {}; it '
-                                  'should '
-                                  'stay'.format(goal.name, number(turn.after), moved[0] + number(
-                                      turn.after), turn.letter), turn.begin, goal.name)
+                before = number(turn.after)
+                return BrokenLink(
+                    '{} went on from {:.4g} to {:.4g} in the turn after {}; it should stay'.format(
+                        goal.name, before, moved[0] + before, turn.letter), turn.begin, goal.name)
             continue
         words = 'after {}, with {} {:.4g}, {} {} {}; it should be {}'.format(
             turn.letter, series.name, turn.own, goal.name,
@@ -55,12 +55,12 @@ def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
             words += f'. It had asked for nothing, {turn.begin - begun:.1f} s after its start'
         elif right:
             words += '; after {} with {:.4g} it was right{}'.format(
-                right.letter, right.own, flags(node_run, turn, right))
+                right.letter, right.own, flag_differences(node_run, turn, right))
         return BrokenLink(words, turn.begin, goal.name)
     return None
 
 
-def flags(node_run: NodeRun, turn: Turn, right: Turn) -> str:
+def flag_differences(node_run: NodeRun, turn: Turn, right: Turn) -> str:
     """Words on what was True or False at this letter, and otherwise at the right one."""
     texts = [(name, series.text_at(turn.begin), series.text_at(right.begin))
              for name, series in node_run.variables.items()
@@ -74,7 +74,7 @@ def not_turning(node_run: NodeRun) -> Optional[BrokenLink]:
     turning = node_run.find('turning')
     if turning is None:
         return None
-    for turn in node_run.known(turns):
+    for turn in node_run.cached(turns):
         part = turning.between(turn.begin + READ / 2.0, min(turn.end, turn.begin + 1.0))
         if len(part.value) > 4 and not (part.value == 1.0).any():
             error = f', at an error of {turn.error[0]:+.0f} degrees' if np.isfinite(
@@ -88,20 +88,20 @@ def not_turning(node_run: NodeRun) -> Optional[BrokenLink]:
 def too_seldom(node_run: NodeRun) -> Optional[BrokenLink]:
     """Do commands come ten times a second, none of them from elsewhere?"""
     turning = node_run.find('turning')
-    for turn in node_run.known(turns):
+    for turn in node_run.cached(turns):
         if not len(turn.time) and turning is not None and (turning.between(
                 turn.begin, turn.begin + 1.0).value == 1.0).sum() > 10:
             return BrokenLink('after {} {} was True, and no command came'.format(
                 turn.letter, turning.name), turn.begin)
         if len(turn.moving) in (1, 2) and turn.moving[-1] == len(turn.time) - 1 and (
-                turn.end - turn.time[-1] > PAUSE):
+                turn.end - turn.time[-1] > LONGEST_COMMAND_GAP):
             return BrokenLink('after {} the command {:+.2f} rad/s came {}, and then none'.format(
                 turn.letter, turn.command[-1], ('once', 'twice')[len(turn.moving) - 1]), turn.begin)
         if len(turn.moving) < 3:
             continue
         span = slice(turn.moving[0], turn.moving[-1] + 1)
         is_zero = turn.command[span] == 0.0
-        if np.median(np.diff(turn.time[span])) > PAUSE:
+        if np.median(np.diff(turn.time[span])) > LONGEST_COMMAND_GAP:
             return BrokenLink('commands came every {:.1f} s; the handout has ten a second'.format(
                 np.median(np.diff(turn.time[span]))), turn.begin)
         if (np.diff(is_zero.astype(int)) > 0).sum() >= 3:
@@ -119,13 +119,13 @@ KINDS = (('differences up to 180', lambda turn, k: abs(turn.difference[k]) <= 18
 
 def wrong_command(node_run: NodeRun) -> Optional[BrokenLink]:
     """Has each command the side of the error, and a speed within the limits?"""
-    found, sent = node_run.known(turns), node_run.run.commands
+    found, sent = node_run.cached(turns), node_run.run.commands
     for turn in found:
         if len(turn.time) > 5 and not len(turn.moving) and abs(turn.error[-1]) > CLEAR:
-            return BrokenLink('after {}, for an error of {:.0f} degrees, angular.z stayed '
-                              '0{}'.format(
-                                  turn.letter, turn.error[-1], other_fields(node_run)), turn.begin,
-                              'angular.z')
+            return BrokenLink(
+                'after {}, for an error of {:.0f} degrees, angular.z stayed 0{}'.format(
+                    turn.letter, turn.error[-1], other_field_text(node_run)),
+                turn.begin, 'angular.z')
     wrong: List[Tuple[Turn, int]] = []
     right: List[Tuple[Turn, int]] = []
     for turn in found:
@@ -136,12 +136,12 @@ def wrong_command(node_run: NodeRun) -> Optional[BrokenLink]:
         turn, k = wrong[0]
         if len(set(turn.command[turn.moving])) == 1 and len(turn.moving) > 5 and (
                 abs(turn.difference[k]) <= 180.0):
-            return BrokenLink('in the turn after {} the command stayed {:+.2f} rad/s, while the '
-                              'error '
-                              'went from {:+.0f} to {:+.0f} degrees'.format(
-                                  turn.letter, turn.command[k], turn.error[turn.moving[0]],
-                                  turn.error[k]), float(turn.time[k]), 'angular.z')
-        return BrokenLink(turn.moment_text(k) + (steered_by(node_run, found) or next(
+            return BrokenLink(
+                'in the turn after {} the command stayed {:+.2f} rad/s, while the error went from '
+                '{:+.0f} to {:+.0f} degrees'.format(
+                    turn.letter, turn.command[k], turn.error[turn.moving[0]], turn.error[k]),
+                float(turn.time[k]), 'angular.z')
+        return BrokenLink(turn.moment_text(k) + (steering_source_text(node_run, found) or next(
             (f'; for {words} it was right' for words, is_so in KINDS
              if any(is_so(*each) for each in right) and not any(is_so(*each) for each in wrong)),
             '')), float(turn.time[k]), 'angular.z')
@@ -158,9 +158,9 @@ def wrong_command(node_run: NodeRun) -> Optional[BrokenLink]:
     return None
 
 
-def steered_by(node_run: NodeRun, found: Sequence[Turn]) -> str:
+def steering_source_text(node_run: NodeRun, found: Sequence[Turn]) -> str:
     """Words on another variable from which the commands turn to goal_yaw; '' if there is none."""
-    _, quantity, _ = node_run.known(heading)
+    _, quantity, _ = node_run.cached(heading)
     unit = quantity.per_degree if quantity is not None else 1.0
     for series in node_run.variables.values():
         if not np.isfinite(series.value).all() or np.ptp(series.value) < CLEAR * unit:
@@ -180,18 +180,17 @@ def steered_by(node_run: NodeRun, found: Sequence[Turn]) -> str:
 def wrong_stop(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does a turn end within the tolerance, by a zero?"""
     turning, tolerance = node_run.find('turning'), node_run.constant('HDG_TOL', HDG_TOL)
-    for turn in node_run.known(turns):
+    for turn in node_run.cached(turns):
         if not len(turn.moving):
             continue
         last = int(turn.moving[-1])
         if last + 1 < len(turn.time) and abs(turn.error[last + 1]) > HDG_TOL + 4.0:
-            return BrokenLink('the turn after {} was ended at an error of {:+.0f} degrees; {:g} '
-                              'are '
-                              'the tolerance{}'.format(
-                                  turn.letter, turn.error[last + 1], HDG_TOL,
-                                  tolerance or same_time(node_run)),
-                              float(turn.time[last + 1]), 'turning')
-        if last + 1 == len(turn.time) and turn.end - turn.time[last] > PAUSE:
+            return BrokenLink(
+                'the turn after {} was ended at an error of {:+.0f} degrees; {:g} are the '
+                'tolerance{}'.format(turn.letter, turn.error[last + 1], HDG_TOL,
+                                     tolerance or same_time(node_run)),
+                float(turn.time[last + 1]), 'turning')
+        if last + 1 == len(turn.time) and turn.end - turn.time[last] > LONGEST_COMMAND_GAP:
             return BrokenLink('no zero followed the last command of the turn after {}: {}'.format(
                 turn.letter, turn.moment_text(last)), float(turn.time[last]), 'angular.z')
         inner = np.flatnonzero(np.abs(turn.error[:last + 1]) < HDG_TOL / 2.0)
@@ -206,7 +205,7 @@ def wrong_stop(node_run: NodeRun) -> Optional[BrokenLink]:
 
 def same_time(node_run: NodeRun) -> str:
     """Words on turns that all took the same time, wherever they ended; else ''."""
-    took = [np.ptp(turn.time[turn.moving]) for turn in node_run.known(turns) if len(turn.moving)]
+    took = [np.ptp(turn.time[turn.moving]) for turn in node_run.cached(turns) if len(turn.moving)]
     return '; each turn took {:.1f} s, at whatever error it ended'.format(
         np.mean(took)) if len(took) > 2 and np.ptp(took) < 0.15 else ''
 
@@ -214,7 +213,7 @@ def same_time(node_run: NodeRun) -> str:
 def not_over(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does `turning` become False at the goal?"""
     turning = node_run.find('turning')
-    for turn in node_run.known(turns):
+    for turn in node_run.cached(turns):
         if turning is not None and turning.at(turn.begin - READ) == 1.0:
             return BrokenLink('{} was still True when {} was typed: it did not become False at the '
                               'goal before'.format(turning.name, turn.letter), turn.begin,
@@ -224,7 +223,7 @@ def not_over(node_run: NodeRun) -> Optional[BrokenLink]:
 
 def slow_law(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is the command the gain times the error, within the limits?"""
-    for turn in node_run.known(turns):
+    for turn in node_run.cached(turns):
         clear = np.flatnonzero((np.abs(turn.error) > 2.0 * MAX_ANG_Z / K_HDG) & (
             turn.command * turn.error > 0.0))
         if len(clear) and np.median(np.abs(turn.command[clear])) < 0.9 * MAX_ANG_Z:

@@ -6,7 +6,7 @@ import numpy as np
 
 from tb3_labs.handout import TURN_DEG
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, belief, is_heading
-from tb3_labs.watch.quantities import Quantity, followed
+from tb3_labs.watch.quantities import Quantity, matching_quantities
 from tb3_labs.watch.variables import Series
 
 #: A letter is read within ANSWERED [s]. The variables are read every READ [s].
@@ -63,7 +63,8 @@ def heading(node_run: NodeRun) -> Tuple[Optional[Series], Optional[Quantity], Op
     quantities = node_run.imu
     series = node_run.find('curr_yaw')
     if series is None:      # another name
-        found = [(each, followed(each, quantities)) for each in node_run.variables.values()
+        found = [(each, matching_quantities(each, quantities))
+                 for each in node_run.variables.values()
                  if 'goal' not in each.name and np.isfinite(each.value).any()
                  and np.nanmax(each.value) - np.nanmin(each.value) > 0.5]
         found.sort(key=lambda each: not (each[1] and is_heading(each[1][0], quantities[0])))
@@ -89,7 +90,7 @@ def letters(node_run: NodeRun) -> List[Tuple[float, float, int]]:
 
 def turns(node_run: NodeRun) -> List[Turn]:
     """The turns of a run. Without goal_yaw their goals are those of the letters."""
-    series, quantity, _ = node_run.known(heading)
+    series, quantity, _ = node_run.cached(heading)
     used, goal, sent = quantity or node_run.imu[0], node_run.find('goal_yaw'), node_run.run.commands
     goal = goal if quantity is not None and goal is not None and len(goal.time) else None
     found = []

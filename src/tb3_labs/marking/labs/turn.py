@@ -74,7 +74,8 @@ COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.
 AT_EDGE = (MOUSE_FULL - NEAR, MOUSE_FULL + NEAR)
 #: The speeds at 0.6 of the way: a wide range, since the mouse lab does not fix the dead zone.
 AT_HALF = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
-#: The mouse is held at a place for MOUSE_HELD; moved in a turn, it must drive within AT_LAST [s].
+#: The mouse is held at a place for MOUSE_HELD [s]. If it is moved in a turn, the robot must drive
+#: by it within AT_LAST [s].
 MOUSE_HELD, AT_LAST = 0.8, 4.0
 #: The limits of the mouse, and of the turns, in words.
 DRIVES = 'within {:g} s: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both {:.2f} ' \

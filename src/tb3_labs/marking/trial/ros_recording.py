@@ -39,9 +39,9 @@ from tb3_labs.ros.topics import subscribe
 #: The robot's name, by which its settings are found.
 ROBOT = 'turtlebot3'
 #: At most this many commands, odd commands, log lines, events and other messages of a topic are
-#: recorded, of each line at most LINE_LENGTH characters, of each message LARGEST bytes.
+#: recorded, of each line at most LINE_LENGTH characters, of each message MOST_BYTES bytes.
 MOST_COMMANDS, MOST_ODD, MOST_LINES, MOST_EVENTS, MOST_MESSAGES = 40000, 1000, 1000, 5000, 100000
-LINE_LENGTH, LARGEST = 300, 10000
+LINE_LENGTH, MOST_BYTES = 300, 10000
 #: Equal commands that come sooner after each other than this are one [s].
 SAME_COMMAND = 0.04
 #: At most this many characters of an output are recorded in a second, the last ones; a tenth of it
@@ -213,7 +213,7 @@ class Recorder:
         (topic, kind), at, data = about, self.now, BytesIO()
         message.serialize(data)
         data = data.getvalue()
-        if connection_of(message)['md5sum'] == kind._md5sum and len(data) <= LARGEST and (
+        if connection_of(message)['md5sum'] == kind._md5sum and len(data) <= MOST_BYTES and (
                 self._is_within(topic, MOST_MESSAGES)):
             self.recording.add(topic, (kind._type, data, kind._md5sum, kind), at)
 

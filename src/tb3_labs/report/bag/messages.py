@@ -36,7 +36,7 @@ RESET_LINE = re.compile(
 #: A reset is looked for in this many characters of a line; later resets are left out.
 LONGEST_RESET, MOST_RESETS = 500, 1000
 #: No number of a robot is larger: m, rad, m/s, rad/s. The firmware's spikes are below 1000.
-LARGEST = 1e5
+LARGEST_NUMBER = 1e5
 
 
 def declared_by(line: str) -> Optional[Pose2]:
@@ -82,14 +82,14 @@ def make_collectors(parts, prefix, limits):
         'states': (States, lambda message: [(None, message.data)]),
         'events': (States, lambda message: [(None, message.data)]),
         'printed': (States, lambda message: [(None, message.data)]),
-        'requested': (Values, lambda message: [(None, math.radians(message.data))]),
+        'turn_requests': (Values, lambda message: [(None, math.radians(message.data))]),
         'control': (Values, lambda message: [(None, float(message.data))]),
         'pad': (PadSamples, lambda message: [
             (None, *_filled(message.axes, PadSamples.AXES),
              *_filled(message.buttons, PadSamples.BUTTONS))]),
         'mouse': (MouseSamples, lambda message: [
             (message.header, message.xPos, message.yPos, float(message.status.data))]),
-        'sent': (Values, None),    # by the connections' definitions, not by the messages
+        'sender_index': (Values, None),    # by the connections' definitions, not by the messages
         'frames': (Poses, lambda message: (
             (each.header, each.transform.translation.x, each.transform.translation.y,
              _yaw(each.transform.rotation)) for each in message.transforms
@@ -139,7 +139,7 @@ class Collector:
             self._letters += sum(map(len, row))
             self.is_full = self.is_full or len(self.arrival) >= self._most or (
                 self._letters > read_limits.MOST_LETTERS)
-        elif not all(-LARGEST < value < LARGEST for value in row):      # false for NaN
+        elif not all(-LARGEST_NUMBER < value < LARGEST_NUMBER for value in row):  # NaN, too
             self.bad += 1
             return
         if self.is_full:
@@ -184,7 +184,7 @@ def _filled(numbers, length):
 
 def _finite(speed):
     """The speed [m/s] or [rad/s], clipped: a command with an infinite speed is kept."""
-    return max(-LARGEST / 2.0, min(LARGEST / 2.0, speed))
+    return max(-LARGEST_NUMBER / 2.0, min(LARGEST_NUMBER / 2.0, speed))
 
 
 def _wxyz(q):

@@ -28,7 +28,7 @@ OPTIONAL = {
     'commands': ('cmd_vel', Twist), 'local_pose': ('local_pose', PoseStamped),
     'ground_truth': ('ground_truth', PoseStamped), 'goals': ('current_goal', PoseStamped),
     'states': ('goal_state', String), 'resets': ('initialpose', PoseWithCovarianceStamped),
-    'requested': ('turn', Float64), 'control': ('ctrl_relinq', Bool), 'pad': ('joy', Joy),
+    'turn_requests': ('turn', Float64), 'control': ('ctrl_relinq', Bool), 'pad': ('joy', Joy),
     'mouse': ('mouse_info', MouseController),
     'events': ('trial', String), 'printed': ('printed', String),
     'variables': ('variables', DiagnosticArray)}
@@ -101,11 +101,11 @@ def _read(bag, path, namespace, log):
                                ', {} more'.format(more) if more > 0 else ''))
     prefix = parent(topics['odometry'])
     limits = ReadLimits()
-    collectors = make_collectors([*topics, 'sent'], prefix, limits)
+    collectors = make_collectors([*topics, 'sender_index'], prefix, limits)
     names = {name: k for k, name in enumerate(sorted(senders.get(topics.get('commands'), ())))}
+    of_topic = {topic: (collectors[part], types[topic][0]) for part, topic in topics.items()}
     start, problem = _collect(
-        bag, records, {topic: (collectors[part], types[topic][0])
-                       for part, topic in topics.items()}, collectors['sent'], names, limits)
+        bag, records, of_topic, collectors['sender_index'], names, limits)
     for part in ('imu', 'odometry'):
         if not len(collectors[part].arrival):
             raise _missing(f'not one good message on {topics[part]} (bad quaternions?)',

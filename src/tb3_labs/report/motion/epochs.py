@@ -19,7 +19,7 @@ import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.run_data import Poses, RunData, once
+from tb3_labs.report.run_data import Poses, RunData, cached_per_run
 
 #: The first pose in a new frame comes at most this long before or after the line of its reset [s].
 NEAR_RESET = 0.3
@@ -45,7 +45,7 @@ class Epoch:
     local_T_world: Optional[Pose2]    # None: unknown
 
 
-@once
+@cached_per_run
 def epochs(run: RunData) -> List[Epoch]:
     """The Epochs of a run, in order; the first begins at -inf, the last ends at inf."""
     frames = _frames(run)

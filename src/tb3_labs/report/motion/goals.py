@@ -11,7 +11,7 @@ import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.run_data import RunData, once
+from tb3_labs.report.run_data import RunData, cached_per_run
 
 #: A goal belongs to a state if their messages arrived within this time [s].
 SAME_MOMENT = 0.5
@@ -27,7 +27,7 @@ class Span:
     goal: Optional[Pose2]
 
 
-@once
+@cached_per_run
 def spans(run: RunData) -> List[Span]:
     """Returns the states of move_to_goal as Spans, in order.
 
@@ -60,7 +60,7 @@ def _goals_of_states(run: RunData) -> List[Optional[int]]:
     return indices
 
 
-@once
+@cached_per_run
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (time, distance [m], angle [rad]) from the robot to the goal in force, by
     local_pose."""

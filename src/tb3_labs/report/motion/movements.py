@@ -44,7 +44,7 @@ from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
 from tb3_labs.localization.odometry_jumps import POSE_LOST, JumpFilter
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.report.motion.epochs import robot_in_odom
-from tb3_labs.report.run_data import Commands, Poses, RunData, States, once
+from tb3_labs.report.run_data import Commands, Poses, RunData, States, cached_per_run
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.timeouts import RESET_SILENCE
@@ -102,7 +102,7 @@ def moving(commands: Commands) -> np.ndarray:
 def programs(run: RunData, begin: float, end: float) -> List[str]:
     """The programs that commanded the robot from `begin` to `end` [s], without those by which a
     person drives; [] if the recording does not show it."""
-    names = {run.senders[int(k)] for k in run.sent.between(begin, end).value}
+    names = {run.senders[int(k)] for k in run.sender_index.between(begin, end).value}
     return sorted(TERMINAL if '/rostopic_' in name else name for name in names if not (
         PERSONS.search(name) or name == '?'))
 
@@ -122,7 +122,7 @@ def parts_of(run: RunData, movement: Movement) -> List[Tuple[float, float]]:
     return list(zip(begins, begins[1:] + [movement.end]))[:MOST_MOVEMENTS]
 
 
-@once
+@cached_per_run
 def movements(run: RunData) -> List[Movement]:
     """All movements of a run, in order."""
     time = run.commands.time
@@ -204,31 +204,31 @@ def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
 
 
 def _with_local(run: RunData) -> RunData:
-    steady, lost = _steady_odometry(run)
-    declared = [(float(steady.time[0]), Pose2())] + [
+    continuous, lost = _continuous_odometry(run)
+    declared = [(float(continuous.time[0]), Pose2())] + [
         (float(time), run.resets.pose(k)) for k, time in enumerate(run.resets.time)]
     declared.sort(key=lambda reset: reset[0])
-    frames = [(time, steady.at(time) @ local_T_base.inverse(),
+    frames = [(time, continuous.at(time) @ local_T_base.inverse(),
                float(run.imu.yaw_at(time)) - local_T_base.yaw) for time, local_T_base in declared]
     begins = np.array([time for time, _ in declared])
-    number = np.searchsorted(begins, steady.time, side='right') - 1
+    number = np.searchsorted(begins, continuous.time, side='right') - 1
     x, y, yaw, imu_yaw = np.array([
         (frame.x, frame.y, frame.yaw, imu_yaw) for _, frame, imu_yaw in frames])[
             number.clip(0)].T
-    steady_T_local = Poses(steady.arrival, steady.time, x, y, yaw)
-    local = steady_T_local.inverse() @ steady
-    heading = wrap_all(run.imu.yaw_at(steady.time) - imu_yaw)
-    is_known = np.ones(len(steady), dtype=bool)
+    continuous_T_local = Poses(continuous.arrival, continuous.time, x, y, yaw)
+    local = continuous_T_local.inverse() @ continuous
+    heading = wrap_all(run.imu.yaw_at(continuous.time) - imu_yaw)
+    is_known = np.ones(len(continuous), dtype=bool)
     for time in lost:
-        is_known &= (steady.time < time) | (steady.time >= min(
+        is_known &= (continuous.time < time) | (continuous.time >= min(
             begins[begins > time], default=math.inf))
     return replace(
         run, local_pose=replace(local, yaw=heading).take(is_known),
-        frames=run.odometry @ steady.inverse() @ steady_T_local,
+        frames=run.odometry @ continuous.inverse() @ continuous_T_local,
         derived=run.derived + ('local_pose', 'frames'))
 
 
-def _steady_odometry(run: RunData) -> Tuple[Poses, List[float]]:
+def _continuous_odometry(run: RunData) -> Tuple[Poses, List[float]]:
     """Returns the odometry as move_to_goal corrects it: (Poses without jumps, the times at which
     the pose is lost [s])."""
     odometry, imu = run.odometry, run.imu

@@ -17,7 +17,7 @@ import numpy as np
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.report.motion.goals import spans
 from tb3_labs.report.motion.movements import NO_SPEED, TERMINAL, Kind, Movement, movements, programs
-from tb3_labs.report.run_data import ImuSamples, RunData, once
+from tb3_labs.report.run_data import ImuSamples, RunData, cached_per_run
 
 #: A robot rests if its mean rate of turn over REST_WINDOW [s] is less than AT_REST [rad/s].
 AT_REST, REST_WINDOW = 0.03, 0.15
@@ -69,7 +69,7 @@ class TurnReport:
         return math.copysign(1.0, self.requested) * turned - abs(self.requested)
 
 
-@once
+@cached_per_run
 def turns(run: RunData) -> List[TurnReport]:
     """A TurnReport for each turn, in order."""
     driven = [(span.begin, span.end) for span in spans(run) if span.state in DRIVING]
@@ -142,7 +142,7 @@ def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
 
 def _requested(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:
     """Returns (the angle that was asked for, 0 if there was none; was it sent on topic `turn`?)."""
-    sent = run.requested.between(since, end)
+    sent = run.turn_requests.between(since, end)
     if len(sent):
         return float(sent.value.sum()), True
     if not LEAST_TURN <= abs(turned) <= MOST_TURN and not (

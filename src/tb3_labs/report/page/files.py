@@ -165,7 +165,7 @@ def _rule_of_turns(run: RunData, reports: Sequence[TurnReport]) -> str:
     words = [_rule(run)] if 'states' not in run.derived else []
     if not all(turn.was_sent for turn in reports):
         words.append('Asked: taken as the nearest multiple of 90 degrees{}.'.format(
-            ' where topic turn said nothing' if len(run.requested) else ''))
+            ' where topic turn said nothing' if len(run.turn_requests) else ''))
     return ' '.join(words)
 
 

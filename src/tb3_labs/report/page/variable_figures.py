@@ -11,7 +11,7 @@ from typing import Any, Callable, List, NamedTuple, Tuple
 import numpy as np
 
 from tb3_labs.report.page.curves import NO_LINE, Figure, Line, thinned
-from tb3_labs.report.run_data import GAP, Poses, RunData, once
+from tb3_labs.report.run_data import GAP, Poses, RunData, cached_per_run
 from tb3_labs.watch.variables import Series, variables_of
 
 #: A page has at most this many figures of variables, variables, points or changes of one,
@@ -62,7 +62,7 @@ def nodes(run: RunData) -> List[str]:
     return list(dict.fromkeys(node[:LONGEST] for node in run.variables.node))
 
 
-@once
+@cached_per_run
 def variables(run: RunData) -> List[Series]:
     """The variables of a run, in their order; with two nodes the names have the node's."""
     found, owners = [], list(dict.fromkeys(run.variables.node))

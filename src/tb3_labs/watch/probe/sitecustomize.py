@@ -23,13 +23,13 @@ from enum import Enum
 from types import FunctionType, MemberDescriptorType, ModuleType
 
 #: The pause between two readings, and the longest pause between two searches for objects [s].
-PAUSE, LONGEST_PAUSE = 0.05, 16.0
+READ_PAUSE, LONGEST_PAUSE = 0.05, 16.0
 #: A search for objects takes at most this part of the time.
 SEARCHING = 0.003
-#: At most this many variables, objects, and objects of a class are shown; of a text so many
-#: characters, of an array or a list so many numbers.
+#: At most this many variables, objects, and objects of a class are shown. The last two limit the
+#: characters of a text, and the numbers of an array or a list.
 MOST_SHOWN, MOST_OBJECTS, MOST_OF_A_CLASS, LONGEST, MOST_NUMBERS = 40, 20, 3, 200, 9
-#: Values of these types are shown as Python writes them, and of those never.
+#: Values of SIMPLE types are shown as Python writes them. Values of HIDDEN types are not shown.
 SIMPLE = {bool, float, type(None)}
 HIDDEN = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
 #: What each thread holds.
@@ -227,7 +227,7 @@ def run():
     """Wait for the node, and publish its variables until it ends."""
     signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())     # they are the node's
     while not getattr(sys.modules.get('rospy.core'), 'is_initialized', bool)():
-        time.sleep(PAUSE)
+        time.sleep(READ_PAUSE)
     import rospy
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
     publisher = rospy.Publisher('variables', DiagnosticArray, queue_size=1)
@@ -250,7 +250,7 @@ def run():
             publisher.publish(message)
 
     while not rospy.is_shutdown():
-        time.sleep(PAUSE)
+        time.sleep(READ_PAUSE)
         try:
             read()
         except Exception:       # whatever a node holds, it is not disturbed
