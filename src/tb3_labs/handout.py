@@ -1,4 +1,4 @@
-"""The numbers, names and printed words of the two handouts. Each of them is defined here alone.
+"""The numbers, names and printed words of the two handouts. Each is defined only here.
 
 This module imports nothing, so every other module may read it. The plain nodes in scripts/ and the
 skeletons are the handouts' own text: they repeat these values, and test_handout.py compares them.
@@ -29,7 +29,7 @@ STATES = ROTATE_TO_GOAL, MOVE_FORWARD, ROTATE_TO_FINAL, GOAL_REACHED = (
 ANGLE_TOLERANCE, DISTANCE_TOLERANCE = 0.05, 0.15
 #: The gain of each rotation [1/s], and the speed of the way forward [m/s].
 GAIN_TO_GOAL, GAIN_TO_FINAL, DRIVE_SPEED = 0.3, 0.5, 0.15
-#: The robot's limits by its data sheet, which a full stick commands [m/s], [rad/s].
+#: The limits of the robot's data sheet [m/s], [rad/s]. A full stick commands them.
 MAX_SPEED, MAX_TURN = 0.22, 2.84
 #: The numbers of the pad's axes and buttons, which count from 0.
 LINEAR_AXIS, ANGULAR_AXIS = 1, 3

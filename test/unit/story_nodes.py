@@ -1,6 +1,6 @@
 """The nodes of a story: the real cores, with messages that may wait, and with their rules."""
 from reference_rule import GoalRule, HandRule
-from tb3_labs.control.commands import LawStep
+from tb3_labs.control.braking import LawStep
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
@@ -285,7 +285,7 @@ class PadNode(StoryNode):
         self.world.judge(output.command, self.rule)
         if output.reset_requested:
             self.judge_reset(at)
-        for word in output.relinquishes:
+        for word in output.control_messages:
             for _ in range(1 if word else 2):    # as GamepadNode does
                 self.world.tell(self.name, word, at)
             at = at if not word else None    # the others of a grant are renewals

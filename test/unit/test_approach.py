@@ -105,7 +105,7 @@ def test_what_is_learned_stays_within_bounds():
     assert (response.delay, response.lag) == (pytest.approx(FIRST_DELAY), FIRST_LAG)
     for measured, bounds in ((5.0, (MAX_DELAY, MAX_LAG)), (-1.0, (0.0, 0.0))):
         for _ in range(1000):
-            response.measured(Response(measured, measured))
+            response.learn(Response(measured, measured))
         assert (response.delay, response.lag) == pytest.approx(bounds, abs=1e-6)
 
 

@@ -3,7 +3,8 @@ import math
 
 import pytest
 
-from tb3_labs.control.commands import CONTRADICTION, CommandHistory, Estimate, Pace, followed
+from tb3_labs.control.braking import (
+    CONTRADICTION, CommandHistory, Estimate, Pace, first_order_response)
 
 PERIOD = 0.02
 
@@ -125,9 +126,9 @@ def test_commands_are_forgotten_but_not_their_travel():
 def test_a_motor_follows_exponentially_in_however_many_steps(lag, steps):
     speed = 0.2
     for _ in range(steps):
-        speed = followed(speed, -1.0, lag, 0.05 / steps)
+        speed = first_order_response(speed, -1.0, lag, 0.05 / steps)
     assert speed == pytest.approx(-1.0 + 1.2 * (math.exp(-0.05 / lag) if lag else 0.0))
-    assert followed(0.2, 1.0, 0.05, 0.0) == 0.2
+    assert first_order_response(0.2, 1.0, 0.05, 0.0) == 0.2
 
 
 # An estimate: the mean of equal samples, the newest of those that say more ------------------------

@@ -253,7 +253,7 @@ TRUTHS = st.builds(Truth, st.builds(complex, METRES, METRES), TURNS)
 @given(TRUTHS, TRUTHS, TRUTHS, TURNS)
 def test_the_transform_shown_in_tf_puts_the_robot_where_odometry_has_it(start, declared, motion,
                                                                         imu_yaw):
-    frame = LocalFrame.declared(as_pose2(declared), as_pose2(start), imu_yaw)
+    frame = LocalFrame.declare(as_pose2(declared), as_pose2(start), imu_yaw)
     odom_T_base = as_pose2(start.then(*motion))
     place = frame.pose(odom_T_base, 0.0)
     assert frame.odom_T_local.act((place.x, place.y)) == pytest.approx(
@@ -261,6 +261,6 @@ def test_the_transform_shown_in_tf_puts_the_robot_where_odometry_has_it(start, d
 
 
 def test_the_heading_is_the_imus_also_where_odometry_slipped():
-    frame = LocalFrame.declared(Pose2(0.0, 0.0, 0.0), Pose2(0.0, 0.0, 0.0), 1.0)
+    frame = LocalFrame.declare(Pose2(0.0, 0.0, 0.0), Pose2(0.0, 0.0, 0.0), 1.0)
     assert frame.pose(Pose2(0.0, 0.0, 0.5), 1.25).yaw == pytest.approx(0.25)
     assert frame.heading(1.25) == pytest.approx(0.25)

@@ -7,7 +7,7 @@ import statistics
 import pytest
 
 from rollout import navigation, run
-from tb3_labs.control.commands import CommandHistory
+from tb3_labs.control.braking import CommandHistory
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import (
@@ -126,7 +126,7 @@ def test_learning_ends_before_changes_of_the_gain_add_up():
 
 def test_each_measurement_moves_what_is_known_by_a_share():
     response = Response(0.1, 0.05)
-    response.measured(Response(0.2, 0.15, 1.1))
+    response.learn(Response(0.2, 0.15, 1.1))
     assert response.delay == pytest.approx(0.1 + 0.1 * LEARNING)
     assert response.lag == pytest.approx(0.05 + 0.1 * LEARNING)
     assert response.gain == pytest.approx(1.0 + 0.1 * LEARNING)

@@ -59,7 +59,7 @@ class PermissionSenders:
         return self.permission.granted
 
     def warned(self, words):
-        return any(words in log_lines.text and log_lines.warning for log_lines in self.desk.pop_all())
+        return any(words in line.text and line.warning for line in self.desk.pop_all())
 
 
 @pytest.fixture
@@ -110,7 +110,7 @@ def test_a_pad_that_renews_what_does_not_count_is_told_so_once(senders):
     senders.renewing.add('pad')
     senders._next['pad'] = senders.now
     assert not senders.run(5.0)
-    refusals = [log_lines.text for log_lines in senders.desk.pop_all() if 'count' in log_lines.text]
+    refusals = [line.text for line in senders.desk.pop_all() if 'count' in line.text]
     assert len(refusals) == 1 and 'while this node did not run' in refusals[0]
     assert senders.give_anew('pad')
 
@@ -152,7 +152,7 @@ def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, com
     assert senders.granted is stands
     told = 'Control from {} is gone: no imu for {} s (is the robot running?). False, then True, ' \
            'gives it again'.format(*('pad', 2) if was_there else ('the start', 20))
-    assert [log_lines.text for log_lines in senders.desk.pop_all()] == [told] * (not stands)
+    assert [line.text for line in senders.desk.pop_all()] == [told] * (not stands)
     assert senders.give_anew('pad')
 
 

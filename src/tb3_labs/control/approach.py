@@ -1,19 +1,19 @@
 """An approach drives the remaining way, and comes to rest where it is zero, in spite of delays.
 
-From each sample `commands` predicts the *way at rest*: the way that would remain if the robot were
+From each sample `braking` predicts the *way at rest*: the way that would remain if the robot were
 told to stop now. It uses the delay, lag and gain that `motor_response` identifies. An `Estimate`
-takes the noise out of these predictions: from one to the next, the way at rest changes by the
-command only. A braking profile gives the speed for the way at rest. *Nudges* correct the last bit:
+takes the noise out of these predictions: between two samples, only the command changes the way at
+rest. A braking profile gives the speed for the way at rest. *Nudges* correct the last bit:
 they are short commands to a robot that was told to stop. A `PreciseTurn` approaches a heading.
 
 Units: radians or metres for ways, per second for speeds; seconds. Works for either direction.
-Source: braking profile, see :func:`tb3_labs.control.commands.braking_speed`.
+Source: braking profile, see :func:`tb3_labs.control.braking.braking_speed`.
 """
 import math
 from dataclasses import dataclass
 
-from tb3_labs.control.commands import (
-    CommandHistory, Estimate, LawStep, braking_speed, followed, remaining_at_rest)
+from tb3_labs.control.braking import (
+    CommandHistory, Estimate, LawStep, braking_speed, first_order_response, remaining_at_rest)
 from tb3_labs.control.motor_response import TIME_DOUBT, Identification, Response
 from tb3_labs.geometry.angles import clamp, difference, unwrap
 from tb3_labs.robot.samples import REST_ANGULAR
@@ -42,8 +42,8 @@ class ApproachConfig:
     #: If the predicted rest is this near to zero, the command is a stop. Otherwise the robot
     #: would swing about zero at the lowest speed.
     close_enough: float
-    #: A robot that was told to stop gets no command this near to zero, or within `close_enough`, if
-    #: that is larger.
+    #: A robot that was told to stop gets no command this near to zero. If `close_enough` is larger,
+    #: it is the limit instead.
     leave_alone: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
@@ -75,7 +75,7 @@ class Approach:
         self._measured_at = -math.inf       # the latest sample
         #: The way that would remain if the robot were told to stop now.
         self.at_rest = Estimate()
-        self._direction = 0.0     # of the latest command that was not zero
+        self._direction = 0.0     # sign of the latest command that was not zero
         self._reversals = 0       # changes of that direction
         self._nudges = False      # was the robot told to stop since the start?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
@@ -93,7 +93,7 @@ class Approach:
             history.now - age - self._identification.estimate.delay - 2.0 * self._config.period)
 
     def cruises(self, fastest: float) -> bool:
-        """Is the command the speed `fastest`, and will it be that for two more periods?"""
+        """Is the command `fastest` now, and for two more periods?"""
         later = abs(self.at_rest.value) - 2.0 * self._config.period * fastest
         return abs(self._history.command) == fastest and (
             braking_speed(later, self._config.braking, self._config.gain) >= fastest)
@@ -146,15 +146,16 @@ class Approach:
         if self._config.speed_is_prompt:
             return speed
         estimate = self._identification.estimate
-        return followed(self._motor_speed, self._history.arrived(estimate.delay), estimate.lag, dt)
+        return first_order_response(
+            self._motor_speed, self._history.arrived(estimate.delay), estimate.lag, dt)
 
     def _wanted(self, fastest: float) -> float:
         """Returns the speed to aim at."""
         config = self._config
         self._nudges = self._nudges or bool(self._direction and not self._history.command)
         left = config.leave_alone if self._nudges else 0.0
-        distance, near = self.at_rest.value, self.at_rest.uncertainty + max(config.close_enough,
-                                                                            left)
+        distance = self.at_rest.value
+        near = self.at_rest.uncertainty + max(config.close_enough, left)
         if distance > near or distance < -max(near, config.backwards_from):
             caution = 1.0 + config.reversal_caution * self._reversals
             gain = config.gain / (caution + config.nudge_caution * self._nudges)
@@ -211,14 +212,14 @@ class PreciseTurn:
         self._approach.extend(angle)
 
     def aim(self, face: float) -> None:
-        """Face another heading [rad] from now on, the short way from the last one."""
+        """Face another heading [rad] from now on. The robot turns to it the short way."""
         self._approach.extend(difference(face, self._face))
         self._face = face
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """The command for a robot that faces `yaw` [rad] and turns at `rate` [rad/s]; finished if
-        it rests inside the tolerance, as far as noise shows it.
+        """The command for a robot with this `yaw` [rad] and `rate` [rad/s]. The step is finished if
+        the robot rests inside the tolerance, as far as the noise shows.
 
         `dt`: time since the last step [s]; `age`: the sample's age [s]; `noise`: standard
         deviation of the sample's yaw [rad].

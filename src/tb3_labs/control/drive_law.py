@@ -7,8 +7,8 @@ import math
 from typing import Optional
 
 from tb3_labs.control.approach import Approach, ApproachConfig, PreciseTurn
-from tb3_labs.control.commands import LawStep
-from tb3_labs.control.goal_state import DriveConfig, GoalState, turned
+from tb3_labs.control.braking import LawStep
+from tb3_labs.control.goal_state import DriveConfig, GoalState, sum_of_turns
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
@@ -68,8 +68,9 @@ class DriveLaw:
         self._line = pose.bearing_to(goal)
         self._there = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
         backwards = wrap(self._line + math.pi)
-        self._reverse = self._config.allow_reverse and (
-            turned(pose.yaw, backwards, goal.yaw) < turned(pose.yaw, self._line, goal.yaw))
+        turns, reverse_turns = (sum_of_turns(pose.yaw, face, goal.yaw)
+                                for face in (self._line, backwards))
+        self._reverse = self._config.allow_reverse and reverse_turns < turns
         self._begin_turn(pose, backwards if self._reverse else self._line)
         self._driving.start()
         self._final = False
@@ -116,9 +117,9 @@ class DriveLaw:
         self._turning.aim(wrap(line_direction + math.pi) if self._reverse else line_direction)
         arrived = -self._outside <= at_rest <= self.STOP_AHEAD and not slips
         turn = self._turn(motion, dt)
-        steady = (self._driving.cruises(self._max_linear)
-                  and abs(turn.command.angular) <= self.CALM)
-        return self._step(speed, turn, ahead, self._there or arrived, steady)
+        cruises = (self._driving.cruises(self._max_linear)
+                   and abs(turn.command.angular) <= self.CALM)
+        return self._step(speed, turn, ahead, self._there or arrived, cruises)
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading; ends when settled: inside the tolerance and at rest."""
@@ -144,7 +145,7 @@ class DriveLaw:
         return self._turning.step(measured, motion.angular, dt, motion.imu_age, motion.yaw_noise)
 
     def _step(self, linear: float, turn: LawStep, remaining: float, finished: bool,
-              steady: bool = False) -> LawStep:
+              cruises: bool = False) -> LawStep:
         both = Twist2(linear, turn.command.angular)
         return LawStep(saturate(both, self._max_linear, self._max_angular, self._model),
-                       remaining, finished, steady)
+                       remaining, finished, cruises)

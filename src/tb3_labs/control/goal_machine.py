@@ -39,7 +39,7 @@ class GoalMachine:
         #: True once the robot has been told to move for this goal.
         self.begun = False
         #: Will the command of the last step hardly change in the next period?
-        self.steady = False
+        self.cruises = False
         #: Number of the drive: each goal and each restart begins a new one.
         self.attempt = 0
         self._tries_left = 0
@@ -87,7 +87,7 @@ class GoalMachine:
 
         `dt` is the time since the last step [s].
         """
-        goal, self.steady = self.goal, False
+        goal, self.cruises = self.goal, False
         if goal is None or not self.active:
             return None
         if not self.begun:
@@ -101,7 +101,7 @@ class GoalMachine:
             move = {GoalState.ROTATE_TO_GOAL: self.law.rotate_to_goal,
                     GoalState.MOVE_FORWARD: self.law.move_forward,
                     GoalState.ROTATE_TO_FINAL: self.law.rotate_to_final}[self.state]
-            command, remaining, finished, self.steady = move(motion, goal, dt)
+            command, remaining, finished, self.cruises = move(motion, goal, dt)
             if finished and self.state is GoalState.ROTATE_TO_FINAL and not self._rests(motion):
                 return Twist2()
             if not finished:

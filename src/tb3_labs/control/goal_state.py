@@ -61,7 +61,7 @@ def with_reason(word: str, reason: str) -> str:
     return f'{word}: {reason}'
 
 
-def turned(start: float, face: float, end: float) -> float:
+def sum_of_turns(start: float, face: float, end: float) -> float:
     """Sum of both turns [rad] of a drive: from yaw `start` to the line's `face`, then to `end`."""
     return abs(difference(face, start)) + abs(difference(end, face))
 

@@ -8,8 +8,9 @@ distance of the wheels differs from robot to robot. A robot that started from re
     the travel   x(t) = gain U(t - delay) - lag v(t)
 
 with the travel U that was commanded until then, and the speed v. Each sample of a robot that speeds
-up, or is at steady speed, is one such equation. They are solved by least squares. The approach
-begins with the values of earlier approaches: the larger their doubt, the smaller their weight.
+up, or is at steady speed, is one such equation. The equations are solved by least squares. The
+approach begins with the values of earlier approaches: the larger the doubt of a value, the smaller
+its weight.
 
 At steady speed the equation shows only the sum of delay and lag. So a *look at the start* comes
 first. From rest, with the command u, a first-order motor has
@@ -19,9 +20,9 @@ w = x / (gain u) of one sample,
     lag = w / (-log(1 - r) - r)         delay = t - w - lag r
 
 The delay is the round trip's, to the robot and back, since a robot sets its clock by the same slow
-link: late samples look fresh by their stamps. The time that a command needs is known from
-measurements (`COMMAND_TIME`). The rest of the delay is taken as the *sample delay*. It is too large
-if commands need longer than that.
+link: the stamps of late samples look fresh. The time that a command needs is known from
+measurements (`COMMAND_TIME`). The rest of the delay is taken as the *sample delay*. If commands
+need longer than `COMMAND_TIME`, the sample delay is too large.
 
 Units: seconds; radians or metres for travel, per second for speeds. Works for either direction.
 Source: the step response of a first-order system with dead time, as in K. J. Astrom and
@@ -33,7 +34,7 @@ from typing import Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.control.commands import CommandHistory
+from tb3_labs.control.braking import CommandHistory
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.timeouts import LONGEST_AGE
@@ -46,8 +47,8 @@ FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 #: Time from a command to the moment at which the motors of a real robot begin to follow it [s]:
 #: half a control period, and 8 ms for the link (firmware 1.2.6, on a fast and on a slow host).
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
-#: The delay of a single command differs by up to this, also on a busy computer [s]. A
-#: smaller excess of the delay does not show a sample delay.
+#: The delays of single commands differ by up to this, also on a busy computer [s]. So a smaller
+#: excess of the delay does not show a sample delay.
 COMMAND_SPREAD = 0.025
 #: The least sample delay, of the firmware on a fast host [s].
 LEAST_SAMPLE_DELAY = 0.0135
@@ -59,8 +60,8 @@ MAX_DELAY = 0.4
 MAX_LAG = 0.15
 #: Standard deviations of the values with which an approach begins: gain, delay [s], lag [s].
 DOUBTS = 0.03, 0.03, 0.05
-#: Standard deviation of the lag if the measured speed is a mean, which does not show the lag [s].
-#: It is so small that the lag stays as it was.
+#: Standard deviation of the lag if the measured speed is a mean [s]. A mean does not show the lag,
+#: so this is small enough to keep the lag as it was.
 BELIEVED = 1e-6
 #: Standard deviation of the time of a sample, or of a command [s].
 TIME_DOUBT = 0.002
@@ -109,7 +110,7 @@ class Response:
             return LEAST_SAMPLE_DELAY
         return min(excess, MAX_SAMPLE_DELAY)
 
-    def measured(self, other: 'Response') -> None:
+    def learn(self, other: 'Response') -> None:
         """Take in one measurement of delay, lag and gain."""
         delay = clamp(other.delay, 0.0, MAX_DELAY)
         self._count += 1
@@ -178,7 +179,7 @@ class Identification:
         if cruises or speeds_up:
             self._solve(history, travelled, speed, fastest, age)
         if cruises:
-            self._response.measured(self.estimate)
+            self._response.learn(self.estimate)
 
     def _identify_at_start(self, history: CommandHistory, travelled: float, speed: float,
                            age: float) -> None:

@@ -1,7 +1,7 @@
-"""Does the gyro contradict the wheels, or the IMU's orientation its gyro?
+"""Does the gyro contradict the wheels, or the orientation of its own IMU?
 
-A board that calibrates its gyro while the robot turns sets this rate of turn as zero. Afterwards
-the gyro of a robot at rest shows the opposite turn, and in motion it is wrong by the same rate. A
+A board that calibrates its gyro while the robot turns takes this rate of turn as zero. Afterwards
+the gyro shows the opposite turn while the robot rests. In motion it is wrong by the same rate. A
 robot that is carried looks the same, since its wheels rest. So each rate of the gyro is compared
 with the rates at which the wheels turned the robot a little earlier and later. The turn that delay,
 slip and uneven wheels do not explain is added up.
@@ -14,13 +14,13 @@ Times are the samples' stamps, so delays of the network do not matter. Cases:
 * After a silence the comparison begins again. A contradiction is over when gyro and wheels agreed
   for `AGREED`, with the wheels at rest.
 * No motion begins before gyro and wheels were compared for this time, at rest. In a silence of more
-  than freshness.RESUME_TIME a board may have calibrated its gyro again. Wheels that cannot be
+  than timeouts.RESUME_TIME a board may have calibrated its gyro again. Wheels that cannot be
   compared are not awaited.
 * In motion, an error of the gyro is not found if slip or uneven wheels may explain it: 5.5 % of
   the turn, and 7.5 deg/s at full speed.
 
-Units: seconds, radians. Sources: the firmware's lag of 13 to 105 ms;
-a recorded drive of a Burger: at most 0.5 deg of its turns are unexplained.
+Units: seconds, radians. Sources: the firmware's lag of 13 to 105 ms, and a recorded drive of a
+Burger, in which at most 0.5 deg of its turns are unexplained.
 """
 import math
 from collections import deque
@@ -70,9 +70,9 @@ GYRO_LIES = ('the gyro contradicts the wheels (calibrated while the robot moved?
 
 #: The orientation stands if it does not follow while the gyro turns by this [rad].
 GYRO_TURNED = 0.1
-#: An orientation that stands changes by less than this [rad]: its noise, ...
+#: An orientation that stands changes by less than this, its noise [rad].
 STANDING_NOISE = 0.02
-#: ... or this share of the gyro's turn.
+#: Also, an orientation that stands changes by less than this share of the gyro's turn.
 STANDING_SHARE = 0.25
 #: The problem in words, and its remedy.
 ORIENTATION_STANDS = ("the imu's orientation stands while its gyro turns: switch the robot off and "
@@ -153,7 +153,7 @@ class _Comparison:
         """Returns (least, most, margin) [rad/s]: wheels of these rates may have turned the robot
         at rates from `least` to `most`, or beyond by up to the margin.
 
-        `one_wheel`: the largest of _Turn.one_wheel [rad/s].
+        `one_wheel`: the largest of _WheelTurn.one_wheel [rad/s].
         """
         margin = SLIP * max(-least, most) + DRIFT
         if not self.is_calibrated:

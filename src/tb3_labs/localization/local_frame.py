@@ -28,7 +28,7 @@ class LocalFrame:
     imu_yaw_of_x: float
 
     @classmethod
-    def declared(cls, local_T_base: Pose2, odom_T_base: Pose2, imu_yaw: float) -> 'LocalFrame':
+    def declare(cls, local_T_base: Pose2, odom_T_base: Pose2, imu_yaw: float) -> 'LocalFrame':
         """The frame in which the robot is at `local_T_base` while its sensors read `odom_T_base`
         and `imu_yaw` [rad]."""
         return cls(odom_T_base @ local_T_base.inverse(), wrap(imu_yaw - local_T_base.yaw))

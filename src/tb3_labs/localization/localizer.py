@@ -135,7 +135,7 @@ class Localizer:
             return None
         odometry, imu_yaw = pair
         if self.frame is None:
-            self.frame = LocalFrame.declared(Pose2(), odometry.pose, imu_yaw)
+            self.frame = LocalFrame.declare(Pose2(), odometry.pose, imu_yaw)
         return Fix(odometry.stamp, self.frame.pose(odometry.pose, imu_yaw), self._frame_number)
 
     @property
@@ -234,6 +234,6 @@ class Localizer:
             return
         if self.frame is not None:
             reset.before = self.frame.pose(odom_T_base, imu_yaw)
-        self.frame = LocalFrame.declared(reset.declared, odom_T_base, imu_yaw)
+        self.frame = LocalFrame.declare(reset.declared, odom_T_base, imu_yaw)
         self._frame_number += 1
         self.is_lost = False

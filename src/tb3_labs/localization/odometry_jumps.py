@@ -231,9 +231,9 @@ class EncoderWatch:
     in `joint_states` stand.
 
     Stamps are compared, so delays of the network do not matter. Without stamps, or without samples
-    of the wheels, nothing is found; nor in a turn on the spot, where stale_or_stalled finds a robot
-    that does not turn. Source: OpenCR firmware 1.2.6 (turtlebot3_core.ino): without an answer,
-    updateMotorInfo() is not called, but calcOdometry() is.
+    of the wheels, nothing is found. In a turn on the spot nothing is found, either: there
+    stale_or_stalled finds a robot that does not turn. Source: OpenCR firmware 1.2.6
+    (turtlebot3_core.ino): without an answer, calcOdometry() is called without updateMotorInfo().
     """
 
     def __init__(self) -> None:

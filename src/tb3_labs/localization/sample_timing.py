@@ -1,8 +1,8 @@
-"""The timing of samples: each sample of a sensor is timed here, once; and the noise of an IMU.
+"""The timing of samples, and the noise of an IMU. Each sample of a sensor is timed here, once.
 
-A :class:`SampleTiming` measures the silence before a sample and reads the sender's clock; a
-:class:`TimedSample` has all values that later rooms need. The door keeps the latest of each sensor,
-for all who ask.
+A :class:`SampleTiming` measures the silence before a sample, and reads the sender's clock. A
+:class:`TimedSample` has all values that later rooms need. SampleTiming keeps the latest sample of
+each sensor.
 
 Header stamps show intervals well, but come from the robot's clock, which may be a second off, step,
 or stand at zero. Arrivals are on the receiver's clock, but a network delays messages. So samples
@@ -111,8 +111,8 @@ class SenderClock:
 
     def time_of(self, source: str, stamp: float, arrival: float, silence: float,
                 all_silent: float) -> float:
-        """The time at which `source` measured a sample, on the sender's clock (or by arrival);
-        `silence`, `all_silent`: of this source, and of all, before it [s]."""
+        """The time at which `source` measured a sample, on the sender's clock, or else by arrival.
+        `silence`: of this source before the sample [s]; `all_silent`: of all sources [s]."""
         if self.uses_stamps and self._is_no_clock(source, stamp, arrival):
             self.uses_stamps = False
             self._new_epoch()

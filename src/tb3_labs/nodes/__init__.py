@@ -6,8 +6,8 @@ How every core is used (:class:`tb3_labs.ros.core_runner.CoreRunner` does so):
 * *In*: ``on_<what>(...)`` takes in a sample, a message or a request, and answers nothing. A message
   that a person may have caused comes as an events.Event.
 * *Out*: ``tick(now)`` looks at the clock and decides. It returns one events.Output: the command,
-  and all that is to be done once. Call it after each message, and ten times a second; while an
-  Output is `watched`, call it more often, since messages may stop. For the time of
+  and all that is to be done once. Call `tick` after each message, and ten times a second. While an
+  Output is `watched`, call `tick` more often, since messages may stop. For the time of
   ``idle_for(now)`` no sample of the IMU needs to be read.
 * *State*: properties, ``status(now)``, ``problem(now)``. A question never changes anything.
 """

@@ -19,7 +19,7 @@ from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import subscribers_of
 from tb3_labs.ros.reset_client import call_reset
-from tb3_labs.supervision.timeouts import LONGEST_GAP
+from tb3_labs.supervision.timeouts import OLDEST_RESET
 from tb3_labs.supervision.dead_man import DeadMan
 
 #: A request that was delayed by more than this is rejected: nobody expects it any more [s].
@@ -120,7 +120,7 @@ class PanelRobot:
 
     def _reset(self, page, request):
         """Call the service in a thread of its own: it may take a second."""
-        self._check(request, LONGEST_GAP)    # a late one would declare another place
+        self._check(request, OLDEST_RESET)    # a late one would declare another place
         place = request.value
 
         def call():

@@ -15,7 +15,7 @@ TICKS_PER_TURN = 4096
 #: Goal velocities are sent to the motors in whole steps of 0.229 rpm, cut towards zero.
 MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
 #: The firmware applies the latest command, and sends odometry, at this rate [1/s]. Laws command in
-#: this rhythm, see tb3_labs.control.commands.
+#: this rhythm, see tb3_labs.control.braking.
 CONTROL_RATE = 30.0
 #: Without a command for this long the wheels are commanded to zero [s].
 COMMAND_TIMEOUT = 0.5

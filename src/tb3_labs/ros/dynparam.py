@@ -24,7 +24,7 @@ from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.command_line import number_or_text
 from tb3_labs.config import nearest
-from tb3_labs.ros.live_settings import decoded, encoded
+from tb3_labs.ros.live_settings import decode, encode
 from tb3_labs.ros.topics import require_master
 from tb3_labs.terminal import run_tool
 
@@ -50,7 +50,7 @@ def call(node, config):
     refuses."""
     rospy.wait_for_service(node + SERVICE, LONGEST_ANSWER)
     try:
-        return decoded(rospy.ServiceProxy(node + SERVICE, Reconfigure)(config).config)
+        return decode(rospy.ServiceProxy(node + SERVICE, Reconfigure)(config).config)
     except rospy.ServiceException as problem:
         raise ValueError(REASON.sub(r'\2', str(problem))) from None
 
@@ -90,7 +90,7 @@ def carry_out(command, node='', name='', text=None):
             print(f'{each}: {in_yaml(settings[each])}')
     else:
         value = value_of(text, type(settings[name]))
-        print(f'{name} is {in_yaml(call(node, encoded({name: value}))[name])} now')
+        print(f'{name} is {in_yaml(call(node, encode({name: value}))[name])} now')
 
 
 def in_yaml(value):

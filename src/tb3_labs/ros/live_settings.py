@@ -33,7 +33,7 @@ _GROUP = 'Default'
 class LiveSettings:
     """Offers the fields of `config`, except those named in `fixed`.
 
-    `apply` is called with each new configuration, in its own thread, or refuses it by ValueError.
+    `apply` is called with each new configuration, in a thread of rospy. It refuses by ValueError.
     """
 
     def __init__(self, config, apply, fixed=()):
@@ -50,7 +50,7 @@ class LiveSettings:
 
     def _on_request(self, request):
         with self._lock:
-            self._change(decoded(request.config))
+            self._change(decode(request.config))
             message = self._message()
             self._updates.publish(message)
             return message
@@ -75,11 +75,11 @@ class LiveSettings:
         self._current = changed
 
     def _message(self):
-        return encoded({item.name: getattr(self._current, item.name) for item in self._offered},
-                       [GroupState(name=_GROUP, state=True)])
+        return encode({item.name: getattr(self._current, item.name) for item in self._offered},
+                      [GroupState(name=_GROUP, state=True)])
 
 
-def encoded(values, groups=()):
+def encode(values, groups=()):
     """Returns the dynamic_reconfigure/Config of {name: value}."""
     def of(kind, message):
         return [message(name, value) for name, value in values.items() if type(value) is kind]
@@ -88,7 +88,7 @@ def encoded(values, groups=()):
                   of(float, DoubleParameter), list(groups))
 
 
-def decoded(message):
+def decode(message):
     """Returns {name: value} of a dynamic_reconfigure/Config."""
     return {item.name: item.value
             for item in message.bools + message.ints + message.strs + message.doubles}
@@ -102,14 +102,14 @@ def _description(config, offered):
     return ConfigDescription(
         groups=[Group(name=_GROUP, parameters=parameters)],
         max=_bounds(offered, 'high', _HIGHEST), min=_bounds(offered, 'low', _LOWEST),
-        dflt=encoded({item.name: getattr(config, item.name) for item in offered}))
+        dflt=encode({item.name: getattr(config, item.name) for item in offered}))
 
 
 def _bounds(offered, which, widest):
-    """Returns the dynamic_reconfigure/Config of the bounds `which` ('low' or 'high'); a field
-    without one has the `widest` of its type."""
+    """Returns the dynamic_reconfigure/Config of the bounds `which` ('low' or 'high'). A field
+    without a bound gets the `widest` value of its type."""
     bounds = {}
     for item in offered:
         kind, bound = type(item.default), item.metadata[which]
         bounds[item.name] = widest[kind] if bound is None else kind(bound)
-    return encoded(bounds)
+    return encode(bounds)

@@ -35,8 +35,8 @@ def note_connections():
     """Add to the header of each connection since when it exists ('connected_at', on
     clocks.steady_time) and to which process ('process'); to be called before a node subscribes.
 
-    Only this shows whether a sender may be repeating what it sent before, or is a new process: a
-    repeated True would drive the robot after a restart (TCPROSTransport's `_validate_header` and
+    Both show whether a sender repeats an old message, or is a new process. Otherwise a repeated
+    True would drive the robot after a restart (TCPROSTransport's `_validate_header` and
     `endpoint_id`; test/ros/starts.test).
     """
     validate = TCPROSTransport._validate_header
@@ -61,7 +61,7 @@ def log_without_the_master():
 def answer_side_by_side(server=None):
     """Answer each connection to this node in a thread of its own; to be called after init_node().
 
-    rospy answers them in turn. A client that is not a node (a browser; a master that calls a
+    rospy answers connections in turn. A client that is not a node (a browser; a master that calls a
     node which had this port before) held up all others for ever, and the seventh that waited was
     tried again after 1 s (`_tcpros_server`, its `inbound_handler`; test/unit/test_node.py).
     """
@@ -101,9 +101,9 @@ def ignore_own_messages(topic):
 def find_late_publishers(manager=None):
     """Make subscribers find publishers that register just after them; call it after init_node().
 
-    The subscriber gets two lists of publishers: the answer to its own registration, without that
-    publisher, and the master's update with it. rospy uses the list that comes last, also if this is
-    the answer: the two never connect, and a stop is not heard (1 of 1200 pairs that registered
+    The subscriber gets two lists of publishers: the answer to its own registration lacks the late
+    publisher, the master's update has it. rospy uses the list that comes last. If this is the
+    answer, the two nodes never connect, and a stop is not heard (1 of 1200 pairs that registered
     within 4 ms, on a busy computer). Here lists that wait are joined. A publisher that has ended
     refuses the connection (RegManager's `updates`, `publisher_update`; test/unit/test_node.py).
     """

@@ -93,7 +93,7 @@ def _stamp_of(message):
 
 
 def sender_connection(message):
-    """The events.Connection on which a message arrived."""
+    """The events.SenderConnection on which a message arrived."""
     header = connection_of(message)
     return SenderConnection(sender_of(header), header['process'], header['connected_at'],
                             header.get('latching') == '1', RENEWS.items() <= header.items())

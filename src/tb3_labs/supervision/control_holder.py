@@ -1,8 +1,8 @@
 """Does a pad hold the robot, or move_to_goal? A table gives the holder after an event.
 
-A node that stops holding the robot sends one zero, and is silent. A pad sends ControlMessages to
-move_to_goal: may it drive? Sources: the course's gamepad lab, and the failures of nodes without
-such a rule.
+A node that stops holding the robot sends one zero, and is silent. The ControlMessages of a pad tell
+move_to_goal whether it may drive. Sources: the course's gamepad lab, and the failures of nodes
+without such a rule.
 """
 import math
 from enum import Enum
@@ -77,8 +77,8 @@ class ControlMessages:
         return is_due
 
     def grant(self, now: float, lateness: float) -> None:
-        """Queue a True, by a press that was delayed by `lateness` [s]; the renewals since then show
-        its age."""
+        """Queue a True, by a press that was delayed by `lateness` [s]. A renewal for each `RENEWAL`
+        since the press shows its age."""
         self.grants, self.given_at, self._sent_at = True, now, now
         self._waiting += [True] * (1 + int(lateness / RENEWAL))
 

@@ -1,9 +1,9 @@
-"""Messages that a person may have caused: a True, a False, a turn. Each becomes one Event. A core
-answers to messages and the clock by an Output, with log lines for the person.
+"""An Event is a message that a person may have caused: a True, a False, or a turn. An Output is all
+that a core decides by its messages and the clock, with log lines for the person.
 
-A message is doubtful if it may repeat one from before this node could hear its sender: if it is the
-first on a connection to a sender that was there before, or was heard before. A latched message is
-doubtful at any time, another one only for `REPEATS_WITHIN` after the connection.
+A message is doubtful if it may repeat a message from before this node could hear its sender. This
+holds for the first message on a connection, if the sender was there or was heard before. A latched
+message is doubtful at any time, other messages only for `REPEATS_WITHIN` after the connection.
 
 Units: seconds on a clock that never stands still and never goes back (`at`).
 """
@@ -49,11 +49,11 @@ class Event(Generic[What]):
 
 
 class SenderConnection(NamedTuple):
-    """The way on which the messages of one sender arrive."""
+    """The connection on which the messages of one sender arrive."""
 
     sender: str
-    process: str = ''         # another one may bear the same name later
-    since: float = -math.inf  # the time at which it was made [s]
+    process: str = ''         # another process may have the same name later
+    since: float = -math.inf  # when the connection was made [s]
     latches: bool = False     # the sender repeats its last message to each new connection
     renews: bool = False      # see Event
 
@@ -110,8 +110,8 @@ class LogQueue:
 
     def pop_all(self) -> List[LogLine]:
         """All lines since the last call."""
-        log_lines, self._waiting = self._waiting, []
-        return log_lines
+        lines, self._waiting = self._waiting, []
+        return lines
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class Output:
 
     #: The command to send, a turtlebot3.Twist2; zero is a stop. None: no command is due.
     command: Optional[Tuple[float, float]] = None
-    #: One zero goes before the command, since another driver begins.
+    #: Is one zero sent before the command, since another driver begins?
     stops_first: bool = False
     #: Lines for the user.
     log_lines: Sequence[LogLine] = ()

@@ -7,10 +7,10 @@ goal again within `SENDER_PAUSE`, unchanged but for its stamp. The rules:
 * A goal that its sender had sent twice or more when a cancel ended it stays ended, until the sender
   changes it, or pauses. A goal that a person sends once again is accepted at once.
 * The same holds when the drive to a repeated goal was given up: a repetition is not a new request.
-* A repetition during the drive to this goal changes nothing, nor the wait for sensors.
+* A repetition during the drive to this goal, or during the wait for sensors, changes nothing.
 
 Units: seconds on a clock that never stands still and never goes back (`now`). Edge cases: a sender
-is not silent while this process sleeps; a link that holds one up for `SENDER_PAUSE` is a pause.
+is not silent while this process sleeps. A link that delays a sender for `SENDER_PAUSE` is a pause.
 """
 from enum import Enum
 from typing import Any, Dict, List, NamedTuple, Optional
@@ -28,10 +28,10 @@ class GoalRequest(NamedTuple):
     sender: str = ''
     name: str = ''        # the GoalID's name; '' if it has none
     stamp: int = 0        # the GoalID's stamp [ns, sender's clock]; 0 if it has none
-    client: Any = None    # it gets the GoalAnswers
+    client: Any = None    # the client gets the GoalAnswers
 
     def is_named_by(self, name: str, stamp: int) -> bool:
-        """Does a cancel with this name and stamp mean it?"""
+        """Does a cancel with this name and stamp mean this goal?"""
         return (self.name == name if name else not stamp) or 0 < self.stamp <= stamp
 
 
@@ -66,7 +66,7 @@ class _Repetition:
 
 
 class GoalRequests:
-    """The goal that is driven to, and those that were heard a moment ago."""
+    """The goal that the robot drives to, and the goals that were heard a moment ago."""
 
     def __init__(self, present: GoalRequest, sleep: SleepWatch) -> None:
         #: The request of the goal that was accepted last.
@@ -74,36 +74,37 @@ class GoalRequests:
         self._sleep = sleep
         self._open: Optional[GoalRequest] = None    # its client waits for its end
         self._answers: List[GoalAnswer] = []
-        self._rows: Dict[str, _Repetition] = {}    # by sender
+        self._repetitions: Dict[str, _Repetition] = {}    # by sender
 
-    def receive(self, request: GoalRequest, now: float) -> None:
-        """A goal has arrived; to be called for each, also for one that is refused."""
+    def note(self, request: GoalRequest, now: float) -> None:
+        """A goal has arrived. Call this for each goal, also for a goal that is refused."""
         self._forget(now)
-        row = self._row_of(request)
-        if row is None:
-            row = self._rows[request.sender] = _Repetition(request)
+        repetition = self._repetition_of(request)
+        if repetition is None:
+            repetition = self._repetitions[request.sender] = _Repetition(request)
         else:
-            row.is_repeated, row.latest = True, request
-        row.source.received(now)
+            repetition.is_repeated, repetition.latest = True, request
+        repetition.source.received(now)
 
     def stays_ended(self, request: GoalRequest) -> bool:
-        """Is a goal that was just heard the repetition of one that was ended?"""
-        row = self._row_of(request)
-        return row is not None and row.is_ended
+        """Does a goal that was just heard repeat a goal that was ended?"""
+        repetition = self._repetition_of(request)
+        return repetition is not None and repetition.is_ended
 
     def refusal_line(self, request: GoalRequest) -> str:
         """The line for a goal that stays ended; '' after the first time."""
-        row = self._row_of(request)
-        if row is None or row.was_logged:
+        repetition = self._repetition_of(request)
+        if repetition is None or repetition.was_logged:
             return ''
-        row.was_logged = True
+        repetition.was_logged = True
         return (f'The goal that {request.sender or "a program"} repeats stays ended: it counts '
                 f'again if it is changed, or after a pause of {SENDER_PAUSE:.0f} s')
 
     def is_repeated(self, request: GoalRequest) -> bool:
-        """Is a goal that was just heard the repetition of the present one?"""
-        row = self._row_of(request)
-        return row is not None and row.is_repeated and row is self._row_of(self.present)
+        """Does a goal that was just heard repeat the present goal?"""
+        repetition = self._repetition_of(request)
+        return repetition is not None and repetition.is_repeated and (
+            repetition is self._repetition_of(self.present))
 
     def accept(self, request: GoalRequest) -> None:
         """`request` is driven to from now on."""
@@ -116,7 +117,7 @@ class GoalRequests:
         self._answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
 
     def end(self, outcome: GoalOutcome, text: str) -> None:
-        """The drive has ended: its client hears of it, unless it has heard of one end."""
+        """The drive has ended. Its client is told once."""
         if self._open is not None:
             self._answers.append(GoalAnswer(self._open, outcome, text))
             self._open = None
@@ -129,26 +130,27 @@ class GoalRequests:
     def give_up(self, now: float) -> None:
         """The drive to the present goal was given up."""
         self._forget(now)
-        row = self._row_of(self.present)
-        if row is not None:
-            row.end()
+        repetition = self._repetition_of(self.present)
+        if repetition is not None:
+            repetition.end()
 
     def cancel(self, now: float, name: str = '', stamp: int = 0) -> bool:
         """A cancel has arrived. Returns True if it ends the present goal."""
         self._forget(now)
-        for row in self._rows.values():
-            if row.latest.is_named_by(name, stamp):
-                row.end()
+        for repetition in self._repetitions.values():
+            if repetition.latest.is_named_by(name, stamp):
+                repetition.end()
         is_named_by = self.present.is_named_by(name, stamp)
         if is_named_by:
             self.give_up(now)
         return is_named_by
 
-    def _row_of(self, request: GoalRequest) -> Optional[_Repetition]:
-        row = self._rows.get(request.sender)
-        return row if row is not None and row.goal == request.goal else None
+    def _repetition_of(self, request: GoalRequest) -> Optional[_Repetition]:
+        repetition = self._repetitions.get(request.sender)
+        return repetition if repetition is not None and repetition.goal == request.goal else None
 
     def _forget(self, now: float) -> None:
         """Forget the senders that have paused."""
-        self._rows = {sender: row for sender, row in self._rows.items()
-                      if row.source.is_fresh(now) or now - self._sleep.woke_at <= SENDER_PAUSE}
+        just_woke = now - self._sleep.woke_at <= SENDER_PAUSE
+        self._repetitions = {sender: each for sender, each in self._repetitions.items()
+                             if just_woke or each.source.is_fresh(now)}

@@ -1,43 +1,44 @@
-"""May move_to_goal drive? A person gives the permission, once; all else only keeps it alive.
+"""May move_to_goal drive? A person gives the permission once. Renewals only keep it alive.
 
-Several senders give and take it by True and False. The rule, after ISO 13850 (a stop holds until a
-person releases the machine again):
+Several senders give and take the permission by True and False. The rules follow ISO 13850: a stop
+holds until a person releases the machine again.
 
-* A sender *gives* by its first True, and by each True that follows a False of its own. The robot
-  may be driven while a grant holds.
+* The first True of a sender is a *grant*, and so is each True that follows a False of this sender.
+  The robot may be driven while a grant holds.
 * A repeated True, without a False in between, only renews a grant, if its sender renews.
-* A False of any sender takes all that was given, by any sender.
+* A False of any sender ends the grants of all senders.
 * If the renewals stop for `LAPSE`, the grant is suspended. A renewal before `LONGEST_LAPSE`
   restores it. After a longer silence it has expired.
 * A grant needs its robot. It is void if the sensors that a drive needs are not there within
   `RESUME_TIME` (or `ROBOT_START`, while they were never there).
 * If this process did not run for longer than `LONGEST_LAPSE`, all grants have expired. A True that
-  it hears while it wakes from a sleep is ignored: it may be older than a stop.
+  arrives while the process wakes is ignored, since the True may be older than a stop.
 * A stop is never doubted, only a grant. A doubtful True (:mod:`tb3_labs.supervision.events`) gives
   nothing, until a False and then a True follow. A latched False that is older than this node does
   not take the permission that was given at the start.
-* A True is ignored if it was sent more than `LONGEST_LAPSE` ago, before another sender's False, or
+* A True is ignored if it was sent more than `OLDEST_GRANT` ago, before another sender's False, or
   before this node started or woke. If the renewals of a sender arrive faster than one in each
   `RENEWAL`, its True was delayed.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 :meth:`Permission.update` is to be called ten times a second.
-Edge case: a sender that renews must do so once before the robot may move. So a True of a dead
-sender, or a delayed True, does not move the robot.
+Edge case: a sender that renews must renew once before the robot may move. So the True of a sender
+that died, or a delayed True, does not move the robot.
 """
 import math
 from typing import Callable, Dict, Set
 
 from tb3_labs.supervision.events import Age, Event
 from tb3_labs.supervision.timeouts import (
-    CONFIRMATION, LAPSE, LONGEST_LAPSE, RENEWAL, RESUME_TIME, ROBOT_START, Freshness, SleepWatch)
+    CONFIRMATION, LAPSE, LONGEST_LAPSE, OLDEST_GRANT, RENEWAL, RESUME_TIME, ROBOT_START, Freshness,
+    SleepWatch)
 
 
 class _Grant:
     """The permission that one sender gave, and its renewals."""
 
     def __init__(self, now: float, renews: bool) -> None:
-        #: When it was given, and the latest time at which it can have been sent [s].
+        #: When the grant was given, and the latest time at which its True was sent [s].
         self.given_at = self.sent_before = now
         #: Were the sensors there since it was given?
         self.has_robot = False
@@ -107,19 +108,19 @@ class Permission:
                 grant.has_robot = True
 
     def on_message(self, message: 'Event[bool]') -> None:
-        """A sender says True or False. It renews its grant, or gives once (`message.renews`)."""
+        """A sender says True or False; `message.renews`: does the sender renew its grant?"""
         now, sender, granted = message.at, message.sender, message.what
         self.update(now)
         if message.age is Age.RESTARTED:    # another process bore this name before
             self._last_value.pop(sender, None)
             self._grants.pop(sender, None)
-        repeated, self._last_value[sender] = granted and self._last_value.get(sender,
-                                                                              False), granted
+        was_granted = self._last_value.get(sender, False)
+        self._last_value[sender] = granted
         if message.age is Age.OLD and not granted and not any(self._grants):
             return    # '' is the grant at the start
         if not granted:
             self._stops = {other: at for other, at in self._stops.items()
-                           if now - at <= LONGEST_LAPSE}
+                           if now - at <= OLDEST_GRANT}
             self._stops[sender] = now
             self._grants = {}
             self._refused.discard(sender)
@@ -132,7 +133,7 @@ class Permission:
         elif self.sleep.doubt:
             self._refuse(sender, f'Control from {sender} does not count: {self.sleep.doubt}. '
                                  'False, then True, gives it again')
-        elif not repeated:
+        elif not was_granted:
             self._grants[sender] = _Grant(now, message.renews)
             self._refused.discard(sender)
             self.count += 1
@@ -166,8 +167,8 @@ class Permission:
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
         """End a grant whose renewals show that its True was delayed."""
-        if grant.given_at - grant.sent_before > LONGEST_LAPSE:
-            self._end(sender, f'the network delayed it by more than {LONGEST_LAPSE:.0f} s')
+        if grant.given_at - grant.sent_before > OLDEST_GRANT:
+            self._end(sender, f'the network delayed it by more than {OLDEST_GRANT:.0f} s')
         elif grant.sent_before < min(self._began_at, grant.given_at):
             self._end(sender, 'it was given before this node started, or woke')
         elif any(at > grant.sent_before for other, at in self._stops.items() if other != sender):

@@ -2,7 +2,7 @@
 
 A sensor is lost if no message arrives, and frozen if it repeats one reading while the robot moves,
 as a driver that hangs does. A robot is stalled if it is told to move and gets no nearer to its
-goal; it has settled when its samples show it at rest.
+goal. The robot has settled when its samples show it at rest.
 
 Units: metres or radians for the remaining way, per second for speeds; seconds on one clock (`now`).
 """
@@ -54,7 +54,7 @@ class Sensor(Freshness):
         self.repeated_for = 0.0
         #: The longest silence between two messages since the last pause [s]; a sleep is one, too.
         self.longest_gap = 0.0
-        self._changed_at = math.nan    # the reading; NaN: at the next look
+        self._changed_at = math.nan    # when the reading changed; NaN: at the next look
 
     def received(self, now: float, reading: Any = None) -> float:
         """A valid message with this content arrived. Returns the silence before it [s]."""
@@ -206,7 +206,7 @@ class StallWatch:
 class Settling:
     """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion?
 
-    They are ordered by the times of measurement: a sample that is read again may be old.
+    The samples are ordered by the times of measurement: a sample that is read again may be old.
     """
 
     def __init__(self) -> None:

@@ -5,10 +5,10 @@ a delay (:class:`Lateness`). A process sleeps when it is stopped, swapped out, o
 suspended: a long time between two looks at the clock is a sleep (:class:`SleepWatch`).
 
 The table below has every limit of a silence, a delay or a sleep by which a node that drives
-decides, but the robot's own (robot/turtlebot3.py).
+decides. The robot's own limits are in robot/turtlebot3.py.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: a source that was never heard has an
-infinite age. If the clock goes back, the last message is treated as just received; otherwise it
+infinite age. If the clock goes back, the last message is treated as just received. Otherwise it
 would be treated as fresh for too long.
 """
 import math
@@ -33,11 +33,11 @@ ROBOT_START = 20.0
 ROBOT_WAIT = 5.0
 #: While the board resets (firmware: 2.6 s), it is silent for longer than this.
 RESET_SILENCE = 1.0
-#: A pad that is silent for longer than this is lost, or a page that drives.
+#: A pad, or a page that drives, is lost if it is silent for longer than this.
 PAD_TIMEOUT = 0.25
 #: An active mouse that is silent for longer than this is lost.
 MOUSE_TIMEOUT = 0.2
-#: The displacement that is allowed grows with the silence; after a longer one all is allowed.
+#: The displacement that is allowed grows with the silence. After this silence any is allowed.
 LONGEST_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
@@ -71,7 +71,7 @@ MAX_BEHIND = 0.5
 # -- a message is late, or repeats an earlier one
 
 #: The least delay is taken over the messages of this time.
-WINDOW = 5.0
+DELAY_WINDOW = 5.0
 #: A sender is treated as heard for this long before each of its messages.
 RECEIVED_BEFORE = 0.1
 #: The delay of a pad's messages is known this long after the first one.
@@ -96,26 +96,30 @@ RENEWAL = 0.1
 CONFIRMATION = 0.04
 #: A grant whose renewals stop is suspended after this silence.
 LAPSE = 0.5
-#: A grant expires after this silence. A True that was delayed for longer is ignored.
+#: A grant expires after this silence.
 LONGEST_LAPSE = 2.0
+#: A True that was sent longer ago is ignored.
+OLDEST_GRANT = 2.0
+#: A reset that was asked for longer ago is ignored: it would declare another place.
+OLDEST_RESET = 1.0
 #: After this silence a sender of goals or turns has paused: it may ask for the same again.
 SENDER_PAUSE = 2.0
 
 # -- this process sleeps, or its clock stands
 
-#: A longer time between two looks at the clock is a sleep; a busy machine has shorter ones.
+#: A longer time between two looks at the clock is a sleep. A busy machine pauses for less.
 LONGEST_GAP = 1.0
 #: Messages within this time after a sleep may be as old as the sleep. Their order is not known,
 #: since each topic is read by its own thread.
 WAKING = 0.3
 #: A simulated clock that does not change for this long stands still.
 STANDSTILL = 0.3
-#: While a node may move its robot, it looks at the clock when no message came for this long, half
-#: the shortest timeout, ...
+#: While a node may move its robot, it looks at the clock when no message came for this long. It is
+#: half the shortest timeout.
 QUIET_TIME = 0.1
-#: ... and then with this period, until the next message.
+#: After this silence the node looks at the clock with this period, until the next message.
 CHECK_PERIOD = 0.02
-#: A node that does not drive looks at the clock, for a sleep, if no message came for so long.
+#: A node that does not drive looks at the clock if no message came for this long, to find a sleep.
 IDLE_PERIOD = 0.2
 
 
@@ -192,8 +196,8 @@ class SleepWatch:
 
 class Lateness:
     """The delay of a single message beyond the usual delay of its sender. The usual delay is the
-    least one of the last `WINDOW` seconds in which the sender was heard. If the sender's clock was
-    set, or runs faster, its new time is believed after `WINDOW` seconds.
+    least one of the last `DELAY_WINDOW` seconds in which the sender was heard. If the sender's
+    clock was set, or runs faster, its new time is believed after `DELAY_WINDOW` seconds.
     """
 
     def __init__(self) -> None:
@@ -210,7 +214,7 @@ class Lateness:
 
 
 class Least:
-    """The least of the values of the last `WINDOW` seconds."""
+    """The least of the values of the last `DELAY_WINDOW` seconds."""
 
     def __init__(self) -> None:
         #: (time, value); each value is less than all after it.
@@ -224,6 +228,6 @@ class Least:
         while candidates and candidates[-1][1] >= value:
             candidates.pop()
         candidates.append((time, value))
-        while candidates[0][0] < time - WINDOW:
+        while candidates[0][0] < time - DELAY_WINDOW:
             candidates.popleft()
         self.value = candidates[0][1]

@@ -90,8 +90,8 @@ class Mouse:
         return any(sender.active for sender in self._senders.values())
 
     def received(self, message: 'Event[MouseState]') -> bool:
-        """A message of a mouse arrived. Returns True if it deactivates this mouse, also a lost one.
-        This is a stop."""
+        """A message of a mouse arrived. Returns True if the message deactivates this mouse: this is
+        a stop, also by a lost mouse."""
         (active, x, y), now, sender = message.what, message.at, self._senders[message.sender]
         twist = mouse_twist(x, y)
         was_active, deactivated = sender.active, not active and sender.reported_active
@@ -109,7 +109,7 @@ class Mouse:
                      if sender.active and not sender.source.is_fresh(now)), '')
 
     def lose(self, now: float, but: Optional[_MouseSource] = None) -> None:
-        """Every mouse is lost: one that is not active may have been activated since."""
+        """Every mouse except `but` is lost: an inactive one may have been activated since."""
         for sender in self._senders.values():
             if sender is not but:
                 sender.lose(now)
@@ -118,8 +118,9 @@ class Mouse:
 def mouse_twist(x: float, y: float) -> Twist2:
     """The velocity that a mouse at (x, y) asks for.
 
-    Each direction has its own dead zone, the closed interval +/-MOUSE_DEAD_ZONE. Outside of it the
-    position is measured from the middle; beyond the screen's edge it is at the edge.
+    Each direction has its own dead zone, the closed interval +/-MOUSE_DEAD_ZONE. Outside of the
+    zone the velocity is MOUSE_FULL times the position. A position beyond the screen's edge is taken
+    as the edge.
     """
     linear, angular = (0.0 if abs(position) <= MOUSE_DEAD_ZONE
                        else MOUSE_FULL * clamp(position, -1.0, 1.0) for position in (y, -x))

@@ -11,7 +11,7 @@ from typing import Dict, Optional
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.approach import PreciseTurn
-from tb3_labs.control.commands import Estimate
+from tb3_labs.control.braking import Estimate
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.handout import LEFT, MAX_ANG_Z, RIGHT, TURN_DEG
@@ -127,8 +127,8 @@ class ActiveTurn:
         seconds = now - self._begun_at
         text = (f'Turned {math.degrees(whole - error):.2f} degrees in {seconds:.1f} s: '
                 f'{abs(math.degrees(error)):.2f} degrees {side} {math.degrees(whole):.2f}')
-        requested, carried = round(math.degrees(self.requested),
-                                   2), math.degrees(whole - self.requested)
+        requested = round(math.degrees(self.requested), 2)
+        carried = math.degrees(whole - self.requested)
         if abs(carried) >= 0.005:
             text += f' (asked: {requested:g}; left by the turn before: {carried:+.2f})'
         return text
@@ -167,15 +167,15 @@ NEXT_DRIVER = {
 
 
 class Repetitions:
-    """Finds requests that only go on with what was doubtful, or was stopped: the same again from
-    the same sender, without a pause of `SENDER_PAUSE`."""
+    """Finds requests that only repeat a request that was doubtful, or was stopped: the same angle
+    from the same sender, without a pause of `SENDER_PAUSE`."""
 
     def __init__(self) -> None:
         self._requests: Dict[str, _TurnRequest] = {}    # by sender
 
     def count(self, event: Event, is_waking: bool = False) -> int:
-        """The number of doubtful requests up to this one; 0 if it is accepted. `is_waking`: it may
-        be older than a sleep of this process, and so may its repetitions."""
+        """The number of doubtful requests up to this one; 0 if it is accepted. `is_waking`: the
+        request, and its repetitions, may be older than a sleep of this process."""
         last = self._requests.get(event.sender)
         if last is None or last.what != event.what or not last.source.is_fresh(event.at):
             last = self._requests[event.sender] = _TurnRequest(event.what)

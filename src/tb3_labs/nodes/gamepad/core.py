@@ -19,7 +19,7 @@ from tb3_labs.supervision.control_holder import (
     NEXT_HOLDER, ControlEvent, ControlHolder, ControlMessages)
 from tb3_labs.supervision.events import Age, Event, LogQueue, Output
 from tb3_labs.supervision.timeouts import (
-    CROSSING, HAND_BACK, LONGEST_GAP, LONGEST_LAPSE, SleepWatch)
+    CROSSING, HAND_BACK, LONGEST_LAPSE, OLDEST_GRANT, OLDEST_RESET, SleepWatch)
 
 #: If the sticks do not come to rest for this long, and so do not drive, a line says so [s].
 RESTLESS = 3.0
@@ -31,8 +31,8 @@ class PadOutput(Output):
 
     #: The holder of the robot, if it has changed.
     holder: Optional[ControlHolder] = None
-    #: To be published on `ctrl_relinq`, in this order; `renews`: then True once more.
-    relinquishes: Sequence[bool] = ()
+    #: To be published on `ctrl_relinq`, in this order. If `renews`, another True follows.
+    control_messages: Sequence[bool] = ()
     renews: bool = False
     #: Was the reset button pressed?
     reset_requested: bool = False
@@ -58,6 +58,7 @@ class GamepadCore:
         self._reset_requested = False    # since the last tick
         self._published_holder: Optional[ControlHolder] = None
         self._restless_since = math.inf    # the sticks drive nothing, and are not at rest
+        self._restless_logged = False      # has the operator had the line on that?
         self._log = LogQueue()
 
     # -- what comes in
@@ -73,7 +74,7 @@ class GamepadCore:
             self.messages.stop(pushed_at)
             self._handle(ControlEvent.REGAIN, now)
         elif state.relinquish and not before.relinquish and not state.regain:
-            if self._is_accepted('A', LONGEST_LAPSE, now) and not self.messages.grants:
+            if self._is_accepted('A', OLDEST_GRANT, now) and not self.messages.grants:
                 self.messages.grant(now, self._pad.lateness)
                 self._handle(ControlEvent.RELINQUISH, now)
         is_ready = (state.hold and not before.hold) if self._config.has_hold else state.at_rest
@@ -83,9 +84,8 @@ class GamepadCore:
             self._handle(ControlEvent.LOST, now)    # the loss is noticed only now
         elif self._drives() and pushed_at < self.messages.stopped_at:
             self._handle(ControlEvent.STOPPED, now)    # it was pushed before the stop
-        if state.reset and not before.reset:    # a late one would declare another place
-            self._reset_requested = self._is_accepted('Y', LONGEST_GAP,
-                                                      now) or self._reset_requested
+        if state.reset and not before.reset and self._is_accepted('Y', OLDEST_RESET, now):
+            self._reset_requested = True
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
         """move_to_goal says whether it has control."""
@@ -125,24 +125,25 @@ class GamepadCore:
         holder = None if self.holder is self._published_holder else self.holder
         watched = self.messages.grants or self._drives() or (
             self._pad.state is not None and self.holder is ControlHolder.NOBODY)
-        reset_requested, self._published_holder, self._reset_requested = (self._reset_requested,
-                                                                          self.holder, False)
+        reset_requested, self._reset_requested = self._reset_requested, False
+        self._published_holder = self.holder
         return PadOutput(
             command, log_lines=self._log.pop_all(), watched=watched, holder=holder,
             reset_requested=reset_requested,
-            relinquishes=self.messages.pop_all(), renews=self.messages.renews(now))
+            control_messages=self.messages.pop_all(), renews=self.messages.renews(now))
 
     def _check_rest(self, now: float) -> None:
-        """A pad at rest is ready once it has sent messages for a while. Another stick is named."""
+        """A pad at rest is ready after messages for a while. Otherwise a line names the stick."""
         state, config = self._pad.state, self._config
         if self.holder is not ControlHolder.NOBODY or state is None or config.has_hold:
-            self._restless_since = math.inf
+            self._restless_since, self._restless_logged = math.inf, False
             return
         self._restless_since = math.inf if state.at_rest else min(self._restless_since, now)
+        self._restless_logged = self._restless_logged and not state.at_rest
         if state.at_rest and self._is_current(now):
             self._handle(ControlEvent.READY, now)
-        if now - self._restless_since > RESTLESS:
-            self._restless_since = math.nan    # it was named
+        if now - self._restless_since > RESTLESS and not self._restless_logged:
+            self._restless_logged = True
             axes, _ = state.sent
             axis = max(config.linear_axis, config.angular_axis, key=lambda n: abs(axes[n]))
             self._log.add(f'No stick drives: axis {axis} is at {axes[axis]:.2f}, beyond '

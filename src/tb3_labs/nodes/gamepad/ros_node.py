@@ -44,7 +44,7 @@ class GamepadNode:
 
     def _publish_output(self, output):
         """A stop is sent twice: a listener may take a connection's first message for latched."""
-        for word in output.relinquishes:
+        for word in output.control_messages:
             for _ in range(1 if word else 2):
                 self._control.publish(word)
         if output.renews:

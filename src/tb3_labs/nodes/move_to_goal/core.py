@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Dict, Optional, Sequence
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.commands import LONGEST_IDLE, Pace
+from tb3_labs.control.braking import LONGEST_IDLE, Pace
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.control.motor_response import Response
@@ -94,7 +94,7 @@ class MoveToGoalCore:
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderWatch()
         self._sent = Twist2()
-        self._ended = 0                    # number of the last attempt whose end was found
+        self._last_ended_attempt = 0    # number of the last attempt whose end was found
         self._rivals: Dict[str, float] = {}    # since when another node drives, too
         self._announcer = Announcer(self._log)
 
@@ -120,8 +120,8 @@ class MoveToGoalCore:
         self._encoders.on_wheels(sample)
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Another node commands the robot, which may move now. A line warns of it only while this
-        node drives; a command that crosses a grant needs no line."""
+        """Another node commands the robot, which may move now. A line warns of this node only while
+        move_to_goal drives. A command that crosses a grant needs no line."""
         if not (linear or angular):
             return
         self._localizer.driven_at = now
@@ -168,9 +168,9 @@ class MoveToGoalCore:
 
     def on_repetition(self, request: GoalRequest, now: float) -> None:
         """A goal was sent again, by the name that it had before."""
-        self._update_control(now)    # finds a sleep: the goal may be older than that
+        self._update_control(now)    # finds a sleep: the goal may be older than the sleep
         self._check_end(now)
-        self._requests.receive(request, now)
+        self._requests.note(request, now)
 
     def on_cancel(self, now: float, name: str = '', stamp: int = 0) -> None:
         """A person or program cancels goals, see GoalRequest."""
@@ -179,10 +179,10 @@ class MoveToGoalCore:
             self._machine.cancel()
             self._pause()
 
-    def on_reset(self, reset: Reset, now: float, steady: float) -> None:
-        """Declare that the robot is at `reset.asked` now, unless it may have been asked for before
-        (`steady`: see :meth:`tick`). The Reset shows when it is over."""
-        self._update_control(steady)
+    def on_reset(self, reset: Reset, now: float, at: float) -> None:
+        """Declare that the robot is at `reset.requested` now; `at`: see :meth:`tick`. A request
+        that may be older than a sleep is refused. The Reset shows when it is over."""
+        self._update_control(at)
         doubt, problem = self._permission.sleep.doubt, self._sensors.problem(now, with_age=True)
         if doubt:
             reset.problem = doubt + ': ask again'
@@ -217,14 +217,14 @@ class MoveToGoalCore:
 
     # -- what comes out, once
 
-    def tick(self, now: float, steady: float) -> DriveOutput:
-        """What is to be done now; to be called after each sample of the IMU and each request, and
-        while there is none; `steady`: the time of a clock that never goes back [s]."""
-        self._update_control(steady)
+    def tick(self, now: float, at: float) -> DriveOutput:
+        """Look at the clock, and decide. Call this after each sample of the IMU and each request,
+        and also while there is none; `at`: the time of a clock that never goes back [s]."""
+        self._update_control(at)
         # at the law's own rate, and whenever a sensor is lost
         is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         command = self._command(now) if is_due else None
-        self._check_end(steady)
+        self._check_end(at)
         return DriveOutput(
             command, command is None and (is_due or not self._drives), status=self._new_status(now),
             log_lines=self._log.pop_all(),
@@ -247,7 +247,7 @@ class MoveToGoalCore:
                 self._check_readings(now)
                 command = self._machine.step(motion, dt)
                 # in each period a repeated reading is checked: its sensor may be frozen
-                if self._machine.steady and max(
+                if self._machine.cruises and max(
                         self.imu.repeated_for, self.odometry.repeated_for) <= SHORT_REPETITION:
                     self._pace.prolong()
                 self._sent = command or Twist2()
@@ -260,9 +260,9 @@ class MoveToGoalCore:
     def _check_end(self, now: float) -> None:
         """Find the end of a drive, once; `now` as in permission.Permission."""
         machine = self._machine
-        if machine.goal is None or machine.active or machine.attempt == self._ended:
+        if machine.goal is None or machine.active or machine.attempt == self._last_ended_attempt:
             return
-        self._ended = machine.attempt
+        self._last_ended_attempt = machine.attempt
         if machine.failure:
             self._requests.give_up(now)
         self._requests.end(GoalOutcome.CANCELED if machine.cancelled else

@@ -35,7 +35,7 @@ PATH_STEP = 0.02
 PATH_TURN = math.radians(10.0)
 #: If the path has more points than this, every second point is dropped.
 PATH_POINTS = 1000
-#: All messages but the pose are sent after this time [s]; at once in a new frame.
+#: All messages but the pose are sent after this time [s]. In a new frame they are sent at once.
 DISPLAY_PERIOD = 0.1
 #: The path is a long message: it is sent after this time [s].
 PATH_PERIOD = 0.2
@@ -51,8 +51,8 @@ _permissions = [False]    # the last one was typed last
 
 
 def pop_permission():
-    """Take `_has_control:=VALUE` out of this process's arguments, before init_node(): rospy would
-    make a parameter of it, which outlives node and launch. A later start would then drive."""
+    """Take `_has_control:=VALUE` out of this process's arguments, before init_node(). rospy would
+    make a parameter of it, which outlives node and launch: a later start would then drive."""
     for word in [word for word in sys.argv if word.startswith('_has_control:=')]:
         sys.argv.remove(word)
         value = word.partition(':=')[2]
@@ -90,8 +90,7 @@ class MoveToGoalNode:
         self._has_control = None
         self._control = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
         self._runner = runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()),
-                                           self._publish_output,
-                                           self._carry_out)
+                                           self._publish_output, self._carry_out)
         self._goals = GoalServer(runner, core)
         self._goals.offer()
         Resets(runner, core).offer()
@@ -101,8 +100,8 @@ class MoveToGoalNode:
         subscribe_events('ctrl_relinq', Bool, lambda word: runner.handle(core.on_ctrl_relinq, word))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # every message is read: any of them may have the displacement that the firmware reverses;
-        # what it shows is decided with the next sample of the IMU, which is fresher
+        # Every message is read: any message may have the displacement that the firmware reverses.
+        # The core decides at the next sample of the IMU, which is fresher.
         subscribe('odom', Odometry,
                   lambda sample: runner.query(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, queue_size=None)

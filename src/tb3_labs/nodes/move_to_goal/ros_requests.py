@@ -151,8 +151,8 @@ class Resets:
     def _on_reset_pose(self, request):
         response = ResetPoseResponse()
         try:
-            reset = self._reset(RequestedPose(TypedPose(request.x, request.y,
-                                                        request.yaw_deg).pose))
+            typed = TypedPose(request.x, request.y, request.yaw_deg)
+            reset = self._reset(RequestedPose(typed.pose))
         except ValueError as problem:
             response.message = self._refused(problem)
             return response
@@ -181,7 +181,7 @@ class Resets:
         return str(problem)
 
     def _reset(self, requested):
-        """Reset to an RequestedPose. Returns the localizer.Reset; ``ValueError`` if it is refused,
+        """Reset to a RequestedPose. Returns the localizer.Reset; ``ValueError`` if it is refused,
         or not carried out within ANSWER_WITHIN."""
         reset, runner = Reset(requested), self._runner
         runner.handle(lambda: self._core.on_reset(reset, ros_time(), steady_time()))

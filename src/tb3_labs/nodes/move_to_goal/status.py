@@ -51,8 +51,8 @@ class DriveStatus(NamedTuple):
 class Announcer:
     """Finds what is new in the status of a drive, and makes lines for the user."""
 
-    def __init__(self, log_lines: LogQueue) -> None:
-        self._log = log_lines
+    def __init__(self, log: LogQueue) -> None:
+        self._log = log
         self._printed: Tuple = ()      # attempt, goal and text of the last line
         self._begun = 0                # the attempt that began last
         self._begun_at = 0.0           # the time at which it began

@@ -14,7 +14,7 @@ from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState, is_stopped, turned
+from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState, is_stopped, sum_of_turns
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.epochs import Epoch, epoch_of, epochs
@@ -153,5 +153,5 @@ def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float =
     linear = min(max_linear, model.max_linear)
     angular = min(max_angular, model.max_angular)
     line = start.bearing_to(goal)
-    return min(turned(start.yaw, face, goal.yaw) / angular + start.distance_to(goal) / linear
+    return min(sum_of_turns(start.yaw, face, goal.yaw) / angular + start.distance_to(goal) / linear
                for face in ((line, line + math.pi) if reverse else (line,)))

@@ -2,7 +2,7 @@
 
 *Rhythm*: a step reads the latest samples and gives one command. The robot takes a new command once
 in each of its control periods (turtlebot3.CONTROL_RATE). So a law asks for one step in each period
-(its ``period``), and `Pace` says when that step is due; a command that does not change holds for
+(its ``period``), and `Pace` says when that step is due. A command that does not change holds for
 two periods.
 
 *Dead time*: a robot obeys late. A command is under way for the *delay*, and the motors follow with
@@ -12,12 +12,12 @@ were told to stop now,
 
     remaining - (speed of the motors) * lag - (travel of the commands under way)
 
-The middle term is the coasting of a first-order motor: the integral of v exp(-t / lag) is v lag. An
-`Estimate` takes the noise out of such a number.
+The middle term is the way that a first-order motor coasts: the integral of v exp(-t / lag) is
+v lag. An `Estimate` takes the noise out of the way at rest.
 
 Units: seconds; metres or radians for ways, per second for speeds. Both directions are treated
-alike. Edge cases of a Pace: a clock that goes back makes a step due; the first step, and the first
-after a pause, is treated as one period long.
+alike. Edge cases of a Pace: a clock that goes back makes a step due. The first step, and the first
+step after a pause, is treated as one period long.
 Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
 (1957), 217-219.
 """
@@ -28,7 +28,7 @@ from typing import Deque, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: Steps after the first one are planned earlier by this [s]. The sample for a step may come 5 ms
+#: Steps after the first step are planned earlier by this [s]. The sample for a step may come 5 ms
 #: late, and the robot obeys the command before until a late command arrives.
 EARLY = 0.0035
 #: While the robot is not driven, samples are left alone for a little more than a period [s].
@@ -39,7 +39,7 @@ STANDARD_ERRORS = 2.0
 CONTRADICTION = 4.0
 #: Commands are remembered for this long [s]. It exceeds every delay and every age of a sample.
 COMMAND_MEMORY = 1.4
-#: The least lag [s]; a smaller one is treated as this, since time is divided by the lag.
+#: A smaller lag is treated as this lag, since time is divided by the lag [s].
 LEAST_LAG = 1e-6
 
 
@@ -49,7 +49,7 @@ class LawStep(NamedTuple):
     command: Twist2
     remaining: float
     finished: bool
-    steady: bool = False    # the command will hardly change in the next period
+    cruises: bool = False    # the command will hardly change in the next period
 
 
 def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
@@ -67,7 +67,7 @@ def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
 
 
 class Pace:
-    """Steps of `period` [s] on average. After a late step the next ones come at the usual pace."""
+    """Steps of `period` [s] on average. After a late step the next steps come at the usual pace."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -88,7 +88,7 @@ class Pace:
         return clamp(self._next - now, 0.0, 2.0 * self._period)
 
     def step(self, now: float) -> float:
-        """Take a step; returns the time since the last one [s]."""
+        """Take a step. Returns the time since the last step [s]."""
         last, self._last = self._last, now
         if last is None:
             self._next = now + self._period - EARLY
@@ -97,7 +97,7 @@ class Pace:
         return max(0.0, now - last)
 
     def skip(self, now: float) -> None:
-        """Leave out a step that was due; the next one is a period later."""
+        """Leave out a step that was due. The next step is due a period later."""
         self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
 
     def prolong(self) -> None:
@@ -110,13 +110,13 @@ class Pace:
 
 
 class CommandHistory:
-    """The commands since a start, each for one period of the robot; earlier ones were stops."""
+    """The commands since a start, each for one period of the robot. Earlier commands were stops."""
 
     def __init__(self, period: float) -> None:
         """`period`: each command is obeyed for this long [s]."""
         self._period = period
         self._sent: Deque[Tuple[float, float]] = deque()   # (start of its period, command)
-        #: Time since the start, and start of the period for which a command given now holds [s].
+        #: Time since the start, and the begin of the period in which a present command holds [s].
         self.now = self.begin = 0.0
         #: The latest command.
         self.command = 0.0
@@ -134,7 +134,7 @@ class CommandHistory:
         return self.now - self._same_since
 
     def commanded(self, until: float) -> float:
-        """Travel commanded from the start to the time `until` [s], after the latest command."""
+        """Travel commanded from the start to `until` [s], a time after the latest command."""
         latest = self._sent[-1][0] if self._sent else until
         return self._earlier_travel + self.command * (until - latest)
 
@@ -166,7 +166,7 @@ class CommandHistory:
         return travel
 
     def arrived(self, delay: float) -> float:
-        """The command that reaches the motors now; 0 before the first one arrives."""
+        """The command that reaches the motors now; 0 before the first command arrives."""
         horizon = self.now - delay
         return next((command for time, command in reversed(self._sent) if time <= horizon), 0.0)
 
@@ -175,7 +175,7 @@ class CommandHistory:
         return not any(command for begin, command in self._sent if begin >= time)
 
 
-def followed(speed: float, command: float, lag: float, dt: float) -> float:
+def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
     """The speed of a first-order motor `dt` [s] after it had `speed`, at a constant `command`."""
     return speed - math.expm1(-dt / max(lag, LEAST_LAG)) * (command - speed)
 
@@ -187,8 +187,8 @@ def remaining_at_rest(remaining: float, motor_speed: float, history: CommandHist
 
 
 class Estimate:
-    """An estimate of a number by samples: their mean, unless the number changes. Then later samples
-    have more weight."""
+    """An estimate of a number by samples. While the number does not change, it is their mean. When
+    the number changes, later samples have more weight."""
 
     def __init__(self) -> None:
         #: The estimate; 0 before the first sample.
