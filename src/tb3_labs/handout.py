@@ -34,7 +34,7 @@ MAX_SPEED, MAX_TURN = 0.22, 2.84
 #: The numbers of the pad's axes and buttons, which count from 0.
 LINEAR_AXIS, ANGULAR_AXIS = 1, 3
 BUTTON_A, BUTTON_B, BUTTON_Y = 0, 1, 2
-#: The first words of three lines.
+#: Three lines of the nodes begin with these words.
 PRINTED_REACHED = 'Goal reached'
 PRINTED_POSE_SET = 'Local pose set'
 PRINTED_RESET = 'Pose reset successfully'

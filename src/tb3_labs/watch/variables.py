@@ -59,8 +59,8 @@ def short(text: str) -> str:
 
 
 def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
-    """Returns {name: Series} of a node, by default of the one with the most variables, in the order
-    in which they came."""
+    """Returns {name: Series} of a node, in the order of arrival. The default is the node with the
+    most variables."""
     rows = run.variables
     if not len(rows):
         return {}

@@ -32,8 +32,8 @@ class Program:
     """Runs ``command`` (a list of words) in a process group and a pseudo-terminal of its own, as if
     a person had started it.
 
-    ``on_text(text)`` is called with each part of its output and errors. `ends`: where its output is
-    read, its own input and output, in place of a terminal.
+    ``on_text(text)`` is called with each part of its output and errors. `ends`: three files in
+    place of the terminal, for reading its output, for its input and for its output.
     """
 
     def __init__(self, command, environment, on_text, ends=None):

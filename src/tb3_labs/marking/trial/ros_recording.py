@@ -69,8 +69,8 @@ class Recording:
         self._writer.start()
 
     def add(self, topic, message, at=None):
-        """Record a message, or the bytes of one as (type, bytes, checksum, class). `at`: its time
-        [s]; None: now, and later than the last event. Returns the time."""
+        """Record a message, or the bytes of one as (type, bytes, checksum, class). Returns its
+        time [s]: `at`, or the present one, which is later than that of the last event."""
         with self._guard:       # events have an order, also within a microsecond
             if at is None:
                 at = self._last = max(ros_time(), self._last + 1e-6)

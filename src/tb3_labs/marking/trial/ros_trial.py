@@ -75,7 +75,7 @@ class Trial:
 
     @lru_cache(maxsize=None)
     def text(self, *packages):
-        """What the text of the submission shows, or of these packages; see program_text."""
+        """What the text of the submission shows, or of these packages; see source_analysis."""
         known = rospkg.RosPack()
         folders = [known.get_path(name) for name in {self._name.split('/')[0], *packages}
                    if name != OWN_PACKAGE and name in known.list()]
