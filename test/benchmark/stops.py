@@ -69,7 +69,7 @@ def stop_of_a_turn(fault, robot_config=ROBOT, turn_config=TurnConfig(), degrees=
     controller.ask(degrees, robot.now)
     told = []
     return _stop(robot, controller, hear, fault, lambda: '; '.join(
-        log_lines.text for log_lines in told if log_lines.warning), told)
+        line.text for line in told if line.warning), told)
 
 
 def setting(**changes):

@@ -95,7 +95,7 @@ class Desk:
     def told(self, words, warning=False):
         """Has the user had this line, once?"""
         self.tick()
-        return [log_lines.warning for log_lines in self.log_lines if words in log_lines.text] == [warning]
+        return [line.warning for line in self.log_lines if words in line.text] == [warning]
 
     def finish(self, left=0.0):
         """The turn ends, and the robot rests: the law has the remaining angle [rad]."""
@@ -157,7 +157,7 @@ def test_an_error_is_forgotten_when_the_robot_was_in_other_hands(desk, between):
         desk.core.on_mouse(Event(MouseState(True, 1.0, 0.0), desk.now))
         desk.core.on_mouse(Event(MouseState(False, 1.0, 0.0), desk.now))
     desk.run(1.0)
-    assert sum('Turned' in log_lines.text for log_lines in desk.log_lines) == 1    # not the one given up
+    assert sum('Turned' in line.text for line in desk.log_lines) == 1    # not the one given up
     desk.ask()
     assert desk.asked_for == pytest.approx(90.0, abs=0.01)
 
@@ -222,7 +222,7 @@ def test_a_second_turn_before_rest_reports_both(desk):
     desk.ask(-90.0)
     desk.rate = 0.0
     desk.finish()
-    assert sum('Turned' in log_lines.text for log_lines in desk.log_lines) == 2
+    assert sum('Turned' in line.text for line in desk.log_lines) == 2
 
 
 def test_another_law_does_not_begin_a_turn_that_is_over(desk):
@@ -251,7 +251,7 @@ def test_refusals_of_turns_that_a_node_repeats_are_one_line_a_second():
     core = ControllerCore(GivenTurnLaw())
     for k in range(300):
         core.on_turn(Event(90.0, 10.0 + 0.01 * k, 'script'), 10.0 + 0.01 * k)
-    assert [log_lines.warning for log_lines in core.tick(13.0, 13.0).log_lines] == 3 * [True]
+    assert [line.warning for line in core.tick(13.0, 13.0).log_lines] == 3 * [True]
     for _ in range(3):         # typed: each is answered
         core.on_typed(Event(90.0, 13.0), 13.0)
     assert len(core.tick(13.0, 13.0).log_lines) == 3
@@ -327,7 +327,7 @@ def test_the_user_of_a_mouse_that_was_active_before_is_told_what_to_do_once():
     for now in 100.0, 100.1, 100.2, 100.3:
         core.on_mouse(Event(MouseState(True, 0.0, 1.0), now))
         output = core.tick(now, now)
-        told += [log_lines.text for log_lines in output.log_lines]
+        told += [line.text for line in output.log_lines]
         assert output.command is None
     assert told == ['The mouse was active before: move it to the middle of the screen to use it']
 
@@ -364,7 +364,7 @@ class TurningRobot:
         return math.degrees(self._yaw - self._start)
 
     def reports(self):
-        return [log_lines.text for log_lines in self.log_lines if log_lines.text.startswith('Turned')]
+        return [line.text for line in self.log_lines if line.text.startswith('Turned')]
 
 
 @pytest.mark.parametrize('second, total', [(90.0, 180.0), (-90.0, 0.0), (-180.0, -90.0)])

@@ -42,7 +42,7 @@ def test_a_turn_is_given_up_within_2_s_when_the_battery_is_cut(after):
         watched.run(2.0)
     assert 'does not move although it is told to' in drives.status(2.5 + after).failure
     assert turns.driver is Driver.NOBODY
-    assert any('does not move although it is told to' in log_lines.text for log_lines in watched.log_lines)
+    assert any('does not move although it is told to' in line.text for line in watched.log_lines)
 
 
 @pytest.mark.parametrize('name', NAMES)

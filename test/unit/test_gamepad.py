@@ -108,7 +108,7 @@ def look(controller, since, until):
 
 
 def warned(controller, words):
-    return any(words in log_lines.text and log_lines.warning for log_lines in controller.take('news'))
+    return any(words in line.text and line.warning for line in controller.take('news'))
 
 
 A, B, Y, HOLD = 0, 1, 2, 5
@@ -157,7 +157,7 @@ def test_a_stick_that_rests_outside_its_dead_zone_is_named_once(repeats):
     pad.run(2.9, sticks=(0.0, 0.12))
     assert not warned(pad.controller, 'No stick drives')
     pad.run(10.0)
-    assert [log_lines.text for log_lines in pad.controller.take('news')] == [
+    assert [line.text for line in pad.controller.take('news')] == [
         'No stick drives: axis 3 is at 0.12, beyond dead_zone 0.08. Let go of it; if it rests '
         'there, set a larger dead_zone']
     assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
@@ -321,7 +321,7 @@ def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
     pad.run(0.1, plugged=True, sticks=PUSHED)
     assert pad.run(0.31, plugged=False)[-1] is None and pad.holder is NOBODY
     assert pad.run(5.0) == []
-    said, = [log_lines.text for log_lines in pad.controller.take('news') if log_lines.warning]
+    said, = [line.text for line in pad.controller.take('news') if line.warning]
     assert said.startswith('No joy for 0.3 s: robot stopped; ')
     assert ('autorepeat_rate' in said) is not repeats
     # back: only after a rest
@@ -400,7 +400,7 @@ def test_a_button_that_is_held_through_a_loss_is_not_pressed_by_the_return(pad, 
 def test_the_operator_is_told_of_each_change_of_hands_once(pad):
     def told():
         pad.run(1.0)
-        return [log_lines.text.split(':')[0] for log_lines in pad.controller.take('news')]
+        return [line.text.split(':')[0] for line in pad.controller.take('news')]
 
     assert told() == ['The gamepad drives']
     pad.controller.on_has_control(Event(False, pad.now))      # it had none

@@ -30,7 +30,7 @@ TABLE, OVERVIEW, RESULTS, RECORD, BAG = (
     'marks.csv', 'overview.html', 'results.json', '.marks.json', '.bag')
 #: The parts of Marks that a record keeps, since the trial's bag does not have them.
 HANDED_IN = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged', 'seconds',
-             'places')
+             'private_paths')
 
 
 class MarksFolder:
@@ -83,7 +83,7 @@ class MarksFolder:
         observation = None
         if not handed_in.unjudged:
             try:
-                observation = read_trial(self.bag(handed_in.student), handed_in.places)
+                observation = read_trial(self.bag(handed_in.student), handed_in.private_paths)
             except ValueError as problem:
                 handed_in = replace(handed_in, unjudged='Its trial cannot be judged: {}.'.format(
                     reason(problem)))

@@ -97,7 +97,7 @@ class TrialRunner:
 
     def _record(self, marks, reading, work, identity):
         """Record the trial of a submission; node and remarks go into its Marks."""
-        marks.places = [f'{work}/ws/{place}' for place in (
+        marks.private_paths = [f'{work}/ws/{place}' for place in (
             f'{COPY}/{reading.package}/', COPY + '/', '')]     # of no use to a student
         log, record = self.folder.logs / (marks.student + '.log'), work / 'trial.bag'
         sandbox = Sandbox([work / 'ws', work / 'etc']) if self._options.sandbox else (
@@ -109,7 +109,7 @@ class TrialRunner:
             marks.remarks.append(self._option.as_text(self._options.option))
         sandbox.hand_over(work / 'ws')
         # the node alone gets the environment of the student's workspace: modules of the submission
-        own.update(launch.written(work / 'launch.json'))
+        own.update(launch.write(work / 'launch.json'))
         write_output(log, '')       # a new file, never through a link
         with open(str(log), 'w') as file:
             in_time = self._check(marks.node, sandbox, record, own, file)
