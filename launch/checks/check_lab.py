@@ -77,7 +77,7 @@ def print_line(line):
 
 def of_a_class():
     """Has mark.py prepared the node, in an environment of its own?"""
-    return Launch.given().environment is not None
+    return Launch.from_environment().environment is not None
 
 
 def whose(package, executable):

@@ -4,7 +4,7 @@ from unittest.mock import patch
 import pytest
 
 from test_criteria import observed, turn
-from tb3_labs.marking.text.lint import LARGEST, MOST, assigned, faults, read
+from tb3_labs.marking.text.lint import LARGEST_TEXT, MOST, assigned, faults, read
 from tb3_labs.marking.marks import LABS, Marks, judged
 
 NODE = '''import rospy
@@ -76,7 +76,7 @@ def test_few_faults_are_told_the_first_ones():
 
 
 @pytest.mark.parametrize('begin, more, times', [
-    ('', '[', LARGEST), ('', '[', 10 ** 7), ('1', '-1', 90000), ('x', '.x', 90000), ('', '(a\n)', 40000),
+    ('', '[', LARGEST_TEXT), ('', '[', 10 ** 7), ('1', '-1', 90000), ('x', '.x', 90000), ('', '(a\n)', 40000),
     ('if a: pass\n', 'elif a: pass\n', 15000), ('# coding: nothing\n', 'x', 1), ('', '\udcff\0', 1)])
 def test_a_file_that_was_made_to_be_hard_has_no_faults(tmp_path, begin, more, times):
     path = tmp_path / 'node.py'

@@ -11,8 +11,8 @@ class PermissionSenders:
     """
 
     def __init__(self):
-        self.desk = LogQueue()
-        self.permission = Permission(False, self.desk.add)
+        self.log_queue = LogQueue()
+        self.permission = Permission(False, self.log_queue.add)
         self.now = 1000.0
         self.renewing = set()
         self.sensor_problem = ''
@@ -59,7 +59,7 @@ class PermissionSenders:
         return self.permission.granted
 
     def warned(self, words):
-        return any(words in line.text and line.warning for line in self.desk.pop_all())
+        return any(words in line.text and line.warning for line in self.log_queue.pop_all())
 
 
 @pytest.fixture
@@ -110,7 +110,7 @@ def test_a_pad_that_renews_what_does_not_count_is_told_so_once(senders):
     senders.renewing.add('pad')
     senders._next['pad'] = senders.now
     assert not senders.run(5.0)
-    refusals = [line.text for line in senders.desk.pop_all() if 'count' in line.text]
+    refusals = [line.text for line in senders.log_queue.pop_all() if 'count' in line.text]
     assert len(refusals) == 1 and 'while this node did not run' in refusals[0]
     assert senders.give_anew('pad')
 
@@ -142,7 +142,7 @@ def test_a_grant_that_the_network_held_up_for_long_does_not_count(senders, late,
 def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, comes_after, stands):
     senders.sensor_problem = 'no imu'
     if not was_there:
-        senders.permission = Permission(True, senders.desk.add)
+        senders.permission = Permission(True, senders.log_queue.add)
     senders.permission.begin(senders.now)
     if was_there:
         senders.say('pad', True)
@@ -152,7 +152,7 @@ def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, com
     assert senders.granted is stands
     told = 'Control from {} is gone: no imu for {} s (is the robot running?). False, then True, ' \
            'gives it again'.format(*('pad', 2) if was_there else ('the start', 20))
-    assert [line.text for line in senders.desk.pop_all()] == [told] * (not stands)
+    assert [line.text for line in senders.log_queue.pop_all()] == [told] * (not stands)
     assert senders.give_anew('pad')
 
 
@@ -162,7 +162,7 @@ def test_a_grant_that_is_older_than_this_node_or_its_waking_does_not_count(sende
     if slept:
         senders.now += 3.0               # no update meanwhile
     else:
-        senders.permission = Permission(False, senders.desk.add)
+        senders.permission = Permission(False, senders.log_queue.add)
     assert not senders.run(0.5)
     senders.say('pad', True)
     senders.at_once(8)                   # pressed 0.8 s ago
@@ -186,10 +186,10 @@ def test_a_grant_that_was_under_way_when_somebody_else_stopped_the_robot(
 def test_what_was_taken_before_this_node_lived_is_no_stop():
     """The sender's False was older than the start with control."""
     senders = PermissionSenders()
-    senders.permission = Permission(True, senders.desk.add)
+    senders.permission = Permission(True, senders.log_queue.add)
     senders.hear('pad', False, Age.OLD, renews=True)
     assert senders.run(1.0) and senders.granted
-    assert senders.desk.pop_all() == []
+    assert senders.log_queue.pop_all() == []
 
 
 @pytest.mark.parametrize('stands, age', [

@@ -20,7 +20,7 @@ from tb3_labs.marking.intake.cmake_files import modules_of
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.lab_table import LAB_NODES
 from tb3_labs.marking.intake.find_node import NotJudged, find_node, is_aside, source_of
-from tb3_labs.marking.intake.find_node import is_slip
+from tb3_labs.marking.intake.find_node import is_typo_of
 from tb3_labs.marking.intake.read_submission import _read, imports_of, read
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
@@ -332,7 +332,7 @@ def test_a_path_chooses_one_of_two_files_that_are_alike_and_the_advice_is_true(t
     ('sensor_msg', 'sensor_msgs', True), ('randon', 'random', True), ('cv3', 'cv2', False), ('smbus2', 'smbus', False),
     ('tf2_geometry_msgs', 'geometry_msgs', False), ('ujson', 'json', False), ('apriltag_ros', 'apriltag', False)])
 def test_a_name_that_is_a_modules_but_for_a_letter_is_a_slip(tmp_path, name, near, is_one):
-    assert is_slip(name, near) is is_one
+    assert is_typo_of(name, near) is is_one
 
 
 def test_a_slip_is_no_module_of_the_robot(tmp_path):

@@ -23,7 +23,7 @@ from tb3_labs.marking import mark_class, marks_folder, trial_key
 from tb3_labs.marking import marks as marks_module
 from tb3_labs.marking.labs import criteria
 from tb3_labs.marking.intake.find_node import digest
-from tb3_labs.marking.intake.submissions import chosen, submissions_in
+from tb3_labs.marking.intake.submissions import students_named, submissions_in
 from tb3_labs.marking.marks import Decision, points_of
 from tb3_labs.marking.marks_folder import MarksFolder, alone_in
 from tb3_labs.marking.mark_class import MarkedClass
@@ -523,12 +523,12 @@ def test_two_marks_of_one_folder_are_refused(tmp_path):
     ('Bo Laeds', 'near it: Bo Leeds'), ('xyz', 'these are: Ann Miller, Bo Lee, Bo Leeds')])
 def test_students_are_chosen_by_name(name, words):
     students = ['Ann Miller', 'Bo Lee', 'Bo Leeds']
-    assert chosen(students, ['bo lee', 'Ann Miller']) == ['Bo Lee', 'Ann Miller']
+    assert students_named(students, ['bo lee', 'Ann Miller']) == ['Bo Lee', 'Ann Miller']
     with pytest.raises(ValueError, match=words):
-        chosen(students, [name])
-    assert chosen(['Ju\u0308rg'], ['J\xfcrg']) == ['Ju\u0308rg']      # as a Mac's zip file writes it
-    assert chosen(['Ann', 'ann'], ['Ann']) == ['Ann'] and chosen(['Ann', 'ann'], ['ann']) == ['ann']
+        students_named(students, [name])
+    assert students_named(['Ju\u0308rg'], ['J\xfcrg']) == ['Ju\u0308rg']      # as a Mac's zip file writes it
+    assert students_named(['Ann', 'ann'], ['Ann']) == ['Ann'] and students_named(['Ann', 'ann'], ['ann']) == ['ann']
     with pytest.raises(ValueError, match='more than one submission is called ANN; these are: Ann, ann'):
-        chosen(['Ann', 'ann'], ['ANN'])
+        students_named(['Ann', 'ann'], ['ANN'])
     with pytest.raises(ValueError, match='these are: s0, s1, s2, s3, s4, s5, s6, s7, s8, s9 and 14 more'):
-        chosen(['s{}'.format(number) for number in range(24)], ['Nobody'])
+        students_named(['s{}'.format(number) for number in range(24)], ['Nobody'])

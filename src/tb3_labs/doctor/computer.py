@@ -73,7 +73,7 @@ def is_own(address: str) -> bool:
 
 
 @lru_cache(maxsize=None)
-def resolved(name: str) -> str:
+def address_of(name: str) -> str:
     """Returns the address of a name; '' without one. The first look-up may take seconds."""
     try:
         return socket.gethostbyname(name) if name else ''
@@ -126,7 +126,7 @@ def address_here(master: str) -> Address:
     """Returns this computer's Address. `master`: the master's address, '' if it is not known."""
     ros_ip, ros_hostname = os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', '')
     hostname = socket.gethostname()
-    return Address(ros_ip, ros_hostname, hostname, resolved(ros_hostname or ros_ip or hostname),
+    return Address(ros_ip, ros_hostname, hostname, address_of(ros_hostname or ros_ip or hostname),
                    own_addresses(), outgoing_address(master) if master else '',
                    is_own(master) if master else not os.environ.get('ROS_MASTER_URI'))
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Collection, Iterator, Mapping
 
 from tb3_labs.doctor import Line, fault, ok, warning
-from tb3_labs.doctor.computer import Address, is_loopback, quoted, resolved
+from tb3_labs.doctor.computer import Address, is_loopback, quoted, address_of
 
 #: The name under which the doctor asks; it is registered nowhere.
 CALLER = f'/doctor_{os.getpid()}'
@@ -50,7 +50,7 @@ class Peer:
 
     def ask(self, method, *arguments):
         """Returns the reply; None if there is none, then `problem` has the reason."""
-        self.address = resolved(self.name)
+        self.address = address_of(self.name)
         if not self.address:
             self.problem = 'unresolved' if self.name else 'malformed'
             return None

@@ -17,7 +17,7 @@ from tb3_labs.marking.intake.read_submission import unpack_class
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.intake.sandbox import problem as sandbox_problem
 from tb3_labs.marking.intake.submissions import (
-    Submission, chosen, submissions_in, without_wrapping)
+    Submission, students_named, submissions_in, without_wrapping)
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, alone_in
 from tb3_labs.marking.trial_runner import (
@@ -135,10 +135,10 @@ def mark_class(given, print_problem, interrupted):
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work, ExitStack() as stack:
         stack.enter_context(_environment(ros_alone(Path(work) / 'ros', os.environ)))
         try:
-            runner, found = _begun(given, Path(work), print_problem, stack)
+            runner, found = _prepare(given, Path(work), print_problem, stack)
             runner.interrupted = interrupted
-            failed = MarkedClass(runner, bool(given.only), print_problem).mark_all(found,
-                                                                                   given.jobs)
+            marked_class = MarkedClass(runner, bool(given.only), print_problem)
+            failed = marked_class.mark_all(found, given.jobs)
             with ThreadPoolExecutor(1) as pool:     # an interruption comes after its end
                 page, notes = pool.submit(
                     runner.folder.write_overview, given.unprotected).result()
@@ -165,14 +165,14 @@ def _environment(made):
         os.environ.update(before)
 
 
-def _begun(given, work, print_problem, stack):
-    """(Marker, Submissions) of these arguments, which are checked before anything is
-    started; a class's zip file is unpacked below `work`. Until the end of the ExitStack `stack`
+def _prepare(given, work, print_problem, stack):
+    """Returns (TrialRunner, Submissions) of these arguments, which are checked before anything is
+    started. A class's zip file is unpacked below `work`. Until the end of the ExitStack `stack`
     nobody else writes into the folder of marks."""
     parts = LABS[given.lab].checked_parts(given.parts)
     worth = points_of(given.lab, read_points(given.points))
-    option, marks, source = (
-        _checked_option(given), given.folder.resolve(), given.submissions.resolve())
+    option = _checked_option(given)
+    marks, source = given.folder.resolve(), given.submissions.resolve()
     if source.is_dir() and source in (marks, *marks.parents):   # they would be marked, too
         raise ValueError('-o {}: the marks would lie among the submissions; give a folder beside '
                          'them'.format(given.folder))
@@ -185,7 +185,7 @@ def _begun(given, work, print_problem, stack):
         source = without_wrapping(work / 'all')
     found = submissions_in(source, print_problem)
     if given.only:
-        names = chosen([submission.student for submission in found], given.only)
+        names = students_named([submission.student for submission in found], given.only)
         found = [submission for submission in found if submission.student in names]
     if given.container and sandbox_problem():
         print_line(f'{sandbox_problem()}: this container, which is thrown away, is the sandbox.')

@@ -144,7 +144,7 @@ class Marks:
         return list(filter(None, [self.unjudged])) + self.remarks
 
     @property
-    def decided(self) -> List[str]:
+    def decision_sentences(self) -> List[str]:
         """The sentence on a person's decision, in a list; [] if there is none."""
         if self.decision is None:
             return []
@@ -213,7 +213,7 @@ def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
         marks.findings.append(f'{marks.delayed} Type the same command again.')
     if marks.unjudged:
         marks.findings.append('Not judged: ' + marks.unjudged)
-    marks.remarks, marks.findings = _cleaned(marks.remarks), _cleaned(marks.findings)
+    marks.remarks, marks.findings = _clean(marks.remarks), _clean(marks.findings)
     return marks
 
 
@@ -221,16 +221,15 @@ def _broken_link(observation: Observation,
                  verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
     """The first broken link in the parts of the lab that lost points; None if it is not known. An
     exception, or a sensor's topic that nobody publishes, is the mistake itself."""
-    if (
-            observation.run is None or observation.deaf or observation.odd
-            or tracebacks_before_the_end(observation)):
+    if observation.run is None or observation.deaf or observation.odd or (
+            tracebacks_before_the_end(observation)):
         return None
     missed = {verdict.criterion.part for verdict in verdicts
               if verdict.outcome is not Outcome.MET}
     return first_broken(NodeRun(observation.run), chains.CHAINS[observation.lab], missed)
 
 
-def _cleaned(sentences: Sequence[str]) -> List[str]:
+def _clean(sentences: Sequence[str]) -> List[str]:
     """The first sentences, each short and printable: they may quote a submission."""
     return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
 

@@ -162,7 +162,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
              f'{marks.points:g} / {marks.worth:g}' if marks.is_known else NOT_JUDGED,
              marks.why_none]
             + ['' if marks.unjudged else symbol(verdict) for verdict in marks.graded + marks.extra]
-            + [_folded(marks.decided + marks.remarks)]
+            + [_folded(marks.decision_sentences + marks.remarks)]
             for marks in all_marks]
     own = ['<h2>For the instructor alone</h2>'] if notes else []
     own += [f'<p>{escape(note)}</p>' for note in notes]

@@ -71,7 +71,8 @@ def _head(marks, places):
     points = f'{marks.points:g} of {marks.worth:g} points.'
     return ['<p><b>{}</b> {}</p>'.format(points if marks.is_known else 'Not judged.', escape(
         'Node: {}.'.format(marks.node) if marks.node else ''))] + [
-            f'<p>{places.linked(text)}</p>' for text in [*marks.decided, *marks.sentences]]
+            f'<p>{places.linked(text)}</p>'
+            for text in [*marks.decision_sentences, *marks.sentences]]
 
 
 class Places:

@@ -1,7 +1,7 @@
-"""What decides a trial besides the submission: with the same, another trial would end alike.
+"""A key of all that decides a trial besides the submission. Trials with equal keys end alike.
 
-It is what is done to a node, the robot, and the programs that try a node. Criteria, points and
-sentences are not among it: they are made again from the recording.
+The key covers what is done to a node, the robot, and the programs that try a node. It does not
+cover criteria, points and sentences, since these are made again from the recording.
 """
 import ast
 import hashlib
@@ -37,8 +37,8 @@ def decisive_files(lab: str) -> List[Path]:
 
 
 def decisive_values() -> Dict[str, Any]:
-    """The numbers and words of the labs that the scripts use: places, headings, times; 'module
-    name' -> value."""
+    """The numbers and words of the labs that the scripts use, such as places, headings and times.
+    Returns 'module name' -> value."""
     found = {'{} {}'.format(*each): getattr(importlib.import_module(each[0]), each[1], None)
              for each in _names_used()}
     return {name: value for name, value in found.items()

@@ -109,7 +109,7 @@ class TrialRunner:
             marks.remarks.append(self._option.as_text(self._options.option))
         sandbox.hand_over(work / 'ws')
         # the node alone gets the environment of the student's workspace: modules of the submission
-        own.update(launch.written(work / 'launch.json'))
+        own.update(launch.write(work / 'launch.json'))
         write_output(log, '')       # a new file, never through a link
         with open(str(log), 'w') as file:
             in_time = self._check(marks.node, sandbox, record, own, file)

@@ -124,7 +124,7 @@ class RobotView:
             return 'reached'
         return next((word for word in (WAITING, STOPPED, GAVE_UP) if state.startswith(word)), '')
 
-    def unstopped(self, since: float) -> Optional[str]:
+    def why_not_stopped(self, since: float) -> Optional[str]:
         """Returns why the stop at `since` [s] is not confirmed yet, in words; None if the robot
         stands, and move_to_goal has no control."""
         odom = self.latest('odom')

@@ -186,7 +186,7 @@ class PanelRobot:
         if not (subscribers_of(self._control) | subscribers_of(self._cmd_vel)) - {rospy.get_name()}:
             page.answer(request, False, 'no node hears it')
             return
-        problem, answer = self.subscriptions.read_view(lambda view: (view.unstopped(since), (
+        problem, answer = self.subscriptions.read_view(lambda view: (view.why_not_stopped(since), (
             'the robot stands' if view.latest('has_control') is None
             else 'control taken, the robot stands')))
         if not problem:

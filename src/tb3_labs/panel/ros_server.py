@@ -99,9 +99,9 @@ class Server:
 
 
 class _ConnectionLimit(httpserver.HTTPServer):
-    """Keeps the number of open connections within its limits. A new one closes the oldest one that
-    is not a page's: a browser sends its request at once. A page's connection is never closed for
-    another; if there are only pages, the new one is closed."""
+    """Keeps the number of open connections within its limits. Above a limit the oldest connection
+    that is no page's is closed: a browser sends its request at once. A page's connection is never
+    closed for another. If all others are pages, the new connection is closed."""
 
     #: The streams of pages that were admitted.
     admitted = frozenset()

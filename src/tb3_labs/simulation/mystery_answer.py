@@ -91,13 +91,12 @@ def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, 
         return False, (f'The fault is right. Now measure its value in {meaning.unit}: '
                        f'{meaning.value}.')
     off = abs(difference_degrees(value, truth) if meaning.unit == 'deg' else value - truth)
-    given, by = _given(hidden, value), _given(hidden, off)
+    given, by = _rounded(hidden, value), _rounded(hidden, off)
     if off <= meaning.tolerance + ROUNDING:
         return True, (f'Right: mystery {number} is {hidden.name!r}, {with_unit(hidden, truth)}. '
-                      f'Your '
-                      f'{given} is off by {by}.')
+                      f'Your {given} is off by {by}.')
     return False, (f'The fault is right, its value is not: {given} is off by {by}; right is within '
-                   f'{_given(hidden, meaning.tolerance)}. The value is {meaning.value}.')
+                   f'{_rounded(hidden, meaning.tolerance)}. The value is {meaning.value}.')
 
 
 def with_unit(fault: Fault, value: float) -> str:
@@ -106,5 +105,5 @@ def with_unit(fault: Fault, value: float) -> str:
     return f'{value:{sign}.{fault.digits}f} {MEANINGS[fault.name].unit}'
 
 
-def _given(fault: Fault, value: float) -> str:
+def _rounded(fault: Fault, value: float) -> str:
     return f'{round(value, fault.digits + 1):g} {MEANINGS[fault.name].unit}'

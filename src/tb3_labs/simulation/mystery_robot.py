@@ -61,8 +61,8 @@ FAULT_KINDS = (
 class HiddenFault:
     """The fault of mystery `number` in a robot that is `plain` otherwise.
 
-    Raises ``ValueError`` if there is no such number, or if a setting of `plain`, or of the configs
-    `around` it, that is not in PLAIN differs from its default.
+    Raises ``ValueError`` if there is no such number. Raises it also if `plain`, or a config of
+    `around`, changes a setting that is not in PLAIN.
     """
 
     def __init__(self, number: int, plain: SimulatorConfig, *around: Config) -> None:

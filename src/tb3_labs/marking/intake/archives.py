@@ -128,7 +128,7 @@ def unpack(path: Path, folder: Path, limits: UnpackLimits,
                         left[TWICE].append(place)
                     wanted[place] = info        # every program uses the last one
             folder.mkdir(parents=True, exist_ok=True)
-            for place, info in sorted(wanted.items(), key=lambda item: turn(
+            for place, info in sorted(wanted.items(), key=lambda item: budget_order(
                     item[0], item[1].file_size)):
                 if limits.spend(info.file_size):
                     try:
@@ -181,7 +181,7 @@ def left_out(why: str, left: Iterable[object]) -> List[str]:
     return [f'Left out, because {why}: {shortened(places, 3)}.'] if places else []
 
 
-def turn(place: str, size: int) -> Tuple[bool, bool, int, int, str]:
+def budget_order(place: str, size: int) -> Tuple[bool, bool, int, int, str]:
     """A key by which files take their part of the budget: a package's own files first."""
     return (bool(MADE.search(place)), os.path.splitext(place)[1].lower() not in OWN_ENDINGS,
             place.count('/'), size, place)

@@ -30,7 +30,7 @@ FOLDERS = ('scripts', 'nodes', 'src')
 LISTENS_TO = 'listens to '
 #: Candidates with this many equal ranks are alike.
 ALIKE = 4
-#: In the relays that a build makes, which lead to files of the student's machine.
+#: This text is in the relays that a build makes. They lead to files of the student's machine.
 CATKINS = b'generated from catkin/cmake/template'
 #: A larger file is not a program [bytes].
 LARGEST_PROGRAM = 1000000
@@ -44,9 +44,9 @@ def is_name(text: str) -> bool:
     return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
 
 
-def is_slip(name: str, near: str) -> bool:
-    """Is a name another one but for a letter, or for two that changed places? Another number is
-    another module (cv, cv2)."""
+def is_typo_of(name: str, near: str) -> bool:
+    """Does `name` differ from `near` by one letter, or by two letters that changed places? Names
+    with different digits (cv, cv2) are different modules."""
     same = sum(len(commonprefix(pair)) for pair in ([name, near], [name[::-1], near[::-1]]))
     longest = max(len(name), len(near))
     return (name[0] == near[0] and abs(len(name) - len(near)) < 2
@@ -173,8 +173,8 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
     if not found:
         raise NotJudged('There is no {}{}, and no other file does what it should. {}'.format(
             name or ' or '.join(names), ' in a package {}'.format(package) if package else '',
-            _there_is(sorted(each.path for each in programs),
-                      [str(path.relative_to(folder)) for path in handed_in])))
+            _what_was_found(sorted(each.path for each in programs),
+                            [str(path.relative_to(folder)) for path in handed_in])))
     alike = [each for each in found if each[:ALIKE] == found[0][:ALIKE]]
     look_at = []
     if len({each.text for each in alike}) > 1:
@@ -230,7 +230,7 @@ def _package_rank(usual, called):
 def _signs(lab, text):
     """Returns the signs of the lab's node in a program, as clauses such as 'listens to imu'."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
-    return tuple(sign_texts for pattern, sign_texts in (
+    return tuple(sign for pattern, sign in (
         (r'Subscriber\(\s*(name\s*=\s*)?[\'"]/?(\w+/)*{}[\'"]'.format(lab.sensors[0]),
          LISTENS_TO + lab.sensors[0]),
         (rf'^[ \t]*class\s+{lab.class_name}\b', 'has the class ' + lab.class_name),
@@ -240,13 +240,12 @@ def _signs(lab, text):
 
 
 def _can_be_the_node(candidate, names, name):
-    sign_texts = candidate.sign_texts
+    signs = candidate.sign_texts
     # a node of another lab may listen to the same topic
     is_other = any(os.path.basename(candidate.path) in other.files for other in LAB_NODES.values())
-    return candidate.name < len(names) or not name and (len(sign_texts) >= 2 or not is_other
-                                                        and any(
-                                                            clause.startswith(LISTENS_TO)
-                                                            for clause in sign_texts))
+    listens = any(sign.startswith(LISTENS_TO) for sign in signs)
+    return candidate.name < len(names) or not name and (
+        len(signs) >= 2 or listens and not is_other)
 
 
 def _remarks(found, packages, names):
@@ -271,7 +270,7 @@ def shortened(names: Sequence[str], most: int = 6) -> str:
     return ', '.join(names[:most]) + more
 
 
-def _there_is(programs, handed_in):
+def _what_was_found(programs, handed_in):
     if programs:
         return ('Python files that were found (--type chooses one of them): {}.'
                 .format(shortened(programs)))

@@ -27,13 +27,13 @@ class Launch(NamedTuple):
     text: str = ''              # the path of the node's file in it
 
     @classmethod
-    def given(cls) -> 'Launch':
+    def from_environment(cls) -> 'Launch':
         """The Launch that mark.py wrote; without mark.py, one without a sandbox."""
         if VARIABLE not in os.environ:
             return cls()
         return cls(*json.loads(Path(os.environ[VARIABLE]).read_text()))
 
-    def written(self, path: Path) -> Dict[str, str]:
-        """Write it into a file; the variable by which a process finds it."""
+    def write(self, path: Path) -> Dict[str, str]:
+        """Write the Launch into a file. Returns the variable by which a process finds it."""
         path.write_text(json.dumps(self))
         return {VARIABLE: str(path)}

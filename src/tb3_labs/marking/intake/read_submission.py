@@ -18,7 +18,7 @@ from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Set, Tuple
 from tb3_labs.marking.intake.archives import CLASS, NEVER, UnpackLimits, unpack
 from tb3_labs.marking.intake.cmake_files import modules_of
 from tb3_labs.marking.intake.find_node import (
-    MANIFEST, Choice, NotJudged, digest, find_node, interface_files, is_name, is_slip, name_in,
+    MANIFEST, Choice, NotJudged, digest, find_node, interface_files, is_name, is_typo_of, name_in,
     packages_in, source_of)
 from tb3_labs.marking.intake.submissions import Submission, lay_out
 from tb3_labs.marking.lab_table import NodeNames
@@ -239,7 +239,7 @@ def _slips(missing):
     """{name: module} of the names that are misspelt names of modules."""
     known = {each.name for each in pkgutil.iter_modules(sys.path)}.union(sys.builtin_module_names)
     return {name: near for name in missing for near in sorted(known)
-            if len(near) > 3 and is_slip(name, near)}
+            if len(near) > 3 and is_typo_of(name, near)}
 
 
 def _types_used(package):

@@ -192,14 +192,14 @@ def _system():
     return places + [size + (EMPTY, folder) for folder in OWN_FOLDERS]
 
 
-def _listed(*variables):
+def _folders_in(*variables):
     return [folder for name in variables
             for folder in os.environ.get(name, '').split(':') if folder]
 
 
 def _ros():
     """The folders of Python and ROS, besides the system's."""
-    folders = [sys.prefix, sys.base_prefix, '/opt/ros'] + _listed(
+    folders = [sys.prefix, sys.base_prefix, '/opt/ros'] + _folders_in(
         MODULES, PREFIXES, 'LD_LIBRARY_PATH')
     return [(READ_ONLY, folder, folder) for folder in dict.fromkeys(map(os.path.abspath, folders))
             if os.path.isdir(folder) and not (folder + '/').startswith('/usr/')]
@@ -208,8 +208,8 @@ def _ros():
 def _own_package():
     """(The usual folders of this package, which are hidden; its shared parts in them)."""
     folders = [rospkg.RosPack().get_path(OWN_PACKAGE)]
-    folders += [os.path.join(folder, OWN_PACKAGE) for folder in _listed(MODULES)]
-    folders += [os.path.join(folder, 'lib', OWN_PACKAGE) for folder in _listed(PREFIXES)]
+    folders += [os.path.join(folder, OWN_PACKAGE) for folder in _folders_in(MODULES)]
+    folders += [os.path.join(folder, 'lib', OWN_PACKAGE) for folder in _folders_in(PREFIXES)]
     hidden = list(filter(os.path.isdir, dict.fromkeys(map(os.path.abspath, folders))))
     parts = [os.path.join(folder, name) for folder in hidden for name in SHARED]
     return hidden, [(READ_ONLY, os.path.realpath(path), path)

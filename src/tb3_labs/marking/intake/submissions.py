@@ -19,8 +19,8 @@ from typing import Callable, Dict, Iterable, List, NamedTuple, Tuple
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.archives import (
-    MADE, NEVER, NO_NAME, OTHER_ARCHIVES, ZIP, UnpackLimits, is_zip, left_out, sort_out, turn,
-    unpack, write)
+    MADE, NEVER, NO_NAME, OTHER_ARCHIVES, ZIP, UnpackLimits, budget_order, is_zip, left_out,
+    sort_out, unpack, write)
 from tb3_labs.marking.intake.find_node import MANIFEST, NotJudged, files_in, shortened
 
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
@@ -34,7 +34,7 @@ TAKEN_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
 #: A name is at most this long, so that an ending fits behind it [bytes]. Linux allows 255.
 LONGEST_NAME = 180
 #: A larger file is not copied, unless it is an archive [bytes].
-LARGEST = 20000000
+LARGEST_COPIED = 20000000
 
 
 # -- names
@@ -97,7 +97,7 @@ def by_student(names: Dict[str, HandedIn]) -> Dict[str, List[str]]:
     return students
 
 
-def chosen(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
+def students_named(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
     """The students that are wanted; letters of another case, or a Mac's u with two dots for one
     letter, are accepted for a name that only one has. ``ValueError`` for an unknown name, with the
     names that are similar."""
@@ -156,7 +156,7 @@ def _lay_out(handed_in, folder, has_node, skipped):
                     *map(printable, (str(place), path.name, files[place][1]))))
             files[place] = source, path.name
     zips = [place for place in files if is_zip(place.name)]
-    for place in sorted(set(files) - set(zips), key=lambda place: turn(
+    for place in sorted(set(files) - set(zips), key=lambda place: budget_order(
             str(place), files[place][0].stat().st_size)):
         source = files[place][0]
         if limits.spend(source.stat().st_size):
@@ -245,9 +245,10 @@ def without_wrapping(folder: Path) -> Path:
 def _files_in(folder, remarks, skipped):
     """The (path, place in the copy) of each file to copy; remarks name the other files."""
     files, others = sort_out(folder, skipped)
-    large = [path for path in files if path.stat().st_size > LARGEST and not is_zip(path.name)]
+    large = [path for path in files
+             if path.stat().st_size > LARGEST_COPIED and not is_zip(path.name)]
     for why, left in (
             ('each is a link, a device, too deep, or may not be read', others),
-            (f'each is larger than {LARGEST / 1e6:g} MB', large)):
+            (f'each is larger than {LARGEST_COPIED / 1e6:g} MB', large)):
         remarks += left_out(why, [path.relative_to(folder) for path in left])
     return [(path, path.relative_to(folder)) for path in files if path not in set(large)]

@@ -187,7 +187,8 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
     if not files:
         return None
     try:
-        done = _described({'search': system_messages(), 'definitions': files}, environment, sandbox)
+        done = _examples_of({'search': system_messages(), 'definitions': files}, environment,
+                            sandbox)
     except (subprocess.SubprocessError, ValueError):
         remarks.append('The messages and services could not be built.')
         done = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
@@ -221,7 +222,7 @@ def _definitions(name, package, remarks):
                                'of a type.'.format(name, printable(file)))
 
 
-def _described(request, environment, sandbox):
+def _examples_of(request, environment, sandbox):
     # its answer comes in a file, since a program in a sandbox cannot write a large one
     with tempfile.TemporaryFile('w+') as answer:
         subprocess.run(

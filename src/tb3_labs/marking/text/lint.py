@@ -14,8 +14,8 @@ from typing import Any, Dict, Iterable, Iterator, List, Tuple
 
 from pyflakes import checker, messages
 
-from tb3_labs.marking.intake.find_node import is_slip
-from tb3_labs.marking.text.source_analysis import LARGEST, LIMITS
+from tb3_labs.marking.intake.find_node import is_typo_of
+from tb3_labs.marking.text.source_analysis import LARGEST_TEXT, LIMITS
 
 PROGRAM = '''import json, sys
 del sys.path[0]
@@ -38,7 +38,7 @@ Fault = Tuple[int, str]
 def read(path: Path) -> Tuple[List[str], Dict[str, List[int]]]:
     """(sentences on the faults of a program, {variable: lines that assign it}). The program is a
     stranger's: it is read within limits."""
-    if not path.is_file() or path.stat().st_size > LARGEST:
+    if not path.is_file() or path.stat().st_size > LARGEST_TEXT:
         return [], {}
     done = subprocess.run(
         [*LIMITS, sys.executable, '-c', PROGRAM], input=path.read_bytes(), cwd='/',
@@ -118,7 +118,7 @@ def _misspelt(tree: ast.Module) -> Iterator[Fault]:
             assigned[repr(node.value.value)] = node.lineno
     for name, line in assigned.items():
         for near in sorted((read if name.startswith('self.') else compared) - {name}):
-            if name not in read and name[-2:] == near[-2:] and is_slip(name, near):
+            if name not in read and name[-2:] == near[-2:] and is_typo_of(name, near):
                 yield line, '{} is assigned here, and never {}; near it: {}'.format(
                     name[:QUOTED], 'read' if near in read else 'compared', near[:QUOTED])
 

@@ -13,7 +13,7 @@ import sys
 from typing import Any, Dict, Iterable, List, Optional
 
 #: The most that it may use: memory [bytes], processor time [s]; the largest file [bytes].
-LIMITS, LARGEST = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0'], 200000
+LIMITS, LARGEST_TEXT = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0'], 200000
 #: The names of y, and the names of a mouse's pixel, whose y counts down.
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
 PIXEL = re.compile('pos|event|mo[vt]|scroll|click')
@@ -45,7 +45,7 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
         if any(isinstance(part, ast.Constant) and part.value in ('mouse_info', '/mouse_info')
                for node in nodes if isinstance(node, ast.Call) and _last(node.func) == 'Publisher'
                for part in (*node.args, *(word.value for word in node.keywords))):
-            downs |= {slope for slope in _sent(nodes) if slope}
+            downs |= {slope for slope in _slopes_sent(nodes) if slope}
         remarks += [THETA.format(node.name) for node in nodes if isinstance(
             node, ast.FunctionDef) and node.args.args and _gives_angle(node)]
     return {'up': -downs.pop() if len(downs) == 1 else 0, 'remarks': remarks}
@@ -71,7 +71,7 @@ def _last(node: Any) -> str:
     return _dotted(node).split('.')[-1]
 
 
-def _sent(nodes: List[ast.AST]) -> List[Optional[int]]:
+def _slopes_sent(nodes: List[ast.AST]) -> List[Optional[int]]:
     """The slopes of y in the messages of a mouse client (see `_slope`)."""
     steps = sorted((node for node in nodes if isinstance(node, (
         ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword))),
@@ -136,7 +136,7 @@ def _texts(paths: Iterable[str]) -> Iterable[bytes]:
     for path in paths:
         for folder, _, names in os.walk(path):
             for file in (os.path.join(folder, name) for name in names if name.endswith('.py')):
-                if os.path.isfile(file) and os.path.getsize(file) <= LARGEST:
+                if os.path.isfile(file) and os.path.getsize(file) <= LARGEST_TEXT:
                     with open(file, 'rb') as opened:
                         yield opened.read()
 

@@ -41,7 +41,7 @@ class StudentNode:
     def __init__(self, node, sensors, recording):
         """`node`: package/file; `sensors`: topics that it needs, the first of them before it is
         ready; `recording`: the Recording of the trial."""
-        self._sensors, self._recording, self._launch = sensors, recording, Launch.given()
+        self._sensors, self._recording, self._launch = sensors, recording, Launch.from_environment()
         self._needed, self._noted = [], None
         self._what = [self._launch.program] if self._launch.program else [
             'rosrun', *node.split('/', 1)]

@@ -79,13 +79,15 @@ class Trial:
         known = rospkg.RosPack()
         folders = [known.get_path(name) for name in {self._name.split('/')[0], *packages}
                    if name != OWN_PACKAGE and name in known.list()]
-        return text_of([Launch.given().copy] if Launch.given().copy else folders)
+        copy = Launch.from_environment().copy
+        return text_of([copy] if copy else folders)
 
     def read(self):
         """Record what the text of the node's file shows, before it runs; see lint. A file whose
         name its package has twice is not known."""
         package, name = self._name.split('/')
-        files = {Path(Launch.given().text)} if Launch.given().text else {
+        text = Launch.from_environment().text
+        files = {Path(text)} if text else {
             path.resolve() for depth in range(DEPTH)
             for path in Path(rospkg.RosPack().get_path(package)).glob('*/' * depth + name)}
         faults, assigned = lint.read(files.pop()) if len(files) == 1 else ([], {})
