@@ -97,7 +97,7 @@ def repeating(times, reading=lambda k: 7, must_change=True):
 def test_a_source_that_repeats_itself_though_it_must_change_is_frozen(reading, must_change, frozen):
     _, watch = repeating(MANY, reading, must_change)
     words = 'imu repeats one reading though the robot is told to move (its driver hangs?)'
-    assert watch.frozen_sensors() == (words if frozen else '')
+    assert watch.frozen() == (words if frozen else '')
 
 
 def test_a_repetition_counts_from_its_first_sample_and_from_the_first_look_after_a_rest():
@@ -121,5 +121,5 @@ def test_each_frozen_source_is_named():
         source.check_repetition(True, 10.0)
         source.check_repetition(True, 10.0 + seconds)
     watch = SensorWatch(*sources)
-    assert watch.frozen_sensors().startswith('imu repeats') and ' and odom repeats' in watch.frozen_sensors()
-    assert 'joy' not in watch.frozen_sensors()
+    assert watch.frozen().startswith('imu repeats') and ' and odom repeats' in watch.frozen()
+    assert 'joy' not in watch.frozen()
