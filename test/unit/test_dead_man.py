@@ -11,7 +11,7 @@ FREE, GAMEPAD, GOAL = ControlHolder.NOBODY, ControlHolder.GAMEPAD, ControlHolder
 
 DRIVER_AFTER = {
     # event:                    nobody  turn    mouse   was driving
-    DriverEvent.TURN_REQUESTED:     (TURN,   TURN,   MOUSE),
+    DriverEvent.TURN_REQUESTED: (TURN,   TURN,   MOUSE),
     DriverEvent.TURN_OVER:      (NOBODY, NOBODY, MOUSE),
     DriverEvent.MOUSE_MOVED:    (MOUSE,  MOUSE,  MOUSE),
     DriverEvent.MOUSE_CENTRED:  (NOBODY, TURN,   NOBODY),
@@ -23,7 +23,7 @@ HOLDER_AFTER = {
     ControlEvent.READY:      (GAMEPAD, GAMEPAD, GOAL),
     ControlEvent.RELINQUISH: (GOAL,    GOAL,    GOAL),
     ControlEvent.REGAIN:     (FREE,    GAMEPAD, FREE),
-    ControlEvent.GRANTED:      (GOAL,    GOAL,    GOAL),
+    ControlEvent.GRANTED:    (GOAL,    GOAL,    GOAL),
     ControlEvent.TAKEN:      (FREE,    GAMEPAD, FREE),
     ControlEvent.STOPPED:    (FREE,    FREE,    GOAL),
     ControlEvent.LOST:       (FREE,    FREE,    FREE),

@@ -137,7 +137,7 @@ class _GyroRate(NamedTuple):
 
 
 class _Comparison:
-    """What is known since a silence, or since the robot's clock was set."""
+    """The knowledge since a silence, or since the robot's clock was set."""
 
     def __init__(self) -> None:
         self.wheels: Optional[WheelSample] = None    # the latest

@@ -20,7 +20,7 @@ FOLLOWS, READ_LATER, READ_PART = 0.9, 0.04, 0.8
 
 
 class Device(NamedTuple):
-    """What a node heard of a pad or of a mouse: a row for each message, a column for each name."""
+    """The messages of a pad or of a mouse: a row for each message, a column for each name."""
 
     time: np.ndarray
     value: np.ndarray

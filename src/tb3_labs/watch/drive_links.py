@@ -82,7 +82,7 @@ class Pose(NamedTuple):
     goal: np.ndarray
 
     def left(self, state: str) -> np.ndarray:
-        """What is left of a state: a heading error [rad], or a distance [m]."""
+        """The rest of a state: a heading error [rad], or a distance [m]."""
         if state == STATES[1]:
             return np.abs(self.away)
         target = np.angle(self.away) if state == STATES[0] else self.goal

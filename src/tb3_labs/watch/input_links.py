@@ -37,7 +37,7 @@ def axes(node_run: NodeRun) -> List[int]:
 
 
 def heard_pad(node_run: NodeRun) -> Device:
-    """What a node heard of the pad."""
+    """The messages of the pad that a node received."""
     received = node_run.run.pad
     return Device(received.arrival, np.hstack([received.axes, received.buttons]), [
         *map('axis {}'.format, range(received.AXES)),
@@ -96,7 +96,7 @@ BESIDE = 'l beside the mouse'
 
 
 def heard_mouse(node_run: NodeRun) -> Device:
-    """What a node heard of the mouse."""
+    """The messages of the mouse that a node received."""
     received = node_run.run.mouse
     return Device(received.arrival,
                   np.column_stack([received.x, received.y, 1.0 - received.active]),

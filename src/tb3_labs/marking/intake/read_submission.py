@@ -44,7 +44,7 @@ GIVEN = 'MouseController'
 
 
 class ParsedSubmission(NamedTuple):
-    """What was handed in. Paths are relative to the folder of the copy."""
+    """A submission as it was read. Paths are relative to the folder of the copy."""
 
     digest: str                     # of all files of the copy
     remarks: List[str]              # sentences for the student; later steps add theirs

@@ -14,7 +14,7 @@ from tb3_labs.report.run_data import Kind, Poses, RunData, States, Values
 
 #: A node's line about a reset comes within this time of the call [s].
 SAME_RESET = 1.0
-#: So many characters of a run's output are kept, from its beginning and from its end.
+#: The number of characters that are kept of a run's output, from its begin and from its end.
 KEPT = 20000
 NOT_FINITE = 'commands that are not finite numbers'
 

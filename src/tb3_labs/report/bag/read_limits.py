@@ -29,7 +29,7 @@ class TooLarge(Exception):
 
 
 class ReadLimits:
-    """What is left for one reading of a bag."""
+    """The rest of the limits for one reading of a bag."""
 
     def __init__(self) -> None:
         self._left: Dict[str, float] = dict(MOST_READ)
