@@ -184,25 +184,34 @@ def test_the_workflow_sums_the_points_of_all_labs_and_tells_what_was_not_judged(
         'imu': {'tests': [case('a', 2.5, 2.5), case('beyond', 0, 0)], 'output': ''},
         'turn': {'tests': [case('b', 0, 4)], 'output': ''},
         'gamepad': {'tests': [], 'output': '<p>It lacks\n<b>cv2</b> &amp; more.</p>'}},
-        'course/ice6/src/my.py', 'lab2/turtlebot_controller.py', 'lab7/src/gamepad.py', 'lab7/src/lib/other.py')
+        'course/ice6/src/imu_sub.py', 'lab2/turtlebot_controller.py', 'lab7/src/gamepad.py', 'lab7/src/lib/other.py')
     assert (status, result['max_score'], result['status']) == (0, 6.5, 'fail')
     assert [(test['name'], test['score'], test['status']) for test in result['tests']] == [
         ('imu: a', 2.5, 'pass'), ('turn: b', 0, 'fail')]
     assert 'failed  0 of 4  b  so\n' in said and '::warning::gamepad: It lacks cv2 & more.\n' in said
-    assert '::notice::move2goal: this repository has no package lab7_tf\n' in said
+    assert '::notice::move2goal: There is no move2goal_tf.py or move2goal.py in a package lab7_tf, ' in said
 
 
 def test_a_workflow_that_finds_nothing_fails_with_a_line(tmp_path):
     made = {'imu': {'tests': [], 'output': 'No node.'}}
-    status, said, result = mark(tmp_path, 'imu turn', made, 'ice6/a.py', 'lab2/a.py')
+    status, said, result = mark(tmp_path, 'imu turn', made, 'ice6/imu_sub.py', 'lab2/turtlebot_controller.py')
     assert status == 1 and result == ''
     assert said.endswith('::error::no node of these labs was found: imu turn\n')
     assert '::warning::turn: Not marked.' in said
 
 
+def test_a_repository_may_be_one_package_with_another_name_of_its_folder(tmp_path):
+    (tmp_path / 'submission').mkdir()
+    (tmp_path / 'submission' / 'package.xml').write_text('<package><name>lab2</name></package>')
+    made = {'turn': {'tests': [case('a', 4, 4)], 'output': ''}}
+    status, said, result = mark(tmp_path, 'imu turn', made, 'src/turtlebot_controller.py')
+    assert (status, result['max_score']) == (0, 4) and '::notice::imu: There is no imu_sub.py' in said
+
+
 def test_the_workflow_knows_all_labs_and_the_reporter_its_step():
     packages = {package for lab in LAB_NODES.values() for package in lab.packages}
-    assert {'**/{}/**'.format(name) for name in packages} == set(FLOW['on']['push']['paths'])
+    assert set(FLOW['on']['push']['paths']) == {'**/{}/**'.format(name) for name in packages} | {
+        '*.py', 'src/*.py', 'scripts/*.py'}
     assert set(FLOW['env']['LABS'].split()) == set(LAB_NODES)
     reporter = JOB['steps'][-1]
     runner, = reporter['with'].values()
