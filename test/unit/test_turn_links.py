@@ -10,7 +10,7 @@ from made_run import made, values
 from tb3_labs.report.run_data import Orientations, Twists, Variables
 from tb3_labs.watch.broken_link import NodeRun, first_broken, is_heading, sentence
 from tb3_labs.watch.chains import CHAINS
-from tb3_labs.watch.quantities import Quantity, matching_quantities, headings
+from tb3_labs.watch.quantities import Quantity, delay, headings, matching_quantities
 from tb3_labs.watch.variables import Series, find
 
 #: A letter every EVERY [s], and the time between two steps of robot and IMU [s]; a node's callback and a
@@ -209,6 +209,18 @@ def test_a_variable_follows_its_quantity_or_one_that_is_equal_on_this_motion(kno
     first = matching_quantities(series, every)[0]
     apart = np.abs(first.value[newest] - chosen.value[newest])
     assert first is chosen or np.quantile(apart, 0.9) <= 0.05 * chosen.scale, (first.words, chosen.words)
+
+
+def test_a_value_is_not_late_while_the_sensor_is_silent():
+    """The last value stays in a silence of 3 s; then a late node has it for 0.7 s too long."""
+    samples = TIMES[(TIMES < 4.0) | (TIMES > 7.0)]
+    quantity = Quantity('the time', samples, samples, 1.0)
+    read = np.arange(1.0, 11.9, 0.05)
+    kept = Series('kept', read, read, samples[np.searchsorted(samples, read, 'right') - 1])
+    assert matching_quantities(kept, [quantity]) == [quantity] and delay(kept, quantity) < 0.01
+    late = kept.take(read >= 7.0)
+    late.value[:14] = samples[samples < 4.0][-1]
+    assert matching_quantities(late, [quantity]) == [] and 0.5 < delay(late, quantity) < 0.7
 
 
 def test_the_heading_in_any_range_can_be_used_and_no_other():

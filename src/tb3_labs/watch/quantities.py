@@ -16,8 +16,8 @@ from tb3_labs.watch.variables import Series
 
 #: A variable has a sample's number if it is nearer to it than this share of the quantity's scale.
 SAME = 3e-4
-#: It follows a quantity if this part of its values has the number of a sample that came at most
-#: RECENT [s] before.
+#: It follows a quantity if this part of its values has the number of a sample that was the latest
+#: one at most RECENT [s] before. In a silence the latest sample does not grow old.
 PART, RECENT, SOON = 0.98, 0.5, 0.03
 #: The longest delay that is looked for [s]. At most so many values of a variable are compared.
 LATEST, MOST_VALUES = 8.0, 400
@@ -36,8 +36,8 @@ class Quantity(NamedTuple):
 
 
 class Recent(NamedTuple):
-    """The samples that came at most `longest` [s] before each reading, a row for each reading, the
-    newest first: their indices, their ages [s], and whether there is one."""
+    """The samples that were the latest one at most `longest` [s] before each reading, a row for
+    each reading, the newest first: their indices, their ages [s], and whether there is one."""
 
     sample: np.ndarray
     age: np.ndarray
@@ -49,14 +49,15 @@ def recent(read: np.ndarray, time: np.ndarray, longest: float) -> Recent:
     step = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
     most = min(len(time), int((longest + SOON) / max(step, 1e-3)) + 2)
     sample = (np.searchsorted(time, read + SOON) - 1)[:, None] - np.arange(most)
-    age = read[:, None] - time[sample.clip(0)]
+    # a sample grows old when the next one comes
+    age = (read[:, None] - np.append(time[1:], np.inf)[sample.clip(0)]).clip(0.0)
     return Recent(sample.clip(0), age, (sample >= 0) & (age <= longest))
 
 
 def ages(series: Series, quantity: Quantity, longest: float = RECENT,
          samples: Optional[Recent] = None) -> np.ndarray:
-    """The age [s] of the newest sample whose number each value has; inf: none of the last `longest`
-    seconds has it. `samples`: these, if they are known."""
+    """The age [s] of the newest sample whose number each value has, 0 until the next sample comes;
+    inf: none of the last `longest` seconds has it. `samples`: these, if they are known."""
     if not len(quantity.time) or not len(series.time):
         return np.full(len(series.time), np.inf)
     samples = samples or recent(series.time, quantity.time, longest)

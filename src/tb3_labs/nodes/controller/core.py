@@ -1,6 +1,7 @@
 """All that `controller` decides: turns, the mouse, and the driver; see :mod:`tb3_labs.nodes`.
 
-Units: seconds on the receiver's clock (`now`), radians, m/s; turns are asked for in degrees.
+Units: seconds on the receiver's clock (`now`), or on a clock that never stands still and never goes
+back (`at`); radians, m/s; turns are asked for in degrees.
 """
 import math
 from typing import Optional
@@ -134,16 +135,16 @@ class ControllerCore:
         self._log.add(f'Turning {round(math.degrees(requested), 6):g} degrees')
         self._handle(DriverEvent.TURN_REQUESTED)
 
-    def _update(self, now: float) -> None:
-        """Give up a turn in which this process slept, and a mouse that is lost; as Event.at."""
-        self._sleep.update(now)
+    def _update(self, at: float) -> None:
+        """Give up a turn in which this process slept, and a mouse that is lost."""
+        self._sleep.update(at)
         if self._sleep.slept_for > RESUME_TIME:
             self._repetitions.stop()
             if self.driver is Driver.TURN:
                 self._handle(DriverEvent.TURN_OVER, self._sleep.as_text())
-        was_active, silence = self.mouse.active, self.mouse.silence(now)
+        was_active, silence = self.mouse.active, self.mouse.silence(at)
         if self._sleep.slept_for or silence:
-            self.mouse.lose(now)
+            self.mouse.lose(at)
         if was_active and not self.mouse.active:
             self._mouse_is_new = self._mouse_logged = True
             self._released(silence + ': move it to the middle of the screen to use it again')
@@ -159,7 +160,7 @@ class ControllerCore:
     # -- what comes out
 
     def tick(self, now: float, at: float) -> Output:
-        """Look at the clock, and decide; `at` is on the clock of Event.at."""
+        """Look at both clocks, and decide."""
         self._update(at)
         is_due = self._mouse_is_new or self.driver is Driver.TURN and (
             self._pace.due(now) or not self._sensors.are_fresh(now))

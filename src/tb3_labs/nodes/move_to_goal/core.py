@@ -3,7 +3,8 @@
 The robot moves only while this node has control, both sensors are fresh, gyro and wheels agree, the
 pose is known, and the goal is not reached. A grant or goal is void without sensors.
 
-Units: seconds on the receiver's clock (`now`), metres, radians; poses in the local frame.
+Units: seconds on the receiver's clock (`now`), or on a clock that never stands still and never goes
+back (`at`); metres, radians; poses in the local frame.
 """
 import math
 from dataclasses import dataclass
@@ -144,10 +145,9 @@ class MoveToGoalCore:
         self._machine.set_goal(goal)
         self._restart()
 
-    def on_goal(self, request: GoalRequest, now: float) -> None:
-        """Drive to the RequestedPose of a goal, unless this repeats the present goal, or is void;
-        `now` as in permission.Permission."""
-        self.on_repetition(request, now)
+    def on_goal(self, request: GoalRequest, at: float) -> None:
+        """Drive to the RequestedPose of a goal, unless this repeats the present goal or is void."""
+        self.on_repetition(request, at)
         requests, machine, doubt = self._requests, self._machine, self._permission.sleep.doubt
         if doubt:
             requests.refuse(request, doubt + ': send it again')
@@ -166,22 +166,22 @@ class MoveToGoalCore:
                 self.set_goal(goal)
             requests.accept(request)
 
-    def on_repetition(self, request: GoalRequest, now: float) -> None:
+    def on_repetition(self, request: GoalRequest, at: float) -> None:
         """A goal was sent again, by the name that it had before."""
-        self._update_control(now)    # finds a sleep: the goal may be older than the sleep
-        self._check_end(now)
-        self._requests.note(request, now)
+        self._update_control(at)    # finds a sleep: the goal may be older than the sleep
+        self._check_end(at)
+        self._requests.note(request, at)
 
-    def on_cancel(self, now: float, name: str = '', stamp: int = 0) -> None:
+    def on_cancel(self, at: float, name: str = '', stamp: int = 0) -> None:
         """A person or program cancels goals, see GoalRequest."""
-        self._update_control(now)    # finds a sleep: no sender has paused in it
-        if self._requests.cancel(now, name, stamp):
+        self._update_control(at)    # finds a sleep: no sender has paused in it
+        if self._requests.cancel(at, name, stamp):
             self._machine.cancel()
             self._pause()
 
     def on_reset(self, reset: Reset, now: float, at: float) -> None:
-        """Declare that the robot is at `reset.requested` now; `at`: see :meth:`tick`. A request
-        that may be older than a sleep is refused. The Reset shows when it is over."""
+        """Declare that the robot is at `reset.requested` now. A request that may be older than a
+        sleep is refused. The Reset shows when it is over."""
         self._update_control(at)
         doubt, problem = self._permission.sleep.doubt, self._sensors.problem(now, with_age=True)
         if doubt:
@@ -191,18 +191,18 @@ class MoveToGoalCore:
         else:
             self._localizer.on_reset(reset, now, self._response.sample_delay)
 
-    def begin_control(self, now: float) -> None:
-        """From now on senders of control can be heard; `now` as in permission.Permission."""
-        self._permission.begin(now)
+    def begin_control(self, at: float) -> None:
+        """From now on senders of control can be heard."""
+        self._permission.begin(at)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
         """A sender gives control, or takes it."""
         self._permission.on_message(message)
 
-    def _update_control(self, now: float) -> None:
-        """Does the permission still hold? `now`: of a clock that never goes back [s]."""
+    def _update_control(self, at: float) -> None:
+        """Does the permission still hold?"""
         permission, machine = self._permission, self._machine
-        permission.update(now)
+        permission.update(at)
         before, self.has_control = self.has_control, permission.granted
         given, self._grants = permission.count > self._grants, permission.count
         if given and (machine.failure or not before):
@@ -218,8 +218,8 @@ class MoveToGoalCore:
     # -- what comes out, once
 
     def tick(self, now: float, at: float) -> DriveOutput:
-        """Look at the clock, and decide. Call this after each sample of the IMU and each request,
-        and also while there is none; `at`: the time of a clock that never goes back [s]."""
+        """Look at both clocks, and decide. Call this after each sample of the IMU and each request,
+        and also while there is none."""
         self._update_control(at)
         # at the law's own rate, and whenever a sensor is lost
         is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
@@ -257,14 +257,14 @@ class MoveToGoalCore:
         self._pace.skip(now)
         return None
 
-    def _check_end(self, now: float) -> None:
-        """Find the end of a drive, once; `now` as in permission.Permission."""
+    def _check_end(self, at: float) -> None:
+        """Find the end of a drive, once."""
         machine = self._machine
         if machine.goal is None or machine.active or machine.attempt == self._last_ended_attempt:
             return
         self._last_ended_attempt = machine.attempt
         if machine.failure:
-            self._requests.give_up(now)
+            self._requests.give_up(at)
         self._requests.end(GoalOutcome.CANCELED if machine.cancelled else
                            GoalOutcome.GIVEN_UP if machine.failure else GoalOutcome.REACHED,
                            machine.failure or PRINTED_REACHED + '!')
