@@ -11,7 +11,7 @@ from simulated_student_node import played
 from tb3_labs.handout import MAX_SPEED
 from tb3_labs.marking.trial.from_bag import with_stimuli
 from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
-from tb3_labs.report.run_data import Variables
+from tb3_labs.report.run_data import Values, Variables
 from tb3_labs.watch.broken_link import NodeRun, first_broken
 from tb3_labs.watch.chains import CHAINS
 from tb3_labs.watch.drive_links import state_kept
@@ -154,6 +154,19 @@ def test_a_state_that_a_reset_sets_back_for_a_moment_was_not_kept():
             run, resets=run.resets.take(slice(-1, None)),
             variables=Variables(rows.arrival, rows.time, rows.node, rows.name, texts))))
         assert (last is not None) is is_kept
+
+
+@pytest.mark.parametrize('is_over, words', [(True, ''), (False, 'ctrl_relinq became False, and the last command was')])
+def test_a_node_that_has_ended_need_not_stop_when_control_is_taken(is_over, words):
+    """Both recordings end in the first rotation, 0.5 s after the last reading of a node that has ended."""
+    run = played()
+    end = next(at for at, angular in zip(run.commands.arrival, run.commands.angular) if angular) + 1.0
+    cut = replace(run, commands=run.commands.between(0.0, end), control=Values(
+        *(np.append(column, number) for column, number in (
+            (run.control.time, end + 0.1), (run.control.arrival, end + 0.1), (run.control.value, 0.0)))))
+    late = run.variables.arrival > (end - 0.4 if is_over else end + 0.3)
+    found = broken(replace(cut, variables=run.variables.take(~late)))
+    assert (found.words if found else '').startswith(words) and bool(found) is bool(words)
 
 
 #: The frame of all samples of a run.

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 from made_run import made, values
 
-from tb3_labs.report.run_data import Orientations, Twists, Variables
+from tb3_labs.report.run_data import MouseSamples, Orientations, Twists, Variables
 from tb3_labs.watch.broken_link import NodeRun, first_broken, is_heading, sentence
 from tb3_labs.watch.chains import CHAINS
 from tb3_labs.watch.quantities import Quantity, delay, headings, matching_quantities
@@ -179,6 +179,34 @@ def test_zeros_from_elsewhere_and_rare_commands_are_told():
     both = Twists.joined([sent, zeros])
     mixed = both.take(np.argsort(both.arrival))
     assert 'another callback publishes' in told(vars(run) and made(**dict(vars(run), commands=mixed)))
+
+
+@pytest.mark.parametrize('is_typed', [True, False])
+@pytest.mark.parametrize('x, active, accused', [(0.5, 1.0, False), (0.1, 1.0, True), (0.5, 0.0, True)])
+def test_a_command_of_the_mouse_is_none_of_the_turn(is_typed, x, active, accused):
+    """From 1.4 s on, in the first turn to the left, the node drives to the right: may it do so by the mouse?"""
+    run, at = played(HandoutNode()), np.arange(1.4, 6.5, 0.1)
+    sent = run.commands.take((run.commands.arrival < 1.4) | (run.commands.arrival > 7.0))
+    both = Twists.joined([sent, Twists(at, at, 0.0 * at, 0.0 * at - 0.25, *4 * [0.0 * at])])
+    seen = told(made(**dict(
+        vars(run), commands=both.take(np.argsort(both.arrival)), letters=run.letters if is_typed else values([], []),
+        mouse=MouseSamples(at - 0.01, at - 0.01, x + 0.0 * at, 0.0 * at, active + 0.0 * at))))
+    assert ('the command was -0.25' in seen) is accused and bool(seen) is accused
+
+
+@pytest.mark.parametrize('is_typed', [True, False])
+@pytest.mark.parametrize('is_over', [True, False])
+def test_a_zero_after_the_end_of_the_node_is_none_of_the_turn(is_typed, is_over):
+    """The first turn ends by a zero after 0.4 s; its variables were read until then, or also later."""
+    run = played(HandoutNode())
+    sent = run.commands.take((run.commands.arrival < 1.4) | (run.commands.arrival > 7.0))
+    zero = np.array([1.41])
+    both = Twists.joined([sent, Twists(zero, zero, *6 * [0.0 * zero])])
+    read = run.variables.arrival
+    seen = told(made(**dict(
+        vars(run), commands=both.take(np.argsort(both.arrival)), letters=run.letters if is_typed else values([], []),
+        variables=run.variables.take((read < 1.405) | (read > 6.5)) if is_over else run.variables)))
+    assert ('ended at an error of' in seen) is not is_over and bool(seen) is not is_over
 
 
 # -- what a variable follows

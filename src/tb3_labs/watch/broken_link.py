@@ -16,6 +16,8 @@ from tb3_labs.watch.variables import Series, find, variables_of
 
 #: A belief that changes less often is late [s].
 LONGEST_UPDATE_GAP = 0.3
+#: A node whose variables were not read for longer than this may have ended [s].
+LONGEST_READING_GAP = 0.4
 #: A heading that is off by less than this many times what is the same is still the heading.
 COARSE_FACTOR = 30.0
 
@@ -52,6 +54,23 @@ class NodeRun:
         """The quantities that a node may take for the heading, by the odometry."""
         return list(headings(self.run.odometry.arrival, quaternion_of(self.run.odometry),
                              ' of the odometry'))
+
+    @cached_property
+    def readings(self) -> np.ndarray:
+        """The times at which any variable was read [s]."""
+        return np.unique(np.concatenate([np.empty(0)] + [
+            series.time for series in self.variables.values()]))
+
+    def runs_at(self, time: float) -> bool:
+        """Does the node run, by a reading that is not older than LONGEST_READING_GAP?"""
+        read = self.readings[:int(np.searchsorted(self.readings, time))]
+        return bool((time - read[-1:] <= LONGEST_READING_GAP).any())
+
+    def end_after(self, time: float) -> float:
+        """The last reading of the node that runs at this time; inf if there is none."""
+        read = self.readings[int(np.searchsorted(self.readings, time)):]
+        return float(read[np.diff(read, append=np.inf) > LONGEST_READING_GAP][0]) if len(
+            read) else np.inf
 
     def constant(self, name: str, value: float) -> str:
         """Words on a constant of the node that differs from the handout's `value`, else ''."""

@@ -89,11 +89,11 @@ def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
     own = [Quantity(each.name, each.time - READ_LATER, each.value, 1.0)
            for each in node_run.variables.values() if len(set(each.text)) > 5
            and np.isfinite(each.value).all() and 'cmd' not in each.name]
-    # forms may be equal by what happened: the handout's number is the likely one
-    found = [sorted((abs(share - factor), share, form.words) for form in some
-                    for share in [factor_of(series, form, part)] if np.isfinite(share))
+    # forms may be equal by what happened: the handout's number is the likely one, then its form
+    found = [sorted((abs(share - factor), order, share, form.words) for order, form in enumerate(
+                        some) for share in [factor_of(series, form, part)] if np.isfinite(share))
              for some, part in ((forms, FOLLOWS), (own, READ_PART))]
-    _, share, words = (found[0] + found[1] or [(0.0, 0.0, '')])[0]
+    _, _, share, words = (found[0] + found[1] or [(0.0, 0, 0.0, '')])[0]
     if words == right.words and abs(share / factor - 1.0) < 0.02:
         return None
     settled = series.time - device.changed[last] > ANSWERED

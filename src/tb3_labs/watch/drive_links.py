@@ -10,7 +10,8 @@ from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_X, GOAL_Y,
     GOAL_YAW_DEG, MAX_SPEED, STATES)
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, other_field_text, stays
+from tb3_labs.watch.broken_link import (
+    LONGEST_READING_GAP, BrokenLink, NodeRun, other_field_text, stays)
 from tb3_labs.watch.drive_pose import (
     APART, LATE, MOST, SOON, USED, frames, part_with_control, unit_of)
 from tb3_labs.watch.variables import short
@@ -120,7 +121,7 @@ def parts(node_run: NodeRun) -> List[Part]:
     if series is None or not set(series.text) & set(STATES):
         return []
     cuts = [*(each.begin for each in node_run.cached(frames)), *node_run.run.control.arrival]
-    gaps = series.time[1:][np.diff(series.time) > 4.0 * SOON]
+    gaps = series.time[1:][np.diff(series.time) > LONGEST_READING_GAP]
     edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])
     for begin, end in zip(edges[:-1], edges[1:]):
         part = part_with_control(node_run, series.between(begin, end), 0.0)
@@ -249,7 +250,7 @@ def not_silent(node_run: NodeRun) -> Optional[BrokenLink]:
             for part in node_run.cached(parts) if part.state == STATES[3]]
     ends += [(begin, end, 'ctrl_relinq became False', moving)
              for begin, end, value in control_intervals(node_run)
-             if not value and end > begin + LATE]
+             if not value and end > begin + LATE and node_run.runs_at(begin)]
     for begin, end, words, counted in sorted(ends, key=lambda each: each[0]):
         last = np.flatnonzero((sent.arrival > begin - 1.0) & (sent.arrival < begin + LATE))
         late = np.flatnonzero((sent.arrival > begin + LATE) & (sent.arrival < end) & counted)

@@ -213,8 +213,10 @@ def same_time(node_run: NodeRun) -> str:
 def not_over(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does `turning` become False at the goal?"""
     turning = node_run.find('turning')
-    for turn in node_run.cached(turns):
-        if turning is not None and turning.at(turn.begin - READ) == 1.0:
+    found = node_run.cached(turns)
+    for before, turn in zip(found[:1] + found, found):
+        if turning is not None and turning.at(turn.begin - READ) == 1.0 and not (
+                before is not turn and before.is_cut):
             return BrokenLink('{} was still True when {} was typed: it did not become False at the '
                               'goal before'.format(turning.name, turn.letter), turn.begin,
                               turning.name)

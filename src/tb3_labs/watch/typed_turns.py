@@ -4,7 +4,7 @@ from typing import List, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.handout import TURN_DEG
+from tb3_labs.handout import MOUSE_DEAD_ZONE, TURN_DEG
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, belief, is_heading
 from tb3_labs.watch.quantities import Quantity, matching_quantities
 from tb3_labs.watch.variables import Series
@@ -15,7 +15,8 @@ ANSWERED, READ = 3.0, 0.06
 
 @dataclass(frozen=True)
 class Turn:
-    """A letter that was typed, and the turn after it. `side`: 1 for l, -1 for r, 0 if unknown.
+    """A letter that was typed, and the turn after it, until the next letter. The turn `is_cut` if
+    before this the mouse is moved, or the node ends. `side`: 1 for l, -1 for r, 0 if unknown.
 
     Angles in the node's own unit: `own`, curr_yaw at the letter; `before` and `after`, goal_yaw as
     a text, '' if there is none. Of each command: its time, angular.z, goal_yaw and curr_yaw then,
@@ -24,6 +25,7 @@ class Turn:
 
     begin: float
     end: float
+    is_cut: bool
     side: int
     own: float
     before: str
@@ -72,8 +74,9 @@ def heading(node_run: NodeRun) -> Tuple[Optional[Series], Optional[Quantity], Op
     return (None, None, None) if series is None else (series, *belief(series, quantities))
 
 
-def letters(node_run: NodeRun) -> List[Tuple[float, float, int]]:
-    """(begin, end, side) of each letter, as it was typed, else as `turning` or `goal_yaw` tell."""
+def letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
+    """(begin, end, is_cut, side) of each letter, as it was typed, else as `turning` or `goal_yaw`
+    tell."""
     typed, turning, goal = node_run.run.letters, node_run.find('turning'), node_run.find('goal_yaw')
     if len(typed):
         times, sides = typed.arrival, typed.value
@@ -84,8 +87,18 @@ def letters(node_run: NodeRun) -> List[Tuple[float, float, int]]:
         times = goal.changes - 2.0 * READ if goal is not None else np.empty(0)
         sides = np.zeros(len(times))
     is_end = (sides == 0.0) & bool(len(typed))
-    return [(float(begin), float(end), int(side)) for begin, end, side, over in zip(
-        times, np.append(times[1:], node_run.run.duration), sides, is_end) if not over]
+    mouse = node_run.run.mouse
+    drives = (mouse.active > 0.0) & (np.maximum(abs(mouse.x), abs(mouse.y)) >= MOUSE_DEAD_ZONE)
+    found = []
+    for begin, end, side, over in zip(times, np.append(times[1:], node_run.run.duration), sides,
+                                      is_end):
+        # the latest message of the mouse before the letter counts, too
+        first, last = np.searchsorted(mouse.arrival, (begin, end))
+        moved = mouse.arrival[max(first - 1, 0):last][drives[max(first - 1, 0):last]]
+        cut = min(*moved[:1], node_run.end_after(begin), end)
+        if cut > begin and not over:
+            found.append((float(begin), float(cut), bool(cut < end), int(side)))
+    return found
 
 
 def turns(node_run: NodeRun) -> List[Turn]:
@@ -94,7 +107,7 @@ def turns(node_run: NodeRun) -> List[Turn]:
     used, goal, sent = quantity or node_run.imu[0], node_run.find('goal_yaw'), node_run.run.commands
     goal = goal if quantity is not None and goal is not None and len(goal.time) else None
     found = []
-    for begin, end, side in letters(node_run):
+    for begin, end, is_cut, side in letters(node_run):
         newest = max(0, int(np.searchsorted(used.time, begin)) - 1)
         own = series.at(begin) if series is not None and quantity is not None else float(
             used.value[newest])
@@ -108,7 +121,7 @@ def turns(node_run: NodeRun) -> List[Turn]:
             np.array([goal.at(max(at, read) + READ) for at in time]))
         now = used.value[(np.searchsorted(used.time, time) - 1).clip(0)]
         found.append(Turn(
-            begin, end, side, own, goal.text_at(begin) if goal is not None else '',
+            begin, end, is_cut, side, own, goal.text_at(begin) if goal is not None else '',
             goal.text_at(read + READ) if goal is not None else '', time, sent.angular[chosen], aim,
             now, (aim - now) / used.per_degree if side or goal is not None else np.nan * time))
     return found
