@@ -169,6 +169,20 @@ def test_a_node_that_has_ended_need_not_stop_when_control_is_taken(is_over, word
     assert (found.words if found else '').startswith(words) and bool(found) is bool(words)
 
 
+def test_the_commands_of_another_node_are_not_those_of_this_node():
+    """Between its commands another node sends others, as a gamepad that does not hand over."""
+    run = played()
+    sent, node = run.commands, str(run.variables.node[0])
+    others = replace(sent, arrival=sent.arrival + 0.05, angular=1.0 - sent.angular)
+    both = type(sent).joined([sent, others])
+    order = np.argsort(both.arrival)
+    mixed = replace(run, commands=both.take(order))
+    assert broken(mixed) is not None
+    sender = Values(mixed.commands.arrival, mixed.commands.arrival, 1.0 * (order >= len(sent)))
+    known = replace(mixed, senders=(node, '/gamepad'), sender_index=sender)
+    assert first_broken(NodeRun(known, node), CHAINS['move2goal']) is None
+
+
 #: The frame of all samples of a run.
 WHOLE = Frame(-np.inf, np.inf, 0j, 0.0, False, 0j, 0.0, 0.0)
 

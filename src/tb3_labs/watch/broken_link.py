@@ -33,11 +33,17 @@ class BrokenLink(NamedTuple):
 
 
 class NodeRun:
-    """A run and the variables of a node. `run`: a RunData; `node`: its name, by default that of the
-    node with the most variables."""
+    """A run, and the variables and commands of a node. `run`: a RunData; `node`: its name, by
+    default that of the node with the most variables. If the recording does not know the senders,
+    all commands are taken for those of the node."""
 
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
         self.run, self.variables = run, variables_of(run, node)
+        self.commands = run.commands
+        if node in run.senders and len(run.sender_index):
+            newest = np.searchsorted(run.sender_index.arrival, run.commands.arrival, 'right') - 1
+            self.commands = run.commands.take(
+                run.sender_index.value[newest.clip(0)] == run.senders.index(node))
         self.cached = lru_cache(maxsize=None)(lambda function: function(self))
 
     def find(self, name: str) -> Optional[Series]:
@@ -203,5 +209,5 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED) -> str:
 
 def other_field_text(node_run: NodeRun) -> str:
     """Words on a field of the commands in which there is a speed that was not asked for."""
-    found = wrong_field(node_run.run.commands, (*UNUSED, ('linear', 'linear.x')))
+    found = wrong_field(node_run.commands, (*UNUSED, ('linear', 'linear.x')))
     return found and '; ' + found

@@ -117,7 +117,7 @@ class Part(NamedTuple):
 
 def parts(node_run: NodeRun) -> List[Part]:
     """The Parts of a run, in their order; [] without the handout's variables."""
-    series, found, sent = node_run.find('state'), [], node_run.run.commands
+    series, found, sent = node_run.find('state'), [], node_run.commands
     if series is None or not set(series.text) & set(STATES):
         return []
     cuts = [*(each.begin for each in node_run.cached(frames)), *node_run.run.control.arrival]
@@ -244,7 +244,7 @@ def left_text(state: str, left: float) -> str:
 
 def not_silent(node_run: NodeRun) -> Optional[BrokenLink]:
     """At the goal, and as soon as control is taken: is a zero the last command?"""
-    sent = node_run.run.commands
+    sent = node_run.commands
     moving = (sent.linear != 0.0) | (sent.angular != 0.0)
     ends = [(part.begin, part.end, 'state became ' + STATES[3], moving | True)
             for part in node_run.cached(parts) if part.state == STATES[3]]

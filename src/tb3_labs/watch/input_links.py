@@ -48,7 +48,7 @@ def stick_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
     """The BrokenLink of each field that follows a stick; weak if the pad is not known."""
     pad = heard_pad(node_run)
     forms = [Quantity(name, pad.time, value, 1.0) for name, value in zip(pad.names, pad.value.T)]
-    found = [wrong_factor(node_run, pad, node_run.run.commands, name, [forms[axis], *forms], factor)
+    found = [wrong_factor(node_run, pad, node_run.commands, name, [forms[axis], *forms], factor)
              for name, factor, axis in zip(FIELDS, (MAX_SPEED, MAX_TURN), node_run.cached(axes))]
     return [each and each._replace(is_weak=each.is_weak or stimulus(node_run, STICKS[0]) == np.inf)
             for each in found]
@@ -56,7 +56,7 @@ def stick_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
 
 def wrong_button(node_run: NodeRun, name: str, begin: float, end: float) -> Optional[BrokenLink]:
     """What follows a press: does A hand the robot over, B take it, and Y call the reset?"""
-    control, sent = node_run.run.control, node_run.run.commands.arrival
+    control, sent = node_run.run.control, node_run.commands.arrival
     published = [str(value == 1.0) for at, value in zip(control.arrival, control.value)
                  if begin < at < min(end, begin + 1.0)][-1:]
     came = ((sent > begin + ANSWERED) & (sent < end)).sum()
@@ -72,7 +72,7 @@ def wrong_control(node_run: NodeRun) -> Optional[BrokenLink]:
     """Do the sticks drive, and the buttons do what they should?"""
     a, b, y = begins = [stimulus(node_run, name) for name in 'ABY']
     found = [unanswered(
-        node_run.run.commands, heard_pad(node_run), lambda row: row[node_run.cached(axes)].any(),
+        node_run.commands, heard_pad(node_run), lambda row: row[node_run.cached(axes)].any(),
         lambda begin, end: stimulus(node_run, STICKS[0]) == np.inf or a <= begin < b)]
     found += map(wrong_button, [node_run] * 3, 'ABY', begins, (b, y, np.inf))
     broken = min(filter(None, found), key=lambda each: each.moment, default=None)
@@ -114,7 +114,7 @@ def turning(node_run: NodeRun, time: np.ndarray) -> np.ndarray:
 
 def mouse_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
     """The BrokenLink of each field that follows the mouse."""
-    commands, received = node_run.run.commands, node_run.run.mouse
+    commands, received = node_run.commands, node_run.run.mouse
     commands = commands.take(turning(node_run, commands.arrival) == 0.0)
     x, y = np.abs(received.x) > MOUSE_DEAD_ZONE, np.abs(received.y) > MOUSE_DEAD_ZONE
     forms = {axis: [Quantity(axis + zone + active, received.arrival, place * is_far * is_on, 1.0)
@@ -137,14 +137,14 @@ def mouse_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
 def mouse_ignored(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does the mouse give commands, and a zero in its middle and when it is deactivated?"""
     return unanswered(
-        node_run.run.commands, heard_mouse(node_run),
+        node_run.commands, heard_mouse(node_run),
         lambda row: not row[2] and np.abs(row[:2]).max() > MOUSE_DEAD_ZONE,
         lambda begin, end: turning(node_run, np.arange(begin - READ, end, READ)).any())
 
 
 def mouse_in_turn(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does the mouse give no command while the node turns?"""
-    commands = node_run.run.commands
+    commands = node_run.commands
     inner = commands.take((turning(node_run, commands.arrival) == 1.0) & (
         heard_mouse(node_run).sample(commands.arrival) >= 0))
     is_zero = inner.angular == 0.0

@@ -119,7 +119,7 @@ KINDS = (('differences up to 180', lambda turn, k: abs(turn.difference[k]) <= 18
 
 def wrong_command(node_run: NodeRun) -> Optional[BrokenLink]:
     """Has each command the side of the error, and a speed within the limits?"""
-    found, sent = node_run.cached(turns), node_run.run.commands
+    found, sent = node_run.cached(turns), node_run.commands
     for turn in found:
         if len(turn.time) > 5 and not len(turn.moving) and abs(turn.error[-1]) > CLEAR:
             return BrokenLink(

@@ -104,7 +104,7 @@ def letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
 def turns(node_run: NodeRun) -> List[Turn]:
     """The turns of a run. Without goal_yaw their goals are those of the letters."""
     series, quantity, _ = node_run.cached(heading)
-    used, goal, sent = quantity or node_run.imu[0], node_run.find('goal_yaw'), node_run.run.commands
+    used, goal, sent = quantity or node_run.imu[0], node_run.find('goal_yaw'), node_run.commands
     goal = goal if quantity is not None and goal is not None and len(goal.time) else None
     found = []
     for begin, end, is_cut, side in letters(node_run):
