@@ -90,7 +90,7 @@ def too_seldom(node_run: NodeRun) -> Optional[BrokenLink]:
     turning = node_run.find('turning')
     for turn in node_run.cached(turns):
         if not len(turn.time) and turning is not None and (turning.between(
-                turn.begin, turn.begin + 1.0).value == 1.0).sum() > 10:
+                turn.begin, min(turn.end, turn.begin + 1.0)).value == 1.0).sum() > 10:
             return BrokenLink('after {} {} was True, and no command came'.format(
                 turn.letter, turning.name), turn.begin)
         if len(turn.moving) in (1, 2) and turn.moving[-1] == len(turn.time) - 1 and (
@@ -211,12 +211,12 @@ def same_time(node_run: NodeRun) -> str:
 
 
 def not_over(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Does `turning` become False at the goal?"""
-    turning = node_run.find('turning')
-    found = node_run.cached(turns)
+    """Does `turning` become False at the goal? Without typed letters it begins each turn."""
+    turning, found = node_run.find('turning'), node_run.cached(turns)
+    if turning is None or not len(node_run.run.letters):
+        return None
     for before, turn in zip(found[:1] + found, found):
-        if turning is not None and turning.at(turn.begin - READ) == 1.0 and not (
-                before is not turn and before.is_cut):
+        if turning.at(turn.begin - READ) == 1.0 and (before is turn or not before.is_cut):
             return BrokenLink('{} was still True when {} was typed: it did not become False at the '
                               'goal before'.format(turning.name, turn.letter), turn.begin,
                               turning.name)
