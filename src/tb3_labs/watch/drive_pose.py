@@ -93,7 +93,7 @@ def during(frame: Frame, time: np.ndarray) -> slice:
 
 
 def places(node_run: NodeRun, frame: Frame) -> Iterator[Wrong]:
-    """What a node may take for its local place in a frame, complex; the first is right."""
+    """What a node may take for its local place in a frame, complex; the first two are right."""
     samples = node_run.run.odometry
     samples = samples.take(during(frame, samples.arrival))
     this, before = around(node_run, samples.arrival)
@@ -116,6 +116,10 @@ def places(node_run: NodeRun, frame: Frame) -> Iterator[Wrong]:
         yield wrong, Quantity(
             f'{form[0]}{base[0]}, {words.format(side)}{more[0]}', samples.arrival,
             form[1](base[1] * np.exp(sign * 1j * turn) + more[1]), APART / SAME)
+        if not wrong:
+            yield 1, Quantity(
+                base[0] + ', without the declared pose', samples.arrival,
+                base[1] * np.exp(-1j * this.theta), APART / SAME)
 
 
 #: What a node may make of a reading, for its local yaw and for a reference: (words, how often it
@@ -157,7 +161,7 @@ def readings(node_run: NodeRun, frame: Frame,
 
 def table(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Wrong]:
     """What a variable of the pose or a reference may follow in a frame, as it is compared; the
-    first is right, and the second one of a reference, too."""
+    first two are right: the handout does not ask for a declared pose."""
     if name in ('local_x', 'local_y'):
         for wrong, each in places(node_run, frame):
             yield wrong, each._replace(value=comparable(name, each.value))
@@ -219,7 +223,7 @@ def wrong_variable(node_run: NodeRun, frame: Frame, name: str) -> Optional[Broke
     part = part_with_control(node_run, Series(name, series.time, series.text, value).between(
         frame.begin + LATE, frame.end))
     candidates = table(node_run, frame, name)
-    rights = [each for _, each in islice(candidates, 1 if is_local else 2)]
+    rights = [each for _, each in islice(candidates, 2)]
     if np.isfinite(part.value).sum() < FEW or not len(rights[0].time) or matching_quantities(
             part, rights, MOST):
         return None

@@ -123,15 +123,15 @@ def mouse_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
                          (' outside of both dead zones', x & y)),
                         (('', received.active), (', also while it is not active', 1.0)))]
              for axis, place, far in (('x', received.x, x), ('y', received.y, y))}
-    straight, back, turn = (
-        wrong_factor(node_run, heard_mouse(node_run), commands, FIELDS[axis == 'x'],
-                     forms[axis] + other, factor)
-        for axis, other, factor in (
-            ('y', forms['x'], MOUSE_FULL), ('y', forms['x'], -MOUSE_FULL),
-            ('x', forms['y'], -MOUSE_FULL)))
+    mouse = heard_mouse(node_run)
+    last = mouse.sample(commands.arrival)
     is_up = any(event.get('up') for _, event in events_of(node_run, 'mouse client'))
     # the y of a client that is not known may count down
-    return [straight if is_up or back else None, turn]
+    up = 1.0 if is_up else np.sign(
+        np.dot(commands.linear, np.append(received.y, 0.0)[last])) or 1.0
+    return [wrong_factor(node_run, mouse, commands, field, forms[axis] + forms[other], factor)
+            for field, axis, other, factor in (('linear.x', 'y', 'x', up * MOUSE_FULL),
+                                               ('angular.z', 'x', 'y', -MOUSE_FULL))]
 
 
 def mouse_ignored(node_run: NodeRun) -> Optional[BrokenLink]:
