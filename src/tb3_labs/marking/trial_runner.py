@@ -12,7 +12,6 @@ import threading
 import time
 import uuid
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Dict, Mapping
 
@@ -51,16 +50,6 @@ loggers: {rosout: {level: INFO, handlers: [stream], propagate: false}}
 LIMIT, POLL_PERIOD = 300.0, 0.1
 
 
-@dataclass(frozen=True)
-class Options:
-    """Settings of a try."""
-
-    package: str = ''           # of the node, if it is not a usual one of the lab
-    name: str = ''              # of the node's file, if it is not a usual one
-    option: str = ''            # the value of the lab's option; '' if it has none
-    sandbox: bool = True        # do the submissions' programs run in a Sandbox?
-
-
 class MarkingInterrupted(RuntimeError):
     """A person has interrupted the marking."""
 
@@ -68,17 +57,15 @@ class MarkingInterrupted(RuntimeError):
 class TrialRunner:
     """Marks the submissions of a class. Several threads may use it at a time."""
 
-    def __init__(self, folder: MarksFolder, options: Options = Options()) -> None:
-        """`folder`: says what is marked, and gets the logs."""
-        self.folder, self._lab, self._options = folder, folder.lab, options
-        self._option = LABS[folder.lab].option
-        #: Once this is set, all that runs is ended; each :meth:`try_out` raises MarkingInterrupted.
-        self.interrupted = threading.Event()
+    def __init__(self, folder: MarksFolder, interrupted: threading.Event) -> None:
+        """`folder`: says what is marked, and gets the logs. Once `interrupted` is set, all that
+        runs is ended; each :meth:`try_out` raises MarkingInterrupted."""
+        self.folder, self.interrupted = folder, interrupted
 
     def read(self, submission: Submission, work: Path) -> ParsedSubmission:
         """Copy a submission into `work`, an existing folder, and read it."""
-        return read(submission, work / 'ws' / COPY, LAB_NODES[self._lab], self._options.package,
-                    self._options.name)
+        return read(submission, work / 'ws' / COPY, LAB_NODES[self.folder.lab],
+                    self.folder.options.package, self.folder.options.name)
 
     def try_out(self, submission: Submission, reading: ParsedSubmission, work: Path) -> Marks:
         """Record the trial of the submission that was read in `work`, into the folder of marks.
@@ -100,19 +87,20 @@ class TrialRunner:
         marks.places = [f'{work}/ws/{place}' for place in (
             f'{COPY}/{reading.package}/', COPY + '/', '')]     # of no use to a student
         log, record = self.folder.logs / (marks.student + '.log'), work / 'trial.bag'
-        sandbox = Sandbox([work / 'ws', work / 'etc']) if self._options.sandbox else (
+        sandbox = Sandbox([work / 'ws', work / 'etc']) if self.folder.options.sandbox else (
             NoSandbox() if os.geteuid() else OtherUser())
         own = environment_in(work, dict(os.environ, **{IDENTITY: identity}))
         launch = prepare(reading, work / 'ws', own, sandbox)
         marks.node = f'{launch.package}/{os.path.basename(launch.program)}'
-        if self._option is not None:
-            marks.remarks.append(self._option.as_text(self._options.option))
+        option = LABS[self.folder.lab].option
+        if option is not None:
+            marks.remarks.append(option.as_text(self.folder.options.option))
         sandbox.hand_over(work / 'ws')
         # the node alone gets the environment of the student's workspace: modules of the submission
         own.update(launch.write(work / 'launch.json'))
         write_output(log, '')       # a new file, never through a link
         with open(str(log), 'w') as file:
-            in_time = self._check(marks.node, sandbox, record, own, file)
+            in_time = self._check(sandbox.own_network(self._rostest(marks.node, work)), own, file)
         if not in_time:
             marks.remarks.append(f'It was stopped after {LIMIT:g} s, the limit.')
         if self.interrupted.is_set():
@@ -124,19 +112,20 @@ class TrialRunner:
         marks.findings += elsewhere('\n'.join(run.printed for run in observation.runs),
                                     work / 'ws' / COPY)
 
-    def _check(self, node, sandbox, record, environment, output):
-        """Run the lab's check on package/file `node`; False if the time was up."""
-        package, executable = node.split('/')
-        work = record.parent
-        check = subprocess.Popen(
-            sandbox.own_network([
-                'rostest', 'tb3_labs', f'check_{self._lab}.test', 'pkg:=' + package,
+    def _rostest(self, node, work):
+        """The command of the lab's check of package/file `node`, which records a bag in `work`."""
+        (package, executable), lab = node.split('/'), self.folder.lab
+        option = LABS[lab].option
+        return ['rostest', 'tb3_labs', f'check_{lab}.test', 'pkg:=' + package,
                 'type:=' + executable, 'parts:=' + ','.join(self.folder.parts),
-                f'record:={record}', f"truth:={work / 'truth'}"]
-                + ([] if self._option is None else
-                   [f'{self._option.name}:={self._options.option}'])),
-            env=environment, cwd=environment['ROS_HOME'], stdin=subprocess.DEVNULL, stdout=output,
-            stderr=output, start_new_session=True)
+                f"record:={work / 'trial.bag'}", f"truth:={work / 'truth'}"] + (
+                    [f'{option.name}:={self.folder.options.option}'] if option else [])
+
+    def _check(self, command, environment, output):
+        """Run a check; False if the time was up."""
+        check = subprocess.Popen(
+            command, env=environment, cwd=environment['ROS_HOME'], stdin=subprocess.DEVNULL,
+            stdout=output, stderr=output, start_new_session=True)
         begun = time.monotonic()
         while check.poll() is None and not self.interrupted.wait(POLL_PERIOD) and (
                 time.monotonic() < begun + LIMIT):
