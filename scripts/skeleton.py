@@ -7,7 +7,7 @@ import rospkg
 
 from tb3_labs.command_line import Parser, reason
 from tb3_labs.skeletons import FOLDER, checked_target, skeleton, write
-from tb3_labs.marking.lab_table import LAB_NODES
+from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.terminal import run_tool
 
 OWN_PACKAGE = 'tb3_labs'

@@ -9,10 +9,9 @@ import zipfile
 import pytest
 
 from tb3_labs.marking.intake import archives, read_submission
-from tb3_labs.marking.intake.archives import DEEPEST, UnpackLimits, sort_out, unpack
+from tb3_labs.marking.intake.archives import DEEPEST, NotJudged, UnpackLimits, digest, sort_out, unpack
 from tb3_labs.marking.intake.submissions import (
     HandedIn, Submission, by_student, file_name, lay_out, read_name, submissions_in, without_wrapping)
-from tb3_labs.marking.intake.find_node import NotJudged, digest
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
 

@@ -16,8 +16,9 @@ from students_archive import EXCLUDE, LIST, MISSING, ROOT
 from test_marking import Strict, turned
 from test_term import folder_of, write
 from tb3_labs.marking.intake import sandbox
-from tb3_labs.marking.intake.sandbox import LARGEST_FILE, TASKS, USERS, OtherUser
-from tb3_labs.marking.lab_table import LAB_NODES
+from tb3_labs.marking.intake.launch import LARGEST_FILE
+from tb3_labs.marking.intake.sandbox import TASKS, USERS, OtherUser
+from tb3_labs.marking.names import LAB_NODES
 
 MAKE = ROOT / 'doc' / 'instructor' / 'make_autograder.py'
 RUN = ROOT / 'doc' / 'instructor' / 'gradescope' / 'run_autograder'

@@ -15,8 +15,8 @@ from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox
 from tb3_labs.marking.trial.processes import IDENTITY, ResourceWatch, sweep
 from tb3_labs.marking.trial_runner import environment_in
-from tb3_labs.marking.intake.sandbox import (
-    ADDRESS_SPACE, HOME, LARGEST_FILE, OWN_FOLDERS, ROOM, TASKS, USERS, NoSandbox, Sandbox)
+from tb3_labs.marking.intake.launch import HOME, LARGEST_FILE, OWN_FOLDERS
+from tb3_labs.marking.intake.sandbox import ADDRESS_SPACE, ROOM, TASKS, USERS, NoSandbox, Sandbox
 
 needs_sandboxes = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 #: A program prints what it sees; its arguments: a folder of its own, and places that are not.

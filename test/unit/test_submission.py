@@ -16,11 +16,11 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from sandboxes import ros_alone  # noqa: F401
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.intake import workspace
-from tb3_labs.marking.intake.cmake_files import modules_of
+from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.submissions import Submission
-from tb3_labs.marking.lab_table import LAB_NODES
-from tb3_labs.marking.intake.find_node import NotJudged, find_node, is_aside, source_of
-from tb3_labs.marking.intake.find_node import is_typo_of
+from tb3_labs.marking.intake.find_node import find_node
+from tb3_labs.marking.intake.packages import is_aside, modules_of, source_of
+from tb3_labs.marking.names import LAB_NODES, is_typo_of
 from tb3_labs.marking.intake.read_submission import _read, imports_of, read
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose

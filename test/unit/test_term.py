@@ -24,7 +24,7 @@ from test_marking import TABLE, Strict, handed_in, marks_of, observation, turned
 from tb3_labs.marking import mark_class, marks_folder
 from tb3_labs.marking import marks as marks_module
 from tb3_labs.marking.labs import criteria
-from tb3_labs.marking.intake.find_node import digest
+from tb3_labs.marking.intake.archives import digest
 from tb3_labs.marking.intake.submissions import students_named, submissions_in
 from tb3_labs.marking.marks import Decision, points_of
 from tb3_labs.marking.marks_folder import MarksFolder, Options, alone_in

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Sequence
 
 from tb3_labs.command_line import printable, reason
-from tb3_labs.marking.intake.archives import is_zip
-from tb3_labs.marking.intake.find_node import NotJudged
+from tb3_labs.marking.intake.archives import NotJudged, is_zip
 from tb3_labs.marking.intake.read_submission import unpack_class
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.intake.sandbox import problem as sandbox_problem
@@ -150,7 +149,8 @@ def mark_class(given, interrupted: threading.Event) -> int:
             with alone_in(given.folder):
                 folder = MarksFolder(
                     given.folder, given.lab, parts, worth,
-                    Options(given.package, given.type, option, is_sandbox), given.points is not None)
+                    Options(given.package, given.type, option, is_sandbox),
+                    rescores=given.points is not None)
                 failed = MarkedClass(TrialRunner(folder, interrupted),
                                      bool(given.only)).mark_all(found, given.jobs)
                 with ThreadPoolExecutor(1) as pool:     # an interruption comes after its end

@@ -21,7 +21,7 @@ import yaml
 from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
-from tb3_labs.marking.lab_table import GAMEPAD, IMU, MOVE2GOAL, TURN
+from tb3_labs.marking.names import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.remarks import (
     faults_in, remarks_on, tracebacks_before_the_end, without_quoted)
 from tb3_labs.marking.trial.observation import LONGEST, Observation

@@ -18,15 +18,15 @@ from typing import Any, Dict, Mapping
 import rospkg
 
 from tb3_labs.command_line import write_output
-from tb3_labs.marking.intake.find_node import NotJudged
+from tb3_labs.marking.intake.archives import NotJudged
+from tb3_labs.marking.intake.launch import IDENTITY, OWN_PACKAGE
 from tb3_labs.marking.intake.read_submission import ParsedSubmission, read
-from tb3_labs.marking.intake.sandbox import (
-    IDENTITY, MODULES, OWN_PACKAGE, PREFIXES, NoSandbox, OtherUser, Sandbox)
+from tb3_labs.marking.intake.sandbox import MODULES, PREFIXES, NoSandbox, OtherUser, Sandbox
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare
-from tb3_labs.marking.lab_table import LAB_NODES
 from tb3_labs.marking.marks import LABS, Marks
 from tb3_labs.marking.marks_folder import MarksFolder
+from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.processes import sweep
 

@@ -5,6 +5,7 @@ A zip file may be a bomb, or have paths that lead out of it: read_submission.py 
 process of its own.
 """
 import errno
+import hashlib
 import os
 import re
 import shutil
@@ -14,10 +15,9 @@ import zlib
 from collections import Counter
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, Dict, Iterable, List, Optional, Pattern, Tuple
+from typing import IO, Dict, Iterable, List, Optional, Pattern, Sequence, Tuple
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.find_node import NotJudged, shortened
 
 ZIP = '.zip'
 #: A submission, unpacked, has at most MOST_FILES files and MOST_BYTES bytes.
@@ -47,9 +47,28 @@ NO_NAME, LONGEST_SAID = 'no file here can have that name', 200
 DAMAGED = 'the zip file is damaged there, or has a password'
 
 
+class NotJudged(Exception):
+    """A submission, or an archive, cannot be judged; the text is the reason, a sentence."""
+
+
 def is_zip(name: str) -> bool:
     """Is a file of this name called a zip file?"""
     return name.lower().endswith(ZIP)
+
+
+def files_in(folder: Path) -> List[Path]:
+    """Returns the paths of all files below `folder`, in order, without links."""
+    return sorted(path for path in folder.rglob('*') if path.is_file() and not path.is_symlink())
+
+
+def digest(folder: Path) -> str:
+    """Returns a hash of all files in the copy of a submission."""
+    whole = hashlib.sha256()
+    for path in files_in(folder):
+        whole.update(f'{path.relative_to(folder)} {path.stat().st_size}\n'.encode(
+            errors='surrogateescape'))
+        whole.update(path.read_bytes())
+    return whole.hexdigest()
 
 
 def sort_out(folder: Path, skipped: Pattern[str] = MADE) -> Tuple[List[Path], List[Path]]:
@@ -174,6 +193,12 @@ def _place(info):
 
 
 # -- copies
+
+def shortened(names: Sequence[str], most: int = 6) -> str:
+    """The names in one line: at most so many, and how many are left out."""
+    more = f' and {len(names) - most} more' if len(names) > most else ''
+    return ', '.join(names[:most]) + more
+
 
 def left_out(why: str, left: Iterable[object]) -> List[str]:
     """A remark that these files were left out, if there are any."""

@@ -15,13 +15,13 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Set, Tuple
 
-from tb3_labs.marking.intake.archives import CLASS, NEVER, UnpackLimits, unpack
-from tb3_labs.marking.intake.cmake_files import modules_of
-from tb3_labs.marking.intake.find_node import (
-    MANIFEST, Choice, NotJudged, digest, find_node, interface_files, is_name, is_typo_of, name_in,
-    packages_in, source_of)
+from tb3_labs.marking.intake.archives import (
+    CLASS, NEVER, NotJudged, UnpackLimits, digest, unpack)
+from tb3_labs.marking.intake.find_node import Choice, find_node
+from tb3_labs.marking.intake.packages import (
+    MANIFEST, interface_files, modules_of, name_in, packages_in, source_of)
 from tb3_labs.marking.intake.submissions import Submission, lay_out
-from tb3_labs.marking.lab_table import NodeNames
+from tb3_labs.marking.names import NodeNames, is_name, is_typo_of
 
 #: The most that a call may use: memory [bytes], processor time [s].
 MEMORY, COMPUTING = 10 ** 9, 120

@@ -19,9 +19,9 @@ from typing import Callable, Dict, Iterable, List, NamedTuple, Tuple
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.archives import (
-    MADE, NEVER, NO_NAME, OTHER_ARCHIVES, ZIP, UnpackLimits, budget_order, is_zip, left_out,
-    sort_out, unpack, write)
-from tb3_labs.marking.intake.find_node import MANIFEST, NotJudged, files_in, shortened
+    MADE, NEVER, NO_NAME, OTHER_ARCHIVES, ZIP, NotJudged, UnpackLimits, budget_order, files_in,
+    is_zip, left_out, shortened, sort_out, unpack, write)
+from tb3_labs.marking.intake.packages import MANIFEST
 
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(

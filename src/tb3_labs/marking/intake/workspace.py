@@ -25,12 +25,13 @@ from typing import Any, Dict, List, Mapping, Optional
 import rospkg
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.cmake_files import RELAY, RELAYED_MODULE, has_relay, modules_of
-from tb3_labs.marking.intake.find_node import (
-    ACTIONS, MANIFEST, MESSAGES, NAME, SERVICES, interface_files, is_name)
-from tb3_labs.marking.intake.launch import ALWAYS, Launch
+from tb3_labs.marking.intake.launch import ALWAYS, OWN_PACKAGE, Launch
+from tb3_labs.marking.intake.packages import (
+    ACTIONS, MANIFEST, MESSAGES, RELAY, RELAYED_MODULE, SERVICES, has_relay, interface_files,
+    modules_of)
 from tb3_labs.marking.intake.read_submission import GIVEN, ParsedSubmission
-from tb3_labs.marking.intake.sandbox import MODULES, OWN_PACKAGE, NoSandbox
+from tb3_labs.marking.intake.sandbox import MODULES, NoSandbox
+from tb3_labs.marking.names import NAME, is_name
 from tb3_labs.watch import PROBE, watched
 
 #: The package.xml of a package in the copy if its own name cannot be used.

@@ -14,7 +14,7 @@ from typing import Any, Dict, Iterable, Iterator, List, Tuple
 
 from pyflakes import checker, messages
 
-from tb3_labs.marking.intake.find_node import is_typo_of
+from tb3_labs.marking.names import is_typo_of
 from tb3_labs.marking.text.source_analysis import LARGEST_TEXT, LIMITS
 
 PROGRAM = '''import json, sys

@@ -14,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Iterable, Set
 
-from tb3_labs.marking.intake.sandbox import IDENTITY
+from tb3_labs.marking.intake.launch import IDENTITY
 
 #: The most that the programs of a sandbox may use together: memory [bytes], files in their own
 #: folders [bytes], processes.
