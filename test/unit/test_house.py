@@ -34,8 +34,8 @@ ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in p
 #: This file alone touches private parts of libraries.
 INTERNALS = 'rospy_internals.py'
 #: Public in spite of their names: of namedtuples, of os and sys, and of generated messages and services.
-PUBLIC = {'_replace', '_asdict', '_fields', '_exit', '_current_frames', '_type', '_md5sum', '_slot_types', '_request_class',
-          '_response_class'}
+PUBLIC = {'_replace', '_asdict', '_fields', '_exit', '_current_frames', '_type', '_md5sum', '_slot_types',
+          '_request_class', '_response_class'}
 #: Private without an underscore: modules that rospy keeps for itself, and what its handles hold.
 ROSPY_PARTS = {'impl', 'core', 'rostime', 'get_stats'}
 
