@@ -234,17 +234,6 @@ def test_files_of_one_name_never_become_one_without_a_word(tmp_path):
     assert bo == ({'a.unpacked/n.py', 'a.unpacked_/n.py'}, [])
 
 
-@pytest.mark.parametrize('second, expected', [
-    ({'src/n.py': 'x'}, {'a.unpacked/package.xml', 'a.unpacked/src/n.py'}),
-    ({'src/n.py': 'x', 'package.xml': 'y'},     # a package of its own
-     {'a.unpacked/package.xml', 'b.unpacked/package.xml', 'b.unpacked/src/n.py'}),
-    ({'package.xml/n.py': 'x'}, {'a.unpacked/package.xml', 'b.unpacked/package.xml/n.py'})])
-def test_a_package_in_one_zip_and_its_node_in_another_are_one_package(tmp_path, second, expected):
-    zipped(tmp_path / 'in' / 'a.zip', {'package.xml': 'x'})
-    zipped(tmp_path / 'in' / 'b.zip', second)
-    assert laid_out(Submission('Ann', {tmp_path / 'in': ''}), tmp_path) == (expected, [])
-
-
 def test_folders_that_are_too_deep_are_left_out(tmp_path):
     deepest = tmp_path.joinpath(*'a' * DEEPEST)
     (deepest / 'b').mkdir(parents=True)
