@@ -107,14 +107,14 @@ class Marks:
     link: Optional[Tuple[Link, BrokenLink]] = None    # the first broken one, if it lost points
 
     @property
-    def is_known(self) -> bool:
-        """Are its points known? If not, they are not 0."""
-        return not self.unjudged or self.is_decided
+    def decided(self) -> Optional[float]:
+        """The points that a person gave in place of the marker's."""
+        return self.decision.points if self.decision else None
 
     @property
-    def is_decided(self) -> bool:
-        """Has a person given other points?"""
-        return self.decision is not None and self.decision.points is not None
+    def is_known(self) -> bool:
+        """Are its points known? If not, they are not 0."""
+        return not self.unjudged or self.decided is not None
 
     @property
     def is_full(self) -> bool:
@@ -141,16 +141,16 @@ class Marks:
     @property
     def sentences(self) -> List[str]:
         """The reason why it was not judged, and all remarks."""
-        return list(filter(None, [self.unjudged])) + self.remarks
+        return [self.unjudged, *self.remarks] if self.unjudged else self.remarks
 
     @property
     def decision_sentences(self) -> List[str]:
         """The sentence on a person's decision, in a list; [] if there is none."""
         if self.decision is None:
             return []
-        gave = 'A person gave these points; the marker gave {:g}.'.format(
-            sum(verdict.points for verdict in self.verdicts)) if self.is_decided else ''
-        return [' '.join(filter(None, [gave, self.decision.reason]))]
+        gave = '' if self.decided is None else (
+            f'A person gave these points; the marker gave {self.earned:g}.')
+        return [f'{gave} {self.decision.reason}'.strip()]
 
     @property
     def why_none(self) -> str:
@@ -161,9 +161,12 @@ class Marks:
 
     @property
     def points(self) -> float:
-        """The points that a person gave, else those that were earned, with extra criteria."""
-        if self.decision is not None and self.decision.points is not None:
-            return self.decision.points
+        """The points that a person gave, else the marker's."""
+        return self.earned if self.decided is None else self.decided
+
+    @property
+    def earned(self) -> float:
+        """The marker's points, with extra criteria."""
         return sum(verdict.points for verdict in self.verdicts)
 
     @property

@@ -58,8 +58,7 @@ class MarksFolder:
         other parts, or a table that cannot be read; unless it `rescores`, also if its marks have
         other points."""
         self._path, self.lab, self.parts, self.worth = output_folder(path), lab, parts, worth
-        self.logs = output_folder(self._path / 'logs')
-        self.options = options
+        self.logs, self.options = output_folder(self._path / 'logs'), options
         self._key = {'lab': lab, 'parts': sorted(parts), 'options': options._asdict(),
                      'version': trial_key(lab)}
         #: Student -> record; student -> Marks whose page this run has written.
@@ -226,22 +225,15 @@ def trial_key(lab: str) -> str:
     """A hash of all that decides a trial of a lab besides the submission and the options: the
     robot, the programs that try a node, and the values of the labs that these use. Criteria,
     points and sentences are not in it, since they are made again from the recording."""
-    scripts = b''.join(path.read_bytes() for path in _scripts())
-    whole = hashlib.sha256(scripts + b''.join(path.read_bytes() for path in _robot_files(lab)))
-    whole.update(repr(values_in(scripts.decode())).encode())
+    scripts = sorted([*MARKING.glob('trial/*.py'), *MARKING.glob('labs/ros_*.py')])
+    files = [*scripts, *sorted(MARKING.parent.glob('simulation/*.py')), PACKAGE / 'scripts' / ROBOT,
+             PACKAGE.parents[1] / 'lib' / OWN_PACKAGE / ROBOT,
+             PACKAGE / 'launch' / 'fake_robot.launch',
+             PACKAGE / 'launch' / 'checks' / f'check_{lab}.test']
+    whole = hashlib.sha256(b''.join(path.read_bytes() for path in files if path.is_file()))
+    text = '\n'.join(path.read_text(encoding='utf-8') for path in scripts)
+    whole.update(repr(values_in(text)).encode())
     return whole.hexdigest()
-
-
-def _scripts():
-    """The files that act on a node."""
-    return sorted([*MARKING.glob('trial/*.py'), *MARKING.glob('labs/ros_*.py')])
-
-
-def _robot_files(lab):
-    return sorted(path for path in [
-        *MARKING.parent.glob('simulation/*.py'), PACKAGE / 'scripts' / ROBOT,
-        PACKAGE.parents[1] / 'lib' / OWN_PACKAGE / ROBOT, PACKAGE / 'launch' / 'fake_robot.launch',
-        PACKAGE / 'launch' / 'checks' / f'check_{lab}.test'] if path.is_file())
 
 
 def values_in(scripts: str) -> Dict[str, Any]:

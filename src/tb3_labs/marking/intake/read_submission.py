@@ -17,7 +17,7 @@ from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Set, Tuple
 
 from tb3_labs.marking.intake.archives import (
     CLASS, NEVER, NotJudged, UnpackLimits, digest, unpack)
-from tb3_labs.marking.intake.find_node import Choice, find_node
+from tb3_labs.marking.intake.find_node import find_node
 from tb3_labs.marking.intake.packages import (
     MANIFEST, interface_files, modules_of, name_in, packages_in, source_of)
 from tb3_labs.marking.intake.submissions import Submission, lay_out
@@ -62,9 +62,9 @@ def read(submission: Submission, folder: Path, lab: NodeNames, package: str = ''
          name: str = '') -> ParsedSubmission:
     """The ParsedSubmission of a submission, copied into `folder`, which is made. `package`, `name`:
     of the node, if given. ``NotJudged`` if no file can be the node, or if it lacks modules."""
-    return ParsedSubmission(*_call('It cannot be read', _read, {
-        str(path): own_name for path, own_name in submission.files.items()}, str(folder), lab,
-                 package, name))
+    files = {str(path): own_name for path, own_name in submission.files.items()}
+    return ParsedSubmission(
+        *_call('It cannot be read', _read, files, str(folder), lab, package, name))
 
 
 def unpack_class(path: Path, folder: Path) -> List[str]:
@@ -106,37 +106,32 @@ def _unpack_class(path, folder):
 
 def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
           name: str) -> ParsedSubmission:
-    place = Path(folder)
-
-    def found() -> Choice:
-        return find_node(place, NodeNames(*lab), package, name)
+    place, names = Path(folder), NodeNames(*lab)
 
     def has_node() -> bool:
         with suppress(NotJudged):
-            return bool(found())
+            return bool(find_node(place, names, package, name))
         return False
     remarks, unread = lay_out({Path(path): own for path, own in files.items()}, place, has_node)
     unread = list(dict.fromkeys(unread))
     try:
-        path, why, look_at = found()
+        path, why, look_at = find_node(place, names, package, name)
     except NotJudged as problem:    # the node may be in what was not read
         raise NotJudged(' '.join((unread or [str(problem)]) + remarks)) from None
     node = place / path
     source, packages = source_of(node, place), packages_in(place, node)
-    needs = _needs_of(node, packages)
-    if 'rclpy' in needs.lacking:
+    needed, given, unused, lacking, slips = _needs_of(node, packages)
+    if 'rclpy' in lacking:
         raise NotJudged(f'{path} is a node of ROS 2: it imports rclpy. The labs have ROS 1: rospy.')
-    if needs.lacking:
-        raise NotJudged('{} imports {}, which neither the submission nor the marking machine has.'
-                        .format(path, ' and '.join(needs.lacking)))
-    slips = ['{} imports {}, and there is no such module; near it: {}.'.format(path, *slip)
-             for slip in needs.slips]
+    if lacking:
+        raise NotJudged(f'{path} imports {" and ".join(lacking)}, which neither the submission nor '
+                        'the marking machine has.')
+    misspelt = [f'{path} imports {name}, and there is no such module; near it: {near}.'
+                for name, near in sorted(slips.items())]
     return ParsedSubmission(
-        digest(place), remarks + why + unread + slips, look_at + slips, path,
-        str(source.relative_to(place)),
-        *name_in(source / MANIFEST),
-        {each: str(packages[each].relative_to(place)) for each in needs.packages},
-        needs.given, needs.unused)
+        digest(place), remarks + why + unread + misspelt, look_at + misspelt, path,
+        str(source.relative_to(place)), *name_in(source / MANIFEST),
+        {name: str(packages[name].relative_to(place)) for name in needed}, given, unused)
 
 
 # -- the imports of a program
@@ -190,19 +185,14 @@ def _catches(handler):
         isinstance(node, ast.Name) and node.id in CAUGHT for node in ast.walk(handler.type))
 
 
-class Needs(NamedTuple):
-    """The needs of a node besides the system's modules."""
-
-    packages: List[str]     # names
-    given: List[str]        # missing packages of which the node imports a GIVEN file
-    unused: List[str]       # modules that are not found, and not used, with dots
-    lacking: List[str]      # modules that are not found, up to their first dot
-    slips: List[Tuple[str, str]]    # such modules, and the modules that were probably meant
-
-
 def _needs_of(node, packages):
-    """The Needs of a node; `packages`: name -> folder of all packages of the submission. The
-    imports of the modules beside the node are read, too."""
+    """The needs of a node besides the system's modules; `packages`: name -> folder of all packages
+    of the submission. The imports of the modules beside the node are read, too.
+
+    Returns (names of the packages that it needs; missing packages of which it imports a GIVEN file;
+    modules that are not found and not used, with dots; modules that are not found, up to their
+    first dot; such a module -> the module that was probably meant).
+    """
     needed, programs, own = [], [node], []
     made = {folder.name: name for name, package in packages.items()
             for folder in modules_of(package, name)}
@@ -230,9 +220,9 @@ def _needs_of(node, packages):
     slips = _slips(missing - given)
     missing -= given.union(slips)
     lacking = set().union(*(item.packages & missing for item in own if item.used), ())
-    return Needs(needed, sorted(given), sorted({
-        module for item in own for module in item.modules
-        if module.split('.')[0] in missing - lacking}), sorted(lacking), sorted(slips.items()))
+    unused = {module for item in own for module in item.modules
+              if module.split('.')[0] in missing - lacking}
+    return needed, sorted(given), sorted(unused), sorted(lacking), slips
 
 
 def _slips(missing):
