@@ -16,7 +16,7 @@ from tb3_labs.marking.intake.sandbox import problem as sandbox_problem
 from tb3_labs.marking.intake.submissions import (
     Submission, students_named, submissions_in, without_wrapping)
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
-from tb3_labs.marking.marks_folder import MarksFolder, Options, alone_in
+from tb3_labs.marking.marks_folder import MarksFolder, Options, alone_in, failure
 from tb3_labs.marking.trial_runner import (
     POLL_PERIOD, MarkingInterrupted, TrialRunner, handed_in, ros_alone)
 
@@ -81,9 +81,8 @@ class MarkedClass:
             print_line(f'{name}: {NOT_JUDGED}')
             self._write(handed_in(submission, unjudged=str(problem)), '')
         except Exception as problem:    # any error: the other submissions are still marked
-            why = f'{reason(problem)} ({type(problem).__name__})'
-            print_problem(f'{name}: {NOT_JUDGED}: {why}')
-            self._write(handed_in(submission, unjudged=f'The marking of it failed: {why}.'), '')
+            print_problem(f'{name}: {NOT_JUDGED}: {failure(problem)}')
+            self._write(handed_in(submission, unjudged=failure(problem)), '')
 
     def _try(self, submission, name):
         """Mark one submission; try it unless it was tried before and has not changed."""

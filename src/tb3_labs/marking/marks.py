@@ -64,8 +64,8 @@ class Lab(NamedTuple):
         """The parts in a list with commas; ``ValueError`` for a part that the lab does not have."""
         parts = [part.strip() for part in text.split(',') if part.strip()]
         if not set(parts) <= set(self.parts):
-            raise ValueError('{} has these parts: {}; not: {}'.format(
-                self.title, ', '.join(self.parts), ', '.join(sorted(set(parts) - set(self.parts)))))
+            raise ValueError(f"{self.title} has these parts: {', '.join(self.parts)}; not: "
+                             f"{', '.join(sorted(set(parts) - set(self.parts)))}")
         return parts
 
 
@@ -202,15 +202,16 @@ def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
                          marks.remarks + remarks_on(observation)
                          + LABS[lab].remarks(observation, parts),
                          verdict_text)
+    inside: List[str] = []
     try:
         if not marks.is_full:
             marks.link = _broken_link(observation, marks.graded)
         elif observation.run is not None:
             marks.remarks += chains.remarks(observation.run, lab)
     except Exception as problem:        # a node's variables may hold anything
-        marks.findings = marks.findings + ['The marker could not look inside the node ({}: {}).'
-                                           .format(type(problem).__name__, problem)]
-    marks.findings = marks.findings + observation.findings
+        inside = ['The marker could not look inside the node '
+                  f'({type(problem).__name__}: {problem}).']
+    marks.findings = marks.findings + inside + observation.findings
     if marks.delayed:
         marks.remarks.append(marks.delayed)
         marks.findings.append(f'{marks.delayed} Type the same command again.')
@@ -257,8 +258,8 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
                            (extra, [c.name for c in criteria if c.extra])):
         for name in section:
             if name not in names:
-                raise ValueError('{}: no criterion is called "{}"; these are: {}'.format(
-                    lab, name, ', '.join(names)))
+                raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '
+                                 + ', '.join(names))
         for name in names:
             points = section.get(name)
             if isinstance(points, bool) or not isinstance(points, (int, float)) or not (

@@ -140,14 +140,14 @@ class MarksFolder:
     def _read(self, file):
         try:
             record = json.loads(file.read_text(encoding='utf-8'))
-            key, lab, parts = record['key'], record['key']['lab'], record['key']['parts']
+            lab, parts = record['key']['lab'], record['key']['parts']
             is_whole = set(record['handed_in']) == set(HANDED_IN) and isinstance(
                 record['cells'], dict) and isinstance(record['worth'], dict)
         except (ValueError, KeyError, TypeError):
             return      # cut off, or of another version: it is tried again
         if [lab, parts] != [self.lab, sorted(self.parts)]:
-            raise ValueError('{} has marks of {}, {}: choose another folder for these'.format(
-                self._path, key['lab'], ', '.join(key['parts']) or 'all parts'))
+            raise ValueError(f"{self._path} has marks of {lab}, {', '.join(parts) or 'all parts'}: "
+                             'choose another folder for these')
         if is_whole:
             self._records[file.name[:-len(RECORD)]] = record
 
@@ -156,9 +156,9 @@ class MarksFolder:
             for name, before in record['worth'].items():
                 if self.worth.get(name, before) != before:
                     raise ValueError(
-                        '{} was marked with other points ({}: {:g}, not {:g}): give their file by '
-                        '--points; a file that is given counts for all'.format(
-                            self._path, name, before, self.worth[name]))
+                        f'{self._path} was marked with other points ({name}: {before:g}, not '
+                        f'{self.worth[name]:g}): give their file by --points; a file that is given '
+                        'counts for all')
 
     def _read_table(self):
         path = self._path / TABLE
@@ -168,9 +168,10 @@ class MarksFolder:
                 {safe(student): record['cells'] for student, record in self._records.items()})
             return table
         except ValueError as problem:
-            raise ValueError('{} cannot be read, and may hold what a person wrote: {}'.format(
-                path, 'a spreadsheet must save it as "CSV UTF-8"' if isinstance(
-                    problem, UnicodeDecodeError) else problem)) from None
+            why = 'a spreadsheet must save it as "CSV UTF-8"' if isinstance(
+                problem, UnicodeDecodeError) else problem
+            raise ValueError(
+                f'{path} cannot be read, and may hold what a person wrote: {why}') from None
 
     def _show(self, record):
         """Write the page and the results of a record; returns its Marks."""
@@ -186,9 +187,7 @@ class MarksFolder:
         try:
             marks, page = self._judged(handed_in, observation)
         except Exception as problem:    # any error: the other pages are still written
-            marks, page = self._judged(replace(handed_in, unjudged='The marking of it failed: {} '
-                                               '({}).'.format(reason(problem),
-                                                              type(problem).__name__)), None)
+            marks, page = self._judged(replace(handed_in, unjudged=failure(problem)), None)
         write_output(self._path / (marks.student + '.html'), page)
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
         write_output(folder / RESULTS, json.dumps(results(marks), indent=1))
@@ -206,6 +205,11 @@ class MarksFolder:
         write_output(self.logs / (record['handed_in']['student'] + RECORD), json.dumps(record))
 
 
+def failure(problem: Exception) -> str:
+    """The sentence on an error of the marker itself."""
+    return f'The marking of it failed: {reason(problem)} ({type(problem).__name__}).'
+
+
 @contextmanager
 def alone_in(path: Path) -> Iterator[None]:
     """Nobody else writes marks into this folder within the ``with`` block; ``ValueError`` if
@@ -214,8 +218,8 @@ def alone_in(path: Path) -> Iterator[None]:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise ValueError('another mark.py writes into {}: wait until it has ended'.format(
-                path)) from None
+            raise ValueError(
+                f'another mark.py writes into {path}: wait until it has ended') from None
         yield
 
 

@@ -227,8 +227,8 @@ def _examples_of(definitions, environment, sandbox):
         subprocess.run(
             sandbox.own_network(sandbox.command(LIMITED_PYTHON + [DESCRIBE])),
             input=json.dumps({'search': system_messages(), 'definitions': definitions}),
-            stdout=answer, stderr=subprocess.DEVNULL, timeout=BUILD_TIME, env=sandbox.environment(environment), check=True, cwd='/',
-            universal_newlines=True)
+            stdout=answer, stderr=subprocess.DEVNULL, timeout=BUILD_TIME, check=True, cwd='/',
+            env=sandbox.environment(environment), universal_newlines=True)
         answer.seek(0)
         return json.load(answer)
 
