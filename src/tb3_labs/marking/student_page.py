@@ -199,8 +199,8 @@ def results(marks: Marks) -> Dict[str, Any]:
         'visibility': VISIBILITY,
         'stdout_visibility': 'hidden',
         'tests': [{
-            'name': ('Beyond the handout: ' if verdict.criterion.extra else '')
-                    + verdict.criterion.meaning,
+            'name': f'Beyond the handout: {verdict.criterion.meaning}' if verdict.criterion.extra
+            else verdict.criterion.meaning,
             'number': str(number),
             'score': verdict.points,
             'max_score': 0.0 if verdict.criterion.extra else verdict.worth,
