@@ -283,7 +283,7 @@ def test_the_table_of_marks():
                 Criterion('freer', '', 'freer', here, lambda seen: 'no', extra=True)]
     verdicts = judge(criteria, observation(),
                      {'one': 1.5, 'two': 2, 'more': 0.5, 'free': 0, 'freer': 0})
-    text = MarksTable().renewed([Marks('Bobby', 'lab2/n.py', '17', True, ['Hm.'], verdicts=verdicts)])
+    text = MarksTable().renew([Marks('Bobby', 'lab2/n.py', '17', True, ['Hm.'], verdicts=verdicts)])
     row, = csv.DictReader(io.StringIO(text))
     assert row == {'student': 'Bobby', 'points': '2', 'of': '3.5', 'one': '1.5', 'two': '0',
                    'extra_more': '0.5', 'extra_free': 'yes', 'extra_freer': 'no',

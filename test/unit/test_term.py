@@ -167,7 +167,7 @@ def test_what_a_person_decides_stays_and_is_shown(tmp_path, cells, decision):
         writer.writerow(dict(rows['Ann'], **cells))
         table.write_text(text.getvalue())
         folder = folder_of(tmp_path, changed)
-        assert folder.kept('Ann', 'digest').decision == decision
+        assert folder.marks_if_unchanged('Ann', 'digest').decision == decision
         folder.write_overview()
         rows, cells = rows_of(table.read_text()), {}
     points = 7.0 if decision is None or decision.points is None else decision.points
@@ -227,13 +227,13 @@ def test_a_decision_that_is_no_number_of_points_is_refused(tmp_path, cell):
 def test_columns_and_rows_of_a_person_stay_wherever_they_are_also_if_their_headings_are_equal():
     """A name that a spreadsheet would take for a formula is found again."""
     ann = marks_of('=Ann', turned(90.0))
-    head, row = csv.reader(io.StringIO(MarksTable().renewed([ann])))
+    head, row = csv.reader(io.StringIO(MarksTable().renew([ann])))
     own = [['mean', '20'], ['mean', '21'], ['', 'late:'], ['Ann', 'again'], ['long'] * 60]
     note = 'ill in May ' * 20000        # longer than csv takes
     table = [head[:4] + ['note', 'note', ''] + head[4:], row[:4] + [note, 'b', 'c'] + row[4:], *own]
     text = '\n'.join(map(','.join, table))
     for _ in range(2):      # a person's cells stay, too
-        text = MarksTable(text).renewed([ann])
+        text = MarksTable(text).renew([ann])
         heads, renewed, *others = csv.reader(io.StringIO(text))
         assert heads[:len(head) + 3] == head + ['note', 'note', '']
         assert renewed[:len(head) + 3] == row + [note, 'b', 'c']
@@ -260,7 +260,7 @@ def marked_once(path, digest='digest'):
 def test_what_has_not_changed_is_kept(tmp_path):
     marks = marked_once(tmp_path)
     folder = folder_of(tmp_path)
-    kept = folder.kept('Ann', 'digest')
+    kept = folder.marks_if_unchanged('Ann', 'digest')
     assert replace(kept, observation=None) == replace(marks, observation=None)
     seen = weakref.ref(kept.observation)
     del kept
@@ -271,25 +271,25 @@ def test_what_has_not_changed_is_kept(tmp_path):
     for replace_it in (bag.unlink, lambda: bag.write_bytes(whole[:9000]),
                        lambda: write_trial(bag, observation()), lambda: write_trial(bag, observation('imu'))):
         replace_it()        # nor is another student's his, or another lab's
-        assert folder_of(tmp_path).kept('Ann', 'digest') is None
+        assert folder_of(tmp_path).marks_if_unchanged('Ann', 'digest') is None
         folder_of(tmp_path).write_overview()
         assert rows_of((tmp_path / 'marks.csv').read_text())['Ann']['points'] == ''
     marked_once(tmp_path)
-    assert folder_of(tmp_path).kept('Ann', 'other digest') is None
-    assert folder_of(tmp_path).kept('Bo', 'digest') is None
-    assert folder_of(tmp_path, option='xbox').kept('Ann', 'digest') is None
+    assert folder_of(tmp_path).marks_if_unchanged('Ann', 'other digest') is None
+    assert folder_of(tmp_path).marks_if_unchanged('Bo', 'digest') is None
+    assert folder_of(tmp_path, option='xbox').marks_if_unchanged('Ann', 'digest') is None
     marked_once(tmp_path, digest='')
-    assert folder_of(tmp_path).kept('Ann', 'digest') is None
+    assert folder_of(tmp_path).marks_if_unchanged('Ann', 'digest') is None
 
 
 def test_the_file_that_a_person_chose_for_a_student_stays_chosen(tmp_path):
     """A plain run afterwards keeps the choice; a new choice, or a new submission, is judged."""
     write(folder_of(tmp_path, name='lab2/src/n.py'), 'Ann', turned(90.0))
-    assert folder_of(tmp_path, name='').kept('Ann', 'digest')
-    assert folder_of(tmp_path, name='').kept('Ann', 'other digest') is None
-    assert folder_of(tmp_path, name='lab2/src/m.py').kept('Ann', 'digest') is None
+    assert folder_of(tmp_path, name='').marks_if_unchanged('Ann', 'digest')
+    assert folder_of(tmp_path, name='').marks_if_unchanged('Ann', 'other digest') is None
+    assert folder_of(tmp_path, name='lab2/src/m.py').marks_if_unchanged('Ann', 'digest') is None
     write(folder_of(tmp_path, name='n.py'), 'Ann', turned(90.0))     # a name is the whole class's
-    assert folder_of(tmp_path, name='').kept('Ann', 'digest') is None
+    assert folder_of(tmp_path, name='').marks_if_unchanged('Ann', 'digest') is None
 
 
 def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
@@ -302,18 +302,18 @@ def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
     marked_once(tmp_path / 'marks')
     for name in ('launch/checks/points.yaml', 'launch/checks/check_imu.test'):
         (tmp_path / name).write_text('2')
-        assert folder_of(tmp_path / 'marks').kept('Ann', 'digest')
+        assert folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', 'digest')
     for name in ('launch/fake_robot.launch', 'launch/checks/check_turn.test',
                  'scripts/fake_turtlebot3.py'):
         (tmp_path / name).write_text('2')
-        assert folder_of(tmp_path / 'marks').kept('Ann', 'digest') is None
+        assert folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', 'digest') is None
         marked_once(tmp_path / 'marks')
     scripts = 'seconds = LOST_AFTER + turn_lab.EACH_TURN[HDG_TOL]'
     values = {name.split()[1]: value for name, value in marks_folder.values_in(scripts).items()}
     assert values['LOST_AFTER'] == criteria.LOST_AFTER and 'l across 180' in values['EACH_TURN']
     assert len(values) < 4
     monkeypatch.setattr(criteria, 'LOST_AFTER', 1.5)       # how long it is watched
-    assert folder_of(tmp_path / 'marks').kept('Ann', 'digest') is None
+    assert folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', 'digest') is None
 
 
 def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial(tmp_path, monkeypatch):
@@ -322,7 +322,7 @@ def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial
     changed = yaml.safe_load(yaml.safe_dump(TABLE))
     changed['turn']['left'] = 13
     folder = folder_of(tmp_path, changed)
-    assert folder.kept('Ann', 'digest').points == marks.points + 10
+    assert folder.marks_if_unchanged('Ann', 'digest').points == marks.points + 10
     _, (note,) = folder.write_overview()
     assert note == 'With other points than before: Ann.'
     with pytest.raises(ValueError, match='was marked with other points .left: 13, not 3.: '):
@@ -338,7 +338,7 @@ def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial
     for module in (marks_folder, marks_module):
         monkeypatch.setattr(module, 'LABS', turns)
     folder = folder_of(tmp_path, changed)
-    assert folder.kept('Ann', 'digest').points == marks.points - 3
+    assert folder.marks_if_unchanged('Ann', 'digest').points == marks.points - 3
     folder.write_overview()
     assert 'turns <quite> well' in Strict(page.read_text()).words
     assert 'it is too slow' in (tmp_path / 'gradescope' / 'Ann' / 'results.json').read_text()
@@ -355,7 +355,7 @@ def test_marks_of_another_lab_are_not_mixed_in(tmp_path):
 def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
     marked_once(tmp_path)
     (tmp_path / 'logs' / 'Ann.marks.json').write_text('{"key"')
-    assert folder_of(tmp_path).kept('Ann', 'digest') is None
+    assert folder_of(tmp_path).marks_if_unchanged('Ann', 'digest') is None
     assert folder_of(tmp_path).write_overview() == (None, [])
     for text, why in (('my own table\n', 'it lacks one of the columns student, points, of'),
                       ('student;points;of;M\xfcller', 'a spreadsheet must save it as "CSV UTF-8"')):
@@ -484,7 +484,7 @@ def test_a_machine_that_is_too_busy_is_told(tmp_path, capsys, gaps, told, remark
     assert gaps == [] and ('may be unfair' in words) is remark
     _, notes = folder_of(tmp_path / 'marks').write_overview()
     assert any('Type the same command again.' in note for note in notes) is remark
-    kept = folder_of(tmp_path / 'marks').kept('Ann', digest(tmp_path / 'in' / 'Ann'))
+    kept = folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', digest(tmp_path / 'in' / 'Ann'))
     assert (kept is None) is remark     # it alone is repeated
 
 

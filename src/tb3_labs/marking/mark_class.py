@@ -18,7 +18,7 @@ from tb3_labs.marking.intake.submissions import (
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, Options, alone_in, failure
 from tb3_labs.marking.trial_runner import (
-    POLL_PERIOD, MarkingInterrupted, TrialRunner, handed_in, ros_alone)
+    POLL_PERIOD, MarkingInterrupted, TrialRunner, new_marks, ros_alone)
 
 
 def print_line(line: str) -> None:
@@ -79,10 +79,10 @@ class MarkedClass:
             pass
         except NotJudged as problem:
             print_line(f'{name}: {NOT_JUDGED}')
-            self._write(handed_in(submission, unjudged=str(problem)), '')
+            self._write(new_marks(submission, unjudged=str(problem)), '')
         except Exception as problem:    # any error: the other submissions are still marked
             print_problem(f'{name}: {NOT_JUDGED}: {failure(problem)}')
-            self._write(handed_in(submission, unjudged=failure(problem)), '')
+            self._write(new_marks(submission, unjudged=failure(problem)), '')
 
     def _try(self, submission, name):
         """Mark one submission; try it unless it was tried before and has not changed."""
@@ -107,7 +107,7 @@ class MarkedClass:
     def _is_kept(self, submission, digest, name):
         """Would another trial be the same as the one of an earlier run?"""
         with self._writing:
-            marks = self._folder.kept(submission.student, digest)
+            marks = self._folder.marks_if_unchanged(submission.student, digest)
             self._unchanged += marks is not None
             self._failed = self._failed or marks is not None and not marks.is_known
         if marks is not None:
@@ -140,11 +140,11 @@ def mark_class(given, interrupted: threading.Event) -> int:
         os.environ.clear()
         os.environ.update(environment)
         try:
-            parts = LABS[given.lab].checked_parts(given.parts)
+            parts = LABS[given.lab].read_parts(given.parts)
             worth = points_of(given.lab, read_points(given.points))
-            option = _checked_option(given)
+            option = _read_option(given)
             found = _submissions(given, Path(work))
-            is_sandbox = _checked_protection(given, Path(work))
+            is_sandbox = _choose_protection(given, Path(work))
             with alone_in(given.folder):
                 folder = MarksFolder(
                     given.folder, given.lab, parts, worth,
@@ -164,7 +164,7 @@ def mark_class(given, interrupted: threading.Event) -> int:
     return 1 if failed else 0
 
 
-def _checked_option(given):
+def _read_option(given):
     """The value of the lab's option; ``ValueError`` if it is invalid, or another lab's."""
     chosen = ''
     for name, lab in LABS.items():
@@ -197,7 +197,7 @@ def _submissions(given, work):
     return found
 
 
-def _checked_protection(given, work):
+def _choose_protection(given, work):
     """Do the submissions' programs run in sandboxes? ``ValueError`` if they cannot be protected as
     the arguments say."""
     problem = '' if given.unprotected and not given.container else sandbox_problem()

@@ -60,7 +60,7 @@ class Lab(NamedTuple):
     def parts(self) -> List[str]:
         return list(dict.fromkeys(criterion.part for criterion in self.criteria))
 
-    def checked_parts(self, text: str) -> List[str]:
+    def read_parts(self, text: str) -> List[str]:
         """The parts in a list with commas; ``ValueError`` for a part that the lab does not have."""
         parts = [part.strip() for part in text.split(',') if part.strip()]
         if not set(parts) <= set(self.parts):

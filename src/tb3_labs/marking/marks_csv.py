@@ -72,7 +72,7 @@ class MarksTable:
                                          cells.get(why, ''))
         return found
 
-    def renewed(self, all_marks: Sequence[Marks]) -> str:
+    def renew(self, all_marks: Sequence[Marks]) -> str:
         """The table with these marks. A person's columns stay, and the rows of other students, also
         if several have one name."""
         heads = list(cells_of(all_marks[0]))

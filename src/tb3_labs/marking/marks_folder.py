@@ -79,7 +79,7 @@ class MarksFolder:
         bag = self.bag(student)
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
 
-    def kept(self, student: str, submission: str) -> Optional[Marks]:
+    def marks_if_unchanged(self, student: str, submission: str) -> Optional[Marks]:
         """A student's Marks if a new trial of this digest would be the same, else None."""
         record = self._records.get(student)
         if record is None:
@@ -124,7 +124,7 @@ class MarksFolder:
             record.update(worth=self.worth, cells=cells)
             all_marks.append(marks)
         # the table first: without it the old cells would look like a person's
-        write_output(self._path / TABLE, self._table.renewed(all_marks))
+        write_output(self._path / TABLE, self._table.renew(all_marks))
         for record in self._records.values():
             self._write(record)
         notes = [UNPROTECTED] if unprotected else []

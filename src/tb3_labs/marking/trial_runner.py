@@ -70,7 +70,7 @@ class TrialRunner:
     def try_out(self, submission: Submission, reading: ParsedSubmission, work: Path) -> Marks:
         """Record the trial of the submission that was read in `work`, into the folder of marks.
         Returns the Marks of what was handed in."""
-        marks, identity = handed_in(submission), uuid.uuid4().hex
+        marks, identity = new_marks(submission), uuid.uuid4().hex
         marks.remarks, marks.findings = reading.remarks, list(reading.look_at)
         with suppress(FileNotFoundError):
             self.folder.bag(marks.student).unlink()
@@ -136,7 +136,7 @@ class TrialRunner:
         return in_time
 
 
-def handed_in(submission: Submission, **more: Any) -> Marks:
+def new_marks(submission: Submission, **more: Any) -> Marks:
     """The Marks of a submission of which nothing is known yet."""
     return Marks(submission.student, number=submission.number, late=submission.late, **more)
 
