@@ -312,6 +312,9 @@ def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
     values = {name.split()[1]: value for name, value in marks_folder.values_in(scripts).items()}
     assert values['LOST_AFTER'] == criteria.LOST_AFTER and 'l across 180' in values['EACH_TURN']
     assert len(values) < 4
+    names = {path.name for path in marks_folder.trial_files('turn')}
+    assert {'simulator.py', 'ros_trial.py', 'ros_turn.py'} < names
+    assert not {'criteria.py', 'remarks.py', 'from_bag.py', 'student_page.py'} & names
     monkeypatch.setattr(criteria, 'LOST_AFTER', 1.5)       # how long it is watched
     assert folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', 'digest') is None
 

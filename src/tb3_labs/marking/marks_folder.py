@@ -38,6 +38,8 @@ HANDED_IN = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudg
 #: This package, and the program of its simulated robot; an installed one lies in lib.
 PACKAGE, ROBOT = Path(rospkg.RosPack().get_path(OWN_PACKAGE)), 'fake_turtlebot3.py'
 MARKING = Path(__file__).resolve().parent
+#: The files of trial/ that only read a recording.
+JUDGING = 'from_bag.py', 'remarks.py', 'tracebacks.py'
 
 
 class Options(NamedTuple):
@@ -226,18 +228,23 @@ def alone_in(path: Path) -> Iterator[None]:
 # -- the trials
 
 def trial_key(lab: str) -> str:
-    """A hash of all that decides a trial of a lab besides the submission and the options: the
-    robot, the programs that try a node, and the values of the labs that these use. Criteria,
+    """A hash of all that decides a trial of a lab besides the submission and the options. Criteria,
     points and sentences are not in it, since they are made again from the recording."""
-    scripts = sorted([*MARKING.glob('trial/*.py'), *MARKING.glob('labs/ros_*.py')])
-    files = [*scripts, *sorted(MARKING.parent.glob('simulation/*.py')), PACKAGE / 'scripts' / ROBOT,
-             PACKAGE.parents[1] / 'lib' / OWN_PACKAGE / ROBOT,
-             PACKAGE / 'launch' / 'fake_robot.launch',
-             PACKAGE / 'launch' / 'checks' / f'check_{lab}.test']
-    whole = hashlib.sha256(b''.join(path.read_bytes() for path in files if path.is_file()))
-    text = '\n'.join(path.read_text(encoding='utf-8') for path in scripts)
-    whole.update(repr(values_in(text)).encode())
+    files = trial_files(lab)
+    whole = hashlib.sha256(b''.join(path.read_bytes() for path in files))
+    whole.update(repr(values_in('\n'.join(
+        path.read_text(encoding='utf-8') for path in files if MARKING in path.parents))).encode())
     return whole.hexdigest()
+
+
+def trial_files(lab: str) -> List[Path]:
+    """The files that act on a node of a lab, and the files of the robot."""
+    scripts = [path for path in [*MARKING.glob('trial/*.py'), *MARKING.glob('labs/ros_*.py')]
+               if path.name not in JUDGING]
+    return sorted(path for path in [
+        *scripts, *MARKING.parent.glob('simulation/*.py'), PACKAGE / 'scripts' / ROBOT,
+        PACKAGE.parents[1] / 'lib' / OWN_PACKAGE / ROBOT, PACKAGE / 'launch' / 'fake_robot.launch',
+        PACKAGE / 'launch' / 'checks' / f'check_{lab}.test'] if path.is_file())
 
 
 def values_in(scripts: str) -> Dict[str, Any]:

@@ -6,6 +6,7 @@ end none of its processes is left, whatever the submission did.
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -13,7 +14,7 @@ import time
 import uuid
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Dict, Mapping
+from typing import Any, Dict, Mapping, Set
 
 import rospkg
 
@@ -28,7 +29,6 @@ from tb3_labs.marking.marks import LABS, Marks
 from tb3_labs.marking.marks_folder import MarksFolder
 from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.marking.trial.from_bag import read_trial
-from tb3_labs.marking.trial.processes import sweep
 
 #: Variables of the caller's terminal that stay for the marking.
 KEPT = re.compile(
@@ -139,6 +139,50 @@ class TrialRunner:
 def new_marks(submission: Submission, **more: Any) -> Marks:
     """The Marks of a submission of which nothing is known yet."""
     return Marks(submission.student, number=submission.number, late=submission.late, **more)
+
+
+# -- the end
+
+def sweep(identity: str) -> None:
+    """Kill every process that has this identity in its environment, until none is left: also a
+    process that left its group.
+
+    Programs that start others faster than they are found are stopped first, by whole groups: what
+    is stopped starts nothing, and its places among the processes stay taken.
+    """
+    mark = f'{IDENTITY}={identity}'.encode()
+    looks = 0
+    while looks < 2:        # a process that starts a program has no environment for a moment
+        stopped: Set[int] = set()
+        while _stop_others(mark, stopped):
+            pass
+        looks = 0 if stopped else looks + 1
+        for pid in stopped:
+            with suppress(ProcessLookupError):      # it has ended already
+                if _has(pid, mark):     # else its number may be another process's by now
+                    os.kill(pid, signal.SIGKILL)
+
+
+def _stop_others(mark, stopped):
+    """Stop the processes with this mark that are not among `stopped`, the newest first, and add
+    them. Were there any?"""
+    before = len(stopped)
+    for pid in sorted((int(name) for name in os.listdir('/proc') if name.isdigit()), reverse=True):
+        if pid not in stopped and _has(pid, mark):
+            with suppress(ProcessLookupError):      # it has ended already
+                group = os.getpgid(pid)
+                os.kill(pid, signal.SIGSTOP)
+                if group != os.getpgrp():
+                    os.killpg(group, signal.SIGSTOP)
+            stopped.add(pid)
+    return len(stopped) > before
+
+
+def _has(pid, mark):
+    try:
+        return mark in Path(f'/proc/{pid}/environ').read_bytes().split(b'\0')
+    except OSError:
+        return False
 
 
 # -- the environment
