@@ -105,7 +105,7 @@ class MarkedClass:
         print_line(f'{name}: {as_text(marks)}, {found.seconds:.0f} s')
 
     def _is_kept(self, submission, digest, name):
-        """Would another trial be the same as the one of an earlier run?"""
+        """Would another trial be the same as the trial of an earlier run? Print its points then."""
         with self._writing:
             marks = self._folder.marks_if_unchanged(submission.student, digest)
             self._unchanged += marks is not None

@@ -246,7 +246,6 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
     ``ValueError`` if it has no section for the lab, if it lacks a criterion or has an unknown
     one, or if points are not finite, or below 0.
     """
-    criteria = LABS[lab].criteria
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError(f'the points have no section "{lab}"')
     given = dict(table[lab])
@@ -254,13 +253,12 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
     if not isinstance(extra, dict):
         raise ValueError(f'{lab}: "{EXTRA}" is a section of its own')
     worth: Dict[str, float] = {}
-    for section, names in ((given, [c.name for c in criteria if not c.extra]),
-                           (extra, [c.name for c in criteria if c.extra])):
-        for name in section:
+    for section, is_extra in ((given, False), (extra, True)):
+        names = [criterion.name for criterion in LABS[lab].criteria if criterion.extra is is_extra]
+        for name in [*section, *names]:
             if name not in names:
                 raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '
                                  + ', '.join(names))
-        for name in names:
             points = section.get(name)
             if isinstance(points, bool) or not isinstance(points, (int, float)) or not (
                     math.isfinite(points) and points >= 0):

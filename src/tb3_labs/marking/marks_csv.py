@@ -38,7 +38,7 @@ class MarksTable:
     def __init__(self, text: str = '') -> None:
         text = text.lstrip('\ufeff')
         heading = text.partition('\n')[0]
-        delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another one
+        delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another delimiter
         try:
             rows = list(filter(None, csv.reader(io.StringIO(text, newline=''),
                                                 delimiter=delimiter)))

@@ -45,8 +45,8 @@ JUDGING = 'from_bag.py', 'remarks.py', 'tracebacks.py'
 class Options(NamedTuple):
     """Settings of a try."""
 
-    package: str = ''           # of the node, if it is not a usual one of the lab
-    name: str = ''              # of the node's file, if it is not a usual one
+    package: str = ''           # of the node, if the lab does not know it
+    name: str = ''              # of the node's file, if the lab does not know it
     option: str = ''            # the value of the lab's option; '' if it has none
     sandbox: bool = True        # do the submissions' programs run in a Sandbox?
 
@@ -82,7 +82,7 @@ class MarksFolder:
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
 
     def marks_if_unchanged(self, student: str, submission: str) -> Optional[Marks]:
-        """A student's Marks if a new trial of this digest would be the same, else None."""
+        """A student's Marks if another trial of a submission of this digest would be the same."""
         record = self._records.get(student)
         if record is None:
             return None

@@ -37,7 +37,7 @@ OTHERS = {b'7z\xbc\xaf': 'a 7z file', b'Rar!': 'a rar file', b'\x1f\x8b': 'a gz 
           b'': 'no zip file'}
 #: Endings of a package's own files, which are unpacked first.
 OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
-#: Archives that are not unpacked; a zip file if it lies in another one.
+#: Endings of archives that are not unpacked. A zip file is not unpacked within a zip file.
 OTHER_ARCHIVES = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 #: Errors of one entry of a zip file; the others may be read.
 OF_AN_ENTRY = zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, zlib.error
@@ -145,7 +145,7 @@ def unpack(path: Path, folder: Path, limits: UnpackLimits,
                 else:
                     if place in wanted and not place.endswith('/'):
                         left[TWICE].append(place)
-                    wanted[place] = info        # every program uses the last one
+                    wanted[place] = info        # every program uses the last entry
             folder.mkdir(parents=True, exist_ok=True)
             for place, info in sorted(wanted.items(), key=lambda item: budget_order(
                     item[0], item[1].file_size)):

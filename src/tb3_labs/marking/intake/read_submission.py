@@ -1,5 +1,5 @@
-"""Reads a submission: it is copied, its node is chosen, and the needs of the node are found: the
-packages of the submission that it imports, and the modules that it lacks.
+"""Reads a submission: copies it, chooses its node, and finds the needs of the node: the packages of
+the submission that it imports, and the modules that it lacks.
 
 All this happens in a process of its own within limits: a file of a stranger may be made so that
 reading it takes all memory, or hours. Then that process ends, not the marking.

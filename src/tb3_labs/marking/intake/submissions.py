@@ -97,9 +97,9 @@ def by_student(names: Dict[str, HandedIn]) -> Dict[str, List[str]]:
 
 
 def students_named(students: Sequence[str], wanted: Iterable[str]) -> List[str]:
-    """The students that are wanted; letters of another case, or a Mac's u with two dots for one
-    letter, are accepted for a name that only one has. ``ValueError`` for an unknown name, with the
-    names that are similar."""
+    """The students of the wanted names. Letters of another case, and the two characters of which a
+    Mac makes a letter with dots, are accepted if only one student has such a name. ``ValueError``
+    for an unknown name, with similar names."""
     def folded(text: str) -> str:
         return unicodedata.normalize('NFC', text).casefold()
     found = []
@@ -181,7 +181,7 @@ def _lay_out(handed_in, folder, has_node, skipped):
 
 
 def _upload(name):
-    """A key by which the latest of several files of one student comes last: Canvas counts them."""
+    """A key by which the latest file of a student comes last: Canvas counts them."""
     canvas, again = CANVAS.fullmatch(name), AGAIN.search(name)
     return int(again.group(1)) if again else 0, int(canvas['upload']) if canvas else 0, name
 
@@ -212,8 +212,8 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
 
 
 def without_wrapping(folder: Path) -> Path:
-    """The only folder in `folder` if it holds only folders and zip files, else `folder`: many
-    programs that make zip files put such a folder around all others."""
+    """The only folder in `folder` if it holds only folders and zip files, else `folder`. Many
+    programs that make zip files put such a folder around all submissions."""
     inside = list(folder.iterdir())
     is_wrapped = len(inside) == 1 and inside[0].is_dir() and all(
         path.is_dir() or is_zip(path.name) for path in inside[0].iterdir())

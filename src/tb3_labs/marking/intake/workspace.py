@@ -41,7 +41,7 @@ SUBSTITUTE = '''<package format="2"><name>{}</name><version>0.0.0</version>
 '''
 #: A first line that names a Python.
 NAMES_PYTHON = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
-#: The text of a module that stands in for one that is missing: each of its names is None.
+#: The text of a module in place of a missing module: each of its names is None.
 EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
         raise AttributeError(name)
@@ -122,7 +122,7 @@ def _stand_in(name, folder, remarks):
 
 
 def _name(reading, source, packages, remarks):
-    """Returns a usable name of the package; if it is a new one, writes a package.xml with it."""
+    """Returns a usable name of the package. A new name is written into a package.xml."""
     if reading.name and reading.name != OWN_PACKAGE:
         return reading.name
     remarks.append(reading.bad_name or

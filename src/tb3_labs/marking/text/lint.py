@@ -23,7 +23,7 @@ from tb3_labs.marking.text.lint import assigned, faults
 text = sys.stdin.buffer.read()
 print(json.dumps([faults(text), assigned(text)]))
 '''
-#: At most so many variables, and lines of one, are kept.
+#: At most so many variables, and lines of a variable, are kept.
 MOST_NAMES, MOST_LINES = 200, 6
 #: At most so many faults are listed; so much of a name and of a line is quoted [characters].
 MOST, QUOTED = 4, 60
