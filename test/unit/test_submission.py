@@ -396,6 +396,7 @@ def test_the_folder_of_a_node_is_copied(tmp_path, node, source):
 def test_an_import_is_used_if_its_names_are(text, used):
     found, = imports_of(text)
     assert found.used is used
+    assert [each.used for each in imports_of(b'import a, b\nb()')] == [False, True]
 
 
 # -- messages

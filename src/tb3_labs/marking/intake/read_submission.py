@@ -13,7 +13,7 @@ import sys
 from contextlib import suppress
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Set, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
 
 from tb3_labs.marking.intake.archives import (
     CLASS, NEVER, NotJudged, UnpackLimits, digest, unpack)
@@ -137,22 +137,21 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
 # -- the imports of a program
 
 class Import(NamedTuple):
-    """One import statement of a program."""
+    """The import of a module by a program."""
 
-    modules: Tuple[str, ...]    # with dots, as they are written
-    names: Tuple[str, ...]      # what it imports from the module; () for a plain import
+    module: str                 # with dots, as it is written
+    names: Tuple[str, ...]      # of the module's content; () if the module itself is imported
     used: bool                  # is an imported name used?
     guarded: bool               # does the program go on if the import fails?
 
     @property
-    def packages(self) -> Set[str]:
-        """The modules up to their first dot."""
-        return {module.split('.')[0] for module in self.modules}
+    def package(self) -> str:
+        """The module up to its first dot."""
+        return self.module.split('.')[0]
 
 
 def imports_of(text: bytes) -> List[Import]:
-    """Returns the import statements of a program, in any order; [] if it is not valid Python, or
-    too deep.
+    """Returns the imports of a program, in any order; [] if it is not valid Python, or too deep.
 
     Imports of the program's own package (``from . import x``) are left out.
     """
@@ -167,16 +166,12 @@ def imports_of(text: bytes) -> List[Import]:
     found = []
     for node in nodes:
         if isinstance(node, ast.Import):
-            modules = tuple(alias.name for alias in node.names)
-            names: Tuple[str, ...] = ()
-            bound = {alias.asname or alias.name.split('.')[0] for alias in node.names}
+            found += [Import(alias.name, (), (alias.asname or alias.name.split('.')[0]) in used,
+                             id(node) in guarded) for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            modules, names = (node.module,), tuple(alias.name for alias in node.names)
             bound = {alias.asname or alias.name for alias in node.names}
-        else:
-            continue
-        found.append(Import(modules, names, '*' in bound or bool(bound & used),
-                            id(node) in guarded))
+            found.append(Import(node.module, tuple(alias.name for alias in node.names),
+                                bool(bound & {'*', *used}), id(node) in guarded))
     return found
 
 
@@ -199,7 +194,7 @@ def _needs_of(node, packages):
     for program in programs:        # the list grows meanwhile
         found = imports_of(program.read_bytes())
         own += [item for item in found if not item.guarded] if program == node else []
-        imported = sorted(set().union(*(item.packages for item in found)))
+        imported = sorted({item.package for item in found})
         for name in imported:       # this list too
             beside = node.parent / (name + '.py')
             if beside.is_file() and beside not in programs:
@@ -212,16 +207,16 @@ def _needs_of(node, packages):
                              for path in sorted(folder.rglob('*.py'))]
     offered = {name for name, folder in packages.items() if any(
         interface_files(folder).values()) or (folder / 'setup.py').exists()}.union(made)
-    missing = {name for name in set().union(*(item.packages for item in own)) - offered
+    missing = {name for name in {item.package for item in own} - offered
                if name not in sys.builtin_module_names
                and PathFinder.find_spec(name, [str(node.parent)] + sys.path) is None}
-    given = {name for item in own if GIVEN in item.names and item.modules[0].endswith('.msg')
-             for name in item.packages & missing if is_name(name) and name not in packages}
+    given = {item.package for item in own
+             if GIVEN in item.names and item.module.endswith('.msg') and item.package in missing
+             and is_name(item.package) and item.package not in packages}
     slips = _slips(missing - given)
     missing -= given.union(slips)
-    lacking = set().union(*(item.packages & missing for item in own if item.used), ())
-    unused = {module for item in own for module in item.modules
-              if module.split('.')[0] in missing - lacking}
+    lacking = {item.package for item in own if item.used and item.package in missing}
+    unused = {item.module for item in own if item.package in missing - lacking}
     return needed, sorted(given), sorted(unused), sorted(lacking), slips
 
 
