@@ -161,11 +161,7 @@ def test_what_a_person_decides_stays_and_is_shown(tmp_path, cells, decision):
     table, rows = tmp_path / 'marks.csv', rows_of((tmp_path / 'marks.csv').read_text())
     assert rows['Ann']['points'] == '7'
     for _ in range(2):      # it stays over later runs
-        text = io.StringIO()
-        writer = csv.DictWriter(text, list(rows['Ann']))
-        writer.writeheader()
-        writer.writerow(dict(rows['Ann'], **cells))
-        table.write_text(text.getvalue())
+        typed(table, 'Ann', **cells)
         folder = folder_of(tmp_path, changed)
         assert folder.marks_if_unchanged('Ann', 'digest').decision == decision
         folder.write_overview()
@@ -468,6 +464,7 @@ def test_what_was_marked_and_has_not_changed_is_not_tried_again(tmp_path, capsys
         'changed (--only NAME tries one again)\n'.format(before['ann']))
     results = json.loads((tmp_path / 'marks' / 'gradescope' / 'ann' / 'results.json').read_text())
     assert results['score'] == float(before['ann']['points'])
+    assert MarkedClass(marker, True).mark_all(found, 1) is True     # --only: it is tried, and cannot be
 
 
 # -- a machine that is too busy

@@ -97,7 +97,7 @@ class MarksFolder:
     def write(self, handed_in: Marks, submission: str) -> Marks:
         """Keep what was handed in, and write page and results of its Marks, which are returned.
 
-        `submission`: its digest. The next run tries it again if it was not judged, or delayed.
+        `submission`: its digest. The next run tries it again if the machine delayed it.
         """
         record = self._records[handed_in.student] = {
             'key': dict(self._key, submission=submission),
@@ -105,7 +105,7 @@ class MarksFolder:
             'worth': self.worth, 'bag': self._digest(handed_in.student),
             'cells': self._records.get(handed_in.student, {}).get('cells', {})}   # in the table
         marks = self._show(record)
-        if marks.unjudged or marks.delayed:
+        if marks.delayed:
             record['key']['submission'] = ''
         self._write(record)
         return marks
