@@ -185,7 +185,10 @@ def mouse_run(react, up):
      'no zero velocity followed with mouse y at 1 and mouse inactive at 1: 0 commands'),
     (lambda x, y, on: (on * 0.4 * far(y), on * -0.5 * far(x)), 1, 'linear.x follows 0.4 times y'),
     (lambda x, y, on: (on * -0.5 * far(y), on * -0.5 * far(x)), 1, 'linear.x follows -0.5 times y'),
-    (lambda x, y, on: (on * -0.5 * far(y), on * -0.5 * far(x)), 0, None)])
+    (lambda x, y, on: (on * -0.5 * far(y), on * -0.5 * far(x)), 0, None),
+    (lambda x, y, on: (on * -0.5 * y, on * -0.5 * far(x)), 0, 'follows -0.5 times y; it should be -0.5 times y outside'),
+    (lambda x, y, on: (on * -0.5 * far(y), on * -0.5 * far(x)), -1, None),
+    (lambda x, y, on: (on * 0.5 * far(y), on * -0.5 * far(x)), -1, 'linear.x follows 0.5 times y')])
 def test_the_mistake_of_a_mouse_is_named(react, up, said):
     """The y of a client that is not known may count down."""
     found = told(mouse_run(react, up), 'turn')

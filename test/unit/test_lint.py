@@ -39,6 +39,11 @@ def test_a_line_is_told_with_its_number(line, words):
     assert told(line) == [(LINE, words)]
 
 
+def test_an_object_that_works_by_itself_is_only_kept():
+    assert told("self.sub = rospy.Subscriber('odom', Imu, print); self.pub = 1; print(self.pub)") == []
+    assert len(told('self.sub = Imu(); self.pub = 1; print(self.pub)')) == 1
+
+
 @pytest.mark.parametrize('method, last, words', [
     ('def callback_imu(self, imu): pass', 'Controller()',
      'callback_imu is defined a second time: that of line 6 is never used'),

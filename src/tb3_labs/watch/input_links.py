@@ -125,9 +125,9 @@ def mouse_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
              for axis, place, far in (('x', received.x, x), ('y', received.y, y))}
     mouse = heard_mouse(node_run)
     last = mouse.sample(commands.arrival)
-    is_up = any(event.get('up') for _, event in events_of(node_run, 'mouse client'))
-    # the y of a client that is not known may count down
-    up = 1.0 if is_up else np.sign(
+    known = [event['up'] for _, event in events_of(node_run, 'mouse client') if event['up']]
+    # a client whose sign is not known may count up or down
+    up = known[0] if known else np.sign(
         np.dot(commands.linear, np.append(received.y, 0.0)[last])) or 1.0
     return [wrong_factor(node_run, mouse, commands, field, forms[axis] + forms[other], factor)
             for field, axis, other, factor in (('linear.x', 'y', 'x', up * MOUSE_FULL),

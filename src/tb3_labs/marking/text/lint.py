@@ -95,14 +95,19 @@ def _always_true(tree: ast.Module) -> Iterator[Fault]:
 
 
 def _misspelt(tree: ast.Module) -> Iterator[Fault]:
-    """An attribute that is assigned and never read, if a similar one is read."""
+    """An attribute that is assigned and never read, if a similar one is read. An object that works
+    by itself, such as a Subscriber, is only kept."""
+    kept = {id(target) for node in ast.walk(tree) if isinstance(node, ast.Assign)
+            and isinstance(node.value, ast.Call) and node.value.args
+            and getattr(node.value.func, 'attr', getattr(node.value.func, 'id', ''))[:1].isupper()
+            for target in node.targets}
     assigned: Dict[str, int] = {}
     read = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute) and _is_self(node):
             if isinstance(node.ctx, ast.Load):
                 read.add('self.' + node.attr)
-            else:
+            elif id(node) not in kept:
                 assigned.setdefault('self.' + node.attr, node.lineno)
     for name in assigned.keys() - read:
         for near in sorted(read):

@@ -84,24 +84,29 @@ def _slopes_sent(nodes: List[ast.AST]) -> List[Optional[int]]:
         ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword))),
         key=lambda node: getattr(node, 'lineno', 0) or getattr(node, 'value').lineno)
     slopes: Slopes = {}
+
+    def assign(name: str, slope: Optional[int]) -> None:
+        if slope != 0 or not slopes.get(name):      # a 0 only begins or ends it
+            slopes[name] = slope
+
     for node in steps + steps:      # the callback that reads the mouse may stand at the end
         if isinstance(node, ast.FunctionDef):
             slopes.update({word.arg: int(bool(PIXEL.search(node.name))) or None
                            for word in node.args.args if Y_NAME.fullmatch(word.arg)})
         elif isinstance(node, ast.keyword):         # MouseController(yPos=...)
-            slopes[f'message.{node.arg}'] = _slope(node.value, slopes)
+            assign(f'message.{node.arg}', _slope(node.value, slopes))
         elif isinstance(node, ast.AugAssign):
-            slopes[_dotted(node.target)] = _slope(
-                ast.BinOp(node.target, node.op, node.value), slopes)
+            assign(_dotted(node.target), _slope(
+                ast.BinOp(node.target, node.op, node.value), slopes))
         else:
             for target in node.targets:
                 second = isinstance(target, ast.Tuple) and target.elts[1:2]     # x, y = position()
                 if second and isinstance(node.value, ast.Tuple):
-                    slopes[_dotted(second[0])] = _slope(node.value.elts[1], slopes)
-                elif second:
-                    slopes[_dotted(second[0])] = _pixel(node.value)
-                else:
-                    slopes[_dotted(target)] = _slope(node.value, slopes)
+                    assign(_dotted(second[0]), _slope(node.value.elts[1], slopes))
+                elif second:        # of another pair, such as a size, nothing is known
+                    assign(_dotted(second[0]), _pixel(node.value) or 0)
+                elif not isinstance(target, ast.Tuple):
+                    assign(_dotted(target), _slope(node.value, slopes))
     sent = {name: slope for name, slope in slopes.items()
             if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
     read = {_dotted(node) for node in nodes if isinstance(getattr(node, 'ctx', None), ast.Load)}
