@@ -90,8 +90,6 @@ class HandRule:
     """Judges what is driven by hand, a stick or a mouse: it must be there, and have rested since it
     was lost, or since the node slept or started."""
 
-    same_time = SAME_TIME
-
     def __init__(self, now):
         self.heard_at = now          # when the hand's last message was heard, and
         self.pushed = False          # what it said; and
@@ -110,7 +108,7 @@ class HandRule:
         if not pushed and at >= self.lost_at - LOST:
             self.rested_at = at
 
-        if pushed and at < self.stopped_at - self.same_time:
+        if pushed and at < self.stopped_at - SAME_TIME:
             self.lose(now)
 
     def stop(self, now):

@@ -140,14 +140,6 @@ class Still:
         return Motion(Pose2(), 0.1, 0.2)
 
 
-class Sender:
-    """A process that publishes ctrl_relinq. Its letter distinguishes a process from an earlier one with its name."""
-
-    def __init__(self, process='a', latches=False, renews=False):
-        self.process, self.latches, self.renews = process, latches, renews
-        self.word = None             # the last one
-
-
 class Mover(StoryNode):
     """move_to_goal, with its sensors."""
 
@@ -171,11 +163,9 @@ class Mover(StoryNode):
         """From now on these senders are heard. Their latched words come at once; only a False from before this node's
         start is ignored, see Permission."""
         for name in names:
-            sender, is_old = self.world.senders[name], self.world.now == self.born_at
-            connection = SenderConnection(name, sender.process, self.world.now, sender.latches, sender.renews)
-            self.ways[name] = connection
-            if sender.latches and sender.word is not None:
-                self.on_ctrl_relinq(connection, sender.word, None, is_old)
+            connection = self.ways[name] = self.world.senders[name]._replace(since=self.world.now)
+            if connection.latches and name in self.world.words:
+                self.on_ctrl_relinq(connection, self.world.words[name], None, self.world.now == self.born_at)
 
     def on_ctrl_relinq(self, connection, word, at, is_old=False):
         """A sender that latches, and was there before, is doubted at first."""
@@ -186,12 +176,6 @@ class Mover(StoryNode):
             self.rule.hear(now, connection.sender, word,
                            None if word and (doubtful or self.waking) else self.at(at), connection.renews)
         self.core.on_ctrl_relinq(Event(word, now, connection.sender, age, connection.renews))
-
-    def forget(self, name):
-        """A new process has a new name, as rostopic has. Here it has the name of one that ended."""
-        self.message_ages._present -= {name}
-        self.message_ages._latest.pop(name, None)
-        self.core._permission._last_value.pop(name, None)
 
     def on_goal(self, sender, at):
         now, request = self.world.now, GoalRequest(RequestedPose(Pose2(40.0)), sender)
@@ -308,25 +292,20 @@ class Turner(StoryNode):
 
     def __init__(self, world):
         super().__init__(world)
-        self.message_ages, self.script = MessageAges(['script'] * world.repeats, world.now), world.now
+        self.message_ages = MessageAges([world.script] * bool(world.script), world.now)
         self.core = RequestingController(Ahead())
         self.core.tick(world.now, world.now)
         self.by_turn = GoalRule(world.now)
         self.by_mice = {name: HandRule(world.now) for name in world.hands}
 
-    def forget_script(self):
-        """A new process has a new name."""
-        self.message_ages, self.script = MessageAges([], self.world.now), self.world.now
-        self.core._repetitions._requests.pop('script', None)
-
-    def on_turn(self, at, name='person'):
+    def on_turn(self, at, name='person', since=0.0):
         """A person asks for it, or a script, which began to repeat it at `at`, or before (None)."""
-        now = self.world.now
-        connection = SenderConnection(name, since=self.script if name == 'script' else self.born_at)
+        now, is_person = self.world.now, name == 'person'
+        connection = SenderConnection(name, since=max(since, self.born_at))
         self.core.accepted = False
         self.core.on_turn(Event(3600.0, now, name, self.message_ages.age_of(connection, now)), now)
-        if at is not None and (name == 'script' or self.core.accepted):
-            self.by_turn.hear(now, 'turn', True, None if self.waking and name == 'person' else self.at(at))
+        if at is not None and (self.core.accepted or not is_person):
+            self.by_turn.hear(now, 'turn', True, None if self.waking and is_person else self.at(at))
             self.by_turn.ask(now, 'goal')
 
     def on_mouse(self, name, active, y, at):

@@ -6,7 +6,6 @@ of the rule. The real cores run all stories, the shortest first. The rule, which
 with the cores, judges each command.
 
     python3 test/unit/story_search.py [seconds for each cast, default 120] [casts]
-    python3 test/unit/story_search.py walks [number for each cast, default 1000]    # long random stories
 
 Units: seconds.
 """
@@ -20,7 +19,6 @@ from collections import deque
 from concurrent.futures import ProcessPoolExecutor
 from typing import NamedTuple, Tuple
 
-from story_pages import StoryPages
 from story_worlds import (
     NOTHING, GoneRobot, Labs, LateRobot, LateTurns, MouseAndTurns, OnePad, TwoMice, TwoPads,
     Unheard, Wrong)
@@ -69,9 +67,6 @@ CASTS = {
     'a robot that goes': Cast(GoneRobot, 'the robot.*|move_to_goal is k.*|a .*goal.*|a new.*|[ABY] of.*|.* pass', GAVE),
     'a robot that comes': Cast(LateRobot, 'the robot.*|move_to_goal is k.*|a goal.*|a new.*|[AB] of.*|.* pass',
                                (*GAVE, 'the robot is switched on')),
-    'pages': Cast(StoryPages, '.*', depth=3),
-    'a page that drives': Cast(StoryPages, '.*', ('page a is pushed',), 3),
-    'a late page': Cast(StoryPages, r'.*holds up page a.*|page a.*|STOP|(0.06|0.31) s pass', depth=5),
     'a mouse and turns': Cast(MouseAndTurns, '.*'),
     'a turn': Cast(MouseAndTurns, '.*', ('the mouse is activated', '0.31 s pass', 'a turn is asked for')),
     'a mouse and a sleep': Cast(MouseAndTurns, r'the mouse .*|.* for 1.1 s.* requests.*|(0.31|0.95) s pass',
@@ -156,22 +151,10 @@ def random_story(cast, seed, length=30):
     return found
 
 
-def random_stories(cast, number):
-    """Random stories until one is wrong; the Searched of the last."""
-    for seed in range(number):
-        found = random_story(cast, seed)
-        if found.story:
-            break
-    return found
-
-
 if __name__ == '__main__':
-    WALKS = sys.argv[1:2] == ['walks']
-    WORDS = sys.argv[1 + WALKS:]
-    MUCH = int(WORDS[0]) if WORDS else 1000 if WALKS else 120
-    NAMES = WORDS[1:] or list(CASTS)
+    SECONDS, NAMES = float((sys.argv[1:] or [120])[0]), sys.argv[2:] or list(CASTS)
     with ProcessPoolExecutor() as pool:
-        RESULTS = list(pool.map(random_stories if WALKS else search, map(CASTS.get, NAMES), [MUCH] * len(NAMES)))
+        RESULTS = list(pool.map(search, map(CASTS.get, NAMES), [SECONDS] * len(NAMES)))
     for name, result in zip(NAMES, RESULTS):
         print('{}: {}'.format(name, result))
     sys.exit(any(result.story for result in RESULTS))

@@ -5,8 +5,9 @@ An event is (words for a story, name of a method, its arguments). Units: seconds
 from types import SimpleNamespace
 
 from reference_rule import COMPARED, OVER, GoalRule
-from story_nodes import CLOCK, TICK, Ahead, Mover, PadNode, Sender, Turner, Wrong
+from story_nodes import CLOCK, TICK, Ahead, Mover, PadNode, Turner, Wrong
 from tb3_labs.robot.turtlebot3 import Twist2
+from tb3_labs.supervision.events import SenderConnection
 from tb3_labs.supervision.timeouts import LATCHED_WITHIN
 
 #: A program repeats its goal with this period.
@@ -157,7 +158,8 @@ class Labs(World):
     def __init__(self):
         super().__init__()
         self.mover, self.repeats_goal, self.due_at = None, False, self.now
-        self.senders = {'student': Sender(latches=True)}
+        self.senders, self.words = {'student': SenderConnection('student', latches=True)}, {}
+        self.processes, self.terminal, self.repeater = 0, None, None    # how many, and two names
         self.start_mover(False)
         for number in range(self.PADS):
             self.add_pad(number)
@@ -168,15 +170,23 @@ class Labs(World):
         self.nodes = [self.mover] + self.pads
 
     def start_sender(self, name, **how):
-        """A new process, which is connected at once. The messages of the process before it are lost."""
-        connection = self.mover.ways.get(name)
-        self.senders[name] = Sender('b' if connection and connection.process == 'a' else 'a', **how)
-        if not self.mover.connects_at or name not in self.mover.message_ages._present:
+        """A new process, which is connected at once. The messages of a process with its name are lost."""
+        self.processes += 1
+        self.senders[name] = SenderConnection(name, str(self.processes), **how)
+        self.words.pop(name, None)
+        if not self.mover.connects_at or name not in self.mover.unheard:
             self.mover.connect([name])
+
+    def rostopic(self, ended):
+        """A new process, in place of one that ended. It has a new name, which is returned."""
+        self.senders.pop(ended, None)
+        name = 'rostopic {}'.format(self.processes)
+        self.start_sender(name)
+        return name
 
     def tell(self, name, word, at):
         """A word on ctrl_relinq."""
-        self.senders[name].word = word
+        self.words[name] = word
         if name in self.mover.ways:
             self.mover.send(name, 'on_ctrl_relinq', self.mover.ways[name], word, at)
         for pad in self.pads:
@@ -187,8 +197,8 @@ class Labs(World):
         if self.repeats_goal and self.now >= self.due_at + PERIOD - 1e-6:
             self.due_at = self.now
             self.mover.send('program', 'on_goal', 'program', None)
-        if 'repeater' in self.senders:
-            self.tell('repeater', True, None)
+        if self.repeater:
+            self.tell(self.repeater, True, None)
         for pad in self.pads:
             pad.show()
 
@@ -196,22 +206,25 @@ class Labs(World):
 
     def student(self, word):
         """The first True or False of all looks like a latched one in the moment of a start."""
-        if self.senders['student'].word is None and self.now - self.mover.born_at < LATCHED_WITHIN:
+        if 'student' not in self.words and self.now - self.mover.born_at < LATCHED_WITHIN:
             return NOTHING
         self.tell('student', word, self.now)
 
-    def by_terminal(self, word, is_new, name='terminal'):
+    def by_terminal(self, word, is_new):
         """rostopic pub, in a new process or in one that sent something before."""
         if is_new:
-            self.mover.forget(name)
-            self.start_sender(name)
-        elif name not in self.senders:
+            self.terminal = self.rostopic(self.terminal)
+        elif not self.terminal:
             return NOTHING
-        self.tell(name, word, self.now)
+        self.tell(self.terminal, word, self.now)
 
     def repeat(self):
-        if self.senders.pop('repeater', None) is None:
-            self.by_terminal(True, True, 'repeater')
+        if self.repeater:
+            del self.senders[self.repeater]
+            self.repeater = None
+        else:
+            self.repeater = self.rostopic(None)
+            self.tell(self.repeater, True, self.now)
 
     def goal(self):
         self.mover.send('goals', 'on_goal', 'person', self.now)
@@ -257,7 +270,7 @@ class Labs(World):
         self.nodes = [self.mover] + self.pads
         if self.mover.has_control is not None:
             self.pads[number].on_control(self.mover.has_control)
-        if any(sender.latches and sender.word is False for sender in self.senders.values()):
+        if any(sender.latches and self.words.get(name) is False for name, sender in self.senders.items()):
             self.pads[number].on_taken()
 
     def end_pad(self, number):
@@ -278,11 +291,10 @@ class Labs(World):
         for word in (False, True):
             self.by_terminal(word, True)
         self.is_obeyed(0.3, 'a terminal')
-        for rate, times in ((125, 50), (30, 45)):
-            for number in range(times):    # as the handout's gamepad and rostopic -r do
-                self.student(number > 0)
-                self.wait(1.0 / rate)
-            self.is_obeyed(0.1, 'a sender that says True {} times a second'.format(rate))
+        for number in range(50):    # 125 times a second, as the handout's gamepad does
+            self.student(number > 0)
+            self.wait(0.008)
+        self.is_obeyed(0.1, 'a sender that says True again and again')
         for number, pad in enumerate(self.pads):
             self.by_terminal(False, True)
             self.wait(0.5)
@@ -341,7 +353,7 @@ class MouseAndTurns(World):
 
     def __init__(self):
         super().__init__()
-        self.repeats = False
+        self.script, self.script_since, self.scripts = None, 0.0, 0    # its name, and how many there were
         self.hands = {name: [False, 0.0] for name in self.EDGES}    # active, y
         self.start()
         self.wait(4.6)
@@ -351,8 +363,8 @@ class MouseAndTurns(World):
 
     def passed(self):
         """An active mouse repeats itself, and a script its turn."""
-        if self.repeats:
-            self.nodes[0].send('script', 'on_turn', None, 'script')
+        if self.script:
+            self.nodes[0].send('script', 'on_turn', None, self.script, self.script_since)
         for name, (active, _) in self.hands.items():
             if active:
                 self.show(name)
@@ -368,11 +380,11 @@ class MouseAndTurns(World):
         self.nodes[0].send('turns', 'on_turn', self.now)
 
     def repeat(self):
-        self.repeats = not self.repeats
-        if self.repeats:
-            self.nodes[0].forget_script()
-            for at in (self.now, None):     # a repetition is known by its second message
-                self.nodes[0].send('script', 'on_turn', at, 'script')
+        self.scripts += 1
+        self.script = None if self.script else 'script {}'.format(self.scripts)
+        self.script_since = self.now
+        for at in (self.now, None) if self.script else ():     # a repetition is known by its second message
+            self.nodes[0].send('script', 'on_turn', at, self.script, self.now)
 
     def set(self, name, what, value):
         if self.hands.get(name, {what: value})[what] == value:
