@@ -77,8 +77,8 @@ def test_one_that_was_built_on_top_of_this_needs_no_other_source(tmp_path):
 
 
 @needs_setup
-@pytest.mark.parametrize('theirs', ['//etc/ros', '/opt/ros/noetic/etc/ros'])
-@pytest.mark.parametrize('host', ['localhost', 'robot'])
+@pytest.mark.parametrize('host, theirs', [
+    ('localhost', '//etc/ros'), ('localhost', '/opt/ros/noetic/etc/ros'), ('robot', '//etc/ros')])
 def test_a_master_of_this_computer_alone_has_no_rosout_in_any_order(tmp_path, host, theirs):
     """A workspace that was built without tb3_labs sets the system's ROS_ETC_DIR when it is sourced:
     `theirs` is Debian's and Noetic's."""
