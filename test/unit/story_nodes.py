@@ -3,14 +3,12 @@ from reference_rule import GoalRule, HandRule
 from tb3_labs.control.braking import LawStep
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
-from tb3_labs.nodes.controller.core import ControllerCore
-from tb3_labs.nodes.controller.mouse import MouseState
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
-from tb3_labs.supervision.events import Event, MessageAges, SenderConnection
+from tb3_labs.supervision.events import Event, MessageAges
 from tb3_labs.supervision.goal_requests import GoalRequest
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
@@ -275,61 +273,3 @@ class PadNode(StoryNode):
             at = at if not word else None    # the others of a grant are renewals
         if output.renews:
             self.world.tell(self.name, True, None)
-
-
-class RequestingController(ControllerCore):
-    """Notes whether it took a turn."""
-
-    accepted = False
-
-    def ask(self, degrees, now):
-        super().ask(degrees, now)
-        self.accepted = True
-
-
-class Turner(StoryNode):
-    """controller, with its IMU. A script that repeats a turn may be there before it."""
-
-    def __init__(self, world):
-        super().__init__(world)
-        self.message_ages = MessageAges([world.script] * bool(world.script), world.now)
-        self.core = RequestingController(Ahead())
-        self.core.tick(world.now, world.now)
-        self.by_turn = GoalRule(world.now)
-        self.by_mice = {name: HandRule(world.now) for name in world.hands}
-
-    def on_turn(self, at, name='person', since=0.0):
-        """A person asks for it, or a script, which began to repeat it at `at`, or before (None)."""
-        now, is_person = self.world.now, name == 'person'
-        connection = SenderConnection(name, since=max(since, self.born_at))
-        self.core.accepted = False
-        self.core.on_turn(Event(3600.0, now, name, self.message_ages.age_of(connection, now)), now)
-        if at is not None and (self.core.accepted or not is_person):
-            self.by_turn.hear(now, 'turn', True, None if self.waking and is_person else self.at(at))
-            self.by_turn.ask(now, 'goal')
-
-    def on_mouse(self, name, active, y, at):
-        """A mouse that is deactivated stops the others, too."""
-        now, pushed, was_active = self.world.now, active and y != 0.0, self.core.mouse.active
-        for other, rule in self.by_mice.items():
-            if other != name and self.by_mice[name].repeats and not active:
-                rule.lose(now)
-        self.by_mice[name].hear(now, pushed, self.at(at), repeats=active)
-        self.core.on_mouse(Event(MouseState(active, 0.0, y), now, name, sent_at=at + CLOCK))
-        if (was_active and not self.core.mouse.active) or (pushed and self.core.mouse.active):
-            self.by_turn.hear(now, 'mouse', False, self.at(at))
-
-    def woke(self, slept_for):
-        if slept_for > STALL:
-            for rule in self.by_mice.values():
-                rule.lose(self.world.now)
-        if slept_for > OVER:
-            self.by_turn.slept(self.world.now)
-
-    def tick(self):
-        core, now = self.core, self.world.now
-        self.by_turn.look(now, self.hear_robot())
-        command = core.tick(now, now).command
-        mouse = 'page' if command and command.linear < 0.0 else 'mouse'    # by their edges
-        self.world.judge(command, self.by_turn if command and command.angular else
-                         self.by_mice[mouse])

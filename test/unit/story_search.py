@@ -1,6 +1,6 @@
 """Every story of stops and grants, to a depth: does the robot ever move against the rule?
 
-A story is a sequence of events: what persons do with pads, terminals, a mouse; messages that the
+A story is a sequence of events: what persons do with pads and terminals; messages that the
 network holds up; nodes that sleep, wake, die and start; and times just below and above each limit
 of the rule. The real cores run all stories, the shortest first. The rule, which shares no code
 with the cores, judges each command.
@@ -19,9 +19,7 @@ from collections import deque
 from concurrent.futures import ProcessPoolExecutor
 from typing import NamedTuple, Tuple
 
-from story_worlds import (
-    NOTHING, GoneRobot, Labs, LateRobot, LateTurns, MouseAndTurns, OnePad, TwoMice, TwoPads,
-    Unheard, Wrong)
+from story_worlds import NOTHING, GoneRobot, Labs, LateRobot, OnePad, TwoPads, Unheard, Wrong
 
 
 class Cast(NamedTuple):
@@ -67,13 +65,6 @@ CASTS = {
     'a robot that goes': Cast(GoneRobot, 'the robot.*|move_to_goal is k.*|a .*goal.*|a new.*|[ABY] of.*|.* pass', GAVE),
     'a robot that comes': Cast(LateRobot, 'the robot.*|move_to_goal is k.*|a goal.*|a new.*|[AB] of.*|.* pass',
                                (*GAVE, 'the robot is switched on')),
-    'a mouse and turns': Cast(MouseAndTurns, '.*'),
-    'a turn': Cast(MouseAndTurns, '.*', ('the mouse is activated', '0.31 s pass', 'a turn is asked for')),
-    'a mouse and a sleep': Cast(MouseAndTurns, r'the mouse .*|.* for 1.1 s.* requests.*|(0.31|0.95) s pass',
-                                ('the mouse moves to the edge',), 4),
-    'two mice': Cast(TwoMice, r'the (mouse|page) .*|.* for (1.1|2.15) s.*|(0.24|0.31|2.15) s pass',
-                     ('the mouse moves to the edge', 'the page is activated', '0.31 s pass'), 3),
-    'late turns': Cast(LateTurns, 'the robot.*|a turn.*|controller is k.*|.* pass', ('the robot is switched on',), 3),
 }
 
 

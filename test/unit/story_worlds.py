@@ -5,7 +5,7 @@ An event is (words for a story, name of a method, its arguments). Units: seconds
 from types import SimpleNamespace
 
 from reference_rule import COMPARED, OVER, GoalRule
-from story_nodes import CLOCK, TICK, Ahead, Mover, PadNode, Turner, Wrong
+from story_nodes import CLOCK, TICK, Ahead, Mover, PadNode, Wrong
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import SenderConnection
 from tb3_labs.supervision.timeouts import LATCHED_WITHIN
@@ -336,83 +336,3 @@ class LateRobot(GoneRobot):
     """It comes late."""
 
     ROBOT_IS_ON = False
-
-
-class MouseAndTurns(World):
-    """controller, a mouse, and persons who ask for turns."""
-
-    EDGES = {'mouse': 1.0}       # by the names of the mice
-    UNDER_WAY = (0.31, 0.95, 2.15)
-    EVENTS = WAITING + [('0.95 s pass', 'let_pass', 0.95)] + sleeping('controller', 0) + [
-        ('a turn is asked for', 'turn'), ('rostopic pub -r begins to ask for turns, or ends', 'repeat'),
-        ('controller is killed and started', 'start')] + held_up('the mouse', 0, 'mouse') + [
-        ('the {} {}'.format(name, words), 'set', name, what, value)
-        for name, edge in (('mouse', 1.0), ('page', -1.0)) for words, what, value in (
-            ('is activated', 0, True), ('is deactivated', 0, False), ('moves to the edge', 1, edge),
-            ('moves to the middle', 1, 0.0))]
-
-    def __init__(self):
-        super().__init__()
-        self.script, self.script_since, self.scripts = None, 0.0, 0    # its name, and how many there were
-        self.hands = {name: [False, 0.0] for name in self.EDGES}    # active, y
-        self.start()
-        self.wait(4.6)
-
-    def show(self, name):
-        self.nodes[0].send(name, 'on_mouse', name, *self.hands[name], self.now)
-
-    def passed(self):
-        """An active mouse repeats itself, and a script its turn."""
-        if self.script:
-            self.nodes[0].send('script', 'on_turn', None, self.script, self.script_since)
-        for name, (active, _) in self.hands.items():
-            if active:
-                self.show(name)
-
-    # -- events
-
-    def start(self):
-        self.nodes = [Turner(self)]
-        for name in self.hands:
-            self.show(name)          # its topic is latched
-
-    def turn(self):
-        self.nodes[0].send('turns', 'on_turn', self.now)
-
-    def repeat(self):
-        self.scripts += 1
-        self.script = None if self.script else 'script {}'.format(self.scripts)
-        self.script_since = self.now
-        for at in (self.now, None) if self.script else ():     # a repetition is known by its second message
-            self.nodes[0].send('script', 'on_turn', at, self.script, self.now)
-
-    def set(self, name, what, value):
-        if self.hands.get(name, {what: value})[what] == value:
-            return NOTHING
-        self.hands[name][what] = value
-        self.show(name)
-
-    def ask_anew(self):
-        for name in self.hands:
-            self.set(name, 0, False)
-        self.calm()
-        self.turn()
-        self.is_obeyed(0.3, 'a turn')
-        for name, edge in self.EDGES.items():
-            self.hands[name][:] = True, edge
-            self.is_obeyed(0.3, 'the ' + name)
-            self.set(name, 0, False)
-            self.wait(0.5)
-
-
-class TwoMice(MouseAndTurns):
-    """Two mice, also one that is moved while it is not active."""
-
-    EDGES = {'mouse': 1.0, 'page': -1.0}
-
-
-class LateTurns(MouseAndTurns):
-    """A robot that comes late, and turns."""
-
-    ROBOT_IS_ON, SENDS_WHEELS = False, True
-    EVENTS = SWITCHING + MouseAndTurns.EVENTS[len(WAITING) + 1:]

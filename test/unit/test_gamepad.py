@@ -1,4 +1,4 @@
-"""The pad decides who holds the robot. Both nodes together: test_exhaust."""
+"""The pad decides who holds the robot. Both nodes together: test_story_search.py."""
 import pytest
 
 from tb3_labs.nodes.gamepad.core import GamepadCore

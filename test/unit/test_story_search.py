@@ -1,15 +1,12 @@
 """All short stories of stops and grants. Longer ones: story_search.py."""
-from dataclasses import replace
-
 import pytest
 
 from story_search import CASTS, random_story, search
-from tb3_labs.nodes.controller.mouse import Mouse
 from tb3_labs.supervision.events import Age, MessageAges
 from tb3_labs.supervision.stale_or_stalled import SensorWatch
 from tb3_labs.supervision.timeouts import SleepWatch
 
-AGE_OF, UPDATE, HEARD = MessageAges.age_of, SensorWatch.update, Mouse.received
+AGE_OF, UPDATE = MessageAges.age_of, SensorWatch.update
 
 
 @pytest.mark.parametrize('name', CASTS)
@@ -21,7 +18,7 @@ def test_no_story_moves_a_robot_against_the_rule(name):
 
 @pytest.mark.parametrize('name', CASTS)
 def test_no_long_story_moves_a_robot_against_the_rule(name):
-    found = [random_story(CASTS[name], seed) for seed in range(10)]
+    found = [random_story(CASTS[name], seed) for seed in range(8)]
     assert [str(each) for each in found if each.story] == []
     assert sum(each.drives for each in found) >= 5
 
@@ -43,16 +40,10 @@ def forgetful(self, now, is_checked=True):
     UPDATE(self, now, is_checked)
 
 
-def one_for_all(self, message):
-    """All mice are one."""
-    return HEARD(self, replace(message, sender=''))
-
-
 @pytest.mark.parametrize('name, events, owner, method, defect, number', [
     ('terminals', 'the student says True|.* pass', MessageAges, 'age_of', never_old, 2),
     ('a sleep', '', SleepWatch, 'update', sleepless, 3),
-    ('a robot that goes', 'A of.*|.*a setting.*|.* pass', SensorWatch, 'update', forgetful, 2),
-    ('two mice', '', Mouse, 'received', one_for_all, 3)])
+    ('a robot that goes', 'A of.*|.*a setting.*|.* pass', SensorWatch, 'update', forgetful, 2)])
 def test_a_defect_is_found_by_its_shortest_story(monkeypatch, name, events, owner, method, defect, number):
     """Among all events it is found, too, but that takes longer."""
     monkeypatch.setattr(owner, method, defect)
