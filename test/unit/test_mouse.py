@@ -89,6 +89,13 @@ def test_a_mouse_that_is_deactivated_stops_the_others_until_they_were_in_the_mid
     assert mouse.active and mouse.twist != Twist2()
 
 
+def test_a_mouse_that_was_active_before_does_not_drive_beside_one_that_rests():
+    mouse = inactive_mouse('page')
+    hear(mouse, True, 0.0, 0.0, 1.0, 'page')
+    hear(mouse, True, 0.9, 0.0, 1.01, 'mouse')
+    assert mouse.active and mouse.twist == Twist2()
+
+
 def test_of_two_mice_the_one_that_falls_silent_stops_both():
     mouse = two_active_mice()
     for k in range(8):
