@@ -13,7 +13,7 @@ from tb3_labs.supervision.goal_requests import GoalRequest
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
 TICK = 0.05
-#: The clock of a pad or mouse, which differs from its node's.
+#: The clock of a pad, which differs from its node's.
 CLOCK = -77.0
 PAD = PadConfig()
 #: A process that did not run for longer than the second must be reported again. Within the first it
@@ -31,8 +31,7 @@ class StoryNode:
     """A node. While it sleeps, or its link is cut, the messages of each sender wait in order."""
 
     def __init__(self, world):
-        self.world, self.robot, self.born_at = world, world.robot, world.now
-        self.tremble = 1e-6
+        self.world, self.born_at = world, world.now
         self.asleep_since = self.asleep_until = None
         self.backwards = False       # the order in which its threads run when it wakes
         self.stalled = self.waking = False    # it wakes from a short sleep, or from a longer one
@@ -68,20 +67,8 @@ class StoryNode:
         self.deliver(sorted(set(self.waiting) - set(self.held), reverse=self.backwards))
         self.stalled = self.waking = False
 
-    def hear_robot(self):
-        """Returns True if IMU and wheels were heard. They tremble, as sensors that are not frozen do."""
-        robot, now = self.robot, self.world.now
-        self.tremble = -self.tremble
-        if robot.is_on:
-            self.core.on_imu(ImuSample(now, self.tremble, self.tremble + robot.gyro_error), now,
-                             robot.sends_wheels)
-            if robot.sends_wheels:
-                self.core.on_wheels(WheelSample(now, self.tremble, self.tremble))
-        return robot.is_on
-
     def at(self, at):
-        """The time of a person's action, as The rule shall know it: what waited for a moment only
-        has no order."""
+        """The time of a person's action, as the rule shall know it: messages that waited for a moment have no order."""
         return self.world.now if self.stalled and at is not None else at
 
     def judge_reset(self, at):
@@ -91,7 +78,7 @@ class StoryNode:
 
 
 class Ahead:
-    """A law of drives and of turns that never finishes. (A mouse does not do both at once.)"""
+    """A law of drives and of turns that never finishes."""
 
     period, distance_tolerance, MAX_ANGLE = TICK, 0.01, 100.0
     command, left = Twist2(0.1, 0.2), 1e4
@@ -153,6 +140,7 @@ class Mover(StoryNode):
         self.rule = GoalRule(world.now)
         if has_control:
             self.rule.hear(world.now, 'start', True, world.now)
+        self.robot, self.tremble = world.robot, 1e-6
         self.has_control = None      # its pads do not know yet
         if not connects_after:
             self.connect(sorted(world.senders))
@@ -199,10 +187,15 @@ class Mover(StoryNode):
             self.rule.slept(self.world.now)
 
     def hear_sensors(self):
-        now, is_there = self.world.now, self.hear_robot()
-        if is_there:
-            self.core.on_odometry(OdometrySample(now, Pose2(self.tremble), 0.1, self.tremble), now)
-        return is_there
+        """Returns True if they were heard. They tremble, as sensors that are not frozen do."""
+        robot, now, tremble = self.robot, self.world.now, self.tremble
+        self.tremble = -tremble
+        if robot.is_on:
+            self.core.on_imu(ImuSample(now, tremble, tremble + robot.gyro_error), now, robot.sends_wheels)
+            if robot.sends_wheels:
+                self.core.on_wheels(WheelSample(now, tremble, tremble))
+            self.core.on_odometry(OdometrySample(now, Pose2(tremble), 0.1, tremble), now)
+        return robot.is_on
 
     def tick(self):
         core, now = self.core, self.world.now

@@ -19,7 +19,7 @@ from collections import deque
 from concurrent.futures import ProcessPoolExecutor
 from typing import NamedTuple, Tuple
 
-from story_worlds import NOTHING, GoneRobot, Labs, LateRobot, OnePad, TwoPads, Unheard, Wrong
+from story_worlds import NOTHING, GoneRobot, LateRobot, OnePad, TwoPads, Unheard, World, Wrong
 
 
 class Cast(NamedTuple):
@@ -49,12 +49,12 @@ LISTENED = 40
 
 GAVE = ('A of pad 0',)
 CASTS = {
-    'terminals': Cast(Labs, 'move_to_goal.*|.* says .*|rostopic.*|(a|every) goal.*|the pose.*|(0.[345]|1|2).* pass'),
-    'goals': Cast(Labs, '.* goal.*|the program.*|the pose.*|.* terminal says.*|(0.31|2.15) s pass',
+    'terminals': Cast(World, 'move_to_goal.*|.* says .*|rostopic.*|(a|every) goal.*|the pose.*|(0.[345]|1|2).* pass'),
+    'goals': Cast(World, '.* goal.*|the program.*|the pose.*|.* terminal says.*|(0.31|2.15) s pass',
                   ('a new terminal says True',), 3),
-    'a cancelled goal': Cast(Labs, 'every goal.*|a goal is sent|.* for 1.95 s.*|the program ends|2.15 s pass',
+    'a cancelled goal': Cast(World, 'every goal.*|a goal is sent|.* for 1.95 s.*|the program ends|2.15 s pass',
                              ('a new terminal says True', 'a program begins to repeat a goal', '0.26 s pass'), 4),
-    'a sleep': Cast(Labs, '.* is stopped.* requests.*|.* sent|.* True|the pose.*|2.15 s pass', depth=3),
+    'a sleep': Cast(World, '.* is stopped.* requests.*|.* sent|.* True|the pose.*|2.15 s pass', depth=3),
     'a pad': Cast(OnePad, '.* pad 0.*|.* is stopped .* requests.*|a .* (True|False)|move_to_goal is k.*|.*goal is.*'
                   '|the pose.*|(0.06|0.29|0.31|0.52|2.15) s pass'),
     'a pad that gave': Cast(OnePad, '.* pad 0.*|.* is stopped .* sensors.*|.* terminal .*'
@@ -81,7 +81,7 @@ class Searched:
 
 
 def search(cast, seconds=math.inf, depth=99):
-    """Follow all stories of a Cast, the shortest first, until time or depth is reached, or The rule objects."""
+    """Follow all stories of a Cast, the shortest first, until time or depth is reached, or the rule objects."""
     found, until = Searched(), time.monotonic() + seconds
     frontier = deque([((), pickle.dumps(cast.begun(), -1))])
     while frontier and time.monotonic() < until and len(frontier[0][0]) < depth:

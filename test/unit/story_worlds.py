@@ -19,6 +19,8 @@ NOTHING = object()
 #: (longest lapse).
 WAITING = [('{} s pass'.format(seconds), 'let_pass', seconds)
            for seconds in (0.03, 0.06, 0.24, 0.26, 0.29, 0.31, 0.49, 0.52, 1.95, 2.15)]
+#: These waits are enough while a message is under way.
+UNDER_WAY = (0.31, 2.15)
 
 
 class Unheard(Wrong):
@@ -31,19 +33,37 @@ def sleeping(name, number):
              first == 'sensors') for seconds in (0.95, 1.1, 1.95, 2.15) for first in ('requests', 'sensors')]
 
 
-def held_up(name, node, sender, *shorter):
+def held_up(name, node, sender):
     return [('the network holds up {} for {} s'.format(name, seconds), 'hold_up', node, sender, seconds)
-            for seconds in (*shorter, 0.45, 1.95, 2.15)]
+            for seconds in (0.45, 1.95, 2.15)]
+
+
+SWITCHING = [
+    ('0.31 s pass', 'let_pass', 0.31), ('2.15 s pass', 'let_pass', 2.15), ('20.2 s pass', 'let_pass', 20.2),
+    ('the robot is switched on', 'switch', True), ('the robot is switched on while it is carried', 'switch', True, 0.5),
+    ('the robot is switched off', 'switch', False),
+    ('the robot is off for 2.15 s, in which a setting is changed', 'go_and_come')]
 
 
 class World:
-    """Nodes and persons."""
+    """move_to_goal, persons at terminals, a program that repeats a goal, a student's gamepad that latches, and `PADS`
+    gamepads."""
 
-    EVENTS = ()
-    #: These waits are enough while a message is under way.
-    UNDER_WAY = (0.31, 2.15)
+    PADS = 0
     #: Is a robot there when the nodes start? Does it send its wheels?
     ROBOT_IS_ON, SENDS_WHEELS = True, False
+    EVENTS = WAITING + sleeping('move_to_goal', 0) + [
+        ('a goal is sent', 'goal'), ('a program begins to repeat a goal', 'repeat_goal', True),
+        ('the program ends', 'repeat_goal', False), ('every goal is cancelled', 'cancel'),
+        ('the pose is reset', 'reset'),
+        ('move_to_goal is killed and started', 'start_mover', False),
+        ('move_to_goal is killed and started with control', 'start_mover', True),
+        ('move_to_goal is killed and started, and connects late', 'start_mover', False, 1.95),
+        ('move_to_goal is started with control, and connects late', 'start_mover', True, 1.95),
+        ('a new terminal says True', 'by_terminal', True, True), ('a terminal says False', 'by_terminal', False, True),
+        ('the same terminal says True', 'by_terminal', True, False),
+        ('rostopic pub -r begins to say True, or ends', 'repeat'),
+        ('the student says True', 'student', True), ('the student says False', 'student', False)]
 
     def __init__(self):
         self.now = 1e5
@@ -52,6 +72,13 @@ class World:
                                      off_at=self.now, new_at=self.now, gyro_error=0.0)
         self.drives = False          # did the robot move in the last event?
         self.nodes, self.pads = [], []
+        self.mover, self.repeats_goal, self.due_at = None, False, self.now
+        self.senders, self.words = {'student': SenderConnection('student', latches=True)}, {}
+        self.processes, self.terminal, self.repeater = 0, None, None    # how many, and two names
+        self.start_mover(False)
+        for number in range(self.PADS):
+            self.add_pad(number)
+        self.wait(4.6)
 
     def wait(self, seconds):
         while seconds > 1e-9:
@@ -64,9 +91,6 @@ class World:
             for node in self.nodes:
                 if node.asleep_since is None and not node.is_dead:
                     node.tick()
-
-    def passed(self):
-        """A moment has passed."""
 
     def judge(self, command, rule):
         if command is not None and command != Twist2():
@@ -90,80 +114,6 @@ class World:
         self.wait(seconds)
         if not self.drives:
             raise Unheard('a person asks anew in vain, by ' + by)
-
-    # -- events
-
-    def switch(self, is_on, gyro_error=0.0):
-        """A board that was off for long has calibrated its gyro again."""
-        robot = self.robot
-        if robot.is_on is is_on:
-            return NOTHING
-        robot.is_on = is_on
-        if not is_on:
-            robot.off_at = self.now
-        elif self.now - robot.off_at > OVER:
-            robot.new_at, robot.gyro_error = self.now, gyro_error
-
-    def go_and_come(self):
-        if self.switch(False) is NOTHING:
-            return NOTHING
-        self.wait(1.9)
-        self.nodes[0].core.set_law(Ahead())
-        self.wait(0.25)
-        self.switch(True)
-
-    def sleep(self, number, seconds, backwards):
-        node = self.nodes[number]
-        if node.asleep_since is not None:
-            return NOTHING
-        node.asleep_since, node.asleep_until, node.backwards = self.now, self.now + seconds, backwards
-
-    def hold_up(self, node, sender, seconds):
-        """The network holds up the messages of `sender` to a node."""
-        if self.nodes[node].held:
-            return NOTHING
-        self.nodes[node].held[sender] = self.now + seconds
-
-    def let_pass(self, seconds):
-        if seconds not in self.UNDER_WAY and any(node.waiting or node.held or node.asleep_since for node in self.nodes):
-            return NOTHING
-        self.wait(seconds)
-
-
-SWITCHING = [
-    ('0.31 s pass', 'let_pass', 0.31), ('2.15 s pass', 'let_pass', 2.15), ('20.2 s pass', 'let_pass', 20.2),
-    ('the robot is switched on', 'switch', True), ('the robot is switched on while it is carried', 'switch', True, 0.5),
-    ('the robot is switched off', 'switch', False),
-    ('the robot is off for 2.15 s, in which a setting is changed', 'go_and_come')]
-
-
-class Labs(World):
-    """move_to_goal, persons at terminals, a program that repeats a goal, a student's gamepad that latches, and `PADS`
-    gamepads."""
-
-    PADS = 0
-    EVENTS = WAITING + sleeping('move_to_goal', 0) + [
-        ('a goal is sent', 'goal'), ('a program begins to repeat a goal', 'repeat_goal', True),
-        ('the program ends', 'repeat_goal', False), ('every goal is cancelled', 'cancel'),
-        ('the pose is reset', 'reset'),
-        ('move_to_goal is killed and started', 'start_mover', False),
-        ('move_to_goal is killed and started with control', 'start_mover', True),
-        ('move_to_goal is killed and started, and connects late', 'start_mover', False, 1.95),
-        ('move_to_goal is started with control, and connects late', 'start_mover', True, 1.95),
-        ('a new terminal says True', 'by_terminal', True, True), ('a terminal says False', 'by_terminal', False, True),
-        ('the same terminal says True', 'by_terminal', True, False),
-        ('rostopic pub -r begins to say True, or ends', 'repeat'),
-        ('the student says True', 'student', True), ('the student says False', 'student', False)]
-
-    def __init__(self):
-        super().__init__()
-        self.mover, self.repeats_goal, self.due_at = None, False, self.now
-        self.senders, self.words = {'student': SenderConnection('student', latches=True)}, {}
-        self.processes, self.terminal, self.repeater = 0, None, None    # how many, and two names
-        self.start_mover(False)
-        for number in range(self.PADS):
-            self.add_pad(number)
-        self.wait(4.6)
 
     def start_mover(self, has_control, connects_after=0.0):
         self.mover = Mover(self, has_control, connects_after)
@@ -203,6 +153,42 @@ class Labs(World):
             pad.show()
 
     # -- events
+
+    def switch(self, is_on, gyro_error=0.0):
+        """A board that was off for long has calibrated its gyro again."""
+        robot = self.robot
+        if robot.is_on is is_on:
+            return NOTHING
+        robot.is_on = is_on
+        if not is_on:
+            robot.off_at = self.now
+        elif self.now - robot.off_at > OVER:
+            robot.new_at, robot.gyro_error = self.now, gyro_error
+
+    def go_and_come(self):
+        if self.switch(False) is NOTHING:
+            return NOTHING
+        self.wait(1.9)
+        self.nodes[0].core.set_law(Ahead())
+        self.wait(0.25)
+        self.switch(True)
+
+    def sleep(self, number, seconds, backwards):
+        node = self.nodes[number]
+        if node.asleep_since is not None:
+            return NOTHING
+        node.asleep_since, node.asleep_until, node.backwards = self.now, self.now + seconds, backwards
+
+    def hold_up(self, node, sender, seconds):
+        """The network holds up the messages of `sender` to a node."""
+        if self.nodes[node].held:
+            return NOTHING
+        self.nodes[node].held[sender] = self.now + seconds
+
+    def let_pass(self, seconds):
+        if seconds not in UNDER_WAY and any(node.waiting or node.held or node.asleep_since for node in self.nodes):
+            return NOTHING
+        self.wait(seconds)
 
     def student(self, word):
         """The first True or False of all looks like a latched one in the moment of a start."""
@@ -315,14 +301,14 @@ def of_pad(number):
         ('the node of {} starts'.format(name), 'add_pad', number)]
 
 
-class OnePad(Labs):
+class OnePad(World):
     PADS = 1
-    EVENTS = Labs.EVENTS + of_pad(0) + sleeping('gamepad', 1)
+    EVENTS = World.EVENTS + of_pad(0) + sleeping('gamepad', 1)
 
 
-class TwoPads(Labs):
+class TwoPads(World):
     PADS = 2
-    EVENTS = Labs.EVENTS + of_pad(0) + of_pad(1)
+    EVENTS = World.EVENTS + of_pad(0) + of_pad(1)
 
 
 class GoneRobot(OnePad):
