@@ -277,10 +277,11 @@ class World:
         for word in (False, True):
             self.by_terminal(word, True)
         self.is_obeyed(0.3, 'a terminal')
-        for number in range(50):    # 125 times a second, as the handout's gamepad does
-            self.student(number > 0)
-            self.wait(0.008)
-        self.is_obeyed(0.1, 'a sender that says True again and again')
+        for rate, times in ((125, 50), (30, 45)):
+            for number in range(times):    # as the handout's gamepad and rostopic -r do
+                self.student(number > 0)
+                self.wait(1.0 / rate)
+            self.is_obeyed(0.1, 'a sender that says True {} times a second'.format(rate))
         for number, pad in enumerate(self.pads):
             self.by_terminal(False, True)
             self.wait(0.5)
