@@ -310,14 +310,16 @@ class StopsTest(WithThumb, DriveCase):
             self.control.publish(False)
             self.is_stopped(said)
         self.assertNotIn('MOVE_FORWARD', node.text)
+        node.type('\x11')     # Ctrl+Q
+        node.wait_for('MOVE_FORWARD')
         # a node that ends prints its last lines after its last zero
         self.let_it_drive(self.give_control)
+        node.type('\x13')
         asked = rospy.get_time()
         node.send(signal.SIGTERM)
         self.is_stopped(asked)
         self.assertEqual(self.observer.latest('cmd_vel'), ZERO)
-        node.type('\x11')     # Ctrl+Q
-        node.wait_for('MOVE_FORWARD')
+        node.type('\x11')
         self.assertEqual(node.wait(STARTING), 0)
 
 
