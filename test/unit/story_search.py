@@ -45,7 +45,7 @@ class Cast(NamedTuple):
 #: Waits after which no story ends: longer ones include their moments.
 NOT_LAST = (1.95, 20.2)
 #: After the first event, and after one of so many later, it is tried whether a person who asks again is obeyed.
-LISTENED = 40
+LISTENED = 100
 
 GAVE = ('A of pad 0',)
 CASTS = {

@@ -18,7 +18,7 @@ def test_no_story_moves_a_robot_against_the_rule(name):
 
 @pytest.mark.parametrize('name', CASTS)
 def test_no_long_story_moves_a_robot_against_the_rule(name):
-    found = [random_story(CASTS[name], seed) for seed in range(8)]
+    found = [random_story(CASTS[name], seed) for seed in range(6)]
     assert [str(each) for each in found if each.story] == []
     assert sum(each.drives for each in found) >= 5
 
