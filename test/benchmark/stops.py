@@ -28,7 +28,7 @@ ROBOT = SimulatorConfig(imu_offset_deg=140.6, command_latency=0.02, sensor_laten
 #: The fault begins this long after the state has begun: in full motion [s].
 FULL_MOTION = 0.7
 #: Nobody waits longer than this for a stop [s].
-PATIENCE = 4.0
+PATIENCE = 3.2
 STEP = 0.005
 ZERO = Twist2()
 

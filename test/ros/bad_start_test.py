@@ -44,14 +44,6 @@ class BadStartTest(NodeCase):
             self.assertLess(cpu_time(pid) - started, 0.3 * started)
             self.assertEqual(node.wait(), 0)
 
-    def test_a_nodes_help_needs_no_master(self):
-        for name, words in (
-                ('panel.py', 'on a page in any browser'),
-                ('send_goal.py', 'Sends move_to_goal to a goal')):
-            tool = self.start(name, '--help', environment={'ROS_MASTER_URI': 'http://localhost:1'})
-            self.assertEqual(tool.wait(STARTING), 0, name + tool.text)
-            self.assertIn(words, tool.lines[0])
-
     def test_send_goal_without_its_node_is_one_line(self):
         tool = self.start('send_goal.py', '1', '1', '0', environment={'ROS_NAMESPACE': 'nowhere'})
         self.assertEqual(tool.wait(STARTING), 1)

@@ -219,15 +219,3 @@ class FaultsTest(DriveCase):
             self.stop_since(failed, 0.2, 'exception in ' + where.split(':')[1])
             self.assertNotIn('Traceback', node.text)
         self.forget_parameters('move_to_goal')
-
-    def test_a_killed_node(self):
-        self.drive().kill()
-        killed = rospy.get_time()
-        start = self.place_at(killed)
-        end = self.rest()
-        rested = [at for at, pose in self.observer.all('ground_truth')
-                  if pose.distance_to(end) > 1e-4][-1]
-        print('%-44s rest %.2f s after it, %.0f mm driven' % (
-            'SIGKILL', rested - killed, 1000 * start.distance_to(end)))
-        # the firmware's timeout, and the motors
-        self.assertLess(rested - killed, 0.5 + 0.4 + self.hiccups.since(killed, rested))

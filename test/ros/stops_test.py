@@ -11,7 +11,6 @@ import signal
 import subprocess
 import tempfile
 import termios
-import threading
 import xmlrpc.client
 
 import rosgraph
@@ -20,7 +19,6 @@ from actionlib_msgs.msg import GoalID
 from move_base_msgs.msg import MoveBaseActionGoal
 from std_msgs.msg import Bool, Float64, String
 
-from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.supervision.timeouts import LATCHED_WITHIN, SENDER_PAUSE
@@ -118,15 +116,6 @@ class StopsTest(WithThumb, DriveCase):
         sent = [command for _, command in self.observer.all('cmd_vel', woke)]
         self.assertTrue(not sent or sent[-1] == ZERO, sent)
         node.wait_for('this node did not run for')
-
-    def wait_until_turned(self, heading):
-        """Wait until the robot's true heading is `heading` [rad] to a degree, it was stopped, and
-        it rests. A zero alone may come from a late machine, on which the turn pauses and goes on.
-        """
-        self.observer.wait_for('ground_truth', lambda pose: abs(difference(pose.yaw, heading)) < (
-            math.radians(1.0)), STARTING)
-        self.observer.wait_for('cmd_vel', lambda command: command == ZERO)
-        self.rest()
 
     # -- grants, and control taken
 
@@ -279,22 +268,6 @@ class StopsTest(WithThumb, DriveCase):
         self.let_it_drive(lambda: self.turns.publish(3600.0))
         self.stands_after_sleep(controller)
 
-    def test_a_reset_that_a_node_finds_when_it_wakes_is_refused(self):
-        """It would be accepted for the robot's place of that time."""
-        node, answers = self.move_to_goal(), []
-        self.declare()
-        for _ in range(3):
-            node.send(signal.SIGSTOP)
-            asking = threading.Thread(target=lambda: answers.append(self.reset(0.0, 0.0, 0.0)))
-            asking.start()
-            self.let_pass(1.1)
-            node.send(signal.SIGCONT)
-            asking.join(STARTING)
-            self.assertFalse(answers[-1].success)
-            self.assertIn('while this node did not run: ask again', answers[-1].message)
-        self.let_pass(PATIENCE)
-        self.declare()
-
     # -- terminals
 
     def test_a_terminal_that_is_closed_ends_a_node_with_a_zero(self):
@@ -325,7 +298,7 @@ class StopsTest(WithThumb, DriveCase):
         self.wait_for_state('gave up: canceled')
         self.is_stopped(closed)
 
-    def test_a_terminal_that_takes_no_text_holds_up_neither_a_drive_nor_its_stop(self):
+    def test_a_terminal_that_takes_no_text_holds_up_neither_a_drive_nor_its_stop_nor_the_last_zero(self):
         node = self.start('move2goal_tf.py', '_goal_x:=90', terminal=True)
         self.wait_for_state('waiting for control', seconds=STARTING)
         self.wait_for_subscriber(self.control, self.goals)
@@ -339,22 +312,8 @@ class StopsTest(WithThumb, DriveCase):
         self.assertNotIn('MOVE_FORWARD', node.text)
         node.type('\x11')     # Ctrl+Q
         node.wait_for('MOVE_FORWARD')
-
-    def test_a_terminal_that_takes_no_text_holds_up_no_turn(self):
-        """Ctrl+S: what prints there sleeps until Ctrl+Q."""
-        node = self.start('turtlebot_controller.py', terminal=True)
-        self.wait_until_turns_are_heard()
-        heading = self.rest().yaw
-        self.let_it_drive(lambda: self.turns.publish(180.0))
-        node.type('\x13')     # Ctrl+S
-        self.wait_until_turned(heading + math.pi)
-        self.turns.publish(45.0)
-        self.wait_until_turned(heading + 1.25 * math.pi)
-        self.assertNotIn('Turned', node.text)
-        node.type('\x11')     # Ctrl+Q
-        node.wait_for('Turned', times=2)
-        # a node that ends says its last words after its last zero
-        self.let_it_drive(lambda: self.turns.publish(3600.0))
+        # a node that ends prints its last lines after its last zero
+        self.let_it_drive(self.give_control)
         node.type('\x13')
         asked = rospy.get_time()
         node.send(signal.SIGTERM)

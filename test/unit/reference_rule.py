@@ -15,7 +15,7 @@ SUSPENDED, OVER = 0.6, 2.1
 #: A grant or goal is void if the robot does not come within the first; within the second if it was never there. Before
 #: a motion, gyro and wheels must have been compared at rest for the third [s].
 ROBOT, FIRST_ROBOT, COMPARED = 2.1, 20.1, 0.9
-#: A mouse or pad that is silent for this long is lost [s].
+#: A pad that is silent for this long is lost [s].
 LOST = 0.3
 
 
@@ -87,30 +87,24 @@ class GoalRule:
 
 
 class HandRule:
-    """Judges what is driven by hand, a stick or a mouse: it must be there, and have rested since it
-    was lost, or since the node slept or started."""
-
-    same_time = SAME_TIME
+    """Judges what is driven by a stick: it must be there, and have rested since it was lost, or since the node slept
+    or started."""
 
     def __init__(self, now):
-        self.heard_at = now          # when the hand's last message was heard, and
-        self.pushed = False          # what it said; and
-        self.repeats = True          # would it be repeated?
+        self.heard_at = now          # when the stick's last message was heard, and
+        self.pushed = False          # what it said
         self.lost_at = now           # the last loss
         self.stopped_at = -math.inf  # the last stop of another node
         self.rested_at = None        # when it rested last, by its own clock; None: not since then
 
-    def hear(self, now, pushed, at, repeats=True):
+    def hear(self, now, pushed, at):
         """A message that was sent at `at`."""
-        if not self.repeats and at > self.lost_at:
-            self.rested_at = at      # it was at rest until then
-        if (repeats and now - at > LOST) or (self.repeats and now - self.heard_at > LOST):
+        if now - at > LOST or now - self.heard_at > LOST:
             self.lose(now)
-        self.heard_at, self.pushed, self.repeats = now, pushed, repeats
+        self.heard_at, self.pushed = now, pushed
         if not pushed and at >= self.lost_at - LOST:
             self.rested_at = at
-
-        if pushed and at < self.stopped_at - self.same_time:
+        if pushed and at < self.stopped_at - SAME_TIME:
             self.lose(now)
 
     def stop(self, now):

@@ -3,19 +3,17 @@ from reference_rule import GoalRule, HandRule
 from tb3_labs.control.braking import LawStep
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
-from tb3_labs.nodes.controller.core import ControllerCore
-from tb3_labs.nodes.controller.mouse import MouseState
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
-from tb3_labs.supervision.events import Event, MessageAges, SenderConnection
+from tb3_labs.supervision.events import Event, MessageAges
 from tb3_labs.supervision.goal_requests import GoalRequest
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
 TICK = 0.05
-#: The clock of a pad or mouse, which differs from its node's.
+#: The clock of a pad, which differs from its node's.
 CLOCK = -77.0
 PAD = PadConfig()
 #: A process that did not run for longer than the second must be reported again. Within the first it
@@ -33,8 +31,7 @@ class StoryNode:
     """A node. While it sleeps, or its link is cut, the messages of each sender wait in order."""
 
     def __init__(self, world):
-        self.world, self.robot, self.born_at = world, world.robot, world.now
-        self.tremble = 1e-6
+        self.world, self.born_at = world, world.now
         self.asleep_since = self.asleep_until = None
         self.backwards = False       # the order in which its threads run when it wakes
         self.stalled = self.waking = False    # it wakes from a short sleep, or from a longer one
@@ -70,20 +67,8 @@ class StoryNode:
         self.deliver(sorted(set(self.waiting) - set(self.held), reverse=self.backwards))
         self.stalled = self.waking = False
 
-    def hear_robot(self):
-        """Returns True if IMU and wheels were heard. They tremble, as sensors that are not frozen do."""
-        robot, now = self.robot, self.world.now
-        self.tremble = -self.tremble
-        if robot.is_on:
-            self.core.on_imu(ImuSample(now, self.tremble, self.tremble + robot.gyro_error), now,
-                             robot.sends_wheels)
-            if robot.sends_wheels:
-                self.core.on_wheels(WheelSample(now, self.tremble, self.tremble))
-        return robot.is_on
-
     def at(self, at):
-        """The time of a person's action, as The rule shall know it: what waited for a moment only
-        has no order."""
+        """The time of a person's action, as the rule shall know it: messages that waited for a moment have no order."""
         return self.world.now if self.stalled and at is not None else at
 
     def judge_reset(self, at):
@@ -93,7 +78,7 @@ class StoryNode:
 
 
 class Ahead:
-    """A law of drives and of turns that never finishes. (A mouse does not do both at once.)"""
+    """A law of drives and of turns that never finishes."""
 
     period, distance_tolerance, MAX_ANGLE = TICK, 0.01, 100.0
     command, left = Twist2(0.1, 0.2), 1e4
@@ -140,14 +125,6 @@ class Still:
         return Motion(Pose2(), 0.1, 0.2)
 
 
-class Sender:
-    """A process that publishes ctrl_relinq. Its letter distinguishes a process from an earlier one with its name."""
-
-    def __init__(self, process='a', latches=False, renews=False):
-        self.process, self.latches, self.renews = process, latches, renews
-        self.word = None             # the last one
-
-
 class Mover(StoryNode):
     """move_to_goal, with its sensors."""
 
@@ -163,6 +140,7 @@ class Mover(StoryNode):
         self.rule = GoalRule(world.now)
         if has_control:
             self.rule.hear(world.now, 'start', True, world.now)
+        self.robot, self.tremble = world.robot, 1e-6
         self.has_control = None      # its pads do not know yet
         if not connects_after:
             self.connect(sorted(world.senders))
@@ -171,11 +149,9 @@ class Mover(StoryNode):
         """From now on these senders are heard. Their latched words come at once; only a False from before this node's
         start is ignored, see Permission."""
         for name in names:
-            sender, is_old = self.world.senders[name], self.world.now == self.born_at
-            connection = SenderConnection(name, sender.process, self.world.now, sender.latches, sender.renews)
-            self.ways[name] = connection
-            if sender.latches and sender.word is not None:
-                self.on_ctrl_relinq(connection, sender.word, None, is_old)
+            connection = self.ways[name] = self.world.senders[name]._replace(since=self.world.now)
+            if connection.latches and name in self.world.words:
+                self.on_ctrl_relinq(connection, self.world.words[name], None, self.world.now == self.born_at)
 
     def on_ctrl_relinq(self, connection, word, at, is_old=False):
         """A sender that latches, and was there before, is doubted at first."""
@@ -186,12 +162,6 @@ class Mover(StoryNode):
             self.rule.hear(now, connection.sender, word,
                            None if word and (doubtful or self.waking) else self.at(at), connection.renews)
         self.core.on_ctrl_relinq(Event(word, now, connection.sender, age, connection.renews))
-
-    def forget(self, name):
-        """A new process has a new name, as rostopic has. Here it has the name of one that ended."""
-        self.message_ages._present -= {name}
-        self.message_ages._latest.pop(name, None)
-        self.core._permission._last_value.pop(name, None)
 
     def on_goal(self, sender, at):
         now, request = self.world.now, GoalRequest(RequestedPose(Pose2(40.0)), sender)
@@ -217,10 +187,15 @@ class Mover(StoryNode):
             self.rule.slept(self.world.now)
 
     def hear_sensors(self):
-        now, is_there = self.world.now, self.hear_robot()
-        if is_there:
-            self.core.on_odometry(OdometrySample(now, Pose2(self.tremble), 0.1, self.tremble), now)
-        return is_there
+        """Returns True if they were heard. They tremble, as sensors that are not frozen do."""
+        robot, now, tremble = self.robot, self.world.now, self.tremble
+        self.tremble = -tremble
+        if robot.is_on:
+            self.core.on_imu(ImuSample(now, tremble, tremble + robot.gyro_error), now, robot.sends_wheels)
+            if robot.sends_wheels:
+                self.core.on_wheels(WheelSample(now, tremble, tremble))
+            self.core.on_odometry(OdometrySample(now, Pose2(tremble), 0.1, tremble), now)
+        return robot.is_on
 
     def tick(self):
         core, now = self.core, self.world.now
@@ -291,66 +266,3 @@ class PadNode(StoryNode):
             at = at if not word else None    # the others of a grant are renewals
         if output.renews:
             self.world.tell(self.name, True, None)
-
-
-class RequestingController(ControllerCore):
-    """Notes whether it took a turn."""
-
-    accepted = False
-
-    def ask(self, degrees, now):
-        super().ask(degrees, now)
-        self.accepted = True
-
-
-class Turner(StoryNode):
-    """controller, with its IMU. A script that repeats a turn may be there before it."""
-
-    def __init__(self, world):
-        super().__init__(world)
-        self.message_ages, self.script = MessageAges(['script'] * world.repeats, world.now), world.now
-        self.core = RequestingController(Ahead())
-        self.core.tick(world.now, world.now)
-        self.by_turn = GoalRule(world.now)
-        self.by_mice = {name: HandRule(world.now) for name in world.hands}
-
-    def forget_script(self):
-        """A new process has a new name."""
-        self.message_ages, self.script = MessageAges([], self.world.now), self.world.now
-        self.core._repetitions._requests.pop('script', None)
-
-    def on_turn(self, at, name='person'):
-        """A person asks for it, or a script, which began to repeat it at `at`, or before (None)."""
-        now = self.world.now
-        connection = SenderConnection(name, since=self.script if name == 'script' else self.born_at)
-        self.core.accepted = False
-        self.core.on_turn(Event(3600.0, now, name, self.message_ages.age_of(connection, now)), now)
-        if at is not None and (name == 'script' or self.core.accepted):
-            self.by_turn.hear(now, 'turn', True, None if self.waking and name == 'person' else self.at(at))
-            self.by_turn.ask(now, 'goal')
-
-    def on_mouse(self, name, active, y, at):
-        """A mouse that is deactivated stops the others, too."""
-        now, pushed, was_active = self.world.now, active and y != 0.0, self.core.mouse.active
-        for other, rule in self.by_mice.items():
-            if other != name and self.by_mice[name].repeats and not active:
-                rule.lose(now)
-        self.by_mice[name].hear(now, pushed, self.at(at), repeats=active)
-        self.core.on_mouse(Event(MouseState(active, 0.0, y), now, name, sent_at=at + CLOCK))
-        if (was_active and not self.core.mouse.active) or (pushed and self.core.mouse.active):
-            self.by_turn.hear(now, 'mouse', False, self.at(at))
-
-    def woke(self, slept_for):
-        if slept_for > STALL:
-            for rule in self.by_mice.values():
-                rule.lose(self.world.now)
-        if slept_for > OVER:
-            self.by_turn.slept(self.world.now)
-
-    def tick(self):
-        core, now = self.core, self.world.now
-        self.by_turn.look(now, self.hear_robot())
-        command = core.tick(now, now).command
-        mouse = 'page' if command and command.linear < 0.0 else 'mouse'    # by their edges
-        self.world.judge(command, self.by_turn if command and command.angular else
-                         self.by_mice[mouse])

@@ -5,8 +5,9 @@ An event is (words for a story, name of a method, its arguments). Units: seconds
 from types import SimpleNamespace
 
 from reference_rule import COMPARED, OVER, GoalRule
-from story_nodes import CLOCK, TICK, Ahead, Mover, PadNode, Sender, Turner, Wrong
+from story_nodes import CLOCK, TICK, Ahead, Mover, PadNode, Wrong
 from tb3_labs.robot.turtlebot3 import Twist2
+from tb3_labs.supervision.events import SenderConnection
 from tb3_labs.supervision.timeouts import LATCHED_WITHIN
 
 #: A program repeats its goal with this period.
@@ -18,6 +19,8 @@ NOTHING = object()
 #: (longest lapse).
 WAITING = [('{} s pass'.format(seconds), 'let_pass', seconds)
            for seconds in (0.03, 0.06, 0.24, 0.26, 0.29, 0.31, 0.49, 0.52, 1.95, 2.15)]
+#: These waits are enough while a message is under way.
+UNDER_WAY = (0.31, 2.15)
 
 
 class Unheard(Wrong):
@@ -30,19 +33,37 @@ def sleeping(name, number):
              first == 'sensors') for seconds in (0.95, 1.1, 1.95, 2.15) for first in ('requests', 'sensors')]
 
 
-def held_up(name, node, sender, *shorter):
+def held_up(name, node, sender):
     return [('the network holds up {} for {} s'.format(name, seconds), 'hold_up', node, sender, seconds)
-            for seconds in (*shorter, 0.45, 1.95, 2.15)]
+            for seconds in (0.45, 1.95, 2.15)]
+
+
+SWITCHING = [
+    ('0.31 s pass', 'let_pass', 0.31), ('2.15 s pass', 'let_pass', 2.15), ('20.2 s pass', 'let_pass', 20.2),
+    ('the robot is switched on', 'switch', True), ('the robot is switched on while it is carried', 'switch', True, 0.5),
+    ('the robot is switched off', 'switch', False),
+    ('the robot is off for 2.15 s, in which a setting is changed', 'go_and_come')]
 
 
 class World:
-    """Nodes and persons."""
+    """move_to_goal, persons at terminals, a program that repeats a goal, a student's gamepad that latches, and `PADS`
+    gamepads."""
 
-    EVENTS = ()
-    #: These waits are enough while a message is under way.
-    UNDER_WAY = (0.31, 2.15)
+    PADS = 0
     #: Is a robot there when the nodes start? Does it send its wheels?
     ROBOT_IS_ON, SENDS_WHEELS = True, False
+    EVENTS = WAITING + sleeping('move_to_goal', 0) + [
+        ('a goal is sent', 'goal'), ('a program begins to repeat a goal', 'repeat_goal', True),
+        ('the program ends', 'repeat_goal', False), ('every goal is cancelled', 'cancel'),
+        ('the pose is reset', 'reset'),
+        ('move_to_goal is killed and started', 'start_mover', False),
+        ('move_to_goal is killed and started with control', 'start_mover', True),
+        ('move_to_goal is killed and started, and connects late', 'start_mover', False, 1.95),
+        ('move_to_goal is started with control, and connects late', 'start_mover', True, 1.95),
+        ('a new terminal says True', 'by_terminal', True, True), ('a terminal says False', 'by_terminal', False, True),
+        ('the same terminal says True', 'by_terminal', True, False),
+        ('rostopic pub -r begins to say True, or ends', 'repeat'),
+        ('the student says True', 'student', True), ('the student says False', 'student', False)]
 
     def __init__(self):
         self.now = 1e5
@@ -51,6 +72,13 @@ class World:
                                      off_at=self.now, new_at=self.now, gyro_error=0.0)
         self.drives = False          # did the robot move in the last event?
         self.nodes, self.pads = [], []
+        self.mover, self.repeats_goal, self.due_at = None, False, self.now
+        self.senders, self.words = {'student': SenderConnection('student', latches=True)}, {}
+        self.processes, self.terminal, self.repeater = 0, None, None    # how many, and two names
+        self.start_mover(False)
+        for number in range(self.PADS):
+            self.add_pad(number)
+        self.wait(4.6)
 
     def wait(self, seconds):
         while seconds > 1e-9:
@@ -63,9 +91,6 @@ class World:
             for node in self.nodes:
                 if node.asleep_since is None and not node.is_dead:
                     node.tick()
-
-    def passed(self):
-        """A moment has passed."""
 
     def judge(self, command, rule):
         if command is not None and command != Twist2():
@@ -89,6 +114,43 @@ class World:
         self.wait(seconds)
         if not self.drives:
             raise Unheard('a person asks anew in vain, by ' + by)
+
+    def start_mover(self, has_control, connects_after=0.0):
+        self.mover = Mover(self, has_control, connects_after)
+        self.nodes = [self.mover] + self.pads
+
+    def start_sender(self, name, **how):
+        """A new process, which is connected at once. The messages of a process with its name are lost."""
+        self.processes += 1
+        self.senders[name] = SenderConnection(name, str(self.processes), **how)
+        self.words.pop(name, None)
+        if not self.mover.connects_at or name not in self.mover.unheard:
+            self.mover.connect([name])
+
+    def rostopic(self, ended):
+        """A new process, in place of one that ended. It has a new name, which is returned."""
+        self.senders.pop(ended, None)
+        name = 'rostopic {}'.format(self.processes)
+        self.start_sender(name)
+        return name
+
+    def tell(self, name, word, at):
+        """A word on ctrl_relinq."""
+        self.words[name] = word
+        if name in self.mover.ways:
+            self.mover.send(name, 'on_ctrl_relinq', self.mover.ways[name], word, at)
+        for pad in self.pads:
+            if pad.name != name and not word:
+                pad.send('others', 'on_taken')
+
+    def passed(self):
+        if self.repeats_goal and self.now >= self.due_at + PERIOD - 1e-6:
+            self.due_at = self.now
+            self.mover.send('program', 'on_goal', 'program', None)
+        if self.repeater:
+            self.tell(self.repeater, True, None)
+        for pad in self.pads:
+            pad.show()
 
     # -- events
 
@@ -124,94 +186,31 @@ class World:
         self.nodes[node].held[sender] = self.now + seconds
 
     def let_pass(self, seconds):
-        if seconds not in self.UNDER_WAY and any(node.waiting or node.held or node.asleep_since for node in self.nodes):
+        if seconds not in UNDER_WAY and any(node.waiting or node.held or node.asleep_since for node in self.nodes):
             return NOTHING
         self.wait(seconds)
 
-
-SWITCHING = [
-    ('0.31 s pass', 'let_pass', 0.31), ('2.15 s pass', 'let_pass', 2.15), ('20.2 s pass', 'let_pass', 20.2),
-    ('the robot is switched on', 'switch', True), ('the robot is switched on while it is carried', 'switch', True, 0.5),
-    ('the robot is switched off', 'switch', False),
-    ('the robot is off for 2.15 s, in which a setting is changed', 'go_and_come')]
-
-
-class Labs(World):
-    """move_to_goal, persons at terminals, a program that repeats a goal, a student's gamepad that latches, and `PADS`
-    gamepads."""
-
-    PADS = 0
-    EVENTS = WAITING + sleeping('move_to_goal', 0) + [
-        ('a goal is sent', 'goal'), ('a program begins to repeat a goal', 'repeat_goal', True),
-        ('the program ends', 'repeat_goal', False), ('every goal is cancelled', 'cancel'),
-        ('the pose is reset', 'reset'),
-        ('move_to_goal is killed and started', 'start_mover', False),
-        ('move_to_goal is killed and started with control', 'start_mover', True),
-        ('move_to_goal is killed and started, and connects late', 'start_mover', False, 1.95),
-        ('move_to_goal is started with control, and connects late', 'start_mover', True, 1.95),
-        ('a new terminal says True', 'by_terminal', True, True), ('a terminal says False', 'by_terminal', False, True),
-        ('the same terminal says True', 'by_terminal', True, False),
-        ('rostopic pub -r begins to say True, or ends', 'repeat'),
-        ('the student says True', 'student', True), ('the student says False', 'student', False)]
-
-    def __init__(self):
-        super().__init__()
-        self.mover, self.repeats_goal, self.due_at = None, False, self.now
-        self.senders = {'student': Sender(latches=True)}
-        self.start_mover(False)
-        for number in range(self.PADS):
-            self.add_pad(number)
-        self.wait(4.6)
-
-    def start_mover(self, has_control, connects_after=0.0):
-        self.mover = Mover(self, has_control, connects_after)
-        self.nodes = [self.mover] + self.pads
-
-    def start_sender(self, name, **how):
-        """A new process, which is connected at once. The messages of the process before it are lost."""
-        connection = self.mover.ways.get(name)
-        self.senders[name] = Sender('b' if connection and connection.process == 'a' else 'a', **how)
-        if not self.mover.connects_at or name not in self.mover.message_ages._present:
-            self.mover.connect([name])
-
-    def tell(self, name, word, at):
-        """A word on ctrl_relinq."""
-        self.senders[name].word = word
-        if name in self.mover.ways:
-            self.mover.send(name, 'on_ctrl_relinq', self.mover.ways[name], word, at)
-        for pad in self.pads:
-            if pad.name != name and not word:
-                pad.send('others', 'on_taken')
-
-    def passed(self):
-        if self.repeats_goal and self.now >= self.due_at + PERIOD - 1e-6:
-            self.due_at = self.now
-            self.mover.send('program', 'on_goal', 'program', None)
-        if 'repeater' in self.senders:
-            self.tell('repeater', True, None)
-        for pad in self.pads:
-            pad.show()
-
-    # -- events
-
     def student(self, word):
         """The first True or False of all looks like a latched one in the moment of a start."""
-        if self.senders['student'].word is None and self.now - self.mover.born_at < LATCHED_WITHIN:
+        if 'student' not in self.words and self.now - self.mover.born_at < LATCHED_WITHIN:
             return NOTHING
         self.tell('student', word, self.now)
 
-    def by_terminal(self, word, is_new, name='terminal'):
+    def by_terminal(self, word, is_new):
         """rostopic pub, in a new process or in one that sent something before."""
         if is_new:
-            self.mover.forget(name)
-            self.start_sender(name)
-        elif name not in self.senders:
+            self.terminal = self.rostopic(self.terminal)
+        elif not self.terminal:
             return NOTHING
-        self.tell(name, word, self.now)
+        self.tell(self.terminal, word, self.now)
 
     def repeat(self):
-        if self.senders.pop('repeater', None) is None:
-            self.by_terminal(True, True, 'repeater')
+        if self.repeater:
+            del self.senders[self.repeater]
+            self.repeater = None
+        else:
+            self.repeater = self.rostopic(None)
+            self.tell(self.repeater, True, self.now)
 
     def goal(self):
         self.mover.send('goals', 'on_goal', 'person', self.now)
@@ -257,7 +256,7 @@ class Labs(World):
         self.nodes = [self.mover] + self.pads
         if self.mover.has_control is not None:
             self.pads[number].on_control(self.mover.has_control)
-        if any(sender.latches and sender.word is False for sender in self.senders.values()):
+        if any(sender.latches and self.words.get(name) is False for name, sender in self.senders.items()):
             self.pads[number].on_taken()
 
     def end_pad(self, number):
@@ -303,14 +302,14 @@ def of_pad(number):
         ('the node of {} starts'.format(name), 'add_pad', number)]
 
 
-class OnePad(Labs):
+class OnePad(World):
     PADS = 1
-    EVENTS = Labs.EVENTS + of_pad(0) + sleeping('gamepad', 1)
+    EVENTS = World.EVENTS + of_pad(0) + sleeping('gamepad', 1)
 
 
-class TwoPads(Labs):
+class TwoPads(World):
     PADS = 2
-    EVENTS = Labs.EVENTS + of_pad(0) + of_pad(1)
+    EVENTS = World.EVENTS + of_pad(0) + of_pad(1)
 
 
 class GoneRobot(OnePad):
@@ -324,83 +323,3 @@ class LateRobot(GoneRobot):
     """It comes late."""
 
     ROBOT_IS_ON = False
-
-
-class MouseAndTurns(World):
-    """controller, a mouse, and persons who ask for turns."""
-
-    EDGES = {'mouse': 1.0}       # by the names of the mice
-    UNDER_WAY = (0.31, 0.95, 2.15)
-    EVENTS = WAITING + [('0.95 s pass', 'let_pass', 0.95)] + sleeping('controller', 0) + [
-        ('a turn is asked for', 'turn'), ('rostopic pub -r begins to ask for turns, or ends', 'repeat'),
-        ('controller is killed and started', 'start')] + held_up('the mouse', 0, 'mouse') + [
-        ('the {} {}'.format(name, words), 'set', name, what, value)
-        for name, edge in (('mouse', 1.0), ('page', -1.0)) for words, what, value in (
-            ('is activated', 0, True), ('is deactivated', 0, False), ('moves to the edge', 1, edge),
-            ('moves to the middle', 1, 0.0))]
-
-    def __init__(self):
-        super().__init__()
-        self.repeats = False
-        self.hands = {name: [False, 0.0] for name in self.EDGES}    # active, y
-        self.start()
-        self.wait(4.6)
-
-    def show(self, name):
-        self.nodes[0].send(name, 'on_mouse', name, *self.hands[name], self.now)
-
-    def passed(self):
-        """An active mouse repeats itself, and a script its turn."""
-        if self.repeats:
-            self.nodes[0].send('script', 'on_turn', None, 'script')
-        for name, (active, _) in self.hands.items():
-            if active:
-                self.show(name)
-
-    # -- events
-
-    def start(self):
-        self.nodes = [Turner(self)]
-        for name in self.hands:
-            self.show(name)          # its topic is latched
-
-    def turn(self):
-        self.nodes[0].send('turns', 'on_turn', self.now)
-
-    def repeat(self):
-        self.repeats = not self.repeats
-        if self.repeats:
-            self.nodes[0].forget_script()
-            for at in (self.now, None):     # a repetition is known by its second message
-                self.nodes[0].send('script', 'on_turn', at, 'script')
-
-    def set(self, name, what, value):
-        if self.hands.get(name, {what: value})[what] == value:
-            return NOTHING
-        self.hands[name][what] = value
-        self.show(name)
-
-    def ask_anew(self):
-        for name in self.hands:
-            self.set(name, 0, False)
-        self.calm()
-        self.turn()
-        self.is_obeyed(0.3, 'a turn')
-        for name, edge in self.EDGES.items():
-            self.hands[name][:] = True, edge
-            self.is_obeyed(0.3, 'the ' + name)
-            self.set(name, 0, False)
-            self.wait(0.5)
-
-
-class TwoMice(MouseAndTurns):
-    """Two mice, also one that is moved while it is not active."""
-
-    EDGES = {'mouse': 1.0, 'page': -1.0}
-
-
-class LateTurns(MouseAndTurns):
-    """A robot that comes late, and turns."""
-
-    ROBOT_IS_ON, SENDS_WHEELS = False, True
-    EVENTS = SWITCHING + MouseAndTurns.EVENTS[len(WAITING) + 1:]

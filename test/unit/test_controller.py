@@ -9,12 +9,13 @@ from tb3_labs.control.braking import LONGEST_IDLE, LawStep
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import MouseState
-from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, TurnConfig, make_turn
+from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, Repetitions, TurnConfig, make_turn
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
-from tb3_labs.supervision.events import Event
+from tb3_labs.supervision.events import Age, Event
+from tb3_labs.supervision.timeouts import SENDER_PAUSE
 
 BURGER = robot_model('burger')
 MOUSE_PERIOD = 0.05
@@ -255,6 +256,31 @@ def test_refusals_of_turns_that_a_node_repeats_are_one_line_a_second():
     for _ in range(3):         # typed: each is answered
         core.on_typed(Event(90.0, 13.0), 13.0)
     assert len(core.tick(13.0, 13.0).log_lines) == 3
+
+
+NEW, OLD, STOP = Age.NEW, Age.REPEATED, (0.0, None, Age.NEW)
+LONG = SENDER_PAUSE + 0.1
+
+
+@pytest.mark.parametrize('is_waking, requests, doubts', [
+    (False, [(0.0, 90.0, NEW), (0.5, 90.0, NEW), (1.0, 90.0, NEW)], [0, 0, 0]),
+    (False, [(0.0, 90.0, OLD), (1.5, 90.0, NEW), (3.0, 90.0, NEW)], [1, 2, 3]),
+    (False, [(0.0, 90.0, OLD), (0.5, 45.0, NEW), (1.0, 45.0, NEW)], [1, 0, 0]),     # it was changed
+    (False, [(0.0, 90.0, OLD), (LONG, 90.0, NEW)], [1, 0]),
+    (False, [(0.0, 90.0, NEW), STOP, (0.5, 90.0, NEW)], [0, 0]),     # a person asks again
+    (False, [(0.0, 90.0, NEW), (0.5, 90.0, NEW), STOP, (1.0, 90.0, NEW), (1.5, 90.0, NEW)], [0, 0, 1, 2]),
+    (False, [(0.0, 90.0, OLD), STOP, (0.5, 90.0, NEW)], [1, 2]),
+    (True, [(0.0, 90.0, NEW), (0.5, 90.0, NEW)], [0, 1]),    # the first one is refused by the sleep itself
+    (True, [(0.0, 90.0, OLD), (0.5, 90.0, NEW)], [1, 2])])
+def test_a_turn_that_only_repeats_one_from_before_a_connection_a_stop_or_a_sleep(is_waking, requests, doubts):
+    repetitions, found = Repetitions(), []
+    for at, degrees, age in requests:
+        if degrees is None:
+            repetitions.stop()
+        else:
+            found.append(repetitions.count(Event(degrees, at, 'script', age), is_waking and at == 0.0))
+            assert repetitions.count(Event(degrees, at, str(at))) == 0      # of another sender
+    assert found == doubts
 
 
 def test_no_turn_without_the_imu():

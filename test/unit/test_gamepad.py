@@ -1,4 +1,4 @@
-"""The pad decides who holds the robot. Both nodes together: test_exhaust."""
+"""The pad decides who holds the robot. Both nodes together: test_story_search.py."""
 import pytest
 
 from tb3_labs.nodes.gamepad.core import GamepadCore
@@ -369,19 +369,6 @@ def test_a_press_on_a_pad_that_was_heard_for_a_moment_only_does_not_count(
         hear(controller, now, now - 90.0 if stamped else 0.0, *pressed)
     assert (True in controller.take(what)) is counts
     assert warned(controller, 'the moment the pad was first heard') is not counts
-
-
-def test_an_a_that_waited_while_this_node_slept_does_not_count():
-    """B may have been pressed on another pad since."""
-    pad = PluggedPad(repeats=False)
-    pad.now += 1.5
-    pad.press(A)
-    assert True not in pad.said() and warned(pad.controller, 'while this node did not run')
-    pad.press(B)
-    assert pad.said() == [False]                # a stop is obeyed
-    pad.run(0.5)
-    pad.press(A)
-    assert True in pad.said()
 
 
 # -- loss and return with buttons held

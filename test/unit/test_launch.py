@@ -135,16 +135,13 @@ def test_a_permission_is_a_word_of_its_node_and_no_parameter_that_outlives_it():
 @pytest.mark.parametrize('name, robot_set', [
     ('turn', 'robot_set'), ('move2goal', 'robot_set'), ('gamepad', 'robot_set'),
     ('imu_sub', 'robot_set'), ('demo', 'robot_set'), ('fake_robot', 'set')])
-def test_each_parameter_of_the_simulated_robot_can_be_set(name, robot_set):
+def test_each_parameter_of_the_simulated_robot_can_be_set_and_the_port_of_the_page(name, robot_set):
     sim = ['sim:=true'] * (name not in ('demo', 'fake_robot'))
-    params = loaded(name, robot_set + ':={slip: 0.1, network: bad}', 'model:=waffle', *sim).params
+    params = loaded(name, robot_set + ':={slip: 0.1, network: bad}', 'model:=waffle', 'web:=true', 'port:=9000',
+                    *sim).params
     assert [params['/turtlebot3/' + each].value for each in ('slip', 'network', 'model')] == [
         0.1, 'bad', 'waffle']
-
-
-@pytest.mark.parametrize('name', ['fake_robot', 'imu_sub', 'turn', 'move2goal', 'gamepad', 'demo'])
-def test_the_page_has_the_port_that_was_given(name):
-    assert loaded(name, 'web:=true', 'port:=9000').params['/panel/port'].value == 9000
+    assert params['/panel/port'].value == 9000
 
 
 @pytest.mark.parametrize('web, nodes', [('true', {'panel'}), ('false', {'mouse'})])

@@ -67,6 +67,45 @@ def test_a_mouse_that_is_deactivated_as_a_silence_ends_drives_when_it_is_activat
     assert lost.active
 
 
+def two_active_mice():
+    """The page was activated last."""
+    mouse = inactive_mouse('mouse')
+    hear(mouse, False, 0.0, 0.0, 0.0, 'page')
+    for name in 'mouse', 'page':
+        for k in range(8):
+            hear(mouse, True, 0.0, 0.0, 1.0 + 0.05 * k, name)
+    assert mouse.active
+    return mouse
+
+
+def test_a_mouse_that_is_deactivated_stops_the_others_until_they_were_in_the_middle():
+    mouse = two_active_mice()
+    assert hear(mouse, False, 0.0, 0.0, 1.4, 'page') and not mouse.active
+    hear(mouse, True, 0.9, 0.0, 1.45, 'mouse')
+    assert not mouse.active
+    for k in range(10):
+        hear(mouse, True, 0.0, 0.0, 1.5 + 0.05 * k, 'mouse')
+    hear(mouse, True, 0.9, 0.0, 2.0, 'mouse')
+    assert mouse.active and mouse.twist != Twist2()
+
+
+def test_a_mouse_that_was_active_before_does_not_drive_beside_one_that_rests():
+    mouse = inactive_mouse('page')
+    hear(mouse, True, 0.0, 0.0, 1.0, 'page')
+    hear(mouse, True, 0.9, 0.0, 1.01, 'mouse')
+    assert mouse.active and mouse.twist == Twist2()
+
+
+def test_of_two_mice_the_one_that_falls_silent_stops_both():
+    mouse = two_active_mice()
+    for k in range(8):
+        hear(mouse, True, 0.9, 0.0, 1.4 + 0.05 * k, 'mouse')
+    assert mouse.silence(1.75).startswith('no mouse for')
+    mouse.lose(1.75)
+    hear(mouse, True, 0.9, 0.0, 1.8, 'mouse')
+    assert not mouse.active
+
+
 def test_what_the_network_delayed_is_no_activation_but_a_stop():
     mouse = inactive_mouse('laptop')
     assert not hear(mouse, True, 0.0, 0.0, 10.0, 'laptop', 510.0)

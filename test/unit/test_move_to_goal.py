@@ -170,22 +170,6 @@ def test_a_reset_wants_every_sample_of_the_imu():
     assert robot.core.idle_for(robot.now) == LONGEST_IDLE
 
 
-def test_what_may_have_been_said_during_a_short_sleep_sets_nothing_in_motion():
-    """A cancel, or a stop, may have been sent after it: each topic has a thread of its own."""
-    robot = driving()
-    robot.control(False)
-    robot.now += 1.5
-    robot.control(True)
-    (outcome, reason), = robot.ask(Pose2(5.0))
-    assert outcome is GoalOutcome.REJECTED and 'while this node did not run' in reason
-    assert set(robot.run(0.4)) == {None} and len(robot.refused) == 1
-    assert robot.refused[0].startswith('Control from hand does not count')
-    robot.core.set_goal(Pose2(5.0))
-    robot.control(False)
-    robot.control(True)
-    assert None not in robot.run(0.2)[2:]
-
-
 def test_the_time_in_which_a_node_starts_is_no_sleep():
     robot = CoreRobot(has_control=False)
     robot.control(False)

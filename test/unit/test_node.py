@@ -9,6 +9,7 @@ import socket
 import struct
 import subprocess
 import sys
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -23,48 +24,44 @@ from rospy.impl.tcpros_base import TCPROSTransport, TCPServer
 from rospy.impl.tcpros_pubsub import TCPROSPub
 from rospy.topics import _PublisherImpl
 from tb3_labs.ros.clocks import wait_until
+from tb3_labs.ros.node import Interrupted, catch_signals, pause
 from tb3_labs.ros.rospy_internals import (
     answer_side_by_side, find_late_publishers, ignore_own_messages, write_at_once)
 
-BEGIN = '''
-import os, time
-from tb3_labs.ros.node import Interrupted, pause, catch_signals
 
-def say(word):
-    os.write(1, (word + '\\n').encode())
+class Child:
+    """A process that runs `body`, with the signals of a node. `before_it` is called first."""
 
-catch_signals()
-'''
-WAIT = '''
-try:
-    say('ready')
-    for _ in range(300):    # as run() waits: a signal just before a sleep begins does not end it
-        pause(0.2)
-    say('woken')
-except Interrupted:
-    say('interrupted')
-'''
+    def __init__(self, body, before_it=lambda: None):
+        ours, theirs = socket.socketpair()
+        self.pid = os.fork()
+        if not self.pid:
+            with contextlib.suppress(BaseException):
+                before_it()
+                catch_signals()
+                body(lambda word: theirs.sendall(word.encode() + b'\n'))
+            os._exit(0)
+        theirs.close()
+        self.lines = ours.makefile()
+        assert self.lines.readline() == 'ready\n'
+
+    def words(self):
+        """The rest of its words, up to its end."""
+        with self.lines:
+            words = self.lines.read().split()
+        os.waitpid(self.pid, 0)
+        return words
 
 
-class PythonProcess(subprocess.Popen):
-    """A process that runs `code`, and has printed 'ready'."""
-
-    def __init__(self, code, before_it=None):
-        super().__init__([sys.executable, '-c', BEGIN + code], stdout=subprocess.PIPE, text=True,
-                         preexec_fn=before_it)
-        assert self.line() == 'ready'
-
-    def line(self):
-        return self.stdout.readline().strip()
-
-    def rest(self):
-        """The rest of its output, up to its end within 10 s."""
-        try:
-            text, _ = self.communicate(timeout=100.0)
-        finally:
-            self.kill()
-        assert self.returncode == 0
-        return text.split()
+def wait(say, looks=300):
+    """As run() waits: a signal just before a sleep begins does not end it."""
+    try:
+        say('ready')
+        for _ in range(looks):
+            pause(0.2)
+        say('woken')
+    except Interrupted:
+        say('interrupted')
 
 
 def ignores_ctrl_c():
@@ -77,33 +74,38 @@ def heeds_hangups():
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
+def ignores_hangups():
+    """As nohup does."""
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+
+
 @pytest.mark.parametrize('number, before_it', [
-    (signal.SIGINT, None), (signal.SIGINT, ignores_ctrl_c), (signal.SIGTERM, None),
-    (signal.SIGHUP, heeds_hangups), (signal.SIGTSTP, None), (None, None)])
-def test_a_signal_or_its_time_ends_a_wait(number, before_it):
-    process = PythonProcess(WAIT if number else WAIT.replace('300', '1'), before_it)
-    if number:
-        process.send_signal(number)
-    assert process.rest() == ['interrupted' if number else 'woken']
+    (signal.SIGINT, heeds_hangups), (signal.SIGINT, ignores_ctrl_c), (signal.SIGTERM, heeds_hangups),
+    (signal.SIGHUP, heeds_hangups), (signal.SIGTSTP, heeds_hangups)])
+def test_a_signal_ends_a_wait(number, before_it):
+    child = Child(wait, before_it)
+    os.kill(child.pid, number)
+    assert child.words() == ['interrupted']
 
 
 def test_nohup_is_respected():
-    process = PythonProcess(WAIT.replace('300', '5'),
-                            lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
-    process.send_signal(signal.SIGHUP)
-    assert process.rest() == ['woken']
+    child = Child(lambda say: wait(say, 2), ignores_hangups)
+    os.kill(child.pid, signal.SIGHUP)
+    assert child.words() == ['woken']
 
 
 def test_a_signal_that_a_library_swallows_ends_the_wait_all_the_same():
-    process = PythonProcess('''
-try:
-    say('ready')
-    time.sleep(10.0)
-except:
-    say('swallowed')
-''' + WAIT)
-    process.send_signal(signal.SIGINT)
-    assert process.rest() == ['swallowed', 'ready', 'interrupted']
+    def body(say):
+        try:
+            say('ready')
+            time.sleep(10.0)
+        except:    # noqa: E722 (as the library does)
+            say('swallowed')
+        wait(say)
+
+    child = Child(body)
+    os.kill(child.pid, signal.SIGINT)
+    assert child.words() == ['swallowed', 'ready', 'interrupted']
 
 
 @pytest.mark.parametrize('name', ['roslaunch', 'another'])
@@ -118,9 +120,8 @@ def test_only_a_roslaunch_is_ended(tmp_path, name):
 # ----- waits, log lines and terminals
 
 RUN = SCRIPTS.parent / 'launch' / 'run.py'
-#: A node, a tool (test_house.py sees that all are run as these are), and two that print.
-PRINTS = [(SCRIPTS / 'gamepad.py', '--help'), (SCRIPTS / 'mark.py', '--help'), (RUN, 'dynparam', '--help'),
-          (RUN, 'robot_description', 'burger'), (SCRIPTS / 'mystery.py', '--list')]
+#: A node, a module, and a tool; test_house.py sees that all are run as these are.
+PRINTS = [(SCRIPTS / 'gamepad.py', '--help'), (RUN, 'robot_description', 'burger'), (SCRIPTS / 'mystery.py', '--list')]
 
 
 @pytest.mark.parametrize('words, output', [(words, '>/dev/full') for words in PRINTS] + [
@@ -135,10 +136,9 @@ def test_a_terminal_that_has_gone_ends_nothing(words, output):
 
 
 def test_a_folder_that_was_deleted_is_told(tmp_path):
-    for words in (['skeleton.py', 'turn', '.'], ['mark.py', '.', '--lab', 'turn', '-o', 'x']):
-        ran = subprocess.run(['bash', '-c', 'mkdir "$0/gone"; cd "$0/gone"; rmdir "$0/gone"; exec "$@"', str(tmp_path),
-                              sys.executable, str(SCRIPTS / words[0])] + words[1:], stderr=subprocess.PIPE, text=True)
-        assert ran.stderr == words[0] + ': the current folder was deleted: go to another one, such as cd ~\n'
+    ran = subprocess.run(['bash', '-c', 'mkdir "$0/gone"; cd "$0/gone"; rmdir "$0/gone"; exec "$@"', str(tmp_path),
+                          sys.executable, str(SCRIPTS / 'skeleton.py'), 'turn', '.'], stderr=subprocess.PIPE, text=True)
+    assert ran.stderr == 'skeleton.py: the current folder was deleted: go to another one, such as cd ~\n'
 
 
 @pytest.mark.parametrize('address', ['', 'localhost:11311', 'http://localhost:x'])
@@ -258,10 +258,9 @@ def test_a_workspace_without_a_package_of_python_is_told_what_to_type(name, monk
     assert 'rosdep install --from-paths src --ignore-src -y.' in said and '\n' not in said
 
 
-@pytest.mark.parametrize('name', ['imu_sub.py', 'move2goal_tf.py'])
-def test_a_program_without_squaternion_says_so_in_one_line(name):
+def test_a_program_without_squaternion_says_so_in_one_line():
     run = subprocess.run([sys.executable, '-c', 'import runpy, sys; sys.modules["squaternion"] = '
                           'None; runpy.run_path(sys.argv[1], run_name="__main__")',
-                          str(SCRIPTS / name)], stderr=subprocess.PIPE, text=True)
+                          str(SCRIPTS / 'imu_sub.py')], stderr=subprocess.PIPE, text=True)
     assert run.returncode == 1 and run.stderr.count('\n') == 1
     assert 'no package squaternion' in run.stderr and 'setup.sh' in run.stderr
