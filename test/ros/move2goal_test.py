@@ -201,6 +201,30 @@ class Move2GoalTest(DriveCase):
             declare(message)
             self.observer.wait_for('local_pose', lambda s: s[1].distance_to(target) < 1e-3, 5.0)
 
+    def test_requests_in_odom_are_converted_in_the_order_of_their_arrival(self):
+        """`set_pose` in odom, and a goal there, 5 to 30 ms after a reset that waits for its samples:
+        odom is where the robot stands, so each is the pose that was just declared."""
+        message = PoseWithCovarianceStamped()
+        message.header.frame_id = 'odom'
+        self.declared()
+        message.pose.pose = to_pose_stamped(
+            self.odom_T_local() @ self.observer.latest('local_pose')[1], 'odom', 0.0).pose
+        there, goal = Pose2(5.0, 5.0, math.radians(90.0)), PoseStamped(message.header,
+                                                                       message.pose.pose)
+        for k in range(12):
+            self.declare()
+            self.observer.forget('current_goal')
+            with ThreadPoolExecutor(1) as pool:
+                first = pool.submit(self.reset, 5.0, 5.0, 90.0)
+                rospy.rostime.wallsleep((0.005, 0.015, 0.03)[k % 3])
+                self.set_pose(message)
+                self.assertTrue(first.result().success)
+            now = rospy.get_time()
+            _, here = self.observer.wait_for('local_pose', lambda sample: sample[0] > now)
+            self.assert_pose(here, there, 0.001, 0.3)
+            self.goals.publish(goal)
+            self.observer.wait_for('current_goal', lambda pose: pose.distance_to(there) < 0.001)
+
     def odom_T_local(self):
         now = rospy.get_time()
 
