@@ -4,11 +4,11 @@ Units: radians, except in ``difference_degrees``. Edge case: infinity becomes Na
 sample must not hide the others.
 """
 import math
-from typing import Sequence, Union
+from typing import Sequence, Tuple, Union
 
 import numpy as np
 
-from tb3_labs.geometry.angles import WHOLE_TURN
+from tb3_labs.geometry.angles import MAX_TILT, NORM_TOLERANCE, WHOLE_TURN
 
 
 def wrap_all(angles: Union[float, Sequence[float], np.ndarray]) -> np.ndarray:
@@ -17,6 +17,25 @@ def wrap_all(angles: Union[float, Sequence[float], np.ndarray]) -> np.ndarray:
     with np.errstate(invalid='ignore'):
         wrapped = np.minimum(angles - WHOLE_TURN * np.round(angles / WHOLE_TURN), math.pi)
         return np.where(wrapped <= -math.pi, math.pi, wrapped)
+
+
+def euler(w: np.ndarray, x: np.ndarray, y: np.ndarray,
+          z: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Roll, pitch and yaw [rad] of quaternions."""
+    return (np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+            np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
+            np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+
+
+def yaws_from_quaternions(w: np.ndarray, x: np.ndarray, y: np.ndarray,
+                          z: np.ndarray) -> np.ndarray:
+    """:func:`tb3_labs.geometry.angles.yaw_from_quaternion` for arrays; NaN for each invalid one."""
+    with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
+        norm = np.sqrt(w * w + x * x + y * y + z * z)
+        roll, pitch, yaw = euler(w / norm, x / norm, y / norm, z / norm)
+        is_valid = (np.abs(norm - 1.0) <= NORM_TOLERANCE) & (
+            np.abs(roll) <= MAX_TILT) & (np.abs(pitch) <= MAX_TILT)
+    return np.where(is_valid, np.where(yaw <= -math.pi, math.pi, yaw), math.nan)
 
 
 def difference_degrees(target: float, start: float) -> float:

@@ -8,10 +8,11 @@ Angles of messages are in radians. A quantity has the unit in its words.
 """
 import itertools
 import math
-from typing import Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Iterable, Iterator, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
+from tb3_labs.geometry.angle_arrays import euler
 from tb3_labs.watch.variables import Series
 
 #: A variable has a sample's number if it is nearer to it than this share of the quantity's scale.
@@ -108,14 +109,6 @@ def pause(series: Series, quantity: Quantity) -> float:
 
 
 # -- headings
-
-def euler(w: np.ndarray, x: np.ndarray, y: np.ndarray,
-          z: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Roll, pitch and yaw [rad] of quaternions."""
-    return (np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-            np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
-            np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
-
 
 #: The ranges that a node may give to a yaw from -180 to 180: (words, closed form, its sign).
 RANGES = (

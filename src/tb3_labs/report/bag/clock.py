@@ -140,8 +140,7 @@ def _set_forward(arrival: np.ndarray, number: np.ndarray,
 def _lag_change(sensor: Any, number: int, last: float, first: float) -> float:
     """Returns by how much the arrivals of a sensor came later than its stamps say, after the
     message with this number. Those that waited in a queue come late, too: the quickest decide."""
-    at, lag = np.array(sensor.arrival), np.array(sensor.arrival) - np.array(sensor.stamp)
-    is_later = np.array(sensor.number) >= number
+    at, lag, is_later = sensor.arrival, sensor.arrival - sensor.stamp, sensor.number >= number
     before = lag[~is_later & (at > last - LAG_WINDOW)]
     later = lag[is_later & (at < first + LAG_WINDOW)]
     return float(later.min() - np.median(before)) if len(before) and len(later) else 0.0
@@ -150,15 +149,13 @@ def _lag_change(sensor: Any, number: int, last: float, first: float) -> float:
 def _correct(collector: Any, number: int, jump: float) -> None:
     """Take `jump` [s] from the arrivals from message `number` on; also from the stamps, if the
     sender's clock was set with the recorder's."""
-    arrival, stamp = np.array(collector.arrival), np.array(collector.stamp)
-    is_later = np.array(collector.number) >= number
-    lag = arrival - stamp
+    arrival, stamp = collector.arrival, collector.stamp
+    lag, is_later = arrival - stamp, collector.number >= number
     arrival[is_later] -= jump
     usual = np.median(lag[~is_later]) if not is_later.all() else 0.0
     if is_later.any() and abs(np.median(lag[is_later]) - usual) < abs(jump) / 2.0:
         # a message may be sent before its clock was set, and arrive after it
         stamp[is_later & (np.abs(lag - jump - usual) > abs(jump) / 4.0)] -= jump
-    collector.arrival, collector.stamp = arrival, stamp
 
 
 def _amount(seconds: float) -> str:

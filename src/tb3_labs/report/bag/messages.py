@@ -15,13 +15,14 @@ from typing import Optional
 
 import numpy as np
 
-from tb3_labs.geometry.angles import WHOLE_TURN, wrap, yaw_from_quaternion
+from tb3_labs.geometry.angle_arrays import yaws_from_quaternions
+from tb3_labs.geometry.angles import WHOLE_TURN, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag import read_limits
 from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.run_data import (
     LogLines, MouseSamples, OdometrySamples, Orientations, PadSamples, Poses, States, Twists,
-    Values, Variables)
+    Values, Variables, Yaws)
 
 #: The levels of log lines, by the bits of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
@@ -37,6 +38,8 @@ RESET_LINE = re.compile(
 LONGEST_RESET, MOST_RESETS = 500, 1000
 #: No number of a robot is larger: m, rad, m/s, rad/s. The firmware's spikes are below 1000.
 LARGEST_NUMBER = 1e5
+#: The place of a yaw in a row.
+YAW = 0.0
 
 
 def declared_by(line: str) -> Optional[Pose2]:
@@ -72,10 +75,11 @@ def make_collectors(parts, prefix, limits):
     Budget from which they take."""
     special = {
         'imu': (Orientations, lambda message: [
-            (message.header, _yaw(message.orientation), message.angular_velocity.z,
-             *_wxyz(message.orientation))]),
+            (message.header, YAW, message.angular_velocity.z, *_wxyz(message.orientation))]),
         'odometry': (OdometrySamples, lambda message: [
-            (*_pose(message)[0], message.twist.twist.linear.x, message.twist.twist.angular.z)]),
+            (message.header, message.pose.pose.position.x, message.pose.pose.position.y, YAW,
+             message.twist.twist.linear.x, message.twist.twist.angular.z,
+             *_wxyz(message.pose.pose.orientation))]),
         'commands': (Twists, lambda message: [
             (None, message.linear.x, message.angular.z, *map(_finite, (
                 message.linear.y, message.linear.z, message.angular.x, message.angular.y)))]),
@@ -91,8 +95,8 @@ def make_collectors(parts, prefix, limits):
             (message.header, message.xPos, message.yPos, float(message.status.data))]),
         'sender_index': (Values, None),    # by the connections' definitions, not by the messages
         'frames': (Poses, lambda message: (
-            (each.header, each.transform.translation.x, each.transform.translation.y,
-             _yaw(each.transform.rotation)) for each in message.transforms
+            (each.header, each.transform.translation.x, each.transform.translation.y, YAW,
+             *_wxyz(each.transform.rotation)) for each in message.transforms
             if each.child_frame_id.lstrip('/') == (prefix + 'local').strip('/'))),
         'log': (LogLines, _lines(prefix)),
         'variables': (Variables, _variables)}
@@ -107,14 +111,15 @@ class Collector:
     """Gathers the samples of one topic.
 
     `rows_of` gives the samples in a message: rows of the header with the stamp, None without one,
-    and the sample's numbers or words. It raises ``ValueError`` for an invalid quaternion.
+    and the sample's numbers or words. A row of a kind with a yaw has YAW in its place, and the
+    quaternion's four numbers at its end.
     """
 
     def __init__(self, kind, rows_of, limits, longest=read_limits.LONGEST_LINE, most=None):
         """`longest`: characters of a word; `most`: samples with words, None: MOST_LINES."""
         self._kind, self._rows_of, self._limits, self._letters = kind, rows_of, limits, 0
         self._longest, self._most = longest, most or read_limits.MOST_LINES
-        self._has_words = kind in (States, LogLines, Variables)
+        self._has_words, self._width = kind in (States, LogLines, Variables), len(fields(kind)) - 2
         self._values = [] if self._has_words else array('d')
         self.arrival, self.stamp, self.number, self.bad = array('d'), array('d'), array('q'), 0
         self.is_full = False
@@ -122,59 +127,65 @@ class Collector:
     def add(self, message, arrival, start, number):
         """Take in a message. `arrival`: since `start` [s]; `start`: since 1970 [s]; `number`: of
         the message in the recording."""
-        try:
-            for header, *row in self._rows_of(message):
-                # both parts apart: a float of today's time has steps of 0.2 microseconds
-                self.keep(row, arrival, arrival if header is None else (
-                    header.stamp.secs - start) + 1e-9 * header.stamp.nsecs, number)
-        except ValueError:
-            self.bad += 1
+        for header, *row in self._rows_of(message):
+            # both parts apart: a float of today's time has steps of 0.2 microseconds
+            self.keep(row, arrival, arrival if header is None else (
+                header.stamp.secs - start) + 1e-9 * header.stamp.nsecs, number)
 
     def keep(self, row, arrival, stamp, number=0):
-        """Append one sample, if its numbers are possible for a robot, or if there are not too many
-        words. Raises TooLarge."""
+        """Append one sample, unless there are too many words. Raises TooLarge."""
         self._limits.spend('samples')
         if self._has_words:
             row = [word[:self._longest] for word in row]
             self._letters += sum(map(len, row))
             self.is_full = self.is_full or len(self.arrival) >= self._most or (
                 self._letters > read_limits.MOST_LETTERS)
-        elif not all(-LARGEST_NUMBER < value < LARGEST_NUMBER for value in row):  # NaN, too
-            self.bad += 1
-            return
-        if self.is_full:
-            return
+            if self.is_full:
+                return
         self._values.extend(row)
         self.arrival.append(arrival)
         self.stamp.append(stamp)
         self.number.append(number)
 
+    def close(self):
+        """Drop and count the samples with numbers that no robot has, when all are gathered."""
+        kind = self._kind
+        width = PadSamples.AXES + PadSamples.BUTTONS if kind is PadSamples else self._width + (
+            4 if kind in (Poses, OdometrySamples) else 0)
+        self.arrival, self.stamp, self.number = map(
+            np.array, (self.arrival, self.stamp, self.number))
+        self._values = np.array(self._values, object if self._has_words else float).reshape(
+            -1, width)
+        if self._has_words:
+            return
+        if issubclass(kind, Yaws):
+            self._values[:, [each.name for each in fields(kind)].index('yaw') - 2] = \
+                yaws_from_quaternions(*self._values[:, -4:].T)
+        is_valid = (np.abs(self._values) < LARGEST_NUMBER).all(axis=1)      # NaN is not
+        self.bad += int((~is_valid).sum())
+        self.arrival, self.stamp, self.number, self._values = (
+            each[is_valid] for each in (self.arrival, self.stamp, self.number, self._values))
+
     def samples(self, robot_clock):
         """Returns the gathered samples."""
-        arrival, is_pad = np.array(self.arrival), self._kind is PadSamples
-        width = PadSamples.AXES + PadSamples.BUTTONS if is_pad else len(fields(self._kind)) - 2
-        values = np.array(self._values, dtype=object if self._has_words else float)
-        order = np.argsort(arrival, kind='stable')      # a file may hold topic after topic
-        arrival, values = arrival[order], values.reshape(-1, width)[order]
-        columns = np.split(values, [PadSamples.AXES], axis=1) if is_pad else values.T
+        order = np.argsort(self.arrival, kind='stable')      # a file may hold topic after topic
+        arrival, values = self.arrival[order], self._values[order]
+        columns = np.split(values, [PadSamples.AXES], axis=1) if self._kind is PadSamples else \
+            values.T[:self._width]
         return self._kind(arrival, times_on_recorders_clock(
-            arrival, np.array(self.stamp)[order], robot_clock), *columns)
+            arrival, self.stamp[order], robot_clock), *columns)
 
 
 def samples_of(collectors):
     """Returns {field of RunData: Samples} of all collectors, and the resets that a log shows."""
     odometry = collectors['odometry']
-    clock = RecordedClock.of(np.array(odometry.arrival), np.array(odometry.stamp))
+    clock = RecordedClock.of(odometry.arrival, odometry.stamp)
     samples = {part: collector.samples(clock) for part, collector in collectors.items()}
     if 'log' in samples:
         samples['resets'] = resets_in(samples['log'])
     if 'pad' in samples:
         samples['presses'] = presses_of(samples['pad'])
     return samples
-
-
-def _yaw(q):
-    return yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)
 
 
 def _filled(numbers, length):
@@ -199,7 +210,7 @@ def _variables(message):
 
 def _pose(message):
     pose = getattr(message.pose, 'pose', message.pose)      # with a covariance, or without
-    return [(message.header, pose.position.x, pose.position.y, _yaw(pose.orientation))]
+    return [(message.header, pose.position.x, pose.position.y, YAW, *_wxyz(pose.orientation))]
 
 
 def _lines(prefix):

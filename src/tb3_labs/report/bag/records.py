@@ -75,7 +75,8 @@ class Bag:
                  limits: ReadLimits) -> Iterator[Record]:
         """Yields the messages of all connections, with the data of those that are wanted."""
         self._file.seek(self._begin)
-        self._connections: Dict[int, Connection] = {}
+        # by its number: the connection, and whether its messages are wanted
+        self._connections: Dict[int, Tuple[Connection, bool]] = {}
         self._limits, self._is_whole, self.problem = limits, False, ''
         try:
             yield from self._records(self._file, is_wanted)
@@ -95,24 +96,30 @@ class Bag:
             if not length:
                 return
             self._limits.spend('records')
-            header = _fields(self._read(source, LENGTH.unpack(length)[0], MOST_HEADER))
-            kind, size = header[b'op'][0], LENGTH.unpack(self._read(source, LENGTH.size))[0]
-            if kind == CHUNK and header[b'compression'] == b'none':
-                continue    # its records follow
-            following = source.tell() + size
+            # its header, and the size of its data
+            head = self._read(source, LENGTH.unpack(length)[0] + LENGTH.size, MOST_HEADER)
+            header, size = _fields(head[:-LENGTH.size]), LENGTH.unpack(head[-LENGTH.size:])[0]
+            kind = header[b'op'][0]
             if kind == MESSAGE:
-                connection, data = self._connections[LENGTH.unpack(header[b'conn'])[0]], b''
-                if size <= MOST_MESSAGE and is_wanted(connection):
-                    data = self._read(source, size)
-                seconds, nanoseconds = TIME.unpack(header[b'time'])
-                yield Record(connection, (seconds, nanoseconds), data)
+                connection, wanted = self._connections[LENGTH.unpack(header[b'conn'])[0]]
+                data = self._read(source, size) if wanted and size <= MOST_MESSAGE else b''
+                yield Record(connection, TIME.unpack(header[b'time']), data)
+                if data:
+                    continue
             elif kind == CONNECTION:
-                self._connect(header, self._read(source, size, MOST_CONNECTION))
+                connection = _connection(header, self._read(source, size, MOST_CONNECTION))
+                self._limits.spend('connections')
+                self._connections[LENGTH.unpack(header[b'conn'])[0]] = (
+                    connection, is_wanted(connection))
+                continue
+            elif kind == CHUNK and header[b'compression'] == b'none':
+                continue    # its records follow
             elif kind == CHUNK and source is self._file:
                 yield from self._records(self._unpacked(header[b'compression'], size), is_wanted)
+                continue
             elif kind == FILE:
                 self._is_whole = 0 < LONG.unpack(header[b'index_pos'])[0] <= self._size
-            source.seek(following)
+            source.seek(size, os.SEEK_CUR)
 
     def _read(self, source: BinaryIO, size: int, most: int = MOST_MESSAGE) -> bytes:
         if size > most:
@@ -122,14 +129,6 @@ class Bag:
         if len(data) < size:
             raise EOFError
         return data
-
-    def _connect(self, header: Dict[bytes, bytes], data: bytes) -> None:
-        self._limits.spend('connections')
-        known = _fields(data)
-        self._connections[LENGTH.unpack(header[b'conn'])[0]] = Connection(*(
-            value[:read_limits.MOST_NAME].decode(errors='replace') for value in (
-                header[b'topic'], *(known.get(name, b'?')
-                                    for name in (b'type', b'md5sum', b'callerid')))))
 
     def _unpacked(self, compression: bytes, size: int) -> BinaryIO:
         """Returns the records of the packed chunk that begins here, `size` bytes long."""
@@ -185,13 +184,19 @@ def _unpacker(compression: bytes) -> Callable[[bytes], Iterator[bytes]]:
     raise ValueError(f'packed by {compression!r}')
 
 
+def _connection(header: Dict[bytes, bytes], data: bytes) -> Connection:
+    known = _fields(data)
+    return Connection(*(value[:read_limits.MOST_NAME].decode(errors='replace') for value in (
+        header[b'topic'], *(known.get(name, b'?') for name in (b'type', b'md5sum', b'callerid')))))
+
+
 def _fields(data: bytes) -> Dict[bytes, bytes]:
     fields, at = {}, 0
     while at < len(data):
-        size = LENGTH.unpack_from(data, at)[0]
-        name, equals, value = data[at + 4:at + 4 + size].partition(b'=')
+        begin = at + LENGTH.size
+        at = begin + LENGTH.unpack_from(data, at)[0]
+        name, equals, value = data[begin:at].partition(b'=')
         if not equals:
             raise ValueError('not a header')
         fields[name] = value
-        at += 4 + size
     return fields

@@ -6,6 +6,7 @@ are not read.
 """
 import struct
 from collections import Counter
+from functools import lru_cache
 
 import genpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -106,6 +107,8 @@ def _read(bag, path, namespace, log):
     of_topic = {topic: (collectors[part], types[topic][0]) for part, topic in topics.items()}
     start, problem = _collect(
         bag, records, of_topic, collectors['sender_index'], names, limits)
+    for collector in collectors.values():
+        collector.close()
     for part in ('imu', 'odometry'):
         if not len(collectors[part].arrival):
             raise _missing(f'not one good message on {topics[part]} (bad quaternions?)',
@@ -136,11 +139,13 @@ def _collect(bag, records, of_topic, sent, names, limits):
     """Fill the collectors, {topic: (Collector, class)}, and `sent`, the index of each command's
     sender by `names`, {sender: index}; from the `records`, from the bag if they are None. Returns
     (time of the first message [s since 1970], why the rest was not read)."""
+    @lru_cache(maxsize=None)
     def is_wanted(connection):
         return connection.topic in of_topic and (
             CLASSES.get((connection.kind, connection.checksum)) is of_topic[connection.topic][1])
 
     start, number = None, 0
+    messages = {topic: made() for topic, (_, made) in of_topic.items()}     # each is filled anew
     try:
         for connection, (seconds, nanoseconds), data in bag.messages(
                 is_wanted, limits) if records is None else records:
@@ -150,7 +155,7 @@ def _collect(bag, records, of_topic, sent, names, limits):
                 continue
             number += 1
             collector, made = of_topic[connection.topic]
-            message = made()
+            message = messages[connection.topic]
             try:
                 message.deserialize(data)
             except (genpy.DeserializationError, struct.error, ValueError):
