@@ -1,11 +1,9 @@
 """The chain of each lab, as data: its links, and the variables by which its node is known."""
 from typing import Any, Dict, List, Sequence, Tuple
 
-import numpy as np
-
 from tb3_labs.watch import drive_links, drive_pose, input_links, turn_links
 from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, first_broken, sentence
-from tb3_labs.watch.variables import bare
+from tb3_labs.watch.variables import bare, nodes_of
 
 EXERCISE, TURN_LAB = '2. Exercise: the heading', '3. Lab: turn 90 and 180 degrees'
 POSE, STATES, RESET, THUMB = (
@@ -73,11 +71,11 @@ def found_in(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
     """(node, link, what is broken) of each node in a recording whose lab is known. A law that is
     not the handout's is not broken: the node may be right."""
     found = []
-    for node in np.unique(run.variables.node.astype(str)):
-        node_run = NodeRun(run, str(node))
+    for node in sorted(nodes_of(run)):
+        node_run = NodeRun(run, node)
         names = {bare(name) for name in node_run.variables}
         lab = next((lab for lab, known in NAMES.items() if known <= names), '')
         broken = first_broken(node_run, CHAINS.get(lab, ()), weak=False)
         if broken:
-            found.append((str(node), *broken))
+            found.append((node, *broken))
     return found

@@ -22,6 +22,8 @@ SAME = 3e-4
 PART, RECENT, SOON = 0.98, 0.5, 0.03
 #: The longest delay that is looked for [s]. At most so many values of a variable are compared.
 LATEST, MOST_VALUES = 8.0, 400
+#: A quantity is compared with each SOMEth value first.
+SOME = 4
 #: A quantity has moved if it has changed by this share of its scale.
 MOVED = 0.005
 
@@ -82,13 +84,17 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
     # without the value before any message
     first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
     few, found = thinned(series.take(slice(first, None))), []
-    time: np.ndarray = np.empty(0)
+    some, time = few.take(slice(None, None, SOME)), np.empty(0)
     for each in quantities if len(few.time) else ():
         if not len(each.time):
             continue
         if each.time is not time:
             time, samples = each.time, recent(few.time, each.time, RECENT)
-        if np.mean(np.isfinite(ages(few, each, samples=samples))) >= part:
+            samples_of_some = Recent(*(row[::SOME] for row in samples))
+        # most quantities are refused by a few values
+        missed = (~np.isfinite(ages(some, each, samples=samples_of_some))).sum()
+        if (len(few.time) - missed) / len(few.time) >= part and np.mean(np.isfinite(ages(
+                few, each, samples=samples))) >= part:
             found.append(each)
     return found
 

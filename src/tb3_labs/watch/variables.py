@@ -4,9 +4,8 @@
 its recorder [s].
 """
 import math
-from collections import Counter
 from dataclasses import dataclass
-from typing import Any, Dict, List, Optional
+from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
@@ -58,22 +57,33 @@ def short(text: str) -> str:
     return text[:40] if np.isnan(value) else f'{value:.4g}'
 
 
-def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
-    """Returns {name: Series} of a node, in the order of arrival. The default is the node with the
-    most variables."""
+def nodes_of(run: Any) -> Dict[str, Dict[str, Series]]:
+    """Returns {node: {name: Series}} in the order of arrival. A recording is sorted only once: the
+    marks and each figure of the page ask for its variables."""
     rows = run.variables
-    if not len(rows):
-        return {}
-    if not node:
-        counts = Counter(rows.node.tolist())
-        node = max(sorted(counts), key=counts.__getitem__)
-    rows = rows.take(rows.node == node)
-    values = np.array([number(text) for text in rows.value])
-    places: Dict[str, List[int]] = {}
-    for place, name in enumerate(rows.name):    # np.unique would widen all texts
-        places.setdefault(str(name), []).append(place)
-    return {name: Series(name, rows.arrival[part], rows.value[part], values[part])
-            for name, part in places.items()}
+    if '_nodes' not in vars(rows):
+        vars(rows)['_nodes'] = _sorted(rows)
+    return vars(rows)['_nodes']
+
+
+def _sorted(rows: Any) -> Dict[str, Dict[str, Series]]:
+    numbers = {text: number(text) for text in set(rows.value.tolist())}
+    places: Dict[Tuple[str, str], List[int]] = {}
+    for place, key in enumerate(zip(rows.node.tolist(), rows.name.tolist())):
+        places.setdefault(key, []).append(place)
+    nodes: Dict[str, Dict[str, Series]] = {}
+    for (node, name), part in places.items():
+        texts = rows.value[part]
+        nodes.setdefault(node, {})[name] = Series(
+            name, rows.arrival[part], texts, np.array([numbers[text] for text in texts]))
+    return nodes
+
+
+def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
+    """Returns {name: Series} of a node, by default of the node with the most values."""
+    nodes = nodes_of(run)
+    return nodes.get(node or max(sorted(nodes), default='', key=lambda each: sum(
+        len(series.time) for series in nodes[each].values())), {})
 
 
 def bare(name: str) -> str:

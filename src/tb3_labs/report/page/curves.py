@@ -46,20 +46,24 @@ def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray) -> np.ndar
     (1973), with the distance along the value's axis."""
     keep = np.zeros(len(time), dtype=bool)
     keep[[0, -1]] = True
-    waiting = [(0, len(time) - 1)]
-    while waiting:
-        first, last = waiting.pop()
-        if last - first < 2:
-            continue
-        inner = slice(first + 1, last)
-        share = ((time[inner] - time[first]) / max(time[last] - time[first], 1e-9))[:, None]
-        line = values[first] + share * (values[last] - values[first])
-        far = (np.abs(values[inner] - line) / bounds).max(axis=1)
-        worst = int(np.argmax(far))
-        if far[worst] > 1.0:
-            middle = first + 1 + worst
-            keep[middle] = True
-            waiting += [(first, middle), (middle, last)]
+    columns, first, last = values.T.copy(), np.array([0]), np.array([len(time) - 1])
+    while (last - first > 1).any():     # all stretches at once: an array for each takes long
+        first, last = first[last - first > 1], last[last - first > 1]
+        size = last - first - 1
+        begins = np.cumsum(size) - size
+        stretch = np.repeat(np.arange(len(first)), size)
+        inner = np.arange(size.sum()) + (first + 1 - begins)[stretch]
+        share = (time[inner] - time[first][stretch]) / np.maximum(
+            time[last] - time[first], 1e-9)[stretch]
+        far = np.max([np.abs(
+            column[inner] - (column[first][stretch] + share * (column[last] - column[first])[
+                stretch])) / bound for column, bound in zip(columns, bounds)], axis=0)
+        is_worst = (far == np.maximum.reduceat(far, begins)[stretch]) & (far > 1.0)
+        split, at = np.unique(stretch[is_worst], return_index=True)
+        middle = inner[is_worst][at]
+        keep[middle] = True
+        first, last = (np.concatenate(ends) for ends in (
+            (first[split], middle), (middle, last[split])))
     return np.flatnonzero(keep)
 
 
