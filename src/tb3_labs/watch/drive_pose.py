@@ -146,7 +146,8 @@ def readings(node_run: NodeRun, frame: Frame,
     for table in (node_run.imu, node_run.odometry) if 'yaw' in name else ():
         time = table[0].time
         part = during(frame, time)
-        this, before = around(node_run, time[part])
+        chosen = time[part]
+        this, before = around(node_run, chosen)
         first, old = (np.searchsorted(time, each.begin).clip(0, len(time) - 1)
                       for each in (this, before))
         for each in table:
@@ -155,7 +156,7 @@ def readings(node_run: NodeRun, frame: Frame,
                 words = re.sub(',? in radians|, from -180 to 180', '', each.words)
                 yield (1 + ('yaw' not in words) + ('odometry' in words)
                        + words.replace('x, y, z, w', '').count(','),
-                       this, each._replace(words=words, time=time[part], value=each.value[part]),
+                       this, each._replace(words=words, time=chosen, value=each.value[part]),
                        each.value[first], each.value[old])
 
 
@@ -183,7 +184,7 @@ def table(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Wrong]:
 def comparable(name: str, value: np.ndarray) -> np.ndarray:
     """Numbers as they are compared: of a yaw on the unit circle, of a place its x or y."""
     if 'yaw' in name:
-        return np.exp(1j * value)
+        return np.cos(value) + 1j * np.sin(value)       # faster than exp
     return np.imag(value) if name.endswith('y') and np.iscomplexobj(value) else np.real(value)
 
 

@@ -22,7 +22,7 @@ SAME = 3e-4
 PART, RECENT, SOON = 0.98, 0.5, 0.03
 #: The longest delay that is looked for [s]. At most so many values of a variable are compared.
 LATEST, MOST_VALUES = 8.0, 400
-#: A quantity is compared with each SOMEth value first.
+#: A quantity is compared with each SOMEth value first: they refuse most quantities.
 SOME = 4
 #: A quantity has moved if it has changed by this share of its scale.
 MOVED = 0.005
@@ -57,17 +57,21 @@ def recent(read: np.ndarray, time: np.ndarray, longest: float) -> Recent:
     return Recent(sample.clip(0), age, (sample >= 0) & (age <= longest))
 
 
-def ages(series: Series, quantity: Quantity, longest: float = RECENT,
-         samples: Optional[Recent] = None) -> np.ndarray:
+def fits(series: Series, quantity: Quantity, samples: Recent) -> np.ndarray:
+    """Has each value the number of each of its recent samples?"""
+    return samples.is_one & (np.abs(
+        series.value[:, None] - quantity.value[samples.sample]) <= SAME * quantity.scale)
+
+
+def ages(series: Series, quantity: Quantity, longest: float = RECENT) -> np.ndarray:
     """The age [s] of the newest sample whose number each value has, 0 until the next sample comes;
-    inf: none of the last `longest` seconds has it. `samples`: these, if they are known."""
+    inf: none of the last `longest` seconds has it."""
     if not len(quantity.time) or not len(series.time):
         return np.full(len(series.time), np.inf)
-    samples = samples or recent(series.time, quantity.time, longest)
-    fits = samples.is_one & (np.abs(
-        series.value[:, None] - quantity.value[samples.sample]) <= SAME * quantity.scale)
-    newest = np.take_along_axis(samples.age, fits.argmax(axis=1)[:, None], axis=1)[:, 0]
-    return np.where(fits.any(axis=1), newest, np.inf)
+    samples = recent(series.time, quantity.time, longest)
+    fitting = fits(series, quantity, samples)
+    newest = samples.age[np.arange(len(fitting)), fitting.argmax(axis=1)]
+    return np.where(fitting.any(axis=1), newest, np.inf)
 
 
 def thinned(series: Series) -> Series:
@@ -85,16 +89,18 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
     first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
     few, found = thinned(series.take(slice(first, None))), []
     some, time = few.take(slice(None, None, SOME)), np.empty(0)
+    can_refuse = len(some.time) > (1.0 - part) * len(few.time)
     for each in quantities if len(few.time) else ():
         if not len(each.time):
             continue
         if each.time is not time:
             time, samples = each.time, recent(few.time, each.time, RECENT)
             samples_of_some = Recent(*(row[::SOME] for row in samples))
-        # most quantities are refused by a few values
-        missed = (~np.isfinite(ages(some, each, samples=samples_of_some))).sum()
-        if (len(few.time) - missed) / len(few.time) >= part and np.mean(np.isfinite(ages(
-                few, each, samples=samples))) >= part:
+        if can_refuse:
+            missed = (~fits(some, each, samples_of_some).any(axis=1)).sum()
+            if (len(few.time) - missed) / len(few.time) < part:
+                continue
+        if fits(few, each, samples).any(axis=1).mean() >= part:
             found.append(each)
     return found
 
