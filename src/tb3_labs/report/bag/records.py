@@ -124,7 +124,8 @@ class Bag:
     def _read(self, source: BinaryIO, size: int, most: int = MOST_MESSAGE) -> bytes:
         if size > most:
             raise ValueError(f'{size} bytes in place of {most} at most')
-        self._limits.spend('MiB', size / MIB)
+        if source is self._file:        # the bytes of an unpacked chunk were spent before
+            self._limits.spend('MiB', size / MIB)
         data = source.read(size)
         if len(data) < size:
             raise EOFError

@@ -139,23 +139,24 @@ def _collect(bag, records, of_topic, sent, names, limits):
     """Fill the collectors, {topic: (Collector, class)}, and `sent`, the index of each command's
     sender by `names`, {sender: index}; from the `records`, from the bag if they are None. Returns
     (time of the first message [s since 1970], why the rest was not read)."""
+    messages = {topic: made() for topic, (_, made) in of_topic.items()}     # each is filled anew
+
     @lru_cache(maxsize=None)
-    def is_wanted(connection):
-        return connection.topic in of_topic and (
-            CLASSES.get((connection.kind, connection.checksum)) is of_topic[connection.topic][1])
+    def receiver(connection):
+        collector, made = of_topic.get(connection.topic, (None, None))
+        return (collector, messages[connection.topic]) if made and made is CLASSES.get(
+            (connection.kind, connection.checksum)) else None
 
     start, number = None, 0
-    messages = {topic: made() for topic, (_, made) in of_topic.items()}     # each is filled anew
     try:
         for connection, (seconds, nanoseconds), data in bag.messages(
-                is_wanted, limits) if records is None else records:
+                receiver, limits) if records is None else records:
             if start is None:
                 start = seconds + 1e-9 * nanoseconds
-            if not is_wanted(connection):
+            if receiver(connection) is None:
                 continue
             number += 1
-            collector, made = of_topic[connection.topic]
-            message = messages[connection.topic]
+            collector, message = receiver(connection)
             try:
                 message.deserialize(data)
             except (genpy.DeserializationError, struct.error, ValueError):
@@ -163,7 +164,7 @@ def _collect(bag, records, of_topic, sent, names, limits):
                 continue
             arrival = (seconds - start) + 1e-9 * nanoseconds
             collector.add(message, arrival, start, number)
-            if made is Twist:
+            if type(message) is Twist:
                 sent.keep([names.setdefault(connection.sender, len(names))],
                           arrival, arrival, number)
     except TooLarge as too_large:
