@@ -93,7 +93,8 @@ def during(frame: Frame, time: np.ndarray) -> slice:
 
 
 def places(node_run: NodeRun, frame: Frame) -> Iterator[Wrong]:
-    """What a node may take for its local place in a frame, complex; the first two are right."""
+    """The quantities that a node may take for its local place in a frame; the first two are
+    right."""
     samples = node_run.run.odometry
     samples = samples.take(during(frame, samples.arrival))
     this, before = around(node_run, samples.arrival)
@@ -122,8 +123,8 @@ def places(node_run: NodeRun, frame: Frame) -> Iterator[Wrong]:
                 base[1] * np.exp(-1j * this.theta), APART / SAME)
 
 
-#: What a node may make of a reading, for its local yaw and for a reference: (words, how often it
-#: has the reading, the one at the reset, the one at the reset before).
+#: The formulas of a local yaw, and of a reference: (words, the factors of the present reading, of
+#: the reading at the reset, of the reading at the reset before).
 SINCE = ((' since the reset', 1, 1, 0), (' since the reset before', 1, 0, 1),
          (', not from the reset on', 1, 0, 0),
          (', minus the radians at the reset', 1, np.pi / 180.0, 0))
@@ -132,8 +133,9 @@ AT = ((' at the reset', 0, -1, 0), (' at the reset before', 0, 0, -1), ('', 1, 0
 
 def readings(node_run: NodeRun, frame: Frame,
              name: str) -> Iterator[Tuple[int, Frame, Quantity, Any, Any]]:
-    """(mistakes, frame of each sample, what a node may read for a yaw or a reference in a frame,
-    this at the begin of the frame, and of the frame before); the first is right."""
+    """(number of mistakes, frame of each sample, a quantity that a node may read for a yaw or a
+    reference in a frame, its value at the begin of the frame and of the frame before). The first is
+    right."""
     run, of = node_run.run, ('IMU', 'yaw') if name in ('local_yaw', 'initial_global_yaw') else (
         'odometry', 'theta' if 'yaw' in name else 'place')
     samples = run.imu if of[0] == 'IMU' else run.odometry
@@ -161,8 +163,8 @@ def readings(node_run: NodeRun, frame: Frame,
 
 
 def table(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Wrong]:
-    """What a variable of the pose or a reference may follow in a frame, as it is compared; the
-    first two are right: the handout does not ask for a declared pose."""
+    """The quantities that a variable of the pose or a reference may follow in a frame, as they are
+    compared. The first two are right: the handout does not ask for a declared pose."""
     if name in ('local_x', 'local_y'):
         for wrong, each in places(node_run, frame):
             yield wrong, each._replace(value=comparable(name, each.value))
@@ -216,7 +218,7 @@ def wrong_pose(node_run: NodeRun) -> Optional[BrokenLink]:
 
 
 def wrong_variable(node_run: NodeRun, frame: Frame, name: str) -> Optional[BrokenLink]:
-    """What a variable follows in a frame, if it is not what it should follow."""
+    """The BrokenLink of a variable that does not follow the right quantity in a frame."""
     series, is_local = node_run.find(name), name in USED
     if series is None or np.isnan([frame.place, frame.theta, frame.yaw]).any():
         return None         # it is unknown
@@ -245,7 +247,7 @@ def wrong_variable(node_run: NodeRun, frame: Frame, name: str) -> Optional[Broke
 
 
 def other_text(part: Series, right: Quantity, candidates: Iterable[Wrong]) -> str:
-    """What a variable does, if it does not follow the right quantity."""
+    """Words on a variable that does not follow the right quantity."""
     some = part.take(np.linspace(0, len(part.time) - 1, 15).astype(int))
     mistakes = {id(each): (wrong, each) for wrong, each in candidates}
     likely = matching_quantities(some, [each for _, each in mistakes.values()], 0.6)

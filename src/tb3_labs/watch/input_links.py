@@ -55,7 +55,7 @@ def stick_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
 
 
 def wrong_button(node_run: NodeRun, name: str, begin: float, end: float) -> Optional[BrokenLink]:
-    """What follows a press: does A hand the robot over, B take it, and Y call the reset?"""
+    """Does A hand the robot over, does B take it, and does Y call the reset?"""
     control, sent = node_run.run.control, node_run.commands.arrival
     published = [str(value == 1.0) for at, value in zip(control.arrival, control.value)
                  if begin < at < min(end, begin + 1.0)][-1:]

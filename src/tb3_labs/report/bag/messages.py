@@ -72,7 +72,7 @@ def presses_of(pad: PadSamples) -> Values:
 
 def make_collectors(parts, prefix, limits):
     """Returns {field of RunData: Collector} for the robot in the namespace `prefix`. `limits`: the
-    Budget from which they take."""
+    ReadLimits from which they take."""
     special = {
         'imu': (Orientations, lambda message: [
             (message.header, YAW, message.angular_velocity.z, *_wxyz(message.orientation))]),
@@ -83,9 +83,8 @@ def make_collectors(parts, prefix, limits):
         'commands': (Twists, lambda message: [
             (None, message.linear.x, message.angular.z, *map(_finite, (
                 message.linear.y, message.linear.z, message.angular.x, message.angular.y)))]),
-        'states': (States, lambda message: [(None, message.data)]),
-        'events': (States, lambda message: [(None, message.data)]),
-        'printed': (States, lambda message: [(None, message.data)]),
+        'states': (States, _text), 'events': (States, _text, read_limits.LONGEST_EVENT),
+        'printed': (States, _text, read_limits.LONGEST_EVENT),
         'turn_requests': (Values, lambda message: [(None, math.radians(message.data))]),
         'control': (Values, lambda message: [(None, float(message.data))]),
         'pad': (PadSamples, lambda message: [
@@ -99,12 +98,9 @@ def make_collectors(parts, prefix, limits):
              *_wxyz(each.transform.rotation)) for each in message.transforms
             if each.child_frame_id.lstrip('/') == (prefix + 'local').strip('/'))),
         'log': (LogLines, _lines(prefix)),
-        'variables': (Variables, _variables)}
-    larger = {'events': {'longest': read_limits.LONGEST_EVENT},
-              'printed': {'longest': read_limits.LONGEST_EVENT},
-              'variables': {'most': read_limits.MOST_VARIABLES}}
-    return {part: Collector(*special.get(part, (Poses, _pose)), limits, **larger.get(part, {}))
-            for part in parts}
+        'variables': (
+            Variables, _variables, read_limits.LONGEST_LINE, read_limits.MOST_VARIABLES)}
+    return {part: Collector(limits, *special.get(part, (Poses, _pose))) for part in parts}
 
 
 class Collector:
@@ -115,7 +111,7 @@ class Collector:
     quaternion's four numbers at its end.
     """
 
-    def __init__(self, kind, rows_of, limits, longest=read_limits.LONGEST_LINE, most=None):
+    def __init__(self, limits, kind, rows_of, longest=read_limits.LONGEST_LINE, most=None):
         """`longest`: characters of a word; `most`: samples with words, None: MOST_LINES."""
         self._kind, self._rows_of, self._limits, self._letters = kind, rows_of, limits, 0
         self._longest, self._most = longest, most or read_limits.MOST_LINES
@@ -200,6 +196,10 @@ def _finite(speed):
 
 def _wxyz(q):
     return q.w, q.x, q.y, q.z
+
+
+def _text(message):
+    return [(None, message.data)]
 
 
 def _variables(message):
