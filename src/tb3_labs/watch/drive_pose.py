@@ -6,12 +6,12 @@ x + iy: a rotation is a product. Angles are compared on the unit circle, so in a
 """
 import re
 from itertools import islice, product
-from typing import Any, Iterable, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Any, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 import numpy as np
 
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun
-from tb3_labs.watch.quantities import SAME, Quantity, ages, matching_quantities
+from tb3_labs.watch.quantities import RECENT, SAME, Quantity, ages, matching_quantities
 from tb3_labs.watch.variables import Series, short
 
 #: A pose is right within APART [m], [rad], in the part MOST of at least FEW values.
@@ -87,16 +87,24 @@ def mistake_combinations(*options: Any) -> Iterator[Tuple[Any, ...]]:
         yield (sum(one is not each[0] for one, each in zip(chosen, options)), *chosen)
 
 
-def during(frame: Frame, time: np.ndarray) -> slice:
-    """The samples whose numbers a variable may have in a frame; `time`: of all samples."""
-    return slice(*np.searchsorted(time, (frame.begin - LATE, frame.end)))
+def during(frame: Frame, time: np.ndarray, near: Optional[np.ndarray] = None) -> np.ndarray:
+    """The indices of the samples whose numbers a variable may have in a frame, or only at the
+    readings `near` [s]; `time`: of all samples."""
+    part = np.arange(*np.searchsorted(time, (frame.begin - LATE, frame.end)))
+    if near is None:
+        return part
+    # the sample before the recent ones is the first one that is too old
+    edges = np.zeros(len(time) + 1, int)
+    np.add.at(edges, (np.searchsorted(time, near - RECENT) - 2).clip(0), 1)
+    np.add.at(edges, (np.searchsorted(time, near + SOON) + 1).clip(max=len(time)), -1)
+    return part[np.cumsum(edges)[part] > 0]
 
 
-def places(node_run: NodeRun, frame: Frame) -> Iterator[Wrong]:
+def places(node_run: NodeRun, frame: Frame, near: Optional[np.ndarray] = None) -> Iterator[Wrong]:
     """The quantities that a node may take for its local place in a frame; the first two are
     right."""
     samples = node_run.run.odometry
-    samples = samples.take(during(frame, samples.arrival))
+    samples = samples.take(during(frame, samples.arrival, near))
     this, before = around(node_run, samples.arrival)
     here, now, theta = samples.x + 1j * samples.y, samples.yaw, this.theta - this.turned
     forms = (('', lambda z: z), ('with x and y swapped, ', lambda z: z.imag + 1j * z.real),
@@ -131,15 +139,15 @@ SINCE = ((' since the reset', 1, 1, 0), (' since the reset before', 1, 0, 1),
 AT = ((' at the reset', 0, -1, 0), (' at the reset before', 0, 0, -1), ('', 1, 0, 0))
 
 
-def readings(node_run: NodeRun, frame: Frame,
-             name: str) -> Iterator[Tuple[int, Frame, Quantity, Any, Any]]:
+def readings(node_run: NodeRun, frame: Frame, name: str,
+             near: Optional[np.ndarray] = None) -> Iterator[Tuple[int, Frame, Quantity, Any, Any]]:
     """(number of mistakes, frame of each sample, a quantity that a node may read for a yaw or a
     reference in a frame, its value at the begin of the frame and of the frame before). The first is
     right."""
     run, of = node_run.run, ('IMU', 'yaw') if name in ('local_yaw', 'initial_global_yaw') else (
         'odometry', 'theta' if 'yaw' in name else 'place')
     samples = run.imu if of[0] == 'IMU' else run.odometry
-    samples = samples.take(during(frame, samples.arrival))
+    samples = samples.take(during(frame, samples.arrival, near))
     this, before = around(node_run, samples.arrival)
     yield 0, this, Quantity(
         f"the {'yaw' if 'yaw' in name else 'place'} of the {of[0]}", samples.arrival,
@@ -147,7 +155,7 @@ def readings(node_run: NodeRun, frame: Frame,
             this, of[1]), getattr(before, of[1])
     for table in (node_run.imu, node_run.odometry) if 'yaw' in name else ():
         time = table[0].time
-        part = during(frame, time)
+        part = during(frame, time, near)
         chosen = time[part]
         this, before = around(node_run, chosen)
         first, old = (np.searchsorted(time, each.begin).clip(0, len(time) - 1)
@@ -162,25 +170,30 @@ def readings(node_run: NodeRun, frame: Frame,
                        each.value[first], each.value[old])
 
 
-def table(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Wrong]:
+def table(node_run: NodeRun, frame: Frame, name: str, near: Optional[np.ndarray] = None,
+          wanted: Optional[Set[str]] = None) -> Iterator[Wrong]:
     """The quantities that a variable of the pose or a reference may follow in a frame, as they are
-    compared. The first two are right: the handout does not ask for a declared pose."""
+    compared. The first two are right: the handout does not ask for a declared pose. `near`: only at
+    these readings [s]; `wanted`: only those with these words. To compute all takes most of the
+    time."""
     if name in ('local_x', 'local_y'):
-        for wrong, each in places(node_run, frame):
+        for wrong, each in places(node_run, frame, near):
             yield wrong, each._replace(value=comparable(name, each.value))
         return
     is_local = name in USED
-    for wrong, this, each, first, old in readings(node_run, frame, name):
+    for wrong, this, each, first, old in readings(node_run, frame, name, near):
         declared = this.turned * (180.0 / np.pi if ' in degrees' in each.words else 1.0)
         if 'yaw' not in name:
             declared = this.declared * np.exp(1j * (this.theta - this.turned))
         for more, (words, now, of_this, of_before), (kept, share) in mistake_combinations(
                 SINCE if is_local else AT,
                 (('', is_local), (', without the declared pose', is_local - 1))):
-            value = now * each.value - of_this * first + share * declared
-            value = value - of_before * old if of_before else value
-            yield wrong + more, Quantity(
-                each.words + words + kept, each.time, comparable(name, value), APART / SAME)
+            text = each.words + words + kept
+            if wanted is None or text in wanted:
+                value = now * each.value - of_this * first + share * declared
+                value = value - of_before * old if of_before else value
+                yield wrong + more, Quantity(
+                    text, each.time, comparable(name, value), APART / SAME)
 
 
 def comparable(name: str, value: np.ndarray) -> np.ndarray:
@@ -225,14 +238,14 @@ def wrong_variable(node_run: NodeRun, frame: Frame, name: str) -> Optional[Broke
     value = comparable(name, series.value * (unit_of(series) if is_local else 1.0))
     part = part_with_control(node_run, Series(name, series.time, series.text, value).between(
         frame.begin + LATE, frame.end))
-    candidates = table(node_run, frame, name)
-    rights = [each for _, each in islice(candidates, 2)]
+    rights = [each for _, each in islice(table(node_run, frame, name), 2)]
     if np.isfinite(part.value).sum() < FEW or not len(rights[0].time) or matching_quantities(
             part, rights, MOST):
         return None
     right, moved = rights[0], np.nan_to_num(np.abs(
         part.value - part.value[0])).max(initial=0.0)
-    words = other_text(part, right, candidates if moved > 2.0 * APART or not is_local else ())
+    words = (moved > 2.0 * APART or not is_local) and followed_text(
+        node_run, frame, name, part) or late_text(part, right)
     if len(set(part.text)) == 1 and (is_local or frame.is_reset and (
             series.text_at(frame.begin - SOON) == part.text[0])):
         words = 'stayed ' + short(part.text[0])
@@ -246,15 +259,21 @@ def wrong_variable(node_run: NodeRun, frame: Frame, name: str) -> Optional[Broke
             float(part.time[worst]), series.name)
 
 
-def other_text(part: Series, right: Quantity, candidates: Iterable[Wrong]) -> str:
-    """Words on a variable that does not follow the right quantity."""
+def followed_text(node_run: NodeRun, frame: Frame, name: str, part: Series) -> str:
+    """Words on the quantities with the fewest mistakes that a variable follows; '' if there is
+    none."""
     some = part.take(np.linspace(0, len(part.time) - 1, 15).astype(int))
-    mistakes = {id(each): (wrong, each) for wrong, each in candidates}
-    likely = matching_quantities(some, [each for _, each in mistakes.values()], 0.6)
-    found = matching_quantities(part, likely, MOST)
-    if found:
-        fewest = min(mistakes[id(each)][0] for each in found)
-        texts = dict.fromkeys(each.words for each in found if mistakes[id(each)][0] == fewest)
-        return 'followed ' + ', or '.join(list(texts)[:2])
+    likely = {each.words for each in matching_quantities(
+        some, (each for _, each in table(node_run, frame, name, some.time)), 0.6)}
+    mistakes = {id(each): (wrong, each) for wrong, each in table(
+        node_run, frame, name, wanted=likely)}
+    found = matching_quantities(part, [each for _, each in mistakes.values()], MOST)
+    fewest = min((mistakes[id(each)][0] for each in found), default=0)
+    texts = dict.fromkeys(each.words for each in found if mistakes[id(each)][0] == fewest)
+    return 'followed ' + ', or '.join(list(texts)[:2]) if texts else ''
+
+
+def late_text(part: Series, right: Quantity) -> str:
+    """Words on a variable that follows the right quantity late, or not at all."""
     late = np.sort(ages(part, right._replace(scale=1.0), 60.0))[int(MOST * (len(part.time) - 1))]
     return f'came up to {late:.1f} s late' if late < np.inf else 'did not follow it'

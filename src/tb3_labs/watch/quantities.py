@@ -8,7 +8,7 @@ Angles of messages are in radians. A quantity has the unit in its words.
 """
 import itertools
 import math
-from typing import Iterable, Iterator, List, NamedTuple, Optional, Sequence
+from typing import Iterable, Iterator, List, NamedTuple, Sequence
 
 import numpy as np
 
