@@ -39,8 +39,8 @@ class ReadLimits:
 
     def spend(self, what: str, amount: float = 1) -> None:
         """Take `amount` of `what`, a key of MOST_READ. Raises TooLarge."""
-        self._left[what] -= amount
-        if self._left[what] < 0:
+        left = self._left[what] = self._left[what] - amount
+        if left < 0:
             raise TooLarge(f'it has more than {MOST_READ[what]:,} {what}')
         self._spent += 1
         if not self._spent % CLOCK_EVERY and time.thread_time() > self._end:

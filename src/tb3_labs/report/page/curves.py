@@ -40,13 +40,15 @@ class Figure(NamedTuple):
     levels: List[str]
 
 
-def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
+            breaks: Sequence[int] = ()) -> np.ndarray:
     """Returns the indices of the samples to keep. The straight lines between these are within
-    `bounds`, shape (k,), of all `values`, shape (n, k), at each `time`. Source: Douglas and Peucker
-    (1973), with the distance along the value's axis."""
-    keep = np.zeros(len(time), dtype=bool)
-    keep[[0, -1]] = True
-    columns, first, last = values.T.copy(), np.array([0]), np.array([len(time) - 1])
+    `bounds`, shape (k,), of all `values`, shape (n, k), at each `time`. `breaks`: the indices at
+    which a new stretch begins, in order; both ends of a stretch are kept. Source: Douglas and
+    Peucker (1973), with the distance along the value's axis."""
+    keep, columns = np.zeros(len(time), dtype=bool), values.T.copy()
+    first, last = np.array([0, *breaks]), np.array([*breaks, len(time)]) - 1
+    keep[first] = keep[last] = True
     while (last - first > 1).any():     # all stretches at once: an array for each takes long
         first, last = first[last - first > 1], last[last - first > 1]
         size = last - first - 1

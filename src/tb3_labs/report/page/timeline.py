@@ -49,17 +49,12 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
         return {'time': [], 'columns': [[] for _ in units], 'breaks': []}
     values = np.column_stack(columns)
     bounds = np.array([BOUNDS[unit] for unit in units])
-    begins = sorted({0, *breaks, *(np.flatnonzero(np.diff(time) > GAP) + 1)})
-    kept: List[int] = []
-    starts: List[int] = []
-    for begin, end in zip(begins, begins[1:] + [len(time)]):
-        starts.append(len(kept))
-        kept += list(begin + thinned(time[begin:end], values[begin:end],
-                                     bounds - TIMELINE_ROUNDING))
+    begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > GAP) + 1)})
+    kept = thinned(time, values, bounds - TIMELINE_ROUNDING, begins)
     every = 1 + len(kept) // MOST_POINTS
     return {'time': np.round(time[kept[::every]], DIGITS).tolist(),
             'columns': np.round(values[kept[::every]], DIGITS).T.tolist(),
-            'breaks': sorted({-(-start // every) for start in starts[1:]})}
+            'breaks': sorted({-(-int(start) // every) for start in np.searchsorted(kept, begins)})}
 
 
 def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[str, Any]:

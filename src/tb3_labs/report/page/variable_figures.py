@@ -147,8 +147,7 @@ def line(time: np.ndarray, values: np.ndarray, turn: float = math.inf) -> Line:
                             | (np.abs(np.diff(values)) > turn / 2.0)) + 1
     bound = max(BOUND * np.ptp(values), 1e-6)
     while True:
-        kept = np.concatenate([part[thinned(time[part], values[part, None], np.array([bound]))]
-                               for part in np.split(np.arange(len(time)), breaks)])
+        kept = thinned(time, values[:, None], np.array([bound]), breaks)
         if len(kept) <= MOST_POINTS or len(kept) <= 2 * len(breaks) + 2:
             break
         bound *= 2.0
