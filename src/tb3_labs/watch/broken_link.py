@@ -18,6 +18,8 @@ from tb3_labs.watch.variables import Series, find, variables_of
 LONGEST_UPDATE_GAP = 0.3
 #: A node whose variables were not read for longer than this may have ended [s].
 LONGEST_READING_GAP = 0.4
+#: A longer pause between commands is a mistake [s].
+LONGEST_COMMAND_GAP = 0.45
 #: A heading that is off by less than this many times what is the same is still the heading.
 COARSE_FACTOR = 30.0
 
@@ -49,6 +51,11 @@ class NodeRun:
     def find(self, name: str) -> Optional[Series]:
         """The first variable that has this name; None if there is none."""
         return find(self.variables, name)
+
+    @cached_property
+    def heading(self) -> Quantity:
+        """The right heading, by the IMU: the first of `imu`, without the time that all take."""
+        return next(headings(self.run.imu.arrival, quaternion_of(self.run.imu)))
 
     @cached_property
     def imu(self) -> List[Quantity]:
@@ -191,6 +198,13 @@ def belief(series: Series,
     return None, BrokenLink('{} does not follow {}{}: {}'.format(
         name, right.words, ', but changes only every {:.1f} s while that changes'.format(
             rare) if rare > LONGEST_UPDATE_GAP else '', numbers), moment, name)
+
+
+def slow_rate_text(time: np.ndarray) -> str:
+    """Words on commands at these times if they come too seldom, else ''."""
+    pause = float(np.median(np.diff(time)))
+    return '' if pause <= LONGEST_COMMAND_GAP else \
+        f'commands came every {pause:.1f} s; the handout has ten a second'
 
 
 #: The fields of a command that no wheel follows: its name in Twists, and in the message.

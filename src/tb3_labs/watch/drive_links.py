@@ -11,7 +11,7 @@ from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_X, GOAL_Y,
     GOAL_YAW_DEG, MAX_SPEED, STATES)
 from tb3_labs.watch.broken_link import (
-    LONGEST_READING_GAP, BrokenLink, NodeRun, other_field_text, stays)
+    LONGEST_READING_GAP, BrokenLink, NodeRun, other_field_text, slow_rate_text, stays)
 from tb3_labs.watch.drive_pose import (
     APART, LATE, MOST, SOON, USED, frames, part_with_control, unit_of)
 from tb3_labs.watch.variables import short
@@ -20,8 +20,6 @@ from tb3_labs.watch.variables import short
 TOLERANCES = dict(zip(STATES, (ANGLE_TOLERANCE, DISTANCE_TOLERANCE, ANGLE_TOLERANCE)))
 GAINS = {STATES[0]: GAIN_TO_GOAL, STATES[2]: GAIN_TO_FINAL}
 GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians(GOAL_YAW_DEG))}
-#: A longer pause between commands is a mistake [s].
-LONGEST_COMMAND_GAP = 0.45
 
 
 def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
@@ -273,10 +271,8 @@ def slow_law(node_run: NodeRun) -> Optional[BrokenLink]:
     for part in node_run.cached(parts):
         if len(part.time) < 4 or part.state not in TOLERANCES:
             continue
-        pause = float(np.median(np.diff(part.time)))
-        if pause > LONGEST_COMMAND_GAP:
-            return BrokenLink('commands came every {:.1f} s; the handout has ten a second'.format(
-                pause), part.begin)
+        if slow_rate_text(part.time):
+            return BrokenLink(slow_rate_text(part.time), part.begin)
         requested = GAINS.get(part.state, DRIVE_SPEED)
         own = fitted_formula(node_run, part)[1] if part.state in GAINS else float(
             np.median(part.linear))

@@ -4,14 +4,13 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from tb3_labs.handout import HDG_TOL, K_HDG, MAX_ANG_Z, TURN_DEG
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, other_field_text
+from tb3_labs.watch.broken_link import (
+    LONGEST_COMMAND_GAP, BrokenLink, NodeRun, other_field_text, slow_rate_text)
 from tb3_labs.watch.typed_turns import READ, Turn, heading, turns
 from tb3_labs.watch.variables import number, short
 
 #: An angle is right within NEAR [deg]; an error is clear from CLEAR to 180 - CLEAR [deg].
 NEAR, CLEAR = 3.0, 20.0
-#: A longer pause between commands is a mistake [s].
-LONGEST_COMMAND_GAP = 0.45
 
 
 def wrong_heading(node_run: NodeRun) -> Optional[BrokenLink]:
@@ -101,9 +100,8 @@ def too_seldom(node_run: NodeRun) -> Optional[BrokenLink]:
             continue
         span = slice(turn.moving[0], turn.moving[-1] + 1)
         is_zero = turn.command[span] == 0.0
-        if np.median(np.diff(turn.time[span])) > LONGEST_COMMAND_GAP:
-            return BrokenLink('commands came every {:.1f} s; the handout has ten a second'.format(
-                np.median(np.diff(turn.time[span]))), turn.begin)
+        if slow_rate_text(turn.time[span]):
+            return BrokenLink(slow_rate_text(turn.time[span]), turn.begin)
         if (np.diff(is_zero.astype(int)) > 0).sum() >= 3:
             return BrokenLink('{} of {} commands in the turn after {} were zero: another callback '
                               'publishes, too'.format(is_zero.sum(), len(is_zero), turn.letter),

@@ -62,8 +62,10 @@ class Turn:
 def heading(node_run: NodeRun) -> Tuple[Optional[Series], Optional[Quantity], Optional[BrokenLink]]:
     """(the variable for the heading, the quantity that it follows, the BrokenLink if it is
     wrong)."""
-    quantities = node_run.imu
     series = node_run.find('curr_yaw')
+    if series is not None and matching_quantities(series, [node_run.heading]):
+        return series, node_run.heading, None
+    quantities = node_run.imu
     if series is None:      # another name
         found = [(each, matching_quantities(each, quantities))
                  for each in node_run.variables.values()
@@ -104,7 +106,7 @@ def letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
 def turns(node_run: NodeRun) -> List[Turn]:
     """The turns of a run. Without goal_yaw their goals are those of the letters."""
     series, quantity, _ = node_run.cached(heading)
-    used, goal, sent = quantity or node_run.imu[0], node_run.find('goal_yaw'), node_run.commands
+    used, goal, sent = quantity or node_run.heading, node_run.find('goal_yaw'), node_run.commands
     goal = goal if quantity is not None and goal is not None and len(goal.time) else None
     found = []
     for begin, end, is_cut, side in letters(node_run):
