@@ -1,13 +1,14 @@
 """Quaternions of a robot on a floor, and the mistakes that squaternion does not notice."""
 import math
 
+import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 from known_motion import angle_between
-from tb3_labs.geometry.angles import (
-    quaternion_from_yaw, yaw_from_quaternion)
+from tb3_labs.geometry.angle_arrays import yaws_from_quaternions
+from tb3_labs.geometry.angles import quaternion_from_yaw, yaw_from_quaternion
 
 YAWS = st.floats(-math.pi, math.pi)
 AWKWARD = [0.0, -0.0, math.pi, -math.pi, math.pi / 2, -math.pi / 2, 1e-12, -1e-12]
@@ -26,8 +27,16 @@ def then_tilted(yaw, tilt, axis):
 
 
 def yaw_of(quaternion, scale=1.0):
+    """The function for arrays has the same yaw, and NaN where the other one raises."""
     w, x, y, z = (scale * part for part in quaternion)
-    return yaw_from_quaternion(w=w, x=x, y=y, z=z)
+    of_array, = yaws_from_quaternions(*map(np.atleast_1d, (w, x, y, z)))
+    try:
+        yaw = yaw_from_quaternion(w=w, x=x, y=y, z=z)
+    except ValueError:
+        assert math.isnan(of_array)
+        raise
+    assert -math.pi < of_array <= math.pi and angle_between(of_array, yaw) < 1e-12
+    return yaw
 
 
 def assert_yaw(quaternion, yaw, scale=1.0):

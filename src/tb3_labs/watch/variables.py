@@ -82,8 +82,11 @@ def _sorted(rows: Any) -> Dict[str, Dict[str, Series]]:
 def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
     """Returns {name: Series} of a node, by default of the node with the most values."""
     nodes = nodes_of(run)
-    return nodes.get(node or max(sorted(nodes), default='', key=lambda each: sum(
-        len(series.time) for series in nodes[each].values())), {})
+
+    def number_of_values(each: str) -> int:
+        return sum(len(series.time) for series in nodes[each].values())
+    most = max(sorted(nodes), key=number_of_values, default='')
+    return nodes.get(node or most, {})
 
 
 def bare(name: str) -> str:

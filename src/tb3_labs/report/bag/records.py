@@ -103,7 +103,8 @@ class Bag:
             if kind == MESSAGE:
                 connection, wanted = self._connections[LENGTH.unpack(header[b'conn'])[0]]
                 data = self._read(source, size) if wanted and size <= MOST_MESSAGE else b''
-                yield Record(connection, TIME.unpack(header[b'time']), data)
+                seconds, nanoseconds = TIME.unpack(header[b'time'])
+                yield Record(connection, (seconds, nanoseconds), data)
                 if data:
                     continue
             elif kind == CONNECTION:

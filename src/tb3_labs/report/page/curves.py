@@ -5,7 +5,7 @@ the opposite sign. So the timeline's program only changes the view to show anoth
 """
 import math
 from html import escape
-from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
@@ -41,7 +41,7 @@ class Figure(NamedTuple):
 
 
 def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
-            breaks: Sequence[int] = ()) -> np.ndarray:
+            breaks: Iterable[int] = ()) -> np.ndarray:
     """Returns the indices of the samples to keep. The straight lines between these are within
     `bounds`, shape (k,), of all `values`, shape (n, k), at each `time`. `breaks`: the indices at
     which a new stretch begins, in order; both ends of a stretch are kept. Source: Douglas and
