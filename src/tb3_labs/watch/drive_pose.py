@@ -244,8 +244,10 @@ def wrong_variable(node_run: NodeRun, frame: Frame, name: str) -> Optional[Broke
         return None
     right, moved = rights[0], np.nan_to_num(np.abs(
         part.value - part.value[0])).max(initial=0.0)
-    words = (moved > 2.0 * APART or not is_local) and followed_text(
-        node_run, frame, name, part) or late_text(part, right)
+    words = ''
+    if moved > 2.0 * APART or not is_local:
+        words = followed_text(node_run, frame, name, part)
+    words = words or late_text(part, right)
     if len(set(part.text)) == 1 and (is_local or frame.is_reset and (
             series.text_at(frame.begin - SOON) == part.text[0])):
         words = 'stayed ' + short(part.text[0])
