@@ -16,6 +16,9 @@ KINDS, ROW = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost'), 8
 STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
 ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
 GRID_LINES = 4
+#: A curve is split this often, and kept whole from there on: a bag may be made so that each split
+#: takes off one sample, which would take hours. Real curves need up to 170 splits.
+MOST_SPLITS = 500
 #: Points (time, value), and the indices of those at which the line begins again.
 Line = Tuple[List[Tuple[float, float]], List[int]]
 NO_LINE: Line = ([], [])
@@ -49,8 +52,11 @@ def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
     keep, columns = np.zeros(len(time), dtype=bool), values.T.copy()
     first, last = np.array([0, *breaks]), np.array([*breaks, len(time)]) - 1
     keep[first] = keep[last] = True
-    while (last - first > 1).any():     # all stretches at once: an array for each takes long
+    for _ in range(MOST_SPLITS):
         first, last = first[last - first > 1], last[last - first > 1]
+        if not len(first):
+            break
+        # all stretches at once: an array for each takes long
         size = last - first - 1
         begins = np.cumsum(size) - size
         stretch = np.repeat(np.arange(len(first)), size)
@@ -66,6 +72,8 @@ def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
         keep[middle] = True
         first, last = (np.concatenate(ends) for ends in (
             (first[split], middle), (middle, last[split])))
+    for begin, end in zip(first, last):
+        keep[begin:end] = True
     return np.flatnonzero(keep)
 
 
